@@ -586,17 +586,17 @@ typedef struct scphd_joint_config {
   // The vehicle.
   struct scphd_vehicle vehicle;
   // A measurement gives birth where nothing else explains at least this share of it.
-  float birth_share;
+  float birth_probability_min;
   // Squared Mahalanobis distance beyond which a measurement says nothing of a feature.
   float gate;
   // Mean time that a landmark stays in sight before something hides it, s; infinite: nothing does.
-  float in_sight_s;
+  float visible_s;
   // Mean time that it stays hidden, s.
-  float hidden_s;
+  float occluded_s;
   // Mean time until it is taken away, s; infinite: never.
   float lifetime_s;
   // Share of the probability of detection that is left behind a nearer detection.
-  float behind;
+  float occlusion_factor;
   // A feature is dropped below this probability that it is there.
   float least_existence;
   // The same while it was detected less than twice.

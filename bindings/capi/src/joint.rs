@@ -36,17 +36,17 @@ pub struct scphd_joint_config {
     /// The vehicle.
     pub vehicle: scphd_vehicle,
     /// A measurement gives birth where nothing else explains at least this share of it.
-    pub birth_share: f32,
+    pub birth_probability_min: f32,
     /// Squared Mahalanobis distance beyond which a measurement says nothing of a feature.
     pub gate: f32,
     /// Mean time that a landmark stays in sight before something hides it, s; infinite: nothing does.
-    pub in_sight_s: f32,
+    pub visible_s: f32,
     /// Mean time that it stays hidden, s.
-    pub hidden_s: f32,
+    pub occluded_s: f32,
     /// Mean time until it is taken away, s; infinite: never.
     pub lifetime_s: f32,
     /// Share of the probability of detection that is left behind a nearer detection.
-    pub behind: f32,
+    pub occlusion_factor: f32,
     /// A feature is dropped below this probability that it is there.
     pub least_existence: f32,
     /// The same while it was detected less than twice.
@@ -64,12 +64,12 @@ impl scphd_joint_config {
         Self {
             struct_size: size_of::<Self>() as u32,
             vehicle: scphd_vehicle::wheeled(),
-            birth_share: config.birth_share,
+            birth_probability_min: config.birth_probability_min,
             gate: config.gate,
-            in_sight_s: config.persistence.in_sight_s,
-            hidden_s: config.persistence.hidden_s,
+            visible_s: config.persistence.visible_s,
+            occluded_s: config.persistence.occluded_s,
             lifetime_s: config.persistence.lifetime_s,
-            behind: config.behind,
+            occlusion_factor: config.occlusion_factor,
             least_existence: config.least_existence,
             least_tentative: config.least_tentative,
             extraction_existence: config.extraction_existence,
@@ -80,14 +80,14 @@ impl scphd_joint_config {
 
     fn config(&self) -> JointConfig<f32> {
         JointConfig {
-            birth_share: self.birth_share,
+            birth_probability_min: self.birth_probability_min,
             gate: self.gate,
             persistence: Persistence {
-                in_sight_s: self.in_sight_s,
-                hidden_s: self.hidden_s,
+                visible_s: self.visible_s,
+                occluded_s: self.occluded_s,
                 lifetime_s: self.lifetime_s,
             },
-            behind: self.behind,
+            occlusion_factor: self.occlusion_factor,
             least_existence: self.least_existence,
             least_tentative: self.least_tentative,
             extraction_existence: self.extraction_existence,

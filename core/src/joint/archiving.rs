@@ -25,7 +25,7 @@ pub(super) struct Archiving {
     /// Features that went into the archive.
     pub(super) archived: usize,
     /// Features that the archive has no room for: those, or others in their place.
-    pub(super) forgotten: usize,
+    pub(super) evicted: usize,
     /// Features that were hardly there and far away.
     pub(super) dropped: usize,
     /// Features whose covariance rounding had spoilt.
@@ -296,7 +296,7 @@ impl<T: Real, P: Pose<Scalar = T>> Leaving<P> {
         let Landmark { label, mean, existence, detections, .. } = landmark;
         let (since_us, anchored) = (view.index.clock_us, self.anchored);
         let entry = Entry { label, submap, mean, alone, anchored, anchors, given, existence, detections, since_us };
-        archived.forgotten += view.put(entry);
+        archived.evicted += view.put(entry);
         archived.archived += 1;
     }
 }
@@ -313,4 +313,31 @@ pub(super) fn whitened<T: Real, V: Vector<Scalar = T>>(root: &Linear<V, V>, v: &
         }
     }
     y
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Common;
+    use crate::{JointState, PlanarPose, joint_numbers};
+    use nalgebra::Vector2;
+
+    /// A feature that differs from its seed by rounding alone keeps a variance: a share of its own, that rounding may have taken.
+    #[test]
+    fn rounding_is_relative_to_the_own_variance() {
+        let mut state = JointState::<PlanarPose<f64>, Vector2<f64>, 3, { joint_numbers(3, 2, 3) }, 8>::new();
+        let memory = state.memory();
+        let mut joint = memory.joint;
+        // Of heading, seed, an anchor, and a feature with the errors of the seed.
+        let variances = [0.01, 0.01, 0.001, 0.02, 0.03, 0.5, 0.5, 0.02, 0.03];
+        for (row, variance) in variances.into_iter().enumerate() {
+            (0..=row).for_each(|column| joint.set(row, column, if column == row { variance } else { 0.0 }));
+        }
+        joint.set(7, 3, 0.02);
+        joint.set(8, 4, 0.03);
+        let split = Common::of(&joint, 0, &[1]).split(&joint, 2).unwrap();
+        for (k, variance) in [0.02, 0.03].into_iter().enumerate() {
+            let expected = f64::EPSILON * 64.0 * variance;
+            assert!((split.own.get(k, k) / expected - 1.0).abs() < 0.1, "{:?}", split.own);
+        }
+    }
 }

@@ -88,7 +88,7 @@ where
         let ln_clutter = if ln_clutter < T::INFINITY { ln_clutter } else { T::NEG_INFINITY };
         let mut lambda = LnSum::of(ln_clutter);
         lambda.add(ln_birth);
-        if V::MOVE {
+        if movers.are_tracked() {
             lambda.add(births.of_moving.ln());
         }
         row.start(lambda.ln());
@@ -96,7 +96,7 @@ where
     let mut tracks = movers.tracks();
     if let Some(tracks) = &mut tracks {
         let landmarks = landmarks.get(..header.len).unwrap_or(&[]);
-        tracks.look(models, &frame, measurements, config.behind, landmarks);
+        tracks.look(models, &frame, measurements, config.occlusion_factor, landmarks);
     }
     // The innovation of a landmark that the last scan initiated would have the covariance 2 R + Hx W Hxᵀ. It does not count if no landmark
     // can be initiated.
@@ -105,7 +105,7 @@ where
     let ln_newborn = newborn.factor().filter(|_| may_be_born).map_or(T::NEG_INFINITY, |factor| factor.ln_peak());
     let (mut in_view, mut ln_missed, mut ln_highest) = (0, T::ZERO, T::NEG_INFINITY);
     for (index, landmark) in landmarks.iter_mut().enumerate().take(header.len) {
-        let seen = in_view_of(models, &frame, &landmark.mean, measurements, config.behind);
+        let seen = in_view_of(models, &frame, &landmark.mean, measurements, config.occlusion_factor);
         landmark.scratch = T::INFINITY;
         landmark.detection = seen.as_ref().map_or(T::ZERO, |&(_, detection)| detection);
         in_view += usize::from(seen.is_some());
@@ -165,7 +165,7 @@ pub(super) fn in_view_of<T, X>(
     frame: &X::Frame,
     feature: &PositionOf<X::Pose>,
     measurements: &[X::Measurement],
-    behind: T,
+    occlusion_factor: T,
 ) -> Option<Seen<X>>
 where
     T: Real,
@@ -178,7 +178,7 @@ where
     if !(in_window > T::ZERO) {
         return None;
     }
-    let occluded = measurements.iter().any(|z| sensor.hides(z, &predicted.measurement));
-    let detection = if occluded { in_window * behind } else { in_window };
+    let occluded = measurements.iter().any(|z| sensor.occludes(z, &predicted.measurement));
+    let detection = if occluded { in_window * occlusion_factor } else { in_window };
     Some((predicted, detection.at_most(T::ONE - T::EPSILON)))
 }

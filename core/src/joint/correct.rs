@@ -46,7 +46,7 @@ where
             let seen = Recognised { expected: detection * before, detected, given_up };
             tally.count(memory.header.watch.knows(landmark.label, memory.header.next_label), seen);
             let there = landmark.existence.total();
-            if V::MOVE && beside.expected > T::ZERO && there > T::ZERO {
+            if movers.are_tracked() && beside.expected > T::ZERO && there > T::ZERO {
                 correct_position(sensor, memory, index, measurements, detected, T::ONE / there - T::ONE, gate);
             }
         }

@@ -66,7 +66,7 @@ pub(super) fn marginals<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
 
 /// The origin of an association. For a moving-object track this is the static landmark of the same object, if there is one.
 fn origin<P: Pose, V: Movers<P>>(movers: &V, claimant: u16) -> u16 {
-    if !V::MOVE || claimant & MOVES == 0 {
+    if !movers.are_tracked() || claimant & MOVES == 0 {
         return claimant;
     }
     let mover = movers.kept().get(usize::from(claimant & !MOVES));
@@ -81,7 +81,7 @@ fn sum_of_origin<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
     of: impl Fn(&Association<T>) -> T,
 ) -> T {
     let Some(association) = associations.get(index) else { return T::ZERO };
-    if !V::MOVE {
+    if !movers.are_tracked() {
         return of(association);
     }
     let own = origin(movers, association.feature);
@@ -94,18 +94,18 @@ fn is_first_of_origin<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
     movers: &V,
     index: usize,
 ) -> bool {
-    let Some(association) = associations.get(index).filter(|_| V::MOVE) else { return true };
+    let Some(association) = associations.get(index).filter(|_| movers.are_tracked()) else { return true };
     let own = origin(movers, association.feature);
     !associations.iter().take(index).any(|other| origin(movers, other.feature) == own)
 }
 
 /// The memory in which Σ a ν of an origin is summed.
-fn message_sum<'c, T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
+fn message_sum<'c, T: Real, P: Pose<Scalar = T>>(
     landmarks: &'c mut [Landmark<PositionOf<P>>],
     tracks: &'c mut Option<Tracks<'_, P>>,
     origin: u16,
 ) -> Option<&'c mut T> {
-    if V::MOVE && origin & MOVES != 0 {
+    if tracks.is_some() && origin & MOVES != 0 {
         let mover = tracks.as_mut().and_then(|tracks| tracks.kept_mut().get_mut(usize::from(origin & !MOVES)));
         return mover.map(|mover| &mut mover.message_sum);
     }
@@ -169,13 +169,13 @@ fn add_messages<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
 ) {
     for association in row.associations_mut() {
         let origin = origin(movers, association.feature);
-        if let Some(&mut so_far) = message_sum::<T, P, V>(landmarks, &mut movers.tracks(), origin) {
+        if let Some(&mut so_far) = message_sum(landmarks, &mut movers.tracks(), origin) {
             set(association, so_far);
         }
     }
     for association in row.associations() {
         let origin = origin(movers, association.feature);
-        if let Some(sum) = message_sum::<T, P, V>(landmarks, &mut movers.tracks(), origin) {
+        if let Some(sum) = message_sum(landmarks, &mut movers.tracks(), origin) {
             *sum += association.odds * association.nu;
         }
     }
@@ -191,8 +191,9 @@ fn update_nu<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(row: &mut AssociationRo
     for index in 0..row.associations().len() {
         let own = row.associations().get(index).map_or(0, |association| origin(movers, association.feature));
         let others = row.associations().iter().enumerate();
-        let others = others
-            .filter(|&(other, association)| other != index && (!V::MOVE || origin(movers, association.feature) != own));
+        let others = others.filter(|&(other, association)| {
+            other != index && (!movers.are_tracked() || origin(movers, association.feature) != own)
+        });
         let sum_of_mu = others.fold(T::ZERO, |sum, (_, association)| sum + mu(association));
         if let Some(association) = row.associations_mut().get_mut(index) {
             association.nu = T::ONE / (T::ONE + sum_of_mu);

@@ -1,41 +1,41 @@
-//! Whether a landmark is there, and whether it can be seen: a two-state chain, so that misses may come in a row.
+//! Existence and visibility of a landmark: a Markov chain, so that misses may be consecutive.
 //!
-//! A landmark that is there is in sight or hidden, and goes from one to the other with constant rates. Only one in sight can be
-//! detected. What is missed is therefore first taken for hidden, and only as time goes by for gone.
+//! A landmark that exists is visible or occluded, and changes between the two with constant rates. Only a visible one can be detected.
+//! A missed landmark is therefore first assumed to be occluded, and only after some time to be gone.
 
 use crate::{ConfigError, Real};
 
-/// How landmarks hide and vanish.
+/// Occlusion and survival of landmarks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Persistence<T> {
-    /// Mean time that a landmark stays in sight before something hides it, s; infinite: nothing ever does.
-    pub in_sight_s: T,
-    /// Mean time that it stays hidden, s.
-    pub hidden_s: T,
-    /// Mean time until it is taken away, s; infinite: never.
+    /// Mean time that a landmark is visible until something occludes it, s; infinite: nothing ever does.
+    pub visible_s: T,
+    /// Mean time that it is occluded, s.
+    pub occluded_s: T,
+    /// Mean time until it is removed from the world, s; infinite: never.
     pub lifetime_s: T,
 }
 
 impl<T: Real> Persistence<T> {
-    /// Nothing hides and nothing vanishes: every detection that is missed is missed by chance, and what is missed some ten times in a row was
-    /// never there.
-    pub const FOR_EVER: Self = Self { in_sight_s: T::INFINITY, hidden_s: T::ONE, lifetime_s: T::INFINITY };
+    /// Landmarks are never occluded and never removed: every missed detection is missed by chance, and a feature that is missed about ten
+    /// times in a row never existed.
+    pub const FOR_EVER: Self = Self { visible_s: T::INFINITY, occluded_s: T::ONE, lifetime_s: T::INFINITY };
 
-    /// Posts, trees and the like, where people and cars pass, leaves move, and not every beam hits: hidden for 10 s after 20 s in sight, and
-    /// taken away after some hours. Random worlds do not tell one time in sight from another; where landmarks hide for long, a short one takes
-    /// them for gone.
+    /// Posts, trees and similar landmarks, where people and cars pass, leaves move, and not every beam hits: 20 s visible, 10 s occluded,
+    /// removed after some hours. The visible time has little effect in random worlds; if landmarks are occluded for long, a short
+    /// occluded time makes the filter remove them.
     #[must_use]
     pub fn posts() -> Self {
         let of = T::from_f64;
-        Self { in_sight_s: of(20.0), hidden_s: of(10.0), lifetime_s: of(1e4) }
+        Self { visible_s: of(20.0), occluded_s: of(10.0), lifetime_s: of(1e4) }
     }
 
     /// The field that is out of range, if any.
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         let times = [
-            (self.in_sight_s, "persistence.in_sight_s"),
-            (self.hidden_s, "persistence.hidden_s"),
+            (self.visible_s, "persistence.visible_s"),
+            (self.occluded_s, "persistence.occluded_s"),
             (self.lifetime_s, "persistence.lifetime_s"),
         ];
         match times.into_iter().find(|&(time, _)| !(time > T::ZERO)) {
@@ -46,7 +46,7 @@ impl<T: Real> Persistence<T> {
 
     /// What becomes of all landmarks in a time of `dt` seconds.
     pub(super) fn over(&self, dt: T) -> Passage<T> {
-        let (hide, show) = (T::ONE / self.in_sight_s, T::ONE / self.hidden_s);
+        let (hide, show) = (T::ONE / self.visible_s, T::ONE / self.occluded_s);
         let both = hide + show;
         let survives = (-(dt / self.lifetime_s)).exp();
         // 1 − exp(−x) without the loss of digits of small x (Kahan): what rounds exp(−x) rounds its logarithm too.
@@ -200,7 +200,7 @@ mod tests {
 
     #[test]
     fn time_is_taken_in_one_step_as_in_many() {
-        let chain = Persistence { in_sight_s: 20.0_f64, hidden_s: 2.0, lifetime_s: 300.0 };
+        let chain = Persistence { visible_s: 20.0_f64, occluded_s: 2.0, lifetime_s: 300.0 };
         let start = Existence { visible: 0.9, occluded: 0.05, absent: 0.05 };
         let at_once = start.after(&chain.over(5.0));
         let in_steps = (0..50).fold(start, |now, _| now.after(&chain.over(0.1)));
@@ -249,8 +249,8 @@ mod tests {
             assert!((single - expected).abs() <= 1.0 && (double - expected).abs() <= 1.0, "{single} {double}");
             // What may hide stays for tens of seconds, for as long in both precisions.
             let [single, double] = [
-                misses(Persistence { in_sight_s: 20.0_f32, hidden_s: 10.0, lifetime_s: 1e4 }, detection) as f64,
-                misses(Persistence { in_sight_s: 20.0_f64, hidden_s: 10.0, lifetime_s: 1e4 }, detection) as f64,
+                misses(Persistence { visible_s: 20.0_f32, occluded_s: 10.0, lifetime_s: 1e4 }, detection) as f64,
+                misses(Persistence { visible_s: 20.0_f64, occluded_s: 10.0, lifetime_s: 1e4 }, detection) as f64,
             ];
             assert!((single / double - 1.0).abs() < 0.02 && (300.0..1900.0).contains(&double), "{single} {double}");
         }

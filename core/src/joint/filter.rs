@@ -116,6 +116,8 @@ pub struct JointSlam<'s, M: Motion, Z: Vector, A = NoArchive, V = NoMovers> {
 type WithArchive<'s, M, Z, V> = JointSlam<'s, M, Z, Archived<'s, <M as Motion>::Pose>, V>;
 /// A filter with movers beside it.
 type WithMovers<'s, M, Z, A> = JointSlam<'s, M, Z, A, Tracked<'s, <M as Motion>::Pose>>;
+/// A filter that may have movers beside it.
+type WithMoversIf<'s, M, Z, A> = JointSlam<'s, M, Z, A, Option<Tracked<'s, <M as Motion>::Pose>>>;
 
 impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSlam<'s, M, Z> {
     /// A filter over a state, which keeps what it holds: a fresh one must be [reset](Self::reset) first.
@@ -166,9 +168,25 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A> J
         moving: MovingConfig<T>,
     ) -> Result<WithMovers<'s, M, Z, A>, SetupError> {
         moving.check()?;
+        self.beside(movers.tracked(moving))
+    }
+
+    /// [`with_movers`](Self::with_movers) where there are movers, for a program that knows only when it runs whether anything moves.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn with_movers_if<const CAPACITY: usize>(
+        self,
+        movers: Option<(&'s mut JointMovers<M::Pose, CAPACITY>, MovingConfig<T>)>,
+    ) -> Result<WithMoversIf<'s, M, Z, A>, SetupError> {
+        movers.as_ref().map_or(Ok(()), |(_, moving)| moving.check())?;
+        self.beside(movers.map(|(movers, moving)| movers.tracked(moving)))
+    }
+
+    fn beside<V>(self, movers: V) -> Result<JointSlam<'s, M, Z, A, V>, SetupError> {
         let Self { motion, config, memory, archive, .. } = self;
         require(memory.landmarks.len() <= usize::from(MOVES), "FEATURES", "at most 32768 beside movers")?;
-        Ok(JointSlam { motion, config, memory, archive, movers: movers.tracked(moving) })
+        Ok(JointSlam { motion, config, memory, archive, movers })
     }
 }
 

@@ -145,7 +145,7 @@ fn a_page_that_is_refused_gives_its_measurements_back() {
     let mut detections = 0.0;
     for _ in 0..50 {
         let report = slam.scan(&lidar, &[Vector2::new(5.0, 0.0)]).unwrap();
-        assert_eq!(report.recalled, 0);
+        assert_eq!(report.reactivated, 0);
         detections += report.detections;
     }
     assert!(detections > 45.0, "{detections} of 50");

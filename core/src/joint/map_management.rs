@@ -27,7 +27,7 @@ pub(super) struct Initiated {
     pub(super) lost: usize,
 }
 
-/// Initiates a landmark from every measurement that no landmark caused with a probability of at least `birth_share`.
+/// Initiates a landmark from every measurement that no landmark caused with a probability of at least `birth_probability_min`.
 pub(super) fn initiate<T, X, Z, V>(
     models: &X,
     births: &Births<T>,
@@ -52,8 +52,9 @@ where
             |ln_birth: T| (no_feature_probability * (ln_birth - row.ln_lambda).exp()).at_most(T::ONE);
         // If λ is zero the quotient w_b/λ is undefined; without births the landmark's probability of existence is zero.
         let existence = if births.of_static == T::ZERO { T::ZERO } else { birth_probability(ln_birth) };
-        let moving = if V::MOVE && births.of_moving > T::ZERO { birth_probability(ln_moving) } else { T::ZERO };
-        if !(no_feature_probability >= config.birth_share && existence + moving > T::ZERO) {
+        let moving =
+            if movers.are_tracked() && births.of_moving > T::ZERO { birth_probability(ln_moving) } else { T::ZERO };
+        if !(no_feature_probability >= config.birth_probability_min && existence + moving > T::ZERO) {
             continue;
         }
         let label = memory.header.next_label;

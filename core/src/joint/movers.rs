@@ -60,7 +60,7 @@ mod sealed {
 pub trait Movers<P: Pose>: sealed::Sealed {
     /// Whether it does anything of them.
     #[doc(hidden)]
-    const MOVE: bool;
+    fn are_tracked(&self) -> bool;
     /// All of them, to be changed, if it does.
     #[doc(hidden)]
     fn tracks(&mut self) -> Option<Tracks<'_, P>>;
@@ -83,7 +83,9 @@ pub struct Tracked<'s, P: Pose>(Tracks<'s, P>);
 impl sealed::Sealed for NoMovers {}
 
 impl<P: Pose> Movers<P> for NoMovers {
-    const MOVE: bool = false;
+    fn are_tracked(&self) -> bool {
+        false
+    }
 
     fn tracks(&mut self) -> Option<Tracks<'_, P>> {
         None
@@ -101,7 +103,9 @@ impl<P: Pose> Movers<P> for NoMovers {
 impl<P: Pose> sealed::Sealed for Tracked<'_, P> {}
 
 impl<P: Pose> Movers<P> for Tracked<'_, P> {
-    const MOVE: bool = true;
+    fn are_tracked(&self) -> bool {
+        true
+    }
 
     fn tracks(&mut self) -> Option<Tracks<'_, P>> {
         let Self(Tracks { common, movers, config }) = self;
@@ -114,6 +118,27 @@ impl<P: Pose> Movers<P> for Tracked<'_, P> {
 
     fn common(&self) -> Option<(&Common<P>, &MovingConfig<ScalarOf<P>>)> {
         Some((self.0.common, &self.0.config))
+    }
+}
+
+impl<V: sealed::Sealed> sealed::Sealed for Option<V> {}
+
+/// For a program that knows only when it runs whether there are moving objects.
+impl<P: Pose, V: Movers<P>> Movers<P> for Option<V> {
+    fn are_tracked(&self) -> bool {
+        self.as_ref().is_some_and(V::are_tracked)
+    }
+
+    fn tracks(&mut self) -> Option<Tracks<'_, P>> {
+        self.as_mut()?.tracks()
+    }
+
+    fn kept(&self) -> &[Mover<P>] {
+        self.as_ref().map_or(&[], V::kept)
+    }
+
+    fn common(&self) -> Option<(&Common<P>, &MovingConfig<ScalarOf<P>>)> {
+        self.as_ref()?.common()
     }
 }
 

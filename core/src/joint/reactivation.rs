@@ -85,13 +85,13 @@ impl Candidates {
         memory: &mut Memory<'_, P, Z>,
         measurements: usize,
     ) -> (usize, bool) {
-        let (mut recalled, mut refused) = (0, false);
+        let (mut reactivated, mut refused) = (0, false);
         for candidate in self.candidates.iter_mut().take(self.count) {
             candidate.seen = candidate.is_seen(memory, measurements);
             refused |= !candidate.seen;
             if candidate.seen {
                 candidate.insert(view, memory);
-                recalled += candidate.count;
+                reactivated += candidate.count;
             }
         }
         for candidate in self.candidates.iter().take(self.count).rev().filter(|candidate| !candidate.seen) {
@@ -100,7 +100,7 @@ impl Candidates {
         for candidate in self.candidates.iter().take(self.count).filter(|candidate| candidate.seen) {
             view.take_submap(candidate.submap);
         }
-        (recalled, refused)
+        (reactivated, refused)
     }
 }
 

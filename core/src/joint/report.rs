@@ -11,29 +11,29 @@ use crate::{Health, Pose, Real, Symmetric};
 pub struct JointReport<T> {
     /// Measurements in the scan.
     pub measurements: usize,
-    /// Features in view before the scan, but for those that are known much worse than what is at hand: they have no part in it.
+    /// Features in view before the scan, except those that are too uncertain to take part in it.
     pub in_view: usize,
-    /// Predictions refused since the scan before.
+    /// Predictions that were refused since the last scan.
     pub refused: usize,
-    /// Features born.
+    /// New features.
     pub births: usize,
-    /// Measurements that could not give birth, because they have no inverse or one that is out of view.
+    /// Measurements that could not become a feature, because they have no inverse or one that is out of view.
     pub no_birth: usize,
-    /// Features dropped because they are hardly there.
+    /// Features that were removed because their existence probability was too low.
     pub dropped: usize,
-    /// Features that turned out to be another one.
+    /// Features that were merged with another one.
     pub merged: usize,
-    /// Births, or features in whose place they went, for which there was no room.
+    /// New features for which there was no room, or features that they replaced.
     pub lost: usize,
-    /// Corrections left out, and features dropped, because rounding had spoilt their covariances.
-    pub spoilt: usize,
-    /// Features that went into the archive, far from the vehicle.
-    pub parked: usize,
-    /// Features that came back out of it.
-    pub recalled: usize,
-    /// Features that the archive had no room for, or that went in their place.
-    pub forgotten: usize,
-    /// Features after the scan that may move.
+    /// Corrections that were left out, and features that were removed, because a covariance was no longer positive definite.
+    pub degenerate: usize,
+    /// Features far from the vehicle that were moved to the archive.
+    pub archived: usize,
+    /// Features that were moved back from the archive.
+    pub reactivated: usize,
+    /// Features for which the archive had no room, or features that they replaced.
+    pub evicted: usize,
+    /// Moving-object tracks after the scan.
     pub movers: usize,
     /// Features after the scan, without those in the archive.
     pub features: usize,
@@ -41,11 +41,11 @@ pub struct JointReport<T> {
     pub ln_evidence: T,
     /// Detections to be expected of the features in view: Σ p_D v.
     pub expected_detections: T,
-    /// Measurements that the features in view explain, by their shares. Far less than expected of a map that is well known, scan after
-    /// scan, says that the vehicle is not where it is taken to be.
+    /// Expected number of measurements that come from features in view: the sum of their association probabilities. If it is far below
+    /// `expected_detections` in scan after scan in a well-known map, the estimated pose is wrong.
     pub detections: T,
-    /// Mean of νᵀ S⁻¹ ν over the detections, by their shares, per dimension of the measurement; about 1 for a consistent filter;
-    /// 0 where nothing was detected.
+    /// Normalised innovation squared per dimension of the measurement: the mean of νᵀ S⁻¹ ν, weighted with the association
+    /// probabilities. About 1 in a consistent filter, 0 without detections.
     pub innovation: T,
     /// Conditions.
     pub health: Health,
@@ -57,7 +57,7 @@ pub(super) struct Tally<T> {
     /// Σ s νᵀ S⁻¹ ν, and Σ s.
     pub(super) squares: T,
     pub(super) probabilities: T,
-    /// Corrections left out because rounding had spoilt the covariance of their innovation.
+    /// Corrections left out because the covariance of their innovation was not positive definite.
     pub(super) left_out: usize,
     /// Detections to be expected of features in view that had no part in the scan.
     pub(super) expected_of_weak: T,
@@ -112,10 +112,10 @@ impl<T: Real> Tally<T> {
             dropped: 0,
             merged: 0,
             lost: 0,
-            spoilt: self.left_out,
-            parked: 0,
-            recalled: 0,
-            forgotten: 0,
+            degenerate: self.left_out,
+            archived: 0,
+            reactivated: 0,
+            evicted: 0,
             movers: 0,
             features: header.len,
             ln_evidence: T::ZERO,

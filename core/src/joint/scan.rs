@@ -53,7 +53,7 @@ where
             propose(view, &config.persistence, memory)
         });
         let mut associated = associate(&models, births, config, memory, movers, measurements, window);
-        let (recalled, rejected) = match (&mut candidates, &mut view) {
+        let (reactivated, rejected) = match (&mut candidates, &mut view) {
             (Some(candidates), Some(view)) => candidates.accept(view, memory, measurements.len()),
             _ => (0, false),
         };
@@ -79,7 +79,7 @@ where
         let dropped = drop_unlikely(config, memory, first_label);
         let archiving = view.as_mut().map_or_else(Archiving::default, |view| {
             let archiving = archive_distant(view, memory);
-            if recalled + archiving.archived > 0 {
+            if reactivated + archiving.archived > 0 {
                 mark_anchors(view, memory);
             }
             archiving
@@ -94,14 +94,14 @@ where
             dropped: dropped + archiving.dropped,
             merged: merged + merged_tracks,
             lost: initiated.lost,
-            spoilt: report.spoilt + degenerate + archiving.degenerate,
-            parked: archiving.archived,
-            recalled,
-            forgotten: archiving.forgotten,
+            degenerate: report.degenerate + degenerate + archiving.degenerate,
+            archived: archiving.archived,
+            reactivated,
+            evicted: archiving.evicted,
             movers: movers.kept().len(),
             health: report.health
                 | Health::UNEXPLAINED_SCAN.when(!ln_evidence.is_finite())
-                | Health::COMPONENTS_LOST.when(initiated.lost + archiving.forgotten > 0)
+                | Health::COMPONENTS_LOST.when(initiated.lost + archiving.evicted > 0)
                 | Health::COVARIANCE_REPAIRED.when(degenerate + archiving.degenerate > 0),
             ..report
         })

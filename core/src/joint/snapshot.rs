@@ -59,7 +59,7 @@ where
         let [features, archived] =
             [memory.header.len, self.archive.kept().len()].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
         let with_archive = u32::from(self.archive.index().is_some());
-        let with_movers = if V::MOVE { 1 + self.movers.kept().len() as u32 } else { 0 };
+        let with_movers = if self.movers.are_tracked() { 1 + self.movers.kept().len() as u32 } else { 0 };
         let sizes = [features, archived, with_archive | with_movers << MOVERS_AT];
         let head = Head { shape: shape::<M::Pose>(kind), flags: 0, len: 0, sizes };
         write(head, self, [&mut [], &mut []], sink)

@@ -356,12 +356,12 @@ fn nonsense_is_refused_and_leaves_all_as_it_was() {
     assert_eq!(slam.estimate_pose().unwrap().mean, PlanarPose::ZERO);
     assert_eq!(slam.scan(&lidar(), &[]).unwrap().refused, 2);
     for (field, config) in [
-        ("birth_share", JointConfig { birth_share: 1.5, ..JointConfig::default() }),
+        ("birth_probability_min", JointConfig { birth_probability_min: 1.5, ..JointConfig::default() }),
         ("gate", JointConfig { gate: f32::NAN, ..JointConfig::default() }),
         (
-            "persistence.hidden_s",
+            "persistence.occluded_s",
             JointConfig {
-                persistence: Persistence { hidden_s: 0.0, ..Persistence::FOR_EVER },
+                persistence: Persistence { occluded_s: 0.0, ..Persistence::FOR_EVER },
                 ..JointConfig::default()
             },
         ),
@@ -455,7 +455,7 @@ fn what_was_loaded_goes_whatever_its_label_is() {
         covariance: Symmetric::from_diagonal([0.01, 0.01]),
     };
     let last = CarSlam::<f32>::GREATEST_LOADED_LABEL;
-    let config = JointConfig { persistence: Persistence::FOR_EVER, behind: 1.0, ..JointConfig::default() };
+    let config = JointConfig { persistence: Persistence::FOR_EVER, occlusion_factor: 1.0, ..JointConfig::default() };
     for other in [10, last] {
         let mut state = Box::new(Car::<f32, 8, { joint_numbers(3, 2, 8) }, 4>::new());
         let mut slam = JointSlam::new(motion(), config, &mut *state).unwrap();

@@ -76,7 +76,7 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
         models: &X,
         frame: &X::Frame,
         measurements: &[X::Measurement],
-        behind: T,
+        occlusion_factor: T,
         landmarks: &[Landmark<PositionOf<P>>],
     ) {
         for mover in self.kept_mut() {
@@ -87,7 +87,7 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
                 // Merging may have made them more than one feature together.
                 mover.component.ln_weight = mover.component.ln_weight.at_most(landmark.existence.absent.ln());
             }
-            let seen = in_view_of(models, frame, &mover.component.position(), measurements, behind);
+            let seen = in_view_of(models, frame, &mover.component.position(), measurements, occlusion_factor);
             mover.detection = seen.map_or(T::ZERO, |(_, detection)| detection);
             if rival.is_none() {
                 mover.not_detected = (T::ONE - mover.detection * mover.weight()).at_least(T::EPSILON);

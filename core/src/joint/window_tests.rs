@@ -94,8 +94,8 @@ impl World {
 struct Score {
     squares: Vec<f64>,
     nees: Vec<f64>,
-    parked: usize,
-    recalled: usize,
+    archived: usize,
+    reactivated: usize,
     merged: usize,
     lost: usize,
 }
@@ -113,10 +113,10 @@ impl Score {
             let (odometry, seen) = world.step();
             slam.predict(&odometry, T::from_f64(DT_S)).unwrap();
             let report = slam.scan(&eyes, &seen).unwrap();
-            self.parked += report.parked;
-            self.recalled += report.recalled;
+            self.archived += report.archived;
+            self.reactivated += report.reactivated;
             self.merged += report.merged;
-            self.lost += report.lost + report.forgotten;
+            self.lost += report.lost + report.evicted;
             let pose = slam.estimate_pose().unwrap();
             let [x, y, _] = pose.mean.on_ground().map(T::to_f64);
             let off = Vector2::new(x - world.pose.x_m, y - world.pose.y_m);
@@ -140,7 +140,8 @@ fn with_window<T: Real>(seeds: core::ops::Range<u64>) -> Score {
     let mut score = Score::default();
     for seed in seeds {
         let (mut state, mut archive) = (Box::new(Window::<T>::new()), Box::new(JointArchive::<_, 300>::new()));
-        let config = JointConfig { persistence: Persistence::FOR_EVER, behind: T::ONE, ..JointConfig::default() };
+        let config =
+            JointConfig { persistence: Persistence::FOR_EVER, occlusion_factor: T::ONE, ..JointConfig::default() };
         let slam = JointSlam::new(motion(), config, &mut *state).unwrap();
         score.take(&mut slam.with_archive(&mut archive, T::from_f64(REACH_M)).unwrap(), &mut World::new(seed));
     }
@@ -152,11 +153,19 @@ fn with_window<T: Real>(seeds: core::ops::Range<u64>) -> Score {
 fn a_window_of_forty_is_consistent_over_three_rounds() {
     let mut score = with_window::<f32>(100..110);
     let figures = score.figures();
-    std::println!("window: {figures:.3?} parked {} recalled {} merged {}", score.parked, score.recalled, score.merged);
+    std::println!(
+        "window: {figures:.3?} archived {} reactivated {} merged {}",
+        score.archived,
+        score.reactivated,
+        score.merged
+    );
     let [rmse, median, mean, _] = figures;
     assert!(rmse < 1.4 && (0.3..1.4).contains(&median) && mean < 5.0, "{figures:?}");
-    let Score { parked, recalled, lost, .. } = score;
-    assert!(parked > 3000 && recalled > 2000 && lost < 20, "{parked} parked, {recalled} recalled, {lost} lost");
+    let Score { archived, reactivated, lost, .. } = score;
+    assert!(
+        archived > 3000 && reactivated > 2000 && lost < 20,
+        "{archived} archived, {reactivated} reactivated, {lost} lost"
+    );
 }
 
 /// For the table of docs/joint.md.
@@ -280,11 +289,11 @@ fn a_page_is_tried_once_in_a_scan() {
     // Nothing is seen of it, twice; then all of it.
     for _ in 0..2 {
         let report = slam.scan(&lidar(), &[]).unwrap();
-        assert_eq!((report.recalled, slam.held()), (0, 3));
+        assert_eq!((report.reactivated, slam.held()), (0, 3));
     }
     let seen = places.map(|[x, y]: [f32; 2]| Vector2::new(x.hypot(y), (y / x).atan()));
     let report = slam.scan(&lidar(), &seen).unwrap();
-    assert_eq!((report.recalled, report.births, slam.held()), (3, 0, 3));
+    assert_eq!((report.reactivated, report.births, slam.held()), (3, 0, 3));
 }
 
 #[test]
@@ -370,7 +379,7 @@ fn whatever_comes_window_and_archive_stay_finite() {
                 .map(|_| Vector2::new(pick(&[0.0, 0.5, 5.0, 5.1, 11.0, 1e7, -4.0]), pick(&[0.0, 0.01, 1.0, -1.0, 1e6])))
                 .collect();
             if let Ok(report) = slam.scan(&lidar(), &scan) {
-                let counts = [report.parked, report.recalled, report.forgotten];
+                let counts = [report.archived, report.reactivated, report.evicted];
                 moved.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
             }
             assert_eq!(slam.audit(), Ok(()));

@@ -111,7 +111,7 @@ impl<T: Real> Sensor for RangeBearing<T> {
 
     /// Whether a detection is nearer than the prediction by more than three standard deviations of the range, and in the same direction
     /// within three standard deviations of the bearing.
-    fn hides(&self, measured: &SVector<T, 2>, expected: &SVector<T, 2>) -> bool {
+    fn occludes(&self, measured: &SVector<T, 2>, expected: &SVector<T, 2>) -> bool {
         let [[range, bearing]] = self.innovation(measured, expected).data.0;
         let sigmas = T::from_f64(OCCLUSION_SIGMAS * OCCLUSION_SIGMAS);
         range < T::ZERO

@@ -264,6 +264,14 @@ mod tests {
     }
 
     #[test]
+    fn counts_over_maps_are_means() {
+        let counts = Recognised { expected: 6.0_f64, detected: 4.0, given_up: 2.0 };
+        let mean = counts.over(4);
+        assert_eq!([mean.expected, mean.detected, mean.given_up], [1.5, 1.0, 0.5]);
+        assert_eq!(counts.over(0).expected, 6.0);
+    }
+
+    #[test]
     fn here_the_likelihood_ratio_is_one_in_the_mean_at_most() {
         for (usual, new_rate) in [(2.0_f64, 0.0), (4.5, 2.0), (9.0, 20.0), (30.0, 5.0)] {
             // At least two thirds of the usual detections, of as many landmarks as there may be, whatever else is measured.

@@ -157,8 +157,8 @@ impl<M: Models> Joint<M> {
 
     /// Existence after the time since the last scan.
     pub(super) fn pass_time(&self, state: &mut State) {
-        let Config { in_sight_s, hidden_s, lifetime_s, .. } = self.config;
-        let (a, b, c, dt) = (1.0 / in_sight_s, 1.0 / hidden_s, 1.0 / lifetime_s, state.waited_s);
+        let Config { visible_s, occluded_s, lifetime_s, .. } = self.config;
+        let (a, b, c, dt) = (1.0 / visible_s, 1.0 / occluded_s, 1.0 / lifetime_s, state.waited_s);
         for feature in &mut state.features {
             let (total, settled) = (feature.total(), feature.total() * a / (a + b));
             let hidden = settled + (feature.hidden - settled) * (-(a + b) * dt).exp();
