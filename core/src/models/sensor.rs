@@ -56,6 +56,19 @@ pub trait Sensor: Sync {
     /// R, the covariance of the measurement noise.
     fn noise(&self) -> &Symmetric<Self::Measurement>;
 
+    /// R of one measurement, where it is not the same for all: of `measured` where `expected` is expected. What is known of both tells which of them
+    /// to ask: noise that depends on the range depends on the expected one, since the measured one has the noise in it, and a covariance that a driver
+    /// reports belongs to the measured one. Both are the same where a feature is initiated, and where no measurement is at hand.
+    ///
+    /// None by default: R is [`noise`](Self::noise). [`WithNoise`](crate::models::WithNoise) adds this to a sensor.
+    fn noise_of(
+        &self,
+        _measured: &Self::Measurement,
+        _expected: &Self::Measurement,
+    ) -> Option<Symmetric<Self::Measurement>> {
+        None
+    }
+
     /// The birth intensity that does not wait for measurements (5.2.1), for a sensor whose measurement cannot be
     /// inverted: its component of that index, in map coordinates, as seen from the frame; `None` past the last. These
     /// components are part of every predicted static map, without being stored. There are as many from every frame, and no more
