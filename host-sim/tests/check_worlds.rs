@@ -113,6 +113,10 @@ fn worlds_as_they_are_have_no_findings() {
         assert_eq!(found(&there_and_back(seed)), [""; 0], "reversing, {seed}");
         assert_eq!(found(&with_fixes(seed, true, Some(|heading| heading))), [""; 0], "fixes, {seed}");
         assert_eq!(found(&with_fixes(seed, false, Some(|heading| heading))), [""; 0], "headings, {seed}");
+        // A receiver that finds its place late: by then odometry has turned away.
+        let mut late = with_fixes(seed, true, None);
+        late.fixes.retain(|fix| fix.t_s > 25.0);
+        assert_eq!(found(&late), [""; 0], "late fixes, {seed}");
     }
 }
 
@@ -135,7 +139,7 @@ type Damage = (&'static str, fn(u64) -> Log, &'static str);
 
 #[test]
 fn what_was_done_to_a_world_is_found_and_nothing_else() {
-    let cases: [Damage; 22] = [
+    let cases: [Damage; 27] = [
         (
             "parts of the vehicle in view",
             |seed| {
@@ -180,6 +184,28 @@ fn what_was_done_to_a_world_is_found_and_nothing_else() {
             "odometry-stands",
         ),
         (
+            "wheels that are not read beside a gyroscope that is",
+            |seed| {
+                let mut log = world(seed);
+                let from_s = 0.4 * end_s(&log);
+                let rows = log.odometry.iter_mut().filter(|row| (from_s..from_s + 20.0).contains(&row.t_s));
+                rows.for_each(|row| row.control[0] = 0.0);
+                log.truth.clear();
+                log
+            },
+            "odometry-stands",
+        ),
+        (
+            "odometry that always stands",
+            |seed| {
+                let mut log = world(seed);
+                log.odometry.iter_mut().for_each(|row| row.control = [0.0; 3]);
+                log.truth.clear();
+                log
+            },
+            "odometry-stands",
+        ),
+        (
             "detections in the frame of the map",
             |seed| {
                 let mut log = world(seed);
@@ -207,6 +233,22 @@ fn what_was_done_to_a_world_is_found_and_nothing_else() {
                 for scan in &mut log.scans {
                     for _ in 0..4 {
                         scan.detections.push([0.998 * log.sensor.range_max_m, noise.between(least, most)]);
+                        scan.labels.push(-1);
+                    }
+                }
+                log
+            },
+            "no-return",
+        ),
+        (
+            "no return as one of three ranges",
+            |seed| {
+                let (mut log, mut noise) = (world(seed), Noise::new(seed));
+                let [least, most] = [log.sensor.bearing_min_rad, log.sensor.bearing_max_rad];
+                for (place, scan) in log.scans.iter_mut().enumerate() {
+                    let none_m = (0.997 + 0.001 * (place % 3) as f64) * log.sensor.range_max_m;
+                    for _ in 0..3 {
+                        scan.detections.push([none_m, noise.between(least, most)]);
                         scan.labels.push(-1);
                     }
                 }
@@ -257,6 +299,7 @@ fn what_was_done_to_a_world_is_found_and_nothing_else() {
             |seed| with_fixes(seed, false, Some(|heading| heading - FRAC_PI_2)),
             "fix-heading",
         ),
+        ("headings with a declination", |seed| with_fixes(seed, false, Some(|heading| heading + 0.25)), "fix-heading"),
         ("positions and a compass", |seed| with_fixes(seed, true, Some(|heading| FRAC_PI_2 - heading)), "fix-heading"),
         ("positions and a declination", |seed| with_fixes(seed, true, Some(|heading| heading + 0.2)), "fix-heading"),
         (
@@ -273,6 +316,7 @@ fn what_was_done_to_a_world_is_found_and_nothing_else() {
             },
             "fix-jump",
         ),
+        ("positions elsewhere for the last 12 s", |seed| elsewhere(seed, |end_s| end_s - 12.0), "fix-jump"),
         ("the start turned round, with positions", |seed| turned(seed, PI), "start-heading"),
         ("the start turned, with positions", |seed| turned(seed, -0.8), "start-heading"),
         (
@@ -297,6 +341,13 @@ fn what_was_done_to_a_world_is_found_and_nothing_else() {
         ),
     ];
     let mut missed = Vec::new();
+    for seed in SEEDS {
+        // Then it is not where the vehicle starts, either.
+        let found = found(&elsewhere(seed, |_| 0.0));
+        if !found.contains(&"fix-jump") {
+            missed.push(format!("positions elsewhere for the first 12 s, {seed}: {found:?}"));
+        }
+    }
     for (name, damaged, code) in cases {
         for seed in SEEDS {
             let found = found(&damaged(seed));
@@ -306,6 +357,18 @@ fn what_was_done_to_a_world_is_found_and_nothing_else() {
         }
     }
     assert!(missed.is_empty(), "{missed:#?}");
+}
+
+/// Positions that are elsewhere for 12 s.
+fn elsewhere(seed: u64, from_s: fn(f64) -> f64) -> Log {
+    let mut log = with_fixes(seed, true, None);
+    let (from_s, off_m) = (from_s(end_s(&log)), 0.4 * log.sensor.range_max_m);
+    for fix in log.fixes.iter_mut().filter(|fix| (from_s..=from_s + 12.0).contains(&fix.t_s)) {
+        if let PoseFix::Position(position) = &mut fix.measured {
+            position[1] += off_m;
+        }
+    }
+    log
 }
 
 fn headed(seed: u64, heading: fn(f64) -> f64) -> Log {
@@ -410,7 +473,22 @@ fn what_check_proposes_leaves_the_vehicle_and_what_did_not_return_out() {
 }
 
 #[test]
-fn a_replay_scores_no_false_rows_and_starts_where_positions_say() {
+fn a_replay_leaves_own_parts_out_scores_no_false_rows_and_starts_where_positions_say() {
+    // Nothing is mapped that comes along.
+    for seed in [900_102, 900_106] {
+        let place = TempDir::new().unwrap();
+        let dir = place.path().join("log");
+        let mut log = world(seed);
+        log_folder::write(&log, &dir).unwrap();
+        let (clean_m, _) = replayed(place.path(), "joint");
+        fs::remove_dir_all(&dir).unwrap();
+        in_own_body(&mut log, seed);
+        log_folder::write(&log, &dir).unwrap();
+        let (rmse_m, said) = replayed(place.path(), "joint");
+        assert!(rmse_m < 1.3 * clean_m, "{seed}: {rmse_m} {clean_m}");
+        assert!(said.contains("of what stands still in the view are left out"), "{said}");
+    }
+
     let place = TempDir::new().unwrap();
     let mut log = world(900_103);
     set_truth(&mut log, 60.0, 15.0, |row| (row.position, row.heading_rad) = ([0.0; 2], Some(0.0)));

@@ -1,5 +1,6 @@
 //! Confirmation of features: their covariance is smaller than the first few measurements alone can make it.
 
+use crate::models::noise_at;
 use crate::{Component, Pose, PositionOf, Real, Sensor, Symmetric, TangentOf, Vector};
 
 /// (S / R) in one dimension half way between what so many measurements leave, 1 + 1/k, and what one more does.
@@ -21,7 +22,7 @@ pub(crate) fn is_confirmed<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, N: Vector
 ) -> Option<bool> {
     let position = component.position::<PositionOf<S::Pose>>();
     let expected = sensor.expect(frame, &position)?;
-    let mut noise = *sensor.noise();
+    let mut noise = noise_at(sensor, &expected.measurement);
     if let Some(pose_covariance) = pose_covariance {
         noise = noise.plus(&pose_covariance.congruence::<S::Measurement>(&sensor.by_pose(frame, &position, &expected)));
     }

@@ -1,6 +1,7 @@
 //! The map as seen from one candidate pose: predicted measurements of components, and the measurements within their gates.
 
 use crate::detection::scan::Scan;
+use crate::models::{OwnNoise, noise_at};
 use crate::numerics::work;
 use crate::{
     Bounds, Component, Correction, Expected, ExpectedOf, Factor, FieldOfView, Linear, MeasurementModel, Pose,
@@ -16,7 +17,7 @@ pub(crate) struct View<'a, X: MeasurementModel> {
     pub(crate) frame: X::Frame,
     /// ln of [`Config::negligible`](crate::Config::negligible).
     pub(crate) ln_negligible: ScalarOf<X::Pose>,
-    /// ln N(0; 0, R), which bounds ln N(ẑ; ẑ, S) from above: S is R and something more.
+    /// ln N(0; 0, R), which bounds ln N(ẑ; ẑ, S) from above, where R is the same for all measurements: S is R and something more.
     pub(crate) ln_sharpest: ScalarOf<X::Pose>,
     /// The most components that the birth intensity can have.
     pub(crate) most_births: usize,
@@ -209,7 +210,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> View<'_, X> {
             ln_detected_weight: component.ln_weight + detection.ln_detected,
             innovation_covariance: position_covariance
                 .congruence::<X::Measurement>(&expected.jacobian)
-                .plus(self.sensor.noise()),
+                .plus(&noise_at(self.sensor, &expected.measurement)),
         })
     }
 
@@ -242,7 +243,9 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> View<'_, X> {
         let ln_least = scan.ln_least_unexplained() + self.ln_negligible;
         // The peak itself takes a factorisation and a logarithm, which components that meet nothing do without. The last
         // term outweighs rounding.
-        let headroom = expectation.ln_detected_weight + self.ln_sharpest - ln_least + T::from_f64(0.001);
+        let own = OwnNoise::of(self.sensor, &expectation.measurement, &expectation.measurement);
+        let ln_sharpest = own.map_or(self.ln_sharpest, |own| own.factor.ln_peak());
+        let headroom = expectation.ln_detected_weight + ln_sharpest - ln_least + T::from_f64(0.001);
         // Also where the headroom is NaN.
         if !(headroom > T::ZERO) {
             return;

@@ -1,6 +1,7 @@
 //! The birth intensity of a measurement (5.9, 5.10).
 
 use crate::detection::view::View;
+use crate::models::noise_at;
 use crate::numerics::range::is_within_range;
 use crate::{Component, InverseOf, MeasurementModel, Place, Pose, Real, Sensor, Symmetric, TangentOf, Vector};
 
@@ -27,7 +28,7 @@ impl<T: Real, D: Place<Scalar = T>> Newborn<D> {
             view.sees(&inverse.feature, measured) && inverse.feature.as_slice().iter().all(|x| x.is_finite())
         };
         let inverse = view.sensor.invert(&view.frame, measured).filter(in_view)?;
-        let mut noise = *view.sensor.noise();
+        let mut noise = noise_at(view.sensor, measured);
         if let Some(pose_covariance) = pose_covariance
             && let Some(expected) = view.sensor.expect(&view.frame, &inverse.feature)
         {

@@ -11,11 +11,12 @@ use crate::filter::waiting::memory::Noted;
 use crate::map::Page;
 use crate::map::reduce::{heavier, merge_and_cap};
 use crate::map::workspace::{Entry, Origin, Workspace};
+use crate::models::noise_at;
 use crate::numerics::work;
 use crate::report::watch::is_known;
 use crate::{
     Births, Bounds, Component, Config, Dynamic, Feature, LnSum, MeasurementModel, Place, Pose, PositionOf, Probe, Real,
-    ScalarOf, Sensor, Stage, Static, Symmetric, TangentOf, Vector,
+    ScalarOf, Stage, Static, Symmetric, TangentOf, Vector,
 };
 
 /// The scan as one survivor's pose sees it.
@@ -189,7 +190,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
     {
         let ScanView { view, pose_covariance, scan, .. } = scan_view;
         let mut expectation = view.expect(component)?;
-        let mut noise = *view.sensor.noise();
+        let mut noise = noise_at(view.sensor, &expectation.expected().measurement);
         if let Some(pose_covariance) = pose_covariance {
             let blur =
                 view.blur(pose_covariance, &component.position::<PositionOf<X::Pose>>(), &expectation.expected());

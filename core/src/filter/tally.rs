@@ -159,7 +159,7 @@ mod tests {
         };
         for order in [[[3, 0], [1, 5]], [[1, 5], [3, 0]]] {
             let mut sum = Tally::new();
-            order.map(|in_view| sum.add(&with(in_view)));
+            order.iter().for_each(|&in_view| sum.add(&with(in_view)));
             assert_eq!(sum.peaks.map(|peak| peak.in_view), [3, 5]);
         }
     }

@@ -1,6 +1,7 @@
 //! Ambiguity of the association of a feature with several measurements.
 
 use super::associations::{AssociationRow, probabilities};
+use crate::models::noise_at;
 use crate::{Pose, Real, Sensor, Zero};
 
 /// No measurement has as much of a feature's detections.
@@ -33,7 +34,7 @@ where
     if probability >= detected * T::from_f64(SURE) {
         return false;
     }
-    let Some(noise) = sensor.noise().factor() else { return false };
+    let Some(noise) = noise_at(sensor, surest).factor() else { return false };
     let (mut squares, mut mean) = (T::ZERO, S::Measurement::ZERO);
     for (probability, z) in probabilities(table, index, measurements) {
         let apart = sensor.innovation(z, surest);

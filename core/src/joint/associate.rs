@@ -8,6 +8,7 @@ use super::data_association::marginals;
 use super::loop_closure::{exclude_weakly_determined, least_of};
 use super::movers::Movers;
 use super::state::Memory;
+use crate::models::OwnNoise;
 use crate::{
     Births, Clutter, FieldOfView, Linear, LnSum, Matrix, MeasurementModel, Pose, PositionOf, Real, ScalarOf, Sensor,
     Symmetric, TangentOf, Vector,
@@ -37,14 +38,14 @@ impl<T: Real, P: Pose<Scalar = T>, Y: Vector<Scalar = T>> Predicted<P, Y> {
         finite.then_some(Self { measurement, by_pose, by_feature })
     }
 
-    /// S = Hx P_xx Hxᵀ + Hx P_xm Hmᵀ + Hm P_mx Hxᵀ + Hm P_mm Hmᵀ + R.
-    fn innovation_covariance(&self, blocks: &Blocks<P>, noise: &Symmetric<Y>) -> Symmetric<Y> {
+    /// S − R = Hx P_xx Hxᵀ + Hx P_xm Hmᵀ + Hm P_mx Hxᵀ + Hm P_mm Hmᵀ.
+    fn covariance(&self, blocks: &Blocks<P>) -> Symmetric<Y> {
         let Self { by_pose, by_feature, .. } = self;
         let mixed = sandwiched::<Y, P::Position, P::Tangent>(by_feature, &blocks.cross, by_pose);
         let own = sandwiched::<Y, P::Position, P::Position>(by_feature, &blocks.feature, by_feature);
         let of_pose = sandwiched::<Y, P::Tangent, P::Tangent>(by_pose, &blocks.pose, by_pose);
         let full = of_pose + own + mixed + Matrix::with(|row, column| mixed.at(column, row));
-        symmetric::<Y>(&full).plus(noise)
+        symmetric::<Y>(&full)
     }
 }
 
@@ -103,6 +104,7 @@ where
     let may_be_born = births.of_static > T::ZERO && header.len < landmarks.len();
     let newborn = sensor.noise().plus(sensor.noise());
     let ln_newborn = newborn.factor().filter(|_| may_be_born).map_or(T::NEG_INFINITY, |factor| factor.ln_peak());
+    let ln_usual = sensor.noise().factor().map_or(T::ZERO, |factor| factor.ln_peak());
     let (mut in_view, mut ln_missed, mut ln_highest) = (0, T::ZERO, T::NEG_INFINITY);
     for (index, landmark) in landmarks.iter_mut().enumerate().take(header.len) {
         let seen = in_view_of(models, &frame, &landmark.mean, measurements, config.occlusion_factor);
@@ -119,22 +121,35 @@ where
         let ln_not_detected = if beside > T::ZERO { neither(beside).ln() } else { (T::ONE - expected).ln() };
         ln_missed += ln_not_detected;
         let Some((predicted, _)) = seen.filter(|_| expected > T::ZERO) else { continue };
-        let covariance = predicted.innovation_covariance(&joint.blocks(index), sensor.noise());
-        let Some(factor) = covariance.factor() else { continue };
-        ln_highest = ln_highest.at_least(factor.ln_peak());
+        let own = OwnNoise::of(sensor, &predicted.measurement, &predicted.measurement);
+        let noise = own.as_ref().map_or(sensor.noise(), |own| &own.covariance);
+        let covariance = predicted.covariance(&joint.blocks(index));
+        let Some(factor) = covariance.plus(noise).factor() else { continue };
+        // How well it is determined is compared with others of another noise by what it adds to that.
+        let beside_noise = |ln_peak: T| own.as_ref().map_or(ln_peak, |own| ln_peak - own.factor.ln_peak() + ln_usual);
+        ln_highest = ln_highest.at_least(beside_noise(factor.ln_peak()));
         if index < window {
             // A landmark that may be a moving object instead keeps its associations.
-            landmark.scratch = if beside > T::ZERO { T::INFINITY } else { factor.ln_peak() };
+            landmark.scratch = if beside > T::ZERO { T::INFINITY } else { beside_noise(factor.ln_peak()) };
             if landmark.scratch < least_of::<X::Measurement>(ln_newborn) {
-                let here = header.motion_noise.congruence::<X::Measurement>(&predicted.by_pose).plus(&newborn);
-                if here.factor().is_some_and(|factor| landmark.scratch < least_of::<X::Measurement>(factor.ln_peak())) {
+                let of_motion = header.motion_noise.congruence::<X::Measurement>(&predicted.by_pose);
+                let here = of_motion.plus(&own.as_ref().map_or(newborn, |own| own.covariance.plus(&own.covariance)));
+                let least = |ln_peak| least_of::<X::Measurement>(beside_noise(ln_peak));
+                if here.factor().is_some_and(|factor| landmark.scratch < least(factor.ln_peak())) {
                     landmark.scratch = T::NEG_INFINITY;
                 }
             }
         }
-        let ln_peak = expected.ln() - ln_not_detected + factor.ln_peak();
+        let ln_expected = expected.ln() - ln_not_detected;
+        let ln_peak = ln_expected + factor.ln_peak();
         for (row, z) in association_table.iter_mut().zip(measurements) {
-            let distance = factor.mahalanobis(&sensor.innovation(z, &predicted.measurement));
+            let innovation = sensor.innovation(z, &predicted.measurement);
+            let of_own_noise = OwnNoise::of(sensor, z, &predicted.measurement)
+                .and_then(|own| covariance.plus(&own.covariance).factor());
+            let (distance, ln_peak) = match of_own_noise {
+                Some(own) => (own.mahalanobis(&innovation), ln_expected + own.ln_peak()),
+                None => (factor.mahalanobis(&innovation), ln_peak),
+            };
             if distance <= config.gate {
                 row.associate(Association::new(index as u16, ln_peak - distance * T::from_f64(0.5)));
             }

@@ -6,8 +6,9 @@ use super::associations::{AssociationRow, probabilities};
 use super::covariance::{Common, RowsOf, symmetric};
 use super::report::Tally;
 use super::state::Memory;
+use crate::models::OwnNoise;
 use crate::numerics::vector::{applied, product};
-use crate::{Linear, Matrix, Pose, PositionOf, Real, Sensor, TangentOf, Vector, Zero};
+use crate::{Linear, Matrix, Pose, PositionOf, Real, Sensor, Symmetric, TangentOf, Vector, Zero};
 
 /// A feature that has less than this share of all detections together says nothing of the pose.
 pub(super) const LEAST_DETECTED: f64 = 0.02;
@@ -71,7 +72,8 @@ where
     let own = common.features.get(index).map_or(&[][..], |rows| rows.as_ref());
     let full = rows::<S::Measurement, TangentOf<S::Pose>, Z>(&by_pose, common.pose.as_ref())
         + rows::<S::Measurement, PositionOf<S::Pose>, Z>(&by_feature, own);
-    let Some(factor) = symmetric::<S::Measurement>(&full).plus(sensor.noise()).factor() else {
+    let noise = mean_noise(sensor, &measurement, probabilities(association_table, index, measurements));
+    let Some(factor) = symmetric::<S::Measurement>(&full).plus(&noise).factor() else {
         tally.left_out += 1;
         return None;
     };
@@ -97,6 +99,25 @@ where
     let spread = sandwich(&sandwich(&inverse, &open), &inverse);
     let step = applied::<S::Measurement, S::Measurement>(&inverse, &mean);
     Some(InnovationStatistics { pose: common.pose, inverse, step, spread, detected })
+}
+
+/// R in the mean over measurements with these association probabilities, where it is not the same for all.
+fn mean_noise<'m, T: Real, S: Sensor<Pose: Pose<Scalar = T>, Measurement: 'm>>(
+    sensor: &S,
+    expected: &S::Measurement,
+    associated: impl Iterator<Item = (T, &'m S::Measurement)>,
+) -> Symmetric<S::Measurement> {
+    let (mut mean, mut sum) = (*sensor.noise(), T::ZERO);
+    for (probability, z) in associated {
+        let Some(own) = OwnNoise::of(sensor, z, expected) else { return *sensor.noise() };
+        sum += probability;
+        let share = if sum > T::ZERO { probability / sum } else { T::ZERO };
+        mean = Symmetric::from_fn(|row, column| {
+            let so_far = mean.get(row, column);
+            so_far + (own.covariance.get(row, column) - so_far) * share
+        });
+    }
+    mean
 }
 
 /// v vᵀ.

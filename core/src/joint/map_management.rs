@@ -6,6 +6,7 @@ use super::difference::{Difference, Fusion};
 use super::existence::Existence;
 use super::movers::Movers;
 use super::state::{Landmark, Memory};
+use crate::models::noise_at;
 use crate::numerics::range::{is_within_range, is_within_square};
 use crate::numerics::vector::product;
 use crate::{Births, FieldOfView, Linear, Matrix, MeasurementModel, Pose, PositionOf, Real, Sensor, TangentOf, Vector};
@@ -108,7 +109,7 @@ where
     let by_pose = models.sensor().by_pose(frame, &inverse.feature, &expected);
     let by_pose = product::<PositionOf<X::Pose>, X::Measurement, TangentOf<X::Pose>>(&inverse.jacobian, &by_pose);
     let by_pose: Linear<PositionOf<X::Pose>, TangentOf<X::Pose>> = Matrix::with(|row, column| -by_pose.at(row, column));
-    let own = models.sensor().noise().congruence::<PositionOf<X::Pose>>(&inverse.jacobian);
+    let own = noise_at(models.sensor(), z).congruence::<PositionOf<X::Pose>>(&inverse.jacobian);
     let finite = by_pose.as_slice().iter().all(|x| x.is_finite());
     let usable = is_within_range(&inverse.feature) && is_within_square(&own) && finite;
     (detection > T::ZERO && usable).then_some((inverse.feature, by_pose, own.to_matrix()))
@@ -183,8 +184,10 @@ where
         // The covariance of a position from one measurement from here.
         let single_measurement = if is_mergeable(landmark) {
             let expected = sensor.expect(&frame, &landmark.mean);
-            let inverse = expected.and_then(|expected| sensor.invert(&frame, &expected.measurement));
-            inverse.and_then(|inverse| sensor.noise().congruence::<PositionOf<S::Pose>>(&inverse.jacobian).factor())
+            expected.and_then(|expected| {
+                let inverse = sensor.invert(&frame, &expected.measurement)?;
+                noise_at(sensor, &expected.measurement).congruence::<PositionOf<S::Pose>>(&inverse.jacobian).factor()
+            })
         } else {
             None
         };

@@ -10,6 +10,7 @@ use super::existence::Beside;
 use super::movers::{MOVES, Mover, Movers, NONE, Tracks};
 use super::state::{Header, Landmark};
 use crate::map::reduce::{Near, heavier, moment_match};
+use crate::models::noise_at;
 use crate::numerics::range::is_within_range;
 use crate::{
     Component, Correction, Factor, Linear, Matrix, MeasurementModel, MovingOf, Pose, PositionOf, Real, Sensor,
@@ -37,7 +38,7 @@ impl<T: Real, P: Pose<Scalar = T>, Y: Vector<Scalar = T>> Sight<P, Y> {
         S: Sensor<Pose = P, Measurement = Y>,
     {
         let predicted = Predicted::of(sensor, frame, &component.position())?;
-        let noise = sensor.noise().plus(&process_noise.congruence::<Y>(&predicted.by_pose));
+        let noise = noise_at(sensor, &predicted.measurement).plus(&process_noise.congruence::<Y>(&predicted.by_pose));
         let of_place = component.covariance.leading::<PositionOf<P>>().congruence::<Y>(&predicted.by_feature);
         let factor = of_place.plus(&noise).factor()?;
         Some(Self { predicted, noise, factor })

@@ -48,6 +48,10 @@ impl<T: Real, S: Sensor<Pose = PlanarPose<T>>> Sensor for Calibrated<S> {
         self.0.noise()
     }
 
+    fn noise_of(&self, measured: &S::Measurement, expected: &S::Measurement) -> Option<Symmetric<S::Measurement>> {
+        self.0.noise_of(measured, expected)
+    }
+
     fn expected_birth(&self, frame: &S::Frame, index: usize) -> Option<Component<Vector2<T>>> {
         self.0.expected_birth(frame, index)
     }

@@ -29,6 +29,7 @@ mod stereo_frustum;
 #[cfg(test)]
 mod testing;
 mod unicycle;
+mod varying_noise;
 
 pub use ackermann::{Ackermann, AckermannControl, AckermannGeometry};
 pub use auv::{Auv, AuvControl, Reading};
@@ -60,6 +61,8 @@ pub use sonar::{
 pub use stereo_camera::{StereoCamera, StereoFrame, pixel_noise, projection};
 pub use stereo_frustum::{FrustumLimits, StereoFrustum};
 pub use unicycle::{Step, Unicycle, UnicycleControl};
+pub use varying_noise::{NoiseModel, ReportedNoise, WithNoise};
+pub(crate) use varying_noise::{OwnNoise, noise_at};
 
 /// A parameter of a model is out of range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

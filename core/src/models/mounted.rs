@@ -84,6 +84,11 @@ impl<S: Sensor> Sensor for Mounted<'_, S> {
         self.sensor.noise()
     }
 
+    #[inline(always)]
+    fn noise_of(&self, measured: &S::Measurement, expected: &S::Measurement) -> Option<Symmetric<S::Measurement>> {
+        self.sensor.noise_of(measured, expected)
+    }
+
     fn expected_birth(&self, frame: &Self::Frame, index: usize) -> Option<Component<PositionOf<S::Pose>>> {
         self.sensor.expected_birth(&frame.frame, index)
     }

@@ -52,6 +52,7 @@ pub trait MeasurementModel {
 /// | an inverse that is not finite | a measurement without birth |
 /// | a component of the birth intensity that is not finite or not positive definite | no component |
 /// | more of those than `VIEW` of the static maps | no component, counted as lost |
+/// | a covariance of one measurement that is not positive definite | that of [`Sensor::noise`] |
 /// | a covariance of the measurement noise that is not positive definite | [`ScanError::SensorNoise`](crate::ScanError::SensorNoise) |
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensing<S, V, C> {

@@ -56,6 +56,20 @@ pub trait Sensor: Sync {
     /// R, the covariance of the measurement noise.
     fn noise(&self) -> &Symmetric<Self::Measurement>;
 
+    /// R of one measurement, if it is not the same for all measurements: for the measurement `measured` of a feature whose predicted
+    /// measurement is `expected`. Noise that depends on the range should use `expected`, because `measured` contains the noise; a
+    /// covariance that a driver reports belongs to `measured`. Both are the same when a feature is initiated and when there is no
+    /// measurement.
+    ///
+    /// None by default: R is [`noise`](Self::noise). [`WithNoise`](crate::models::WithNoise) adds this to a sensor.
+    fn noise_of(
+        &self,
+        _measured: &Self::Measurement,
+        _expected: &Self::Measurement,
+    ) -> Option<Symmetric<Self::Measurement>> {
+        None
+    }
+
     /// The birth intensity that does not depend on the measurements (5.2.1), for a sensor whose measurement has no inverse: its
     /// component with this index, in map coordinates, for this frame; `None` behind the last. These components are added to every
     /// predicted static map without being stored. Their number must be the same for every frame, and at most `VIEW` of the static

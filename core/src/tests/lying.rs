@@ -23,6 +23,7 @@ enum Lie {
     Expected,
     Jacobian,
     Innovation,
+    OwnNoise,
     Inverse,
     InverseJacobian,
     ByPose,
@@ -34,7 +35,7 @@ enum Lie {
     Transition,
 }
 
-const LIES: [Lie; 16] = [
+const LIES: [Lie; 17] = [
     Lie::Detection,
     Lie::Bounds,
     Lie::Clutter,
@@ -42,6 +43,7 @@ const LIES: [Lie; 16] = [
     Lie::Expected,
     Lie::Jacobian,
     Lie::Innovation,
+    Lie::OwnNoise,
     Lie::Inverse,
     Lie::InverseJacobian,
     Lie::ByPose,
@@ -123,6 +125,10 @@ impl Sensor for &Liar {
     }
     fn noise(&self) -> &Symmetric<Vector2<f64>> {
         &self.noise
+    }
+    fn noise_of(&self, _: &Vector2<f64>, _: &Vector2<f64>) -> Option<Symmetric<Vector2<f64>>> {
+        let variance = || self.says(Lie::OwnNoise, 0.04);
+        (self.lie == Lie::OwnNoise).then(|| Symmetric::from_diagonal([variance(), 0.04]))
     }
     fn expected_birth(&self, frame: &Vector2<f64>, index: usize) -> Option<Component<Vector2<f64>>> {
         let variance = self.says(Lie::BirthCovariance, 1.0);

@@ -7,6 +7,7 @@
 use super::finding::{Findings, percent, quantile, short};
 use super::reading::{AS_WRITTEN, BACKWARDS, OTHERS, Reading, STANDS, ToldBy};
 use super::sight::{Met, Sight};
+use super::still::Zones;
 use super::{reverse, shift, spells, still};
 use scphd_log::angle::wrap;
 use scphd_log::log::{Log, Odometry, Scan, Vehicle};
@@ -36,14 +37,14 @@ const NEARLY: f64 = 0.1;
 /// Where all stands still in the view, this share of the detections falls on later ones: the rest goes out of view, or is missed.
 const MOST: f64 = 0.3;
 
-/// What the scans tell of the motion.
-pub(super) fn planar(log: &Log, findings: &mut Findings) {
+/// What the scans tell of the motion; gives back where sensors see parts of their own vehicle.
+pub(super) fn planar(log: &Log, findings: &mut Findings) -> Zones {
     let written = without_truth(log);
     let poses = vehicle::dead_reckoning(log);
     let moved = pairs(log, &poses, moves(log, 1.0));
     let mut rest = without_truth(log);
     let mut fixed = Findings::default();
-    let along = still::look_over(&mut rest, &poses, &moved, &mut fixed);
+    let (zones, along) = still::look_over(&mut rest, &poses, &moved, &mut fixed);
     let offset = offset(&rest, &moved);
     let least = offset.as_ref().map_or(0.0, |offset| offset.read.share() - NEARLY);
     let best = best(&rest, &poses, &moved).filter(|(_, _, read)| read.share() > least);
@@ -59,16 +60,16 @@ pub(super) fn planar(log: &Log, findings: &mut Findings) {
         && others.is_none_or(|share| stands.share() > share + NEARLY);
     if all_stand {
         tell(&STANDS, all, stands, findings);
-        return;
+        return Zones::new();
     }
     findings.0.extend(fixed.0);
     if let Some(shift) = shift {
         shift.tell(findings);
-        return;
+        return zones;
     }
     if let Some((other, written, read)) = best {
         tell(other, written, read, findings);
-        return;
+        return zones;
     }
     findings.0.extend(along.0);
     if let Some(offset) = offset {
@@ -79,6 +80,7 @@ pub(super) fn planar(log: &Log, findings: &mut Findings) {
     let moved = pairs(&rest, &poses, moves(&rest, 1.0));
     reverse::look_over(&rest, &poses, &backwards, &moved, findings);
     spells::look_over(&rest, &poses, findings);
+    zones
 }
 
 /// Detections that are where one is in a later scan, in view or not.

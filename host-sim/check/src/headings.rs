@@ -18,16 +18,20 @@ const LONGER: f64 = 0.2;
 /// Headings are off from this angle on, and by so many standard errors.
 const OFF_RAD: f64 = 0.12;
 const ERRORS: f64 = 6.0;
-/// Without positions the heading at the start is what fixes are held against, for so long, s, and from this angle on.
+/// Without positions the heading at the start is what fixes are held against, for so long, s, and from this angle on; and from so many standard errors of
+/// the line through them, whose slope is an offset of the odometry's turn.
 const START_S: f64 = 20.0;
-const START_OFF_RAD: f64 = 0.3;
+const START_OFF_RAD: f64 = 0.12;
+const START_ERRORS: f64 = 8.0;
 /// Turns are compared over pieces of this angle; of the other sign is a correlation below.
 const TURN_RAD: f64 = 0.3;
 const TURNED_AROUND: f64 = -0.5;
 /// A named convention is one within this angle.
 const NEAR_RAD: f64 = 0.25;
-/// The start is off from this angle on, by so many of the first pieces.
+/// The start is off from this angle on, by so many of the first pieces; odometry that turns by this much too fast, rad/s, is off as well by the first of
+/// them.
 const START_RAD: f64 = 0.5;
+const TURN_RADPS: f64 = 0.03;
 const START_PIECES: usize = 6;
 
 /// The headings that positions tell: where odometry says that the vehicle moved by its own axes, they say in which direction of the map.
@@ -167,14 +171,31 @@ pub(super) fn fixes(log: &Log, findings: &mut Findings) {
         return;
     }
     let clockwise = turn_apart(&headings, &way);
-    let early = headings.iter().filter(|one| one.0 - headings[0].0 <= START_S);
     let sign = if clockwise { -1.0 } else { 1.0 };
-    let off: Vec<f64> = early.map(|(t_s, heading)| heading - sign * way.at(*t_s)[2]).collect();
-    let [length, off_rad] = mean(off.into_iter());
-    let least_rad = START_OFF_RAD.max(5.0 * log.fix_noise.heading_sigma_rad.unwrap_or(0.0));
+    let early = headings.iter().take_while(|one| one.0 - headings[0].0 <= START_S);
+    let off: Vec<(f64, f64)> = early.map(|(t_s, heading)| (*t_s, heading - sign * way.at(*t_s)[2])).collect();
+    let [length, middle_rad] = mean(off.iter().map(|one| one.1));
+    let around: Vec<(f64, f64)> = off.iter().map(|(t_s, off)| (*t_s, wrap(off - middle_rad))).collect();
+    let Some([more_rad, error_rad]) = at_start(&around, log.odometry.first().map_or(0.0, |row| row.t_s)) else {
+        return;
+    };
+    let off_rad = wrap(middle_rad + more_rad);
+    let least_rad = START_OFF_RAD.max(START_ERRORS * error_rad);
     if clockwise || (length > AGREE && off_rad.abs() > least_rad) {
         Convention { clockwise, off_rad }.tell(place, "fix-heading", findings);
     }
+}
+
+/// Where the line through angles over times has come from at the start, and its standard error there, rad.
+fn at_start(angles: &[(f64, f64)], start_s: f64) -> Option<[f64; 2]> {
+    let n = angles.len() as f64;
+    let over = |of: &dyn Fn(&(f64, f64)) -> f64| angles.iter().map(of).sum::<f64>();
+    let (t_s, mean_rad) = (over(&|one| one.0) / n, over(&|one| one.1) / n);
+    let squares = over(&|one| (one.0 - t_s).powi(2));
+    let slope = over(&|one| (one.0 - t_s) * one.1) / squares;
+    let rest = over(&|one| (one.1 - mean_rad - slope * (one.0 - t_s)).powi(2)) / (n - 2.0);
+    let error_rad = (rest * (1.0 / n + (start_s - t_s).powi(2) / squares)).sqrt();
+    (angles.len() > 2 && squares > 0.0).then_some([mean_rad + slope * (start_s - t_s), error_rad])
 }
 
 /// Whether headings turn to one side where the odometry turns to the other.
@@ -228,8 +249,10 @@ pub(super) fn start_off(log: &Log) -> Option<f64> {
         }
     }
     let [length, off_rad] = mean(off.iter().copied());
+    // By then the odometry has turned away of itself.
+    let least_rad = START_RAD + TURN_RADPS * (positions.first()?.0 - log.odometry.first()?.t_s).max(0.0);
     let last = quantile(off.iter().map(|one| wrap(one - off_rad).abs()).collect(), 1.0)?;
-    (off.len() == START_PIECES && length > AGREE && last < START_RAD && off_rad.abs() > START_RAD).then_some(off_rad)
+    (off.len() == START_PIECES && length > AGREE && last < START_RAD && off_rad.abs() > least_rad).then_some(off_rad)
 }
 
 /// Names a heading at the start that is not that of the positions.

@@ -53,8 +53,9 @@ impl Track {
         quantile(off.collect(), 0.95).unwrap_or(0.0)
     }
 
-    /// Which rows lie away, where a step of more than `least_m` and the way is a jump.
-    fn away(&self, least_m: f64) -> Vec<bool> {
+    /// Which rows lie away, where a step of more than `least_m` and the way is a jump; those before the first jump and behind the last one
+    /// `at_rims` alone, or where they stand still.
+    fn away(&self, least_m: f64, at_rims: bool) -> Vec<bool> {
         let mut away = vec![false; self.rows.len()];
         let jumps = |from: usize, to: usize| self.step_m(from, to) > least_m + WAY_TIMES * self.driven_m(from, to);
         let interval_s = |to: usize| self.rows[to].0 - self.rows[to - 1].0;
@@ -76,7 +77,8 @@ impl Track {
                 is_short && jumps(good, from) && later.take(4).any(|back| !jumps(good, back))
             });
             // At the start and the end nothing is there to return to: a place that repeats itself is none.
-            let is_rim = (place == 0 || place + 1 == parts.len()) && stands([from, until]) && until - from > 1;
+            let is_rim =
+                (place == 0 || place + 1 == parts.len()) && (at_rims || stands([from, until])) && until - from > 1;
             if returns || (is_rim && is_short) {
                 away[from..until].fill(true);
             } else {
@@ -116,7 +118,7 @@ pub(super) fn false_truth(log: &Log) -> Vec<usize> {
     let kept: Vec<usize> = (0..log.truth.len()).filter(|row| !zeros[*row]).collect();
     let rest = Track::of(log, kept.iter().map(|row| (log.truth[*row].t_s, log.truth[*row].position)));
     let least_m = (NOISE_TIMES * rest.noise_m()).max(SIGMAS * log.truth_sigma_m).max(REACH * reach_m);
-    let away = rest.away(least_m);
+    let away = rest.away(least_m, false);
     let is_away = |row: &usize| zeros[*row] || kept.binary_search(row).is_ok_and(|place| away[place]);
     (0..log.truth.len()).filter(is_away).collect()
 }
@@ -157,7 +159,7 @@ pub(super) fn fixes(log: &Log, findings: &mut Findings) {
         PoseFix::Heading(_) => None,
     });
     let track = Track::of(log, positions);
-    let away = track.away((SIGMAS * sigma_m).max(FIX_NOISE_TIMES * track.noise_m()));
+    let away = track.away((SIGMAS * sigma_m).max(FIX_NOISE_TIMES * track.noise_m()), true);
     let mut spells: Vec<[usize; 2]> = Vec::new();
     for row in (0..away.len()).filter(|row| away[*row]) {
         match spells.last_mut() {
@@ -165,17 +167,17 @@ pub(super) fn fixes(log: &Log, findings: &mut Findings) {
             _ => spells.push([row, row]),
         }
     }
-    spells.retain(|[from, to]| to - from + 1 >= AWAY && *from > 0);
+    spells.retain(|[from, to]| to - from + 1 >= AWAY);
     let Some(&[from, to]) = spells.iter().max_by_key(|[from, to]| to - from) else { return };
     findings.warn(
         "fix-jump",
         "fixes.csv, columns x_m and y_m",
         format!(
-            "{} positions from {} s to {} s lie away from the way of the others, by {} m at first{}",
+            "{} positions from {} s to {} s lie away from the way of the others, by {} m where they part{}",
             to - from + 1,
             short(track.rows[from].0),
             short(track.rows[to].0),
-            short(track.step_m(from - 1, from)),
+            short(if from > 0 { track.step_m(from - 1, from) } else { track.step_m(to, to + 1) }),
             if spells.len() > 1 { format!("; {} such times in all", spells.len()) } else { String::new() }
         ),
         "leave them out: after patience_s (7 s) a filter takes positions that agree with each other for right",

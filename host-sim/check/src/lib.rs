@@ -131,6 +131,13 @@ impl Checked for Planar {
             done.push(format!("truth.csv: {} of {} rows are not scored [truth-jumps]", found.len(), log.truth.len()));
             *log = jumps::without(log, &found);
         }
+        let zones = agreement::planar(log, &mut Findings::default());
+        let left_out = still::leave_out(log, &zones);
+        if left_out > 0 {
+            done.push(format!(
+                "detections.csv: {left_out} detections of what stands still in the view are left out, as scphd-sim check proposes [fixed-in-view]"
+            ));
+        }
         if let Some(off_rad) = headings::start_off(log) {
             let [_, _, heading] = &mut log.initial_pose;
             let turned = wrap(*heading + off_rad);

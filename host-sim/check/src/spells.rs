@@ -5,7 +5,6 @@
 use super::finding::{Findings, percent, short};
 use super::reading::AS_WRITTEN;
 use super::sight::{Met, Sight};
-use scphd_log::angle::wrap;
 use scphd_log::log::Log;
 
 /// Scans are held against so many next ones.
@@ -34,9 +33,8 @@ const IN_TURN: usize = 4;
 /// Odometry stands for so long, s, and scans so far apart are held against each other, s.
 const STANDS_S: f64 = 3.0;
 const APART_S: f64 = 1.5;
-/// It stands where it moves by less than this share of the reach, and this angle.
+/// It stands where it drives by less than this share of the reach; it may turn, as by a gyroscope beside wheels that are not read.
 const STILL_REACH: f64 = 0.003;
-const STILL_RAD: f64 = 0.005;
 /// So many scans in a row are empty, so long, s.
 const EMPTY: usize = 5;
 const EMPTY_S: f64 = 3.0;
@@ -88,12 +86,22 @@ impl OfSensor<'_> {
             .collect();
         let usual = table.iter().map(|row| row[0]).fold(Met::default(), Met::and).share();
         let with_any = table.iter().flatten().fold(Met::default(), |sum, one| sum.and(*one)).share();
+        if self.never_drives() {
+            // What is usual is not known then: all of a standing view stays where it is.
+            self.standing(USUAL, findings);
+            return;
+        }
         if self.are_mixed(&table, findings) || usual.max(with_any) < USUAL {
             return;
         }
         self.carried(&table, usual, findings);
         self.standing(usual, findings);
         self.empty(usual, findings);
+    }
+
+    /// Whether odometry says that the vehicle stands all the time.
+    fn never_drives(&self) -> bool {
+        self.log.odometry.iter().all(|row| row.speed_mps() == 0.0)
     }
 
     /// Whether scans are of two sources in turn.
@@ -188,7 +196,7 @@ impl OfSensor<'_> {
         let reach_m = self.log.sensors().nth(self.log.scans[self.scans[0]].sensor).map_or(1.0, |one| one.1.range_max_m);
         let stands = |from: usize, to: usize| {
             let [a, b] = [from, to].map(|scan| self.poses[self.scans[scan]]);
-            libm::hypot(b[0] - a[0], b[1] - a[1]) < STILL_REACH * reach_m && wrap(b[2] - a[2]).abs() < STILL_RAD
+            libm::hypot(b[0] - a[0], b[1] - a[1]) < STILL_REACH * reach_m
         };
         let mut from = 0;
         let mut found: Vec<([usize; 2], Met)> = Vec::new();
@@ -213,7 +221,7 @@ impl OfSensor<'_> {
             "odometry-stands",
             "odometry.csv",
             format!(
-                "from {} s to {} s it says that the vehicle stands, but of {} detections only {} fall on later ones, usual are {}{}",
+                "from {} s to {} s it says that the vehicle does not drive, but of {} detections only {} fall on later ones, usual are {}{}",
                 short(self.t_s(from)),
                 short(self.t_s(to)),
                 met.carried,

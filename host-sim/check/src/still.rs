@@ -42,7 +42,7 @@ struct Along {
 
 /// A part of the view of a sensor.
 #[derive(Debug, Clone, Copy)]
-struct Zone {
+pub(super) struct Zone {
     range_m: [f64; 2],
     bearing_rad: [f64; 2],
 }
@@ -58,14 +58,39 @@ impl Zone {
 /// The name of what is fixed to the vehicle.
 pub(super) const CODE: &str = "fixed-in-view";
 
-/// Names what is fixed to the vehicle, and takes it out of the scans, so that the rest can be judged. Gives back what else comes along,
-/// which is none of it where the odometry is wrong.
-pub(super) fn look_over(log: &mut Log, poses: &[[f64; 3]], pairs: &[[usize; 2]], findings: &mut Findings) -> Findings {
+/// Zones of the view of each sensor.
+pub(super) type Zones = Vec<Vec<Zone>>;
+
+/// Takes out of the scans what lies in such zones; how many detections.
+pub(super) fn leave_out(log: &mut Log, zones: &[Vec<Zone>]) -> usize {
+    let mut left_out = 0;
+    for scan in &mut log.scans {
+        let Some(zones) = zones.get(scan.sensor).filter(|zones| !zones.is_empty()) else { continue };
+        let kept: Vec<bool> = scan.detections.iter().map(|one| !zones.iter().any(|zone| zone.holds(*one))).collect();
+        left_out += kept.iter().filter(|kept| !**kept).count();
+        let mut keep = kept.iter();
+        scan.detections.retain(|_| keep.next().is_none_or(|kept| *kept));
+        let mut keep = kept.iter();
+        scan.labels.retain(|_| keep.next().is_none_or(|kept| *kept));
+    }
+    left_out
+}
+
+/// Names what is fixed to the vehicle, and takes it out of the scans, so that the rest can be judged. Gives back where that is, and what else comes
+/// along, which is none of it where the odometry is wrong.
+pub(super) fn look_over(
+    log: &mut Log,
+    poses: &[[f64; 3]],
+    pairs: &[[usize; 2]],
+    findings: &mut Findings,
+) -> (Zones, Findings) {
     let mut others = Findings::default();
+    let mut all = Zones::new();
     let sensors: Vec<(String, Sensor)> = log.sensors().map(|(name, sensor, _)| (name.to_owned(), *sensor)).collect();
     for (sensor, (name, view)) in sensors.iter().enumerate() {
         let of_sensor: Vec<[usize; 2]> =
             pairs.iter().filter(|[from, _]| log.scans[*from].sensor == sensor).copied().collect();
+        all.push(Vec::new());
         if of_sensor.len() < PAIRS {
             continue;
         }
@@ -79,20 +104,14 @@ pub(super) fn look_over(log: &mut Log, poses: &[[f64; 3]], pairs: &[[usize; 2]],
             zones.push((zone, share));
             along.retain(|one| !zone.holds(one.seen));
         }
-        for scan in log.scans.iter_mut().filter(|scan| scan.sensor == sensor) {
-            let kept: Vec<bool> =
-                scan.detections.iter().map(|one| !zones.iter().any(|(zone, _)| zone.holds(*one))).collect();
-            let mut keep = kept.iter();
-            scan.detections.retain(|_| keep.next().is_none_or(|kept| *kept));
-            // Labels say nothing here.
-            scan.labels.clear();
-        }
+        all[sensor] = zones.iter().map(|(zone, _)| *zone).collect();
+        leave_out(log, &all);
         if !zones.is_empty() {
             tell_fixed(&section, name, &zones, findings);
         }
         tell_along(log, poses, &of_sensor, &along, &mut others);
     }
-    others
+    (all, others)
 }
 
 /// Detections that are seen again where they were, and not where odometry carries them.
