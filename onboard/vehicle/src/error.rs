@@ -40,6 +40,16 @@ pub enum StartError {
         /// The part, by the name of its setting.
         part: &'static str,
     },
+    /// The memory is one for this part, which the description does not have.
+    NotDescribed {
+        /// The part, by the name of its setting.
+        part: &'static str,
+    },
+    /// The numbers of this part cannot be changed while the filter goes on.
+    Fixed {
+        /// The part, by the name of its setting.
+        part: &'static str,
+    },
 }
 
 impl fmt::Display for StartError {
@@ -48,6 +58,8 @@ impl fmt::Display for StartError {
             Self::Invalid(invalid) => invalid.fmt(f),
             Self::Setup(error) => error.fmt(f),
             Self::NoRoom { part } => write!(f, "the memory has no room for {part}"),
+            Self::NotDescribed { part } => write!(f, "the memory is for a filter with {part}, which is not described"),
+            Self::Fixed { part } => write!(f, "{part} cannot change while the filter goes on"),
         }
     }
 }

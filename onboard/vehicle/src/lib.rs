@@ -30,6 +30,7 @@
 )]
 
 mod backing;
+mod beside;
 mod description;
 mod drive;
 mod error;
@@ -40,14 +41,18 @@ mod joint;
 mod list;
 mod mixture;
 mod planar;
+mod rooms;
 mod sensor;
 pub mod sets;
 mod settings;
 mod slam;
 
+pub use backing::Backing;
 #[doc(hidden)]
 pub use backing::MixtureState;
-pub use backing::{Backing, Rooms};
+#[doc(hidden)]
+pub use beside::Empty;
+pub use beside::{ArchiveMemory, Behind, MoversMemory};
 pub use description::{Description, Filter, JointFilter, SENSORS, Start};
 pub use drive::{Control, Vehicle, VehicleKind};
 pub use error::{Invalid, Refused, StartError};
@@ -57,7 +62,8 @@ pub use fixes::{Fixes, Watched};
 pub use joint::Joint;
 pub use mixture::Mixture;
 pub use planar::PlanarState;
-pub use sensor::{Measurements, Sensor, SensorModel};
+pub use rooms::{BearingRooms, PolarRooms, Rooms};
+pub use sensor::{Direction, Measurements, Polar, Sensor, SensorModel};
 pub use slam::{Scanned, Slam};
 
 #[doc(hidden)]

@@ -105,7 +105,8 @@ pub trait Slam<T: Real> {
     /// Writes the features that move.
     fn movers(&mut self, room: &mut [Component<MovingOf<PlanarPose<T>>>]) -> MapEstimate<T>;
 
-    /// Goes on by another description, between any two steps: with the same parts, which may have other numbers. The watches begin anew.
+    /// Goes on by another description, between any two steps: with the same parts, which may have other numbers, but
+    /// for movers and archive of a joint map. The watches begin anew.
     ///
     /// # Errors
     /// It is out of range, or has other parts; the filter keeps the one it had.

@@ -11,7 +11,15 @@ use scphd::{Births, Config, Detector, DetectorMemory, JointConfig, JointSlam, Sc
 use scphd_vehicle::sets::{Joint40, Joint40Archive, Joint60Learning, Joint60Movers, MixtureInformed4};
 use scphd_vehicle::{
     Backing, Control, Description, Filter, FixSpec, Measurements, Refused, Sensor, SensorModel, Slam, StartError,
+    mixture_backing,
 };
+
+mixture_backing! {
+    /// For bearings, too.
+    struct WithCamera: f32, measurements: 16 with bearings {
+        particles: 4, samples: 1, features { pages: 128, pages_per_map: 32, in_view: 256 },
+    }
+}
 
 const SCANS: usize = 60;
 
@@ -222,13 +230,24 @@ fn what_a_memory_or_a_filter_is_not_for_is_refused() {
     let Filter::Joint(joint) = &mut robot.filter else { panic!() };
     joint.movers = Some(MovingConfig::walkers());
     no_room(Joint40::new().start(&robot).unwrap_err(), "joint.movers");
-    no_room(Joint60Learning::new().start(&described()).unwrap_err(), "joint.odometry");
+    let lacks = |error, part| assert_eq!(error, StartError::NotDescribed { part });
+    lacks(Joint60Movers::new().start(&described()).unwrap_err(), "joint.movers");
+    lacks(Joint40Archive::new().start(&robot).unwrap_err(), "joint.archive");
+    lacks(Joint60Learning::new().start(&described()).unwrap_err(), "joint.odometry");
     no_room(MixtureInformed4::new().start(&described()).unwrap_err(), "joint");
+    let mut memory = Joint60Movers::new();
+    let mut slam = memory.start(&robot).unwrap();
+    assert_eq!(slam.configure(&robot), Ok(()));
+    let mut slower = robot;
+    let Filter::Joint(joint) = &mut slower.filter else { panic!() };
+    joint.movers.as_mut().unwrap().velocity_sigma_mps = 0.5;
+    assert_eq!(slam.configure(&slower), Err(StartError::Fixed { part: "joint.movers" }));
     let mut bearings = described();
     bearings.sensors[0] = Some(Sensor { model: SensorModel::Bearing, ..bearings.sensors[1].unwrap() });
     no_room(Joint40::new().start(&bearings).unwrap_err(), "sensor.model of bearings");
     bearings.filter = Filter::Mixture(Config::informed(4));
-    let mut memory = Box::new(MixtureInformed4::new());
+    no_room(MixtureInformed4::new().start(&bearings).unwrap_err(), "sensor.model of bearings");
+    let mut memory = Box::new(WithCamera::new());
     let mut slam = memory.start(&bearings).unwrap();
     slam.reset(&bearings.start).unwrap();
     slam.predict(Control::STILL, 0.1).unwrap();
