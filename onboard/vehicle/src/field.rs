@@ -10,32 +10,41 @@ pub struct Range {
     most: f64,
     /// Whether the ends are of the range.
     closed: [bool; 2],
+    words: &'static str,
 }
 
 impl Range {
     /// Any finite number.
-    pub const FINITE: Self = Self { least: f64::NEG_INFINITY, most: f64::INFINITY, closed: [false; 2] };
+    pub const FINITE: Self = Self::open(f64::NEG_INFINITY, f64::INFINITY, "finite");
     /// Finite and not negative.
-    pub const NOT_NEGATIVE: Self = Self { least: 0.0, most: f64::INFINITY, closed: [true, false] };
+    pub const NOT_NEGATIVE: Self =
+        Self { closed: [true, false], ..Self::open(0.0, f64::INFINITY, "finite and at least 0") };
+    /// Finite and at least 1.
+    pub const AT_LEAST_ONE: Self =
+        Self { closed: [true, false], ..Self::open(1.0, f64::INFINITY, "finite and at least 1") };
     /// Finite and above 0.
-    pub const POSITIVE: Self = Self { least: 0.0, most: f64::INFINITY, closed: [false; 2] };
+    pub const POSITIVE: Self = Self::open(0.0, f64::INFINITY, "finite and above 0");
     /// Above 0, or infinite.
-    pub const LIMIT: Self = Self { least: 0.0, most: f64::INFINITY, closed: [false, true] };
+    pub const LIMIT: Self = Self { closed: [false, true], ..Self::open(0.0, f64::INFINITY, "above 0, or infinite") };
     /// 0 or more, or infinite.
-    pub const GATE: Self = Self { least: 0.0, most: f64::INFINITY, closed: [true, true] };
+    pub const GATE: Self = Self { closed: [true; 2], ..Self::open(0.0, f64::INFINITY, "at least 0, or infinite") };
     /// From 0 to 1.
-    pub const SHARE: Self = Self::within(0.0, 1.0);
+    pub const SHARE: Self = Self::within(0.0, 1.0, "between 0 and 1");
     /// From 0 to below 1.
-    pub const BELOW_ONE: Self = Self { least: 0.0, most: 1.0, closed: [true, false] };
+    pub const BELOW_ONE: Self = Self { closed: [true, false], ..Self::open(0.0, 1.0, "at least 0 and below 1") };
     /// Above 0 and below 1.
-    pub const INSIDE_ONE: Self = Self { least: 0.0, most: 1.0, closed: [false; 2] };
+    pub const INSIDE_ONE: Self = Self::open(0.0, 1.0, "above 0 and below 1");
     /// A standard deviation whose square single precision can hold.
-    pub const SIGMA: Self = Self::within(1e-6, 1e6);
+    pub const SIGMA: Self = Self::within(1e-6, 1e6, "between 0.000001 and 1000000");
 
-    /// From one number to another.
+    const fn open(least: f64, most: f64, words: &'static str) -> Self {
+        Self { least, most, closed: [false; 2], words }
+    }
+
+    /// From one number to another, and what that is in words.
     #[must_use]
-    pub const fn within(least: f64, most: f64) -> Self {
-        Self { least, most, closed: [true; 2] }
+    pub const fn within(least: f64, most: f64, words: &'static str) -> Self {
+        Self { least, most, closed: [true; 2], words }
     }
 
     /// Whether a number is of it; NaN is of none.
@@ -46,21 +55,17 @@ impl Range {
         let below = number < self.most || high && number == self.most;
         above && below
     }
+
+    /// What a number of it is, as in "must be above 0".
+    #[must_use]
+    pub const fn words(&self) -> &'static str {
+        self.words
+    }
 }
 
 impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { least, most, closed: [low, high] } = *self;
-        let at_least = if low { "at least" } else { "above" };
-        let at_most = if high { "at most" } else { "below" };
-        match (least.is_finite(), most.is_finite()) {
-            (false, false) => f.write_str("finite"),
-            (false, true) => write!(f, "{at_most} {most}"),
-            (true, false) if high => write!(f, "{at_least} {least}, or infinite"),
-            (true, false) => write!(f, "finite and {at_least} {least}"),
-            (true, true) if low && high => write!(f, "between {least} and {most}"),
-            (true, true) => write!(f, "{at_least} {least} and {at_most} {most}"),
-        }
+        f.write_str(self.words)
     }
 }
 
@@ -116,5 +121,35 @@ impl<T> Field<T> {
     #[must_use]
     pub fn is_of_a_sensor(&self) -> bool {
         self.name.starts_with("sensor.")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use std::string::{String, ToString as _};
+
+    fn spelled(range: &Range) -> String {
+        let Range { least, most, closed: [low, high], .. } = *range;
+        let (at_least, at_most) = (if low { "at least" } else { "above" }, if high { "at most" } else { "below" });
+        match (least.is_finite(), most.is_finite()) {
+            (false, _) => "finite".to_string(),
+            (true, false) if high => std::format!("{at_least} {least}, or infinite"),
+            (true, false) => std::format!("finite and {at_least} {least}"),
+            (true, true) if low && high => std::format!("between {least} and {most}"),
+            (true, true) => std::format!("{at_least} {least} and {at_most} {most}"),
+        }
+    }
+
+    #[test]
+    fn words_are_those_of_the_numbers() {
+        for field in Description::<f32>::FIELDS {
+            let words = match field.choices() {
+                Some(names) => std::format!("one of {}", names.join(", ")),
+                None => spelled(&field.range),
+            };
+            assert_eq!(field.range.to_string(), words, "{}", field.name);
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::beside::{ArchiveMemory, Behind, Map, MoversMemory, odd, stays};
 use crate::sensor::Polar;
-use crate::slam::{described, watched};
+use crate::slam::{Sink, Source, described, watched};
 use crate::{
     Control, Description, Filter, Fixes, JointFilter, Measurements, PlanarState, Refused, SENSORS, Scanned, Sensor,
     SensorModel, Slam, Start, StartError, VehicleKind, Watched,
@@ -12,7 +12,7 @@ use scphd::errors::{Flaw, LoadMapError, ObserveError, PredictError, ResetError, 
 use scphd::models::{MovingOf, OdometryCorrection, PlanarPose, ScalarOf};
 use scphd::numerics::Symmetric;
 use scphd::settings::MovingConfig;
-use scphd::snapshot::{RestoreError, SaveError};
+use scphd::snapshot::{RestoreError, SaveError, SliceEnd};
 use scphd::storage::{Movers, NoArchive, NoMovers};
 use scphd::{Component, JointSlam, JointState, MapEstimate, PoseEstimate, PredictReport, Real};
 
@@ -189,15 +189,11 @@ impl<T: Real, P: PlanarState<Scalar = T>, A: Behind<P>, V: Movers<P>> Slam<T> fo
         Ok(())
     }
 
-    fn save<E>(&mut self, kind: u32, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>> {
+    fn save(&mut self, kind: u32, sink: &mut Sink<'_>) -> Result<usize, SaveError<SliceEnd>> {
         self.slam.save(kind, sink)
     }
 
-    fn restore<E>(
-        &mut self,
-        kind: u32,
-        source: impl FnMut(usize, &mut [u8]) -> Result<(), E>,
-    ) -> Result<usize, RestoreError<E>> {
+    fn restore(&mut self, kind: u32, source: &mut Source<'_>) -> Result<usize, RestoreError<SliceEnd>> {
         self.slam.restore(kind, source)
     }
 

@@ -64,7 +64,7 @@ pub use mixture::Mixture;
 pub use planar::PlanarState;
 pub use rooms::{BearingRooms, PolarRooms, Rooms};
 pub use sensor::{Direction, Measurements, Polar, Sensor, SensorModel};
-pub use slam::{Scanned, Slam};
+pub use slam::{Scanned, Sink, Slam, Source};
 
 #[doc(hidden)]
 pub use scphd;

@@ -17,9 +17,9 @@ macro_rules! number {
 
 /// A setting that is one of several.
 macro_rules! choice {
-    ($name:literal, [$($names:literal),+], $about:literal, $get:expr, $set:expr) => {{
-        const NAMES: &[&str] = &[$($names),+];
-        let range = Range::within(0.0, (NAMES.len() - 1) as f64);
+    ($name:literal, [$first:literal $(, $names:literal)*], $about:literal, $get:expr, $set:expr) => {{
+        const NAMES: &[&str] = &[$first $(, $names)*];
+        let range = Range::within(0.0, (NAMES.len() - 1) as f64, concat!("one of ", $first $(, ", ", $names)*));
         Field { name: $name, unit: "", range, about: $about, access: Access::Choice { names: NAMES, get: $get, set: $set } }
     }};
 }
@@ -137,10 +137,10 @@ impl<T: Real> Description<T> {
         number!("noise.turn_sigma_ratio", "", Range::NOT_NEGATIVE, "The same as a share of it; adds in quadrature.", Number, |d, _| &mut d.vehicle.noise.turn_sigma_ratio),
         number!("noise.interval_s", "s", Range::NOT_NEGATIVE, "How long an error lasts; 0: drawn anew in every prediction.", Number, |d, _| &mut d.vehicle.noise.interval_s),
         choice!("filter", ["mixture", "joint"], "Which filter; another one than before has its defaults.", |d, _| Some(usize::from(matches!(d.filter, Filter::Joint(_)))), |d, _, n| other_filter(d, n == 1)),
-        number!("mixture.particles", "", Range::within(1.0, 65535.0), "Particles kept between scans.", Count, |d, _| &mut mixture(d)?.particles),
-        number!("mixture.samples", "", Range::within(1.0, 65535.0), "Samples of each in a prediction.", Count, |d, _| &mut mixture(d)?.samples),
+        number!("mixture.particles", "", Range::within(1.0, 65535.0, "between 1 and 65535"), "Particles kept between scans.", Count, |d, _| &mut mixture(d)?.particles),
+        number!("mixture.samples", "", Range::within(1.0, 65535.0, "between 1 and 65535"), "Samples of each in a prediction.", Count, |d, _| &mut mixture(d)?.samples),
         choice!("mixture.proposal", ["blind", "informed"], "Where samples are drawn from: the motion, or a Gaussian that the scan has been taken into.", |d, _| match d.filter { Filter::Mixture(c) => Some(usize::from(matches!(c.proposal, Proposal::Informed(_)))), Filter::Joint(_) => None }, |d, _, n| other_proposal(d, n == 1)),
-        number!("mixture.informed.rounds", "", Range::within(1.0, 16.0), "Informed: linearisations at most.", Count, |d, _| &mut informed(d)?.rounds),
+        number!("mixture.informed.rounds", "", Range::within(1.0, 16.0, "between 1 and 16"), "Informed: linearisations at most.", Count, |d, _| &mut informed(d)?.rounds),
         number!("mixture.informed.sampled_fraction", "", Range::SHARE, "Informed: share of the covariance that is drawn from.", Number, |d, _| &mut informed(d)?.sampled_fraction),
         number!("mixture.informed.min_responsibility", "", Range::INSIDE_ONE, "Informed: a component speaks for a measurement of which it explains this share.", Number, |d, _| &mut informed(d)?.min_responsibility),
         number!("mixture.resample_threshold", "", Range::SHARE, "Resampled where N_eff / N is below.", Number, |d, _| &mut mixture(d)?.resample_threshold),
@@ -151,7 +151,7 @@ impl<T: Real> Description<T> {
         number!("mixture.merge_distance", "", Range::NOT_NEGATIVE, "Squared Mahalanobis distance within which components are merged.", Number, |d, _| &mut mixture(d)?.merge_distance),
         number!("mixture.extraction_weight", "", Range::SHARE, "Least weight of an estimated feature.", Number, |d, _| &mut mixture(d)?.extraction_weight),
         number!("mixture.negligible", "", Range::INSIDE_ONE, "Terms below this share of what explains a measurement without features are left out; at most prune_weight.", Number, |d, _| &mut mixture(d)?.negligible),
-        number!("mixture.max_components", "", Range::within(1.0, f64::MAX), "Components that a reduction leaves in view at most.", Count, |d, _| &mut mixture(d)?.max_components),
+        number!("mixture.max_components", "", Range::AT_LEAST_ONE, "Components that a reduction leaves in view at most.", Count, |d, _| &mut mixture(d)?.max_components),
         choice!("mixture.extraction", ["heaviest", "peaks", "confirmed"], "Which components are the estimated features.", |d, _| match d.filter { Filter::Mixture(c) => Some(c.extraction as usize), Filter::Joint(_) => None }, |d, _, n| mixture(d).is_some_and(|c| put(&mut c.extraction, [Extraction::Heaviest, Extraction::Peaks, Extraction::Confirmed].get(n)))),
         number!("joint.birth_share", "", Range::SHARE, "A measurement gives birth where nothing else explains at least this share of it.", Number, |d, _| &mut joint(d)?.config.birth_share),
         number!("joint.gate", "", Range::NOT_NEGATIVE, "Squared Mahalanobis distance beyond which a measurement says nothing of a feature.", Number, |d, _| &mut joint(d)?.config.gate),
@@ -191,13 +191,13 @@ impl<T: Real> Description<T> {
         number!("sensor.bearing_edge_rad", "rad", Range::NOT_NEGATIVE, "Half width of the soft edge at either side.", Number, |d, i| &mut sensor(d, i)?.window.bearing_edge_rad),
         number!("sensor.probability_near", "", Range::BELOW_ONE, "Probability of detection at range zero.", Number, |d, i| &mut sensor(d, i)?.window.probability_near),
         number!("sensor.probability_far", "", Range::BELOW_ONE, "The same at the greatest range.", Number, |d, i| &mut sensor(d, i)?.window.probability_far),
-        number!("sensor.clutter_per_scan", "", Range::within(0.0, 1e9), "False measurements to expect of a scan.", Number, |d, i| &mut sensor(d, i)?.clutter_per_scan),
+        number!("sensor.clutter_per_scan", "", Range::within(0.0, 1e9, "between 0 and 1000000000"), "False measurements to expect of a scan.", Number, |d, i| &mut sensor(d, i)?.clutter_per_scan),
         number!("sensor.births_still", "1/(m rad)", Range::NOT_NEGATIVE, "Intensity of births of features that stand still.", Number, |d, i| &mut sensor(d, i)?.births.of_static),
         number!("sensor.births_moving", "1/(m rad)", Range::NOT_NEGATIVE, "Intensity of births of features that move.", Number, |d, i| &mut sensor(d, i)?.births.of_moving),
         number!("sensor.births_nearest_m", "m", Range::POSITIVE, "Of bearings: range of the innermost ring of births.", Number, |d, i| &mut sensor(d, i)?.grid.nearest_m),
         number!("sensor.births_farthest_m", "m", Range::POSITIVE, "Of bearings: range of the outermost ring.", Number, |d, i| &mut sensor(d, i)?.grid.farthest_m),
-        number!("sensor.births_rings", "", Range::within(2.0, 65535.0), "Of bearings: number of rings.", Small, |d, i| &mut sensor(d, i)?.grid.rings),
-        number!("sensor.births_sectors", "", Range::within(1.0, 65535.0), "Of bearings: births in a ring.", Small, |d, i| &mut sensor(d, i)?.grid.sectors),
+        number!("sensor.births_rings", "", Range::within(2.0, 65535.0, "between 2 and 65535"), "Of bearings: number of rings.", Small, |d, i| &mut sensor(d, i)?.grid.rings),
+        number!("sensor.births_sectors", "", Range::within(1.0, 65535.0, "between 1 and 65535"), "Of bearings: births in a ring.", Small, |d, i| &mut sensor(d, i)?.grid.sectors),
         number!("sensor.births_weight", "", Range::NOT_NEGATIVE, "Of bearings: weight of every birth.", Number, |d, i| &mut sensor(d, i)?.grid.weight),
         number!("sensor.forward_m", "m", Range::FINITE, "How far ahead of the pose the sensor sits.", Number, |d, i| sensor(d, i)?.seat_m.first_mut()?),
         number!("sensor.left_m", "m", Range::FINITE, "How far left of the pose it sits.", Number, |d, i| sensor(d, i)?.seat_m.last_mut()?),
@@ -209,18 +209,18 @@ impl<T: Real> Description<T> {
         number!("position.gate", "", Range::LIMIT, "Squared Mahalanobis distance beyond which it is an outlier; infinite: none is.", Number, |d, _| &mut d.position.as_mut()?.gate),
         choice!("position.watch", ["no", "yes"], "Whether outliers that agree with each other show that the filter is wrong, which is moved then.", |d, _| Some(usize::from(d.position?.watch.is_some())), |d, _, n| d.position.as_mut().is_some_and(|fix| switch(&mut fix.watch, n == 1, FixRule::default))),
         number!("position.watch.patience_s", "s", Range::GATE, "So long is waited from the first outlier; infinite: for ever.", Number, |d, _| &mut d.position.as_mut()?.watch.as_mut()?.patience_s),
-        number!("position.watch.fewest", "", Range::within(3.0, 1000.0), "So many must be refused in a row.", Small, |d, _| &mut d.position.as_mut()?.watch.as_mut()?.fewest),
+        number!("position.watch.fewest", "", Range::within(3.0, 1000.0, "between 3 and 1000"), "So many must be refused in a row.", Small, |d, _| &mut d.position.as_mut()?.watch.as_mut()?.fewest),
         choice!("heading", ["no", "yes"], "Whether the heading is measured.", |d, _| Some(usize::from(d.heading.is_some())), |d, _, n| switch(&mut d.heading, n == 1, || FixSpec::of_sigma(T::ONE))),
         number!("heading.sigma", "rad", Range::SIGMA, "Standard deviation of a measured heading.", Number, |d, _| &mut d.heading.as_mut()?.sigma),
         number!("heading.gate", "", Range::LIMIT, "Squared Mahalanobis distance beyond which it is an outlier; infinite: none is.", Number, |d, _| &mut d.heading.as_mut()?.gate),
         choice!("heading.watch", ["no", "yes"], "Whether outliers that agree with each other show that the filter is wrong, which is moved then.", |d, _| Some(usize::from(d.heading?.watch.is_some())), |d, _, n| d.heading.as_mut().is_some_and(|fix| switch(&mut fix.watch, n == 1, FixRule::default))),
         number!("heading.watch.patience_s", "s", Range::GATE, "So long is waited from the first outlier; infinite: for ever.", Number, |d, _| &mut d.heading.as_mut()?.watch.as_mut()?.patience_s),
-        number!("heading.watch.fewest", "", Range::within(3.0, 1000.0), "So many must be refused in a row.", Small, |d, _| &mut d.heading.as_mut()?.watch.as_mut()?.fewest),
+        number!("heading.watch.fewest", "", Range::within(3.0, 1000.0, "between 3 and 1000"), "So many must be refused in a row.", Small, |d, _| &mut d.heading.as_mut()?.watch.as_mut()?.fewest),
         number!("start.x_m", "m", Range::FINITE, "Start: x.", Number, |d, _| &mut d.start.pose.x_m),
         number!("start.y_m", "m", Range::FINITE, "Start: y.", Number, |d, _| &mut d.start.pose.y_m),
         number!("start.heading_rad", "rad", Range::FINITE, "Start: heading, from x to y.", Number, |d, _| &mut d.start.pose.heading_rad),
         number!("start.position_sigma_m", "m", Range::NOT_NEGATIVE, "Standard deviation of the position at the start; 0 with the next: certain.", Number, |d, _| &mut d.start.position_sigma_m),
         number!("start.heading_sigma_rad", "rad", Range::NOT_NEGATIVE, "Standard deviation of the heading at the start.", Number, |d, _| &mut d.start.heading_sigma_rad),
-        number!("start.seed", "", Range::within(0.0, 9007199254740992.0), "Seed of the random numbers of a mixture.", Seed, |d, _| &mut d.start.seed),
+        number!("start.seed", "", Range::within(0.0, 9007199254740992.0, "between 0 and 9007199254740992"), "Seed of the random numbers of a mixture.", Seed, |d, _| &mut d.start.seed),
     ];
 }

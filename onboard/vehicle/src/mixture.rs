@@ -1,6 +1,6 @@
 //! A mixture as it is described.
 
-use crate::slam::{described, watched};
+use crate::slam::{Sink, Source, described, watched};
 use crate::{
     Control, Description, Filter, Fixes, Measurements, Refused, Rooms, SENSORS, Scanned, Slam, Start, StartError,
     VehicleKind, Watched,
@@ -9,7 +9,7 @@ use nalgebra::{Vector1, Vector2, Vector3};
 use scphd::errors::{Flaw, LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError};
 use scphd::models::{MovingOf, OdometryCorrection, PlanarMotion, PlanarPose};
 use scphd::numerics::Symmetric;
-use scphd::snapshot::{RestoreError, SaveError};
+use scphd::snapshot::{RestoreError, SaveError, SliceEnd};
 use scphd::{Component, Config, MapEstimate, PoseEstimate, PredictReport, Real, ScPhd};
 
 /// A mixture over its memory, with the sensors and fixes of its description.
@@ -142,15 +142,11 @@ impl<T: Real, R: Rooms<T>> Slam<T> for Mixture<'_, T, R> {
         Ok(())
     }
 
-    fn save<E>(&mut self, kind: u32, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>> {
+    fn save(&mut self, kind: u32, sink: &mut Sink<'_>) -> Result<usize, SaveError<SliceEnd>> {
         self.filter.save(kind, sink)
     }
 
-    fn restore<E>(
-        &mut self,
-        kind: u32,
-        source: impl FnMut(usize, &mut [u8]) -> Result<(), E>,
-    ) -> Result<usize, RestoreError<E>> {
+    fn restore(&mut self, kind: u32, source: &mut Source<'_>) -> Result<usize, RestoreError<SliceEnd>> {
         self.filter.restore(kind, source)
     }
 

@@ -5,7 +5,7 @@ use nalgebra::{Vector2, Vector3};
 use scphd::errors::{Flaw, LoadMapError, ObserveError, PredictError, ResetError, ScanError};
 use scphd::models::{MovingOf, OdometryCorrection, PlanarPose};
 use scphd::numerics::Symmetric;
-use scphd::snapshot::{RestoreError, SaveError};
+use scphd::snapshot::{RestoreError, SaveError, SliceEnd};
 use scphd::{Component, FixReport, Health, JointReport, MapEstimate, PoseEstimate, PredictReport, Real, ScanReport};
 
 /// What a scan did.
@@ -36,6 +36,11 @@ impl<T: Real> Scanned<T> {
         }
     }
 }
+
+/// Takes a snapshot, part after part.
+pub type Sink<'a> = dyn FnMut(&[u8]) -> Result<(), SliceEnd> + 'a;
+/// Gives a snapshot: what lies at a place.
+pub type Source<'a> = dyn FnMut(usize, &mut [u8]) -> Result<(), SliceEnd> + 'a;
 
 /// A filter of a vehicle in the plane, with the sensors and fixes of its description: the same calls for a mixture and for a joint map.
 pub trait Slam<T: Real> {
@@ -116,17 +121,13 @@ pub trait Slam<T: Real> {
     ///
     /// # Errors
     /// There is nothing to save, it is damaged, or the sink takes no more.
-    fn save<E>(&mut self, kind: u32, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>>;
+    fn save(&mut self, kind: u32, sink: &mut Sink<'_>) -> Result<usize, SaveError<SliceEnd>>;
 
-    /// Goes on from what was saved.
+    /// Goes on from what was saved: the source fills a slice with what lies at a place.
     ///
     /// # Errors
     /// It is refused, as the library says.
-    fn restore<E>(
-        &mut self,
-        kind: u32,
-        source: impl FnMut(usize, &mut [u8]) -> Result<(), E>,
-    ) -> Result<usize, RestoreError<E>>;
+    fn restore(&mut self, kind: u32, source: &mut Source<'_>) -> Result<usize, RestoreError<SliceEnd>>;
 
     /// A hash of all that the filter knows, to the last bit.
     fn digest(&self) -> u64;

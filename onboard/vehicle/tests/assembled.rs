@@ -6,6 +6,7 @@ use scphd::models::{
     RangeBearingWindow, SelfCalibrating, Sensing, Step, Unicycle, UnicycleControl, UniformClutter,
 };
 use scphd::settings::MovingConfig;
+use scphd::snapshot::{from_slice, into_slice};
 use scphd::storage::JointMovers;
 use scphd::{Births, Config, Detector, DetectorMemory, JointConfig, JointSlam, ScPhd, joint_memory, memory};
 use scphd_vehicle::sets::{Joint40, Joint40Archive, Joint60Learning, Joint60Movers, MixtureInformed4};
@@ -187,17 +188,9 @@ fn a_snapshot_goes_on_to_the_bit_with_movers_and_an_archive() {
     let (mut memory, mut other) = (Box::new(Joint40Archive::new()), Box::new(Joint40Archive::new()));
     let (mut slam, mut restored) = (memory.start(&robot).unwrap(), other.start(&robot).unwrap());
     digests(&mut slam, &robot);
-    let mut bytes = Vec::new();
-    let put = |part: &[u8]| {
-        bytes.extend_from_slice(part);
-        Ok::<(), ()>(())
-    };
-    slam.save(7, put).unwrap();
-    let take = |from: usize, part: &mut [u8]| {
-        part.copy_from_slice(bytes.get(from..from + part.len()).ok_or(())?);
-        Ok::<(), ()>(())
-    };
-    restored.restore(7, take).unwrap();
+    let mut bytes = vec![0; 65_536];
+    let len = slam.save(7, &mut into_slice(&mut bytes)).unwrap();
+    assert_eq!(restored.restore(7, &mut from_slice(&bytes[..len])), Ok(len));
     for slam in [&mut slam, &mut restored] {
         slam.predict(Control { speed_mps: 2.0, turn: 0.2, ..Control::STILL }, 0.1).unwrap();
         slam.scan(1, Measurements::RangeBearing(&scan(SCANS))).unwrap();
