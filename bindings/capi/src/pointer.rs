@@ -4,7 +4,7 @@
 //! which nothing else writes to during the call. Null and misaligned ones are found out; the rest is the caller's word.
 
 use crate::scphd_status;
-use core::ffi::c_void;
+use core::ffi::{c_char, c_void};
 use core::mem::MaybeUninit;
 use nalgebra::SVector;
 use scphd::MapEstimate;
@@ -23,6 +23,8 @@ pub trait Versioned: Plain {
 
 // SAFETY: any bits are a number.
 unsafe impl Plain for f32 {}
+// SAFETY: as above.
+unsafe impl Plain for u8 {}
 
 macro_rules! plain {
     ($($name:ident),* $(,)?) => { $(
@@ -40,13 +42,11 @@ macro_rules! versioned {
     )* };
 }
 
-plain!(scphd_range_bearing, scphd_sonar);
+plain!(scphd_range_bearing, scphd_sonar, scphd_feature);
 versioned!(
     scphd_reason,
-    scphd_plane_config,
     scphd_plane_pose,
-    scphd_joint_config,
-    scphd_joint_report,
+    scphd_odometry,
     scphd_water_config,
     scphd_water_control,
     scphd_water_pose,
@@ -55,8 +55,6 @@ versioned!(
     scphd_fix,
     scphd_fix_report,
     scphd_map,
-    scphd_range_bearing_config,
-    scphd_bearing_config,
     scphd_sonar_config,
 );
 
@@ -175,6 +173,21 @@ impl<T> Out<T> {
     }
 }
 
+/// So long may the name of a setting be, bytes.
+const NAME: usize = 64;
+
+impl In<c_char> {
+    /// A name that ends with a zero; one that is too long is none.
+    pub(crate) fn name(&self) -> Result<&str, scphd_status> {
+        check(self.0)?;
+        // SAFETY: not null; the caller's word that a zero ends it, beyond which nothing is read.
+        let ends = (0..NAME).find(|&at| unsafe { self.0.add(at).read() } == 0).ok_or(scphd_status::UnknownSetting)?;
+        // SAFETY: so many bytes were just read.
+        let bytes = unsafe { core::slice::from_raw_parts(self.0.cast::<u8>(), ends) };
+        core::str::from_utf8(bytes).map_err(|_| scphd_status::UnknownSetting)
+    }
+}
+
 impl<F> Out<F> {
     /// Has an array of values of another type, as large, written to the caller's array, and puts each as its own type in its place: the
     /// first `features` of what `write` says.
@@ -218,6 +231,9 @@ impl<T> In<T> {
 }
 
 impl<T> Out<T> {
+    /// Nowhere.
+    pub(crate) const NULL: Self = Self(core::ptr::null_mut());
+
     /// A pointer from C.
     ///
     /// # Safety

@@ -86,6 +86,8 @@ macro_rules! joint_backing {
                     $crate::MoversMemory<$crate::scphd::models::$pose<$scalar>>>::Movers<'m>,
             >;
 
+            // Made where it is used, so that an image has all generic code once.
+            #[inline]
             fn start(
                 &mut self,
                 description: &$crate::Description<$scalar>,
@@ -167,6 +169,8 @@ macro_rules! mixture_backing {
         impl $crate::Backing<$scalar> for $name {
             type Slam<'m> = $crate::Mixture<'m, $scalar, $crate::$rooms<$scalar, $measurements>>;
 
+            // Made where it is used, so that an image has all generic code once.
+            #[inline]
             fn start(
                 &mut self,
                 description: &$crate::Description<$scalar>,
