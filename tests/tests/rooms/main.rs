@@ -35,7 +35,7 @@ const CRATES: [(&str, usize); 19] = [
     ("ros", 20),
     ("host-sim", 800),
     ("xtask", 170),
-    ("bindings/capi", 90),
+    ("bindings/capi", 60),
     ("bindings/python", 25),
     ("tests/benches", 3),
     ("bindings/web", 12),
