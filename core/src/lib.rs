@@ -56,7 +56,6 @@
 //! * `defmt`: `Format` for configuration, reports, health and errors.
 //! * `embedded-hal`: `StagePins`, a probe of the stages over output pins.
 //! * `flips`: [`ScPhd`] and [`JointSlam`] flip a bit of their own state (`flip_bit`), for tests of failing memory on a board.
-//! * `multi-feature`: the likelihood of RB-PHD SLAM with several features, `Likelihood::MultiFeature`, a yardstick for studies.
 //!
 //! # When memory runs short
 //!

@@ -1,6 +1,7 @@
 //! Input that makes no sense is refused with exit code 2 and one line that names file, row and key.
 
-use scphd_sim::{log_folder, scenario};
+use scphd_log::log_folder;
+use scphd_worlds::scenario;
 use serde_json::Value;
 use std::fs;
 use std::path::PathBuf;
@@ -21,7 +22,7 @@ impl Workplace {
         log.truth.truncate(41);
         log.odometry.truncate(82);
         log_folder::write(&log, &dir.path().join("log")).unwrap();
-        log.vehicle = scphd_sim::log::Vehicle::UnicycleArc;
+        log.vehicle = scphd_log::log::Vehicle::UnicycleArc;
         (log.nominal.rate_sigma_radps, log.nominal.steering_sigma_rad) = (Some(0.1), None);
         log_folder::write(&log, &dir.path().join("robot")).unwrap();
         folders::put(&dir.path().join("stereo"), &stereo());
@@ -377,8 +378,8 @@ fn studies_of_stereo_logs_work() {
     };
     let one = with("one.json", &[]);
     assert_eq!((&one["runs"], &one["filter"]), (&1.into(), &"scphd".into()));
-    let both = with("both.json", &["stereo", "--runs", "4", "--filter", "core,rb-single"]);
-    assert_eq!((&both[0]["runs"], &both[1]["filter"]), (&4.into(), &"rb-single".into()));
+    let both = with("both.json", &["stereo", "--runs", "4", "--filter", "core,joint"]);
+    assert_eq!((&both[0]["runs"], &both[1]["filter"]), (&4.into(), &"joint".into()));
     // A single run is the first of a study.
     place.succeeds(&["replay", "stereo", "--particles", "3", "--seed", "0", "--json", "run.json"]);
     let run: Value = serde_json::from_slice(&fs::read(place.path("run.json")).unwrap()).unwrap();

@@ -1,8 +1,10 @@
 //! What a check finds in logs that were damaged as people, editors and scripts damage them: named or read, never a silent nonsense.
 
-use scphd_sim::check::{self, Report, Severity};
-use scphd_sim::log::Log;
-use scphd_sim::{log_folder, scenario};
+use scphd_check as check;
+use scphd_check::{Report, Severity};
+use scphd_log::log::Log;
+use scphd_log::log_folder;
+use scphd_worlds::scenario;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -29,7 +31,7 @@ impl Place {
     /// A log of a unicycle that nothing is known of but what it measured.
     fn robot_without_truth() -> Self {
         let mut log = scenario::by_name("worlds", 900_002).unwrap();
-        assert!(!matches!(log.vehicle, scphd_sim::log::Vehicle::Ackermann { .. }));
+        assert!(!matches!(log.vehicle, scphd_log::log::Vehicle::Ackermann { .. }));
         log.truth.clear();
         log.landmarks.clear();
         log.moving.clear();
@@ -398,7 +400,7 @@ fn scans_of_another_clock_are_told_by_how_much() {
 /// World 900 002 with a position of 0.5 m a second, damaged as those of receivers are.
 #[test]
 fn positions_are_held_against_odometry() {
-    use scphd_sim::log::{Fix, FixNoise, PoseFix};
+    use scphd_log::log::{Fix, FixNoise, PoseFix};
     let mut log = scenario::by_name("worlds", 900_002).unwrap();
     let begin_s = log.odometry[0].t_s;
     let mut next_s = begin_s;

@@ -3,12 +3,14 @@
 //! Thresholds were chosen on the worlds 300 to 319 and the recorded logs.
 
 use libm::{atan2, cos, hypot, sin};
-use scphd_sim::angle::wrap;
-use scphd_sim::check::{self, Severity};
-use scphd_sim::dimensions::Planar;
-use scphd_sim::log::{Fix, FixNoise, Log, Odometry, PoseFix, Scan, TruePose, Vehicle};
-use scphd_sim::noise::Noise;
-use scphd_sim::{log_folder, scenario, truth};
+use scphd_check as check;
+use scphd_check::Severity;
+use scphd_log::angle::wrap;
+use scphd_log::dimensions::Planar;
+use scphd_log::log::{Fix, FixNoise, Log, Odometry, PoseFix, Scan, TruePose, Vehicle};
+use scphd_log::noise::Noise;
+use scphd_log::{log_folder, truth};
+use scphd_worlds::scenario;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fs;
 use std::path::Path;

@@ -3,13 +3,14 @@
 //! Good folders of either kind are damaged by a seeded generator, as transfers, editors, scripts and people damage files. What can
 //! still be read is run over its first scans.
 
-use scphd_sim::dimensions::{Dimensions, Planar, Underwater};
-use scphd_sim::log::{Fix, Log, PoseFix, Vehicle};
-use scphd_sim::record::{MapFeature, Record, ScanRecord};
-use scphd_sim::session::{Filter, Session, SessionError};
-use scphd_sim::settings::Settings;
-use scphd_sim::slam::Precision;
-use scphd_sim::{log_folder, scenario, session, underwater};
+use scphd_filters::settings::Settings;
+use scphd_filters::slam::Precision;
+use scphd_log::dimensions::{Dimensions, Planar, Underwater};
+use scphd_log::log::{Fix, Log, PoseFix, Vehicle};
+use scphd_log::log_folder;
+use scphd_run::session::{self, Filter, Session, SessionError};
+use scphd_score::record::{MapFeature, Record, ScanRecord};
+use scphd_worlds::scenario;
 use std::fs;
 use std::panic::catch_unwind;
 use std::path::Path;
@@ -390,7 +391,7 @@ fn outcome(dir: &Path) -> Outcome {
             Err(error) => return refused(&error.to_string()),
         };
         log.scans.truncate(SCANS);
-        let settings = underwater::settings::Settings::for_real_log(&log);
+        let settings = scphd_filters::underwater::settings::Settings::for_real_log(&log);
         if let Err(error) = settings.check() {
             return refused(&error.to_string());
         }

@@ -1,12 +1,13 @@
 //! Recordings become logs, a run that was written becomes the log that it was of, and what is wrong is told in one line.
 
+use scphd_log::log::{FixNoise, Log, PoseFix};
+use scphd_log::log_folder;
 use scphd_ros::messages::{
     AckermannDriveStamped, Detection3D, Detection3DArray, Header, JointState, NavSatFix, Odometry, PointCloud2,
     PoseArray, PoseStamped, PoseWithCovarianceStamped, Quaternion, RadarReturn, RadarScan, TFMessage, TransformStamped,
 };
 use scphd_ros::{Message, Time, Writer, cloud};
-use scphd_sim::log::{FixNoise, Log, PoseFix};
-use scphd_sim::{log_folder, scenario};
+use scphd_worlds::scenario;
 use serde_json::Value;
 use std::fs;
 use std::io::Cursor;
@@ -337,7 +338,7 @@ fn what_is_missing_or_wrong_is_told_in_one_line() {
 /// Wherever a recording is damaged, the program ends by itself and says so, or reads the same log.
 #[test]
 fn damaged_recordings_never_panic() {
-    use scphd_sim::exchange::import::recording::{Options, read};
+    use scphd_exchange::import::recording::{Options, read};
     let place = Place::new();
     let good = Recording::new().with_odometry().with("/radar", radar).bytes();
     let path = place.path("damaged.mcap");
@@ -567,7 +568,7 @@ impl Drive {
         let mut drive = Self { poses: vec![[0.0; 3]], controls: Vec::new() };
         for k in 0..600 {
             let control = [1.0, 0.25 + 0.3 * (0.05 * f64::from(k)).sin(), 0.0];
-            let pose = scphd_sim::log::Vehicle::UnicycleArc.step(drive.poses[k as usize], control, 0.1);
+            let pose = scphd_log::log::Vehicle::UnicycleArc.step(drive.poses[k as usize], control, 0.1);
             drive.poses.push(pose);
             drive.controls.push(control);
         }

@@ -1,6 +1,7 @@
 //! Where the program's results go, as its users see it: files, the standard output, and what is neither.
 
-use scphd_sim::{log_folder, scenario};
+use scphd_log::log_folder;
+use scphd_worlds::scenario;
 use serde_json::Value;
 use std::fs;
 use std::path::PathBuf;

@@ -1,13 +1,13 @@
 //! Reproducibility: a seed determines every bit of the filter's state, in every build profile and on every machine.
 
-use scphd_sim::dimensions::Planar;
-use scphd_sim::scenario;
-use scphd_sim::session::{self, Filter};
-use scphd_sim::settings::{
+use scphd_filters::settings::{
     Extraction, FilterSettings, JointSettings, Likelihood, MovingSettings, Proposal, SensorSettings, Settings,
     VehicleSettings,
 };
-use scphd_sim::slam::Precision;
+use scphd_filters::slam::Precision;
+use scphd_log::dimensions::Planar;
+use scphd_run::session::{self, Filter};
+use scphd_worlds::scenario;
 use std::f64::consts::PI;
 use std::fmt::Write;
 

@@ -1,8 +1,6 @@
 //! Checks that cross crate borders; the tests themselves are in `tests/`. Here is what they share.
 
 pub mod fuzz;
-#[cfg(doctest)]
-mod guide;
 
 use std::panic;
 use std::thread;

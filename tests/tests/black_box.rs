@@ -4,13 +4,12 @@ use nalgebra::Vector2;
 use scphd::models::{PlanarPose, Pose};
 use scphd::numerics::Symmetric;
 use scphd::{Component, Real};
-use scphd_sim::log::{Fix, Log, Mounting, NamedSensor, PoseFix, Scan, Sensor};
-use scphd_sim::session::{self, Filter};
-use scphd_sim::settings::Settings;
-use scphd_sim::slam::Precision;
-use scphd_sim::stream::{self, Recorded, Stream};
-use scphd_sim::underwater::tank;
-use scphd_sim::{dimensions, scenario, underwater as sim_underwater};
+use scphd_boards::stream::{self, Recorded, Stream};
+use scphd_filters::settings::Settings;
+use scphd_filters::slam::Precision;
+use scphd_log::dimensions;
+use scphd_log::log::{Fix, Log, Mounting, NamedSensor, PoseFix, Scan, Sensor};
+use scphd_run::session::{self, Filter};
 use scphd_stream::planar::{self, BlackBox, BlackBoxJoint, Odometry, Planar};
 use scphd_stream::underwater::{self, Underwater};
 use scphd_stream::{
@@ -18,6 +17,8 @@ use scphd_stream::{
     Which, Writer, find_snapshot, find_whole_snapshot, recover, rerecord,
 };
 use scphd_tests::with_roomy_stack;
+use scphd_worlds::scenario;
+use scphd_worlds::underwater::tank;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 const SEED: u64 = 5;
@@ -143,7 +144,7 @@ fn dive(scans: usize) -> Stream {
     log.scans.truncate(scans);
     // A frame between two rows of the instruments.
     log.scans[7].t_s += 0.03;
-    let settings = sim_underwater::settings::Settings::for_log(&log);
+    let settings = scphd_filters::underwater::settings::Settings::for_log(&log);
     let mut settings = settings.with_toml(include_str!("../../firmware/girona-tank.toml")).unwrap();
     settings.filter.particles = 16;
     stream::write_underwater(&log, &settings, SEED, Scalar::F32, usize::MAX).unwrap()

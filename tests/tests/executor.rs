@@ -9,11 +9,11 @@ use scphd::models::{
 use scphd::settings::{Informed, Proposal};
 use scphd::storage::{Dynamic, Executor, MapMemory, MapStorage, NoMoving, Serial, Static, UpdateMemory};
 use scphd::{Births, Config, Detector, DetectorMemory, Real, ScPhd, ScanReport, State};
-use scphd_sim::events::{Event, events};
-use scphd_sim::log::{Log, Vehicle};
-use scphd_sim::scenario;
-use scphd_sim::threads::Threads;
+use scphd_filters::threads::Threads;
+use scphd_log::events::{Event, events};
+use scphd_log::log::{Log, Vehicle};
 use scphd_tests::with_roomy_stack;
+use scphd_worlds::scenario;
 use std::marker::PhantomData;
 
 /// Enough for two turns of the loop among moving features, and for resampling.

@@ -1,11 +1,11 @@
 //! Bits of the state that flip under a replay, as the firmware's image `flips` has it: the filter goes on, and does the same every time.
 
-use scphd_sim::scenario;
-use scphd_sim::settings::Settings;
-use scphd_sim::stream;
+use scphd_boards::stream;
+use scphd_filters::settings::Settings;
 use scphd_stream::planar::{Planar, PlanarJoint};
 use scphd_stream::{Aboard, Failing, Monitor, Round, Scalar, ScanCost, Seen, replay_with_flips};
 use scphd_tests::with_roomy_stack;
+use scphd_worlds::scenario;
 
 const SCANS: usize = 260;
 const SEEDS: std::ops::Range<u64> = 0..30;

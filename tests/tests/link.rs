@@ -1,15 +1,16 @@
 //! Frames over a bad line: whatever is damaged is refused, and the filter ends in the state of one that never saw those frames.
 
+use scphd_boards::hil::{Rates, Trouble};
+use scphd_boards::stream;
+use scphd_filters::settings::Settings;
 use scphd_link::{
     Frame, FrameKind, Gaps, OVERHEAD, Received, Receiver, Refused, Report, Sender, Target, Unit, line_bytes,
 };
-use scphd_sim::hil::{Rates, Trouble};
-use scphd_sim::noise::Noise;
-use scphd_sim::settings::Settings;
-use scphd_sim::{scenario, stream};
+use scphd_log::noise::Noise;
 use scphd_stream::planar::{BlackBox, BlackBoxJoint, Planar};
 use scphd_stream::{Aboard, Filter, Monitor, Reader, Record, Scalar, ScanCost, Seen, pieces};
 use scphd_tests::with_roomy_stack;
+use scphd_worlds::scenario;
 use std::collections::BTreeSet;
 use std::convert::Infallible;
 

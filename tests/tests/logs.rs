@@ -2,11 +2,11 @@
 //! checked in `host-sim/tests/claims.rs`.
 
 use scphd::Health;
-use scphd_sim::dimensions::Planar;
-use scphd_sim::log_folder;
-use scphd_sim::session::{self, Filter};
-use scphd_sim::settings::Settings;
-use scphd_sim::slam::Precision;
+use scphd_filters::settings::Settings;
+use scphd_filters::slam::Precision;
+use scphd_log::dimensions::Planar;
+use scphd_log::log_folder;
+use scphd_run::session::{self, Filter};
 use scphd_tests::data_folder;
 
 const SEED: u64 = 1;

@@ -74,8 +74,8 @@ fn every_capacity_costs_what_its_arrays_cost() {
     // An index in the row of every particle, and among those put aside.
     assert_eq!(bytes!(0, 0, 0, 8, 0, 0) - total, 8 * (PARTICLES + 1) * INDEX, "pages of a map");
 
-    // Range, bearing, clutter and what explains it otherwise; and the sum η.
-    assert_eq!(bytes!(0, 0, 0, 0, 8, 0) - total, 8 * (4 * SCALAR + size_of::<LnSum<f32>>()), "measurements");
+    // Range, bearing and what explains it without a feature; and the sum η.
+    assert_eq!(bytes!(0, 0, 0, 0, 8, 0) - total, 8 * (3 * SCALAR + size_of::<LnSum<f32>>()), "measurements");
 
     // The component, where it comes from, its rank, and its links in the lists of the reduction.
     let (origin, ranked, linked) = (2 * SCALAR, SCALAR + 2 * INDEX, 3 * INDEX);

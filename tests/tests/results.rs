@@ -1,28 +1,42 @@
 //! What the program writes has the keys and columns of `docs/results.md`, all of them and in that order.
 
-use scphd_sim::difference::{Difference, Written};
-use scphd_sim::dimensions::{Planar, Underwater};
-use scphd_sim::monte_carlo::worlds::{self, WorldRun};
-use scphd_sim::monte_carlo::{Job, Plan, RunResult, Study, overview};
-use scphd_sim::output::comparison::{self, Compared};
-use scphd_sim::output::json::{self, Format};
-use scphd_sim::output::{self, csv, studies};
-use scphd_sim::session::{self, Filter, Session};
-use scphd_sim::settings::Settings;
-use scphd_sim::slam::Precision;
-use scphd_sim::{check, compare, log_folder, scenario, underwater};
+use scphd_check as check;
+use scphd_filters::settings::Settings;
+use scphd_filters::slam::Precision;
+use scphd_log::dimensions::{Planar, Underwater};
+use scphd_log::log_folder;
+use scphd_run::compare;
+use scphd_run::monte_carlo::worlds::{self, WorldRun};
+use scphd_run::monte_carlo::{Job, Plan, RunResult, Study, overview};
+use scphd_run::session::{self, Filter, Session};
+use scphd_score::results::json::{self, Format};
 use scphd_tests::with_roomy_stack;
+use scphd_view::difference::{Difference, Written};
+use scphd_view::output::comparison::Compared;
+use scphd_view::output::{self, comparison};
+use scphd_view::output::{csv, studies};
+use scphd_worlds::{scenario, underwater};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 const FILTER: Filter = Filter::Core(Precision::F32);
 
-/// The names in the first column of the table below the heading that begins so.
+/// The names below the heading that begins so: those between fences, or in the first column of a table.
 fn documented(heading: &str) -> Vec<String> {
     let text = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/results.md")).unwrap();
     let section = text.split("\n## ").find(|section| section.starts_with(heading));
-    let rows = section.unwrap_or_else(|| panic!("no section {heading}")).lines();
-    rows.filter_map(|row| Some(row.strip_prefix("| `")?.split_once('`')?.0.to_owned())).collect()
+    let section = section.unwrap_or_else(|| panic!("no section {heading}"));
+    if let Some((list, _)) = section.split_once("```text\n").and_then(|(_, rest)| rest.split_once("\n```")) {
+        return list.split([',', '\n']).filter(|name| !name.is_empty()).map(str::to_owned).collect();
+    }
+    let cell = |row: &str| Some(row.strip_prefix("| `")?.split_once('`')?.0.to_owned());
+    section.lines().filter_map(cell).collect()
+}
+
+/// The columns of the table of a comparison: the time, and the keys from `scans` to before `settings`.
+fn columns_of(heading: &str) -> Vec<String> {
+    let keys = documented(heading).into_iter().skip_while(|key| key != "scans").take_while(|key| key != "settings");
+    std::iter::once("t_s".to_owned()).chain(keys).collect()
 }
 
 /// The columns of a table.
@@ -65,7 +79,7 @@ impl Drop for Folder {
     }
 }
 
-fn short_survey() -> (scphd_sim::log::Log, Settings) {
+fn short_survey() -> (scphd_log::log::Log, Settings) {
     let mut log = scenario::survey(1);
     log.scans.truncate(9);
     let mut settings = Settings::for_log(&log);
@@ -96,7 +110,7 @@ fn a_run_in_space() {
     let folder = Folder::new("space");
     let mut log = underwater::by_name("girona-tank", 1).unwrap();
     log.scans.truncate(60);
-    let mut settings = underwater::settings::Settings::for_log(&log);
+    let mut settings = scphd_filters::underwater::settings::Settings::for_log(&log);
     settings.filter.particles = 8;
     let session = session::run::<Underwater>(&log, &settings, FILTER, 1, &mut |_| ()).unwrap();
     json::write_summary(&folder.path("run.json"), &session.summary).unwrap();
@@ -178,7 +192,7 @@ fn a_comparison() {
     assert_eq!(keys(&folder.path("compare.json"), 2), documented("A comparison of filter and reference"));
     let rows = log.scans.iter().map(|scan| scan.t_s).zip(found.scans);
     comparison::write_csv(&folder.path("compare-f64.csv"), rows).unwrap();
-    assert_eq!(columns(&folder.path("compare-f64.csv")), documented("`compare-f32.csv` and `compare-f64.csv`\n"));
+    assert_eq!(columns(&folder.path("compare-f64.csv")), columns_of("A comparison of filter and reference"));
 }
 
 #[test]
@@ -212,5 +226,5 @@ fn a_comparison_of_joint_maps() {
     let rows = log.scans.iter().map(|scan| scan.t_s).zip(found.scans);
     comparison::write_csv(&folder.path("compare-f64.csv"), rows).unwrap();
     let columns = columns(&folder.path("compare-f64.csv"));
-    assert_eq!(columns, documented("`compare-f32.csv` and `compare-f64.csv` of joint maps"));
+    assert_eq!(columns, columns_of("A comparison of the joint filter and its reference"));
 }

@@ -1,17 +1,18 @@
 //! A log replayed from a stream by the code that vehicles run ends in the state that the simulator's session ends in.
 
 use scphd::Real;
-use scphd_sim::dimensions;
-use scphd_sim::log::Log;
-use scphd_sim::session::{self, Filter};
-use scphd_sim::settings::Settings;
-use scphd_sim::slam::Precision;
-use scphd_sim::underwater::{self, tank};
-use scphd_sim::{scenario, stream};
+use scphd_boards::stream;
+use scphd_filters::settings::Settings;
+use scphd_filters::slam::Precision;
+use scphd_log::dimensions;
+use scphd_log::log::Log;
+use scphd_run::session::{self, Filter};
 use scphd_stream::planar::{Planar, PlanarJoint};
 use scphd_stream::underwater::Underwater;
 use scphd_stream::{Aboard, Monitor, Reader, ReplayError, Scalar, ScanCost, Seen, StreamError, planar, replay};
 use scphd_tests::with_roomy_stack;
+use scphd_worlds::scenario;
+use scphd_worlds::underwater::tank;
 
 const SEED: u64 = 5;
 /// Few enough for every map to fit the smaller memory on board, in which case its capacities change nothing.
@@ -64,10 +65,10 @@ where
 }
 
 /// A short dive with the settings of the firmware's stream, and few enough particles and frames for the memory on board.
-fn short_dive() -> (underwater::log::Log, underwater::settings::Settings) {
+fn short_dive() -> (scphd_log::underwater::Log, scphd_filters::underwater::settings::Settings) {
     let mut log = tank::girona_tank(1);
     log.scans.truncate(25);
-    let settings = underwater::settings::Settings::for_log(&log);
+    let settings = scphd_filters::underwater::settings::Settings::for_log(&log);
     let mut settings = settings.with_toml(include_str!("../../firmware/girona-tank.toml")).unwrap();
     settings.filter.particles = 16;
     (log, settings)
@@ -137,7 +138,7 @@ fn a_dive_ends_where_its_session_ends() {
 #[test]
 fn a_dive_that_cannot_be_replayed_is_refused_by_name() {
     let (log, settings) = short_dive();
-    let refused = |log: &underwater::log::Log, settings: &underwater::settings::Settings| {
+    let refused = |log: &scphd_log::underwater::Log, settings: &scphd_filters::underwater::settings::Settings| {
         let bytes = stream::write_underwater(log, settings, SEED, Scalar::F32, 3).unwrap().bytes;
         replayed_as::<Underwater, f32>(&bytes, u32::MAX).err().map(|error| error.to_string())
     };

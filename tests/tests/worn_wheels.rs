@@ -5,12 +5,12 @@ use nalgebra::Vector2;
 use scphd::models::*;
 use scphd::numerics::*;
 use scphd::*;
-use scphd_sim::dimensions::Planar;
-use scphd_sim::log::{self, Log, Nominal, Odometry, Scan, Sensor, TruePose};
-use scphd_sim::scenario;
-use scphd_sim::session::{self, Filter};
-use scphd_sim::settings::Settings;
-use scphd_sim::slam::Precision;
+use scphd_filters::settings::Settings;
+use scphd_filters::slam::Precision;
+use scphd_log::dimensions::Planar;
+use scphd_log::log::{self, Log, Nominal, Odometry, Scan, Sensor, TruePose};
+use scphd_run::session::{self, Filter};
+use scphd_worlds::scenario;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 joint_memory! { type Map: Unicycle<f32> { measurement: Vector2<f32>, features: 64, measurements: 48 } }

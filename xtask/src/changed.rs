@@ -83,7 +83,7 @@ impl Change {
                     own.extend(packages.iter().map(|package| package.name.clone()));
                 }
                 None if file.ends_with(".md") => {
-                    own.extend(["scphd", "scphd-sim", "scphd-tests"].map(str::to_owned));
+                    own.extend(["scphd-documents", "scphd-sim", "scphd-tests", "scphd-view"].map(str::to_owned));
                 }
                 None => {}
             }
@@ -123,11 +123,15 @@ pub fn steps() -> Result<Vec<&'static Step>, String> {
 
 fn test() -> Result<Outcome, Stop> {
     let Change { own, all, .. } = Change::read()?;
-    let rest: BTreeSet<String> = all.difference(&own).cloned().collect();
-    for (packages, targets) in [(&own, &[][..]), (&rest, &unit::QUICK[..])] {
+    // Of what depends on the change, those whole that are nothing but tests of a whole run; of each other what it tests of itself, a
+    // library or, without one, a program.
+    let whole = |name: &&String| own.contains(*name) || unit::WHOLE_RUNS.contains(&name.as_str());
+    let (whole, rest): (Vec<&String>, Vec<&String>) = all.iter().partition(whole);
+    let (programs, libraries): (Vec<&String>, Vec<&String>) = rest.into_iter().partition(|name| *name == "scphd-sim");
+    for (packages, targets) in [(whole, &[][..]), (libraries, &["--lib"][..]), (programs, &["--bins"][..])] {
         if !packages.is_empty() {
             let mut cargo = process::cargo();
-            cargo.args(["test", "--no-fail-fast"]).args(packages.iter().flat_map(|name| ["--package", name]));
+            cargo.args(["test", "--no-fail-fast"]).args(packages.into_iter().flat_map(|name| ["--package", name]));
             process::run(cargo.args(targets))?;
         }
     }
@@ -151,7 +155,7 @@ mod tests {
             package("scphd-sim", "host-sim", &["core", "onboard/stream"]),
             package("scphd-tests", "tests", &["host-sim"]),
             package("scphd-digest", "tests/digest", &["host-sim"]),
-            package("scphd-ros", "ros", &[]),
+            package("scphd-ros", "host-sim/ros", &[]),
         ];
         let change = Change::of(files, &packages, Path::new("/top"));
         (change.own.iter().cloned().collect(), change.all.iter().cloned().collect(), change)
@@ -171,7 +175,7 @@ mod tests {
     #[test]
     fn the_innermost_package_owns_a_file_and_pages_belong_to_what_reads_them() {
         assert_eq!(of(&["tests/digest/digest.rs"]).0, ["scphd-digest"]);
-        assert_eq!(of(&["README.md"]).0, ["scphd", "scphd-sim", "scphd-tests"]);
+        assert_eq!(of(&["README.md"]).0, ["scphd-documents", "scphd-sim", "scphd-tests", "scphd-view"]);
         assert_eq!(of(&["Cargo.lock"]).0.len(), 6);
         assert!(of(&["bindings/capi/src/lib.rs"]).2.touches("c") && of(&["bindings/capi/src/lib.rs"]).0.is_empty());
         assert!(of(&[]).1.is_empty());

@@ -18,28 +18,47 @@ pub fn step() -> Outcome {
     test().into()
 }
 
-/// The targets of the quick run: what a library tests of itself, filter and reference in lockstep, and the digests.
-pub const QUICK: [&str; 7] = ["--lib", "--test", "lockstep", "--test", "lockstep_joint", "--test", "digest"];
-
-/// What the quick run leaves to the whole one: studies on a GPU, and measurements.
-const LEFT_OUT: [&str; 10] = [
-    "--exclude",
-    "scphd-gpu",
-    "--exclude",
-    "scphd-gpu-kernels",
-    "--exclude",
-    "scphd-ptx",
-    "--exclude",
-    "scphd-benches",
-    "--exclude",
-    "scphd-shared-data",
+/// What the quick run tests: the libraries that vehicles link, the reference in lockstep with the filters, digests, and documents. The
+/// rest of the simulator, studies on a GPU and measurements are left to the whole run.
+const QUICK: [&str; 24] = [
+    "--features",
+    "scphd/embedded-hal",
+    "--package",
+    "scphd",
+    "--package",
+    "scphd-lidar",
+    "--package",
+    "scphd-link",
+    "--package",
+    "scphd-sequencer",
+    "--package",
+    "scphd-store",
+    "--package",
+    "scphd-stream",
+    "--package",
+    "scphd-vehicle",
+    "--package",
+    "scphd-reference",
+    "--package",
+    "scphd-lockstep",
+    "--package",
+    "scphd-digest",
+    "--package",
+    "scphd-documents",
 ];
+
+/// The packages that are nothing but tests of whole runs.
+pub const WHOLE_RUNS: [&str; 2] = ["scphd-digest", "scphd-lockstep"];
+
+/// Of these packages the tests of each library, and those of the last three, which are nothing but tests.
+const QUICK_TARGETS: [&str; 11] =
+    ["--lib", "--test", "mixture", "--test", "joint", "--test", "digest", "--test", "links", "--test", "safety"];
 
 /// The tests of the libraries.
 pub fn quick() -> Result<Outcome, Stop> {
     counted(|list| {
         let mut cargo = process::cargo();
-        cargo.args(["test", "--no-fail-fast"]).args(PACKAGES).args(LEFT_OUT).args(QUICK);
+        cargo.args(["test", "--no-fail-fast"]).args(QUICK).args(QUICK_TARGETS);
         process::run(cargo.env(scphd_shared_data::SKIPPED, list))
     })
 }
@@ -48,7 +67,7 @@ pub fn quick() -> Result<Outcome, Stop> {
 pub fn examples() -> Result<Outcome, Stop> {
     let mut cargo = process::cargo();
     // The packages of the libraries' tests: with others, dependencies have other features and are built anew.
-    cargo.args(["test", "--doc"]).args(PACKAGES).args(LEFT_OUT);
+    cargo.args(["test", "--doc"]).args(QUICK);
     process::run(&mut cargo)?;
     Ok(Outcome::Passed(String::new()))
 }

@@ -31,25 +31,25 @@
 #define SCPHD_SIZE_JOINT_100_MOVERS 97280
 
 /* Joint map: 40 features and 16 that move, and 1000 features that are far away in an archive; scans of 32 measurements. */
-#define SCPHD_SIZE_JOINT_40_ARCHIVE 367616
+#define SCPHD_SIZE_JOINT_40_ARCHIVE 366592
 
 /* Joint map that learns what the odometry is off by: 60 features, scans of 32 measurements. */
 #define SCPHD_SIZE_JOINT_60_LEARNING 40960
 
 /* Mixture: 32 particles of two samples, 320 pages of features, 32 to a map, 256 in view; 128 pages of moving ones; scans of 128 measurements, of range and bearing or of bearings alone. */
-#define SCPHD_SIZE_MIXTURE_32X2 207872
+#define SCPHD_SIZE_MIXTURE_32X2 206848
 
 /* Mixture: four informed particles, 128 pages of features, 32 to a map, 256 in view; none that move; scans of 64 measurements. */
 #define SCPHD_SIZE_MIXTURE_INFORMED_4 55296
 
 /* The same with 64 pages of moving features, 16 to a map, 128 in view. */
-#define SCPHD_SIZE_MIXTURE_INFORMED_4_MOVING 103424
+#define SCPHD_SIZE_MIXTURE_INFORMED_4_MOVING 102400
 
 /* Mixture under water: 16 informed particles, 160 pages of features, 24 to a map, 256 in view; none that move. */
 #define SCPHD_SIZE_WATER_INFORMED_16 94208
 
 /* Detector of range, bearing and elevation: scans of 64 measurements. */
-#define SCPHD_SIZE_SONAR_64 2048
+#define SCPHD_SIZE_SONAR_64 1792
 
 /* A description of a vehicle. */
 #define SCPHD_SIZE_DESCRIPTION 640

@@ -45,7 +45,7 @@ pub(crate) const WATER_INFORMED_16: Set = Set {
 pub(crate) const SONAR_64: Set = Set {
     name: "SONAR_64",
     number: 301,
-    bytes: 2_048,
+    bytes: 1_792,
     about: " Detector of range, bearing and elevation: scans of 64 measurements.",
     functions: &[],
 };
@@ -66,16 +66,16 @@ macro_rules! table {
             /// Joint map: 100 features and 32 that move, scans of 32 measurements.
             JOINT_100_MOVERS = 104, 97_280 bytes of Joint100Movers: scphd_start_joint_100_movers, scphd_resume_joint_100_movers;
             /// Joint map: 40 features and 16 that move, and 1000 features that are far away in an archive; scans of 32 measurements.
-            JOINT_40_ARCHIVE = 105, 367_616 bytes of Joint40Archive: scphd_start_joint_40_archive, scphd_resume_joint_40_archive;
+            JOINT_40_ARCHIVE = 105, 366_592 bytes of Joint40Archive: scphd_start_joint_40_archive, scphd_resume_joint_40_archive;
             /// Joint map that learns what the odometry is off by: 60 features, scans of 32 measurements.
             JOINT_60_LEARNING = 106, 40_960 bytes of Joint60Learning: scphd_start_joint_60_learning, scphd_resume_joint_60_learning;
             /// Mixture: 32 particles of two samples, 320 pages of features, 32 to a map, 256 in view; 128 pages of moving ones; scans of 128
             /// measurements, of range and bearing or of bearings alone.
-            MIXTURE_32X2 = 111, 207_872 bytes of Mixture32x2: scphd_start_mixture_32x2, scphd_resume_mixture_32x2;
+            MIXTURE_32X2 = 111, 206_848 bytes of Mixture32x2: scphd_start_mixture_32x2, scphd_resume_mixture_32x2;
             /// Mixture: four informed particles, 128 pages of features, 32 to a map, 256 in view; none that move; scans of 64 measurements.
             MIXTURE_INFORMED_4 = 112, 55_296 bytes of MixtureInformed4: scphd_start_mixture_informed_4, scphd_resume_mixture_informed_4;
             /// The same with 64 pages of moving features, 16 to a map, 128 in view.
-            MIXTURE_INFORMED_4_MOVING = 113, 103_424 bytes of MixtureInformed4Moving: scphd_start_mixture_informed_4_moving, scphd_resume_mixture_informed_4_moving;
+            MIXTURE_INFORMED_4_MOVING = 113, 102_400 bytes of MixtureInformed4Moving: scphd_start_mixture_informed_4_moving, scphd_resume_mixture_informed_4_moving;
         }
     };
 }

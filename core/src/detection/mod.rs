@@ -3,8 +3,6 @@
 pub(crate) mod confirmed;
 pub(crate) mod explain;
 pub(crate) mod maps;
-#[cfg(feature = "multi-feature")]
-pub(crate) mod multi_feature;
 pub(crate) mod normalise;
 pub(crate) mod scan;
 pub(crate) mod seen;

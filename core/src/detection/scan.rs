@@ -9,8 +9,6 @@ use core::ops::Range;
 pub struct Measurement<Z: Vector> {
     /// z.
     pub(crate) z: Z,
-    /// ln κ(z); −∞ for no clutter.
-    pub(crate) ln_clutter: Z::Scalar,
     /// ln( κ(z) + Σ w_b ): what explains the measurement where no feature does; −∞ for nothing.
     pub(crate) ln_unexplained: Z::Scalar,
 }
@@ -23,7 +21,7 @@ const LN_EXPLAINED: f64 = 9.995_003_330_835_332e-4;
 
 impl<T: Real, Z: Vector<Scalar = T>> Measurement<Z> {
     /// All zero; a placeholder for unused memory.
-    pub(crate) const ZERO: Self = Self { z: Z::ZERO, ln_clutter: T::ZERO, ln_unexplained: T::ZERO };
+    pub(crate) const ZERO: Self = Self { z: Z::ZERO, ln_unexplained: T::ZERO };
 
     /// A finite number to take weights relative to while η_z is not complete: ln( κ(z) + Σ w_b ), which bounds them
     /// from above, unless that is next to nothing.
@@ -84,7 +82,7 @@ impl<'s, T: Real, Z: Vector<Scalar = T>> Scan<'s, Z> {
             ln_least_unexplained = ln_unexplained.at_most(ln_least_unexplained);
             // Insertion keeps measurements with equal keys in the caller's order. Scans are short, and most sensors
             // deliver them in order already.
-            let mut place = Measurement { z, ln_clutter, ln_unexplained };
+            let mut place = Measurement { z, ln_unexplained };
             let position = memory.get(..len).unwrap_or(&[]).partition_point(|held| key(held) <= key(&place));
             for slot in memory.iter_mut().take(len + 1).skip(position) {
                 core::mem::swap(slot, &mut place);

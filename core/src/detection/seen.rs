@@ -1,21 +1,19 @@
 //! What one candidate sees of its map.
 
 use crate::detection::scan::Scan;
-use crate::{Component, LnSum, Real, Vector};
+use crate::{LnSum, Real, Vector};
 
 /// What one candidate sees of its map, apart from η_z.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Seen<D: Vector> {
+pub(crate) struct Seen<T> {
     /// Σ_{j∈V} p_D,j w_j.
-    pub(crate) expected_detections: D::Scalar,
+    pub(crate) expected_detections: T,
     /// |V|.
     pub(crate) in_view: usize,
-    /// The static component in view that comes first, heaviest first; looked for only where the likelihood needs it.
-    pub(crate) heaviest: Option<Component<D>>,
 }
 
-impl<T: Real, D: Vector<Scalar = T>> Seen<D> {
-    pub(crate) const NOTHING: Self = Self { expected_detections: T::ZERO, in_view: 0, heaviest: None };
+impl<T: Real> Seen<T> {
+    pub(crate) const NOTHING: Self = Self { expected_detections: T::ZERO, in_view: 0 };
 
     /// No component yet, but births that the scan has missed already.
     pub(crate) fn beside(missed: T) -> Self {

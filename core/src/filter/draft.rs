@@ -202,7 +202,7 @@ fn collect<T: Real, F, X>(
     parent: usize,
     scan_view: &ScanView<'_, X>,
     eta: &mut [LnSum<T>],
-    seen: &mut Seen<F::Position>,
+    seen: &mut Seen<T>,
     tally: &mut Tally<T>,
 ) -> usize
 where

@@ -157,8 +157,7 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         let Some(candidate) = candidates.get(candidate) else { return 0 };
         let missed = waiting.missed.get(parent).copied().unwrap_or(T::ZERO);
         let view = View { missed, ..self.given.views().from(&candidate.pose) };
-        let likelihood = self.given.config.likelihood;
-        let weighed = weigh(&view, parent, (static_maps, moving_maps), &self.given.scan, likelihood, eta);
+        let weighed = weigh(&view, parent, (static_maps, moving_maps), &self.given.scan, eta);
         *ln_likelihood = explained(*ln_likelihood + weighed.ln_likelihood);
         weighed.in_view
     }

@@ -8,8 +8,7 @@ use crate::particles::cursor::Cursor;
 use crate::particles::propose::Proposer;
 use crate::particles::select::Selection;
 use crate::{
-    Config, Health, Likelihood, LnSum, MeasurementModel, Noise, Pose, Proposal, Real, ScalarOf, ScanReport, Symmetric,
-    Vector,
+    Config, Health, LnSum, MeasurementModel, Noise, Pose, Proposal, Real, ScalarOf, ScanReport, Symmetric, Vector,
 };
 
 /// What holds for a whole scan from the moment its candidates are there.
@@ -29,7 +28,7 @@ impl Grounds {
     pub(crate) fn of<T: Real>(config: &Config<T>, cursor: &Cursor<T>) -> Self {
         let (particles, children) = (cursor.particles, cursor.children);
         let blurs = matches!(config.proposal, Proposal::Informed(informed) if informed.sampled_fraction < T::ONE);
-        let lone = particles * children == 1 && config.likelihood == Likelihood::SingleCluster && !blurs;
+        let lone = particles * children == 1 && !blurs;
         Self { particles, children, blurs, lone }
     }
 

@@ -85,7 +85,7 @@ impl<T: Real, D: Place<Scalar = T>> Workspaces<'_, '_, D> {
         &mut self,
         scan_view: &ScanView<'_, X>,
         eta: &mut [LnSum<T>],
-        seen: &mut Seen<D>,
+        seen: &mut Seen<T>,
         tally: &mut Tally<T>,
     ) {
         let first_birth = scan_view.first_label.wrapping_add(scan_view.scan.len() as u32);
@@ -236,7 +236,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         scan_view: &ScanView<'_, X>,
         ln_unconfirmed: T,
         eta: &mut [LnSum<T>],
-        seen: &mut Seen<F::Position>,
+        seen: &mut Seen<T>,
         tally: &mut Tally<T>,
     ) -> bool
     where

@@ -11,7 +11,7 @@ use crate::filter::task::Task;
 use crate::filter::waiting::memory::{Noted, Notes};
 use crate::map::{Maps, PageId};
 use crate::numerics::work;
-use crate::{Bounds, Dynamic, Feature, Likelihood, LnSum, MeasurementModel, Place, Pose, Probe, Real, Static};
+use crate::{Bounds, Dynamic, Feature, LnSum, MeasurementModel, Place, Pose, Probe, Real, Static};
 
 /// All maps of both kinds, what is counted on them, and what they change beside.
 #[derive(Debug)]
@@ -88,7 +88,7 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
         let regained_moving = moving_maps.collect(task, scan_view, eta, &mut seen, tally);
         tally.expected_detections += seen.expected_detections;
         if self.weighs {
-            let ln_likelihood = ln_likelihood(Likelihood::SingleCluster, &scan_view.view, &seen, scan_view.scan, eta);
+            let ln_likelihood = ln_likelihood(&seen, scan_view.scan, eta);
             self.tally.last = Weighed { ln_likelihood, in_view: seen.in_view };
         }
         let normalisers = Normalisers::of(eta, scan_view.scan);
@@ -149,7 +149,7 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
         task: &Task,
         scan_view: &ScanView<'_, X>,
         eta: &mut [LnSum<T>],
-        seen: &mut Seen<F::Position>,
+        seen: &mut Seen<T>,
         tally: &mut Tally<T>,
     ) -> usize {
         self.take_on(task, &scan_view.bounds);

@@ -18,8 +18,6 @@ pub use feature::{Dynamic, Feature, Static};
 pub use lists::Lists;
 pub(crate) use memory::Maps;
 pub use memory::{MapMemory, MapStorage, NoMoving};
-#[cfg(feature = "multi-feature")]
-pub(crate) use near::within;
 pub(crate) use near::{look_within, on_pages_within};
 pub use page::{PAGE_LEN, Page};
 pub use pool::PageId;

@@ -3,16 +3,6 @@
 use super::{MapTable, Maps, Pool};
 use crate::{Bounds, Component, Feature, Place, Real};
 
-/// The components of a particle's map within `bounds`.
-#[cfg(feature = "multi-feature")]
-pub(crate) fn within<'m, F: Feature>(
-    maps: &'m Maps<'_, F>,
-    particle: usize,
-    bounds: &'m Bounds<F::Position>,
-) -> impl Iterator<Item = &'m Component<F::State>> {
-    on_pages_within((&maps.table, &maps.pool), particle, bounds)
-}
-
 /// The components of a particle's map within `bounds`; of a map of which the workspace may be in other hands.
 pub(crate) fn on_pages_within<'m, F: Feature>(
     (table, pool): (&'m MapTable<'_, F::Position>, &'m Pool<'_, F>),

@@ -65,7 +65,7 @@ mod tests {
     /// Numbers of an independent implementation.
     #[test]
     fn survivors_and_their_effective_number_are_those_of_the_oracle() {
-        let file: Value = serde_json::from_str(&scphd_shared_data::oracle("systematic_resampling.json")).unwrap();
+        let file = scphd_shared_data::oracle("systematic_resampling.json");
         let numbers =
             |value: &Value| -> Vec<f64> { value.as_array().unwrap().iter().flat_map(Value::as_f64).collect() };
         for case in file["cases"].as_array().unwrap() {

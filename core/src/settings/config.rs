@@ -1,6 +1,6 @@
 //! What a user tunes.
 
-use crate::{ConfigError, ConstantVelocity, Informed, Likelihood, ModelError, Plausible, Proposal, Real};
+use crate::{ConfigError, ConstantVelocity, Informed, ModelError, Plausible, Proposal, Real};
 
 /// Tuning of the recursion; the models carry their own parameters.
 ///
@@ -21,8 +21,6 @@ pub struct Config<T> {
     pub samples: usize,
     /// Where the samples are drawn from.
     pub proposal: Proposal<T>,
-    /// How the scan weighs a particle.
-    pub likelihood: Likelihood,
     /// Resample when N_eff falls below this share of the candidates, N·M after a prediction.
     pub resample_threshold: T,
     /// Components below this weight are dropped (Vo & Ma 2006, table II: T).
@@ -171,7 +169,6 @@ impl<T: Real> Default for Config<T> {
             particles: 32,
             samples: 1,
             proposal: Proposal::Blind,
-            likelihood: Likelihood::SingleCluster,
             resample_threshold: T::from_f64(0.5),
             prune_weight: T::from_f64(2.5e-3),
             confirming_detections: T::ONE,

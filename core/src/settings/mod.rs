@@ -1,12 +1,10 @@
 //! What a user tunes.
 
 pub(crate) mod config;
-pub(crate) mod likelihood;
 pub(crate) mod plausible;
 pub(crate) mod proposal;
 
 pub use crate::joint::Persistence;
 pub use config::{Extraction, MovingConfig};
-pub use likelihood::Likelihood;
 pub use plausible::Plausible;
 pub use proposal::{Informed, Proposal};

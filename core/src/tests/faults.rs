@@ -348,30 +348,6 @@ fn unexplained(particles: usize, samples: usize) {
     check_consistent(&mut filter);
 }
 
-/// Likelihoods that divide by the clutter, without any.
-#[test]
-fn no_weight_is_lost_where_a_likelihood_is_not_a_number() {
-    for likelihood in [
-        Likelihood::EmptyMap,
-        Likelihood::SingleFeature,
-        #[cfg(feature = "multi-feature")]
-        Likelihood::MultiFeature,
-    ] {
-        let mut state = Box::new(Roomy::new());
-        let config = Config { likelihood, ..config() };
-        let mut filter = Planar::new(models(0.0), Births::NONE, config, &mut *state).unwrap();
-        filter.reset(ORIGIN, 1).unwrap();
-        let covariance = Symmetric::from_diagonal([0.01, 0.01]);
-        filter.load_map(&[Component { mean: Vector2::new(5.0, 0.0), covariance, ..Component::ZERO }]).unwrap();
-        for _ in 0..5 {
-            filter.predict(&UnicycleControl { speed_mps: 0.0, rate_radps: 0.0 }, 3.0).unwrap();
-            filter.scan(&[Vector2::new(5.0, 0.0), Vector2::new(15.0, 2.0)]).unwrap();
-            assert!(!filter.ln_likelihoods().iter().any(|ln_l| ln_l.is_nan()), "{:?}", filter.ln_likelihoods());
-            check_consistent(&mut filter);
-        }
-    }
-}
-
 #[test]
 fn a_measurement_without_range_weighs_but_gives_no_birth() {
     let mut state = Box::new(Roomy::new());

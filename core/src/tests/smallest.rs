@@ -1,4 +1,4 @@
-//! The smallest capacities under every proposal, likelihood and option: every step ends within the bounds of
+//! The smallest capacities under every proposal and option: every step ends within the bounds of
 //! `docs/performance.md`, which are counted, not timed.
 
 use crate::numerics::work::limited;
@@ -101,13 +101,6 @@ fn proposals() -> Vec<Proposal<f32>> {
 /// Every choice that a configuration has, with the numbers at their ends.
 fn configurations(particles: usize, samples: usize, moves: bool) -> Vec<(Births<f32>, Config<f32>)> {
     let mut all = Vec::new();
-    let likelihoods = [
-        Likelihood::SingleCluster,
-        Likelihood::EmptyMap,
-        Likelihood::SingleFeature,
-        #[cfg(feature = "multi-feature")]
-        Likelihood::MultiFeature,
-    ];
     let ends = [
         // Nothing is pruned or born; everything is.
         (f32::MIN_POSITIVE, f32::MIN_POSITIVE, 0.0),
@@ -115,27 +108,24 @@ fn configurations(particles: usize, samples: usize, moves: bool) -> Vec<(Births<
         (0.9, 0.9, 1e30),
     ];
     for proposal in proposals() {
-        for likelihood in likelihoods {
-            for merge_distance in [0.0, 1e30] {
-                for (prune_weight, negligible, still) in ends {
-                    let births = Births { of_static: still, of_moving: if moves { still } else { 0.0 } };
-                    let config = Config {
-                        particles,
-                        samples,
-                        proposal,
-                        likelihood,
-                        merge_distance,
-                        prune_weight,
-                        negligible,
-                        max_components: if still > 1.0 { 1 } else { usize::MAX },
-                        resample_threshold: 1.0,
-                        confirmed_weight: 0.3,
-                        unconfirmed_weight: 0.2,
-                        extraction: if moves { Extraction::Confirmed } else { Extraction::Peaks },
-                        ..Config::default()
-                    };
-                    all.push((births, config));
-                }
+        for merge_distance in [0.0, 1e30] {
+            for (prune_weight, negligible, still) in ends {
+                let births = Births { of_static: still, of_moving: if moves { still } else { 0.0 } };
+                let config = Config {
+                    particles,
+                    samples,
+                    proposal,
+                    merge_distance,
+                    prune_weight,
+                    negligible,
+                    max_components: if still > 1.0 { 1 } else { usize::MAX },
+                    resample_threshold: 1.0,
+                    confirmed_weight: 0.3,
+                    unconfirmed_weight: 0.2,
+                    extraction: if moves { Extraction::Confirmed } else { Extraction::Peaks },
+                    ..Config::default()
+                };
+                all.push((births, config));
             }
         }
     }

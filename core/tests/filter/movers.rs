@@ -1,4 +1,4 @@
-//! Features that move, their names, and the likelihoods, against closed forms and on small scenes.
+//! Features that move, and their names, against closed forms and on small scenes.
 
 use crate::alone::{Alone, Models};
 use crate::*;
@@ -307,17 +307,6 @@ fn a_state_without_memory_for_it_refuses_to_track() {
     assert_eq!(tracker.scan(&[]), Err(ScanError::NoRoomForMoving));
 }
 
-/// ln L of one scan over a map of static features, with nothing born.
-fn ln_likelihood(likelihood: Likelihood, map: &[Component<Vector2<f64>>], scan: &[Vector2<f64>]) -> f64 {
-    let mut memory = Box::new(Memory::new());
-    let config = Config { likelihood, prune_weight: 1e-12, negligible: 1e-30, ..config() };
-    let config = Config { negligible: config.prune_weight.min(config.negligible), ..config };
-    let mut filter = tracker_of(Births::NONE, config, &mut memory);
-    filter.load_map(map).unwrap();
-    filter.scan(scan).unwrap();
-    filter.ln_likelihoods()[0]
-}
-
 fn landmark(weight: f64, x: f64, sigma: f64) -> Component<Vector2<f64>> {
     let covariance = Symmetric::from_diagonal([sigma * sigma, sigma * sigma]);
     Component { ln_weight: weight.ln(), mean: Vector2::new(x, 0.0), covariance, ..Component::ZERO }
@@ -330,80 +319,6 @@ fn density(z: Vector2<f64>, x: f64, sigma: f64) -> f64 {
     let s = [sigma * sigma + 0.01, sigma * sigma / (x * x) + 0.0001];
     let exponent = (z.x - x).powi(2) / s[0] + z.y * z.y / s[1];
     (-0.5 * exponent).exp() / (core::f64::consts::TAU * (s[0] * s[1]).sqrt())
-}
-
-#[test]
-fn rb_phd_with_the_empty_map_in_closed_form() {
-    let z = [Vector2::new(6.1, 0.01), Vector2::new(12.0, 2.0)];
-    let (w, x, sigma) = (0.8, 6.0, 0.2);
-    let found = ln_likelihood(Likelihood::EmptyMap, &[landmark(w, x, sigma)], &z);
-    // N̂ of the update: missed, and detected by the first measurement; the second is clutter.
-    let detected = DETECTION * w * density(z[0], x, sigma);
-    let mass = w * (1.0 - DETECTION) + detected / (KAPPA + detected);
-    let expected = 2.0 * KAPPA.ln() + mass - w;
-    assert!((found - expected).abs() < 1e-12, "{found} against {expected}");
-    // Nothing seen, nothing there: the same as for the single cluster.
-    assert_eq!(ln_likelihood(Likelihood::EmptyMap, &[], &[]), 0.0);
-}
-
-#[test]
-fn rb_phd_with_a_single_feature_in_closed_form() {
-    let z = [Vector2::new(6.1, 0.01), Vector2::new(12.0, 2.0)];
-    let map = [landmark(0.8, 6.0, 0.2), landmark(0.3, 12.0, 0.2)];
-    let found = ln_likelihood(Likelihood::SingleFeature, &map, &z);
-    let empty = ln_likelihood(Likelihood::EmptyMap, &map, &z);
-    // The heavier one is the feature; g is its density with the sensor's noise alone.
-    let g: Vec<f64> = z.iter().map(|&z| density(z, 6.0, 0.0)).collect();
-    let eta: Vec<f64> =
-        z.iter().map(|&z| KAPPA + DETECTION * (0.8 * density(z, 6.0, 0.2) + 0.3 * density(z, 12.0, 0.2))).collect();
-    let corrected = |by: &dyn Fn(usize) -> f64| 1.0 - DETECTION + DETECTION * (g[0] / by(0) + g[1] / by(1));
-    let expected = empty + (corrected(&|_| KAPPA) / corrected(&|k| eta[k])).ln();
-    assert!((found - expected).abs() < 1e-12, "{found} against {expected}");
-    // Without a feature in view it is that of the empty map.
-    let far = [landmark(0.8, 30.0, 0.2)];
-    assert_eq!(ln_likelihood(Likelihood::SingleFeature, &far, &z), ln_likelihood(Likelihood::EmptyMap, &far, &z));
-}
-
-#[cfg(feature = "multi-feature")]
-#[test]
-fn rb_phd_with_several_features_in_closed_form() {
-    // Two landmarks that share two measurements, one with one of its own, and one too light to be taken; one measurement is of none.
-    let z = [Vector2::new(6.1, 0.01), Vector2::new(6.2, -0.005), Vector2::new(12.05, 0.0), Vector2::new(9.0, 2.0)];
-    let places = [(0.9, 6.0, 0.2), (0.8, 6.25, 0.2), (0.95, 12.0, 0.1), (0.7, 12.3, 0.2)];
-    let map = places.map(|(w, x, sigma)| landmark(w, x, sigma));
-    let found = ln_likelihood(Likelihood::MultiFeature, &map, &z);
-    let empty = ln_likelihood(Likelihood::EmptyMap, &map, &z);
-    let eta = z.map(|z| KAPPA + DETECTION * places.iter().map(|&(w, x, sigma)| w * density(z, x, sigma)).sum::<f64>());
-    let (missed, caused) = (1.0 - DETECTION, |k: usize, x: f64| DETECTION * density(z[k], x, 0.0) / KAPPA);
-    let [a, b] = [6.0, 6.25].map(|x| [caused(0, x), caused(1, x)]);
-    let both = missed * missed + missed * (a[0] + a[1] + b[0] + b[1]) + a[0] * b[1] + a[1] * b[0];
-    let alone = missed + caused(2, 12.0);
-    let made =
-        |x: f64, of: &[usize]| missed + of.iter().map(|&k| DETECTION * density(z[k], x, 0.0) / eta[k]).sum::<f64>();
-    let ratios = made(6.0, &[0, 1]) * made(6.25, &[0, 1]) * made(12.0, &[2]);
-    let expected = empty + (both * alone / ratios).ln();
-    assert!((found - expected).abs() < 1e-12, "{found} against {expected}");
-    // Alone, a landmark is the single feature.
-    let (one, near) = ([landmark(0.8, 6.0, 0.2)], &z[..2]);
-    let single = ln_likelihood(Likelihood::SingleFeature, &one, near);
-    assert!((ln_likelihood(Likelihood::MultiFeature, &one, near) - single).abs() < 1e-12);
-    // None that is established: the empty map.
-    let light = [landmark(0.74, 6.0, 0.2)];
-    assert_eq!(ln_likelihood(Likelihood::MultiFeature, &light, &z), ln_likelihood(Likelihood::EmptyMap, &light, &z));
-}
-
-#[test]
-fn a_map_that_is_certain_makes_all_likelihoods_alike_but_for_mass() {
-    // One landmark of weight 1 whose place is known: the single-feature likelihood is the exact one of a map of one
-    // feature, ln[ (1 − p_D) κ + p_D g ], up to how far v(m)/v⁻(m) is from the posterior's share.
-    let z = [Vector2::new(6.05, 0.005)];
-    let single = ln_likelihood(Likelihood::SingleFeature, &[landmark(1.0, 6.0, 1e-6)], &z);
-    let g = density(z[0], 6.0, 1e-6);
-    let eta = KAPPA + DETECTION * g;
-    let mass = (1.0 - DETECTION) + DETECTION * g / eta;
-    let exact = ((1.0 - DETECTION) * KAPPA + DETECTION * g).ln();
-    let expected = exact - (1.0 - DETECTION + DETECTION * g / eta).ln() + mass - 1.0;
-    assert!((single - expected).abs() < 1e-8, "{single} against {expected}");
 }
 
 #[test]

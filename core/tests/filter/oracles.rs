@@ -3,12 +3,8 @@
 use crate::alone::{Alone, Models};
 use crate::*;
 use nalgebra::{Matrix2, Matrix2x3, Vector2};
+use scphd_shared_data::oracle;
 use serde_json::Value;
-
-/// An oracle file.
-fn oracle(name: &str) -> Value {
-    serde_json::from_str(&scphd_shared_data::oracle(name)).unwrap()
-}
 
 fn number(value: &Value) -> f64 {
     value.as_f64().unwrap()

@@ -2,13 +2,13 @@
 
 use crate::setup::setup_of;
 use crate::unfit::Unfit;
+use scphd_filters::settings::Settings;
+use scphd_filters::slam::PlanarNumbers;
 use scphd_gpu_kernels::{
     Feature, MEASUREMENTS, Mover, PARTICLES, Prediction, Run, SAMPLES, Scan, ScanResult, Status, asks_for_digest,
 };
-use scphd_sim::events::{Event, events};
-use scphd_sim::log::Log;
-use scphd_sim::settings::Settings;
-use scphd_sim::slam::PlanarNumbers;
+use scphd_log::events::{Event, events};
+use scphd_log::log::Log;
 
 /// Room for estimated features beside the landmarks of the scenario, a scan in the mean over a run.
 pub const SPARE_FEATURES: usize = 16;

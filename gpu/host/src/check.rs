@@ -4,13 +4,13 @@ use crate::batch::Batch;
 use crate::device::Device;
 use crate::source::{FILTER, Source};
 use crate::study::{StudyError, played};
+use scphd_filters::kind::Kind;
+use scphd_filters::settings::Settings;
 use scphd_gpu_kernels::Status;
-use scphd_sim::dimensions::Planar;
-use scphd_sim::events::{Event, events};
-use scphd_sim::kind::Kind;
-use scphd_sim::log::Log;
-use scphd_sim::session::{SessionError, with_roomy_stack};
-use scphd_sim::settings::Settings;
+use scphd_log::dimensions::Planar;
+use scphd_log::events::{Event, events};
+use scphd_log::log::Log;
+use scphd_run::session::{SessionError, with_roomy_stack};
 use std::time::Instant;
 
 /// What a comparison of all scans of some runs has found.

@@ -5,7 +5,8 @@ use scphd_gpu::{
     Checked, Cuda, Device, DeviceError, Difference, Emulated, Execution, Interpreted, LargeRun, Modules, Source,
     Tuning, drive_on_host, large, study, time,
 };
-use scphd_sim::monte_carlo::overview;
+use scphd_run::monte_carlo::overview;
+use scphd_view::output;
 use std::error::Error;
 use std::iter::successors;
 use std::ops::RangeInclusive;
@@ -224,7 +225,7 @@ fn run(command: Command) -> Result<(), Box<dyn Error>> {
             if let Some(path) = json {
                 overview::write_json(&path, &done.study)?;
             }
-            println!("{}", overview::render(&done.study));
+            println!("{}", output::overview::render(&done.study));
             println!(
                 "{}: {runs} runs, {} at once, in {:.3} s; a run takes {} bytes",
                 device.name(),

@@ -4,10 +4,10 @@ use crate::batch::Batch;
 use crate::device::Outcome;
 use scphd::errors::Implausible;
 use scphd::{Health, Real};
+use scphd_filters::slam::{PoseAndCovariance, Refusal, ScanOutcome, Slam};
 use scphd_gpu_kernels::{Feature, Mover, Run, ScanResult, Status};
-use scphd_sim::dimensions::{Coordinates, Planar};
-use scphd_sim::record::{MapFeature, MovingFeature, Usage};
-use scphd_sim::slam::{PoseAndCovariance, Refusal, ScanOutcome, Slam};
+use scphd_log::dimensions::{Coordinates, Planar};
+use scphd_score::record::{MapFeature, MovingFeature, Usage};
 
 /// One run of a batch.
 #[derive(Debug)]

@@ -3,9 +3,9 @@
 use crate::unfit::Unfit;
 use scphd::Config;
 use scphd::models::Step;
-use scphd::settings::{Extraction, Informed, Likelihood, Proposal};
-use scphd_gpu_kernels::{MOUNTED, Setup, extraction, likelihood, vehicle};
-use scphd_sim::slam::{PlanarNumbers, PlanarVehicle};
+use scphd::settings::{Extraction, Informed, Proposal};
+use scphd_filters::slam::{PlanarNumbers, PlanarVehicle};
+use scphd_gpu_kernels::{MOUNTED, Setup, extraction, vehicle};
 
 /// The numbers of a run, of a filter of at most so many particles, and samples of each.
 ///
@@ -78,12 +78,6 @@ fn of_config(config: &Config<f32>, [particles, samples]: [usize; 2], setup: Setu
         proposal_rounds: most(informed.rounds, 16, "rounds of the proposal")?,
         sampled_fraction: informed.sampled_fraction,
         min_responsibility: informed.min_responsibility,
-        likelihood: match config.likelihood {
-            Likelihood::SingleCluster => likelihood::SINGLE_CLUSTER,
-            Likelihood::EmptyMap => likelihood::EMPTY_MAP,
-            Likelihood::SingleFeature => likelihood::SINGLE_FEATURE,
-            other => return Err(Unfit(format!("the likelihood {other:?}"))),
-        },
         resample_threshold: config.resample_threshold,
         prune_weight: config.prune_weight,
         confirming_detections: config.confirming_detections,

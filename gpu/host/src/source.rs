@@ -1,13 +1,13 @@
 //! Where the logs of a study come from: a scenario, made anew for every seed, or a recorded log; and the settings.
 
-use scphd_sim::log::Log;
-use scphd_sim::log_folder;
-use scphd_sim::monte_carlo::Plan;
-use scphd_sim::output::json::Format;
-use scphd_sim::scenario::{SCENARIOS, by_name, thesis_run};
-use scphd_sim::session::Filter;
-use scphd_sim::settings::Settings;
-use scphd_sim::slam::Precision;
+use scphd_filters::settings::Settings;
+use scphd_filters::slam::Precision;
+use scphd_log::log::Log;
+use scphd_log::log_folder;
+use scphd_run::monte_carlo::Plan;
+use scphd_run::session::Filter;
+use scphd_score::results::json::Format;
+use scphd_worlds::scenario::{SCENARIOS, by_name, thesis_run};
 use std::path::Path;
 
 /// The filter of a study.

@@ -6,11 +6,11 @@ use crate::played::Played;
 use crate::source::{FILTER, Source, SourceError};
 use crate::unfit::Unfit;
 use scphd::Health;
+use scphd_filters::settings::Settings;
 use scphd_gpu_kernels::{ScanResult, Status};
-use scphd_sim::log::Log;
-use scphd_sim::monte_carlo::{Job, Plan, RunResult, Study};
-use scphd_sim::session::{self, SessionError};
-use scphd_sim::settings::Settings;
+use scphd_log::log::Log;
+use scphd_run::monte_carlo::{Job, Plan, RunResult, Study};
+use scphd_run::session::{self, SessionError};
 
 /// Why a study came to no end.
 #[derive(Debug, thiserror::Error)]

@@ -1,11 +1,12 @@
 //! The kernels' bodies, on the host, have the state and the results of `scphd-sim`'s own filter, bit for bit.
 
+use scphd_filters::slam::Precision;
 use scphd_gpu::{Batch, Checked, Device, Emulated, Source, Tuning, study};
 use scphd_gpu_kernels::Status;
-use scphd_sim::dimensions::Planar;
-use scphd_sim::monte_carlo::{RunResult, overview};
-use scphd_sim::session::{self, Filter};
-use scphd_sim::slam::Precision;
+use scphd_log::dimensions::Planar;
+use scphd_run::monte_carlo::RunResult;
+use scphd_run::session::{self, Filter};
+use scphd_view::output::overview;
 
 /// Scans that are compared.
 const SCANS: usize = 300;
@@ -41,7 +42,7 @@ fn other_vehicles_and_tunings_have_the_digests_of_the_host() {
 }
 
 /// `scphd-sim`'s own run, without what was timed.
-fn plain(source: &Source, job: &scphd_sim::monte_carlo::Job) -> RunResult {
+fn plain(source: &Source, job: &scphd_run::monte_carlo::Job) -> RunResult {
     let log = source.log(job.scenario_seed).unwrap();
     let settings = source.settings(&log).unwrap();
     let filter = Filter::Core(Precision::F32);
@@ -59,7 +60,7 @@ fn same_results(scenario: &str, particles: Option<usize>, runs: usize, resident:
     for (found, expected) in done.study.results.iter().zip(&expected) {
         assert_eq!(found, expected, "run {}", expected.run);
     }
-    let plain = scphd_sim::monte_carlo::Study { plan, results: expected };
+    let plain = scphd_run::monte_carlo::Study { plan, results: expected };
     assert_eq!(overview::render(&done.study), overview::render(&plain));
 }
 

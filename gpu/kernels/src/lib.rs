@@ -35,7 +35,7 @@ pub use room::{
     Desk, DraftPlace, Filters, Group, PartPlace, Room, Sight, StreamPlace, TOGETHER, bytes, parts, streams, words,
 };
 pub use run::{Inputs, Outputs, asks_for_digest, follow};
-pub use setup::{MOUNTED, Setup, extraction, likelihood, vehicle};
+pub use setup::{MOUNTED, Setup, extraction, vehicle};
 pub use size::{LARGE_PARTICLES, LargeMemory, Memory, PARTICLES, SAMPLES, Size};
 pub use slot::{FEATURES, MEASUREMENTS, MOVERS, Slot};
 pub use stages::{Places, Stage};

@@ -6,7 +6,7 @@ use scphd::models::{
     Ackermann, AckermannGeometry, ConstantVelocity, ControlNoise, Mounting, PlanarPose, RangeBearing,
     RangeBearingLimits, RangeBearingWindow, Sensing, Step, Unicycle, UniformClutter,
 };
-use scphd::settings::{Extraction, Informed, Likelihood, MovingConfig, Plausible, Proposal};
+use scphd::settings::{Extraction, Informed, MovingConfig, Plausible, Proposal};
 use scphd::{Births, Config, Detector};
 
 /// Values of [`Setup::vehicle`].
@@ -17,16 +17,6 @@ pub mod vehicle {
     pub const UNICYCLE: u32 = 1;
     /// [`scphd::models::Unicycle`] with [`scphd::models::Step::Arc`].
     pub const UNICYCLE_ARC: u32 = 2;
-}
-
-/// Values of [`Setup::likelihood`].
-pub mod likelihood {
-    /// [`scphd::settings::Likelihood::SingleCluster`].
-    pub const SINGLE_CLUSTER: u32 = 0;
-    /// [`scphd::settings::Likelihood::EmptyMap`].
-    pub const EMPTY_MAP: u32 = 1;
-    /// [`scphd::settings::Likelihood::SingleFeature`].
-    pub const SINGLE_FEATURE: u32 = 2;
 }
 
 /// Values of [`Setup::extraction`].
@@ -83,8 +73,6 @@ pub struct Setup {
     pub proposal_rounds: u32,
     pub sampled_fraction: f32,
     pub min_responsibility: f32,
-    /// One of [`likelihood`].
-    pub likelihood: u32,
     pub resample_threshold: f32,
     pub prune_weight: f32,
     pub confirming_detections: f32,
@@ -193,12 +181,6 @@ impl Setup {
                     sampled_fraction: self.sampled_fraction,
                     min_responsibility: self.min_responsibility,
                 }),
-            },
-            likelihood: match self.likelihood {
-                likelihood::SINGLE_CLUSTER => Likelihood::SingleCluster,
-                likelihood::EMPTY_MAP => Likelihood::EmptyMap,
-                likelihood::SINGLE_FEATURE => Likelihood::SingleFeature,
-                _ => return None,
             },
             resample_threshold: self.resample_threshold,
             prune_weight: self.prune_weight,

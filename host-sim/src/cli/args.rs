@@ -3,14 +3,14 @@
 use super::failure::Failure;
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
 use clap_complete::Shell;
-use scphd_sim::ekf::Association;
-use scphd_sim::hil::Port;
-use scphd_sim::kind::Kind;
-use scphd_sim::monte_carlo::Shard;
-use scphd_sim::session::Filter;
-use scphd_sim::settings::{Likelihood, is_used_by};
-use scphd_sim::slam::Precision;
-use scphd_sim::threads::Threads;
+use scphd_boards::hil::Port;
+use scphd_filters::ekf::Association;
+use scphd_filters::kind::Kind;
+use scphd_filters::settings::{Likelihood, is_used_by};
+use scphd_filters::slam::Precision;
+use scphd_filters::threads::Threads;
+use scphd_run::monte_carlo::Shard;
+use scphd_run::session::Filter;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
@@ -596,18 +596,19 @@ pub struct ScenarioSeed {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum FilterName {
-    /// Fixed capacity, what runs on the target; the likelihood is that of the settings, single-cluster by default.
+    /// The thesis's filter in fixed capacity, what runs on the target.
     Core,
+    /// One Gaussian over the pose and all features; what moves, with --moving on, beside it.
+    Joint,
+    /// The thesis's recursion by brute force in double precision, slow, in the plane; the likelihood is that of the settings,
+    /// single-cluster by default.
+    Reference,
     /// The same with the likelihood of RB-PHD SLAM, empty-map approximation.
     RbEmpty,
     /// The same with the likelihood of RB-PHD SLAM, single-feature approximation.
     RbSingle,
     /// The same with the likelihood of RB-PHD SLAM with several features at once.
     RbMulti,
-    /// One Gaussian over the pose and all features; what moves, with --moving on, beside it.
-    Joint,
-    /// Brute force in double precision, slow.
-    Reference,
     /// EKF SLAM with nearest-neighbour association, as a yardstick; in the plane.
     Ekf,
     /// The same told the associations by the log's label columns: a bound, never an estimate.
@@ -679,9 +680,14 @@ impl Choice {
     /// The filter asked for, or why there is none such.
     pub fn of(name: FilterName, precision: Option<PrecisionName>) -> Result<Self, &'static str> {
         let filter = match (name, precision) {
-            (FilterName::Reference, None | Some(PrecisionName::F64)) => Filter::Reference,
-            (FilterName::Reference, Some(PrecisionName::F32)) => {
+            (
+                FilterName::Reference | FilterName::RbEmpty | FilterName::RbSingle | FilterName::RbMulti,
+                Some(PrecisionName::F32),
+            ) => {
                 return Err("--precision f32: the reference is f64 only");
+            }
+            (FilterName::Reference | FilterName::RbEmpty | FilterName::RbSingle | FilterName::RbMulti, _) => {
+                Filter::Reference
             }
             (FilterName::Ekf | FilterName::EkfKnown, Some(PrecisionName::F32)) => {
                 return Err("--precision f32: the EKF is f64 only");
@@ -690,8 +696,8 @@ impl Choice {
             (FilterName::EkfKnown, _) => Filter::Ekf(Association::Known),
             (FilterName::Joint, None | Some(PrecisionName::F32)) => Filter::Joint(Precision::F32),
             (FilterName::Joint, Some(PrecisionName::F64)) => Filter::Joint(Precision::F64),
-            (_, None | Some(PrecisionName::F32)) => Filter::Core(Precision::F32),
-            (_, Some(PrecisionName::F64)) => Filter::Core(Precision::F64),
+            (FilterName::Core, None | Some(PrecisionName::F32)) => Filter::Core(Precision::F32),
+            (FilterName::Core, Some(PrecisionName::F64)) => Filter::Core(Precision::F64),
         };
         let likelihood = match name {
             FilterName::Core | FilterName::Joint | FilterName::Reference | FilterName::Ekf | FilterName::EkfKnown => {
@@ -707,7 +713,7 @@ impl Choice {
     /// Its name on the command line.
     pub fn name(&self) -> &'static str {
         match (self.filter, self.likelihood) {
-            (Filter::Core(_), None) => "core",
+            (Filter::Core(_), _) => "core",
             (filter, likelihood) => filter.name(likelihood.unwrap_or(Likelihood::SingleCluster)),
         }
     }

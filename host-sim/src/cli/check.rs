@@ -3,8 +3,9 @@
 use super::args::CheckArgs;
 use super::failure::{Failure, notice, print, warning};
 use super::outputs::check_file;
-use scphd_sim::check::{self, Facts, Finding, Report, Severity};
-use scphd_sim::output::sink;
+use scphd_check as check;
+use scphd_check::{Facts, Finding, Report, Severity};
+use scphd_score::results::sink;
 use std::path::Path;
 
 /// Checks folders, prints what is found, and fails where one cannot be read.

@@ -11,14 +11,14 @@ use super::source::{Found, OfKind, Source, Sources, all_scenarios, either, scena
 use super::{check, compare, diff, figure, hil, import, monte_carlo, recording, repeat, stream, tune, worlds};
 use clap::CommandFactory;
 use scphd::Health;
-use scphd_sim::dimensions::{Dimensions, Planar, Underwater};
-use scphd_sim::film::Film;
-use scphd_sim::kind::Kind;
-use scphd_sim::output::json::Summary;
-use scphd_sim::output::table;
-use scphd_sim::report::page;
-use scphd_sim::session::{self, Filter, LeftOut, MapUse, Session, condition_name};
-use scphd_sim::threads::Threads;
+use scphd_filters::kind::Kind;
+use scphd_filters::threads::Threads;
+use scphd_log::dimensions::{Dimensions, Planar, Underwater};
+use scphd_run::film::Film;
+use scphd_run::session::{self, Filter, LeftOut, MapUse, Session, condition_name};
+use scphd_score::results::json::Summary;
+use scphd_view::output::table;
+use scphd_view::report::page;
 use std::fs;
 use std::path::Path;
 

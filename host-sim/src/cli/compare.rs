@@ -6,13 +6,13 @@ use super::offer::Offer;
 use super::outputs::{Outputs, make};
 use super::progress::Progress;
 use super::source::{Source, tuned};
-use scphd_sim::compare::{self, Comparison};
-use scphd_sim::kind::Kind;
-use scphd_sim::output::comparison::{self, Compared, Fields};
-use scphd_sim::output::json::Format;
-use scphd_sim::session::{Filter, with_roomy_stack};
-use scphd_sim::settings::Origins;
-use scphd_sim::slam::{Precision, Refusal};
+use scphd_filters::kind::Kind;
+use scphd_filters::settings::Origins;
+use scphd_filters::slam::{Precision, Refusal};
+use scphd_run::compare::{self, Comparison};
+use scphd_run::session::{Filter, with_roomy_stack};
+use scphd_score::results::json::Format;
+use scphd_view::output::comparison::{self, Compared, Fields};
 
 /// Particles and samples unless told otherwise: the reference takes every step again, at its own pace.
 const PARTICLES: usize = 32;

@@ -3,9 +3,9 @@
 use super::args::{Choice, FilterName, MonteCarloArgs, PrecisionName};
 use super::failure::Failure;
 use clap::ValueEnum;
-use scphd_sim::kind::Kind;
-use scphd_sim::monte_carlo::variants::{self, Variant};
-use scphd_sim::session::Filter;
+use scphd_filters::kind::Kind;
+use scphd_run::monte_carlo::variants::{self, Variant};
+use scphd_run::session::Filter;
 use std::path::PathBuf;
 
 /// A filter, and what is changed in its settings.

@@ -3,9 +3,10 @@
 use super::args::DiffArgs;
 use super::failure::Failure;
 use super::outputs::{check_file, print_beside, write_file};
-use scphd_sim::difference::{Difference, Written};
-use scphd_sim::output::{difference, sink};
-use scphd_sim::report::pair_page;
+use scphd_score::results::sink;
+use scphd_view::difference::{Difference, Written};
+use scphd_view::output::difference;
+use scphd_view::report::pair_page;
 use std::path::Path;
 
 /// Shows two runs beside each other.

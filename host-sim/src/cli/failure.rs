@@ -1,11 +1,11 @@
 //! Failures and their exit codes.
 
-use scphd_sim::log_folder::{LogError, Place};
-use scphd_sim::output::OutputError;
-use scphd_sim::output::json::Summary;
-use scphd_sim::plot::PlotError;
-use scphd_sim::session::SessionError;
-use scphd_sim::settings::FileError;
+use scphd_filters::settings::FileError;
+use scphd_log::log_folder::{LogError, Place};
+use scphd_run::session::SessionError;
+use scphd_score::results::OutputError;
+use scphd_score::results::json::Summary;
+use scphd_view::plot::PlotError;
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::Path;

@@ -7,15 +7,16 @@ use super::monte_carlo::{Extent, Inputs, plan, run};
 use super::outputs::{Outputs, make, print_beside};
 use super::progress::Progress;
 use super::source::{Source, scenario};
-use scphd_sim::dimensions::{Planar, Underwater};
-use scphd_sim::figure::densities::{self, Moment};
-use scphd_sim::figure::{self, FIGURES};
-use scphd_sim::log::Log;
-use scphd_sim::monte_carlo::{Job, RunResult, Study, overview};
-use scphd_sim::plot::Figure;
-use scphd_sim::point_process;
-use scphd_sim::session;
-use scphd_sim::settings::Settings;
+use scphd_filters::settings::Settings;
+use scphd_log::dimensions::{Planar, Underwater};
+use scphd_log::log::Log;
+use scphd_run::monte_carlo::{Job, RunResult, Study};
+use scphd_run::session;
+use scphd_view::figure::densities::{self, Moment};
+use scphd_view::figure::{self, FIGURES};
+use scphd_view::output::overview;
+use scphd_view::plot::Figure;
+use scphd_view::point_process;
 use std::path::PathBuf;
 
 /// The update of figure 5.9: 12 s into the drive, in the first curve of the second lobe, 200 particles with 20 children.
@@ -106,25 +107,19 @@ fn single(name: &str, args: &FigureArgs) -> Result<(Log, Settings, session::Sess
     Ok((log, settings, session))
 }
 
-/// One of the figures 7.5 to 7.7: SC-PHD and RB-PHD SLAM over the same survey.
+/// One of the figures 7.5 to 7.7.
 fn in_space<'n>(number: &'n str, args: &FigureArgs) -> Result<Vec<(&'n str, Figure)>, Failure> {
     let source = Source::<Underwater>::scenario("girona-tank".into(), Some(args.seed))?;
     let log = source.log(args.seed)?;
     let settings = source.tuned(&log, &args.tuning, &[ComparedFilter::Core.choice()])?;
-    let mut runs = Vec::new();
-    for name in [FilterName::Core, FilterName::RbSingle] {
-        let choice = Choice::of(name, None).map_err(Failure::input)?;
-        let settings = choice.settings::<Underwater>(settings.clone());
-        let label = choice.filter.name(settings.filter.likelihood);
-        let progress = Progress::new(label.into(), log.scans.len());
-        let mut at = |scans| progress.at(scans);
-        let session = session::run::<Underwater>(&log, &settings, choice.filter, args.seed, &mut at)?;
-        runs.push((label, session.record));
-    }
-    let runs: Vec<_> = runs.iter().map(|(label, record)| (*label, record)).collect();
+    let filter = ComparedFilter::Core.choice().filter;
+    let label = filter.name(settings.filter.likelihood);
+    let progress = Progress::new(label.into(), log.scans.len());
+    let session = session::run::<Underwater>(&log, &settings, filter, args.seed, &mut |scans| progress.at(scans))?;
+    let runs = [(label, &session.record)];
     Ok(match number {
         "7.5" => {
-            let section = figure::plan_and_section(&log, &runs[..1]);
+            let section = figure::plan_and_section(&log, &runs);
             vec![("7.5", figure::trajectories(&log, &runs)), ("7.5-section", section)]
         }
         "7.6" => vec![("7.6", figure::space_maps(&log, &runs))],

@@ -1,8 +1,8 @@
 //! Log folders that commands write.
 
 use super::failure::{Failure, notice};
-use scphd_sim::log::Log;
-use scphd_sim::log_folder;
+use scphd_log::log::Log;
+use scphd_log::log_folder;
 use std::fs;
 use std::io;
 use std::path::Path;

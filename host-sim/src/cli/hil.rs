@@ -3,11 +3,12 @@
 use super::args::{ComparedFilter, HilArgs};
 use super::failure::{Failure, is_quiet, print};
 use super::source::{Found, OfKind};
+use scphd_boards::hil::{Bench, HilError, Limits, Line, Outcome, Rates, Recorded, Scanned, expected};
+use scphd_boards::stream;
 use scphd_link::{Answer, Report, Unit};
-use scphd_sim::dimensions::Planar;
-use scphd_sim::hil::{Bench, HilError, Limits, Line, Outcome, Rates, Recorded, Scanned, expected};
-use scphd_sim::log::Log;
-use scphd_sim::{stream, truth};
+use scphd_log::dimensions::Planar;
+use scphd_log::log::Log;
+use scphd_log::truth;
 use scphd_stream::Scalar;
 use scphd_stream::planar;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};

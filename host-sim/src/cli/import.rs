@@ -4,9 +4,9 @@ use super::args::{ClockName, ImportArgs};
 use super::check;
 use super::failure::{Failure, notice};
 use super::folder::export;
-use scphd_sim::dimensions::Planar;
-use scphd_sim::exchange::import::{Imported, columns, mrclam, recording, victoria_park};
-use scphd_sim::log_folder;
+use scphd_exchange::import::{Imported, columns, mrclam, recording, victoria_park};
+use scphd_log::dimensions::Planar;
+use scphd_log::log_folder;
 use std::fmt::Display;
 use std::fs;
 

@@ -2,8 +2,8 @@
 
 use super::failure::{Failure, notice};
 use super::outputs::{check_file, write_file};
-use scphd_sim::session::{MapOutcome, MapUse};
-use scphd_sim::slam::Search;
+use scphd_filters::slam::Search;
+use scphd_run::session::{MapOutcome, MapUse};
 use std::fs;
 use std::path::PathBuf;
 

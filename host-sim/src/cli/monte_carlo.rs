@@ -7,11 +7,11 @@ use super::offer::Offer;
 use super::outputs::{Outputs, check_file, make};
 use super::progress::Progress;
 use super::source::{Found, Source, Sources, either};
-use scphd_sim::monte_carlo::{self, Job, Plan, RunResult, Shard, Study, overview};
-use scphd_sim::output::json::Format;
-use scphd_sim::output::studies;
-use scphd_sim::plot::study;
-use scphd_sim::session;
+use scphd_run::monte_carlo::{self, Job, Plan, RunResult, Shard, Study, overview};
+use scphd_run::session;
+use scphd_score::results::json::Format;
+use scphd_view::output::{self, studies};
+use scphd_view::plot::study;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -263,7 +263,7 @@ fn report(study: &Study, outputs: &Outputs) -> Result<(), Failure> {
     if let Some(path) = &outputs.json {
         overview::write_json(path, study)?;
     }
-    outputs.print(&overview::render(study))?;
+    outputs.print(&output::overview::render(study))?;
     for filter in &study.plan.filters {
         warn_of_study(study, filter);
     }

@@ -1,17 +1,18 @@
 //! What the program offers of each kind of vehicle: scenarios, log folders, and the settings that either is run with.
 
-use scphd_sim::check::Checked;
-use scphd_sim::compare::Lockstep;
-use scphd_sim::dimensions::{Planar, Underwater};
-use scphd_sim::exchange::mcap::Exported;
-use scphd_sim::log::Log;
-use scphd_sim::scenario::{SCENARIOS, WORLDS, by_name, is_of_thesis, thesis_run};
-use scphd_sim::settings::{Origin, Origins, Settings};
-use scphd_sim::slam::Refusal;
-use scphd_sim::stream::{self, Recorded, Stream};
-use scphd_sim::tune::Learn;
-use scphd_sim::underwater;
+use scphd_boards::stream::{self, Recorded, Stream};
+use scphd_check::Checked;
+use scphd_exchange::mcap::Exported;
+use scphd_filters::settings::{Origin, Origins, Settings};
+use scphd_filters::slam::Refusal;
+use scphd_filters::underwater::settings as in_space;
+use scphd_log::dimensions::{Planar, Underwater};
+use scphd_log::log::Log;
+use scphd_run::compare::Lockstep;
+use scphd_run::tune::Learn;
 use scphd_stream::Scalar;
+use scphd_worlds::scenario::{SCENARIOS, WORLDS, by_name, is_of_thesis, thesis_run};
+use scphd_worlds::underwater;
 
 /// A kind of vehicle, as the commands know it.
 pub trait Offer: Lockstep + Learn + Checked + Exported {
@@ -102,16 +103,16 @@ impl Offer for Underwater {
 
     const SCENARIOS: &'static [(&'static str, &'static str)] = underwater::SCENARIOS;
 
-    fn scenario(name: &str, seed: u64) -> Option<underwater::log::Log> {
+    fn scenario(name: &str, seed: u64) -> Option<scphd_log::underwater::Log> {
         underwater::by_name(name, seed)
     }
 
     /// Table 7.1 for a scenario of the thesis; a random world is run as a recorded log is.
-    fn defaults(scenario: Option<&str>, log: &underwater::log::Log) -> underwater::settings::Settings {
+    fn defaults(scenario: Option<&str>, log: &scphd_log::underwater::Log) -> in_space::Settings {
         if Self::is_joint_usual(scenario) {
-            underwater::settings::Settings::for_real_log(log)
+            in_space::Settings::for_real_log(log)
         } else {
-            underwater::settings::Settings::for_log(log)
+            in_space::Settings::for_log(log)
         }
     }
 
@@ -120,17 +121,17 @@ impl Offer for Underwater {
         scenario.is_none_or(|name| underwater::WORLDS.contains(&name))
     }
 
-    fn origins(scenario: Option<&str>, log: &underwater::log::Log) -> Origins {
-        Origins::of(&Self::defaults(scenario, log), underwater::settings::stated(scenario.is_some(), log))
+    fn origins(scenario: Option<&str>, log: &scphd_log::underwater::Log) -> Origins {
+        Origins::of(&Self::defaults(scenario, log), in_space::stated(scenario.is_some(), log))
     }
 
-    fn set_moving(_settings: &mut underwater::settings::Settings, moving: bool) -> Result<(), &'static str> {
+    fn set_moving(_settings: &mut in_space::Settings, moving: bool) -> Result<(), &'static str> {
         if moving { Err("underwater runs take everything for static") } else { Ok(()) }
     }
 
     fn stream(
-        log: &underwater::log::Log,
-        settings: &underwater::settings::Settings,
+        log: &scphd_log::underwater::Log,
+        settings: &in_space::Settings,
         seed: u64,
         scalar: Scalar,
         scans: usize,

@@ -1,12 +1,13 @@
 //! Where the files of a run go.
 
 use super::failure::{Failure, is_quiet, notice, print};
-use scphd_sim::exchange::tum;
-use scphd_sim::kind::Kind;
-use scphd_sim::output::json::Summary;
-use scphd_sim::output::{csv, json, sink};
-use scphd_sim::plot;
-use scphd_sim::session::Session;
+use scphd_exchange::tum;
+use scphd_filters::kind::Kind;
+use scphd_run::session::Session;
+use scphd_score::results::json::Summary;
+use scphd_score::results::{json, sink};
+use scphd_view::output::csv;
+use scphd_view::plot;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};

@@ -3,9 +3,9 @@
 use super::failure::{Failure, notice};
 use super::offer::Offer;
 use super::outputs::{check_file, write_file};
-use scphd_sim::exchange::mcap::{self, ExportError};
-use scphd_sim::film::Film;
-use scphd_sim::session::Session;
+use scphd_exchange::mcap::{self, ExportError};
+use scphd_run::film::Film;
+use scphd_run::session::Session;
 use std::path::Path;
 
 const OPTION: &str = "--mcap";

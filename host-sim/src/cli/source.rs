@@ -8,10 +8,10 @@ use super::args::{Choice, Switch, Tuning};
 use super::check;
 use super::failure::{Failure, warning};
 use super::offer::Offer;
-use scphd_sim::dimensions::{Planar, Underwater};
-use scphd_sim::kind::Kind;
-use scphd_sim::log_folder;
-use scphd_sim::settings::{Origin, Origins, OutOfRange, changed, users_of};
+use scphd_filters::kind::Kind;
+use scphd_filters::settings::{Origin, Origins, OutOfRange, changed, users_of};
+use scphd_log::dimensions::{Planar, Underwater};
+use scphd_log::log_folder;
 use std::borrow::Cow;
 use std::path::Path;
 

@@ -5,9 +5,9 @@ use super::failure::Failure;
 use super::offer::Offer;
 use super::outputs::{check_file, print_beside, write_file};
 use super::source::{Found, Source, either, tuned};
-use scphd_sim::dimensions::Planar;
-use scphd_sim::settings::Origins;
-use scphd_sim::stream::{Recorded, Stream, worst_case, worst_case_joint};
+use scphd_boards::stream::{Recorded, Stream, worst_case, worst_case_joint};
+use scphd_filters::settings::Origins;
+use scphd_log::dimensions::Planar;
 use scphd_stream::Scalar;
 use scphd_stream::planar::MEASUREMENTS;
 

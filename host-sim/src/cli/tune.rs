@@ -6,12 +6,12 @@ use super::offer::Offer;
 use super::outputs::{check_file, print_beside, write_file};
 use super::progress::Progress;
 use super::source::{Found, Source, either};
-use scphd_sim::kind::Kind;
-use scphd_sim::log::Scan;
-use scphd_sim::output::tuning;
-use scphd_sim::session::Filter;
-use scphd_sim::settings::{Origin, Origins};
-use scphd_sim::tune::{self, Effort, Plan, TuneError, Tuned};
+use scphd_filters::kind::Kind;
+use scphd_filters::settings::{Origin, Origins};
+use scphd_log::log::Scan;
+use scphd_run::session::Filter;
+use scphd_run::tune::{self, Effort, Plan, TuneError, Tuned};
+use scphd_view::output::tuning;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 

@@ -10,20 +10,6 @@ use crate::scalar::Scalar;
 /// A count that was not known when the head was written, as in a flight that was still going on.
 pub const UNKNOWN: u32 = u32::MAX;
 
-/// The particle likelihood.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Likelihood {
-    /// Single cluster (4.52).
-    SingleCluster,
-    /// RB-PHD with the empty map.
-    RbEmpty,
-    /// RB-PHD with a single feature.
-    RbSingle,
-    /// RB-PHD with several features.
-    #[cfg(feature = "multi-feature")]
-    RbMulti,
-}
-
 /// Where poses are drawn from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Proposal {
@@ -116,8 +102,6 @@ pub struct Header<K: Kind> {
     pub scalar: Scalar,
     /// The motion model.
     pub vehicle: K::Vehicle,
-    /// The particle likelihood.
-    pub likelihood: Likelihood,
     /// Where poses are drawn from.
     pub proposal: Proposal,
     /// Which components are the estimated static features.
@@ -158,12 +142,11 @@ impl<K: Kind> Header<K> {
         + 8 * (<K::Models as Numbers>::COUNT + Recursion::COUNT + Moving::COUNT + Joint::COUNT + f64::COUNT)
         + CHECK;
 
-    /// A head with every number zero, one particle, one sample, single cluster, blind proposal, the heaviest extracted and unknown
+    /// A head with every number zero, one particle, one sample, blind proposal, the heaviest extracted and unknown
     /// counts.
     pub const EMPTY: Self = Self {
         scalar: Scalar::F64,
         vehicle: K::VEHICLE,
-        likelihood: Likelihood::SingleCluster,
         proposal: Proposal::Blind,
         extraction: Extraction::Heaviest,
         births_wait: false,
@@ -191,13 +174,7 @@ impl<K: Kind> Header<K> {
         sink.put(&[
             self.scalar.bytes() as u8,
             K::code(self.vehicle),
-            match self.likelihood {
-                Likelihood::SingleCluster => 0,
-                Likelihood::RbEmpty => 1,
-                Likelihood::RbSingle => 2,
-                #[cfg(feature = "multi-feature")]
-                Likelihood::RbMulti => 3,
-            },
+            0,
             0,
             match self.proposal {
                 Proposal::Blind => 0,
@@ -294,7 +271,7 @@ impl<K: Kind> Header<K> {
         header.moving = Numbers::take(&mut number)?;
         header.joint = Numbers::take(&mut number)?;
         header.scan_interval_s = number()?;
-        let [scalar, _, likelihood, 0, proposal, extraction, begins, births_wait] = choices else { return None };
+        let [scalar, _, 0, 0, proposal, extraction, begins, births_wait] = choices else { return None };
         header.begins = match begins {
             0 => Begins::Start,
             SNAPSHOT => Begins::Snapshot(mark),
@@ -304,14 +281,6 @@ impl<K: Kind> Header<K> {
         header.scalar = match scalar {
             4 => Scalar::F32,
             8 => Scalar::F64,
-            _ => return None,
-        };
-        header.likelihood = match likelihood {
-            0 => Likelihood::SingleCluster,
-            1 => Likelihood::RbEmpty,
-            2 => Likelihood::RbSingle,
-            #[cfg(feature = "multi-feature")]
-            3 => Likelihood::RbMulti,
             _ => return None,
         };
         header.proposal = match proposal {
@@ -352,7 +321,6 @@ mod tests {
         Header {
             scalar: Scalar::F32,
             vehicle,
-            likelihood: Likelihood::RbSingle,
             proposal: Proposal::Informed,
             extraction: Extraction::Peaks,
             births_wait: true,
@@ -405,7 +373,7 @@ mod tests {
         let bytes = encoded(&planar());
         assert_eq!(bytes.len(), 476);
         assert_eq!(&bytes[..12], b"SCPHDLOG\x06\x00\xdc\x01");
-        assert_eq!(bytes[12..20], [4, 2, 2, 0, 1, 1, 1, 1]);
+        assert_eq!(bytes[12..20], [4, 2, 0, 0, 1, 1, 1, 1]);
         assert_eq!(bytes[20..24], [1, 0, 0, 0]);
         assert_eq!(bytes[40..44], [6, 0, 0, 0]);
         assert_eq!(bytes[44..52], [8, 7, 6, 5, 4, 3, 2, 1]);

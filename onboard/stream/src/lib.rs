@@ -52,7 +52,7 @@ pub use find::{find_snapshot, find_whole_snapshot};
 pub use flips::{FLIP_SEEDS, Failing, Round, replay_with_flips};
 pub use front::{Begins, Mark};
 pub use head::Head;
-pub use header::{Extraction, Header, Joint, Likelihood, Moving, Proposal, Recursion, UNKNOWN};
+pub use header::{Extraction, Header, Joint, Moving, Proposal, Recursion, UNKNOWN};
 pub use kind::{Input, Kind};
 pub use numbers::Numbers;
 pub use onboard::{Aboard, Capacities, Filter, Helm, Memory, Onboard, RamPart, Refusal, Scan, Seen};

@@ -11,7 +11,7 @@ use scphd::diagnostics::Probe;
 use scphd::errors::{ConfigError, LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError};
 use scphd::models::{ConstantVelocity, MeasurementModel, ModelError, Motion, Pose, PositionOf};
 use scphd::numerics::Vector;
-use scphd::settings::{Extraction, Informed, Likelihood, MovingConfig, Proposal};
+use scphd::settings::{Extraction, Informed, MovingConfig, Proposal};
 use scphd::snapshot::{RestoreError, SaveError};
 use scphd::storage::ScanRoom;
 use scphd::{Births, Component, Config, Detector, DetectorMemory, PredictReport, Real, ScPhd, ScanReport};
@@ -443,13 +443,6 @@ pub(crate) fn config<K: Kind, T: Real>(header: &Header<K>) -> Config<T> {
                 sampled_fraction: T::from_f64(recursion.proposal_sampled_fraction),
                 min_responsibility: T::from_f64(recursion.proposal_min_responsibility),
             }),
-        },
-        likelihood: match header.likelihood {
-            header::Likelihood::SingleCluster => Likelihood::SingleCluster,
-            header::Likelihood::RbEmpty => Likelihood::EmptyMap,
-            header::Likelihood::RbSingle => Likelihood::SingleFeature,
-            #[cfg(feature = "multi-feature")]
-            header::Likelihood::RbMulti => Likelihood::MultiFeature,
         },
         merge_distance: T::from_f64(recursion.merge_distance),
         extraction: match header.extraction {

@@ -7,7 +7,7 @@ use scphd::models::{ConstantVelocity, ControlNoise, KnownPose, Step, Unicycle};
 use scphd::settings::MovingConfig;
 use scphd::storage::{Dynamic, MapMemory, NoMoving, Static};
 use scphd::{Births, Config};
-use scphd_sim::noise::Noise;
+use scphd_log::noise::Noise;
 use std::f64::consts::TAU;
 
 /// Components that one update has room for.

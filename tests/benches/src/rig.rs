@@ -9,7 +9,7 @@ use scphd::models::{
 use scphd::numerics::Symmetric;
 use scphd::storage::{Dynamic, MapStorage, ScanRoom, Static};
 use scphd::{Births, Component, Config, Detector, DetectorMemory, ScPhd, ScanReport, State};
-use scphd_sim::session::with_roomy_stack;
+use scphd_run::session::with_roomy_stack;
 
 /// Room for measurements.
 pub const MEASUREMENTS: usize = 256;

@@ -1,7 +1,7 @@
 //! Landmarks, targets and a sensor that goes round among them.
 
-use scphd_sim::angle::wrap;
-use scphd_sim::noise::Noise;
+use scphd_log::angle::wrap;
+use scphd_log::noise::Noise;
 use std::f64::consts::{PI, TAU};
 
 /// Scans a second.

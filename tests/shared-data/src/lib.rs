@@ -6,6 +6,7 @@ use std::env;
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
+use std::process;
 use std::thread;
 
 /// The environment variable that names the folder of the logs.
@@ -48,14 +49,62 @@ pub fn find(name: &str) -> Option<PathBuf> {
     None
 }
 
-/// The text of a file of numbers of independent implementations; `tests/oracles/README.md` says whose.
+/// A file of numbers of independent implementations; `tests/oracles/README.md` says whose.
 ///
 /// # Panics
-/// It is not there: it is part of this repository, so that a test without it is broken.
+/// It is not there, or no JSON: it is part of this repository, so that a test without it is broken.
 #[must_use]
-pub fn oracle(name: &str) -> String {
+pub fn oracle(name: &str) -> serde_json::Value {
     let path = Path::new(ORACLES).join(name);
-    fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+    let text = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    serde_json::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// The numbers of a list in such a file.
+///
+/// # Panics
+/// It is no list of numbers.
+#[must_use]
+pub fn numbers(value: &serde_json::Value) -> Vec<f64> {
+    let list = value.as_array().expect("a list");
+    list.iter().map(|number| number.as_f64().expect("a number")).collect()
+}
+
+/// A fresh folder for what a test writes. It is deleted with its owner.
+#[derive(Debug)]
+pub struct Folder(pub PathBuf);
+
+impl Folder {
+    /// With this in its name.
+    ///
+    /// # Panics
+    /// There is no place for it.
+    #[must_use]
+    pub fn new(name: &str) -> Self {
+        let path = env::temp_dir().join(format!("scphd-{name}-{}", process::id()));
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        Self(path)
+    }
+
+    /// The names in it, sorted.
+    ///
+    /// # Panics
+    /// It cannot be read.
+    #[must_use]
+    pub fn names(&self) -> Vec<String> {
+        let files = fs::read_dir(&self.0).expect("a folder");
+        let name = |file: io::Result<fs::DirEntry>| file.expect("a file").file_name().to_string_lossy().into_owned();
+        let mut names: Vec<String> = files.map(name).collect();
+        names.sort();
+        names
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
 }
 
 /// In one write, because tests run beside each other.
@@ -77,7 +126,7 @@ mod tests {
 
     #[test]
     fn a_log_that_is_not_there_is_counted() {
-        let file = env::temp_dir().join(format!("scphd-skipped-{}", std::process::id()));
+        let file = env::temp_dir().join(format!("scphd-skipped-{}", process::id()));
         for expected in [1, 2] {
             let asking = Command::new(env::current_exe().unwrap())
                 .args(["--ignored", "--exact", "tests::asks", "--nocapture"])

@@ -13,8 +13,8 @@ use scphd::{Component, Real};
 use scphd_stream::planar::{self, BlackBox, BlackBoxJoint, Odometry, Planar, PlanarJoint};
 use scphd_stream::underwater::{self, Navigation, Underwater};
 use scphd_stream::{
-    Aboard, Extraction, Header, How, Kind, Likelihood, Monitor, Numbers, Proposal, Refusal, ReplayError, Saves, Scalar,
-    ScanCost, Seen, Which, Writer, recover, replay, rerecord,
+    Aboard, Extraction, Header, How, Kind, Monitor, Numbers, Proposal, Refusal, ReplayError, Saves, Scalar, ScanCost,
+    Seen, Which, Writer, recover, replay, rerecord,
 };
 use std::convert::Infallible;
 
@@ -142,7 +142,6 @@ fn header<K: Kind>(draw: &mut Draw, models: K::Models, scalar: Scalar) -> Header
     (joint.behind, joint.merge_distance) = (draw.even(0.0, 1.0), 9.0);
     Header {
         scalar,
-        likelihood: [Likelihood::SingleCluster, Likelihood::RbEmpty, Likelihood::RbSingle][draw.below(3)],
         proposal: [Proposal::Blind, Proposal::Informed][draw.below(2)],
         extraction: [Extraction::Heaviest, Extraction::Peaks, Extraction::Confirmed][draw.below(3)],
         particles: if draw.chance(0.05) { draw.word() as u32 } else { 1 + draw.below(4) as u32 },

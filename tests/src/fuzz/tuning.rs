@@ -1,13 +1,9 @@
-//! Configurations for the fuzzer: every proposal, likelihood and option.
+//! Configurations for the fuzzer: every proposal and option.
 
 use super::draw::Draw;
 use scphd::models::ConstantVelocity;
-use scphd::settings::{Extraction, Informed, Likelihood, MovingConfig, Plausible, Proposal};
+use scphd::settings::{Extraction, Informed, MovingConfig, Plausible, Proposal};
 use scphd::{Births, Config, Real};
-
-/// All of them.
-const LIKELIHOODS: [Likelihood; 4] =
-    [Likelihood::SingleCluster, Likelihood::EmptyMap, Likelihood::SingleFeature, Likelihood::MultiFeature];
 
 /// What a state has room for.
 #[derive(Debug, Clone, Copy)]
@@ -30,7 +26,6 @@ pub fn config<T: Real>(draw: &mut Draw, room: Room) -> Config<T> {
         particles,
         samples: 1 + draw.below(room.candidates / particles),
         proposal: if draw.chance(0.5) { Proposal::Blind } else { Proposal::Informed(informed(draw)) },
-        likelihood: LIKELIHOODS[draw.below(LIKELIHOODS.len())],
         resample_threshold: draw.real(0.0, 1.0),
         prune_weight: number(draw.magnitude(1e-6, 0.1)),
         confirming_detections: draw.real(1.0, 5.0),

@@ -1,7 +1,7 @@
 """Log folders of the simulator: read into arrays, and run by a filter.
 
 A log is a folder: `log.toml`, `odometry.csv`, `scans.csv`, `detections.csv` and perhaps `fixes.csv` and `truth.csv`, in metres, seconds and
-radians. `host-sim/src/log_folder.rs` has the details. `scphd-sim settings FOLDER > settings.toml` writes the settings that the
+radians. `host-sim/log/src/log_folder.rs` has the details. `scphd-sim settings FOLDER > settings.toml` writes the settings that the
 simulator has for a log; with these a run in Python ends in the digest of `scphd-sim replay FOLDER`.
 
     log = scphd.logs.read("example")

@@ -2,7 +2,7 @@
 
 use crate::detection::scan::Scan;
 use crate::numerics::fnv::Fnv;
-use crate::{Config, Likelihood, MeasurementModel, Pose, Real, ScalarOf, Sensor, Symmetric, TangentOf, Vector, Zero};
+use crate::{Config, MeasurementModel, Pose, Real, ScalarOf, Sensor, Symmetric, TangentOf, Vector, Zero};
 
 /// Measurements of a scan that births can wait on, of which one word tells: a bit for each.
 pub(super) const PER_WORD: usize = u64::BITS as usize;
@@ -282,11 +282,8 @@ impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
         scan: &Scan<'_, X::Measurement>,
         first_label: u32,
     ) -> usize {
-        // The other likelihoods know more of the map than how much of it was missed.
-        let may_wait = config.births_wait
-            && config.likelihood == Likelihood::SingleCluster
-            && !self.awaiting.several
-            && const { X::Measurement::DIMENSION <= COORDINATES };
+        let may_wait =
+            config.births_wait && !self.awaiting.several && const { X::Measurement::DIMENSION <= COORDINATES };
         let first = scan.iter().next().and_then(|measurement| of_sensor(sensor, &measurement.z));
         let Some(sensor) = first.filter(|_| may_wait) else { return 0 };
         for (slot, measurement) in self.awaited.iter_mut().zip(scan.iter()) {

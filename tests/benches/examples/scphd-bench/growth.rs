@@ -1,7 +1,7 @@
 //! The times of all cases as a table, and the curves as a picture.
 
 use scphd_benches::cases::{CURVES, NAMED};
-use scphd_sim::plot::{Chart, Colour, Figure, Interval, Mark};
+use scphd_view::plot::{Chart, Colour, Figure, Interval, Mark};
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;

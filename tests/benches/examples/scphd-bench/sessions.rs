@@ -1,15 +1,16 @@
 //! Figures of whole runs: against the reference, over a recorded log, on several threads.
 
 use scphd_benches::figure::Figure;
-use scphd_sim::compare::compare;
-use scphd_sim::dimensions::Planar;
-use scphd_sim::events::{Event, events};
-use scphd_sim::log::Log;
-use scphd_sim::session::{self, Filter, with_roomy_stack};
-use scphd_sim::settings::{Proposal, Settings};
-use scphd_sim::slam::{Precision, Slam, core_filter};
-use scphd_sim::threads::Threads;
-use scphd_sim::{log_folder, scenario};
+use scphd_filters::settings::{Proposal, Settings};
+use scphd_filters::slam::{Precision, Slam, core_filter};
+use scphd_filters::threads::Threads;
+use scphd_log::dimensions::Planar;
+use scphd_log::events::{Event, events};
+use scphd_log::log::Log;
+use scphd_log::log_folder;
+use scphd_run::compare::compare;
+use scphd_run::session::{self, Filter, with_roomy_stack};
+use scphd_worlds::scenario;
 use std::path::Path;
 use std::thread::available_parallelism;
 use std::time::{Duration, Instant};

@@ -1,0 +1,57 @@
+//! What the host's own filter makes of a stream.
+
+use scphd_filters::slam::contract::{Refusal, refusal};
+use scphd_stream::planar::{BlackBox, BlackBoxJoint};
+use scphd_stream::{Aboard, Monitor, ScanCost, Seen, replay};
+
+pub use crate::stream::Recorded;
+
+/// Stack of the thread that replays, bytes: an unoptimised build makes the memory on the stack before it moves to the heap, more than
+/// once.
+const STACK_BYTES: usize = 64 << 20;
+
+/// Digest after a scan; none where the filter has refused it.
+pub type Expected = Option<u64>;
+
+/// The digest after every scan, by the filter that a target of this kind has, in single precision.
+///
+/// # Errors
+/// The filter cannot be set up as the head says, or the stream is damaged.
+pub fn expected(stream: &[u8], filter: Recorded) -> Result<Vec<Expected>, Refusal> {
+    let work = || match filter {
+        Recorded::Mixture => digests::<BlackBox>(stream),
+        Recorded::Joint => digests::<BlackBoxJoint>(stream),
+    };
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, work);
+        let thread = thread.map_err(|error| refusal(format_args!("cannot start a thread: {error}")))?;
+        thread.join().map_err(|_| refusal("the replay panicked"))?
+    })
+}
+
+fn digests<A: Aboard<f32>>(stream: &[u8]) -> Result<Vec<Expected>, Refusal> {
+    let (mut memory, mut digests) = (Box::new(A::MEMORY), Digests(Vec::new()));
+    let totals = replay::<A, f32>(stream, &mut memory, u32::MAX, &mut digests).map_err(refusal)?;
+    digests.0.resize(totals.scans as usize, None);
+    Ok(digests.0)
+}
+
+struct Digests(Vec<Expected>);
+
+impl Monitor for Digests {
+    fn start(&mut self) {}
+
+    fn elapsed(&mut self) -> u64 {
+        0
+    }
+
+    fn scanned(&mut self, cost: &ScanCost, _: &Seen, digest: u64) {
+        self.0.resize(cost.scan as usize, None);
+        self.0.push(Some(digest));
+    }
+
+    /// As a vehicle does, and the target.
+    fn refused(&mut self, _: u32, _: &scphd_stream::Refusal) -> bool {
+        true
+    }
+}

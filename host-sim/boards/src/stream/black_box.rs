@@ -1,0 +1,69 @@
+//! Streams with snapshots in them, as a vehicle with a black box records them.
+
+use super::entry::Stream;
+use scphd_filters::slam::contract::{Refusal, refusal};
+use scphd_stream::{Aboard, Kind, RerecordError, Saves, Scalar, planar, rerecord, underwater};
+use std::convert::Infallible;
+
+/// Stack of the thread that replays, bytes: an unoptimised build makes the memory on the stack before it moves to the heap, more than
+/// once.
+const STACK_BYTES: usize = 64 << 20;
+
+/// The filter whose snapshots a stream has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Recorded {
+    /// That with a mixture a particle.
+    Mixture,
+    /// That with a joint map.
+    Joint,
+}
+
+impl Stream {
+    /// The same of a vehicle in the plane with a snapshot after every `every` scans, in numbers of this type.
+    ///
+    /// # Errors
+    /// The filter aboard refuses the stream, or its state cannot be saved.
+    pub fn with_snapshots(self, filter: Recorded, scalar: Scalar, every: u32) -> Result<Self, Refusal> {
+        match (filter, scalar) {
+            (Recorded::Mixture, Scalar::F32) => recorded::<planar::BlackBox, f32>(self, every),
+            (Recorded::Mixture, Scalar::F64) => recorded::<planar::BlackBox, f64>(self, every),
+            (Recorded::Joint, Scalar::F32) => recorded::<planar::BlackBoxJoint, f32>(self, every),
+            (Recorded::Joint, Scalar::F64) => recorded::<planar::BlackBoxJoint, f64>(self, every),
+        }
+    }
+
+    /// The same of a vehicle under water.
+    ///
+    /// # Errors
+    /// As in the plane.
+    pub fn with_snapshots_under_water(self, scalar: Scalar, every: u32) -> Result<Self, Refusal> {
+        match scalar {
+            Scalar::F32 => recorded::<underwater::BlackBox, f32>(self, every),
+            Scalar::F64 => recorded::<underwater::BlackBox, f64>(self, every),
+        }
+    }
+}
+
+fn recorded<A, T>(stream: Stream, every: u32) -> Result<Stream, Refusal>
+where
+    T: scphd::Real,
+    A: Aboard<T, Kind: Kind>,
+    for<'m> A::Filter<'m>: Saves<A::Kind>,
+{
+    let plain = &stream.bytes;
+    let work = || -> Result<Vec<u8>, RerecordError<Infallible>> {
+        let (mut memory, mut bytes) = (Box::new(A::MEMORY), Vec::new());
+        rerecord::<A, T, _>(plain, &mut memory, every, |piece| {
+            bytes.extend_from_slice(piece);
+            Ok(())
+        })?;
+        Ok(bytes)
+    };
+    let bytes = std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, work);
+        let thread = thread.map_err(|error| refusal(format_args!("cannot start a thread: {error}")))?;
+        let outcome = thread.join().map_err(|_| refusal("the replay panicked"))?;
+        outcome.map_err(refusal)
+    })?;
+    Ok(Stream { bytes, ..stream })
+}

@@ -1,0 +1,115 @@
+//! Records and head of a stream, whatever the vehicle.
+
+use scphd_filters::settings::{self, FilterSettings};
+use scphd_stream::{Extraction, Header, Kind, Proposal, Recursion, Scalar, Which, Writer};
+use std::convert::Infallible;
+
+/// What a log was written into.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Stream {
+    /// The stream.
+    pub bytes: Vec<u8>,
+    /// Predictions in it.
+    pub predictions: u32,
+    /// Scans in it.
+    pub scans: u32,
+    /// The most measurements of a scan.
+    pub most_measurements: u32,
+}
+
+/// One record to be.
+pub(super) enum Entry<'a, K: Kind> {
+    /// A detector beyond the first.
+    Detector(Which<K>, K::Sensor),
+    /// A prediction.
+    Predict(K::Input),
+    /// A measurement of the pose.
+    Fix(K::Fix),
+    /// A scan.
+    Scan(Which<K>, &'a [K::Measurement]),
+}
+
+impl Stream {
+    /// The stream with this head, but for its counts, and these records.
+    pub(super) fn of<K: Kind>(mut header: Header<K>, entries: &[Entry<'_, K>]) -> Self {
+        let scans = || {
+            entries.iter().filter_map(|entry| match entry {
+                Entry::Scan(_, measurements) => Some(measurements.len()),
+                _ => None,
+            })
+        };
+        header.scans = count(scans().count());
+        header.predictions = count(entries.iter().filter(|entry| matches!(entry, Entry::Predict(_))).count());
+        header.most_measurements = count(scans().max().unwrap_or(0));
+        let mut bytes = Vec::new();
+        let Ok(()) = fill(&header, entries, &mut bytes);
+        let Header { predictions, scans, most_measurements, .. } = header;
+        Self { bytes, predictions, scans, most_measurements }
+    }
+}
+
+/// Writing to memory cannot fail.
+fn fill<K: Kind>(header: &Header<K>, entries: &[Entry<'_, K>], bytes: &mut Vec<u8>) -> Result<(), Infallible> {
+    let mut writer = Writer::start(header, |piece: &[u8]| {
+        bytes.extend_from_slice(piece);
+        Ok(())
+    })?;
+    for entry in entries {
+        match entry {
+            Entry::Detector(which, models) => writer.detector(*which, models)?,
+            Entry::Predict(input) => writer.predict(input)?,
+            Entry::Fix(fix) => writer.fix(fix)?,
+            Entry::Scan(which, measurements) => writer.scan_of(*which, measurements)?,
+        }
+    }
+    writer.end()
+}
+
+/// No log is so long that it does not fit.
+fn count(n: usize) -> u32 {
+    u32::try_from(n).unwrap_or(scphd_stream::UNKNOWN)
+}
+
+/// The median time from scan to scan, s; 0 where there are no two.
+pub(super) fn scan_interval_s(times_s: impl Iterator<Item = f64>) -> f64 {
+    let times_s: Vec<f64> = times_s.collect();
+    let mut intervals: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    intervals.sort_by(f64::total_cmp);
+    intervals.get(intervals.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// A head with the recursion that these settings describe.
+pub(super) fn head<K: Kind>(filter: &FilterSettings, seed: u64, scalar: Scalar) -> Header<K> {
+    Header {
+        scalar,
+        proposal: match filter.proposal {
+            settings::Proposal::Blind => Proposal::Blind,
+            settings::Proposal::Informed => Proposal::Informed,
+        },
+        extraction: match filter.extraction {
+            settings::Extraction::Heaviest => Extraction::Heaviest,
+            settings::Extraction::Peaks => Extraction::Peaks,
+            settings::Extraction::Confirmed => Extraction::Confirmed,
+        },
+        births_wait: filter.births_wait,
+        particles: count(filter.particles),
+        samples: count(filter.samples),
+        max_components: count(filter.max_components),
+        seed,
+        recursion: Recursion {
+            birth_intensity: filter.birth_intensity,
+            resample_threshold: filter.resample_threshold,
+            prune_weight: filter.prune_weight,
+            confirming_detections: filter.confirming_detections,
+            unconfirmed_weight: filter.unconfirmed_weight,
+            confirmed_weight: filter.confirmed_weight,
+            merge_distance: filter.merge_distance,
+            extraction_weight: filter.extraction_weight,
+            proposal_rounds: f64::from(count(filter.proposal_rounds)),
+            proposal_sampled_fraction: filter.proposal_sampled_fraction,
+            proposal_min_responsibility: filter.proposal_min_responsibility,
+            interval_margin: filter.interval_margin,
+        },
+        ..Header::EMPTY
+    }
+}

@@ -1,0 +1,101 @@
+//! A log that costs a filter the most that its memory allows.
+
+use scphd_filters::settings::Settings;
+use scphd_log::log::{FixNoise, Log, Mounting, Nominal, Odometry, Scan, Sensor, Vehicle};
+use scphd_log::noise::Noise;
+use std::f64::consts::PI;
+
+const RANGE_MAX_M: f64 = 15.0;
+const SCANS: usize = 24;
+const SCANS_PER_SECOND: f64 = 10.0;
+
+/// A vehicle that stands still and turns slowly while its sensor reports `measurements` places anywhere, with settings
+/// under which nothing is cheap: noise so wide that every component may have caused every measurement, nothing merged,
+/// births of both kinds from all of them, nothing forgotten, no particle resampled away.
+///
+/// The particles and samples in the settings are those of the caller's memory; the map grows until every page is in
+/// use and every update runs out of room.
+#[must_use]
+pub fn worst_case(particles: usize, samples: usize, measurements: usize) -> (Log, Settings) {
+    let mut noise = Noise::new(1);
+    let scans: Vec<Scan> = (0..SCANS)
+        .map(|k| {
+            let mut place = || [RANGE_MAX_M * (0.05 + 0.9 * noise.uniform()), PI * (2.0 * noise.uniform() - 1.0)];
+            let detections = (0..measurements).map(|_| place()).collect();
+            Scan { t_s: k as f64 / SCANS_PER_SECOND, detections, ..Scan::default() }
+        })
+        .collect();
+    let log = Log {
+        name: "worst-case".into(),
+        initial_pose: [0.0; 3],
+        vehicle: Vehicle::Ackermann {
+            wheelbase_m: 1.415,
+            encoder_offset_m: 0.38,
+            sensor_forward_m: 1.89,
+            sensor_left_m: 0.25,
+        },
+        sensor: Sensor {
+            range_min_m: 0.0,
+            range_max_m: RANGE_MAX_M,
+            bearing_min_rad: -PI,
+            bearing_max_rad: PI,
+            mounting: Mounting::NONE,
+        },
+        sensor_name: String::new(),
+        others: Vec::new(),
+        fixes: Vec::new(),
+        fix_noise: FixNoise::default(),
+        nominal: Nominal {
+            range_sigma_m: Some(RANGE_MAX_M),
+            bearing_sigma_rad: Some(3.0),
+            speed_sigma_mps: Some(0.01),
+            steering_sigma_rad: Some(0.01),
+            rate_sigma_radps: None,
+            detection_probability: Some(0.5),
+            clutter_per_scan: Some(1.0),
+        },
+        simulated: true,
+        odometry: (0..2 * SCANS)
+            .map(|k| Odometry { t_s: k as f64 / (2.0 * SCANS_PER_SECOND), control: [0.1, 0.3, 0.0] })
+            .collect(),
+        scans,
+        truth: Vec::new(),
+        truth_sigma_m: 0.0,
+        landmarks: Vec::new(),
+        moving: Vec::new(),
+    };
+    let mut settings = Settings::for_log(&log);
+    settings.filter.particles = particles;
+    settings.filter.samples = samples;
+    settings.filter.birth_intensity = 1.0;
+    settings.filter.resample_threshold = 0.0;
+    settings.filter.prune_weight = 1e-6;
+    settings.filter.merge_distance = 0.0;
+    settings.filter.max_components = 65_536;
+    settings.sensor.range_edge_m = 0.0;
+    settings.moving.birth_intensity = 1.0;
+    settings.moving.spread_max_m = 1e6;
+    settings.moving.lifetime_s = 1e9;
+    (log, settings)
+}
+
+/// A vehicle that stands still among `measurements` landmarks, all of which it sees in every scan, with settings under which a joint map does
+/// all that it can do in one scan: every measurement may be of several features, so that all features are corrected by all, some give birth
+/// all the same, and features are merged. Wider gates explain less by each feature, narrower ones leave nothing to merge: the noise was
+/// chosen among a few that were tried, for the longest scan on a Cortex-M7.
+#[must_use]
+pub fn worst_case_joint(measurements: usize) -> (Log, Settings) {
+    let (mut log, _) = worst_case(1, 1, measurements);
+    let seen = log.scans.first().map(|scan| scan.detections.clone()).unwrap_or_default();
+    log.scans.iter_mut().for_each(|scan| scan.detections.clone_from(&seen));
+    log.odometry.iter_mut().for_each(|row| row.control = [0.0; 3]);
+    log.nominal.range_sigma_m = Some(2.0);
+    log.nominal.bearing_sigma_rad = Some(0.2);
+    log.nominal.detection_probability = Some(0.9);
+    let mut settings = Settings::for_log(&log);
+    settings.filter.particles = 1;
+    settings.filter.samples = 1;
+    settings.filter.birth_intensity = 1.0;
+    settings.sensor.range_edge_m = 0.0;
+    (log, settings)
+}

@@ -1,0 +1,58 @@
+//! What a check measures, whatever it finds.
+
+use super::finding::{Motion, quantile};
+use scphd_filters::kind::Kind;
+use scphd_log::truth;
+use serde::Serialize;
+
+/// The figures of a log; unknown where the log does not tell.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Facts {
+    /// Scans.
+    pub scans: usize,
+    /// From the first scan to the last, s.
+    pub duration_s: f64,
+    /// Median time from one scan to the next, s.
+    pub scan_interval_s: Option<f64>,
+    /// Detections.
+    pub detections: usize,
+    /// Scans without any.
+    pub empty_scans: usize,
+    /// Share of the detections that lie out of the stated view.
+    pub detections_out_of_view: Option<f64>,
+    /// Rows of odometry.
+    pub odometry_rows: usize,
+    /// Median time from one row to the next, s.
+    pub odometry_interval_s: Option<f64>,
+    /// Longest time from one row to the next, s.
+    pub odometry_gap_s: Option<f64>,
+    /// The way that the odometry drives, m.
+    pub way_m: Option<f64>,
+    /// Scans whose true position is known.
+    pub scans_with_truth: usize,
+    /// Root mean square of the position error of odometry alone, m.
+    pub dead_reckoning_rmse_m: Option<f64>,
+}
+
+impl Facts {
+    pub(super) fn of<K: Kind>(log: &K::Log, motion: &[Motion]) -> Self {
+        let scans = K::scans(log);
+        let between = |times: Vec<f64>| times.windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<_>>();
+        let of_scans = between(scans.iter().map(|scan| scan.t_s).collect());
+        let of_rows = between(motion.iter().map(|row| row.t_s).collect());
+        Self {
+            scans: scans.len(),
+            duration_s: of_scans.iter().sum(),
+            scan_interval_s: quantile(of_scans, 0.5),
+            detections: scans.iter().map(|scan| scan.detections.len()).sum(),
+            empty_scans: scans.iter().filter(|scan| scan.detections.is_empty()).count(),
+            detections_out_of_view: None,
+            odometry_rows: motion.len(),
+            odometry_interval_s: quantile(of_rows.clone(), 0.5),
+            odometry_gap_s: of_rows.into_iter().reduce(f64::max),
+            way_m: None,
+            scans_with_truth: scans.iter().filter(|scan| truth::at(K::truth(log), scan.t_s).is_some()).count(),
+            dead_reckoning_rmse_m: None,
+        }
+    }
+}

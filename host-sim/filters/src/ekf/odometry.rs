@@ -1,0 +1,41 @@
+//! How far odometry is trusted.
+
+use nalgebra::Vector3;
+use scphd_log::log::{Log, Vehicle};
+
+/// Standard deviations of speed and turn where a log does not state them: a constant (m/s; rad or rad/s), a share, and how
+/// long an error lasts, s. Round numbers, from no log.
+const UNSTATED_CONSTANT: f64 = 0.02;
+const UNSTATED_SHARE: f64 = 0.1;
+const UNSTATED_LASTS_S: f64 = 0.5;
+
+/// Noise of the controls.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct OdometryNoise {
+    speed: Option<f64>,
+    turn: Option<f64>,
+    moves_aside: bool,
+}
+
+impl OdometryNoise {
+    /// What a log states of its vehicle.
+    pub(super) fn of(log: &Log) -> Self {
+        let nominal = &log.nominal;
+        let turn = match log.vehicle {
+            Vehicle::Ackermann { .. } => nominal.steering_sigma_rad,
+            Vehicle::Unicycle | Vehicle::UnicycleArc | Vehicle::Holonomic => nominal.rate_sigma_radps,
+        };
+        Self { speed: nominal.speed_sigma_mps, turn, moves_aside: log.vehicle == Vehicle::Holonomic }
+    }
+
+    /// Variances of the controls over `dt_s`. An error that lasts longer than the step adds up over the steps as if it were
+    /// larger by the ratio of the two.
+    pub(super) fn variances(&self, control: [f64; 3], dt_s: f64) -> Vector3<f64> {
+        let lasting = (UNSTATED_LASTS_S / dt_s).max(1.0);
+        let unstated = |control: f64| lasting * (UNSTATED_CONSTANT + UNSTATED_SHARE * control.abs()).powi(2);
+        let variance = |stated: Option<f64>, control| stated.map_or_else(|| unstated(control), |sigma| sigma * sigma);
+        let [ahead, turn, left] = control;
+        let of_speed = variance(self.speed, ahead.hypot(left));
+        Vector3::new(of_speed, variance(self.turn, turn), if self.moves_aside { of_speed } else { 0.0 })
+    }
+}

@@ -1,0 +1,168 @@
+use super::{Association, Ekf};
+use crate::slam::Slam;
+use scphd_log::log::{FixNoise, Log, Mounting, Nominal, PoseFix, Scan, Sensor, Vehicle};
+
+fn log(simulated: bool) -> Log {
+    Log {
+        name: "straight".into(),
+        initial_pose: [0.0; 3],
+        vehicle: Vehicle::UnicycleArc,
+        sensor: Sensor {
+            range_min_m: 0.0,
+            range_max_m: 10.0,
+            bearing_min_rad: -3.0,
+            bearing_max_rad: 3.0,
+            mounting: Mounting::NONE,
+        },
+        sensor_name: String::new(),
+        others: Vec::new(),
+        fixes: Vec::new(),
+        fix_noise: FixNoise::default(),
+        nominal: Nominal {
+            range_sigma_m: Some(0.1),
+            bearing_sigma_rad: Some(0.01),
+            speed_sigma_mps: Some(0.2),
+            rate_sigma_radps: Some(1e-9),
+            ..Nominal::default()
+        },
+        simulated,
+        odometry: Vec::new(),
+        scans: vec![Scan { t_s: 0.0, sensor: 0, detections: vec![[1.0, 0.0]], labels: vec![-1] }],
+        truth: Vec::new(),
+        truth_sigma_m: 0.0,
+        landmarks: Vec::new(),
+        moving: Vec::new(),
+    }
+}
+
+/// A vehicle on a line towards a landmark: the filter is the linear one of a scalar position and a scalar landmark.
+#[test]
+fn on_a_line_it_is_the_kalman_filter() {
+    let mut ekf = Ekf::start(&log(true), Association::NearestNeighbour).unwrap();
+    let (mut x, mut m) = (0.0_f64, 0.0_f64);
+    let (mut pxx, mut pxm, mut pmm) = (0.0_f64, 0.0_f64, 0.0_f64);
+    let (q, r) = (0.2_f64.powi(2), 0.1_f64.powi(2));
+    for step in 0..20_u32 {
+        if step > 0 {
+            ekf.predict([0.3, 0.0, 0.0], 1.0).unwrap();
+            x += 0.3;
+            pxx += q;
+        }
+        let z = 8.0 - 0.31 * f64::from(step) + if step % 2 == 0 { 0.05 } else { -0.05 };
+        ekf.scan(0, &[[z, 0.0]]).unwrap();
+        if step == 0 {
+            (m, pmm, pxm) = (x + z, pxx + r, pxx);
+        } else {
+            let s = pxx - 2.0 * pxm + pmm + r;
+            let (kx, km) = ((pxm - pxx) / s, (pmm - pxm) / s);
+            let innovation = z - (m - x);
+            x += kx * innovation;
+            m += km * innovation;
+            (pxx, pxm, pmm) = (pxx - kx * kx * s, pxm - kx * km * s, pmm - km * km * s);
+        }
+        let (pose, covariance) = ekf.pose().unwrap();
+        assert!((pose[0] - x).abs() < 1e-9, "step {step}: {} is not {x}", pose[0]);
+        assert!((covariance[0][0] - pxx).abs() < 1e-9, "step {step}: {} is not {pxx}", covariance[0][0]);
+    }
+    let (_, map) = ekf.map().unwrap();
+    assert!((map[0].mean[0] - m).abs() < 1e-9 && (map[0].covariance[0][0] - pmm).abs() < 1e-9);
+}
+
+#[test]
+fn what_is_seen_but_once_is_dropped_and_what_is_seen_again_stays() {
+    let mut ekf = Ekf::start(&log(true), Association::NearestNeighbour).unwrap();
+    ekf.scan(0, &[[5.0, 0.0], [5.0, 1.5]]).unwrap();
+    for _ in 0..60 {
+        ekf.scan(0, &[[5.0, 0.0]]).unwrap();
+    }
+    assert_eq!(ekf.landmarks(), 1);
+}
+
+#[test]
+fn a_data_sheet_is_trusted_less_than_a_simulation() {
+    let covariance = |simulated| {
+        let mut ekf = Ekf::start(&log(simulated), Association::NearestNeighbour).unwrap();
+        for _ in 0..4 {
+            ekf.scan(0, &[[5.0, 0.0]]).unwrap();
+        }
+        ekf.map().unwrap().1[0].covariance[0][0]
+    };
+    // Seen four times from a pose that is certain.
+    assert!((covariance(true) - 0.0025).abs() < 1e-9 && (covariance(false) - 1.5 * 1.5 * 0.0025).abs() < 1e-9);
+}
+
+#[test]
+fn known_labels_hold_two_that_stand_in_one_place_apart() {
+    let mut log = log(true);
+    let scan = Scan { t_s: 0.0, sensor: 0, detections: vec![], labels: vec![4, 9, -1, 2] };
+    log.scans = vec![scan; 5];
+    log.moving = vec![scphd_log::log::MovingLandmark { subject: 2, t_s: 0.0, position: [0.0; 2] }];
+    let mut ekf = Ekf::start(&log, Association::Known).unwrap();
+    for _ in 0..5 {
+        ekf.scan(0, &[[5.0, 0.0], [5.01, 0.0], [2.0, 1.0], [3.0, 1.0]]).unwrap();
+    }
+    // Neither what is labelled as clutter nor what moves is a landmark.
+    assert_eq!(ekf.landmarks(), 2);
+    log.scans = vec![Scan::default()];
+    assert!(Ekf::start(&log, Association::Known).is_err());
+}
+
+/// On a line, with the antenna ahead: the Kalman filter of a scalar position.
+#[test]
+fn a_fix_is_the_kalman_update_of_the_pose_and_may_be_gated() {
+    let mut log = log(true);
+    log.fix_noise = FixNoise { position_sigma_m: Some(0.5), forward_m: 2.0, gate: Some(9.0), ..FixNoise::default() };
+    let mut ekf = Ekf::start(&log, Association::NearestNeighbour).unwrap();
+    ekf.predict([1.0, 0.0, 0.0], 1.0).unwrap();
+    let (before, r) = (0.2_f64.powi(2), 0.5_f64.powi(2));
+    assert_eq!(ekf.observe(&PoseFix::Position([8.0, 0.0])), Ok(false));
+    assert_eq!(ekf.pose().unwrap().0[0], 1.0);
+    assert_eq!(ekf.observe(&PoseFix::Position([3.6, 0.0])), Ok(true));
+    let (pose, covariance) = ekf.pose().unwrap();
+    assert!((pose[0] - (1.0 + 0.6 * before / (before + r))).abs() < 1e-9, "{pose:?}");
+    assert!((covariance[0][0] - before * r / (before + r)).abs() < 1e-9, "{covariance:?}");
+    assert!(ekf.observe(&PoseFix::Heading(0.1)).is_err(), "its noise is not stated");
+    let covariance = [[0.25, 0.01, 0.0], [0.01, 0.16, 0.0], [0.0, 0.0, 0.04]];
+    ekf.relocate(&[7.0, 8.0, 0.5], &covariance).unwrap();
+    assert_eq!(ekf.pose().unwrap(), ([7.0, 8.0, 0.5], covariance));
+}
+
+/// As the other filters leave them out: one row of garbage must not decide which of them is better.
+#[test]
+fn odometry_that_no_vehicle_drives_is_left_out() {
+    let mut ekf = Ekf::start(&log(true), Association::NearestNeighbour).unwrap();
+    let garbage = [[400.0, 0.0, 0.0], [0.3, 100.0, 0.0], [f64::NAN, 0.0, 0.0]];
+    for control in garbage {
+        assert!(ekf.predict(control, 0.1).unwrap().is_some(), "{control:?}");
+    }
+    assert!(ekf.predict([0.3, 0.0, 0.0], 301.0).unwrap().is_some());
+    assert_eq!(ekf.pose().unwrap(), ([0.0; 3], [[0.0; 3]; 3]));
+    assert_eq!(ekf.predict([0.3, 0.0, 0.0], 1.0).unwrap(), None);
+}
+
+/// Ten scans from poses of the truth, of a post with label 4, of what drives past with label 7, and once of another thing called 4.
+#[test]
+fn what_the_truth_knows_to_move_is_no_landmark_of_a_known_association() {
+    let mut log = log(true);
+    let places = |k: u32| {
+        let drives = 2.0 + 0.4 * f64::from(k);
+        let post = if k == 6 { [8.0, 1.0] } else { [5.0, 0.0] };
+        vec![post, [drives, 0.8]]
+    };
+    log.scans =
+        (0..10).map(|k| Scan { t_s: f64::from(k), sensor: 0, detections: places(k), labels: vec![4, 7] }).collect();
+    let row = |t_s| scphd_log::log::TruePose { t_s, position: [0.0; 2], heading_rad: Some(0.0) };
+    log.truth = (0..=10).map(|k| row(f64::from(k))).collect();
+    let run = |log: &Log| {
+        let mut ekf = Ekf::start(log, Association::Known).unwrap();
+        log.scans.iter().for_each(|scan| _ = ekf.scan(0, &scan.detections).unwrap());
+        ekf
+    };
+    let mut told = run(&log);
+    assert_eq!(told.landmarks(), 1);
+    let (_, map) = told.map().unwrap();
+    assert!((map[0].mean[0] - 5.0).abs() < 1e-9 && map[0].mean[1].abs() < 1e-9, "{map:?}");
+    // Without a truth there is nothing to tell it from.
+    log.truth.clear();
+    assert_eq!(run(&log).landmarks(), 2);
+}

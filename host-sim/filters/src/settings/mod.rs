@@ -1,0 +1,296 @@
+//! Everything a run can be tuned with, in one place: defaults derived from a log, then a TOML file, then the command
+//! line.
+
+pub(crate) mod defaults;
+pub mod file;
+mod limits;
+mod origin;
+mod used;
+
+pub use file::{FileError, FileProblem};
+pub use limits::OutOfRange;
+pub use origin::{Origin, Origins, changed};
+pub use scphd_reference::Likelihood;
+pub use used::{is_used_by, users_of};
+
+use scphd_log::log::{FixNoise, Mounting};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Tuning of a run; every field is required here, the TOML file may leave any out.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "InFile", into = "InFile")]
+pub struct Settings {
+    /// The recursion.
+    pub filter: FilterSettings,
+    /// The vehicle's noise.
+    pub vehicle: VehicleSettings,
+    /// The sensor's noise and view, or the first sensor's.
+    pub sensor: SensorSettings,
+    /// The name of the first of several sensors; empty where it is the only one.
+    pub sensor_name: String,
+    /// The other sensors, in order of their names.
+    pub others: Vec<(String, SensorSettings)>,
+    /// Moving features.
+    pub moving: MovingSettings,
+    /// The joint map.
+    pub joint: JointSettings,
+    /// Fixes of the pose, where the log has some.
+    pub fixes: Option<FixNoise>,
+    /// What a joint map is to learn of the odometry, if anything.
+    pub calibration: Option<CalibrationSettings>,
+}
+
+/// The same as a settings file has it: one sensor is `[sensor]`, of several each is `[sensors.NAME]`.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct InFile {
+    filter: FilterSettings,
+    vehicle: VehicleSettings,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    sensor: Option<SensorSettings>,
+    moving: MovingSettings,
+    joint: JointSettings,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    fixes: Option<FixNoise>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    calibration: Option<CalibrationSettings>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    sensors: BTreeMap<String, SensorSettings>,
+}
+
+impl From<Settings> for InFile {
+    fn from(settings: Settings) -> Self {
+        let Settings { filter, vehicle, sensor, sensor_name, others, moving, joint, fixes, calibration } = settings;
+        let (sensor, sensors) = if others.is_empty() {
+            (Some(sensor), BTreeMap::new())
+        } else {
+            (None, std::iter::once((sensor_name, sensor)).chain(others).collect())
+        };
+        Self { filter, vehicle, sensor, moving, joint, fixes, calibration, sensors }
+    }
+}
+
+impl TryFrom<InFile> for Settings {
+    type Error = &'static str;
+
+    fn try_from(file: InFile) -> Result<Self, &'static str> {
+        let InFile { filter, vehicle, sensor, moving, joint, fixes, calibration, sensors } = file;
+        let mut all = sensor.map(|sensor| (String::new(), sensor)).into_iter().chain(sensors);
+        let (sensor_name, sensor) = all.next().ok_or("no sensor")?;
+        let others: Vec<_> = all.collect();
+        if sensor_name.is_empty() && !others.is_empty() {
+            return Err("sensor: with several sensors each is [sensors.NAME]");
+        }
+        Ok(Self { filter, vehicle, sensor, sensor_name, others, moving, joint, fixes, calibration })
+    }
+}
+
+impl Settings {
+    /// The settings of every sensor, in the order of the log's.
+    pub fn sensors(&self) -> impl Iterator<Item = &SensorSettings> {
+        std::iter::once(&self.sensor).chain(self.others.iter().map(|(_, sensor)| sensor))
+    }
+}
+
+/// `[filter]`: see [`scphd::Config`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FilterSettings {
+    /// N.
+    pub particles: usize,
+    /// M.
+    pub samples: usize,
+    /// w_b, 1/(m·rad).
+    pub birth_intensity: f64,
+    /// Resample below this N_eff / N.
+    pub resample_threshold: f64,
+    /// Drop components below this weight.
+    pub prune_weight: f64,
+    /// A component is confirmed where it is better known than from this many measurements.
+    pub confirming_detections: f64,
+    /// Forget components that leave the view lighter than this and not confirmed.
+    pub unconfirmed_weight: f64,
+    /// Misses take a confirmed component no further down than to this weight.
+    pub confirmed_weight: f64,
+    /// Merge components within this squared Mahalanobis distance.
+    pub merge_distance: f64,
+    /// Components kept in view, at most.
+    pub max_components: usize,
+    /// Which components are the estimated static features.
+    pub extraction: Extraction,
+    /// Least weight of an estimated static feature.
+    pub extraction_weight: f64,
+    /// Where poses are drawn from.
+    pub proposal: Proposal,
+    /// Linearisations of the informed proposal.
+    pub proposal_rounds: usize,
+    /// Fraction of the proposal's covariance that is sampled.
+    pub proposal_sampled_fraction: f64,
+    /// Minimum responsibility for a measurement with which a component steers the proposal.
+    pub proposal_min_responsibility: f64,
+    /// By how much longer than `vehicle.noise_interval_s` a mixture takes odometry errors to last; a joint map takes them as they are.
+    pub interval_margin: f64,
+    /// Whether births that nothing explains wait for the next scan: fewer components, for filters of a single sensor.
+    pub births_wait: bool,
+    /// The particle likelihood.
+    pub likelihood: Likelihood,
+}
+
+/// Where poses are drawn from: see [`scphd::settings::Proposal`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Proposal {
+    /// The odometry alone.
+    Blind,
+    /// Odometry and scan.
+    Informed,
+}
+
+/// Which components are the estimated features: see [`scphd::settings::Extraction`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Extraction {
+    /// The heaviest.
+    Heaviest,
+    /// The highest peaks.
+    Peaks,
+    /// All that are confirmed.
+    Confirmed,
+}
+
+/// `[moving]`: the moving part of the map.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MovingSettings {
+    /// w_m, 1/(m·rad); 0: the filter takes everything for static.
+    pub birth_intensity: f64,
+    /// Standard deviation of each coordinate of a new feature's velocity, m/s.
+    pub velocity_sigma_mps: f64,
+    /// q, spectral density of the acceleration, m²/s³.
+    pub acceleration_psd: f64,
+    /// τ, mean lifetime, s.
+    pub lifetime_s: f64,
+    /// Forget components whose position has a greater standard deviation, m.
+    pub spread_max_m: f64,
+    /// Least weight of an estimated moving feature.
+    pub extraction_weight: f64,
+}
+
+/// `[joint]`: what the filter with a joint map knows beside all else: see [`scphd::JointConfig`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JointSettings {
+    /// Mean time that a landmark stays in sight before something hides it, s; 1e9: nothing ever does.
+    pub in_sight_s: f64,
+    /// Mean time that it stays hidden, s.
+    pub hidden_s: f64,
+    /// Mean time until it is taken away, s; 1e9: never.
+    pub lifetime_s: f64,
+    /// Share of p_D that is left behind a nearer detection.
+    pub behind: f64,
+    /// Two features within this squared Mahalanobis distance are one.
+    pub merge_distance: f64,
+}
+
+/// `[vehicle]`: see [`scphd::models::ControlNoise`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct VehicleSettings {
+    /// Standard deviation of the speed, m/s.
+    pub speed_sigma_mps: f64,
+    /// Standard deviation of the speed as a share of it; adds in quadrature.
+    pub speed_sigma_ratio: f64,
+    /// Standard deviation of the second control: steering angle, rad, or turn rate, rad/s.
+    pub turn_sigma: f64,
+    /// Standard deviation of the second control as a share of it; adds in quadrature.
+    pub turn_sigma_ratio: f64,
+    /// How long an error lasts, s.
+    pub noise_interval_s: f64,
+}
+
+/// `[calibration]`, of a joint map alone: see [`scphd::models::SelfCalibrating`]. Where it stands, `[vehicle]` is the noise that is left.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CalibrationSettings {
+    /// Standard deviation of the speed's scale error.
+    pub speed_scale_sigma: f64,
+    /// Standard deviation of the second control's scale error.
+    pub turn_scale_sigma: f64,
+    /// Standard deviation of the second control's offset: steering angle, rad, or turn rate, rad/s.
+    pub turn_offset_sigma: f64,
+    /// How long it takes until these have walked as far, s; 1e9: never.
+    pub lasts_s: f64,
+}
+
+/// `[sensor]`: see [`scphd::models::RangeBearing`] and [`scphd::models::RangeBearingWindow`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SensorSettings {
+    /// Standard deviation of the range, m.
+    pub range_sigma_m: f64,
+    /// Standard deviation of the bearing, rad.
+    pub bearing_sigma_rad: f64,
+    /// Least range, m.
+    pub range_min_m: f64,
+    /// Greatest range, m.
+    pub range_max_m: f64,
+    /// Half width of the soft edges in range, m.
+    pub range_edge_m: f64,
+    /// Right edge of the window, rad.
+    pub bearing_min_rad: f64,
+    /// Left edge of the window, rad.
+    pub bearing_max_rad: f64,
+    /// Half width of the soft edges in bearing, rad.
+    pub bearing_edge_rad: f64,
+    /// p_D at range zero.
+    pub detection_near: f64,
+    /// p_D at the greatest range.
+    pub detection_far: f64,
+    /// λ, false measurements a scan.
+    pub clutter_per_scan: f64,
+    /// How far ahead of where the vehicle's pose is the sensor sits, m.
+    pub forward_m: f64,
+    /// How far to its left, m.
+    pub left_m: f64,
+    /// By how much it is turned to the left, rad.
+    pub yaw_rad: f64,
+    /// Of several sensors: births of this one over those that `filter` and `moving` say.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub birth_factor: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_one(factor: &f64) -> bool {
+    *factor == 1.0
+}
+
+impl SensorSettings {
+    /// Where the sensor sits.
+    #[must_use]
+    pub fn mounting(&self) -> Mounting {
+        Mounting { forward_m: self.forward_m, left_m: self.left_m, yaw_rad: self.yaw_rad }
+    }
+
+    /// Middle of the bearing window, rad.
+    #[must_use]
+    pub fn bearing_center_rad(&self) -> f64 {
+        0.5 * (self.bearing_min_rad + self.bearing_max_rad)
+    }
+
+    /// Half width of the bearing window, rad; π and above is a full circle.
+    #[must_use]
+    pub fn bearing_half_width_rad(&self) -> f64 {
+        0.5 * (self.bearing_max_rad - self.bearing_min_rad)
+    }
+
+    /// Measure of the window in measurement space, m·rad: what an intensity is multiplied with to become a number a scan.
+    #[must_use]
+    pub fn measure(&self) -> f64 {
+        (self.range_max_m - self.range_min_m) * 2.0 * self.bearing_half_width_rad().min(std::f64::consts::PI)
+    }
+}

@@ -1,0 +1,61 @@
+//! Which filter a run is by.
+
+use crate::ekf::association::Association;
+use crate::settings::{FilterSettings, Likelihood};
+
+/// Scalar of the fixed-capacity filter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Precision {
+    /// Single precision.
+    F32,
+    /// Double precision.
+    F64,
+}
+
+/// Which filter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Filter {
+    /// The fixed-capacity filter.
+    Core(Precision),
+    /// The filter with a joint map.
+    Joint(Precision),
+    /// The brute-force reference, in double precision.
+    Reference,
+    /// EKF SLAM, in double precision: a yardstick.
+    Ekf(Association),
+}
+
+impl Filter {
+    /// Its name in tables and files: `scphd`, `joint`, `ekf` or `ekf-known`, or that of the reference with this particle likelihood:
+    /// `reference`, `rb-empty`, `rb-single` or `rb-multi`.
+    #[must_use]
+    pub fn name(self, likelihood: Likelihood) -> &'static str {
+        match (self, likelihood) {
+            (Self::Core(_), _) => "scphd",
+            (Self::Joint(_), _) => "joint",
+            (Self::Reference, Likelihood::SingleCluster) => "reference",
+            (Self::Reference, Likelihood::RbEmpty) => "rb-empty",
+            (Self::Reference, Likelihood::RbSingle) => "rb-single",
+            (Self::Reference, Likelihood::RbMulti) => "rb-multi",
+            (Self::Ekf(Association::NearestNeighbour), _) => "ekf",
+            (Self::Ekf(Association::Known), _) => "ekf-known",
+        }
+    }
+
+    /// Its scalar: `f32` or `f64`.
+    #[must_use]
+    pub fn precision(self) -> &'static str {
+        match self {
+            Self::Core(Precision::F32) | Self::Joint(Precision::F32) => "f32",
+            Self::Core(Precision::F64) | Self::Joint(Precision::F64) | Self::Reference | Self::Ekf(_) => "f64",
+        }
+    }
+
+    /// Particles that it has with these settings: a single Gaussian is one.
+    pub fn particles(self, settings: &FilterSettings) -> usize {
+        match self {
+            Self::Core(_) | Self::Reference => settings.particles,
+            Self::Joint(_) | Self::Ekf(_) => 1,
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! Fixes of a log as the core takes them.
+
+use super::contract::{Refusal, refusal};
+use nalgebra::{Vector1, Vector2};
+use scphd::errors::ObserveError;
+use scphd::models::{
+    AuvPose, Calibrated, CalibratedPose, Fix, HeadingFix, Motion, PlanarPose, Pose, PositionFix, ScalarOf,
+};
+use scphd::numerics::{Symmetric, Vector};
+use scphd::storage::{Movers, NoArchive};
+use scphd::{FixReport, JointSlam, PoseEstimate, Real, ScPhd};
+use scphd_log::dimensions::{Covariance, Dimensions, Planar, Underwater};
+use scphd_log::log::{FixNoise, PoseFix};
+use std::convert::Infallible;
+use std::fmt::Debug;
+
+/// What becomes of the map of a filter that is put somewhere.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Map {
+    /// It stays as it is.
+    Kept,
+    /// It is forgotten.
+    Dropped,
+}
+
+/// A filter of the core that takes any fix.
+pub(crate) trait Observes<P: Pose> {
+    /// Takes it in, if it lies within its gate.
+    fn take<F: Fix<Pose = P> + Copy>(
+        &mut self,
+        fix: &F,
+        measured: &F::Measurement,
+    ) -> Result<FixReport<ScalarOf<P>>, ObserveError>;
+
+    /// Puts the vehicle where what is known of its state already makes it, with a covariance; in its map, or without one.
+    fn put(&mut self, map: Map, place: impl FnOnce(PoseEstimate<P>) -> PoseEstimate<P>) -> Result<(), Refusal>;
+}
+
+/// What relocates a filter that knows its own estimate.
+macro_rules! put {
+    ($($seed:expr)?) => {
+        fn put(
+            &mut self,
+            map: Map,
+            place: impl FnOnce(PoseEstimate<M::Pose>) -> PoseEstimate<M::Pose>,
+        ) -> Result<(), Refusal> {
+            let now = self.estimate_pose().ok_or_else(|| refusal("not started"))?;
+            let PoseEstimate { mean, covariance } = place(now);
+            match map {
+                Map::Kept => self.relocate(mean, &covariance),
+                Map::Dropped => self.reset_within(mean, &covariance $(, $seed)?),
+            }
+            .map_err(refusal)
+        }
+    };
+}
+
+/// A filter that starts anew in the middle of a log draws other numbers than it did at its start, the same in every run.
+const RESTART_SEED: u64 = 0x5ca7_7e12;
+
+impl<M: Motion> Observes<M::Pose> for ScPhd<'_, M> {
+    fn take<F: Fix<Pose = M::Pose> + Copy>(
+        &mut self,
+        fix: &F,
+        measured: &F::Measurement,
+    ) -> Result<FixReport<ScalarOf<M::Pose>>, ObserveError> {
+        self.observe(fix, measured)
+    }
+
+    put!(RESTART_SEED);
+}
+
+impl<M, Z, V> Observes<M::Pose> for JointSlam<'_, M, Z, NoArchive, V>
+where
+    M: Motion,
+    Z: Vector<Scalar = ScalarOf<M::Pose>>,
+    V: Movers<M::Pose>,
+{
+    fn take<F: Fix<Pose = M::Pose> + Copy>(
+        &mut self,
+        fix: &F,
+        measured: &F::Measurement,
+    ) -> Result<FixReport<ScalarOf<M::Pose>>, ObserveError> {
+        self.observe(fix, measured)
+    }
+
+    put!();
+}
+
+/// A pose of which logs of this kind have fixes.
+pub(crate) trait Fixed<D: Dimensions>: Pose {
+    /// How they are modelled.
+    type Models: Copy + Debug;
+
+    /// Shows a fix to a filter: whether it was within its gate.
+    fn observe(filter: &mut impl Observes<Self>, models: &Self::Models, fix: &D::Fix) -> Result<bool, Refusal>;
+
+    /// Puts a filter where its fixes say that it is.
+    fn relocate(
+        filter: &mut impl Observes<Self>,
+        map: Map,
+        pose: &D::Pose,
+        covariance: &Covariance<D::Pose>,
+    ) -> Result<(), Refusal>;
+}
+
+/// The models of what a log in the plane has fixes of.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PlanarFixes<T: Real> {
+    pub(super) position: Option<PositionFix<T>>,
+    pub(super) heading: Option<HeadingFix<PlanarPose<T>>>,
+}
+
+impl<T: Real> PlanarFixes<T> {
+    /// Of this noise.
+    pub(crate) fn of(noise: &FixNoise) -> Result<Self, Refusal> {
+        let real = T::from_f64;
+        let gate = real(noise.gate());
+        let position = |sigma_m| {
+            let fix = PositionFix::new(real(sigma_m))?.gated(gate)?;
+            if (noise.forward_m, noise.left_m) == (0.0, 0.0) {
+                return Ok(fix);
+            }
+            fix.mounted(real(noise.forward_m), real(noise.left_m))
+        };
+        let heading = |sigma_rad| HeadingFix::new(real(sigma_rad))?.gated(gate);
+        Ok(Self {
+            position: noise.position_sigma_m.map(position).transpose().map_err(refusal)?,
+            heading: noise.heading_sigma_rad.map(heading).transpose().map_err(refusal)?,
+        })
+    }
+}
+
+impl<T: Real> Fixed<Planar> for PlanarPose<T> {
+    type Models = PlanarFixes<T>;
+
+    fn observe(filter: &mut impl Observes<Self>, models: &PlanarFixes<T>, fix: &PoseFix) -> Result<bool, Refusal> {
+        let unstated = |what| refusal(format_args!("fixes.{what}: not stated"));
+        let report = match fix {
+            PoseFix::Position(place) => {
+                let model = models.position.as_ref().ok_or_else(|| unstated("position_sigma_m"))?;
+                filter.take(model, &Vector2::from(place.map(T::from_f64)))
+            }
+            PoseFix::Heading(heading) => {
+                let model = models.heading.as_ref().ok_or_else(|| unstated("heading_sigma_rad"))?;
+                filter.take(model, &Vector1::new(T::from_f64(*heading)))
+            }
+        };
+        Ok(report.map_err(refusal)?.accepted)
+    }
+
+    fn relocate(
+        filter: &mut impl Observes<Self>,
+        map: Map,
+        [x, y, heading]: &[f64; 3],
+        covariance: &[[f64; 3]; 3],
+    ) -> Result<(), Refusal> {
+        let mean = Self::new(T::from_f64(*x), T::from_f64(*y), T::from_f64(*heading));
+        let covariance = Symmetric::from_fn(|row, column| T::from_f64(covariance[row][column]));
+        filter.put(map, |_| PoseEstimate { mean, covariance })
+    }
+}
+
+impl<T: Real> Fixed<Planar> for CalibratedPose<T> {
+    type Models = PlanarFixes<T>;
+
+    fn observe(filter: &mut impl Observes<Self>, models: &PlanarFixes<T>, fix: &PoseFix) -> Result<bool, Refusal> {
+        PlanarPose::observe(&mut OfVehicle(filter), models, fix)
+    }
+
+    fn relocate(
+        filter: &mut impl Observes<Self>,
+        map: Map,
+        pose: &[f64; 3],
+        covariance: &[[f64; 3]; 3],
+    ) -> Result<(), Refusal> {
+        PlanarPose::relocate(&mut OfVehicle(filter), map, pose, covariance)
+    }
+}
+
+/// A filter of a vehicle that learns what its odometry is off by, as one of its pose alone.
+struct OfVehicle<'f, F>(&'f mut F);
+
+impl<T: Real, O: Observes<CalibratedPose<T>>> Observes<PlanarPose<T>> for OfVehicle<'_, O> {
+    fn take<F: Fix<Pose = PlanarPose<T>> + Copy>(
+        &mut self,
+        fix: &F,
+        measured: &F::Measurement,
+    ) -> Result<FixReport<T>, ObserveError> {
+        self.0.take(&Calibrated(*fix), measured)
+    }
+
+    /// What the odometry is off by stays as it is, and as well known.
+    fn put(
+        &mut self,
+        map: Map,
+        place: impl FnOnce(PoseEstimate<PlanarPose<T>>) -> PoseEstimate<PlanarPose<T>>,
+    ) -> Result<(), Refusal> {
+        self.0.put(map, |PoseEstimate { mean, covariance }| {
+            let PoseEstimate { mean: vehicle, covariance: of_vehicle } =
+                place(PoseEstimate { mean: mean.vehicle, covariance: covariance.leading() });
+            let covariance = Symmetric::from_fn(|row, column| match (row < 3, column < 3) {
+                (true, true) => of_vehicle.get(row, column),
+                (false, false) => covariance.get(row, column),
+                _ => T::ZERO,
+            });
+            PoseEstimate { mean: CalibratedPose { vehicle, ..mean }, covariance }
+        })
+    }
+}
+
+impl<T: Real> Fixed<Underwater> for AuvPose<T> {
+    type Models = ();
+
+    fn observe(_filter: &mut impl Observes<Self>, _models: &(), fix: &Infallible) -> Result<bool, Refusal> {
+        match *fix {}
+    }
+
+    fn relocate(
+        _filter: &mut impl Observes<Self>,
+        _map: Map,
+        _pose: &<Underwater as Dimensions>::Pose,
+        _covariance: &Covariance<<Underwater as Dimensions>::Pose>,
+    ) -> Result<(), Refusal> {
+        Err(refusal("under water there are no fixes"))
+    }
+}

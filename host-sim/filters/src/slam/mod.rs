@@ -1,0 +1,41 @@
+//! A SLAM filter as the simulator sees it, whichever it is: the fixed-capacity filter in either precision, the filter with a joint
+//! map, or the reference.
+
+mod config;
+pub mod contract;
+mod core_filter;
+mod filter;
+mod fix_watch;
+mod fixes;
+mod in_map;
+mod joint_filter;
+mod joint_room;
+mod joint_snapshot;
+mod models;
+mod nearby;
+mod planar;
+mod planar_numbers;
+mod reference_filter;
+mod stage_times;
+mod underwater;
+
+/// Measurements in a scan that every filter of the host has room for, but for the EKF.
+pub const MEASUREMENTS: usize = 256;
+
+pub use contract::refusal;
+pub use contract::{FoundPlace, PoseAndCovariance, Refusal, ScanOutcome, Search, Slam};
+pub use core_filter::{Snapshot, Transparent};
+pub use filter::{Filter, Precision};
+pub(crate) use fix_watch::{NoFixes, PlanarWatch};
+pub use fix_watch::{Taken, WatchesFixes};
+pub use joint_filter::OpenJoint;
+pub use models::full;
+pub(crate) use nearby::started_nearby;
+pub use planar::range_bearing;
+pub use planar::{core_filter, joint_filter};
+pub use planar_numbers::{PlanarNumbers, PlanarVehicle, SensorNumbers};
+pub use reference_filter::{ReferenceFilter, reference_of};
+pub use reference_filter::{joint_config_of, joint_references_of, references_of};
+pub use stage_times::STAGES;
+pub use underwater::joint_config as underwater_joint_config;
+pub use underwater::{core_filter as underwater_core_filter, joint_filter as underwater_joint_filter};

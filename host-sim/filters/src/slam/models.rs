@@ -1,0 +1,111 @@
+//! The models of the core that a log's settings describe, and numbers from there in the host's terms.
+
+use super::contract::{PoseAndCovariance, Refusal, refusal};
+use super::fixes::Fixed;
+use scphd::models::{AuvPose, MeasurementModel, Motion, Mounting, PlanarPose, Pose, ScalarOf};
+use scphd::numerics::{Symmetric, Vector};
+use scphd::{Births, Component, Detector, PoseEstimate, Real};
+use scphd_log::dimensions::{Coordinates, Dimensions};
+use scphd_reference::space;
+use scphd_score::record::{MapFeature, MovingFeature};
+
+/// How a vehicle moves, what its sensors see, and where it starts.
+pub(crate) struct Models<D: Dimensions, M: Motion<Pose: Fixed<D>>, X: MeasurementModel<Pose = M::Pose>> {
+    pub(crate) motion: M,
+    pub(crate) sensors: Vec<SensorModels<X>>,
+    pub(crate) fixes: <M::Pose as Fixed<D>>::Models,
+    pub(crate) start: M::Pose,
+    /// The motion's control of the log's.
+    pub(crate) control: fn(D::Control) -> M::Control,
+}
+
+/// What a sensor sees, where it sits, and what is born of it.
+#[derive(Clone, Copy)]
+pub(crate) struct SensorModels<X: MeasurementModel> {
+    pub(crate) sensing: X,
+    pub(crate) mounting: Option<Mounting<ScalarOf<X::Pose>>>,
+    pub(crate) births: Births<ScalarOf<X::Pose>>,
+}
+
+impl<X: MeasurementModel + Copy> SensorModels<X> {
+    /// The detector that these models are of.
+    pub(crate) fn detector(&self) -> Result<Detector<X>, Refusal> {
+        let detector = Detector::new(self.sensing, self.births).map_err(refusal)?;
+        match self.mounting {
+            Some(mounting) => detector.mounted(mounting).map_err(refusal),
+            None => Ok(detector),
+        }
+    }
+}
+
+/// Measurements as the core has them.
+pub(super) fn measured<D: Dimensions, Z: Vector>(detections: &[D::Measurement]) -> Vec<Z> {
+    detections.iter().map(|z| Z::with(|k| Z::Scalar::from_f64(z.as_ref()[k]))).collect()
+}
+
+/// The upper left corner of a covariance, or all of it.
+pub fn full<V: Vector, const N: usize>(covariance: &Symmetric<V>) -> [[f64; N]; N] {
+    std::array::from_fn(|row| std::array::from_fn(|column| covariance.get(row, column).to_f64()))
+}
+
+/// An estimated pose with its covariance.
+pub(super) fn pose_of<D: Dimensions, P: Pose>(estimate: &PoseEstimate<P>) -> PoseAndCovariance<D> {
+    let mean = estimate.mean.coordinates();
+    (
+        D::Pose::with(|k| mean.at(k).to_f64()),
+        D::Pose::square(|row, column| estimate.covariance.get(row, column).to_f64()),
+    )
+}
+
+/// An estimated static feature.
+pub(super) fn feature_of<D: Dimensions, V: Vector>(feature: &Component<V>) -> MapFeature<D> {
+    MapFeature {
+        id: feature.label,
+        weight: feature.ln_weight.exp().to_f64(),
+        mean: D::Position::with(|k| feature.mean.at(k).to_f64()),
+        covariance: D::Position::square(|row, column| feature.covariance.get(row, column).to_f64()),
+    }
+}
+
+/// An estimated moving feature.
+pub(super) fn moving_of<D: Dimensions, V: Vector>(feature: &Component<V>) -> MovingFeature<D> {
+    MovingFeature {
+        id: feature.label,
+        weight: feature.ln_weight.exp().to_f64(),
+        position: D::Position::with(|k| feature.mean.at(k).to_f64()),
+        velocity: D::Position::with(|k| feature.mean.at(D::Position::COUNT + k).to_f64()),
+        covariance: D::Position::square(|row, column| feature.covariance.get(row, column).to_f64()),
+    }
+}
+
+/// A pose that the reference has too.
+pub trait Referred: Pose {
+    /// The reference's.
+    type Reference: Copy;
+
+    /// It in double precision.
+    fn referred(&self) -> Self::Reference;
+}
+
+impl<T: Real> Referred for PlanarPose<T> {
+    type Reference = [f64; 3];
+
+    fn referred(&self) -> [f64; 3] {
+        [self.x_m, self.y_m, self.heading_rad].map(T::to_f64)
+    }
+}
+
+impl<T: Real> Referred for AuvPose<T> {
+    type Reference = space::Pose;
+
+    fn referred(&self) -> space::Pose {
+        let Self { x_m, y_m, z_m, yaw_rad, yaw_rate_radps, roll_rad, pitch_rad } = *self;
+        space::Pose {
+            position: [x_m, y_m, z_m].map(T::to_f64),
+            yaw: yaw_rad.to_f64(),
+            yaw_rate: yaw_rate_radps.to_f64(),
+            roll: roll_rad.to_f64(),
+            pitch: pitch_rad.to_f64(),
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! The filters of the core over a planar log.
+
+use super::MEASUREMENTS;
+use super::contract::{Refusal, refusal};
+use super::core_filter::{Room, Transparent, start as core_of};
+use super::filter::Precision;
+use super::fixes::{Fixed, PlanarFixes};
+use super::in_map::{InMap, PlanarMap};
+use super::joint_filter::{OpenJoint, start as joint_of};
+use super::joint_room::{FEATURES, JointRoom, WithMovers};
+use super::models::{Models, SensorModels};
+use super::planar_numbers::{PlanarNumbers, PlanarVehicle, SensorNumbers, planar_config};
+use crate::settings::{CalibrationSettings, JointSettings, SensorSettings, Settings};
+use nalgebra::Vector2;
+use scphd::models::{
+    Ackermann, AckermannControl, Calibrated, CalibratedPose, Holonomic, HolonomicControl, MeasurementModel, Motion,
+    Mounting, OdometryCorrection, OdometryPrior, PlanarControl, PlanarMotion, PlanarPose, Pose, RangeBearing,
+    RangeBearingWindow, SelfCalibrating, Sensing, TangentOf, Unicycle, UnicycleControl, UniformClutter,
+};
+use scphd::numerics::Symmetric;
+use scphd::settings::Persistence;
+use scphd::storage::{Dynamic, JointMovers, MapMemory, Static, joint_numbers};
+use scphd::{JointConfig, JointState, Real, State};
+use scphd_log::dimensions::Planar;
+use scphd_log::log::Vehicle;
+
+/// Components of one map in an update that every host state has room for.
+const VIEW: usize = 4096;
+
+/// Static and moving maps of the same capacities.
+type HostState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const MAP_PAGES: usize> = State<
+    PlanarPose<T>,
+    PARTICLES,
+    CANDIDATES,
+    MapMemory<Static<Vector2<T>>, PARTICLES, PAGES, MAP_PAGES, VIEW>,
+    MapMemory<Dynamic<Vector2<T>>, PARTICLES, PAGES, MAP_PAGES, VIEW>,
+>;
+
+type HostJointState<T> =
+    JointState<PlanarPose<T>, Vector2<T>, FEATURES, { joint_numbers(3, 2, FEATURES) }, MEASUREMENTS>;
+
+type HostCalibratedState<T> =
+    JointState<CalibratedPose<T>, Vector2<T>, FEATURES, { joint_numbers(6, 2, FEATURES) }, MEASUREMENTS>;
+
+type PlanarSensing<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
+/// A row of odometry as a control.
+type Steered<T> = fn([f64; 3]) -> PlanarControl<T>;
+
+type PlanarModels<T> = Models<Planar, PlanarMotion<T>, PlanarSensing<T>>;
+
+/// The fixed-capacity filter in the plane.
+type Core = Box<dyn Transparent<Planar, [f64; 3], 2, 4>>;
+
+/// The fixed-capacity filter for a log's vehicle, in the smallest host state with room for its particles.
+///
+/// # Errors
+/// The settings are out of range, and which.
+pub fn core_filter(
+    settings: &Settings,
+    vehicle: &Vehicle,
+    initial_pose: [f64; 3],
+    precision: Precision,
+    seed: u64,
+) -> Result<Core, Refusal> {
+    if settings.calibration.is_some() {
+        return Err(refusal("calibration: particles do not learn what odometry is off by; --filter joint does"));
+    }
+    let margin = settings.filter.interval_margin;
+    match precision {
+        Precision::F32 => core_of_models(models::<f32>(settings, margin, vehicle, initial_pose)?, settings, seed),
+        Precision::F64 => core_of_models(models::<f64>(settings, margin, vehicle, initial_pose)?, settings, seed),
+    }
+}
+
+/// The joint filter for a log's vehicle.
+///
+/// # Errors
+/// The settings are out of range, and which.
+pub fn joint_filter(
+    settings: &Settings,
+    vehicle: &Vehicle,
+    initial_pose: [f64; 3],
+    precision: Precision,
+) -> Result<Box<dyn OpenJoint<Planar>>, Refusal> {
+    match precision {
+        Precision::F32 => joint_of_models(models::<f32>(settings, 1.0, vehicle, initial_pose)?, settings),
+        Precision::F64 => joint_of_models(models::<f64>(settings, 1.0, vehicle, initial_pose)?, settings),
+    }
+}
+
+/// Starts the filter with a mixture a particle.
+fn core_of_models<T: Real>(models: PlanarModels<T>, settings: &Settings, seed: u64) -> Result<Core, Refusal> {
+    let filter = &settings.filter;
+    let state: Box<dyn Room<PlanarMotion<T>>> =
+        match (filter.particles, filter.particles.saturating_mul(filter.samples)) {
+            (..=32, ..=64) => Box::new(HostState::<T, 32, 64, 16_384, 512>::new()),
+            (..=128, ..=256) => Box::new(HostState::<T, 128, 256, 16_384, 256>::new()),
+            _ => Box::new(HostState::<T, 1024, 2048, 65_535, 512>::new()),
+        };
+    core_of(models, planar_config(settings), state, seed)
+}
+
+/// Starts the filter with a joint map.
+fn joint_of_models<T: Real>(
+    models: PlanarModels<T>,
+    settings: &Settings,
+) -> Result<Box<dyn OpenJoint<Planar>>, Refusal> {
+    if let Some(calibration) = &settings.calibration {
+        return joint_of_calibrated(models, settings, calibration);
+    }
+    let maps = Some(Box::new(PlanarMap::<T>::new()) as _);
+    joint_over(&models, settings, HostJointState::<T>::new(), maps, None)
+}
+
+/// Starts it over a state, with what moves beside it where there is to be any.
+fn joint_over<T, M, X, S>(
+    models: &Models<Planar, M, X>,
+    settings: &Settings,
+    state: S,
+    maps: Option<Box<dyn InMap<X>>>,
+    prior: Option<Symmetric<TangentOf<M::Pose>>>,
+) -> Result<Box<dyn OpenJoint<Planar>>, Refusal>
+where
+    T: Real,
+    M: Motion<Pose: Fixed<Planar> + Pose<Scalar = T>> + Copy + 'static,
+    X: MeasurementModel<Pose = M::Pose> + Copy + 'static,
+    S: JointRoom<M, X::Measurement>,
+    WithMovers<M, S>: JointRoom<M, X::Measurement>,
+{
+    let config = joint_config(&settings.joint);
+    if settings.moving.birth_intensity > 0.0 {
+        let room = WithMovers { state, movers: JointMovers::new(), moving: planar_config(settings).moving };
+        return joint_of(models, config, Box::new(room), maps, prior);
+    }
+    joint_of(models, config, Box::new(state), maps, prior)
+}
+
+/// Starts the filter with a joint map that learns what the odometry is off by.
+fn joint_of_calibrated<T: Real>(
+    models: PlanarModels<T>,
+    settings: &Settings,
+    calibration: &CalibrationSettings,
+) -> Result<Box<dyn OpenJoint<Planar>>, Refusal> {
+    let real = T::from_f64;
+    let sigma = OdometryCorrection {
+        speed_scale: real(calibration.speed_scale_sigma),
+        turn_scale: real(calibration.turn_scale_sigma),
+        turn_offset: real(calibration.turn_offset_sigma),
+    };
+    let Models { motion, sensors, fixes, start, control } = models;
+    let prior = OdometryPrior { sigma, lasts_s: real(calibration.lasts_s) };
+    let motion = SelfCalibrating::new(motion, prior).map_err(refusal)?;
+    let calibrated = |SensorModels { sensing, mounting, births }| {
+        let Sensing { sensor, field_of_view, clutter } = sensing;
+        SensorModels { sensing: Sensing { sensor: Calibrated(sensor), field_of_view, clutter }, mounting, births }
+    };
+    let models = Models {
+        motion,
+        sensors: sensors.into_iter().map(calibrated).collect(),
+        fixes,
+        start: CalibratedPose::at(start),
+        control,
+    };
+    joint_over(&models, settings, HostCalibratedState::<T>::new(), None, Some(motion.prior()))
+}
+
+/// The tuning of the joint filter that the settings describe.
+pub(super) fn joint_config<T: Real>(joint: &JointSettings) -> JointConfig<T> {
+    let real = T::from_f64;
+    JointConfig {
+        merge_distance: real(joint.merge_distance),
+        persistence: Persistence {
+            in_sight_s: real(joint.in_sight_s),
+            hidden_s: real(joint.hidden_s),
+            lifetime_s: real(joint.lifetime_s),
+        },
+        behind: real(joint.behind),
+        ..JointConfig::default()
+    }
+}
+
+/// The models of these settings for a vehicle, whose odometry errors last so many times as long.
+fn models<T: Real>(
+    settings: &Settings,
+    interval_margin: f64,
+    vehicle: &Vehicle,
+    initial_pose: [f64; 3],
+) -> Result<PlanarModels<T>, Refusal> {
+    let numbers = PlanarNumbers::<T>::with_margin(settings, interval_margin, vehicle, initial_pose);
+    let (motion, control): (_, Steered<T>) = match numbers.vehicle {
+        PlanarVehicle::Ackermann(geometry) => {
+            (PlanarMotion::Ackermann(Ackermann::new(geometry, numbers.noise).map_err(refusal)?), |control| {
+                let [speed_mps, steering_rad, _] = control.map(T::from_f64);
+                PlanarControl::Ackermann(AckermannControl { speed_mps, steering_rad })
+            })
+        }
+        PlanarVehicle::Unicycle(step) => {
+            (PlanarMotion::Unicycle(Unicycle::new(step, numbers.noise).map_err(refusal)?), |control| {
+                let [speed_mps, rate_radps, _] = control.map(T::from_f64);
+                PlanarControl::Unicycle(UnicycleControl { speed_mps, rate_radps })
+            })
+        }
+        PlanarVehicle::Holonomic => {
+            (PlanarMotion::Holonomic(Holonomic::new(numbers.noise).map_err(refusal)?), |control| {
+                let [forward_mps, rate_radps, left_mps] = control.map(T::from_f64);
+                PlanarControl::Holonomic(HolonomicControl { forward_mps, left_mps, rate_radps })
+            })
+        }
+    };
+    Ok(Models {
+        motion,
+        sensors: numbers.sensors.iter().map(sensor_models).collect::<Result<_, _>>()?,
+        fixes: PlanarFixes::of(&settings.fixes.unwrap_or_default())?,
+        start: numbers.start,
+        control,
+    })
+}
+
+fn sensor_models<T: Real>(numbers: &SensorNumbers<T>) -> Result<SensorModels<PlanarSensing<T>>, Refusal> {
+    let field_of_view = RangeBearingWindow::new(numbers.limits).map_err(refusal)?;
+    let sensing = Sensing {
+        sensor: RangeBearing::new(numbers.range_sigma_m, numbers.bearing_sigma_rad).map_err(refusal)?,
+        field_of_view,
+        clutter: UniformClutter::of_scan(numbers.clutter_per_scan, field_of_view.measure()).map_err(refusal)?,
+    };
+    let mounting = numbers.mounting.map(|[forward, left, yaw]| Mounting::in_plane(forward, left, yaw).map_err(refusal));
+    Ok(SensorModels { sensing, mounting: mounting.transpose()?, births: numbers.births })
+}
+
+/// The sensor of these settings.
+///
+/// # Errors
+/// The noise is not one the sensor can work with.
+pub fn range_bearing<T: Real>(sensor: &SensorSettings) -> Result<RangeBearing<T>, Refusal> {
+    RangeBearing::new(T::from_f64(sensor.range_sigma_m), T::from_f64(sensor.bearing_sigma_rad)).map_err(refusal)
+}

@@ -1,0 +1,284 @@
+//! A log in memory: what the vehicle did, what its sensors saw and what is known to be true.
+//!
+//! Read from a folder (`log_folder`) or made by a simulation (`scenario`).
+
+use crate::angle::wrap;
+pub use crate::dimensions::PoseFix;
+use crate::dimensions::{Dimensions, Planar};
+use scphd::fixes::FixRule;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
+
+/// Motion model and geometry, from the `[vehicle]` section of `log.toml`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Vehicle {
+    /// Equations 5.25–5.27 of the thesis; controls are encoder speed and steering angle.
+    Ackermann {
+        /// Wheelbase L, m.
+        wheelbase_m: f64,
+        /// Lateral offset H of the wheel encoder from the centreline, m.
+        encoder_offset_m: f64,
+        /// Forward offset a of the sensor from the rear axle, m.
+        sensor_forward_m: f64,
+        /// Leftward offset b of the sensor from the centreline, m.
+        sensor_left_m: f64,
+    },
+    /// Euler step; controls are speed and turn rate.
+    Unicycle,
+    /// Exact arc; controls are speed and turn rate.
+    UnicycleArc,
+    /// Ahead, aside and turning at once, exact arc; controls are speed ahead, turn rate and speed to the left.
+    Holonomic,
+}
+
+/// Range-bearing sensor window, from the `[sensor]` section of `log.toml`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensor {
+    /// Least range, m (0 where the log does not say).
+    pub range_min_m: f64,
+    /// Greatest range, m.
+    pub range_max_m: f64,
+    /// Right edge of the window, rad.
+    pub bearing_min_rad: f64,
+    /// Left edge of the window, rad.
+    pub bearing_max_rad: f64,
+    /// Where the sensor sits, seen from where the vehicle's pose is.
+    pub mounting: Mounting,
+}
+
+impl Sensor {
+    /// Whether a place at this range, m, and bearing, rad, lies in the window.
+    #[must_use]
+    pub fn sees(&self, range_m: f64, bearing_rad: f64) -> bool {
+        let half_rad = 0.5 * (self.bearing_max_rad - self.bearing_min_rad);
+        let middle_rad = 0.5 * (self.bearing_max_rad + self.bearing_min_rad);
+        (self.range_min_m..=self.range_max_m).contains(&range_m)
+            && (half_rad >= PI || wrap(bearing_rad - middle_rad).abs() <= half_rad)
+    }
+}
+
+/// Where a sensor sits on its vehicle.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Mounting {
+    /// Ahead of where the vehicle's pose is, m.
+    pub forward_m: f64,
+    /// To its left, m.
+    pub left_m: f64,
+    /// Turned to the left, rad.
+    pub yaw_rad: f64,
+}
+
+impl Mounting {
+    /// Where the vehicle's pose is.
+    pub const NONE: Self = Self { forward_m: 0.0, left_m: 0.0, yaw_rad: 0.0 };
+
+    /// The pose (x m, y m, heading rad) of the sensor of a vehicle at `pose`.
+    #[must_use]
+    pub fn seat(&self, [x, y, heading]: [f64; 3]) -> [f64; 3] {
+        if *self == Self::NONE {
+            return [x, y, heading];
+        }
+        let (sine, cosine) = (libm::sin(heading), libm::cos(heading));
+        [
+            x + self.forward_m * cosine - self.left_m * sine,
+            y + self.forward_m * sine + self.left_m * cosine,
+            wrap(heading + self.yaw_rad),
+        ]
+    }
+}
+
+/// Noise figures as far as the log states them.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Nominal {
+    /// Standard deviation of the range, m.
+    pub range_sigma_m: Option<f64>,
+    /// Standard deviation of the bearing, rad.
+    pub bearing_sigma_rad: Option<f64>,
+    /// Standard deviation of the speed, m/s, one draw a sample.
+    pub speed_sigma_mps: Option<f64>,
+    /// Standard deviation of the turn rate, rad/s, one draw a sample (all but Ackermann).
+    pub rate_sigma_radps: Option<f64>,
+    /// Standard deviation of the steering angle, rad, one draw a sample (Ackermann).
+    pub steering_sigma_rad: Option<f64>,
+    /// Probability of detection of a landmark in view.
+    pub detection_probability: Option<f64>,
+    /// Mean number of false measurements a scan.
+    pub clutter_per_scan: Option<f64>,
+}
+
+impl Nominal {
+    /// Standard deviation of the range where a log does not say, as a share of the greatest range.
+    const RANGE_SIGMA_SHARE: f64 = 0.01;
+    /// Standard deviation of the bearing where a log does not say, rad.
+    const BEARING_SIGMA_RAD: f64 = 0.02;
+
+    /// Standard deviations of range, m, and bearing, rad: as stated, or what sensors commonly have.
+    pub fn sigmas(&self, sensor: &Sensor) -> [f64; 2] {
+        [
+            self.range_sigma_m.unwrap_or(Self::RANGE_SIGMA_SHARE * sensor.range_max_m),
+            self.bearing_sigma_rad.unwrap_or(Self::BEARING_SIGMA_RAD),
+        ]
+    }
+}
+
+/// One odometry row; it holds until the next one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Odometry {
+    /// Time, s.
+    pub t_s: f64,
+    /// Speed (m/s), then steering angle (rad, Ackermann) or turn rate (rad/s, all others), then speed to the left (m/s, 0 of what cannot).
+    pub control: [f64; 3],
+}
+
+impl Odometry {
+    /// Speed over ground, m/s, below zero in reverse.
+    #[must_use]
+    pub fn speed_mps(&self) -> f64 {
+        let [ahead, _, left] = self.control;
+        if left == 0.0 { ahead } else { libm::hypot(ahead, left) }
+    }
+}
+
+/// One scan of the sensor, possibly empty.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Scan<D: Dimensions = Planar> {
+    /// Time, s.
+    pub t_s: f64,
+    /// Whose it is: 0, or the place of the sensor in [`Log::sensors`].
+    pub sensor: usize,
+    /// The measurements: in the plane range (m) and bearing (rad, 0 ahead, growing to the left), in space pairs of pixels.
+    pub detections: Vec<D::Measurement>,
+    /// Which landmark each detection is of, negative for none; empty where the log does not know. For yardsticks and scores,
+    /// never an input of the filter.
+    pub labels: Vec<i64>,
+}
+
+/// One row of the true trajectory.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TruePose<D: Dimensions = Planar> {
+    /// Time, s.
+    pub t_s: f64,
+    /// Position, m.
+    pub position: D::Position,
+    /// Heading, rad, where the source has it.
+    pub heading_rad: Option<f64>,
+}
+
+/// One row of a true track of a moving landmark.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MovingLandmark<D: Dimensions = Planar> {
+    /// Which landmark.
+    pub subject: i64,
+    /// Time, s.
+    pub t_s: f64,
+    /// Position, m.
+    pub position: D::Position,
+}
+
+/// One fix of the pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fix {
+    /// Time, s.
+    pub t_s: f64,
+    /// What was measured.
+    pub measured: PoseFix,
+}
+
+/// How good fixes are, as the section `[fixes]` of `log.toml` states it, and as a filter takes it.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FixNoise {
+    /// Standard deviation of a position along either axis, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position_sigma_m: Option<f64>,
+    /// Standard deviation of a heading, rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub heading_sigma_rad: Option<f64>,
+    /// A squared Mahalanobis distance: what lies farther from what the filter expects is left out; [`USUAL_GATE`](Self::USUAL_GATE) where this is not said.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gate: Option<f64>,
+    /// For how long fixes are left out before those that agree with each other are taken for right, and the filter for wrong, s;
+    /// [`scphd::fixes::FixRule`]'s where this is not said.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub patience_s: Option<f64>,
+    /// How far ahead of where the vehicle's pose is the antenna sits, m.
+    #[serde(default)]
+    pub forward_m: f64,
+    /// How far to its left, m.
+    #[serde(default)]
+    pub left_m: f64,
+}
+
+impl FixNoise {
+    /// Five standard deviations, as PX4's EKF2 and ArduPilot's EKF3 have by default.
+    pub const USUAL_GATE: f64 = 25.0;
+
+    /// The gate, also where it is not said.
+    #[must_use]
+    pub fn gate(&self) -> f64 {
+        self.gate.unwrap_or(Self::USUAL_GATE)
+    }
+
+    /// When fixes that are left out are right after all.
+    #[must_use]
+    pub fn rule(&self) -> FixRule<f64> {
+        let usual = FixRule::default();
+        FixRule { patience_s: self.patience_s.unwrap_or(usual.patience_s), ..usual }
+    }
+}
+
+/// A sensor beside the first.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedSensor {
+    /// Its name.
+    pub name: String,
+    /// What it sees.
+    pub sensor: Sensor,
+    /// What the log says about its noise; of the vehicle's the same as for the first.
+    pub nominal: Nominal,
+}
+
+/// A whole log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Log {
+    /// The name in `log.toml`, or of the scenario.
+    pub name: String,
+    /// Pose at the start: x m, y m, heading rad.
+    pub initial_pose: [f64; 3],
+    /// The vehicle.
+    pub vehicle: Vehicle,
+    /// The sensor, or the first of several.
+    pub sensor: Sensor,
+    /// Its name; empty where it is the only one.
+    pub sensor_name: String,
+    /// What the log says about the noise of the vehicle and of this sensor.
+    pub nominal: Nominal,
+    /// The other sensors, all of them in order of their names.
+    pub others: Vec<NamedSensor>,
+    /// Whether the log is simulated, so that its nominal noise is exact.
+    pub simulated: bool,
+    /// Odometry in order of time.
+    pub odometry: Vec<Odometry>,
+    /// Scans in order of time.
+    pub scans: Vec<Scan>,
+    /// Fixes of the pose in order of time.
+    pub fixes: Vec<Fix>,
+    /// How good they are.
+    pub fix_noise: FixNoise,
+    /// True trajectory in order of time; empty if unknown.
+    pub truth: Vec<TruePose>,
+    /// Standard deviation of a coordinate of its positions, m: 0 where it is exact.
+    pub truth_sigma_m: f64,
+    /// True static landmarks, m; empty if unknown.
+    pub landmarks: Vec<[f64; 2]>,
+    /// True tracks of moving landmarks; empty if unknown.
+    pub moving: Vec<MovingLandmark>,
+}
+
+impl Log {
+    /// Every sensor: its name, what it sees and its noise.
+    pub fn sensors(&self) -> impl Iterator<Item = (&str, &Sensor, &Nominal)> {
+        let others = self.others.iter().map(|other| (other.name.as_str(), &other.sensor, &other.nominal));
+        std::iter::once((self.sensor_name.as_str(), &self.sensor, &self.nominal)).chain(others)
+    }
+}

@@ -1,0 +1,101 @@
+//! Parameters of the recursion, and what a scan did.
+
+use super::resample::Selection;
+use serde::{Deserialize, Serialize};
+
+/// The particle likelihood: see `docs/recursion.md`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Likelihood {
+    /// Single cluster (4.52).
+    SingleCluster,
+    /// RB-PHD with the empty map.
+    RbEmpty,
+    /// RB-PHD with a single feature.
+    RbSingle,
+    /// RB-PHD with several features.
+    RbMulti,
+}
+
+/// Parameters of the recursion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Config {
+    /// N, number of particles.
+    pub particles: usize,
+    /// M, candidates drawn for each particle between scans.
+    pub samples: usize,
+    /// w_b, intensity of births on a measurement, 1/(m·rad).
+    pub birth_intensity: f64,
+    /// κ, intensity of false measurements, 1/(m·rad).
+    pub clutter_intensity: f64,
+    /// The candidates are resampled where N_eff is below this fraction of their number.
+    pub resample_threshold: f64,
+    /// Components lighter than this are dropped.
+    pub prune_weight: f64,
+    /// Squared Mahalanobis distance up to which components are merged.
+    pub merge_distance: f64,
+    /// How many components of each kind the reduction leaves in view at most, for each particle; births that wait for the
+    /// next scan are not counted.
+    pub max_components: usize,
+    /// What misses leave of what is confirmed.
+    pub remembering: Remembering,
+    /// Components lighter than this are no estimated features.
+    pub extraction_weight: f64,
+    /// The particle likelihood.
+    pub likelihood: Likelihood,
+    /// Moving features.
+    pub moving: MovingConfig,
+}
+
+/// What misses leave of confirmed static components.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Remembering {
+    /// A component is confirmed where it is better known than from so many measurements.
+    pub detections: f64,
+    /// Misses take it no further down than to this weight; 0: they do, as the thesis has it.
+    pub weight: f64,
+}
+
+impl Remembering {
+    /// Nothing is remembered.
+    pub const NOTHING: Self = Self { detections: 1.0, weight: 0.0 };
+}
+
+/// What the measurements say about each candidate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Weighing {
+    /// ln L of each candidate (4.52, or that of the other likelihood), without the clutter rate λ.
+    pub ln_likelihoods: Vec<f64>,
+    /// ln ζ of each candidate after the scan, normalised (5.23).
+    pub ln_weights: Vec<f64>,
+    /// N_eff = 1/Σ ζ².
+    pub n_eff: f64,
+    /// Whether every ζ L was zero, so that the weights stayed as they were.
+    pub weights_kept: bool,
+}
+
+/// What a scan did.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScanOutcome {
+    /// The weighing of the candidates.
+    pub weighing: Weighing,
+    /// The selection among them.
+    pub selection: Selection,
+}
+
+/// How features move, begin and end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MovingConfig {
+    /// w_m, intensity of births of moving features on a measurement, 1/(m·rad); 0: none are born.
+    pub birth_intensity: f64,
+    /// σ_v, standard deviation of each coordinate of a new feature's velocity, m/s.
+    pub velocity_sigma_mps: f64,
+    /// q, spectral density of the acceleration, m²/s³.
+    pub acceleration_psd: f64,
+    /// τ, mean lifetime, s; infinite: they never vanish.
+    pub lifetime_s: f64,
+    /// Components are dropped where a coordinate of their position has a greater standard deviation, m.
+    pub spread_max_m: f64,
+    /// Least weight of an estimated moving feature.
+    pub extraction_weight: f64,
+}

@@ -1,0 +1,217 @@
+//! Vehicle motion: how a pose moves under a control, and the noise on the control.
+
+use super::angle::wrap;
+use super::draws::Draws;
+use crate::Vehicle;
+
+/// Below this turn in one step, rad, the arc's v/ω is replaced by its series.
+const STRAIGHT_RAD: f64 = 1e-4;
+
+/// Noise on the control.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ControlNoise {
+    /// Standard deviation of the speed, m/s.
+    pub speed_sigma_mps: f64,
+    /// Standard deviation of the second control: steering angle (rad) or turn rate (rad/s).
+    pub second_sigma: f64,
+    /// Standard deviation of the speed as a share of it, in quadrature.
+    pub speed_ratio: f64,
+    /// Standard deviation of the second control as a share of it, in quadrature.
+    pub second_ratio: f64,
+    /// How long an odometry error stays the same, τ, s; 0 where every sample errs on its own.
+    pub interval_s: f64,
+}
+
+impl ControlNoise {
+    /// What one draw's standard deviation is multiplied with: √(τ/dt) for τ > 0, so that a random
+    /// walk in steps of `dt` spreads as far as errors that stay constant over τ each.
+    fn scale(&self, dt: f64) -> f64 {
+        if self.interval_s > 0.0 { (self.interval_s / dt).sqrt() } else { 1.0 }
+    }
+}
+
+/// The transition π of the parent process.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// Model and geometry.
+    pub vehicle: Vehicle,
+    /// Noise on the control.
+    pub noise: ControlNoise,
+}
+
+impl Motion {
+    /// Draws one sample of the transition (5.12): two normal numbers, first for the speed, then for
+    /// the steering angle or turn rate; of a holonomic vehicle another between them, for the speed to the left.
+    /// Pose in m, m, rad; `dt` in s, above 0.
+    pub fn sample(&self, pose: [f64; 3], control: &[f64; 3], dt: f64, draws: &mut dyn Draws) -> [f64; 3] {
+        let scale = self.noise.scale(dt);
+        let ControlNoise { speed_sigma_mps, second_sigma, speed_ratio, second_ratio, .. } = self.noise;
+        let of_speed = speed_sigma_mps.hypot(speed_ratio * control[0].hypot(control[2])) * scale;
+        let speed = control[0] + of_speed * draws.normal();
+        let aside = self.vehicle == Vehicle::Holonomic;
+        let left = if aside { control[2] + of_speed * draws.normal() } else { 0.0 };
+        let second = control[1] + second_sigma.hypot(second_ratio * control[1]) * scale * draws.normal();
+        if self.noise.interval_s > 0.0 {
+            let errors = [speed - control[0], second - control[1], left - control[2]];
+            return self.displaced(pose, control, errors, dt);
+        }
+        self.step(pose, &[speed, second, left], dt)
+    }
+
+    /// Where errors of a control take a pose to first order: an error that lasts is one of the displacement. By central differences,
+    /// whose own error is far below any noise.
+    fn displaced(&self, pose: [f64; 3], control: &[f64; 3], errors: [f64; 3], dt: f64) -> [f64; 3] {
+        const STEP: f64 = 1e-5;
+        let mut end = self.step(pose, control, dt);
+        for (k, error) in errors.into_iter().enumerate() {
+            let nudged = |by: f64| {
+                let mut control = *control;
+                control[k] += by;
+                self.step(pose, &control, dt)
+            };
+            let (ahead, behind) = (nudged(STEP), nudged(-STEP));
+            for row in 0..3 {
+                let change = ahead[row] - behind[row];
+                end[row] += error * if row == 2 { wrap(change) } else { change } / (2.0 * STEP);
+            }
+        }
+        [end[0], end[1], wrap(end[2])]
+    }
+
+    /// Moves a pose (m, m, rad) by a control without noise for `dt` seconds (5.25–5.27, the sign of
+    /// the x row corrected).
+    pub fn step(&self, pose: [f64; 3], control: &[f64; 3], dt: f64) -> [f64; 3] {
+        let [x, y, heading] = pose;
+        let (sin, cos) = heading.sin_cos();
+        let [speed, second, left] = *control;
+        let (dx, dy, turn) = match self.vehicle {
+            Vehicle::Ackermann { wheelbase_m, encoder_offset_m, sensor_forward_m: a, sensor_left_m: b } => {
+                let centre_speed = speed / (1.0 - second.tan() * encoder_offset_m / wheelbase_m);
+                let rate = centre_speed / wheelbase_m * second.tan();
+                (
+                    dt * (centre_speed * cos - rate * (a * sin + b * cos)),
+                    dt * (centre_speed * sin + rate * (a * cos - b * sin)),
+                    dt * rate,
+                )
+            }
+            Vehicle::Unicycle => (speed * dt * cos, speed * dt * sin, second * dt),
+            Vehicle::UnicycleArc => {
+                let turn = second * dt;
+                let (dx, dy) = if turn.abs() < STRAIGHT_RAD {
+                    let middle = heading + turn / 2.0;
+                    (speed * dt * middle.cos(), speed * dt * middle.sin())
+                } else {
+                    let radius = speed / second;
+                    let end = heading + turn;
+                    (radius * (end.sin() - sin), radius * (cos - end.cos()))
+                };
+                (dx, dy, turn)
+            }
+            Vehicle::Holonomic => {
+                // The chord of the arc, sin(a)/a as long as the way, in the mean direction.
+                let half = second * dt / 2.0;
+                let share = if half == 0.0 { 1.0 } else { half.sin() / half };
+                let (s, c) = (heading + half).sin_cos();
+                (dt * share * (speed * c - left * s), dt * share * (speed * s + left * c), second * dt)
+            }
+        };
+        [x + dx, y + dy, wrap(heading + turn)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::draws::OwnDraws;
+    use super::*;
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    const NO_NOISE: ControlNoise =
+        ControlNoise { speed_sigma_mps: 0.0, second_sigma: 0.0, speed_ratio: 0.0, second_ratio: 0.0, interval_s: 0.0 };
+
+    fn motion(vehicle: Vehicle) -> Motion {
+        Motion { vehicle, noise: NO_NOISE }
+    }
+
+    fn close(a: [f64; 3], b: [f64; 3], bound: f64) {
+        for k in 0..3 {
+            assert!((a[k] - b[k]).abs() < bound, "{a:?} against {b:?}");
+        }
+    }
+
+    #[test]
+    fn sensor_keeps_its_distance_from_the_centre_of_rotation() {
+        let (a, b, wheelbase, offset) = (3.78, 0.5, 2.83, 0.76);
+        let car = motion(Vehicle::Ackermann {
+            wheelbase_m: wheelbase,
+            encoder_offset_m: offset,
+            sensor_forward_m: a,
+            sensor_left_m: b,
+        });
+        let (pose, steering, dt) = ([4.0, -1.0, 0.7], 0.3f64, 1e-6);
+        // The centre lies on the rear axle's line, a turning radius to the left.
+        let radius = wheelbase / steering.tan();
+        let (sin, cos) = f64::sin_cos(pose[2]);
+        let axle = [pose[0] - a * cos + b * sin, pose[1] - a * sin - b * cos];
+        let centre = [axle[0] - radius * sin, axle[1] + radius * cos];
+        let distance = |p: [f64; 3]| f64::hypot(p[0] - centre[0], p[1] - centre[1]);
+        let moved = car.step(pose, &[2.0, steering, 0.0], dt);
+        assert!((distance(moved) - distance(pose)).abs() < 1e-11);
+        // Every point turns at the same rate; the encoder rolls on a circle smaller by its offset.
+        let rate = 2.0 / (radius - offset);
+        assert!(((moved[2] - pose[2]) / dt - rate).abs() < 1e-8);
+        let arc = f64::hypot(moved[0] - pose[0], moved[1] - pose[1]);
+        assert!((arc / dt - rate * distance(pose)).abs() < 1e-8);
+    }
+
+    #[test]
+    fn arc_closes_a_circle_and_straightens_smoothly() {
+        let arc = motion(Vehicle::UnicycleArc);
+        let mut pose = [1.0, 2.0, 0.3];
+        for _ in 0..4 {
+            pose = arc.step(pose, &[3.0, FRAC_PI_2, 0.0], 1.0);
+        }
+        close(pose, [1.0, 2.0, 0.3], 1e-12);
+        let below = arc.step([0.0; 3], &[5.0, 0.999_999e-4, 0.0], 1.0);
+        let above = arc.step([0.0; 3], &[5.0, 1.000_001e-4, 0.0], 1.0);
+        close(below, above, 1e-8);
+        close(arc.step([0.0; 3], &[2.0, 0.0, 0.0], 0.5), [1.0, 0.0, 0.0], 1e-15);
+    }
+
+    #[test]
+    fn euler_step_uses_the_old_heading_and_wraps_the_new() {
+        let moved = motion(Vehicle::Unicycle).step([0.0, 0.0, PI - 0.1], &[1.0, 0.4, 0.0], 0.5);
+        close(moved, [0.5 * (PI - 0.1).cos(), 0.5 * (PI - 0.1).sin(), -PI + 0.1], 1e-14);
+    }
+
+    #[test]
+    fn spread_over_the_noise_interval_does_not_hang_on_the_rate() {
+        // An error constant over one second spreads σ·1 s of distance, in 1 or in 20 steps.
+        for steps in [1u32, 20] {
+            let walk = Motion {
+                vehicle: Vehicle::Unicycle,
+                noise: ControlNoise {
+                    speed_sigma_mps: 0.5,
+                    second_sigma: 0.0,
+                    speed_ratio: 0.0,
+                    second_ratio: 0.0,
+                    interval_s: 1.0,
+                },
+            };
+            let mut draws = OwnDraws::new(3);
+            let runs = 20_000;
+            let square: f64 = (0..runs)
+                .map(|_| {
+                    let mut pose = [0.0; 3];
+                    for _ in 0..steps {
+                        pose = walk.sample(pose, &[0.0, 0.0, 0.0], 1.0 / f64::from(steps), &mut draws);
+                    }
+                    pose[0] * pose[0]
+                })
+                .sum::<f64>()
+                / f64::from(runs);
+            // Five standard deviations of a mean square.
+            let bound = 0.25 * 5.0 * (2.0 / f64::from(runs)).sqrt();
+            assert!((square - 0.25).abs() < bound, "{steps} steps: {square}");
+        }
+    }
+}

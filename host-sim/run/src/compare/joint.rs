@@ -1,0 +1,281 @@
+//! The joint filter and its reference in lockstep: every step of the reference starts from the filter's own state. Beside it another
+//! reference goes its own way from the start.
+
+use super::differences::{Comparison, NO_FIXES, larger, norm, relative};
+use nalgebra::DMatrix;
+use scphd_filters::kind::Kind;
+use scphd_filters::slam::{OpenJoint, Refusal};
+use scphd_log::angle::wrap;
+use scphd_log::events::Event;
+use scphd_reference::joint::{Joint, Models, State};
+use serde::Serialize;
+
+/// Largest differences between the joint filter and its reference, relative unless the name carries a unit.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct JointDifferences {
+    /// Scans compared.
+    pub scans: usize,
+    /// Position of the pose after a prediction, m.
+    pub predicted_position_m: f64,
+    /// Heading of the pose after a prediction, rad.
+    pub predicted_heading_rad: f64,
+    /// Elements of the joint covariance after a prediction, each over the standard deviations of its row and column.
+    pub predicted_covariance: f64,
+    /// Time since the last scan after a prediction, s.
+    pub waited_s: f64,
+    /// ln of the likelihood of a scan, relative to its magnitude or to 1, whichever is larger.
+    pub ln_evidence: f64,
+    /// Mean squared innovation of a scan.
+    pub innovation: f64,
+    /// Position of the estimated pose, m.
+    pub estimated_position_m: f64,
+    /// Heading of the estimated pose, rad.
+    pub estimated_heading_rad: f64,
+    /// Mean of a feature: distance over distance from the origin or 1 m, whichever is larger.
+    pub mean: f64,
+    /// Covariance of the pose; here and below, elements over the standard deviations of their row and column.
+    pub pose_covariance: f64,
+    /// Covariance of a feature.
+    pub feature_covariance: f64,
+    /// Covariance of a feature and the pose, or of two features.
+    pub cross_covariance: f64,
+    /// Probability that a feature is there and in sight, or hidden: the difference itself.
+    pub existence: f64,
+    /// How often a feature was detected: the difference itself.
+    pub detections: f64,
+    /// Probability that a mover is there: the difference itself.
+    pub mover_weight: f64,
+    /// Place and velocity of a mover, each as the mean of a feature is compared.
+    pub mover_mean: f64,
+    /// Covariance of a mover.
+    pub mover_covariance: f64,
+    /// Features compared.
+    pub features: usize,
+    /// Movers compared.
+    pub movers: usize,
+    /// Features and movers of either that the other does not have: rounding decided otherwise what is born, merged or dropped.
+    pub unmatched: usize,
+    /// Scans in which either had another number of features in view, or of measurements without an inverse.
+    pub other_views: usize,
+    /// Scans in which the filter was short of room.
+    pub capacity_events: usize,
+    /// Position of the estimated pose, m, beside that of the reference that goes its own way.
+    pub own_way_position_m: f64,
+    /// The same of the heading, rad.
+    pub own_way_heading_rad: f64,
+}
+
+impl JointDifferences {
+    /// The larger of both in every field; counts are added.
+    pub(super) fn merge(&mut self, other: &Self) {
+        let larger = |into: &mut f64, value: f64| *into = larger(*into, value);
+        larger(&mut self.predicted_position_m, other.predicted_position_m);
+        larger(&mut self.predicted_heading_rad, other.predicted_heading_rad);
+        larger(&mut self.predicted_covariance, other.predicted_covariance);
+        larger(&mut self.waited_s, other.waited_s);
+        larger(&mut self.ln_evidence, other.ln_evidence);
+        larger(&mut self.innovation, other.innovation);
+        larger(&mut self.estimated_position_m, other.estimated_position_m);
+        larger(&mut self.estimated_heading_rad, other.estimated_heading_rad);
+        larger(&mut self.mean, other.mean);
+        larger(&mut self.pose_covariance, other.pose_covariance);
+        larger(&mut self.feature_covariance, other.feature_covariance);
+        larger(&mut self.cross_covariance, other.cross_covariance);
+        larger(&mut self.existence, other.existence);
+        larger(&mut self.detections, other.detections);
+        larger(&mut self.mover_weight, other.mover_weight);
+        larger(&mut self.mover_mean, other.mover_mean);
+        larger(&mut self.mover_covariance, other.mover_covariance);
+        larger(&mut self.own_way_position_m, other.own_way_position_m);
+        larger(&mut self.own_way_heading_rad, other.own_way_heading_rad);
+        self.scans += other.scans;
+        self.features += other.features;
+        self.movers += other.movers;
+        self.unmatched += other.unmatched;
+        self.other_views += other.other_views;
+        self.capacity_events += other.capacity_events;
+    }
+}
+
+/// A comparison of the joint filter and its reference over a whole log.
+pub type JointComparison = Comparison<JointDifferences>;
+
+/// Feeds a log to a joint filter and repeats each step with the reference: one for every sensor.
+pub(super) fn drive<K: Kind, M: Models>(
+    log: &K::Log,
+    settings: &K::Settings,
+    references: &[Joint<M>],
+    control_of: fn(&K::Control) -> M::Control,
+    filter: &mut dyn OpenJoint<K>,
+    progress: &mut dyn FnMut(usize),
+) -> Result<JointComparison, Refusal> {
+    let all = K::scans(log);
+    let mut comparison = Comparison { scans: Vec::with_capacity(all.len()), overall: JointDifferences::default() };
+    let mut predictions = JointDifferences::default();
+    let mut alone = filter.snapshot()?;
+    for event in K::events(log, settings)? {
+        match event {
+            Event::Predict { control, dt_s, .. } => {
+                let mut state = filter.snapshot()?;
+                if filter.predict(control, dt_s)?.is_some() {
+                    // A step that is left out takes its time all the same.
+                    alone.waited_s += dt_s;
+                    continue;
+                }
+                let control = control_of(&control);
+                references[0].predict(&mut state, &control, dt_s);
+                references[0].predict(&mut alone, &control, dt_s);
+                predictions.merge(&predicted(&filter.snapshot()?, &state, M::FEATURE));
+            }
+            Event::Fix { .. } => return Err(Refusal(NO_FIXES.into())),
+            Event::Scan { index } => {
+                let (sensor, reference) = (all[index].sensor, &references[all[index].sensor]);
+                let scan: Vec<&[f64]> = all[index].detections.iter().map(AsRef::as_ref).collect();
+                let mut state = filter.snapshot()?;
+                let said = filter.scan(sensor, &all[index].detections)?;
+                let outcome = reference.scan(&mut state, &scan);
+                reference.scan(&mut alone, &scan);
+                let after = filter.snapshot()?;
+                let mut step = differences(&after, &state, M::FEATURE);
+                let ln_evidence = said.ln_evidence.unwrap_or(f64::NAN);
+                step.ln_evidence = (ln_evidence - outcome.ln_evidence).abs() / outcome.ln_evidence.abs().max(1.0);
+                step.innovation = relative(said.innovation.unwrap_or(0.0), outcome.innovation);
+                let same_view = (said.usage.in_view, said.usage.no_birth) == (outcome.in_view, outcome.no_birth);
+                step.other_views = usize::from(!same_view);
+                step.capacity_events = usize::from(said.health.contains(scphd::Health::COMPONENTS_LOST));
+                (step.own_way_position_m, step.own_way_heading_rad) = apart(&after, &alone, M::FEATURE);
+                step.scans = 1;
+                step.merge(&predictions);
+                comparison.overall.merge(&step);
+                comparison.scans.push(step);
+                predictions = JointDifferences::default();
+                progress(comparison.scans.len());
+            }
+        }
+    }
+    Ok(comparison)
+}
+
+/// Distance (m) of two poses, and angle (rad) between them, or difference of what is behind the heading where that is more.
+fn apart(ours: &State, theirs: &State, dimension: usize) -> (f64, f64) {
+    let uncertain = uncertain(ours, dimension);
+    let off: Vec<f64> = ours.pose.iter().zip(&theirs.pose).take(uncertain).map(|(a, b)| a - b).collect();
+    let (position, rest) = off.split_at(dimension);
+    (norm(position), rest[1..].iter().fold(wrap(rest[0]).abs(), |most, off| larger(most, off.abs())))
+}
+
+/// Coordinates of the pose that are uncertain.
+fn uncertain(state: &State, dimension: usize) -> usize {
+    state.covariance.nrows() - dimension * state.places.len()
+}
+
+fn predicted(ours: &State, theirs: &State, dimension: usize) -> JointDifferences {
+    let (predicted_position_m, predicted_heading_rad) = apart(ours, theirs, dimension);
+    // A prediction leaves every feature in its place.
+    let same: Vec<usize> = (0..ours.covariance.nrows()).collect();
+    let of_all = elements(ours, theirs, &same, &same).fold(0.0, |most, element| larger(most, element.off));
+    let predicted_covariance = larger(of_all, scaled_difference(&ours.process_noise, &theirs.process_noise));
+    let waited_s = (ours.waited_s - theirs.waited_s).abs();
+    JointDifferences {
+        predicted_position_m,
+        predicted_heading_rad,
+        predicted_covariance,
+        waited_s,
+        ..JointDifferences::default()
+    }
+}
+
+/// A difference of an element of the covariance.
+struct Element {
+    row: usize,
+    column: usize,
+    off: f64,
+}
+
+/// The differences of all elements of the covariance in a row and column of `of_ours`, which in theirs are of `of_theirs`.
+fn elements<'s>(
+    ours: &'s State,
+    theirs: &'s State,
+    of_ours: &'s [usize],
+    of_theirs: &'s [usize],
+) -> impl Iterator<Item = Element> + 's {
+    let pairs = move || of_ours.iter().zip(of_theirs);
+    pairs().flat_map(move |(&row, &their_row)| {
+        pairs().map(move |(&column, &their_column)| {
+            let off = ours.covariance[(row, column)] - theirs.covariance[(their_row, their_column)];
+            let variances = theirs.covariance[(their_row, their_row)] * theirs.covariance[(their_column, their_column)];
+            let off = if off == 0.0 { 0.0 } else { off.abs() / variances.sqrt() };
+            Element { row, column, off }
+        })
+    })
+}
+
+/// The largest difference of two covariances' elements, each over the standard deviations of its row and column.
+fn scaled_difference(ours: &DMatrix<f64>, theirs: &DMatrix<f64>) -> f64 {
+    let of = |(index, (a, b)): (usize, (&f64, &f64))| {
+        let (row, column) = (index % theirs.nrows(), index / theirs.nrows());
+        let off = (a - b).abs();
+        if off == 0.0 { 0.0 } else { off / (theirs[(row, row)] * theirs[(column, column)]).sqrt() }
+    };
+    ours.iter().zip(theirs.iter()).enumerate().map(of).fold(0.0, larger)
+}
+
+/// Of what moves, after a scan.
+fn movers(ours: &State, theirs: &State, dimension: usize, differences: &mut JointDifferences) {
+    let before = differences.movers;
+    for mover in &ours.movers {
+        let Some(other) = theirs.movers.iter().find(|other| other.label == mover.label) else {
+            differences.unmatched += 1;
+            continue;
+        };
+        let relative = |from: usize| {
+            let off: Vec<f64> = (from..from + dimension).map(|k| mover.mean[k] - other.mean[k]).collect();
+            norm(&off) / norm(&other.mean.as_slice()[from..from + dimension]).max(1.0)
+        };
+        let of_mean = larger(relative(0), relative(dimension));
+        differences.mover_mean = larger(differences.mover_mean, of_mean);
+        let of_covariance = scaled_difference(&mover.covariance, &other.covariance);
+        differences.mover_covariance = larger(differences.mover_covariance, of_covariance);
+        differences.mover_weight = larger(differences.mover_weight, (mover.weight - other.weight).abs());
+        differences.movers += 1;
+    }
+    differences.unmatched += theirs.movers.len() - (differences.movers - before);
+}
+
+/// After a scan.
+fn differences(ours: &State, theirs: &State, dimension: usize) -> JointDifferences {
+    let (estimated_position_m, estimated_heading_rad) = apart(ours, theirs, dimension);
+    let mut differences = JointDifferences { estimated_position_m, estimated_heading_rad, ..Default::default() };
+    let pose = uncertain(ours, dimension);
+    let (mut of_ours, mut of_theirs): (Vec<usize>, Vec<usize>) = ((0..pose).collect(), (0..pose).collect());
+    for (place, feature) in ours.features.iter().enumerate() {
+        let Some(other) = theirs.features.iter().position(|other| other.label == feature.label) else {
+            differences.unmatched += 1;
+            continue;
+        };
+        let counterpart = &theirs.features[other];
+        of_ours.extend((0..dimension).map(|d| pose + dimension * place + d));
+        of_theirs.extend((0..dimension).map(|d| pose + dimension * other + d));
+        let (mean, at) = (&ours.places[place], &theirs.places[other]);
+        let off: Vec<f64> = mean.iter().zip(at).map(|(a, b)| a - b).collect();
+        differences.mean = larger(differences.mean, norm(&off) / norm(at).max(1.0));
+        let in_sight = (feature.in_sight - counterpart.in_sight).abs();
+        let hidden = (feature.hidden - counterpart.hidden).abs();
+        differences.existence = larger(larger(differences.existence, in_sight), hidden);
+        let detections = (feature.detections - counterpart.detections).abs();
+        differences.detections = larger(differences.detections, detections);
+        differences.features += 1;
+    }
+    differences.unmatched += theirs.features.len() - differences.features;
+    movers(ours, theirs, dimension, &mut differences);
+    for Element { row, column, off } in elements(ours, theirs, &of_ours, &of_theirs) {
+        let of = |index: usize| index.checked_sub(pose).map(|behind| behind / dimension);
+        let into = match (of(row), of(column)) {
+            (None, None) => &mut differences.pose_covariance,
+            (Some(one), Some(other)) if one == other => &mut differences.feature_covariance,
+            _ => &mut differences.cross_covariance,
+        };
+        *into = larger(*into, off);
+    }
+    differences
+}

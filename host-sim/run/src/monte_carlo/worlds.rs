@@ -1,0 +1,229 @@
+//! Filters over random worlds, one line a world: each world is another place, so that only ratios within a world may be
+//! compared, and only their distribution says how good a filter is.
+
+use scphd_score::moving::median;
+use scphd_score::results::OutputError;
+use scphd_score::results::json::{self, Format, Summary};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// One filter in one world.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WorldRun {
+    /// Name of the world, its seed in it.
+    pub world: String,
+    /// Name of the filter.
+    pub filter: String,
+    /// What the run was made with: runs with other settings are not put beside it.
+    pub settings: String,
+    /// Root mean square distance to the true position, m.
+    pub position_rmse_m: f64,
+    /// The same of odometry alone, m.
+    pub dead_reckoning_rmse_m: f64,
+    /// Median over the scans of eᵀ P⁻¹ e of the position by its dimension, where P is not singular.
+    pub nees_median: Option<f64>,
+    /// Mean wall time of a scan step, µs.
+    pub scan_us_mean: Option<f64>,
+}
+
+impl WorldRun {
+    /// Of a run with that summary; `None` where its log has no truth.
+    #[must_use]
+    pub fn of(summary: &Summary, settings: &str) -> Option<Self> {
+        Some(Self {
+            world: summary.log.clone(),
+            filter: summary.filter.clone(),
+            settings: settings.to_owned(),
+            position_rmse_m: summary.position_rmse_m?,
+            dead_reckoning_rmse_m: summary.dead_reckoning_rmse_m?,
+            nees_median: summary.nees_median,
+            scan_us_mean: summary.scan_us_mean,
+        })
+    }
+}
+
+/// How a filter did over all worlds, beside a yardstick.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Standing {
+    /// The format of the keys.
+    pub format: Format,
+    /// The filter.
+    pub filter: String,
+    /// What it is compared with.
+    pub yardstick: String,
+    /// Worlds in which both ran.
+    pub worlds: usize,
+    /// Median of its RMSE over the yardstick's.
+    pub ratio_median: f64,
+    /// The ratio that a tenth of the worlds exceeds.
+    pub ratio_tenth: f64,
+    /// Share of the worlds with less error than the yardstick.
+    pub better_share: f64,
+    /// Share of the worlds with a ratio above 1.5.
+    pub above_one_and_a_half_share: f64,
+    /// Share of the worlds with a ratio above 3.
+    pub above_three_share: f64,
+    /// Worlds in which it is worse than odometry alone.
+    pub above_dead_reckoning: usize,
+    /// Median of its RMSE over that of odometry alone.
+    pub dead_reckoning_ratio_median: f64,
+    /// Median of its RMSE, m.
+    pub rmse_median_m: f64,
+    /// Median over the worlds of the median of NEES by dimension.
+    pub nees_median: Option<f64>,
+    /// Share of the worlds whose NEES by dimension has a median between 0.15 and 2; that of a covariance that is right is 0.69 in the plane
+    /// and 0.79 in space.
+    pub consistent_share: f64,
+}
+
+/// Bounds of a NEES by dimension that passes for consistent.
+const CONSISTENT: core::ops::RangeInclusive<f64> = 0.15..=2.0;
+
+/// The runs of one filter, world by world in the order of `worlds`.
+fn runs_of<'a>(runs: &'a [WorldRun], filter: &str, worlds: &[&str]) -> Vec<Option<&'a WorldRun>> {
+    worlds.iter().map(|world| runs.iter().find(|run| run.filter == filter && run.world == *world)).collect()
+}
+
+/// The standing of `filter` beside `yardstick`; `None` where there is no world in which both ran.
+#[must_use]
+pub fn standing(runs: &[WorldRun], filter: &str, yardstick: &str, worlds: &[&str]) -> Option<Standing> {
+    let of = runs_of(runs, filter, worlds);
+    let beside = runs_of(runs, yardstick, worlds);
+    let pairs: Vec<(&WorldRun, &WorldRun)> = of.into_iter().zip(beside).filter_map(|(a, b)| a.zip(b)).collect();
+    let mut ratios: Vec<f64> = pairs.iter().map(|(a, b)| a.position_rmse_m / b.position_rmse_m).collect();
+    ratios.sort_by(f64::total_cmp);
+    let share = |holds: usize| holds as f64 / pairs.len() as f64;
+    let nees: Vec<f64> = pairs.iter().filter_map(|(a, _)| a.nees_median).collect();
+    Some(Standing {
+        format: Format,
+        filter: filter.to_owned(),
+        yardstick: yardstick.to_owned(),
+        worlds: pairs.len(),
+        ratio_median: median(&ratios)?,
+        ratio_tenth: *ratios.get(ratios.len() * 9 / 10)?,
+        better_share: share(ratios.iter().filter(|ratio| **ratio < 1.0).count()),
+        above_one_and_a_half_share: share(ratios.iter().filter(|ratio| **ratio > 1.5).count()),
+        above_three_share: share(ratios.iter().filter(|ratio| **ratio > 3.0).count()),
+        above_dead_reckoning: pairs.iter().filter(|(a, _)| a.position_rmse_m > a.dead_reckoning_rmse_m).count(),
+        dead_reckoning_ratio_median: median(
+            &pairs.iter().map(|(a, _)| a.position_rmse_m / a.dead_reckoning_rmse_m).collect::<Vec<_>>(),
+        )?,
+        rmse_median_m: median(&pairs.iter().map(|(a, _)| a.position_rmse_m).collect::<Vec<_>>())?,
+        nees_median: median(&nees),
+        consistent_share: share(nees.iter().filter(|nees| CONSISTENT.contains(nees)).count()),
+    })
+}
+
+/// One line a world, in plain digits: dead reckoning, then RMSE and NEES of every filter, by the `dimension` of the position, then the
+/// ratio of the first filter's RMSE to each other one's.
+#[must_use]
+pub fn lines(dimension: usize, runs: &[WorldRun], filters: &[String], worlds: &[&str]) -> String {
+    let width = worlds.iter().map(|world| world.len()).max().unwrap_or(0).max("world".len());
+    let mut text = format!("{:width$}  {:>10}", "world", "odometry");
+    for filter in filters {
+        text += &format!("  {:>18}", format!("{filter} (NEES/{dimension})"));
+    }
+    for filter in filters.iter().skip(1) {
+        text += &format!("  {:>12}", format!("over {filter}"));
+    }
+    let columns: Vec<Vec<Option<&WorldRun>>> = filters.iter().map(|filter| runs_of(runs, filter, worlds)).collect();
+    for (row, world) in worlds.iter().enumerate() {
+        let of: Vec<Option<&WorldRun>> = columns.iter().map(|column| column[row]).collect();
+        let reckoning = of.iter().flatten().next().map(|run| format!("{:.3}", run.dead_reckoning_rmse_m));
+        text += &format!("\n{world:width$}  {:>10}", reckoning.unwrap_or_else(|| "-".into()));
+        for run in &of {
+            let cell = run.map_or_else(
+                || "-".to_owned(),
+                |run| {
+                    let nees = run.nees_median.map_or_else(|| "-".to_owned(), |nees| format!("{nees:.2}"));
+                    format!("{:.3} ({nees})", run.position_rmse_m)
+                },
+            );
+            text += &format!("  {cell:>18}");
+        }
+        for other in of.iter().skip(1) {
+            let ratio = of[0].zip(*other).map(|(a, b)| format!("{:.2}", a.position_rmse_m / b.position_rmse_m));
+            text += &format!("  {:>12}", ratio.unwrap_or_else(|| "-".into()));
+        }
+    }
+    text
+}
+
+/// Writes the standings as a JSON list of flat objects.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_json(path: &Path, standings: &[Standing]) -> Result<(), OutputError> {
+    json::write(path, standings)
+}
+
+/// A standing in words, where a position has so many dimensions.
+#[must_use]
+pub fn told(dimension: usize, standing: &Standing) -> String {
+    let percent = |share: f64| 100.0 * share;
+    format!(
+        "{} over {}, {} worlds: RMSE ratio median {:.2}, a tenth above {:.2}, above 1.5 in {:.1} %, above 3 in {:.1} %, better in {:.1} %; \
+         above dead reckoning in {}, {:.2} of its error in the median; RMSE median {:.3} m; NEES/{dimension} median {}, between \
+         0.15 and 2 in {:.1} %",
+        standing.filter,
+        standing.yardstick,
+        standing.worlds,
+        standing.ratio_median,
+        standing.ratio_tenth,
+        percent(standing.above_one_and_a_half_share),
+        percent(standing.above_three_share),
+        percent(standing.better_share),
+        standing.above_dead_reckoning,
+        standing.dead_reckoning_ratio_median,
+        standing.rmse_median_m,
+        standing.nees_median.map_or_else(|| "-".to_owned(), |nees| format!("{nees:.2}")),
+        percent(standing.consistent_share),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(world: &str, filter: &str, rmse: f64) -> WorldRun {
+        WorldRun {
+            world: world.into(),
+            filter: filter.into(),
+            settings: "s".into(),
+            position_rmse_m: rmse,
+            dead_reckoning_rmse_m: 5.0,
+            nees_median: Some(rmse),
+            scan_us_mean: None,
+        }
+    }
+
+    #[test]
+    fn ratios_are_taken_within_a_world_whatever_the_order_of_the_runs() {
+        let mut runs = vec![];
+        for (world, ours, other) in [("a", 1.0, 2.0), ("b", 6.0, 1.0), ("c", 1.5, 1.0)] {
+            runs.push(run(world, "scphd", ours));
+            runs.insert(0, run(world, "ekf", other));
+        }
+        let worlds = ["a", "b", "c", "d"];
+        let standing = standing(&runs, "scphd", "ekf", &worlds).unwrap();
+        assert_eq!((standing.worlds, standing.ratio_median, standing.ratio_tenth), (3, 1.5, 6.0));
+        assert_eq!((standing.above_dead_reckoning, standing.rmse_median_m), (1, 1.5));
+        assert_eq!(standing.dead_reckoning_ratio_median, 0.3);
+        assert!(
+            (standing.above_three_share - 1.0 / 3.0).abs() < 1e-12 && (standing.better_share - 1.0 / 3.0).abs() < 1e-12
+        );
+        assert!((standing.consistent_share - 2.0 / 3.0).abs() < 1e-12);
+        // A ratio of 1.5 is not above it.
+        assert!((standing.above_one_and_a_half_share - 1.0 / 3.0).abs() < 1e-12);
+        let text = lines(3, &runs, &["scphd".into(), "ekf".into()], &worlds);
+        assert_eq!(text.lines().count(), 5);
+        assert!(text.lines().nth(2).unwrap().trim_end().ends_with("6.00"), "{text}");
+        assert!(text.lines().last().unwrap().trim_end().ends_with('-'), "{text}");
+    }
+
+    #[test]
+    fn without_a_common_world_there_is_no_standing() {
+        let runs = [run("a", "scphd", 1.0), run("b", "ekf", 1.0)];
+        assert_eq!(standing(&runs, "scphd", "ekf", &["a", "b"]), None);
+    }
+}

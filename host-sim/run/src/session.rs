@@ -1,0 +1,422 @@
+//! One filter over one whole log: what it estimated, how well, how fast.
+
+use crate::film::Film;
+use crate::map_truth::MapTruth;
+use crate::tally::{HealthCounts, ScanTimes};
+use scphd::Health;
+use scphd::errors::Implausible;
+use scphd_filters::kind::Kind;
+use scphd_filters::slam::{Refusal, Search, Slam, Taken};
+use scphd_filters::threads::Threads;
+use scphd_log::dimensions::{Coordinates, Dimensions, Planar};
+use scphd_log::events::Event;
+use scphd_log::log::TruePose;
+use scphd_log::truth;
+use scphd_score::consistency::{Consistency, SquaredErrors};
+use scphd_score::final_map::FinalMap;
+use scphd_score::map_error::MapError;
+use scphd_score::moving::{MovingScore, MovingTally};
+use scphd_score::record::{MapFeature, Record, ScanRecord};
+use scphd_score::results::json::{self, Format, Summary, worse};
+use scphd_score::trajectory;
+use std::io;
+use std::thread;
+use std::time::Instant;
+
+pub use scphd_filters::slam::Filter;
+
+/// Stack of the thread a filter runs in, bytes. The state of the fixed-capacity filter is tens of MB and lives on
+/// the heap, but an unoptimised build makes it on the stack before it moves there, more than once. A stack takes
+/// memory only as it is touched.
+const STACK_BYTES: usize = 512 << 20;
+
+/// What a session leaves behind.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Session<D: Dimensions = Planar> {
+    /// Every scan and the final map.
+    pub record: Record<D>,
+    /// The figures of the run.
+    pub summary: Summary,
+    /// How moving landmarks were found; unknown where the log does not know them.
+    pub moving: Option<MovingScore>,
+    /// In how many scans the filter reported each condition; none for the reference, which reports nothing.
+    pub health: Vec<(Health, usize)>,
+    /// Rows of the odometry that the filter left out.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// Fixes of the pose that a filter was shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct FixCounts {
+    shown: u64,
+    left_out: u64,
+    relocations: u64,
+}
+
+/// A row of the odometry that no vehicle follows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LeftOut {
+    /// Its place in the log.
+    pub row: usize,
+    /// Its time, s.
+    pub t_s: f64,
+    /// What is wrong with it.
+    pub what: Implausible,
+}
+
+/// Why a session came to no end.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SessionError {
+    /// The filter cannot work with the settings.
+    #[error("the filter refuses the settings: {0}")]
+    Start(Refusal),
+    /// The filter refused a step.
+    #[error("scan {scan} at {t_s} s: {step} refused: {refusal}")]
+    Step {
+        /// The scan, counted from 0, that was taken in or predicted towards.
+        scan: usize,
+        /// Its time, s.
+        t_s: f64,
+        /// What was asked of the filter.
+        step: &'static str,
+        /// Why it refused.
+        refusal: Refusal,
+    },
+    /// The filter cannot start in the map, or leave one.
+    #[error("the map of another drive: {0}")]
+    Map(Refusal),
+    /// The system has no thread for it.
+    #[error("cannot start a thread: {0}")]
+    Thread(io::Error),
+}
+
+/// Runs `filter` over `log`, in a thread with a stack that has room for any state; `progress` is told the number of
+/// scans done after each.
+///
+/// # Errors
+/// The filter refused the settings or a step.
+pub fn run<K: Kind>(
+    log: &K::Log,
+    settings: &K::Settings,
+    filter: Filter,
+    seed: u64,
+    progress: &mut (dyn FnMut(usize) + Send),
+) -> Result<Session<K>, SessionError> {
+    run_on(&Threads::default(), log, settings, filter, seed, progress)
+}
+
+/// [`run`] on these threads.
+///
+/// # Errors
+/// As for `run`.
+pub fn run_on<K: Kind>(
+    threads: &Threads,
+    log: &K::Log,
+    settings: &K::Settings,
+    filter: Filter,
+    seed: u64,
+    progress: &mut (dyn FnMut(usize) + Send),
+) -> Result<Session<K>, SessionError> {
+    let (maps, film) = (MapUse::default(), None);
+    run_in_map::<K>(threads, log, settings, filter, seed, maps, film, progress).map(|(session, _)| session)
+}
+
+/// Which map of an earlier drive a run starts in, and whether it leaves one.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct MapUse<'m> {
+    /// The map, as [`Slam::map_file`] made it.
+    pub file: Option<&'m [u8]>,
+    /// Whether the pose in it is not that of the log, and has to be found.
+    pub locate: bool,
+    /// Whether the map at the end is asked for.
+    pub save: bool,
+    /// Whether only the map at the end is compared with the truth: where no table and no plot shows the others, that is time saved.
+    pub last_error_alone: bool,
+}
+
+/// What a run with maps leaves beside its session.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct MapOutcome {
+    /// The map at the end, if it was asked for.
+    pub file: Option<Vec<u8>>,
+    /// How the search for the place went, if there was one.
+    pub search: Option<Search>,
+}
+
+/// [`run_on`], in a map of an earlier drive, or to make one; a film keeps what a page shows of the run.
+///
+/// # Errors
+/// As for `run`, or the filter has no such maps.
+#[expect(clippy::too_many_arguments, reason = "a run has as many parts")]
+pub fn run_in_map<K: Kind>(
+    threads: &Threads,
+    log: &K::Log,
+    settings: &K::Settings,
+    filter: Filter,
+    seed: u64,
+    maps: MapUse<'_>,
+    film: Option<&mut Film<K>>,
+    progress: &mut (dyn FnMut(usize) + Send),
+) -> Result<(Session<K>, MapOutcome), SessionError> {
+    let session = || {
+        let mut slam = K::slam(filter, log, settings, seed).map_err(SessionError::Start)?;
+        slam.work_on(threads);
+        if let Some(file) = maps.file {
+            slam.start_in(file, !maps.locate).map_err(SessionError::Map)?;
+        }
+        if maps.save {
+            // A filter that has none says so before the run.
+            slam.map_file().map_err(SessionError::Map)?;
+        }
+        let session = follow(log, settings, (filter, seed), &mut *slam, film, maps.last_error_alone, progress)?;
+        let file = if maps.save { Some(slam.map_file().map_err(SessionError::Map)?) } else { None };
+        Ok((session, MapOutcome { file, search: slam.search() }))
+    };
+    with_roomy_stack(session).map_err(SessionError::Thread)?
+}
+
+/// [`run`], by a filter that is made already and at the start of the log; `filter` and `seed` are what it is.
+///
+/// # Errors
+/// The filter refused a step.
+pub fn run_of<K: Kind>(
+    slam: &mut dyn Slam<K>,
+    log: &K::Log,
+    settings: &K::Settings,
+    filter: Filter,
+    seed: u64,
+) -> Result<Session<K>, SessionError> {
+    follow(log, settings, (filter, seed), slam, None, false, &mut |_| {})
+}
+
+/// A whole log and what is said of it.
+fn follow<K: Kind>(
+    log: &K::Log,
+    settings: &K::Settings,
+    (filter, seed): (Filter, u64),
+    slam: &mut dyn Slam<K>,
+    film: Option<&mut Film<K>>,
+    last_error_alone: bool,
+    progress: &mut (dyn FnMut(usize) + Send),
+) -> Result<Session<K>, SessionError> {
+    let run = drive(log, settings, slam, film, last_error_alone, progress)?;
+    let summary = summary(log, settings, filter, seed, &run, slam);
+    let Run { record, health, left_out, moving, .. } = run;
+    Ok(Session { record, summary, moving, health, left_out })
+}
+
+/// Does `work` in a thread of its own, with a stack that has room for any filter state.
+///
+/// # Errors
+/// The system has no thread for it.
+pub fn with_roomy_stack<T: Send>(work: impl FnOnce() -> T + Send) -> io::Result<T> {
+    thread::scope(|scope| {
+        let handle = thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, work)?;
+        Ok(handle.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+    })
+}
+
+/// What [`drive`] saw.
+struct Run<D: Dimensions> {
+    record: Record<D>,
+    health: Vec<(Health, usize)>,
+    left_out: Vec<LeftOut>,
+    moving: Option<MovingScore>,
+    /// The static landmarks that have been in view, m; `None` where the log does not tell.
+    seen: Option<Vec<D::Position>>,
+    consistency: Consistency,
+    fixes: FixCounts,
+}
+
+/// Feeds a whole log to a filter.
+fn drive<K: Kind>(
+    log: &K::Log,
+    settings: &K::Settings,
+    slam: &mut dyn Slam<K>,
+    mut film: Option<&mut Film<K>>,
+    last_error_alone: bool,
+    progress: &mut (dyn FnMut(usize) + Send),
+) -> Result<Run<K>, SessionError> {
+    let mut map_truth: MapTruth<'_, K> = MapTruth::new(log, settings);
+    let view = K::view(log, settings);
+    let mut tally = MovingTally::default();
+    let dead_reckoning = K::dead_reckoning(log, settings).map_err(SessionError::Start)?;
+    let mut watch = K::fix_watch(settings).map_err(SessionError::Start)?;
+    let all = K::scans(log);
+    let mut scans = Vec::with_capacity(all.len());
+    let mut map: Vec<MapFeature<K>> = Vec::new();
+    let mut health = HealthCounts::default();
+    let mut consistency = Consistency::default();
+    let (mut left_out, mut fixes) = (Vec::new(), FixCounts::default());
+    for event in K::events(log, settings).map_err(SessionError::Start)? {
+        let next = scans.len();
+        let refused = |step| {
+            let t_s = all[next].t_s;
+            move |refusal| SessionError::Step { scan: next, t_s, step, refusal }
+        };
+        match event {
+            Event::Predict { row, control, dt_s } => {
+                watch.wait(dt_s);
+                let implausible = slam.predict(control, dt_s).map_err(refused("the prediction"))?;
+                // A row that scans divide is left out once.
+                if let Some(what) = implausible
+                    && left_out.last().is_none_or(|last: &LeftOut| last.row != row)
+                {
+                    left_out.push(LeftOut { row, t_s: K::row_t_s(log, row), what });
+                }
+            }
+            Event::Fix { fix } => {
+                fixes.shown += 1;
+                let taken = watch.show(slam, &fix).map_err(refused("the fix"))?;
+                fixes.left_out += u64::from(taken != Taken::In);
+                fixes.relocations += u64::from(taken == Taken::Relocated);
+            }
+            Event::Scan { index } => {
+                let scan = &all[index];
+                let start = Instant::now();
+                let outcome = slam.scan(scan.sensor, &scan.detections).map_err(refused("the scan"))?;
+                let scan_us = start.elapsed().as_secs_f64() * 1e6;
+                health.add(outcome.health);
+                let detections = scan.detections.len().min(outcome.usage.in_view);
+                consistency.scan(outcome.ln_evidence, outcome.innovation, detections, K::Measurement::COUNT);
+                let (pose, pose_covariance) = slam.pose().map_err(refused("the pose"))?;
+                let (features_estimated, features) = slam.map().map_err(refused("the map"))?;
+                let mut moving = slam.moving().map_err(refused("the moving features"))?;
+                // What has moved out of view is a guess that no truth of this scan can confirm or refute.
+                let here =
+                    TruePose { t_s: scan.t_s, position: K::position(&pose), heading_rad: Some(K::heading(&pose)) };
+                moving.retain(|feature| view(&here, feature.position) != Some(false));
+                map = features;
+                let truth = truth::at(K::truth(log), scan.t_s);
+                let true_map = map_truth.at(scan.t_s, truth.as_ref());
+                let known = true_map.as_ref();
+                let landmarks = known.filter(|_| map_truth.knows_landmarks());
+                let is_due = !last_error_alone && (index + 1).is_multiple_of(K::SCANS_A_MAP_ERROR);
+                let compared = is_due || index + 1 == all.len();
+                let mut estimated: Vec<K::Position> = moving.iter().map(|feature| feature.position).collect();
+                let movers =
+                    known.filter(|_| map_truth.knows_movers()).map(|true_map| tally.scan(&true_map.movers, &estimated));
+                estimated.extend(map.iter().map(|feature| feature.mean));
+                if let Some(film) = film.as_deref_mut() {
+                    film.scan(&outcome);
+                    if film.has(index) {
+                        let particles = slam.particles().map_err(refused("the particles"))?;
+                        let true_movers = known.filter(|_| map_truth.knows_movers()).map(|true_map| &true_map.movers);
+                        let true_movers = true_movers.map(|movers| movers.iter().map(|&(_, place)| place).collect());
+                        film.add(map.clone(), moving.clone(), particles, true_movers);
+                    }
+                }
+                if movers.is_none() {
+                    tally.unknown();
+                }
+                scans.push(ScanRecord {
+                    t_s: scan.t_s,
+                    pose,
+                    pose_covariance,
+                    dead_reckoning: dead_reckoning[index],
+                    true_position: truth.map(|truth| truth.position),
+                    truth_sigma_m: K::truth_sigma_m(log),
+                    true_heading_rad: truth.and_then(|truth| truth.heading_rad),
+                    measurements: scan.detections.len(),
+                    features_estimated,
+                    n_eff: outcome.n_eff,
+                    usage: outcome.usage,
+                    scan_us,
+                    map_error: landmarks.filter(|_| compared).map(|truth| MapError::of(&estimated, &truth.points())),
+                    landmarks_seen: landmarks.map(|truth| truth.landmarks.len()),
+                    moving,
+                    movers,
+                });
+                progress(scans.len());
+            }
+        }
+    }
+    let moving = map_truth.knows_movers().then(|| tally.score()).filter(|score| score.scans > 0);
+    let seen = map_truth.seen();
+    Ok(Run { record: Record { scans, map }, health: health.reported(), left_out, moving, seen, consistency, fixes })
+}
+
+fn summary<K: Kind>(
+    log: &K::Log,
+    settings: &K::Settings,
+    filter: Filter,
+    seed: u64,
+    run: &Run<K>,
+    slam: &mut dyn Slam<K>,
+) -> Summary {
+    let (scans, recursion) = (&run.record.scans, K::recursion(settings));
+    let estimate = trajectory::of_estimate(scans);
+    let dead_reckoning = trajectory::of_dead_reckoning(scans);
+    let features: Vec<K::Position> = run.record.map.iter().map(|feature| feature.mean).collect();
+    let map = FinalMap::of(&features, &K::landmarks(log), run.seen.as_deref());
+    let laid_over = map.map(|map| map.laid_over);
+    let (positions, poses) = (SquaredErrors::of_positions(scans), SquaredErrors::of_poses(scans));
+    let moving = run.moving.as_ref();
+    let times = ScanTimes::of(scans.iter().map(|scan| scan.scan_us));
+    Summary {
+        format: Format,
+        log: K::name(log).to_owned(),
+        filter: filter.name(recursion.likelihood).into(),
+        precision: filter.precision().into(),
+        particles: filter.particles(recursion) as u64,
+        seed,
+        scans: scans.len() as u64,
+        position_rmse_m: estimate.map(|score| score.position_rmse_m),
+        position_rmse_aligned_m: trajectory::aligned_rmse_m(scans),
+        heading_rmse_deg: estimate.and_then(|score| score.heading_rmse_deg),
+        dead_reckoning_rmse_m: dead_reckoning.map(|score| score.position_rmse_m),
+        final_position_error_m: estimate.map(|score| score.final_position_error_m),
+        ospa_m: map.map(|map| map.ospa.distance),
+        ospa_localization_m: map.map(|map| map.ospa.localization),
+        ospa_cardinality_m: map.map(|map| map.ospa.cardinality),
+        gospa_m: map.map(|map| map.gospa_m),
+        ospa_seen_m: map.and_then(|map| map.ospa_seen_m),
+        gospa_seen_m: map.and_then(|map| map.gospa_seen_m),
+        features_estimated: scans.last().map(|scan| scan.features_estimated),
+        scan_us_mean: times.mean_us,
+        scan_us_p99: times.p99_us,
+        state_bytes: slam.state_bytes(),
+        digest: slam.digest(),
+        moving_hit_rate: moving.and_then(MovingScore::hit_rate),
+        moving_settled_rate: moving.and_then(MovingScore::settled_rate),
+        moving_position_error_median_m: moving.and_then(MovingScore::position_error_median_m),
+        false_moving_tracks_per_scan: moving.and_then(MovingScore::false_per_scan),
+        static_features_matched: laid_over.map(|score| score.matched as u64),
+        static_features_false: laid_over.map(|score| score.spurious as u64),
+        static_position_error_median_m: laid_over.and_then(|score| score.position_error_median_m),
+        ln_evidence: run.consistency.ln_evidence(K::unexplained_per_scan(log, settings)),
+        nis_mean: run.consistency.innovation(),
+        nis_within_95: run.consistency.innovation_within(),
+        nees_median: positions.median(),
+        nees_within_95: positions.within(),
+        nees_final: positions.last(),
+        nees_pose_median: poses.median(),
+        nees_pose_within_95: poses.within(),
+        worse_than_dead_reckoning: worse(
+            estimate.map(|score| score.position_rmse_m),
+            dead_reckoning.map(|score| score.position_rmse_m),
+        ),
+        fixes: run.fixes.shown,
+        fixes_left_out: run.fixes.left_out,
+        fix_relocations: run.fixes.relocations,
+        settings: json::settings(settings),
+    }
+}
+
+/// The name of a single condition.
+#[must_use]
+pub fn condition_name(condition: Health) -> String {
+    format!("{condition:?}").trim_matches(['{', '"', '}']).to_owned()
+}
+
+#[cfg(test)]
+mod far_out;
+#[cfg(test)]
+mod fixes;
+#[cfg(test)]
+mod several;
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+mod unused_settings;

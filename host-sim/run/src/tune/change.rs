@@ -1,0 +1,134 @@
+//! Changes of settings by the names of their fields.
+
+use scphd_filters::settings::FileProblem;
+use scphd_filters::settings::file::{laid_over, lookup};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use toml::{Table, Value};
+
+/// Fields that go with clutter, where there are such.
+pub(super) const BIRTHS: &[&str] = &["filter.birth_intensity", "moving.birth_intensity"];
+
+/// A field and what it becomes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Change {
+    /// `section.field`.
+    pub field: &'static str,
+    /// Its new value.
+    pub value: Value,
+}
+
+impl Change {
+    /// To a number.
+    #[must_use]
+    pub fn new(field: &'static str, value: f64) -> Self {
+        Self { field, value: Value::Float(value) }
+    }
+
+    /// What it comes to, as in [`Said::now`].
+    #[must_use]
+    pub fn size(&self) -> Option<f64> {
+        size(&self.value)
+    }
+}
+
+/// What the log says about a field.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Said {
+    /// `section.field`.
+    pub field: &'static str,
+    /// What it is now; of several numbers, their root mean square.
+    pub now: f64,
+    /// What it would have to be; none on too few observations.
+    pub to: Option<f64>,
+    /// A bound, and not the log, has decided on it.
+    pub clamped: bool,
+    /// Innovations, corrections or measurements behind it.
+    pub observations: usize,
+}
+
+/// What belongs together and is proposed together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Group {
+    /// The vehicle's noise.
+    Odometry,
+    /// The sensor's noise.
+    Noise,
+    /// p_D.
+    Detection,
+    /// λ, and births in proportion.
+    Clutter,
+    /// The three of the sensor at once.
+    Sensor,
+    /// All of them at once.
+    Together,
+}
+
+impl Group {
+    /// Its name in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Odometry => "odometry",
+            Self::Noise => "noise",
+            Self::Detection => "detection",
+            Self::Clutter => "clutter",
+            Self::Sensor => "noise, detection, clutter",
+            Self::Together => "together",
+        }
+    }
+}
+
+/// Settings that may be better.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// What it changes.
+    pub group: Group,
+    /// Where it is from, in a word or two.
+    pub how: String,
+    /// The changes; at least one.
+    pub changes: Vec<Change>,
+}
+
+/// What a field comes to, as in [`Said::now`]; `None` for one that the settings do not have.
+pub(super) fn size_of<S: Serialize>(settings: &S, field: &str) -> Option<f64> {
+    size(lookup(&Table::try_from(settings).ok()?, field)?)
+}
+
+fn size(value: &Value) -> Option<f64> {
+    let Value::Array(numbers) = value else { return value.as_float() };
+    let squares: Option<f64> = numbers.iter().map(|number| Some(number.as_float()?.powi(2))).sum();
+    Some((squares? / numbers.len() as f64).sqrt())
+}
+
+/// `settings` with the changes in.
+///
+/// # Errors
+/// A field that the settings do not have.
+pub(super) fn changed<S: Serialize + DeserializeOwned>(settings: &S, changes: &[Change]) -> Result<S, FileProblem> {
+    let mut over = Table::new();
+    for Change { field, value } in changes {
+        let (section, key) = field.split_once('.').unwrap_or((field, ""));
+        let section = over.entry(section).or_insert_with(|| Value::Table(Table::new()));
+        if let Value::Table(section) = section {
+            section.insert(key.to_owned(), value.clone());
+        }
+    }
+    laid_over(settings, over)
+}
+
+/// The changes of `fields` by a factor; of those that are 0, or that there are not, there is none.
+pub(super) fn scaled<S: Serialize>(settings: &S, fields: &[&'static str], factor: f64) -> Vec<Change> {
+    let table = Table::try_from(settings).unwrap_or_default();
+    let change = |&field| {
+        let value = lookup(&table, field)?;
+        size(value).filter(|&size| size != 0.0)?;
+        let times = |value: &Value| value.as_float().map(|number| Value::Float(factor * number));
+        let value = match value {
+            Value::Array(numbers) => Value::Array(numbers.iter().filter_map(times).collect()),
+            number => times(number)?,
+        };
+        Some(Change { field, value })
+    };
+    fields.iter().filter_map(change).collect()
+}

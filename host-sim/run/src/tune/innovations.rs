@@ -1,0 +1,153 @@
+//! What the innovations of a run say about noise, detection and clutter.
+//!
+//! Nothing here knows the truth, and nothing here is believed at once: the errors of real detectors repeat from scan to scan, which
+//! innovations take for the feature's place, so that real noise looks smaller than a map can live with. What comes out is a
+//! proposal for [`super::search`].
+
+use super::change::{BIRTHS, Said, changed, scaled, size_of};
+use super::detection::{Clutter, Detections};
+use super::learn::{Learn, NoiseOf};
+use super::measurement_noise::MeasurementNoise;
+use super::odometry_noise::OdometryNoise;
+use super::over::{Step, over};
+use super::pairs::{is_explained, matrix, pairs};
+use super::plan::Plan;
+use crate::session::{SessionError, with_roomy_stack};
+use scphd_score::record::MapFeature;
+
+/// Fewer observations than this change nothing.
+const LEAST_OBSERVATIONS: usize = 50;
+/// No setting changes by more than this factor a round: statistics of a filter that is far off are far off themselves.
+const GREATEST_STEP: f64 = 2.0;
+/// A detector that never fails, or never works, leaves no filter that could find out.
+const DETECTION: [f64; 2] = [0.02, 0.98];
+/// Clutter below this a scan would make every measurement a feature.
+const LEAST_CLUTTER: f64 = 0.01;
+
+/// What the innovations of the scans to learn from say in the plan's rounds, each a run with what the round before said. `progress`
+/// is told each round that is done.
+///
+/// # Errors
+/// The filter refuses the settings or a step, or the system has no thread for it.
+pub fn innovations<K: Learn>(
+    log: &K::Log,
+    settings: &K::Settings,
+    plan: &Plan,
+    progress: &(dyn Fn() + Sync),
+) -> Result<Vec<Said>, SessionError> {
+    let mut said = Vec::new();
+    let mut now = settings.clone();
+    for _ in 0..plan.rounds {
+        let statistics = with_roomy_stack(|| observe::<K>(log, &now, plan));
+        (now, said) = statistics.map_err(SessionError::Thread)??.propose::<K>(log, settings, &now);
+        progress();
+    }
+    Ok(said)
+}
+
+/// What one run over a part of a log left behind.
+#[derive(Debug, Default)]
+struct Statistics {
+    noise: MeasurementNoise,
+    odometry: OdometryNoise,
+    detections: Detections,
+    clutter: Clutter,
+}
+
+/// What is said while it is gathered.
+struct Gathered<S> {
+    first: S,
+    settings: S,
+    said: Vec<Said>,
+}
+
+impl<S: serde::Serialize + serde::de::DeserializeOwned> Gathered<S> {
+    /// A field has been found to be this, from so many observations, and must be within limits.
+    fn say(&mut self, field: &'static str, found: Option<f64>, [least, greatest]: [f64; 2], observations: usize) {
+        let (first, now) = (size_of(&self.first, field), size_of(&self.settings, field));
+        let Some((before, now)) = first.zip(now) else { return };
+        let mut said = Said { field, now: before, to: None, clamped: false, observations };
+        if let Some(found) = found.filter(|_| observations >= LEAST_OBSERVATIONS) {
+            let within = found.clamp(now / GREATEST_STEP, now * GREATEST_STEP).clamp(least, greatest);
+            said.clamped = within != found;
+            said.to = Some(within);
+            if let Ok(settings) = changed(&self.settings, &scaled(&self.settings, &[field], within / now)) {
+                self.settings = settings;
+            }
+        }
+        self.said.push(said);
+    }
+
+    /// What a field is by now.
+    fn now(&self, field: &str) -> f64 {
+        size_of(&self.settings, field).unwrap_or(0.0)
+    }
+}
+
+impl Statistics {
+    /// What there is to say, against what there was at `first`, and the settings of the next round.
+    fn propose<K: Learn>(&self, log: &K::Log, first: &K::Settings, now: &K::Settings) -> (K::Settings, Vec<Said>) {
+        let mut all = Gathered { first: first.clone(), settings: now.clone(), said: Vec::new() };
+        for (fields, ratio) in K::ODOMETRY.into_iter().zip(self.odometry.ratios()) {
+            for &field in fields.iter().filter(|field| K::decides(log, field)) {
+                let found = ratio.map(|ratio| all.now(field) * ratio);
+                all.say(field, found, [0.0, f64::INFINITY], self.odometry.corrections());
+            }
+        }
+        let scheme = K::scheme(log);
+        for NoiseOf { fields, coordinates } in K::NOISE {
+            let ratio = self.noise.ratio(coordinates);
+            for &field in *fields {
+                let found = ratio.map(|ratio| all.now(field) * ratio);
+                // What the scheme adds to a data sheet is for errors that last, and these are in no innovation.
+                let bounded = K::states(log, field) && !K::is_simulated(log);
+                let sizes = size_of(&scheme, field).zip(size_of(first, field)).filter(|_| bounded);
+                let least = sizes.map_or(0.0, |(scheme, first)| scheme.min(first));
+                all.say(field, found, [least, f64::INFINITY], self.noise.residuals());
+            }
+        }
+        let ends = self.detections.line();
+        for (place, &field) in K::DETECTION.iter().enumerate() {
+            let found = if K::DETECTION.len() == 1 { self.detections.share() } else { ends.map(|ends| ends[place]) };
+            all.say(field, found, DETECTION, self.detections.expected());
+        }
+        let before = all.now(K::CLUTTER);
+        all.say(K::CLUTTER, self.clutter.per_scan(), [LEAST_CLUTTER, f64::INFINITY], self.clutter.measurements());
+        // The ratio of births to clutter is the user's judgement of what is more likely; it stays.
+        let births = scaled(&all.settings, BIRTHS, all.now(K::CLUTTER) / before);
+        let settings = if before > 0.0 { changed(&all.settings, &births).ok() } else { None };
+        (settings.unwrap_or(all.settings), all.said)
+    }
+}
+
+/// One run over the log up to the end of the part to learn from.
+fn observe<K: Learn>(log: &K::Log, settings: &K::Settings, plan: &Plan) -> Result<Statistics, SessionError> {
+    let eye = K::eye(log, settings).map_err(SessionError::Start)?;
+    let (noise, learn) = (eye.noise(), &plan.learn);
+    let mut statistics =
+        Statistics { detections: Detections::over(K::reach_m(log, settings)), ..Statistics::default() };
+    let mut map: Vec<MapFeature<K>> = Vec::new();
+    let mut left_over = Vec::new();
+    over::<K>(log, settings, (plan.filter, plan.effort.seed), learn.end, true, |step| match step {
+        Step::Moved { scan, control, dt_s } if learn.contains(&scan) => {
+            statistics.odometry.predict(K::added(log, settings, control, dt_s));
+        }
+        Step::Moved { .. } => {}
+        Step::Seen { scan, taken, before, after, map: seen } => {
+            let known = std::mem::replace(&mut map, seen);
+            if learn.contains(&scan) {
+                let (found, expected) = pairs(&*eye, scan, &known, &before, &taken.detections);
+                statistics.odometry.correct::<K>(&before.0, &after);
+                statistics.noise.scan(&found, &matrix::<K::Pose>(&before.1), &noise);
+                statistics.detections.scan(&expected);
+                let unpaired = |index: &usize| found.iter().all(|pair| pair.detection != *index);
+                let unpaired = (0..taken.detections.len()).filter(unpaired);
+                left_over.extend(unpaired.filter_map(|index| eye.place(scan, &after, &taken.detections[index])));
+                statistics.clutter.scan(taken.detections.len());
+            }
+        }
+    })?;
+    // What began as a measurement that nothing explained may have become a feature since.
+    statistics.clutter.conclude(left_over.iter().filter(|place| !is_explained::<K>(place, &map)).count());
+    Ok(statistics)
+}

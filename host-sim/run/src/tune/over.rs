@@ -1,0 +1,77 @@
+//! A run over a log that is watched from scan to scan.
+
+use crate::session::{Filter, SessionError};
+use scphd_filters::kind::Kind;
+use scphd_log::dimensions::Covariance;
+use scphd_log::events::Event;
+use scphd_log::log::Scan;
+use scphd_score::record::MapFeature;
+
+/// One step of a run.
+pub(super) enum Step<'a, K: Kind> {
+    /// The vehicle moved, as far as the filter believes it.
+    Moved {
+        /// What is next.
+        scan: usize,
+        /// What moved it.
+        control: &'a K::Control,
+        /// For how long, s.
+        dt_s: f64,
+    },
+    /// A scan was taken in.
+    Seen {
+        /// Its place in the log.
+        scan: usize,
+        /// It.
+        taken: &'a Scan<K>,
+        /// The pose before, and its covariance.
+        before: (K::Pose, Covariance<K::Pose>),
+        /// The pose after.
+        after: K::Pose,
+        /// The estimated map after; empty unless asked for.
+        map: Vec<MapFeature<K>>,
+    },
+}
+
+/// Feeds the first `scans` scans of a log to a filter, and tells of each step.
+///
+/// # Errors
+/// The filter refuses the settings or a step.
+pub(super) fn over<K: Kind>(
+    log: &K::Log,
+    settings: &K::Settings,
+    (filter, seed): (Filter, u64),
+    scans: usize,
+    with_maps: bool,
+    mut tell: impl FnMut(Step<'_, K>),
+) -> Result<(), SessionError> {
+    let mut slam = K::slam(filter, log, settings, seed).map_err(SessionError::Start)?;
+    let mut watch = K::fix_watch(settings).map_err(SessionError::Start)?;
+    let (all, mut scan) = (K::scans(log), 0);
+    for event in K::events(log, settings).map_err(SessionError::Start)? {
+        if scan >= scans {
+            break;
+        }
+        let refused = |step| move |refusal| SessionError::Step { scan, t_s: all[scan].t_s, step, refusal };
+        match event {
+            Event::Predict { control, dt_s, .. } => {
+                watch.wait(dt_s);
+                if slam.predict(control, dt_s).map_err(refused("the prediction"))?.is_none() {
+                    tell(Step::Moved { scan, control: &control, dt_s });
+                }
+            }
+            Event::Fix { fix } => {
+                watch.show(&mut *slam, &fix).map_err(refused("the fix"))?;
+            }
+            Event::Scan { index } => {
+                let before = slam.pose().map_err(refused("the pose"))?;
+                slam.scan(all[index].sensor, &all[index].detections).map_err(refused("the scan"))?;
+                let (after, _) = slam.pose().map_err(refused("the pose"))?;
+                let map = if with_maps { slam.map().map_err(refused("the map"))?.1 } else { Vec::new() };
+                tell(Step::Seen { scan: index, taken: &all[index], before, after, map });
+                scan = index + 1;
+            }
+        }
+    }
+    Ok(())
+}

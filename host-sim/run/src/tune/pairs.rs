@@ -1,0 +1,90 @@
+//! Which detection belongs to which feature, as seen from the predicted pose.
+
+use super::learn::Eye;
+use nalgebra::{DMatrix, DVector};
+use scphd_log::dimensions::{Coordinates, Covariance, Dimensions};
+use scphd_score::record::MapFeature;
+
+/// Squared Mahalanobis distance within which a detection may belong to a feature: wide, for the noise is what is sought.
+const GATE: f64 = 25.0;
+/// A feature is well known where it adds no more than this share of the measurement's variance.
+const WELL_KNOWN: f64 = 0.25;
+
+/// A detection and the feature it belongs to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pair {
+    /// Place of the detection in the scan.
+    pub detection: usize,
+    /// z ⊖ ẑ.
+    pub innovation: DVector<f64>,
+    /// ∂ẑ/∂x.
+    pub by_pose: DMatrix<f64>,
+    /// The feature itself hardly adds to the innovation.
+    pub well_known: bool,
+}
+
+/// A feature in view: how far away, and whether it was detected.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Expectation {
+    /// Expected range, m.
+    pub range_m: f64,
+    /// Seen often enough not to be a false measurement that was taken for a feature.
+    pub well_known: bool,
+    /// Whether a detection belongs to it.
+    pub detected: bool,
+}
+
+/// A covariance as a matrix.
+pub(super) fn matrix<C: Coordinates>(covariance: &Covariance<C>) -> DMatrix<f64> {
+    DMatrix::from_fn(C::COUNT, C::COUNT, |row, column| covariance.as_ref()[row].as_ref()[column])
+}
+
+/// Pairs, the nearest first, and what was to be expected well inside of the view.
+pub fn pairs<D: Dimensions>(
+    eye: &dyn Eye<D>,
+    scan: usize,
+    map: &[MapFeature<D>],
+    (pose, pose_covariance): &(D::Pose, Covariance<D::Pose>),
+    detections: &[D::Measurement],
+) -> (Vec<Pair>, Vec<Expectation>) {
+    let noise = eye.noise();
+    let pose_covariance = matrix::<D::Pose>(pose_covariance);
+    let mut candidates = Vec::new();
+    let mut expected = Vec::new();
+    for feature in map {
+        let Some(seen) = eye.expect(scan, pose, &feature.mean) else { continue };
+        let Some(range_m) = eye.inside(&seen.measurement) else { continue };
+        let of_feature = &seen.by_place * matrix::<D::Position>(&feature.covariance) * seen.by_place.transpose();
+        let well_known = (0..noise.nrows()).all(|k| of_feature[(k, k)] <= WELL_KNOWN * noise[(k, k)]);
+        let place = expected.len();
+        expected.push(Expectation { range_m, well_known, detected: false });
+        let spread = &noise + of_feature + &seen.by_pose * &pose_covariance * seen.by_pose.transpose();
+        let Some(precision) = spread.cholesky().map(|spread| spread.inverse()) else { continue };
+        for (detection, z) in detections.iter().enumerate() {
+            let innovation = eye.innovation(z, &seen.measurement);
+            let distance = innovation.dot(&(&precision * &innovation));
+            if distance <= GATE {
+                let pair = Pair { detection, innovation, by_pose: seen.by_pose.clone(), well_known };
+                candidates.push((distance, place, pair));
+            }
+        }
+    }
+    candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut found: Vec<Pair> = Vec::new();
+    for (_, place, pair) in candidates {
+        if !expected[place].detected && found.iter().all(|other| other.detection != pair.detection) {
+            expected[place].detected = true;
+            found.push(pair);
+        }
+    }
+    (found, expected)
+}
+
+/// Whether a feature of the map may have caused a detection at that place, whose noise gives it this covariance.
+pub fn is_explained<D: Dimensions>((place, covariance): &(D::Position, DMatrix<f64>), map: &[MapFeature<D>]) -> bool {
+    map.iter().any(|feature| {
+        let apart = DVector::from_fn(D::Position::COUNT, |k, _| place.as_ref()[k] - feature.mean.as_ref()[k]);
+        let spread = (covariance + matrix::<D::Position>(&feature.covariance)).cholesky();
+        spread.is_some_and(|spread| apart.dot(&spread.solve(&apart)) <= GATE)
+    })
+}

@@ -1,0 +1,61 @@
+//! One run over the whole log, and what it foresees.
+
+use super::foresight::{Look, Sighting, scores};
+use super::learn::Learn;
+use super::over::{Step, over};
+use super::search::Foreseen;
+use crate::session::{Filter, SessionError, with_roomy_stack};
+use scphd_log::dimensions::distance;
+use scphd_log::truth;
+use std::ops::Range;
+
+/// A run over the whole log, and what it foresees of the scans that are not in `learn`.
+///
+/// # Errors
+/// The filter refuses the settings or a step, or the system has no thread for it.
+pub fn trial<K: Learn>(
+    log: &K::Log,
+    settings: &K::Settings,
+    filter: (Filter, u64),
+    learn: &Range<usize>,
+) -> Result<Foreseen, SessionError> {
+    let (looks, poses) = with_roomy_stack(|| run::<K>(log, settings, filter)).map_err(SessionError::Thread)??;
+    let scores = scores(&looks, K::view_measure(log));
+    let scans = scores.into_iter().zip(&looks).map(|(score, look)| (score, look.predicted.len()));
+    let held_out = |index: &usize| !learn.contains(index);
+    let rest: Vec<_> = scans.enumerate().filter(|(index, _)| held_out(index)).map(|(_, scan)| scan).collect();
+    let squares: Vec<f64> = (0..poses.len())
+        .filter(held_out)
+        .filter_map(|index| {
+            let truth = truth::at(K::truth(log), K::scans(log)[index].t_s)?.position;
+            Some(distance(&truth, &poses[index]).powi(2))
+        })
+        .collect();
+    let rmse = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    Ok(Foreseen::of(&rest, (!squares.is_empty()).then_some(rmse)))
+}
+
+/// What a run made of every scan, and where it was.
+type Looks<K> = (
+    Vec<Look<<K as scphd_log::dimensions::Dimensions>::Position>>,
+    Vec<<K as scphd_log::dimensions::Dimensions>::Pose>,
+);
+
+fn run<K: Learn>(log: &K::Log, settings: &K::Settings, filter: (Filter, u64)) -> Result<Looks<K>, SessionError> {
+    // The same for all settings, so that none is flattered.
+    let scheme = K::scheme(log);
+    let eye = &*K::eye(log, &scheme).map_err(SessionError::Start)?;
+    let (mut looks, mut poses) = (Vec::new(), Vec::new());
+    over::<K>(log, settings, filter, usize::MAX, false, |step| {
+        let Step::Seen { scan, taken, before: (before, _), after, .. } = step else { return };
+        let places = |pose| taken.detections.iter().filter_map(move |z| eye.place(scan, &pose, z));
+        let predicted = places(before).map(|(place, covariance)| Sighting { place, covariance });
+        looks.push(Look {
+            t_s: taken.t_s,
+            predicted: predicted.collect(),
+            settled: places(after).map(|(place, _)| place).collect(),
+        });
+        poses.push(after);
+    })?;
+    Ok((looks, poses))
+}

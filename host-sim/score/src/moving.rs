@@ -1,0 +1,212 @@
+//! How well moving landmarks are found, and what is taken for one.
+
+use crate::cutoff::Cutoff;
+use scphd_log::dimensions::Coordinates;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Farther than this from a mover in view, m, an estimate is not of it.
+///
+/// Four standard deviations of a range in the simulations and some decimetres of pose error fit in, two movers or a
+/// mover and a landmark that keep a car's width from each other do not get mixed up. Order 1: of all assignments
+/// the one that leaves the least distance, an unmatched pair counting as much as the gate.
+pub const GATE: Cutoff = Cutoff::new(1.0, 1.0);
+
+/// A mover has to be found within so many scans of a spell in view, and a shorter spell does not count.
+pub const SPELL_SCANS: usize = 10;
+
+/// Estimates and movers of one scan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ScanMatch {
+    /// Movers in view.
+    pub in_view: usize,
+    /// Movers in view with an estimate within the gate, each estimate used once.
+    pub matched: usize,
+    /// Estimates left over.
+    pub spurious: usize,
+}
+
+/// Figures over the scans whose movers are known; those of several runs add up.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct MovingScore {
+    /// Scans.
+    pub scans: usize,
+    /// Unbroken spells of [`SPELL_SCANS`] scans or more of a mover in view.
+    pub spells: usize,
+    /// Those in which the mover was matched at least once within the first [`SPELL_SCANS`] scans.
+    pub spells_hit: usize,
+    /// Pairs of a mover and a scan from the [`SPELL_SCANS`]th scan of a spell on.
+    pub settled: usize,
+    /// Those of them that were matched.
+    pub settled_matched: usize,
+    /// Estimates that no mover was matched with.
+    pub spurious: usize,
+    /// Distance of estimate and mover of every match, m.
+    pub errors_m: Vec<f64>,
+}
+
+impl MovingScore {
+    /// Share of the spells in which the mover was found in time; `None` without a spell.
+    #[must_use]
+    pub fn hit_rate(&self) -> Option<f64> {
+        share(self.spells_hit, self.spells)
+    }
+
+    /// Share of the scans, after the first of each spell, in which a mover was matched; `None` without any.
+    #[must_use]
+    pub fn settled_rate(&self) -> Option<f64> {
+        share(self.settled_matched, self.settled)
+    }
+
+    /// Median distance of matched estimates, m; `None` without a match.
+    #[must_use]
+    pub fn position_error_median_m(&self) -> Option<f64> {
+        median(&self.errors_m)
+    }
+
+    /// Estimates a scan that are of no mover in view; `None` without a scan.
+    #[must_use]
+    pub fn false_per_scan(&self) -> Option<f64> {
+        share(self.spurious, self.scans)
+    }
+
+    /// Adds the figures of another run.
+    pub fn add(&mut self, other: &Self) {
+        self.scans += other.scans;
+        self.spells += other.spells;
+        self.spells_hit += other.spells_hit;
+        self.settled += other.settled;
+        self.settled_matched += other.settled_matched;
+        self.spurious += other.spurious;
+        self.errors_m.extend(&other.errors_m);
+    }
+}
+
+fn share(part: usize, whole: usize) -> Option<f64> {
+    (whole > 0).then(|| part as f64 / whole as f64)
+}
+
+/// The middle of the values, or the mean of the two in the middle.
+#[must_use]
+pub fn median(values: &[f64]) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let upper = *sorted.get(sorted.len() / 2)?;
+    Some(if sorted.len() % 2 == 1 { upper } else { 0.5 * (sorted[sorted.len() / 2 - 1] + upper) })
+}
+
+/// The score while it is being counted, scan by scan.
+#[derive(Debug, Clone, Default)]
+pub struct MovingTally {
+    score: MovingScore,
+    spells: BTreeMap<i64, Spell>,
+}
+
+/// A mover in view without a gap.
+#[derive(Debug, Clone, Copy, Default)]
+struct Spell {
+    scans: usize,
+    hit: bool,
+}
+
+impl MovingTally {
+    /// Counts a scan: the movers in view (subject and position, m) and the estimated positions, m.
+    pub fn scan<P: Coordinates>(&mut self, in_view: &[(i64, P)], estimates: &[P]) -> ScanMatch {
+        let positions: Vec<P> = in_view.iter().map(|&(_, position)| position).collect();
+        let pairs = GATE.pairs(&positions, estimates);
+        self.spells.retain(|subject, _| in_view.iter().any(|(there, _)| there == subject));
+        for (place, (subject, _)) in in_view.iter().enumerate() {
+            let error = pairs.iter().find(|&&(mover, _, _)| mover == place).map(|&(_, _, error)| error);
+            self.score.errors_m.extend(error);
+            let spell = self.spells.entry(*subject).or_default();
+            spell.scans += 1;
+            spell.hit |= error.is_some() && spell.scans <= SPELL_SCANS;
+            if spell.scans == SPELL_SCANS {
+                self.score.spells += 1;
+                self.score.spells_hit += usize::from(spell.hit);
+            }
+            if spell.scans > SPELL_SCANS {
+                self.score.settled += 1;
+                self.score.settled_matched += usize::from(error.is_some());
+            }
+        }
+        let spurious = estimates.len() - pairs.len();
+        self.score.scans += 1;
+        self.score.spurious += spurious;
+        ScanMatch { in_view: in_view.len(), matched: pairs.len(), spurious }
+    }
+
+    /// A scan whose movers are not known: it counts in nothing and ends all spells.
+    pub fn unknown(&mut self) {
+        self.spells.clear();
+    }
+
+    /// The figures.
+    #[must_use]
+    pub fn score(self) -> MovingScore {
+        self.score
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HERE: [f64; 2] = [5.0, 5.0];
+    const NEAR: [f64; 2] = [5.0, 5.3];
+    const FAR: [f64; 2] = [5.0, 9.0];
+
+    #[test]
+    fn spells_count_from_ten_scans_on() {
+        let mut tally = MovingTally::default();
+        // Nine scans in view with a match, then out of view: no spell.
+        for _ in 0..9 {
+            tally.scan(&[(1, HERE)], &[NEAR]);
+        }
+        tally.scan::<[f64; 2]>(&[], &[]);
+        // Twelve scans, matched in the tenth only and then in the twelfth.
+        for scan in 1..=12 {
+            let estimates = if scan == 10 || scan == 12 { vec![NEAR] } else { vec![] };
+            tally.scan(&[(1, HERE)], &estimates);
+        }
+        tally.unknown();
+        // Eleven scans, matched in the eleventh only: too late.
+        for scan in 1..=11 {
+            tally.scan(&[(1, HERE)], if scan == 11 { &[NEAR] } else { &[] });
+        }
+        let score = tally.score();
+        assert_eq!((score.spells, score.spells_hit), (2, 1));
+        assert_eq!(score.hit_rate(), Some(0.5));
+        assert_eq!((score.settled, score.settled_matched), (3, 2));
+        assert_eq!((score.scans, score.spurious, score.errors_m.len()), (33, 0, 12));
+        assert!((score.position_error_median_m().unwrap() - 0.3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_no_mover_in_view_is_false() {
+        let mut tally = MovingTally::default();
+        let all = tally.scan(&[(1, HERE), (2, [5.0, 6.0])], &[NEAR, [5.0, 6.2], [5.1, 5.0], FAR]);
+        assert_eq!(all, ScanMatch { in_view: 2, matched: 2, spurious: 2 });
+        // Out of view, so whatever is reported is false.
+        assert_eq!(tally.scan(&[], &[HERE]), ScanMatch { in_view: 0, matched: 0, spurious: 1 });
+        let score = tally.score();
+        assert_eq!(score.false_per_scan(), Some(1.5));
+        assert_eq!((score.hit_rate(), score.settled_rate()), (None, None));
+        // Two movers and one estimate between them: it serves the nearer.
+        let mut tally = MovingTally::default();
+        assert_eq!(tally.scan(&[(1, [0.0, 0.0]), (2, [0.8, 0.0])], &[[0.6, 0.0]]).matched, 1);
+        assert!((tally.score().errors_m[0] - 0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn runs_add_up_and_medians_are_middles() {
+        let one =
+            MovingScore { scans: 2, spells: 1, spells_hit: 1, errors_m: vec![3.0, 1.0], ..MovingScore::default() };
+        let mut sum = MovingScore { scans: 2, spells: 3, spurious: 1, errors_m: vec![2.0], ..MovingScore::default() };
+        sum.add(&one);
+        assert_eq!((sum.hit_rate(), sum.false_per_scan()), (Some(0.25), Some(0.25)));
+        assert_eq!(sum.position_error_median_m(), Some(2.0));
+        assert_eq!(one.position_error_median_m(), Some(2.0));
+        assert_eq!(MovingScore::default().position_error_median_m(), None);
+    }
+}

@@ -1,0 +1,139 @@
+//! What a run leaves behind: one row a scan and the final map, for scores, tables and plots.
+
+use crate::map_error::MapError;
+use crate::moving::ScanMatch;
+use scphd_log::dimensions::{Coordinates, Covariance, Dimensions, Planar, distance};
+
+/// A static feature of an estimated map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MapFeature<D: Dimensions = Planar> {
+    /// Its name from scan to scan.
+    pub id: u32,
+    /// Weight of its component: expected number of features there.
+    pub weight: f64,
+    /// Position, m.
+    pub mean: D::Position,
+    /// Covariance, m².
+    pub covariance: Covariance<D::Position>,
+}
+
+/// A moving feature of an estimated map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MovingFeature<D: Dimensions = Planar> {
+    /// Its name from scan to scan, apart from those of static features.
+    pub id: u32,
+    /// Weight of its component: expected number of features there.
+    pub weight: f64,
+    /// Position, m.
+    pub position: D::Position,
+    /// Velocity, m/s.
+    pub velocity: D::Position,
+    /// Covariance of the position, m².
+    pub covariance: Covariance<D::Position>,
+}
+
+/// One scan of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScanRecord<D: Dimensions = Planar> {
+    /// Time, s.
+    pub t_s: f64,
+    /// Estimated pose.
+    pub pose: D::Pose,
+    /// Covariance of the estimated pose, in the same order and units.
+    pub pose_covariance: Covariance<D::Pose>,
+    /// By odometry, or instruments, alone.
+    pub dead_reckoning: D::Reckoned,
+    /// True position, where the truth covers this time.
+    pub true_position: Option<D::Position>,
+    /// Standard deviation of each coordinate of that, m.
+    pub truth_sigma_m: f64,
+    /// True heading, rad, where the truth has it.
+    pub true_heading_rad: Option<f64>,
+    /// Number of measurements.
+    pub measurements: usize,
+    /// N̂: mass of the estimated map.
+    pub features_estimated: f64,
+    /// Effective number of particles before resampling.
+    pub n_eff: f64,
+    /// What the filter did with its memory, as far as it tells.
+    pub usage: Usage,
+    /// Wall time of the scan step, µs.
+    pub scan_us: f64,
+    /// The estimated moving features.
+    pub moving: Vec<MovingFeature<D>>,
+    /// Distance of the estimated map, moving features included, to the true one; unknown without true landmarks or
+    /// the true pose, and at scans at which it is not asked for.
+    pub map_error: Option<MapError>,
+    /// True static landmarks that have been in view so far; unknown likewise.
+    pub landmarks_seen: Option<usize>,
+    /// Which true movers in view were found; unknown without true tracks or the true pose.
+    pub movers: Option<ScanMatch>,
+}
+
+/// What a filter did with its memory in a scan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Usage {
+    /// Greatest number of components in view of a particle.
+    pub in_view: usize,
+    /// Measurements without an inverse in view, over all distinct particles.
+    pub no_birth: usize,
+    /// Pages of the map in use, where the filter has pages.
+    pub pages_used: Option<usize>,
+}
+
+impl<D: Dimensions> ScanRecord<D> {
+    /// The distance of the estimate from the truth, m, where that is known.
+    #[must_use]
+    pub fn position_error_m(&self) -> Option<f64> {
+        Some(distance(&self.true_position?, &self.pose))
+    }
+
+    /// The root of the mean square distance from the truth that the filter expects, by the covariance of the estimate and the noise of the
+    /// truth, m.
+    #[must_use]
+    pub fn expected_error_m(&self) -> f64 {
+        let variances = self.pose_covariance.as_ref().iter().enumerate().take(D::Position::COUNT);
+        let of_truth = self.truth_sigma_m * self.truth_sigma_m;
+        variances.map(|(k, row)| row.as_ref()[k] + of_truth).sum::<f64>().sqrt()
+    }
+
+    /// The distance of dead reckoning from the truth, m, where that is known.
+    #[must_use]
+    pub fn dead_reckoning_error_m(&self) -> Option<f64> {
+        Some(distance(&self.true_position?, &self.dead_reckoning))
+    }
+}
+
+/// A whole run of one filter over one log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record<D: Dimensions = Planar> {
+    /// One row a scan.
+    pub scans: Vec<ScanRecord<D>>,
+    /// The estimated features after the last scan.
+    pub map: Vec<MapFeature<D>>,
+}
+
+impl ScanRecord {
+    /// A scan in the plane of which nothing is known but where the filter was.
+    #[must_use]
+    pub fn at(t_s: f64, pose: [f64; 3]) -> Self {
+        Self {
+            t_s,
+            pose,
+            pose_covariance: [[0.0; 3]; 3],
+            dead_reckoning: [0.0; 3],
+            true_position: None,
+            truth_sigma_m: 0.0,
+            true_heading_rad: None,
+            measurements: 0,
+            features_estimated: 0.0,
+            n_eff: 1.0,
+            usage: Usage::default(),
+            scan_us: 0.0,
+            moving: Vec::new(),
+            map_error: None,
+            landmarks_seen: None,
+            movers: None,
+        }
+    }
+}

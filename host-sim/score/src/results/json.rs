@@ -1,0 +1,278 @@
+//! The figures of a run as one JSON object, and of several runs as a list of them. `docs/results.md` says what each key means.
+
+use super::{OutputError, sink};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+use serde_json::Value;
+use std::path::Path;
+
+/// The number of the format of all JSON that the program writes, its key `format`. It grows whenever a key goes or changes its
+/// meaning; format 1 had no such key.
+const FORMAT: u32 = 2;
+
+/// That a JSON object is of the present format: written as its number, read back only if it is that.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Format;
+
+impl Serialize for Format {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_u32(FORMAT)
+    }
+}
+
+impl<'de> Deserialize<'de> for Format {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let found = u32::deserialize(deserializer)?;
+        let other = || de::Error::custom(format_args!("format {found}: this program reads format {FORMAT} only"));
+        if found == FORMAT { Ok(Self) } else { Err(other()) }
+    }
+}
+
+/// The figures of one run of one filter over one log, in the plane or in space: every key has the same meaning in both.
+///
+/// Serialised with exactly these keys in this order. Whatever is unknown or not finite becomes `null`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// The format of the keys.
+    pub format: Format,
+    /// Name of the log.
+    pub log: String,
+    /// Which filter: `scphd`, `reference` …
+    pub filter: String,
+    /// Number type of the filter: `f32` or `f64`.
+    pub precision: String,
+    /// Number of particles N.
+    pub particles: u64,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Number of scans processed.
+    pub scans: u64,
+    /// Root mean square of the position error over the scans with truth, m.
+    pub position_rmse_m: Option<f64>,
+    /// The same after the turn about the vertical and the shift of the whole trajectory that make it least, m.
+    pub position_rmse_aligned_m: Option<f64>,
+    /// Root mean square of the error of the heading, in space the yaw, over the scans with truth, degrees.
+    pub heading_rmse_deg: Option<f64>,
+    /// Root mean square of the position error of odometry alone, m.
+    pub dead_reckoning_rmse_m: Option<f64>,
+    /// Position error at the last scan with truth, m.
+    pub final_position_error_m: Option<f64>,
+    /// OSPA distance of the final static map to all static landmarks of the log that it [should
+    /// have](crate::final_map), in view or not, m.
+    pub ospa_m: Option<f64>,
+    /// Part of the OSPA distance that is due to misplaced features, m.
+    pub ospa_localization_m: Option<f64>,
+    /// Part of the OSPA distance that is due to a wrong number of features, m.
+    pub ospa_cardinality_m: Option<f64>,
+    /// GOSPA distance of the final static map to the same landmarks, m.
+    pub gospa_m: Option<f64>,
+    /// OSPA distance of the final static map to those of these landmarks that have been in view, m.
+    pub ospa_seen_m: Option<f64>,
+    /// GOSPA distance of the final static map to those that have been in view, m.
+    pub gospa_seen_m: Option<f64>,
+    /// N̂: mass of the final static map.
+    pub features_estimated: Option<f64>,
+    /// Mean wall time of the scan step, µs.
+    pub scan_us_mean: Option<f64>,
+    /// Wall time of the scan step that 99 % of the scans stay under, µs.
+    pub scan_us_p99: Option<f64>,
+    /// Size of the filter's whole state, bytes; unknown where it is not fixed.
+    pub state_bytes: Option<u64>,
+    /// Digest of the final state, written as `0x` and 16 hexadecimal digits; the reference has none.
+    #[serde(serialize_with = "hexadecimal")]
+    pub digest: Option<u64>,
+    /// Share of the spells of ten scans or more of a moving landmark in view in which it was found within the first ten.
+    pub moving_hit_rate: Option<f64>,
+    /// Share of the scans after those ten in which it was found.
+    pub moving_settled_rate: Option<f64>,
+    /// Median distance of a moving landmark to the estimate that was matched with it, m.
+    pub moving_position_error_median_m: Option<f64>,
+    /// Moving features estimated where no moving landmark is in view, a scan.
+    pub false_moving_tracks_per_scan: Option<f64>,
+    /// Static landmarks with a feature of the final map within 0.5 m, after the map was laid over them by a turn about the
+    /// vertical and a shift.
+    pub static_features_matched: Option<u64>,
+    /// Features of the final map left over.
+    pub static_features_false: Option<u64>,
+    /// Median distance of the matched, m.
+    pub static_position_error_median_m: Option<f64>,
+    /// ln of the likelihood of all scans under the filter's own models, up to a constant of the log.
+    pub ln_evidence: Option<f64>,
+    /// Squared innovations over what was expected of them (NIS over the measurement's dimension), mean over the scans with
+    /// detections: 1 where noise and map are what the filter believes.
+    pub nis_mean: Option<f64>,
+    /// Share of the scans with detections whose squared innovations lie within the two-sided 95 % bounds of χ². The filter
+    /// says their mean alone: as many count as there are measurements, or features in view where that is less.
+    pub nis_within_95: Option<f64>,
+    /// Squared position errors over the filter's own covariance (NEES over the dimensions of the position), median over the
+    /// scans with truth: 0.7 in the plane and 0.8 in space where the filter knows how wrong it is.
+    pub nees_median: Option<f64>,
+    /// Share of the scans with truth whose squared position error lies within the two-sided 95 % bounds of χ².
+    pub nees_within_95: Option<f64>,
+    /// The squared position error over the filter's own covariance, by dimension, at the last scan with truth.
+    pub nees_final: Option<f64>,
+    /// As the median of the position errors, of position and heading together.
+    pub nees_pose_median: Option<f64>,
+    /// As the share of the position errors, of position and heading together.
+    pub nees_pose_within_95: Option<f64>,
+    /// Whether the estimate is farther off than dead reckoning, in position RMSE; unknown without truth.
+    pub worse_than_dead_reckoning: Option<bool>,
+    /// Fixes of the pose that the filter was shown.
+    pub fixes: u64,
+    /// Those of them that it left out, for they lay beyond the gate.
+    pub fixes_left_out: u64,
+    /// How often the filter was put where fixes that it had left out say that it is.
+    pub fix_relocations: u64,
+    /// All settings of the run, by section and name as in a settings file.
+    pub settings: Value,
+}
+
+/// Settings as a JSON object.
+pub fn settings<S: Serialize>(settings: &S) -> Value {
+    // They are plain numbers and names, which JSON has all.
+    serde_json::to_value(settings).unwrap_or_default()
+}
+
+/// Whether the estimate with this position RMSE is farther off than dead reckoning with that one. An error that is no number is
+/// worse than any.
+pub fn worse(estimate_m: Option<f64>, dead_reckoning_m: Option<f64>) -> Option<bool> {
+    Some(!(estimate_m? <= dead_reckoning_m?))
+}
+
+/// JSON numbers lose bits above 2⁵³ in many readers; a string of digits does not.
+fn hexadecimal<S: Serializer>(digest: &Option<u64>, serializer: S) -> Result<S::Ok, S::Error> {
+    match digest {
+        Some(digest) => serializer.collect_str(&format_args!("{digest:#018x}")),
+        None => serializer.serialize_none(),
+    }
+}
+
+/// Writes one summary to `path` as one JSON object, all or nothing.
+///
+/// # Errors
+///
+/// [`OutputError`] where the file cannot be written.
+pub fn write_summary(path: &Path, summary: &Summary) -> Result<(), OutputError> {
+    write(path, summary)
+}
+
+/// Writes summaries to `path` as a JSON list of objects, all or nothing.
+///
+/// # Errors
+///
+/// [`OutputError`] where the file cannot be written.
+pub fn write_summaries(path: &Path, summaries: &[Summary]) -> Result<(), OutputError> {
+    write(path, summaries)
+}
+
+/// Writes `value` indented, with a newline at the end.
+pub fn write<T: Serialize + ?Sized>(path: &Path, value: &T) -> Result<(), OutputError> {
+    // serde_json itself puts `null` for a number that is not finite.
+    let mut bytes =
+        serde_json::to_vec_pretty(value).map_err(|source| OutputError::Json { path: path.into(), source })?;
+    bytes.push(b'\n');
+    sink::write(path, &bytes).map_err(|source| OutputError::Io { path: path.into(), source })
+}
+
+/// A made-up summary, for tests of what shows one.
+#[must_use]
+pub fn made_up() -> Summary {
+    Summary {
+        format: Format,
+        log: "circle".into(),
+        filter: "scphd".into(),
+        precision: "f32".into(),
+        particles: 40,
+        seed: 1,
+        scans: 300,
+        position_rmse_m: Some(0.1 + 0.2),
+        position_rmse_aligned_m: Some(0.25),
+        heading_rmse_deg: None,
+        dead_reckoning_rmse_m: Some(12.5),
+        final_position_error_m: Some(f64::NAN),
+        ospa_m: Some(1.25),
+        ospa_localization_m: Some(f64::INFINITY),
+        ospa_cardinality_m: Some(0.0),
+        gospa_m: Some(3.0),
+        ospa_seen_m: Some(1.0),
+        gospa_seen_m: None,
+        features_estimated: Some(11.9),
+        scan_us_mean: Some(812.3),
+        scan_us_p99: Some(1201.0),
+        state_bytes: Some(262_144),
+        digest: Some(0x0123_4567_89ab_cdef),
+        moving_hit_rate: Some(0.95),
+        moving_settled_rate: Some(0.9),
+        moving_position_error_median_m: None,
+        false_moving_tracks_per_scan: Some(0.125),
+        static_features_matched: Some(14),
+        static_features_false: Some(1),
+        static_position_error_median_m: Some(0.11),
+        ln_evidence: Some(-1234.5),
+        nis_mean: Some(1.02),
+        nis_within_95: Some(0.9),
+        nees_median: Some(1.5),
+        nees_within_95: Some(0.8),
+        nees_final: Some(2.0),
+        nees_pose_median: Some(1.2),
+        nees_pose_within_95: None,
+        worse_than_dead_reckoning: Some(false),
+        fixes: 6,
+        fixes_left_out: 1,
+        fix_relocations: 0,
+        settings: serde_json::json!({ "filter": { "samples": 2 } }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::made_up as summary;
+    use super::*;
+    use scphd_shared_data::Folder;
+
+    #[test]
+    fn one_object_with_null_for_what_is_unknown() {
+        let folder = Folder::new("json");
+        let path = folder.0.join("summary.json");
+        write_summary(&path, &summary()).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let value: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!((&value["format"], &value["settings"]["filter"]["samples"]), (&2.into(), &2.into()));
+        assert_eq!(value["particles"], 40);
+        assert_eq!(value["position_rmse_m"].as_f64().unwrap(), 0.1 + 0.2);
+        assert!(value["heading_rmse_deg"].is_null());
+        assert!(value["final_position_error_m"].is_null());
+        assert!(value["ospa_localization_m"].is_null());
+        assert_eq!(value["digest"], "0x0123456789abcdef");
+        assert_eq!(folder.names(), ["summary.json"]);
+    }
+
+    #[test]
+    fn another_format_is_not_read() {
+        assert_eq!(serde_json::from_str::<Format>(&serde_json::to_string(&Format).unwrap()).unwrap(), Format);
+        let error = serde_json::from_str::<Format>("1").unwrap_err().to_string();
+        assert!(error.contains("format 1") && error.contains("format 2"), "{error}");
+    }
+
+    #[test]
+    fn worse_than_dead_reckoning() {
+        assert_eq!(worse(Some(1.0), Some(2.0)), Some(false));
+        assert_eq!(worse(Some(2.0), Some(1.0)), Some(true));
+        assert_eq!(worse(Some(1.0), Some(1.0)), Some(false));
+        assert_eq!(worse(Some(f64::NAN), Some(1.0)), Some(true));
+        assert_eq!((worse(None, Some(1.0)), worse(Some(1.0), None)), (None, None));
+    }
+
+    #[test]
+    fn a_list_of_objects_and_a_missing_digest() {
+        let folder = Folder::new("json-list");
+        let path = folder.0.join("summaries.json");
+        let reference = Summary { digest: None, state_bytes: None, ..summary() };
+        let short = Summary { digest: Some(0xf), ..summary() };
+        write_summaries(&path, &[reference, short]).unwrap();
+        let value: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+        assert_eq!(value.as_array().unwrap().len(), 2);
+        assert!(value[0]["digest"].is_null());
+        assert!(value[0]["state_bytes"].is_null());
+        assert_eq!(value[1]["digest"], "0x000000000000000f");
+    }
+}

@@ -1,0 +1,9 @@
+//! Tables, plots and pages of runs.
+
+pub mod difference;
+pub mod figure;
+mod meaning;
+pub mod output;
+pub mod plot;
+pub mod point_process;
+pub mod report;

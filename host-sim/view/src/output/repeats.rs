@@ -1,0 +1,123 @@
+//! Many runs on a terminal: one row a log, with what its runs have in common and how they scatter.
+
+use super::table::{decimals, ruled};
+use comfy_table::Row;
+use scphd_score::chi_squared;
+use scphd_score::results::json::Summary;
+
+/// Figures of a row: name with the unit, and decimals.
+const FIGURES: [(&str, usize); 8] = [
+    ("dead reckoning\nRMSE (m)", 3),
+    ("position RMSE\nmean (m)", 3),
+    ("RMSE\nstd dev (m)", 3),
+    ("RMSE\nleast (m)", 3),
+    ("RMSE\ngreatest (m)", 3),
+    ("heading\nRMSE (deg)", 3),
+    ("GOSPA\n(m)", 3),
+    ("scan\n(µs)", 1),
+];
+
+/// The runs of every log as text without a newline at the end. Several logs are followed by the mean of their rows.
+///
+/// The standard deviation is that of a sample (divisor one less than the runs). A run that lacks a figure does not
+/// count in it.
+#[must_use]
+pub fn render(logs: &[&[Summary]]) -> String {
+    let figures: Vec<_> = logs.iter().map(|runs| figures(runs)).collect();
+    let mut rows: Vec<Row> = logs
+        .iter()
+        .zip(&figures)
+        .map(|(runs, figures)| row(runs.first().map_or("", |run| &run.log), &runs.len().to_string(), figures))
+        .collect();
+    if logs.len() > 1 {
+        let over_logs: [_; FIGURES.len()] = std::array::from_fn(|k| mean(&known(&figures, |row| row[k])));
+        rows.push(row("mean over logs", "", &over_logs));
+    }
+    let names = FIGURES.map(|(name, _)| name.to_owned());
+    ruled(Row::from(["log", "runs"].map(String::from).into_iter().chain(names).collect::<Vec<_>>()), rows.into_iter())
+}
+
+/// What the runs of a scenario say together of the filter's own covariance, each with noise of its own: the squared position error at the
+/// last scan over that covariance, by dimension, mean over the runs beside the two-sided 95 % bounds of χ² of as many. `None` of fewer
+/// than two runs with truth.
+#[must_use]
+pub fn consistency(runs: &[Summary], dimension: usize) -> Option<String> {
+    let last = known(runs, |run| run.nees_final);
+    let nees = mean(&last).filter(|_| last.len() > 1)?;
+    let [low, high] = chi_squared::bounds_of_mean(dimension, last.len());
+    let verdict = if (low..=high).contains(&nees) { "within" } else { "not within" };
+    Some(format!(
+        "{}: NEES/dim at the last scan, mean of {} runs: {}, {verdict} {low:.2} to {high:.2} (95 % of χ²)",
+        runs.first().map_or("", |run| &run.log),
+        last.len(),
+        decimals(Some(nees), 2)
+    ))
+}
+
+/// The figures of one log, in the order of [`FIGURES`].
+fn figures(runs: &[Summary]) -> [Option<f64>; FIGURES.len()] {
+    let position = known(runs, |run| run.position_rmse_m);
+    [
+        mean(&known(runs, |run| run.dead_reckoning_rmse_m)),
+        mean(&position),
+        standard_deviation(&position),
+        position.iter().copied().reduce(f64::min),
+        position.iter().copied().reduce(f64::max),
+        mean(&known(runs, |run| run.heading_rmse_deg)),
+        mean(&known(runs, |run| run.gospa_m)),
+        mean(&known(runs, |run| run.scan_us_mean)),
+    ]
+}
+
+fn row(log: &str, runs: &str, figures: &[Option<f64>; FIGURES.len()]) -> Row {
+    let shown = figures.iter().zip(FIGURES).map(|(&value, (_, digits))| decimals(value, digits));
+    Row::from([log, runs].map(String::from).into_iter().chain(shown).collect::<Vec<_>>())
+}
+
+fn known<I>(items: &[I], figure: impl Fn(&I) -> Option<f64>) -> Vec<f64> {
+    items.iter().filter_map(figure).collect()
+}
+
+fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+fn standard_deviation(values: &[f64]) -> Option<f64> {
+    let mean = mean(values).filter(|_| values.len() > 1)?;
+    let squares = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
+    Some((squares / (values.len() - 1) as f64).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scphd_score::results::json::made_up as summary;
+
+    #[test]
+    fn runs_are_consistent_together_or_not() {
+        let run = |nees: f64| Summary { nees_final: Some(nees), ..summary() };
+        // Ten values of two dimensions: 9.59/20 and 34.17/20.
+        let text = |nees: f64| consistency(&[nees; 10].map(run), 2).unwrap();
+        let expected = "circle: NEES/dim at the last scan, mean of 10 runs: 1.00, within 0.48 to 1.71 (95 % of χ²)";
+        assert_eq!(text(1.0), expected);
+        assert!(text(1.8).contains("1.80, not within"));
+        assert_eq!(consistency(&[run(1.0)], 2), None);
+    }
+
+    #[test]
+    fn statistics_of_runs_and_logs() {
+        let run = |position: f64| Summary { position_rmse_m: Some(position), ..summary() };
+        let one = [run(1.0), run(2.0), run(3.0)];
+        let other = [run(5.0)];
+        let text = render(&[&one, &other]);
+        println!("{text}");
+        let cells = |name: &str| -> Vec<&str> {
+            let line = text.lines().find(|line| line.trim_start().starts_with(name)).unwrap();
+            line.trim_start().strip_prefix(name).unwrap().split_whitespace().collect()
+        };
+        assert_eq!(cells("circle"), ["3", "12.500", "2.000", "1.000", "1.000", "3.000", "–", "3.000", "812.3"]);
+        assert_eq!(cells("mean over logs")[..3], ["12.500", "3.500", "1.000"]);
+        assert!(text.lines().all(|line| line.chars().count() <= 132));
+        assert!(!render(&[&one]).contains("mean over logs"));
+    }
+}

@@ -1,0 +1,113 @@
+//! Built-in simulated scenarios.
+//!
+//! Map, path and tracks of a scenario never change (but for the random `worlds`); its seed changes the noise, the missed detections and
+//! the clutter. The same seed gives the same log, bit for bit, on every machine (see [`scphd_log::noise`]).
+
+mod car;
+mod faults;
+mod landmarks;
+mod mover;
+mod simulation;
+mod survey;
+#[cfg(test)]
+mod tests;
+mod thesis_compare;
+mod thesis_dynamic;
+mod two_sensors;
+pub mod worlds;
+
+pub use faults::faults;
+pub use survey::{survey, survey_fixes};
+pub use thesis_compare::thesis_compare;
+pub use thesis_dynamic::{thesis_dynamic, thesis_dynamic_long};
+pub use two_sensors::two_sensors;
+
+use scphd_log::log::Log;
+use worlds::{Kind, world};
+
+/// Names of the scenarios, each with a line about it.
+pub const SCENARIOS: &[(&str, &str)] = &[
+    (
+        "survey",
+        "a car drives two laps of a rounded rectangle (29 x 23 m, 64 s) among 60 landmarks, 20 false measurements a scan",
+    ),
+    ("survey-fixes", "survey again, with a fix of the position every 10 s, good to 1 m, as of a satellite receiver"),
+    (
+        "two-sensors",
+        "the way and the landmarks of survey, seen by a lidar ahead and a radar behind, with other views, noise and times",
+    ),
+    (
+        "thesis-dynamic",
+        "section 5.3.1: a loop (39 x 37 m, 30 s) among 45 landmarks and 6 that move, 20 false measurements a scan",
+    ),
+    (
+        "thesis-dynamic-long",
+        "section 5.3.1: seven loops (65 x 61 m, 350 s) among 90 landmarks and 9 that move, 20 false measurements a scan",
+    ),
+    (
+        "thesis-compare",
+        "section 5.3.2: a trefoil (44 x 41 m, 40 s) among 60 landmarks, strong noise, 5 false measurements a scan",
+    ),
+    (
+        "faults",
+        "the loop of thesis-dynamic twice (60 s), 4 false measurements a scan, and faults of sensor and odometry, one after the other",
+    ),
+    (
+        "worlds",
+        "a random world for every seed (12 to 96 m, 4 to 5 min) that states its data sheet and misbehaves as real ones do",
+    ),
+    ("worlds-mounted", "the worlds again, with the sensor elsewhere than where the vehicle's pose is, and turned"),
+    ("worlds-moving", "the worlds again, and three to seven others move among the landmarks, slower and faster"),
+    ("worlds-exact", "a random world for every seed that states all of its noise, 3 to 10 false measurements a scan"),
+];
+
+/// The scenarios that are another place with every seed.
+pub const WORLDS: [&str; 4] = ["worlds", "worlds-mounted", "worlds-moving", "worlds-exact"];
+
+/// The scenario of that name.
+#[must_use]
+pub fn by_name(name: &str, seed: u64) -> Option<Log> {
+    match name {
+        "survey" => Some(survey(seed)),
+        "survey-fixes" => Some(survey_fixes(seed)),
+        "two-sensors" => Some(two_sensors(seed)),
+        "thesis-dynamic" => Some(thesis_dynamic(seed)),
+        "thesis-dynamic-long" => Some(thesis_dynamic_long(seed)),
+        "thesis-compare" => Some(thesis_compare(seed)),
+        "faults" => Some(faults(seed)),
+        "worlds" => Some(world(Kind::DataSheet, seed)),
+        "worlds-mounted" => Some(world(Kind::Mounted, seed)),
+        "worlds-moving" => Some(world(Kind::Moving, seed)),
+        "worlds-exact" => Some(world(Kind::Exact, seed)),
+        _ => None,
+    }
+}
+
+/// Whether a scenario is one of the thesis's kind, run with its recursion; the others are run as a user's log is.
+#[must_use]
+pub fn is_of_thesis(name: &str) -> bool {
+    !WORLDS.contains(&name) && name != "two-sensors"
+}
+
+/// How the thesis runs its filter over a scenario.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ThesisRun {
+    /// Particles N.
+    pub particles: usize,
+    /// Samples M of every particle a prediction.
+    pub samples: usize,
+    /// Resample below this N_eff / N.
+    pub resample_threshold: f64,
+    /// Whether features may move.
+    pub moving: bool,
+    /// Runs with each input of a Monte Carlo study.
+    pub runs_per_input: usize,
+}
+
+/// What the thesis says about running that scenario, where it does (5.3.1); `faults` has the vehicle and the movers of 5.3.1.
+#[must_use]
+pub fn thesis_run(name: &str) -> Option<ThesisRun> {
+    let as_in_5_3_1 =
+        ThesisRun { particles: 32, samples: 2, resample_threshold: 0.05, moving: true, runs_per_input: 4 };
+    matches!(name, "thesis-dynamic" | "thesis-dynamic-long" | "faults").then_some(as_in_5_3_1)
+}

@@ -1,0 +1,74 @@
+//! The scenarios of section 5.3.1: static and moving landmarks, not told apart.
+
+use super::car::{Lobes, ROWS_PER_SECOND, drive};
+use super::landmarks::Scatter;
+use super::mover::Mover;
+use super::simulation::{Imperfection, Simulation};
+use scphd_log::log::Log;
+
+/// A rounded triangle, 39 × 37 m: 120 m in 30 s.
+const WAY: Lobes = Lobes { rows: 600, speed_mps: 4.0, turns: 1.0, lobes: 3.0, depth: 0.9 };
+/// A larger one, 65 × 61 m: 200 m in 50 s, seven times.
+const LONG_WAY: Lobes = Lobes { rows: 1000, speed_mps: 4.0, turns: 1.0, lobes: 3.0, depth: 1.2 };
+const LAPS: usize = 7;
+
+/// Ten standard deviations of the range from the path; as far apart as a moving landmark gets in a second or two.
+const SCATTER: Scatter = Scatter { count: 45, seed: 2, from_path_m: (2.5, 12.0), apart_m: 3.0, from_tracks_m: 1.5 };
+const LONG_SCATTER: Scatter = Scatter { count: 90, ..SCATTER };
+
+const fn mover(x_m: f64, y_m: f64, radius_m: f64, speed_mps: f64, phase_rad: f64) -> Mover {
+    Mover { centre_m: [x_m, y_m], radius_m, speed_mps, phase_rad }
+}
+
+/// Each crosses the way, is in view for two fifths of the time or more and keeps some metres from the vehicle.
+const MOVERS: [Mover; 6] = [
+    mover(-11.0, 31.0, 12.0, -0.8, 0.4),
+    mover(-8.0, 9.0, 24.0, 1.1, 0.6),
+    mover(-9.0, 20.0, 11.0, 1.4, 1.0),
+    mover(-9.0, 24.0, 19.0, 1.7, 4.9),
+    mover(-3.0, 7.0, 12.0, 2.0, 6.2),
+    mover(-6.0, 22.0, 18.0, 2.3, 0.5),
+];
+
+/// Each crosses the way, meets the vehicle several times and keeps some metres from it.
+const LONG_MOVERS: [Mover; 9] = [
+    mover(10.0, 31.0, 23.0, 0.7, 4.6),
+    mover(19.0, 30.0, 14.0, 0.9, 0.9),
+    mover(-25.0, 24.0, 12.0, 1.1, 1.4),
+    mover(-30.0, 31.0, 10.0, 1.3, 4.0),
+    mover(-17.0, 53.0, 9.0, -1.5, 1.6),
+    mover(11.0, 22.0, 30.0, 1.8, 4.0),
+    mover(15.0, 24.0, 24.0, 2.0, 6.1),
+    mover(6.0, 12.0, 19.0, 2.2, 1.0),
+    mover(-16.0, 2.0, 13.0, -2.4, 6.0),
+];
+
+/// The vehicle of 5.3.1 drives a loop at 4 m/s among 45 static and 6 moving landmarks (0.8 to 2.3 m/s), under the
+/// noise, the misses and the clutter of 5.3.1. 301 scans.
+#[must_use]
+pub fn thesis_dynamic(seed: u64) -> Log {
+    simulation("thesis-dynamic", &WAY, 1, &SCATTER, &MOVERS).log(seed)
+}
+
+/// The same for seven laps of a larger loop among 90 static and 9 moving landmarks. 3501 scans.
+#[must_use]
+pub fn thesis_dynamic_long(seed: u64) -> Log {
+    simulation("thesis-dynamic-long", &LONG_WAY, LAPS, &LONG_SCATTER, &LONG_MOVERS).log(seed)
+}
+
+/// The loop of `thesis_dynamic` twice, by whatever odometry and sensor get wrong.
+pub(super) fn two_laps(name: &'static str, imperfection: Imperfection) -> Simulation {
+    Simulation { imperfection, ..simulation(name, &WAY, 2, &SCATTER, &MOVERS) }
+}
+
+fn simulation(name: &'static str, way: &Lobes, laps: usize, scatter: &Scatter, movers: &[Mover]) -> Simulation {
+    let controls = way.controls(laps);
+    let rows = 0..=controls.len();
+    let tracks: Vec<[f64; 2]> = rows
+        .step_by(4)
+        .flat_map(|row| movers.iter().map(move |mover| mover.at(row as f64 / ROWS_PER_SECOND)))
+        .collect();
+    // Every lap is the same way.
+    let landmarks = scatter.around(&drive(&way.controls(1)), &tracks);
+    Simulation { name, controls, landmarks, movers: movers.to_vec(), imperfection: Imperfection::OF_5_3_1 }
+}

@@ -1,0 +1,140 @@
+//! The joint filter against its reference, step by step: with equal numbers they must compute the same.
+
+use scphd_filters::settings::Settings;
+use scphd_filters::slam::Precision;
+use scphd_log::dimensions::Planar;
+use scphd_log::log::{Log, Vehicle};
+use scphd_log::log_folder;
+use scphd_run::compare::{JointComparison, JointDifferences, compare_joint};
+use scphd_run::session::with_roomy_stack;
+use scphd_shared_data::find as data_folder;
+use scphd_worlds::scenario;
+
+/// What double precision may lose in one step, and over all the steps of a log. Rounding alone is some 1e-13; a formula that
+/// differs at all is far above.
+const F64_BOUND: f64 = 1e-9;
+
+/// What single precision may lose in one step, and over all steps (m).
+const F32_POSITION_BOUND_M: f64 = 1e-4;
+const F32_OWN_WAY_BOUND_M: f64 = 5e-3;
+
+fn lockstep(log: &Log, precision: Precision, change: impl FnOnce(&mut Settings)) -> JointComparison {
+    let mut settings = Settings::for_log(log);
+    change(&mut settings);
+    with_roomy_stack(|| compare_joint::<Planar>(log, &settings, precision, |_| ()))
+        .expect("a thread")
+        .expect("no step is refused")
+}
+
+fn assert_agreement(name: &str, overall: &JointDifferences, scans: usize) {
+    let fields = [
+        ("predicted position, m", overall.predicted_position_m),
+        ("predicted heading, rad", overall.predicted_heading_rad),
+        ("predicted covariance", overall.predicted_covariance),
+        ("time since the scan, s", overall.waited_s),
+        ("ln evidence", overall.ln_evidence),
+        ("innovation", overall.innovation),
+        ("estimated position, m", overall.estimated_position_m),
+        ("estimated heading, rad", overall.estimated_heading_rad),
+        ("mean", overall.mean),
+        ("pose covariance", overall.pose_covariance),
+        ("feature covariance", overall.feature_covariance),
+        ("cross-covariance", overall.cross_covariance),
+        ("existence", overall.existence),
+        ("detections", overall.detections),
+        ("mover's weight", overall.mover_weight),
+        ("mover's mean", overall.mover_mean),
+        ("mover's covariance", overall.mover_covariance),
+        ("position on its own way, m", overall.own_way_position_m),
+        ("heading on its own way, rad", overall.own_way_heading_rad),
+    ];
+    for (field, difference) in fields {
+        assert!(difference <= F64_BOUND, "{name}: {field} differs by {difference:e}");
+    }
+    assert_eq!((overall.unmatched, overall.other_views), (0, 0), "{name}: other features");
+    assert_eq!(overall.capacity_events, 0, "{name}: scans without room");
+    assert_eq!(overall.scans, scans, "{name}: scans compared");
+    // Empty maps would agree in everything.
+    assert!(overall.features > 5 * scans, "{name}: only {} features were compared", overall.features);
+}
+
+fn short(name: &str, seed: u64, scans: usize) -> Log {
+    let mut log = scenario::by_name(name, seed).expect("a built-in scenario");
+    log.scans.truncate(scans);
+    log
+}
+
+/// The first `scans` scans of a published log; `model` makes sure that it still stands for the motion model it was chosen for.
+fn agrees_on_excerpt(name: &str, scans: usize, model: fn(&Vehicle) -> bool) {
+    let Some(folder) = data_folder(name) else { return };
+    let mut log = log_folder::read(&folder).expect("a readable log");
+    assert!(model(&log.vehicle), "{name} has another motion model: {:?}", log.vehicle);
+    log.scans.truncate(scans);
+    assert_agreement(name, &lockstep(&log, Precision::F64, |_| ()).overall, scans);
+}
+
+#[test]
+fn survey_in_double_precision() {
+    let log = short("survey", 1, 300);
+    assert_agreement("survey", &lockstep(&log, Precision::F64, |_| ()).overall, 300);
+}
+
+#[test]
+fn survey_in_single_precision() {
+    let log = short("survey", 1, 300);
+    let overall = lockstep(&log, Precision::F32, |_| ()).overall;
+    assert!(overall.estimated_position_m <= F32_POSITION_BOUND_M, "{overall:?}");
+    assert!(overall.own_way_position_m <= F32_OWN_WAY_BOUND_M, "{overall:?}");
+    // It is the precision that differs, not the numbers alone.
+    assert!(overall.estimated_position_m > F64_BOUND, "{overall:?}");
+}
+
+/// Random worlds with landmarks near each other, so that measurements are shared and features merge; where things hide and are
+/// taken away, and nearer ones hide others.
+#[test]
+fn worlds() {
+    for (name, seed) in [("worlds-exact", 1), ("worlds", 5), ("worlds-mounted", 2)] {
+        let log = short(name, seed, 200);
+        let comparison = lockstep(&log, Precision::F64, |settings| {
+            let joint = &mut settings.joint;
+            (joint.in_sight_s, joint.hidden_s, joint.lifetime_s, joint.behind) = (20.0, 5.0, 1e3, 0.3);
+        });
+        assert_agreement(name, &comparison.overall, 200);
+    }
+}
+
+/// The vehicle comes back to where it began with an error of some decimetres among features that it knows: for 33 and 40 scans some of
+/// them are loose, until what was born anew is made one with them.
+#[test]
+fn what_is_laid_over_the_old_map() {
+    for seed in [900_016, 900_024] {
+        let log = short("worlds", seed, 200);
+        assert_agreement("worlds", &lockstep(&log, Precision::F64, |_| ()).overall, 200);
+    }
+}
+
+/// Others move among the landmarks, and whatever is born may do either.
+#[test]
+fn what_moves() {
+    for seed in [1, 4] {
+        let log = short("worlds-moving", seed, 200);
+        let overall = lockstep(&log, Precision::F64, |settings| settings.set_moving(true)).overall;
+        assert_agreement("worlds-moving", &overall, 200);
+        assert!(overall.movers > 200, "{seed}: only {} movers were compared", overall.movers);
+    }
+}
+
+#[test]
+fn unicycle_arc() {
+    agrees_on_excerpt("phd_slam3_a00", 120, |vehicle| matches!(vehicle, Vehicle::UnicycleArc));
+}
+
+#[test]
+fn unicycle() {
+    agrees_on_excerpt("mrclam_ds6_robot2", 300, |vehicle| matches!(vehicle, Vehicle::Unicycle));
+}
+
+#[test]
+fn ackermann() {
+    agrees_on_excerpt("thesis_cmp_a00", 60, |vehicle| matches!(vehicle, Vehicle::Ackermann { .. }));
+}
