@@ -17,13 +17,13 @@ void drive(void) {
     scphd_scan_report report = {.struct_size = sizeof report};
     scphd_plane_pose pose = {.struct_size = sizeof pose};
 
-    scphd_description *robot;                                        /* a robot that turns in place, with a joint map */
+    scphd_description *robot;                                        /* a robot with a joint map */
     scphd_description_start(SCPHD_ABI_VERSION, robot_memory, sizeof robot_memory, &robot);
     scphd_description_set(robot, SCPHD_SENSOR_MODEL, 0, SCPHD_SENSOR_MODEL_RANGE_BEARING, NULL);
-    scphd_description_set(robot, SCPHD_SENSOR_RANGE_SIGMA_M, 0, 0.1, NULL);
-    scphd_description_set(robot, SCPHD_SENSOR_BEARING_SIGMA_RAD, 0, 0.01, NULL);
+    scphd_description_set(robot, SCPHD_SENSOR_RANGE_SIGMA_M, 0, 0.1f, NULL);
+    scphd_description_set(robot, SCPHD_SENSOR_BEARING_SIGMA_RAD, 0, 0.01f, NULL);
     scphd_description_set(robot, SCPHD_POSITION, 0, SCPHD_POSITION_YES, NULL);
-    scphd_description_set(robot, SCPHD_POSITION_SIGMA, 0, 0.5, NULL);
+    scphd_description_set(robot, SCPHD_POSITION_SIGMA, 0, 0.5f, NULL);
     scphd_slam *slam;
     scphd_start_joint_40(SCPHD_ABI_VERSION, slam_memory, sizeof slam_memory, robot, NULL, &slam);
     scphd_slam_reset(slam, robot);

@@ -39,21 +39,21 @@ static float noise(float sigma) {
 
 /* What is set of the robot; everything else is as the header says. */
 static const struct {
-    const char *setting;
-    double number;
+    uint32_t setting;
+    float number;
 } SETTINGS[] = {
     {SCPHD_VEHICLE_KIND, SCPHD_VEHICLE_KIND_UNICYCLE},
     {SCPHD_SENSOR_MODEL, SCPHD_SENSOR_MODEL_RANGE_BEARING},
-    {SCPHD_SENSOR_RANGE_MAX_M, 12.0},
-    {SCPHD_SENSOR_RANGE_SIGMA_M, 0.05},
-    {SCPHD_SENSOR_BEARING_SIGMA_RAD, 0.01},
-    {SCPHD_SENSOR_RANGE_EDGE_M, 0.15},
-    {SCPHD_SENSOR_FORWARD_M, 0.2},
+    {SCPHD_SENSOR_RANGE_MAX_M, 12.0f},
+    {SCPHD_SENSOR_RANGE_SIGMA_M, 0.05f},
+    {SCPHD_SENSOR_BEARING_SIGMA_RAD, 0.01f},
+    {SCPHD_SENSOR_RANGE_EDGE_M, 0.15f},
+    {SCPHD_SENSOR_FORWARD_M, 0.2f},
     {SCPHD_POSITION, SCPHD_POSITION_YES},
-    {SCPHD_POSITION_SIGMA, 0.3},
-    {SCPHD_POSITION_GATE, 25.0},
-    {SCPHD_START_X_M, 5.0},
-    {SCPHD_START_HEADING_RAD, 1.5708},
+    {SCPHD_POSITION_SIGMA, 0.3f},
+    {SCPHD_POSITION_GATE, 25.0f},
+    {SCPHD_START_X_M, 5.0f},
+    {SCPHD_START_HEADING_RAD, 1.5708f},
 };
 
 static scphd_slam *start_slam(void) {
@@ -67,7 +67,7 @@ static scphd_slam *start_slam(void) {
     }
     scphd_status status = scphd_start_joint_40(SCPHD_ABI_VERSION, slam_memory, sizeof slam_memory, robot, &reason, &slam);
     if (status != SCPHD_STATUS_OK) {
-        fprintf(stderr, "%s\n", reason.text);
+        fprintf(stderr, "%s: %s%s\n", scphd_setting_name(reason.setting), scphd_setting_range(reason.setting), reason.text);
     }
     check(status);
     check(scphd_slam_reset(slam, robot));

@@ -15,24 +15,25 @@ void check(scphd_status status) {
 // Not moved nor copied: the filter lives in the object.
 class Slam {
   public:
-    explicit Slam(double seed) {
+    explicit Slam(float seed) {
         check(scphd_description_start(SCPHD_ABI_VERSION, robot_, sizeof robot_, &description_));
         set(SCPHD_FILTER, SCPHD_FILTER_MIXTURE);
         set(SCPHD_START_SEED, seed);
-        set(SCPHD_NOISE_SPEED_SIGMA_MPS, 0.1);
-        set(SCPHD_NOISE_TURN_SIGMA, 0.02);
+        set(SCPHD_NOISE_SPEED_SIGMA_MPS, 0.1f);
+        set(SCPHD_NOISE_TURN_SIGMA, 0.02f);
         set(SCPHD_SENSOR_MODEL, SCPHD_SENSOR_MODEL_RANGE_BEARING);
-        set(SCPHD_SENSOR_RANGE_MAX_M, 10.0);
-        set(SCPHD_SENSOR_RANGE_SIGMA_M, 0.1);
-        set(SCPHD_SENSOR_BEARING_SIGMA_RAD, 0.02);
+        set(SCPHD_SENSOR_RANGE_MAX_M, 10.0f);
+        set(SCPHD_SENSOR_RANGE_SIGMA_M, 0.1f);
+        set(SCPHD_SENSOR_BEARING_SIGMA_RAD, 0.02f);
         scphd_reason reason{};
         reason.struct_size = sizeof reason;
         const scphd_status status =
             scphd_start_mixture_informed_4(SCPHD_ABI_VERSION, memory_, sizeof memory_, description_, &reason, &slam_);
         if (status == SCPHD_STATUS_OUT_OF_RANGE) {
-            throw std::invalid_argument(reason.text);
+            throw std::invalid_argument(scphd_setting_name(reason.setting));
         }
         check(status);
+        check(scphd_services_mixture_informed_4(slam_)); // For the digest.
         check(scphd_slam_reset(slam_, description_));
     }
     Slam(const Slam &) = delete;
@@ -57,7 +58,7 @@ class Slam {
     }
 
   private:
-    void set(const char *setting, double number) { check(scphd_description_set(description_, setting, 0, number, nullptr)); }
+    void set(std::uint32_t setting, float number) { check(scphd_description_set(description_, setting, 0, number, nullptr)); }
 
     SCPHD_MEMORY(memory_, SCPHD_SIZE_MIXTURE_INFORMED_4){};
     SCPHD_MEMORY(robot_, SCPHD_SIZE_DESCRIPTION){};

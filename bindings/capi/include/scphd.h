@@ -55,324 +55,324 @@
 #define SCPHD_SIZE_DESCRIPTION 640
 
 /*
- * Settings of a description, for scphd_description_set: a name, the numbers that it may have, what it is, and its unit.
+ * Settings of a description, for scphd_description_set: what each is, its unit, and the numbers that it may have.
  */
 
 /* How the vehicle moves. */
-#define SCPHD_VEHICLE_KIND "vehicle.kind"
+#define SCPHD_VEHICLE_KIND 1
 #define SCPHD_VEHICLE_KIND_ACKERMANN 0
 #define SCPHD_VEHICLE_KIND_UNICYCLE 1
 #define SCPHD_VEHICLE_KIND_UNICYCLE_EULER 2
 #define SCPHD_VEHICLE_KIND_HOLONOMIC 3
 
 /* Of a car: wheelbase L. In m. Must be finite and above 0. */
-#define SCPHD_VEHICLE_WHEELBASE_M "vehicle.wheelbase_m"
+#define SCPHD_VEHICLE_WHEELBASE_M 2
 
 /* Of a car: offset H of the wheel encoder from the centreline. In m. Must be finite. */
-#define SCPHD_VEHICLE_ENCODER_OFFSET_M "vehicle.encoder_offset_m"
+#define SCPHD_VEHICLE_ENCODER_OFFSET_M 3
 
 /* Of a car: how far ahead of the rear axle its pose is. In m. Must be finite. */
-#define SCPHD_VEHICLE_SENSOR_FORWARD_M "vehicle.sensor_forward_m"
+#define SCPHD_VEHICLE_SENSOR_FORWARD_M 4
 
 /* Of a car: how far left of the centreline its pose is. In m. Must be finite. */
-#define SCPHD_VEHICLE_SENSOR_LEFT_M "vehicle.sensor_left_m"
+#define SCPHD_VEHICLE_SENSOR_LEFT_M 5
 
 /* Standard deviation of the speed. In m/s. Must be finite and at least 0. */
-#define SCPHD_NOISE_SPEED_SIGMA_MPS "noise.speed_sigma_mps"
+#define SCPHD_NOISE_SPEED_SIGMA_MPS 6
 
 /* The same as a share of the speed; adds in quadrature. Must be finite and at least 0. */
-#define SCPHD_NOISE_SPEED_SIGMA_RATIO "noise.speed_sigma_ratio"
+#define SCPHD_NOISE_SPEED_SIGMA_RATIO 7
 
 /* Standard deviation of the turn rate, or of a car's steering angle, rad. In rad/s. Must be finite and at least 0. */
-#define SCPHD_NOISE_TURN_SIGMA "noise.turn_sigma"
+#define SCPHD_NOISE_TURN_SIGMA 8
 
 /* The same as a share of it; adds in quadrature. Must be finite and at least 0. */
-#define SCPHD_NOISE_TURN_SIGMA_RATIO "noise.turn_sigma_ratio"
+#define SCPHD_NOISE_TURN_SIGMA_RATIO 9
 
 /* How long an error lasts; 0: drawn anew in every prediction. In s. Must be finite and at least 0. */
-#define SCPHD_NOISE_INTERVAL_S "noise.interval_s"
+#define SCPHD_NOISE_INTERVAL_S 10
 
 /* Which filter; another one than before has its defaults. */
-#define SCPHD_FILTER "filter"
+#define SCPHD_FILTER 11
 #define SCPHD_FILTER_MIXTURE 0
 #define SCPHD_FILTER_JOINT 1
 
 /* Particles kept between scans. Must be between 1 and 65535. */
-#define SCPHD_MIXTURE_PARTICLES "mixture.particles"
+#define SCPHD_MIXTURE_PARTICLES 12
 
 /* Samples of each in a prediction. Must be between 1 and 65535. */
-#define SCPHD_MIXTURE_SAMPLES "mixture.samples"
+#define SCPHD_MIXTURE_SAMPLES 13
 
 /* Where samples are drawn from: the motion, or a Gaussian that the scan has been taken into. */
-#define SCPHD_MIXTURE_PROPOSAL "mixture.proposal"
+#define SCPHD_MIXTURE_PROPOSAL 14
 #define SCPHD_MIXTURE_PROPOSAL_BLIND 0
 #define SCPHD_MIXTURE_PROPOSAL_INFORMED 1
 
 /* Informed: linearisations at most. Must be between 1 and 16. */
-#define SCPHD_MIXTURE_INFORMED_ROUNDS "mixture.informed.rounds"
+#define SCPHD_MIXTURE_INFORMED_ROUNDS 15
 
 /* Informed: share of the covariance that is drawn from. Must be between 0 and 1. */
-#define SCPHD_MIXTURE_INFORMED_SAMPLED_FRACTION "mixture.informed.sampled_fraction"
+#define SCPHD_MIXTURE_INFORMED_SAMPLED_FRACTION 16
 
 /* Informed: a component speaks for a measurement of which it explains this share. Must be above 0 and below 1. */
-#define SCPHD_MIXTURE_INFORMED_MIN_RESPONSIBILITY "mixture.informed.min_responsibility"
+#define SCPHD_MIXTURE_INFORMED_MIN_RESPONSIBILITY 17
 
 /* Resampled where N_eff / N is below. Must be between 0 and 1. */
-#define SCPHD_MIXTURE_RESAMPLE_THRESHOLD "mixture.resample_threshold"
+#define SCPHD_MIXTURE_RESAMPLE_THRESHOLD 18
 
 /* Components below this weight are dropped. Must be above 0 and below 1. */
-#define SCPHD_MIXTURE_PRUNE_WEIGHT "mixture.prune_weight"
+#define SCPHD_MIXTURE_PRUNE_WEIGHT 19
 
 /* A component is confirmed where it is better known than by so many measurements, at least 1. Must be finite and at least 0. */
-#define SCPHD_MIXTURE_CONFIRMING_DETECTIONS "mixture.confirming_detections"
+#define SCPHD_MIXTURE_CONFIRMING_DETECTIONS 20
 
 /* One that leaves the view lighter than this, not confirmed, is forgotten; 0: none is. Must be between 0 and 1. */
-#define SCPHD_MIXTURE_UNCONFIRMED_WEIGHT "mixture.unconfirmed_weight"
+#define SCPHD_MIXTURE_UNCONFIRMED_WEIGHT 21
 
 /* Misses take a confirmed component no further down; 0: they do. Must be between 0 and 1. */
-#define SCPHD_MIXTURE_CONFIRMED_WEIGHT "mixture.confirmed_weight"
+#define SCPHD_MIXTURE_CONFIRMED_WEIGHT 22
 
 /* Squared Mahalanobis distance within which components are merged. Must be finite and at least 0. */
-#define SCPHD_MIXTURE_MERGE_DISTANCE "mixture.merge_distance"
+#define SCPHD_MIXTURE_MERGE_DISTANCE 23
 
 /* Least weight of an estimated feature. Must be between 0 and 1. */
-#define SCPHD_MIXTURE_EXTRACTION_WEIGHT "mixture.extraction_weight"
+#define SCPHD_MIXTURE_EXTRACTION_WEIGHT 24
 
 /* Terms below this share of what explains a measurement without features are left out; at most prune_weight. Must be above 0 and below 1. */
-#define SCPHD_MIXTURE_NEGLIGIBLE "mixture.negligible"
+#define SCPHD_MIXTURE_NEGLIGIBLE 25
 
 /* Components that a reduction leaves in view at most. Must be finite and at least 1. */
-#define SCPHD_MIXTURE_MAX_COMPONENTS "mixture.max_components"
+#define SCPHD_MIXTURE_MAX_COMPONENTS 26
 
 /* Which components are the estimated features. */
-#define SCPHD_MIXTURE_EXTRACTION "mixture.extraction"
+#define SCPHD_MIXTURE_EXTRACTION 27
 #define SCPHD_MIXTURE_EXTRACTION_HEAVIEST 0
 #define SCPHD_MIXTURE_EXTRACTION_PEAKS 1
 #define SCPHD_MIXTURE_EXTRACTION_CONFIRMED 2
 
 /* A measurement gives birth where nothing else explains at least this share of it. Must be between 0 and 1. */
-#define SCPHD_JOINT_BIRTH_SHARE "joint.birth_share"
+#define SCPHD_JOINT_BIRTH_SHARE 28
 
 /* Squared Mahalanobis distance beyond which a measurement says nothing of a feature. Must be finite and at least 0. */
-#define SCPHD_JOINT_GATE "joint.gate"
+#define SCPHD_JOINT_GATE 29
 
 /* Share of the probability of detection that is left behind a nearer detection. Must be between 0 and 1. */
-#define SCPHD_JOINT_BEHIND "joint.behind"
+#define SCPHD_JOINT_BEHIND 30
 
 /* A feature is dropped below this probability that it is there. Must be between 0 and 1. */
-#define SCPHD_JOINT_LEAST_EXISTENCE "joint.least_existence"
+#define SCPHD_JOINT_LEAST_EXISTENCE 31
 
 /* The same while it was detected less than twice. Must be between 0 and 1. */
-#define SCPHD_JOINT_LEAST_TENTATIVE "joint.least_tentative"
+#define SCPHD_JOINT_LEAST_TENTATIVE 32
 
 /* A feature is part of the estimate from this probability on. Must be between 0 and 1. */
-#define SCPHD_JOINT_EXTRACTION_EXISTENCE "joint.extraction_existence"
+#define SCPHD_JOINT_EXTRACTION_EXISTENCE 33
 
 /* Squared Mahalanobis distance within which two features are one. Must be finite and at least 0. */
-#define SCPHD_JOINT_MERGE_DISTANCE "joint.merge_distance"
+#define SCPHD_JOINT_MERGE_DISTANCE 34
 
 /* Mean time that a landmark stays in sight before something hides it; infinite: nothing does. In s. Must be above 0, or infinite. */
-#define SCPHD_JOINT_IN_SIGHT_S "joint.in_sight_s"
+#define SCPHD_JOINT_IN_SIGHT_S 35
 
 /* Mean time that it stays hidden. In s. Must be above 0, or infinite. */
-#define SCPHD_JOINT_HIDDEN_S "joint.hidden_s"
+#define SCPHD_JOINT_HIDDEN_S 36
 
 /* Mean time until it is taken away; infinite: never. In s. Must be above 0, or infinite. */
-#define SCPHD_JOINT_LIFETIME_S "joint.lifetime_s"
+#define SCPHD_JOINT_LIFETIME_S 37
 
 /* Whether features that move are kept beside the map. */
-#define SCPHD_JOINT_MOVERS "joint.movers"
+#define SCPHD_JOINT_MOVERS 38
 #define SCPHD_JOINT_MOVERS_NO 0
 #define SCPHD_JOINT_MOVERS_YES 1
 
 /* Whether what the odometry is off by is learnt. */
-#define SCPHD_JOINT_ODOMETRY "joint.odometry"
+#define SCPHD_JOINT_ODOMETRY 39
 #define SCPHD_JOINT_ODOMETRY_NO 0
 #define SCPHD_JOINT_ODOMETRY_YES 1
 
 /* Whether features that are far away go to an archive. */
-#define SCPHD_JOINT_ARCHIVE "joint.archive"
+#define SCPHD_JOINT_ARCHIVE 40
 #define SCPHD_JOINT_ARCHIVE_NO 0
 #define SCPHD_JOINT_ARCHIVE_YES 1
 
 /* How far the farthest-looking sensor sees. In m. Must be finite and above 0. */
-#define SCPHD_JOINT_ARCHIVE_REACH_M "joint.archive.reach_m"
+#define SCPHD_JOINT_ARCHIVE_REACH_M 41
 
 /* Standard deviation of what the speed is off by, as a share of it. Must be finite and at least 0. */
-#define SCPHD_JOINT_ODOMETRY_SPEED_SCALE "joint.odometry.speed_scale"
+#define SCPHD_JOINT_ODOMETRY_SPEED_SCALE 42
 
 /* The same of the turn rate or steering angle. Must be finite and at least 0. */
-#define SCPHD_JOINT_ODOMETRY_TURN_SCALE "joint.odometry.turn_scale"
+#define SCPHD_JOINT_ODOMETRY_TURN_SCALE 43
 
 /* Standard deviation of the offset of the turn rate, or of the steering angle, rad. In rad/s. Must be finite and at least 0. */
-#define SCPHD_JOINT_ODOMETRY_TURN_OFFSET "joint.odometry.turn_offset"
+#define SCPHD_JOINT_ODOMETRY_TURN_OFFSET 44
 
 /* How long it takes until it has walked as far as that; infinite: it never changes. In s. Must be above 0, or infinite. */
-#define SCPHD_JOINT_ODOMETRY_LASTS_S "joint.odometry.lasts_s"
+#define SCPHD_JOINT_ODOMETRY_LASTS_S 45
 
 /* Features that move: standard deviation of the velocity of a new one, along each axis. In m/s. Must be between 0.000001 and 1000000. */
-#define SCPHD_MOVING_VELOCITY_SIGMA_MPS "moving.velocity_sigma_mps"
+#define SCPHD_MOVING_VELOCITY_SIGMA_MPS 46
 
 /* Features that move: power spectral density of their acceleration. In m^2/s^3. Must be finite and at least 0. */
-#define SCPHD_MOVING_ACCELERATION_PSD "moving.acceleration_psd"
+#define SCPHD_MOVING_ACCELERATION_PSD 47
 
 /* Features that move: mean time until one vanishes. In s. Must be above 0, or infinite. */
-#define SCPHD_MOVING_LIFETIME_S "moving.lifetime_s"
+#define SCPHD_MOVING_LIFETIME_S 48
 
 /* Features that move: one less certain than this is forgotten. In m. Must be finite and above 0. */
-#define SCPHD_MOVING_SPREAD_MAX_M "moving.spread_max_m"
+#define SCPHD_MOVING_SPREAD_MAX_M 49
 
 /* Features that move: least weight of an estimated one. Must be between 0 and 1. */
-#define SCPHD_MOVING_EXTRACTION_WEIGHT "moving.extraction_weight"
+#define SCPHD_MOVING_EXTRACTION_WEIGHT 50
 
 /* Longest step of a prediction. Beyond it a prediction is refused; infinite: no limit. In s. Must be above 0, or infinite. */
-#define SCPHD_PLAUSIBLE_STEP_MAX_S "plausible.step_max_s"
+#define SCPHD_PLAUSIBLE_STEP_MAX_S 51
 
 /* Greatest speed. Beyond it a prediction is refused; infinite: no limit. In m/s. Must be above 0, or infinite. */
-#define SCPHD_PLAUSIBLE_SPEED_MAX_MPS "plausible.speed_max_mps"
+#define SCPHD_PLAUSIBLE_SPEED_MAX_MPS 52
 
 /* Greatest turn rate. Beyond it a prediction is refused; infinite: no limit. In rad/s. Must be above 0, or infinite. */
-#define SCPHD_PLAUSIBLE_TURN_RATE_MAX_RADPS "plausible.turn_rate_max_radps"
+#define SCPHD_PLAUSIBLE_TURN_RATE_MAX_RADPS 53
 
 /* Greatest distance of one step. Beyond it a prediction is refused; infinite: no limit. In m. Must be above 0, or infinite. */
-#define SCPHD_PLAUSIBLE_JUMP_MAX_M "plausible.jump_max_m"
+#define SCPHD_PLAUSIBLE_JUMP_MAX_M 54
+
+/* Whether the position is measured. */
+#define SCPHD_POSITION 55
+#define SCPHD_POSITION_NO 0
+#define SCPHD_POSITION_YES 1
+
+/* Standard deviation of a measured position. In m. Must be between 0.000001 and 1000000. */
+#define SCPHD_POSITION_SIGMA 56
+
+/* How far ahead of the pose the antenna is. In m. Must be finite. */
+#define SCPHD_POSITION_FORWARD_M 57
+
+/* How far left of the pose it is. In m. Must be finite. */
+#define SCPHD_POSITION_LEFT_M 58
+
+/* Squared Mahalanobis distance beyond which it is an outlier; infinite: none is. Must be above 0, or infinite. */
+#define SCPHD_POSITION_GATE 59
+
+/* Whether outliers that agree with each other show that the filter is wrong, which is moved then. */
+#define SCPHD_POSITION_WATCH 60
+#define SCPHD_POSITION_WATCH_NO 0
+#define SCPHD_POSITION_WATCH_YES 1
+
+/* So long is waited from the first outlier; infinite: for ever. In s. Must be at least 0, or infinite. */
+#define SCPHD_POSITION_WATCH_PATIENCE_S 61
+
+/* So many must be refused in a row. Must be between 3 and 1000. */
+#define SCPHD_POSITION_WATCH_FEWEST 62
+
+/* Whether the heading is measured. */
+#define SCPHD_HEADING 63
+#define SCPHD_HEADING_NO 0
+#define SCPHD_HEADING_YES 1
+
+/* Standard deviation of a measured heading. In rad. Must be between 0.000001 and 1000000. */
+#define SCPHD_HEADING_SIGMA 64
+
+/* Squared Mahalanobis distance beyond which it is an outlier; infinite: none is. Must be above 0, or infinite. */
+#define SCPHD_HEADING_GATE 65
+
+/* Whether outliers that agree with each other show that the filter is wrong, which is moved then. */
+#define SCPHD_HEADING_WATCH 66
+#define SCPHD_HEADING_WATCH_NO 0
+#define SCPHD_HEADING_WATCH_YES 1
+
+/* So long is waited from the first outlier; infinite: for ever. In s. Must be at least 0, or infinite. */
+#define SCPHD_HEADING_WATCH_PATIENCE_S 67
+
+/* So many must be refused in a row. Must be between 3 and 1000. */
+#define SCPHD_HEADING_WATCH_FEWEST 68
+
+/* Start: x. In m. Must be finite. */
+#define SCPHD_START_X_M 69
+
+/* Start: y. In m. Must be finite. */
+#define SCPHD_START_Y_M 70
+
+/* Start: heading, from x to y. In rad. Must be finite. */
+#define SCPHD_START_HEADING_RAD 71
+
+/* Standard deviation of the position at the start; 0 with the next: certain. In m. Must be finite and at least 0. */
+#define SCPHD_START_POSITION_SIGMA_M 72
+
+/* Standard deviation of the heading at the start. In rad. Must be finite and at least 0. */
+#define SCPHD_START_HEADING_SIGMA_RAD 73
+
+/* Seed of the random numbers of a mixture. Must be between 0 and 16777216. */
+#define SCPHD_START_SEED 74
 
 /* What the sensor measures; one that was none has defaults. */
-#define SCPHD_SENSOR_MODEL "sensor.model"
+#define SCPHD_SENSOR_MODEL 75
 #define SCPHD_SENSOR_MODEL_NONE 0
 #define SCPHD_SENSOR_MODEL_RANGE_BEARING 1
 #define SCPHD_SENSOR_MODEL_BEARING 2
 
 /* Standard deviation of the range. In m. Must be between 0.000001 and 1000000. */
-#define SCPHD_SENSOR_RANGE_SIGMA_M "sensor.range_sigma_m"
+#define SCPHD_SENSOR_RANGE_SIGMA_M 76
 
 /* Standard deviation of the bearing. In rad. Must be between 0.000001 and 1000000. */
-#define SCPHD_SENSOR_BEARING_SIGMA_RAD "sensor.bearing_sigma_rad"
+#define SCPHD_SENSOR_BEARING_SIGMA_RAD 77
 
 /* Least range. In m. Must be finite and at least 0. */
-#define SCPHD_SENSOR_RANGE_MIN_M "sensor.range_min_m"
+#define SCPHD_SENSOR_RANGE_MIN_M 78
 
 /* Greatest range. In m. Must be finite and above 0. */
-#define SCPHD_SENSOR_RANGE_MAX_M "sensor.range_max_m"
+#define SCPHD_SENSOR_RANGE_MAX_M 79
 
 /* Half width of the soft edge at either range. In m. Must be finite and at least 0. */
-#define SCPHD_SENSOR_RANGE_EDGE_M "sensor.range_edge_m"
+#define SCPHD_SENSOR_RANGE_EDGE_M 80
 
 /* Middle of the window. In rad. Must be finite. */
-#define SCPHD_SENSOR_BEARING_CENTER_RAD "sensor.bearing_center_rad"
+#define SCPHD_SENSOR_BEARING_CENTER_RAD 81
 
 /* Half width of the window; pi or more for a full circle. In rad. Must be finite and above 0. */
-#define SCPHD_SENSOR_BEARING_HALF_WIDTH_RAD "sensor.bearing_half_width_rad"
+#define SCPHD_SENSOR_BEARING_HALF_WIDTH_RAD 82
 
 /* Half width of the soft edge at either side. In rad. Must be finite and at least 0. */
-#define SCPHD_SENSOR_BEARING_EDGE_RAD "sensor.bearing_edge_rad"
+#define SCPHD_SENSOR_BEARING_EDGE_RAD 83
 
 /* Probability of detection at range zero. Must be at least 0 and below 1. */
-#define SCPHD_SENSOR_PROBABILITY_NEAR "sensor.probability_near"
+#define SCPHD_SENSOR_PROBABILITY_NEAR 84
 
 /* The same at the greatest range. Must be at least 0 and below 1. */
-#define SCPHD_SENSOR_PROBABILITY_FAR "sensor.probability_far"
+#define SCPHD_SENSOR_PROBABILITY_FAR 85
 
 /* False measurements to expect of a scan. Must be between 0 and 1000000000. */
-#define SCPHD_SENSOR_CLUTTER_PER_SCAN "sensor.clutter_per_scan"
+#define SCPHD_SENSOR_CLUTTER_PER_SCAN 86
 
 /* Intensity of births of features that stand still. In 1/(m rad). Must be finite and at least 0. */
-#define SCPHD_SENSOR_BIRTHS_STILL "sensor.births_still"
+#define SCPHD_SENSOR_BIRTHS_STILL 87
 
 /* Intensity of births of features that move. In 1/(m rad). Must be finite and at least 0. */
-#define SCPHD_SENSOR_BIRTHS_MOVING "sensor.births_moving"
+#define SCPHD_SENSOR_BIRTHS_MOVING 88
 
 /* Of bearings: range of the innermost ring of births. In m. Must be finite and above 0. */
-#define SCPHD_SENSOR_BIRTHS_NEAREST_M "sensor.births_nearest_m"
+#define SCPHD_SENSOR_BIRTHS_NEAREST_M 89
 
 /* Of bearings: range of the outermost ring. In m. Must be finite and above 0. */
-#define SCPHD_SENSOR_BIRTHS_FARTHEST_M "sensor.births_farthest_m"
+#define SCPHD_SENSOR_BIRTHS_FARTHEST_M 90
 
 /* Of bearings: number of rings. Must be between 2 and 65535. */
-#define SCPHD_SENSOR_BIRTHS_RINGS "sensor.births_rings"
+#define SCPHD_SENSOR_BIRTHS_RINGS 91
 
 /* Of bearings: births in a ring. Must be between 1 and 65535. */
-#define SCPHD_SENSOR_BIRTHS_SECTORS "sensor.births_sectors"
+#define SCPHD_SENSOR_BIRTHS_SECTORS 92
 
 /* Of bearings: weight of every birth. Must be finite and at least 0. */
-#define SCPHD_SENSOR_BIRTHS_WEIGHT "sensor.births_weight"
+#define SCPHD_SENSOR_BIRTHS_WEIGHT 93
 
 /* How far ahead of the pose the sensor sits. In m. Must be finite. */
-#define SCPHD_SENSOR_FORWARD_M "sensor.forward_m"
+#define SCPHD_SENSOR_FORWARD_M 94
 
 /* How far left of the pose it sits. In m. Must be finite. */
-#define SCPHD_SENSOR_LEFT_M "sensor.left_m"
+#define SCPHD_SENSOR_LEFT_M 95
 
 /* Where it looks, to the left. In rad. Must be finite. */
-#define SCPHD_SENSOR_YAW_RAD "sensor.yaw_rad"
-
-/* Whether the position is measured. */
-#define SCPHD_POSITION "position"
-#define SCPHD_POSITION_NO 0
-#define SCPHD_POSITION_YES 1
-
-/* Standard deviation of a measured position. In m. Must be between 0.000001 and 1000000. */
-#define SCPHD_POSITION_SIGMA "position.sigma"
-
-/* How far ahead of the pose the antenna is. In m. Must be finite. */
-#define SCPHD_POSITION_FORWARD_M "position.forward_m"
-
-/* How far left of the pose it is. In m. Must be finite. */
-#define SCPHD_POSITION_LEFT_M "position.left_m"
-
-/* Squared Mahalanobis distance beyond which it is an outlier; infinite: none is. Must be above 0, or infinite. */
-#define SCPHD_POSITION_GATE "position.gate"
-
-/* Whether outliers that agree with each other show that the filter is wrong, which is moved then. */
-#define SCPHD_POSITION_WATCH "position.watch"
-#define SCPHD_POSITION_WATCH_NO 0
-#define SCPHD_POSITION_WATCH_YES 1
-
-/* So long is waited from the first outlier; infinite: for ever. In s. Must be at least 0, or infinite. */
-#define SCPHD_POSITION_WATCH_PATIENCE_S "position.watch.patience_s"
-
-/* So many must be refused in a row. Must be between 3 and 1000. */
-#define SCPHD_POSITION_WATCH_FEWEST "position.watch.fewest"
-
-/* Whether the heading is measured. */
-#define SCPHD_HEADING "heading"
-#define SCPHD_HEADING_NO 0
-#define SCPHD_HEADING_YES 1
-
-/* Standard deviation of a measured heading. In rad. Must be between 0.000001 and 1000000. */
-#define SCPHD_HEADING_SIGMA "heading.sigma"
-
-/* Squared Mahalanobis distance beyond which it is an outlier; infinite: none is. Must be above 0, or infinite. */
-#define SCPHD_HEADING_GATE "heading.gate"
-
-/* Whether outliers that agree with each other show that the filter is wrong, which is moved then. */
-#define SCPHD_HEADING_WATCH "heading.watch"
-#define SCPHD_HEADING_WATCH_NO 0
-#define SCPHD_HEADING_WATCH_YES 1
-
-/* So long is waited from the first outlier; infinite: for ever. In s. Must be at least 0, or infinite. */
-#define SCPHD_HEADING_WATCH_PATIENCE_S "heading.watch.patience_s"
-
-/* So many must be refused in a row. Must be between 3 and 1000. */
-#define SCPHD_HEADING_WATCH_FEWEST "heading.watch.fewest"
-
-/* Start: x. In m. Must be finite. */
-#define SCPHD_START_X_M "start.x_m"
-
-/* Start: y. In m. Must be finite. */
-#define SCPHD_START_Y_M "start.y_m"
-
-/* Start: heading, from x to y. In rad. Must be finite. */
-#define SCPHD_START_HEADING_RAD "start.heading_rad"
-
-/* Standard deviation of the position at the start; 0 with the next: certain. In m. Must be finite and at least 0. */
-#define SCPHD_START_POSITION_SIGMA_M "start.position_sigma_m"
-
-/* Standard deviation of the heading at the start. In rad. Must be finite and at least 0. */
-#define SCPHD_START_HEADING_SIGMA_RAD "start.heading_sigma_rad"
-
-/* Seed of the random numbers of a mixture. Must be between 0 and 9007199254740992. */
-#define SCPHD_START_SEED "start.seed"
+#define SCPHD_SENSOR_YAW_RAD 96
 
 
 // The version of this interface. It changes whenever a program that was compiled against another header could not work.
@@ -479,7 +479,7 @@ enum scphd_status
   SCPHD_STATUS_BAD_MEASUREMENT = 31,
   // The noise of a sensor or a fix is not positive definite.
   SCPHD_STATUS_BAD_NOISE = 32,
-  // There is no setting of this name.
+  // There is no setting of this number.
   SCPHD_STATUS_UNKNOWN_SETTING = 33,
   // The description has no such sensor, fix or part, or the sensor measures something else.
   SCPHD_STATUS_NOT_DESCRIBED = 34,
@@ -491,6 +491,8 @@ enum scphd_status
   SCPHD_STATUS_BAD_MAP = 37,
   // It is no snapshot for this filter and memory, or damaged, or the room for it is too small.
   SCPHD_STATUS_BAD_SNAPSHOT = 38,
+  // This is a service: call the function `scphd_services_...` of the filter's set first.
+  SCPHD_STATUS_NO_SERVICES = 39,
   // Refused for another reason.
   SCPHD_STATUS_REFUSED = 99,
 };
@@ -515,12 +517,17 @@ typedef struct scphd_sonar_detector scphd_sonar_detector;
 // A mixture under water, in its memory.
 typedef struct scphd_water scphd_water;
 
-// Why a configuration was refused.
+// Why a description or a setting was refused. All is 0 where none of them is to blame.
 typedef struct scphd_reason {
   // `sizeof(scphd_reason)`, set by the caller.
   uint32_t struct_size;
-  // One line in UTF-8 that ends with a zero, as "joint.gate must be finite and at least 0". Empty where no setting is to blame.
-  char text[124];
+  // The setting, as `SCPHD_JOINT_GATE`; `scphd_setting_name` and `scphd_setting_range` have its texts. 0 where `text` says more.
+  uint32_t setting;
+  // Of a setting of a sensor: which sensor.
+  uint32_t sensor;
+  // One line in UTF-8 that ends with a zero, as "range_sigma_m must be finite and above 0", where settings do not fit each other, and of a
+  // sonar. Empty where `setting` says it.
+  char text[116];
 } scphd_reason;
 
 // A feature in the plane.
@@ -851,19 +858,25 @@ scphd_status scphd_description_start(uint32_t abi_version,
 // Sets one of the settings above, `SCPHD_VEHICLE_KIND` and so on; where its name begins with `SCPHD_SENSOR_`, that of the sensor with this index, 0 to
 // 3. Of one of several, `number` is its place in the list. The reason may be null.
 scphd_status scphd_description_set(scphd_description *description,
-                                   const char *setting,
+                                   uint32_t setting,
                                    size_t sensor,
-                                   double number,
+                                   float number,
                                    scphd_reason *reason);
 
 // Reads a setting. `SCPHD_STATUS_NOT_DESCRIBED` where the description has no such part.
 scphd_status scphd_description_get(scphd_description *description,
-                                   const char *setting,
+                                   uint32_t setting,
                                    size_t sensor,
-                                   double *number);
+                                   float *number);
+
+// The name of a setting, as "joint.gate". The text lasts as long as the program.
+const char *scphd_setting_name(uint32_t setting);
+
+// What a number of a setting must be, as "finite and at least 0". The text lasts as long as the program.
+const char *scphd_setting_range(uint32_t setting);
 
 // Goes on by another description with the same parts, between any two steps; the numbers of movers and archive of a joint map stay. The watches begin
-// anew. The reason may be null.
+// anew. The reason may be null. A service.
 scphd_status scphd_slam_configure(scphd_slam *slam,
                                   scphd_description *description,
                                   scphd_reason *reason);
@@ -871,7 +884,7 @@ scphd_status scphd_slam_configure(scphd_slam *slam,
 // Starts, or starts again, where the description says and as certain of it, with an empty map.
 scphd_status scphd_slam_reset(scphd_slam *slam, scphd_description *description);
 
-// Puts the vehicle to this pose, known to these standard deviations; the map stays.
+// Puts the vehicle to this pose, known to these standard deviations; the map stays. A service.
 scphd_status scphd_slam_relocate(scphd_slam *slam,
                                  float x_m,
                                  float y_m,
@@ -879,10 +892,10 @@ scphd_status scphd_slam_relocate(scphd_slam *slam,
                                  float position_sigma_m,
                                  float heading_sigma_rad);
 
-// Makes the pose uncertain by further standard deviations; the map stays.
+// Makes the pose uncertain by further standard deviations; the map stays. A service.
 scphd_status scphd_slam_scatter(scphd_slam *slam, float position_sigma_m, float heading_sigma_rad);
 
-// Puts this map, at most 128 features, in the place of the one that there is. Not where there is an archive.
+// Puts this map, at most 128 features, in the place of the one that there is. Not where there is an archive. A service.
 scphd_status scphd_slam_load_map(scphd_slam *slam, const scphd_feature *features, size_t count);
 
 // Moves the vehicle for `dt_s` seconds: speed ahead; speed to the left of a vehicle that moves sideways too, else 0; turn rate to the left,
@@ -910,14 +923,14 @@ scphd_status scphd_slam_scan_bearing(scphd_slam *slam,
                                      size_t count,
                                      scphd_scan_report *report);
 
-// Takes in a scan of range and bearing for the pose alone: the map stays as it is. For joint maps without an archive.
+// Takes in a scan of range and bearing for the pose alone: the map stays as it is. For joint maps without an archive. A service.
 scphd_status scphd_slam_localise(scphd_slam *slam,
                                  size_t sensor,
                                  const scphd_range_bearing *measurements,
                                  size_t count,
                                  scphd_scan_report *report);
 
-// Takes in a measured position, between any two steps, and has its watch see it. The report may be null.
+// Takes in a measured position, between any two steps. A watch over it is a service. The report may be null.
 scphd_status scphd_slam_observe_position(scphd_slam *slam, float x_m, float y_m, scphd_fix_report *report);
 
 // Takes in a measured heading, from the x axis towards the y axis. As `scphd_slam_observe_position`.
@@ -942,20 +955,23 @@ scphd_status scphd_slam_estimate_movers(scphd_slam *slam,
                                         scphd_map *map);
 
 // Writes a snapshot to so many bytes of room, by which a filter of the same description and set goes on to the bit, but for its watches. `kind`
-// tells vehicles apart. `written` is how many bytes it takes. A room of none may be null, and nothing is written then.
+// tells vehicles apart. `written` is how many bytes it takes. A room of none may be null, and nothing is written then. A service.
 scphd_status scphd_slam_save(scphd_slam *slam,
                              uint32_t kind,
                              uint8_t *room,
                              size_t capacity,
                              size_t *written);
 
-// Goes on from a snapshot of so many bytes. Where one is refused for what is in it, the filter has to be reset.
-scphd_status scphd_slam_restore(scphd_slam *slam, uint32_t kind, const uint8_t *snapshot, size_t size_bytes);
+// Goes on from a snapshot of so many bytes. Where one is refused for what is in it, the filter has to be reset. A service.
+scphd_status scphd_slam_restore(scphd_slam *slam,
+                                uint32_t kind,
+                                const uint8_t *snapshot,
+                                size_t size_bytes);
 
-// A hash of all that the filter knows, to the last bit: the same inputs give the same on every machine.
+// A hash of all that the filter knows, to the last bit: the same inputs give the same on every machine. A service.
 scphd_status scphd_slam_digest(scphd_slam *slam, uint64_t *digest);
 
-// Looks over all that the filter knows: `SCPHD_STATUS_DAMAGED` where memory was damaged.
+// Looks over all that the filter knows: `SCPHD_STATUS_DAMAGED` where memory was damaged. A service.
 scphd_status scphd_slam_audit(scphd_slam *slam);
 
 // A sonar that sees everything as far as this, m, with this probability of detection, in [0, 1): one false measurement a scan, one in ten
@@ -1047,60 +1063,72 @@ scphd_status scphd_water_digest(scphd_water *filter, uint64_t *digest);
 // that kept it, or in a copy of it. The description may be another, but for particles, samples and proposal of a mixture. What
 // is found of a mixture is checked, of a joint map taken as it is; it is no checksum, and memory that may have been damaged needs
 // one.
+//
+// Services are the functions that say so above. scphd_services_... of its set provides them for a filter, until this is started or
+// resumed again. A program that does not call it does not contain them.
 
 // Joint map: 40 features, scans of 32 measurements.
 scphd_status scphd_start_joint_40(uint32_t abi_version, void *memory, size_t size_bytes,
                                   scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_resume_joint_40(uint32_t abi_version, void *memory, size_t size_bytes,
                                    scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_services_joint_40(scphd_slam *slam);
 
 // Joint map: 100 features, scans of 32 measurements.
 scphd_status scphd_start_joint_100(uint32_t abi_version, void *memory, size_t size_bytes,
                                    scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_resume_joint_100(uint32_t abi_version, void *memory, size_t size_bytes,
                                     scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_services_joint_100(scphd_slam *slam);
 
 // Joint map: 60 features and 16 that move, scans of 32 measurements.
 scphd_status scphd_start_joint_60_movers(uint32_t abi_version, void *memory, size_t size_bytes,
                                          scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_resume_joint_60_movers(uint32_t abi_version, void *memory, size_t size_bytes,
                                           scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_services_joint_60_movers(scphd_slam *slam);
 
 // Joint map: 100 features and 32 that move, scans of 32 measurements.
 scphd_status scphd_start_joint_100_movers(uint32_t abi_version, void *memory, size_t size_bytes,
                                           scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_resume_joint_100_movers(uint32_t abi_version, void *memory, size_t size_bytes,
                                            scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_services_joint_100_movers(scphd_slam *slam);
 
 // Joint map: 40 features and 16 that move, and 1000 features that are far away in an archive; scans of 32 measurements.
 scphd_status scphd_start_joint_40_archive(uint32_t abi_version, void *memory, size_t size_bytes,
                                           scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_resume_joint_40_archive(uint32_t abi_version, void *memory, size_t size_bytes,
                                            scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_services_joint_40_archive(scphd_slam *slam);
 
 // Joint map that learns what the odometry is off by: 60 features, scans of 32 measurements.
 scphd_status scphd_start_joint_60_learning(uint32_t abi_version, void *memory, size_t size_bytes,
                                            scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_resume_joint_60_learning(uint32_t abi_version, void *memory, size_t size_bytes,
                                             scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_services_joint_60_learning(scphd_slam *slam);
 
 // Mixture: 32 particles of two samples, 320 pages of features, 32 to a map, 256 in view; 128 pages of moving ones; scans of 128 measurements, of range and bearing or of bearings alone.
 scphd_status scphd_start_mixture_32x2(uint32_t abi_version, void *memory, size_t size_bytes,
                                       scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_resume_mixture_32x2(uint32_t abi_version, void *memory, size_t size_bytes,
                                        scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_services_mixture_32x2(scphd_slam *slam);
 
 // Mixture: four informed particles, 128 pages of features, 32 to a map, 256 in view; none that move; scans of 64 measurements.
 scphd_status scphd_start_mixture_informed_4(uint32_t abi_version, void *memory, size_t size_bytes,
                                             scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_resume_mixture_informed_4(uint32_t abi_version, void *memory, size_t size_bytes,
                                              scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_services_mixture_informed_4(scphd_slam *slam);
 
 // The same with 64 pages of moving features, 16 to a map, 128 in view.
 scphd_status scphd_start_mixture_informed_4_moving(uint32_t abi_version, void *memory, size_t size_bytes,
                                                    scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_resume_mixture_informed_4_moving(uint32_t abi_version, void *memory, size_t size_bytes,
                                                     scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_services_mixture_informed_4_moving(scphd_slam *slam);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -1,13 +1,13 @@
-//! A description of a vehicle, by the names of its settings.
+//! A description of a vehicle, by the numbers of its settings.
 
 use crate::block::Handle;
 use crate::memory::{Asked, Entry, NoState};
-use crate::pointer::{Bytes, Handed, In, Out};
+use crate::pointer::{Bytes, Handed, Out};
 use crate::reason::Reason;
 use crate::sets::DESCRIPTION;
 use crate::{scphd_reason, scphd_status};
 use core::ffi::c_char;
-use scphd_vehicle::{Description, Field};
+use scphd_vehicle::{Description, Setting};
 
 /// A description of a vehicle, its filter, its sensors, its fixes and its start, in its memory. It may serve several filters, and is not
 /// needed while they run.
@@ -34,12 +34,8 @@ pub extern "C" fn scphd_description_start(
     asked.make(&DESCRIPTION, Entry::Start, |_: &mut NoState, _| Ok(Description::robot()))
 }
 
-/// The setting of this name.
-fn field(name: &In<c_char>) -> Result<&'static Field<f32>, scphd_status> {
-    let name = name.name()?;
-    // Byte by byte: a comparison of slices would ask for a function that not every C library has.
-    let found = Description::<f32>::FIELDS.iter().find(|field| field.name.bytes().eq(name.bytes()));
-    found.ok_or(scphd_status::UnknownSetting)
+fn known(setting: u32) -> Result<Setting, scphd_status> {
+    Setting::of_number(setting).ok_or(scphd_status::UnknownSetting)
 }
 
 /// Sets one of the settings above, `SCPHD_VEHICLE_KIND` and so on; where its name begins with `SCPHD_SENSOR_`, that of the sensor with this index, 0 to
@@ -47,15 +43,15 @@ fn field(name: &In<c_char>) -> Result<&'static Field<f32>, scphd_status> {
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_description_set(
     mut description: Handed<scphd_description>,
-    setting: In<c_char>,
+    setting: u32,
     sensor: usize,
-    number: f64,
+    number: f32,
     mut reason: Out<scphd_reason>,
 ) -> scphd_status {
     let mut set = || {
         let mut reason = Reason::of(&mut reason)?;
-        let field = field(&setting)?;
-        description.enter()?.set(field, sensor, number).map_err(|invalid| reason.invalid(invalid))
+        let setting = known(setting)?;
+        description.enter()?.set(setting, sensor, number).map_err(|invalid| reason.invalid(invalid))
     };
     scphd_status::of(set())
 }
@@ -64,15 +60,27 @@ pub extern "C" fn scphd_description_set(
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_description_get(
     mut description: Handed<scphd_description>,
-    setting: In<c_char>,
+    setting: u32,
     sensor: usize,
-    mut number: Out<f64>,
+    mut number: Out<f32>,
 ) -> scphd_status {
     let mut get = || {
         let place = number.place()?;
-        let found = description.enter()?.get(field(&setting)?, sensor);
+        let found = description.enter()?.get(known(setting)?, sensor);
         place.write(found.ok_or(scphd_status::NotDescribed)?);
         Ok(())
     };
     scphd_status::of(get())
+}
+
+/// The name of a setting, as "joint.gate". The text lasts as long as the program.
+#[unsafe(no_mangle)]
+pub extern "C" fn scphd_setting_name(setting: u32) -> *const c_char {
+    Setting::of_number(setting).map_or(c"no setting", Setting::name_c).as_ptr()
+}
+
+/// What a number of a setting must be, as "finite and at least 0". The text lasts as long as the program.
+#[unsafe(no_mangle)]
+pub extern "C" fn scphd_setting_range(setting: u32) -> *const c_char {
+    Setting::of_number(setting).map_or(c"no setting", Setting::range_c).as_ptr()
 }

@@ -31,6 +31,7 @@ mod pose;
 mod report;
 
 mod description;
+mod running;
 mod slam;
 mod starts;
 
@@ -51,6 +52,7 @@ pub use pointer::{Bytes, Handed, In, Out};
 pub use pose::{scphd_odometry, scphd_plane_pose, scphd_water_pose};
 pub use reason::scphd_reason;
 pub use report::*;
+pub use running::scphd_slam;
 pub use sets::{SETS, Set};
 pub use slam::*;
 pub use sonar::*;

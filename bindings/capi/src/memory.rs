@@ -53,7 +53,7 @@ pub(crate) struct Seated<B: Backing<f32> + 'static> {
 }
 
 macro_rules! zeroed {
-    ($($(#[doc = $about:literal])+ $name:ident = $number:literal, $bytes:literal bytes of $memory:ident: $start:ident, $resume:ident;)+) => { $(
+    ($($(#[doc = $about:literal])+ $name:ident = $number:literal, $bytes:literal bytes of $memory:ident: $start:ident, $resume:ident, $services:ident;)+) => { $(
         // SAFETY: a filter that is not there, and states, movers and archives, which are numbers; `tests::states_begin_as_zeros` holds them
         // to it.
         unsafe impl Zeroed for Seated<sets::memories::$memory> {}
@@ -173,6 +173,8 @@ pub(crate) struct Entered<'h, F> {
 
 impl<H: Handle> Handed<H> {
     /// What is behind the pointer, and nobody else's until it is dropped.
+    // Once in an image, not once in every call.
+    #[inline(never)]
     pub(crate) fn enter(&mut self) -> Result<Entered<'_, H::Inner>, scphd_status> {
         let head = self.0.cast::<Head<H::Inner>>();
         pointer::check(head)?;
@@ -291,7 +293,7 @@ mod tests {
     #[test]
     fn states_begin_as_zeros() {
         macro_rules! check {
-            ($($(#[doc = $about:literal])+ $name:ident = $number:literal, $bytes:literal bytes of $memory:ident: $start:ident, $resume:ident;)+) => {
+            ($($(#[doc = $about:literal])+ $name:ident = $number:literal, $bytes:literal bytes of $memory:ident: $start:ident, $resume:ident, $services:ident;)+) => {
                 check!($($memory),+)
             };
             ($($memory:ident),+) => { $({

@@ -4,7 +4,7 @@
 //! which nothing else writes to during the call. Null and misaligned ones are found out; the rest is the caller's word.
 
 use crate::scphd_status;
-use core::ffi::{c_char, c_void};
+use core::ffi::c_void;
 use core::mem::MaybeUninit;
 use nalgebra::SVector;
 use scphd::MapEstimate;
@@ -170,21 +170,6 @@ impl<T> Out<T> {
     /// The place of one value.
     pub(crate) fn place(&mut self) -> Result<&mut MaybeUninit<T>, scphd_status> {
         self.room(1)?.first_mut().ok_or(scphd_status::NullPointer)
-    }
-}
-
-/// So long may the name of a setting be, bytes.
-const NAME: usize = 64;
-
-impl In<c_char> {
-    /// A name that ends with a zero; one that is too long is none.
-    pub(crate) fn name(&self) -> Result<&str, scphd_status> {
-        check(self.0)?;
-        // SAFETY: not null; the caller's word that a zero ends it, beyond which nothing is read.
-        let ends = (0..NAME).find(|&at| unsafe { self.0.add(at).read() } == 0).ok_or(scphd_status::UnknownSetting)?;
-        // SAFETY: so many bytes were just read.
-        let bytes = unsafe { core::slice::from_raw_parts(self.0.cast::<u8>(), ends) };
-        core::str::from_utf8(bytes).map_err(|_| scphd_status::UnknownSetting)
     }
 }
 

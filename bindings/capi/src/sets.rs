@@ -29,8 +29,8 @@ pub struct Set {
     pub bytes: usize,
     /// What there is room for.
     pub about: &'static str,
-    /// The functions that start a filter that is described in it, and go on with one.
-    pub functions: &'static [&'static str],
+    /// The functions that start a filter that is described in it, resume one, and give its services.
+    pub functions: Option<[&'static str; 3]>,
 }
 
 /// A mixture under water.
@@ -39,7 +39,7 @@ pub(crate) const WATER_INFORMED_16: Set = Set {
     number: 201,
     bytes: 94_208,
     about: " Mixture under water: 16 informed particles, 160 pages of features, 24 to a map, 256 in view; none that move.",
-    functions: &[],
+    functions: None,
 };
 /// A sonar.
 pub(crate) const SONAR_64: Set = Set {
@@ -47,49 +47,49 @@ pub(crate) const SONAR_64: Set = Set {
     number: 301,
     bytes: 1_792,
     about: " Detector of range, bearing and elevation: scans of 64 measurements.",
-    functions: &[],
+    functions: None,
 };
 /// A description.
 pub(crate) const DESCRIPTION: Set =
-    Set { name: "DESCRIPTION", number: 401, bytes: 640, about: " A description of a vehicle.", functions: &[] };
+    Set { name: "DESCRIPTION", number: 401, bytes: 640, about: " A description of a vehicle.", functions: None };
 
 /// Hands the table of the sets for filters that are described to another macro.
 macro_rules! table {
     ($then:ident) => {
         $then! {
             /// Joint map: 40 features, scans of 32 measurements.
-            JOINT_40 = 101, 21_504 bytes of Joint40: scphd_start_joint_40, scphd_resume_joint_40;
+            JOINT_40 = 101, 21_504 bytes of Joint40: scphd_start_joint_40, scphd_resume_joint_40, scphd_services_joint_40;
             /// Joint map: 100 features, scans of 32 measurements.
-            JOINT_100 = 102, 94_208 bytes of Joint100: scphd_start_joint_100, scphd_resume_joint_100;
+            JOINT_100 = 102, 94_208 bytes of Joint100: scphd_start_joint_100, scphd_resume_joint_100, scphd_services_joint_100;
             /// Joint map: 60 features and 16 that move, scans of 32 measurements.
-            JOINT_60_MOVERS = 103, 40_960 bytes of Joint60Movers: scphd_start_joint_60_movers, scphd_resume_joint_60_movers;
+            JOINT_60_MOVERS = 103, 40_960 bytes of Joint60Movers: scphd_start_joint_60_movers, scphd_resume_joint_60_movers, scphd_services_joint_60_movers;
             /// Joint map: 100 features and 32 that move, scans of 32 measurements.
-            JOINT_100_MOVERS = 104, 97_280 bytes of Joint100Movers: scphd_start_joint_100_movers, scphd_resume_joint_100_movers;
+            JOINT_100_MOVERS = 104, 97_280 bytes of Joint100Movers: scphd_start_joint_100_movers, scphd_resume_joint_100_movers, scphd_services_joint_100_movers;
             /// Joint map: 40 features and 16 that move, and 1000 features that are far away in an archive; scans of 32 measurements.
-            JOINT_40_ARCHIVE = 105, 366_592 bytes of Joint40Archive: scphd_start_joint_40_archive, scphd_resume_joint_40_archive;
+            JOINT_40_ARCHIVE = 105, 366_592 bytes of Joint40Archive: scphd_start_joint_40_archive, scphd_resume_joint_40_archive, scphd_services_joint_40_archive;
             /// Joint map that learns what the odometry is off by: 60 features, scans of 32 measurements.
-            JOINT_60_LEARNING = 106, 40_960 bytes of Joint60Learning: scphd_start_joint_60_learning, scphd_resume_joint_60_learning;
+            JOINT_60_LEARNING = 106, 40_960 bytes of Joint60Learning: scphd_start_joint_60_learning, scphd_resume_joint_60_learning, scphd_services_joint_60_learning;
             /// Mixture: 32 particles of two samples, 320 pages of features, 32 to a map, 256 in view; 128 pages of moving ones; scans of 128
             /// measurements, of range and bearing or of bearings alone.
-            MIXTURE_32X2 = 111, 206_848 bytes of Mixture32x2: scphd_start_mixture_32x2, scphd_resume_mixture_32x2;
+            MIXTURE_32X2 = 111, 206_848 bytes of Mixture32x2: scphd_start_mixture_32x2, scphd_resume_mixture_32x2, scphd_services_mixture_32x2;
             /// Mixture: four informed particles, 128 pages of features, 32 to a map, 256 in view; none that move; scans of 64 measurements.
-            MIXTURE_INFORMED_4 = 112, 55_296 bytes of MixtureInformed4: scphd_start_mixture_informed_4, scphd_resume_mixture_informed_4;
+            MIXTURE_INFORMED_4 = 112, 55_296 bytes of MixtureInformed4: scphd_start_mixture_informed_4, scphd_resume_mixture_informed_4, scphd_services_mixture_informed_4;
             /// The same with 64 pages of moving features, 16 to a map, 128 in view.
-            MIXTURE_INFORMED_4_MOVING = 113, 102_400 bytes of MixtureInformed4Moving: scphd_start_mixture_informed_4_moving, scphd_resume_mixture_informed_4_moving;
+            MIXTURE_INFORMED_4_MOVING = 113, 102_400 bytes of MixtureInformed4Moving: scphd_start_mixture_informed_4_moving, scphd_resume_mixture_informed_4_moving, scphd_services_mixture_informed_4_moving;
         }
     };
 }
 pub(crate) use table;
 
 macro_rules! sets {
-    ($($(#[doc = $about:literal])+ $name:ident = $number:literal, $bytes:literal bytes of $memory:ident: $start:ident, $resume:ident;)+) => {
+    ($($(#[doc = $about:literal])+ $name:ident = $number:literal, $bytes:literal bytes of $memory:ident: $start:ident, $resume:ident, $services:ident;)+) => {
         $(
             pub(crate) const $name: Set = Set {
                 name: stringify!($name),
                 number: $number,
                 bytes: $bytes,
                 about: concat!($($about),+),
-                functions: &[stringify!($start), stringify!($resume)],
+                functions: Some([stringify!($start), stringify!($resume), stringify!($services)]),
             };
         )+
 

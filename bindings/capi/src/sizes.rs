@@ -14,7 +14,7 @@ const fn fits<H: Handle, S>(set: &Set) {
 }
 
 macro_rules! fit {
-    ($($(#[doc = $about:literal])+ $name:ident = $number:literal, $bytes:literal bytes of $memory:ident: $start:ident, $resume:ident;)+) => {
+    ($($(#[doc = $about:literal])+ $name:ident = $number:literal, $bytes:literal bytes of $memory:ident: $start:ident, $resume:ident, $services:ident;)+) => {
         $(const _: () = fits::<scphd_slam, Seated<memories::$memory>>(&sets::$name);)+
     };
 }

@@ -1,11 +1,9 @@
 //! A filter of a vehicle in the plane, as it is described: the same calls, whatever it is.
-//!
-//! Behind a handle is the trait of all filters, so that a program links what it starts (`starts.rs`).
 
-use crate::block::Handle;
 use crate::map;
 use crate::pointer::{Handed, In, Out, tell};
 use crate::reason::Reason;
+use crate::running::{observe, on, scphd_slam, serve};
 use crate::{
     scphd_description, scphd_feature, scphd_fix_report, scphd_map, scphd_mover, scphd_odometry, scphd_plane_pose,
     scphd_predict_report, scphd_range_bearing, scphd_reason, scphd_scan_report, scphd_status,
@@ -15,33 +13,17 @@ use scphd::Component;
 use scphd::models::PlanarPose;
 use scphd::numerics::Symmetric;
 use scphd::snapshot::{SliceEnd, from_slice};
-use scphd_vehicle::{Control, Measurements, Slam};
-
-/// A filter, in its memory.
-#[derive(Debug)]
-pub struct scphd_slam {
-    _opaque: [u8; 0],
-}
-
-impl Handle for scphd_slam {
-    type Inner = &'static mut dyn Slam<f32>;
-    const KIND: u32 = 1;
-}
-
-/// Works on a filter.
-fn on(mut slam: Handed<scphd_slam>, call: impl FnOnce(&mut dyn Slam<f32>) -> Result<(), scphd_status>) -> scphd_status {
-    scphd_status::of(slam.enter().and_then(|mut slam| call(&mut **slam)))
-}
+use scphd_vehicle::{Control, Measurements};
 
 /// Goes on by another description with the same parts, between any two steps; the numbers of movers and archive of a joint map stay. The watches begin
-/// anew. The reason may be null.
+/// anew. The reason may be null. A service.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_configure(
     slam: Handed<scphd_slam>,
     mut description: Handed<scphd_description>,
     mut reason: Out<scphd_reason>,
 ) -> scphd_status {
-    on(slam, |slam| {
+    serve(slam, |slam| {
         let mut reason = Reason::of(&mut reason)?;
         slam.configure(&*description.enter()?).map_err(|error| reason.start(error))
     })
@@ -61,7 +43,7 @@ fn covariance(position_sigma_m: f32, heading_sigma_rad: f32) -> Symmetric<Vector
     Symmetric::from_diagonal([place, place, heading])
 }
 
-/// Puts the vehicle to this pose, known to these standard deviations; the map stays.
+/// Puts the vehicle to this pose, known to these standard deviations; the map stays. A service.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_relocate(
     slam: Handed<scphd_slam>,
@@ -72,30 +54,30 @@ pub extern "C" fn scphd_slam_relocate(
     heading_sigma_rad: f32,
 ) -> scphd_status {
     let pose = PlanarPose::new(x_m, y_m, heading_rad);
-    on(slam, |slam| Ok(slam.relocate(pose, &covariance(position_sigma_m, heading_sigma_rad))?))
+    serve(slam, |slam| Ok(slam.relocate(pose, &covariance(position_sigma_m, heading_sigma_rad))?))
 }
 
-/// Makes the pose uncertain by further standard deviations; the map stays.
+/// Makes the pose uncertain by further standard deviations; the map stays. A service.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_scatter(
     slam: Handed<scphd_slam>,
     position_sigma_m: f32,
     heading_sigma_rad: f32,
 ) -> scphd_status {
-    on(slam, |slam| Ok(slam.scatter(&covariance(position_sigma_m, heading_sigma_rad))?))
+    serve(slam, |slam| Ok(slam.scatter(&covariance(position_sigma_m, heading_sigma_rad))?))
 }
 
 /// Features that a map may be loaded of.
 const LOADED: usize = 128;
 
-/// Puts this map, at most 128 features, in the place of the one that there is. Not where there is an archive.
+/// Puts this map, at most 128 features, in the place of the one that there is. Not where there is an archive. A service.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_load_map(
     slam: Handed<scphd_slam>,
     features: In<scphd_feature>,
     count: usize,
 ) -> scphd_status {
-    on(slam, |slam| {
+    serve(slam, |slam| {
         let features = features.array(count)?;
         let mut components = [Component::<Vector2<f32>>::ZERO; LOADED];
         let room = components.get_mut(..features.len()).ok_or(scphd_status::ArrayTooLong)?;
@@ -156,7 +138,7 @@ pub extern "C" fn scphd_slam_scan_bearing(
     })
 }
 
-/// Takes in a scan of range and bearing for the pose alone: the map stays as it is. For joint maps without an archive.
+/// Takes in a scan of range and bearing for the pose alone: the map stays as it is. For joint maps without an archive. A service.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_localise(
     slam: Handed<scphd_slam>,
@@ -165,26 +147,22 @@ pub extern "C" fn scphd_slam_localise(
     count: usize,
     mut report: Out<scphd_scan_report>,
 ) -> scphd_status {
-    on(slam, |slam| {
+    serve(slam, |slam| {
         let (scan, report) = (Measurements::RangeBearing(measurements.vectors(count)?), report.wanted()?);
         tell(report, slam.localise(sensor, scan)?);
         Ok(())
     })
 }
 
-/// Takes in a measured position, between any two steps, and has its watch see it. The report may be null.
+/// Takes in a measured position, between any two steps. A watch over it is a service. The report may be null.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_observe_position(
     slam: Handed<scphd_slam>,
     x_m: f32,
     y_m: f32,
-    mut report: Out<scphd_fix_report>,
+    report: Out<scphd_fix_report>,
 ) -> scphd_status {
-    on(slam, |slam| {
-        let report = report.wanted()?;
-        tell(report, slam.observe_position(x_m, y_m)?);
-        Ok(())
-    })
+    observe(slam, report, |slam| slam.observe_position(x_m, y_m), |services| services.watch_position(x_m, y_m))
 }
 
 /// Takes in a measured heading, from the x axis towards the y axis. As `scphd_slam_observe_position`.
@@ -192,13 +170,9 @@ pub extern "C" fn scphd_slam_observe_position(
 pub extern "C" fn scphd_slam_observe_heading(
     slam: Handed<scphd_slam>,
     heading_rad: f32,
-    mut report: Out<scphd_fix_report>,
+    report: Out<scphd_fix_report>,
 ) -> scphd_status {
-    on(slam, |slam| {
-        let report = report.wanted()?;
-        tell(report, slam.observe_heading(heading_rad)?);
-        Ok(())
-    })
+    observe(slam, report, |slam| slam.observe_heading(heading_rad), |services| services.watch_heading(heading_rad))
 }
 
 /// Where the vehicle is.
@@ -245,7 +219,7 @@ pub extern "C" fn scphd_slam_estimate_movers(
 }
 
 /// Writes a snapshot to so many bytes of room, by which a filter of the same description and set goes on to the bit, but for its watches. `kind`
-/// tells vehicles apart. `written` is how many bytes it takes. A room of none may be null, and nothing is written then.
+/// tells vehicles apart. `written` is how many bytes it takes. A room of none may be null, and nothing is written then. A service.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_save(
     slam: Handed<scphd_slam>,
@@ -254,7 +228,7 @@ pub extern "C" fn scphd_slam_save(
     capacity: usize,
     mut written: Out<usize>,
 ) -> scphd_status {
-    on(slam, |slam| {
+    serve(slam, |slam| {
         let (written, room) = (written.place()?, room.room(capacity)?);
         let counts_alone = room.is_empty();
         let mut slots = room.iter_mut();
@@ -269,7 +243,7 @@ pub extern "C" fn scphd_slam_save(
     })
 }
 
-/// Goes on from a snapshot of so many bytes. Where one is refused for what is in it, the filter has to be reset.
+/// Goes on from a snapshot of so many bytes. Where one is refused for what is in it, the filter has to be reset. A service.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_restore(
     slam: Handed<scphd_slam>,
@@ -277,23 +251,23 @@ pub extern "C" fn scphd_slam_restore(
     snapshot: In<u8>,
     size_bytes: usize,
 ) -> scphd_status {
-    on(slam, |slam| {
+    serve(slam, |slam| {
         slam.restore(kind, &mut from_slice(snapshot.array(size_bytes)?))?;
         Ok(())
     })
 }
 
-/// A hash of all that the filter knows, to the last bit: the same inputs give the same on every machine.
+/// A hash of all that the filter knows, to the last bit: the same inputs give the same on every machine. A service.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_digest(slam: Handed<scphd_slam>, mut digest: Out<u64>) -> scphd_status {
-    on(slam, |slam| {
+    serve(slam, |slam| {
         digest.place()?.write(slam.digest());
         Ok(())
     })
 }
 
-/// Looks over all that the filter knows: `SCPHD_STATUS_DAMAGED` where memory was damaged.
+/// Looks over all that the filter knows: `SCPHD_STATUS_DAMAGED` where memory was damaged. A service.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_audit(slam: Handed<scphd_slam>) -> scphd_status {
-    on(slam, |slam| slam.audit().map_err(|_| scphd_status::Damaged))
+    serve(slam, |slam| slam.audit().map_err(|_| scphd_status::Damaged))
 }

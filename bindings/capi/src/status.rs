@@ -59,7 +59,7 @@ pub enum scphd_status {
     BadMeasurement = 31,
     /// The noise of a sensor or a fix is not positive definite.
     BadNoise = 32,
-    /// There is no setting of this name.
+    /// There is no setting of this number.
     UnknownSetting = 33,
     /// The description has no such sensor, fix or part, or the sensor measures something else.
     NotDescribed = 34,
@@ -71,6 +71,8 @@ pub enum scphd_status {
     BadMap = 37,
     /// It is no snapshot for this filter and memory, or damaged, or the room for it is too small.
     BadSnapshot = 38,
+    /// This is a service: call the function `scphd_services_...` of the filter's set first.
+    NoServices = 39,
     /// Refused for another reason.
     Refused = 99,
 }
@@ -103,18 +105,19 @@ impl scphd_status {
             Self::TooManyMeasurements => c"more measurements than the detector has room for",
             Self::BadMeasurement => c"a measurement is not finite",
             Self::BadNoise => c"noise is not positive definite",
-            Self::UnknownSetting => c"there is no setting of this name",
+            Self::UnknownSetting => c"there is no setting of this number",
             Self::NotDescribed => c"the description has no such sensor, fix or part",
             Self::NotPossible => c"this filter cannot do that",
             Self::NoRoom => c"the memory has no room for a part of the description",
             Self::BadMap => c"the map is too long, or a feature is out of range",
             Self::BadSnapshot => c"not a snapshot for this filter, or damaged, or too little room for it",
+            Self::NoServices => c"a service: call scphd_services_... of the filter's set first",
             Self::Refused => c"refused",
         }
     }
 
     /// All of them.
-    const ALL: [Self; 32] = [
+    const ALL: [Self; 33] = [
         Self::Ok,
         Self::NullPointer,
         Self::Misaligned,
@@ -146,6 +149,7 @@ impl scphd_status {
         Self::NoRoom,
         Self::BadMap,
         Self::BadSnapshot,
+        Self::NoServices,
         Self::Refused,
     ];
 
@@ -254,6 +258,7 @@ impl<E: Into<Self>> From<Refused<E>> for scphd_status {
         match refused {
             Refused::Filter(error) => error.into(),
             Refused::NotDescribed => Self::NotDescribed,
+            Refused::Watched => Self::NoServices,
             _ => Self::NotPossible,
         }
     }

@@ -1,12 +1,12 @@
 //! The static memory of a filter, with its capacities by name.
 
-use crate::{Description, Slam, StartError};
+use crate::{Description, Services, StartError};
 use scphd::Real;
 
 /// The memory of a filter: all zero when it is new.
 pub trait Backing<T: Real> {
     /// The filter over it.
-    type Slam<'m>: Slam<T>
+    type Slam<'m>: Services<T>
     where
         Self: 'm;
 

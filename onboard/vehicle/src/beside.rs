@@ -2,7 +2,7 @@
 //! linked.
 
 use crate::sensor::Polar;
-use crate::{PlanarState, Refused, StartError};
+use crate::{PlanarState, Refused, Setting, StartError};
 use nalgebra::Vector2;
 use scphd::errors::{LoadMapError, ScanError};
 use scphd::models::{PositionOf, ScalarOf};
@@ -14,17 +14,17 @@ use scphd::{Component, JointReport, JointSlam};
 pub(crate) type Map<'m, P, A, V> = JointSlam<'m, <P as PlanarState>::Moves, Vector2<ScalarOf<P>>, A, V>;
 
 /// A part that is of the memory alone, or of the description alone.
-pub(crate) fn odd(part: &'static str, is_described: bool) -> StartError {
+pub(crate) fn odd(part: Setting, is_described: bool) -> StartError {
     if is_described { StartError::NoRoom { part } } else { StartError::NotDescribed { part } }
 }
 
 /// Fails unless the description has a part that the memory has, and has none that it has not.
-pub(crate) fn has<C>(of_memory: bool, described: Option<C>, part: &'static str) -> Result<(), StartError> {
+pub(crate) fn has<C>(of_memory: bool, described: Option<C>, part: Setting) -> Result<(), StartError> {
     if of_memory == described.is_some() { Ok(()) } else { Err(odd(part, described.is_some())) }
 }
 
 /// Fails unless the description has the same part as before.
-pub(crate) fn stays<C: PartialEq>(before: Option<C>, now: Option<C>, part: &'static str) -> Result<(), StartError> {
+pub(crate) fn stays<C: PartialEq>(before: Option<C>, now: Option<C>, part: Setting) -> Result<(), StartError> {
     has(before.is_some(), now.as_ref(), part)?;
     if before == now { Ok(()) } else { Err(StartError::Fixed { part }) }
 }
@@ -78,7 +78,7 @@ impl<P: PlanarState> MoversMemory<P> for () {
         map: Map<'m, P, A, NoMovers>,
         moving: Option<MovingConfig<ScalarOf<P>>>,
     ) -> Result<Map<'m, P, A, NoMovers>, StartError> {
-        has(false, moving, "joint.movers")?;
+        has(false, moving, Setting::MOVERS)?;
         Ok(map)
     }
 }
@@ -91,7 +91,7 @@ impl<P: PlanarState + 'static, const MOVERS: usize> MoversMemory<P> for JointMov
         map: Map<'m, P, A, NoMovers>,
         moving: Option<MovingConfig<ScalarOf<P>>>,
     ) -> Result<Map<'m, P, A, Tracked<'m, P>>, StartError> {
-        let moving = moving.ok_or(StartError::NotDescribed { part: "joint.movers" })?;
+        let moving = moving.ok_or(StartError::NotDescribed { part: Setting::MOVERS })?;
         Ok(map.with_movers(self, moving)?)
     }
 }
@@ -126,7 +126,7 @@ impl<P: PlanarState> ArchiveMemory<P> for () {
         map: Map<'m, P, NoArchive, NoMovers>,
         reach_m: Option<ScalarOf<P>>,
     ) -> Result<Map<'m, P, NoArchive, NoMovers>, StartError> {
-        has(false, reach_m, "joint.archive")?;
+        has(false, reach_m, Setting::ARCHIVE)?;
         Ok(map)
     }
 }
@@ -139,7 +139,7 @@ impl<P: PlanarState + 'static, const ARCHIVED: usize> ArchiveMemory<P> for Joint
         map: Map<'m, P, NoArchive, NoMovers>,
         reach_m: Option<ScalarOf<P>>,
     ) -> Result<Map<'m, P, Archived<'m, P>, NoMovers>, StartError> {
-        let reach_m = reach_m.ok_or(StartError::NotDescribed { part: "joint.archive" })?;
+        let reach_m = reach_m.ok_or(StartError::NotDescribed { part: Setting::ARCHIVE })?;
         Ok(map.with_archive(self, reach_m)?)
     }
 }

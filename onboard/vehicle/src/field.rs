@@ -1,71 +1,35 @@
-//! What there is to say of a setting.
+//! What there is to say of a setting, the numbers that it may be, and where a description keeps it.
 
 use crate::Description;
-use core::fmt;
+use scphd::Real;
 
 /// The numbers that a setting may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
-    least: f64,
-    most: f64,
-    /// Whether the ends are of the range.
-    closed: [bool; 2],
-    words: &'static str,
+    pub(crate) least: f32,
+    pub(crate) most: f32,
+    /// Whether the ends are part of the range.
+    pub(crate) closed: [bool; 2],
 }
 
 impl Range {
-    /// Any finite number.
-    pub const FINITE: Self = Self::open(f64::NEG_INFINITY, f64::INFINITY, "finite");
-    /// Finite and not negative.
-    pub const NOT_NEGATIVE: Self =
-        Self { closed: [true, false], ..Self::open(0.0, f64::INFINITY, "finite and at least 0") };
-    /// Finite and at least 1.
-    pub const AT_LEAST_ONE: Self =
-        Self { closed: [true, false], ..Self::open(1.0, f64::INFINITY, "finite and at least 1") };
-    /// Finite and above 0.
-    pub const POSITIVE: Self = Self::open(0.0, f64::INFINITY, "finite and above 0");
-    /// Above 0, or infinite.
-    pub const LIMIT: Self = Self { closed: [false, true], ..Self::open(0.0, f64::INFINITY, "above 0, or infinite") };
-    /// 0 or more, or infinite.
-    pub const GATE: Self = Self { closed: [true; 2], ..Self::open(0.0, f64::INFINITY, "at least 0, or infinite") };
-    /// From 0 to 1.
-    pub const SHARE: Self = Self::within(0.0, 1.0, "between 0 and 1");
-    /// From 0 to below 1.
-    pub const BELOW_ONE: Self = Self { closed: [true, false], ..Self::open(0.0, 1.0, "at least 0 and below 1") };
-    /// Above 0 and below 1.
-    pub const INSIDE_ONE: Self = Self::open(0.0, 1.0, "above 0 and below 1");
-    /// A standard deviation whose square single precision can hold.
-    pub const SIGMA: Self = Self::within(1e-6, 1e6, "between 0.000001 and 1000000");
-
-    const fn open(least: f64, most: f64, words: &'static str) -> Self {
-        Self { least, most, closed: [false; 2], words }
+    /// The numbers between two others, without these.
+    pub(crate) const fn open(least: f32, most: f32) -> Self {
+        Self { least, most, closed: [false; 2] }
     }
 
-    /// From one number to another, and what that is in words.
-    #[must_use]
-    pub const fn within(least: f64, most: f64, words: &'static str) -> Self {
-        Self { least, most, closed: [true; 2], words }
+    /// The numbers from one to another.
+    pub(crate) const fn within(least: f32, most: f32) -> Self {
+        Self { least, most, closed: [true; 2] }
     }
 
-    /// Whether a number is of it; NaN is of none.
-    #[must_use]
-    pub fn has(&self, number: f64) -> bool {
+    /// Whether a number is part of the range; NaN is part of none.
+    pub(crate) fn has<T: Real>(&self, number: T) -> bool {
+        let [least, most] = [self.least, self.most].map(|end| T::from_f64(f64::from(end)));
         let [low, high] = self.closed;
-        let above = number > self.least || low && number == self.least;
-        let below = number < self.most || high && number == self.most;
+        let above = number > least || low && number == least;
+        let below = number < most || high && number == most;
         above && below
-    }
-
-    /// What a number of it is, as in "must be above 0".
-    #[must_use]
-    pub const fn words(&self) -> &'static str {
-        self.words
-    }
-}
-
-impl fmt::Display for Range {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.words)
     }
 }
 
@@ -78,78 +42,28 @@ pub(crate) enum Place<'a, T> {
     Seed(&'a mut u64),
 }
 
-/// Where a description keeps a number, of the sensor with this index where it is one of a sensor; `None` where it has no such part.
-pub(crate) type Find<T> = for<'a> fn(&'a mut Description<T>, usize) -> Option<Place<'a, T>>;
+impl<T: Real> Place<'_, T> {
+    /// Whether the number there is part of a range.
+    pub(crate) fn is_in(&self, range: &Range) -> bool {
+        match self {
+            Self::Number(number) => range.has(**number),
+            Self::Count(count) => range.has(**count as f32),
+            Self::Small(count) => range.has(f32::from(**count)),
+            // Any is a good one; the range is that of what can be set exactly.
+            Self::Seed(_) => true,
+        }
+    }
+}
 
-/// How a setting is read and written.
+/// Reads a setting that is one of several.
+pub(crate) type Get<T> = fn(&Description<T>, usize) -> Option<usize>;
+/// Sets a setting that is one of several; false where the description has no such part.
+pub(crate) type Set<T> = fn(&mut Description<T>, usize, usize) -> bool;
+
+/// What a setting means.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Access<T: 'static> {
-    Number(Find<T>),
-    /// One of several, by its number in the list.
-    Choice {
-        names: &'static [&'static str],
-        get: fn(&Description<T>, usize) -> Option<usize>,
-        set: fn(&mut Description<T>, usize, usize) -> bool,
-    },
-}
-
-/// A setting of a [`Description`].
-#[derive(Debug, Clone, Copy)]
-pub struct Field<T: 'static> {
-    /// Its name, with a point between a part and what is of it.
-    pub name: &'static str,
-    /// Its unit; empty for a pure number.
-    pub unit: &'static str,
-    /// What it may be.
-    pub range: Range,
-    /// What it is, in a sentence.
-    pub about: &'static str,
-    pub(crate) access: Access<T>,
-}
-
-impl<T> Field<T> {
-    /// Of a setting that is one of several: their names, in the order of their numbers.
-    #[must_use]
-    pub fn choices(&self) -> Option<&'static [&'static str]> {
-        match self.access {
-            Access::Number(_) => None,
-            Access::Choice { names, .. } => Some(names),
-        }
-    }
-
-    /// Whether it is one of each sensor.
-    #[must_use]
-    pub fn is_of_a_sensor(&self) -> bool {
-        self.name.starts_with("sensor.")
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    extern crate std;
-    use super::*;
-    use std::string::{String, ToString as _};
-
-    fn spelled(range: &Range) -> String {
-        let Range { least, most, closed: [low, high], .. } = *range;
-        let (at_least, at_most) = (if low { "at least" } else { "above" }, if high { "at most" } else { "below" });
-        match (least.is_finite(), most.is_finite()) {
-            (false, _) => "finite".to_string(),
-            (true, false) if high => std::format!("{at_least} {least}, or infinite"),
-            (true, false) => std::format!("finite and {at_least} {least}"),
-            (true, true) if low && high => std::format!("between {least} and {most}"),
-            (true, true) => std::format!("{at_least} {least} and {at_most} {most}"),
-        }
-    }
-
-    #[test]
-    fn words_are_those_of_the_numbers() {
-        for field in Description::<f32>::FIELDS {
-            let words = match field.choices() {
-                Some(names) => std::format!("one of {}", names.join(", ")),
-                None => spelled(&field.range),
-            };
-            assert_eq!(field.range.to_string(), words, "{}", field.name);
-        }
-    }
+pub(crate) struct Meaning {
+    pub(crate) unit: &'static str,
+    pub(crate) about: &'static str,
+    pub(crate) choices: &'static [&'static str],
 }

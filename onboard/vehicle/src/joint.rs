@@ -2,10 +2,10 @@
 
 use crate::beside::{ArchiveMemory, Behind, Map, MoversMemory, odd, stays};
 use crate::sensor::Polar;
-use crate::slam::{Sink, Source, described, watched};
+use crate::slam::{Sink, Source, described, unwatched, watched};
 use crate::{
     Control, Description, Filter, Fixes, JointFilter, Measurements, PlanarState, Refused, SENSORS, Scanned, Sensor,
-    SensorModel, Slam, Start, StartError, VehicleKind, Watched,
+    SensorModel, Services, Setting, Slam, Start, StartError, VehicleKind, Watched,
 };
 use nalgebra::{Vector1, Vector2, Vector3};
 use scphd::errors::{Flaw, LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError};
@@ -14,7 +14,7 @@ use scphd::numerics::Symmetric;
 use scphd::settings::MovingConfig;
 use scphd::snapshot::{RestoreError, SaveError, SliceEnd};
 use scphd::storage::{Movers, NoArchive, NoMovers};
-use scphd::{Component, JointSlam, JointState, MapEstimate, PoseEstimate, PredictReport, Real};
+use scphd::{Component, FixReport, JointSlam, JointState, MapEstimate, PoseEstimate, PredictReport, Real};
 
 /// A joint map over its memory, with the sensors and fixes of its description. `P` is [`PlanarPose`], or
 /// [`CalibratedPose`](scphd::models::CalibratedPose) where the odometry is learnt; archive and movers are what the memory has.
@@ -38,16 +38,16 @@ struct Parts<P: PlanarState> {
 
 impl<T: Real, P: PlanarState<Scalar = T>> Parts<P> {
     fn of(description: &Description<T>) -> Result<Self, StartError> {
-        description.check()?;
-        let Filter::Joint(joint) = description.filter else { return Err(StartError::NoRoom { part: "mixture" }) };
+        description.check_ranges()?;
+        let Filter::Joint(joint) = description.filter else { return Err(StartError::NoRoom { part: Setting::FILTER }) };
         let motion = P::moves(description.vehicle.drive()?, joint.odometry)?;
-        let motion = motion.ok_or_else(|| odd("joint.odometry", joint.odometry.is_some()))?;
+        let motion = motion.ok_or_else(|| odd(Setting::ODOMETRY, joint.odometry.is_some()))?;
         let mut detectors = [const { None }; SENSORS];
         for (place, sensor) in detectors.iter_mut().zip(description.sensors) {
             *place = match sensor {
                 // One bearing has no inverse, so that nothing would be born.
                 Some(Sensor { model: SensorModel::Bearing, .. }) => {
-                    return Err(StartError::NoRoom { part: "sensor.model of bearings" });
+                    return Err(StartError::NoRoom { part: Setting::SENSOR_MODEL });
                 }
                 Some(sensor) => Some(sensor.polar::<P>()?),
                 None => None,
@@ -97,14 +97,13 @@ fn polar<T>(measurements: Measurements<'_, T>) -> Result<&[Vector2<T>], Refused<
 /// Writes what there is room for: how many were written, and how many left out.
 fn write<C>(all: impl Iterator<Item = C>, room: &mut [C]) -> (usize, usize) {
     let mut slots = room.iter_mut();
-    let (mut written, mut left_out) = (0, 0);
-    for one in all {
-        match slots.next() {
-            Some(slot) => (*slot, written) = (one, written + 1),
-            None => left_out += 1,
+    all.fold((0, 0), |(written, left_out), one| match slots.next() {
+        Some(slot) => {
+            *slot = one;
+            (written + 1, left_out)
         }
-    }
-    (written, left_out)
+        None => (written, left_out + 1),
+    })
 }
 
 impl<T: Real, P: PlanarState<Scalar = T>, A: Behind<P>, V: Movers<P>> Slam<T> for Joint<'_, P, A, V> {
@@ -112,20 +111,6 @@ impl<T: Real, P: PlanarState<Scalar = T>, A: Behind<P>, V: Movers<P>> Slam<T> fo
         let certain = start.covariance().unwrap_or(Symmetric::ZERO);
         let (pose, covariance) = P::start(self.slam.motion(), start.pose, &certain);
         if covariance == Symmetric::ZERO { self.slam.reset(pose) } else { self.slam.reset_within(pose, &covariance) }
-    }
-
-    fn relocate(&mut self, pose: PlanarPose<T>, covariance: &Symmetric<Vector3<T>>) -> Result<(), ResetError> {
-        let before = self.slam.estimate_pose().ok_or(ResetError::NotStarted)?;
-        let (pose, covariance) = P::moved(&before, pose, covariance);
-        self.slam.relocate(pose, &covariance)
-    }
-
-    fn scatter(&mut self, covariance: &Symmetric<Vector3<T>>) -> Result<(), ResetError> {
-        self.slam.scatter(&P::widened(covariance))
-    }
-
-    fn load_map(&mut self, features: &[Component<Vector2<T>>]) -> Result<(), Refused<LoadMapError>> {
-        A::load_map(&mut self.slam, features)
     }
 
     fn predict(&mut self, control: Control<T>, dt_s: T) -> Result<PredictReport, PredictError> {
@@ -138,25 +123,14 @@ impl<T: Real, P: PlanarState<Scalar = T>, A: Behind<P>, V: Movers<P>> Slam<T> fo
         Ok(Scanned::Joint(self.slam.scan(detector, measurements)?))
     }
 
-    fn localise(&mut self, sensor: usize, measurements: Measurements<'_, T>) -> Result<Scanned<T>, Refused<ScanError>> {
-        let (detector, measurements) = (detector(&self.detectors, sensor)?, polar(measurements)?);
-        A::localise(&mut self.slam, detector, measurements).map(Scanned::Joint)
+    fn observe_position(&mut self, x_m: T, y_m: T) -> Result<FixReport<T>, Refused<ObserveError>> {
+        let fix = P::fixed(unwatched(self.fixes.position())?);
+        self.slam.observe(&fix, &Vector2::new(x_m, y_m)).map_err(Refused::Filter)
     }
 
-    fn observe_position(&mut self, x_m: T, y_m: T) -> Result<Watched<T>, Refused<ObserveError>> {
-        let fix = P::fixed(described(self.fixes.position())?);
-        let (before, measured) = (self.pose(), Vector2::new(x_m, y_m));
-        let report = self.slam.observe(&fix, &measured).map_err(Refused::Filter)?;
-        let to = before.and_then(|before| self.fixes.saw_position(&measured, report.accepted, &before));
-        Ok(watched(self, report, to))
-    }
-
-    fn observe_heading(&mut self, heading_rad: T) -> Result<Watched<T>, Refused<ObserveError>> {
-        let fix = P::fixed(described(self.fixes.heading())?);
-        let (before, measured) = (self.pose(), Vector1::new(heading_rad));
-        let report = self.slam.observe(&fix, &measured).map_err(Refused::Filter)?;
-        let to = before.and_then(|before| self.fixes.saw_heading(&measured, report.accepted, &before));
-        Ok(watched(self, report, to))
+    fn observe_heading(&mut self, heading_rad: T) -> Result<FixReport<T>, Refused<ObserveError>> {
+        let fix = P::fixed(unwatched(self.fixes.heading())?);
+        self.slam.observe(&fix, &Vector1::new(heading_rad)).map_err(Refused::Filter)
     }
 
     fn pose(&self) -> Option<PoseEstimate<PlanarPose<T>>> {
@@ -178,15 +152,36 @@ impl<T: Real, P: PlanarState<Scalar = T>, A: Behind<P>, V: Movers<P>> Slam<T> fo
         let (features, left_out) = write(self.slam.moving(), room);
         MapEstimate { expected_features, features, left_out }
     }
+}
 
+impl<T: Real, P: PlanarState<Scalar = T>, A: Behind<P>, V: Movers<P>> Services<T> for Joint<'_, P, A, V> {
     fn configure(&mut self, description: &Description<T>) -> Result<(), StartError> {
         let Parts { joint, motion, detectors, fixes } = Parts::<P>::of(description)?;
-        stays(self.beside.0, joint.movers, "joint.movers")?;
-        stays(self.beside.1, joint.archive_reach_m, "joint.archive")?;
+        stays(self.beside.0, joint.movers, Setting::MOVERS)?;
+        stays(self.beside.1, joint.archive_reach_m, Setting::ARCHIVE)?;
         self.slam.configure(joint.config).map_err(SetupError::from)?;
         self.slam.retune(motion)?;
         (self.kind, self.detectors, self.fixes) = (description.vehicle.kind, detectors, fixes);
         Ok(())
+    }
+
+    fn relocate(&mut self, pose: PlanarPose<T>, covariance: &Symmetric<Vector3<T>>) -> Result<(), ResetError> {
+        let before = self.slam.estimate_pose().ok_or(ResetError::NotStarted)?;
+        let (pose, covariance) = P::moved(&before, pose, covariance);
+        self.slam.relocate(pose, &covariance)
+    }
+
+    fn scatter(&mut self, covariance: &Symmetric<Vector3<T>>) -> Result<(), ResetError> {
+        self.slam.scatter(&P::widened(covariance))
+    }
+
+    fn load_map(&mut self, features: &[Component<Vector2<T>>]) -> Result<(), Refused<LoadMapError>> {
+        A::load_map(&mut self.slam, features)
+    }
+
+    fn localise(&mut self, sensor: usize, measurements: Measurements<'_, T>) -> Result<Scanned<T>, Refused<ScanError>> {
+        let (detector, measurements) = (detector(&self.detectors, sensor)?, polar(measurements)?);
+        A::localise(&mut self.slam, detector, measurements).map(Scanned::Joint)
     }
 
     fn save(&mut self, kind: u32, sink: &mut Sink<'_>) -> Result<usize, SaveError<SliceEnd>> {
@@ -195,6 +190,22 @@ impl<T: Real, P: PlanarState<Scalar = T>, A: Behind<P>, V: Movers<P>> Slam<T> fo
 
     fn restore(&mut self, kind: u32, source: &mut Source<'_>) -> Result<usize, RestoreError<SliceEnd>> {
         self.slam.restore(kind, source)
+    }
+
+    fn watch_position(&mut self, x_m: T, y_m: T) -> Result<Watched<T>, Refused<ObserveError>> {
+        let fix = P::fixed(described(self.fixes.position())?);
+        let (before, measured) = (self.pose(), Vector2::new(x_m, y_m));
+        let report = self.slam.observe(&fix, &measured).map_err(Refused::Filter)?;
+        let to = before.and_then(|before| self.fixes.saw_position(&measured, report.accepted, &before));
+        Ok(watched(self, report, to))
+    }
+
+    fn watch_heading(&mut self, heading_rad: T) -> Result<Watched<T>, Refused<ObserveError>> {
+        let fix = P::fixed(described(self.fixes.heading())?);
+        let (before, measured) = (self.pose(), Vector1::new(heading_rad));
+        let report = self.slam.observe(&fix, &measured).map_err(Refused::Filter)?;
+        let to = before.and_then(|before| self.fixes.saw_heading(&measured, report.accepted, &before));
+        Ok(watched(self, report, to))
     }
 
     fn digest(&self) -> u64 {

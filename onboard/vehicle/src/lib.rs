@@ -1,11 +1,12 @@
 //! One description of a vehicle in the plane, and the filter that is assembled from it.
 //!
 //! [`Description`] has plain numbers alone: how the vehicle moves, which filter it has, its sensors, its fixes of the pose, where it starts.
-//! [`Description::check`] names the first setting that is out of range. [`Description::FIELDS`] lists every setting with its name,
-//! unit, range and meaning, and reads and writes it by its name; other languages and documents are made from that list.
+//! [`Description::check`] names the first setting that is out of range. [`Setting::all`] lists every setting with its name, unit, range and
+//! meaning; [`Description::get`] and [`Description::set`] read and write it. Other languages and documents are made from that list.
 //!
 //! A [`Backing`] is the static memory of a filter. [`joint_backing!`] and [`mixture_backing!`] name one with its capacities, and
-//! [`sets`] has some. [`Backing::start`] assembles the filter that is described, and [`Slam`] is the one trait of both filters.
+//! [`sets`] has some. [`Backing::start`] assembles the filter that is described. [`Slam`] has the calls of a loop for both filters, [`Services`]
+//! those that are rare.
 //!
 //! ```
 //! use nalgebra::Vector2;
@@ -44,6 +45,7 @@ mod planar;
 mod rooms;
 mod sensor;
 pub mod sets;
+mod setting;
 mod settings;
 mod slam;
 
@@ -56,7 +58,6 @@ pub use beside::{ArchiveMemory, Behind, MoversMemory};
 pub use description::{Description, Filter, JointFilter, SENSORS, Start};
 pub use drive::{Control, Vehicle, VehicleKind};
 pub use error::{Invalid, Refused, StartError};
-pub use field::{Field, Range};
 pub use fix_spec::FixSpec;
 pub use fixes::{Fixes, Watched};
 pub use joint::Joint;
@@ -64,7 +65,8 @@ pub use mixture::Mixture;
 pub use planar::PlanarState;
 pub use rooms::{BearingRooms, PolarRooms, Rooms};
 pub use sensor::{Direction, Measurements, Polar, Sensor, SensorModel};
-pub use slam::{Scanned, Sink, Slam, Source};
+pub use setting::Setting;
+pub use slam::{Scanned, Services, Sink, Slam, Source};
 
 #[doc(hidden)]
 pub use scphd;

@@ -1,16 +1,16 @@
 //! A mixture as it is described.
 
-use crate::slam::{Sink, Source, described, watched};
+use crate::slam::{Sink, Source, described, unwatched, watched};
 use crate::{
-    Control, Description, Filter, Fixes, Measurements, Refused, Rooms, SENSORS, Scanned, Slam, Start, StartError,
-    VehicleKind, Watched,
+    Control, Description, Filter, Fixes, Measurements, Refused, Rooms, SENSORS, Scanned, Services, Setting, Slam,
+    Start, StartError, VehicleKind, Watched,
 };
 use nalgebra::{Vector1, Vector2, Vector3};
 use scphd::errors::{Flaw, LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError};
 use scphd::models::{MovingOf, OdometryCorrection, PlanarMotion, PlanarPose};
 use scphd::numerics::Symmetric;
 use scphd::snapshot::{RestoreError, SaveError, SliceEnd};
-use scphd::{Component, Config, MapEstimate, PoseEstimate, PredictReport, Real, ScPhd};
+use scphd::{Component, Config, FixReport, MapEstimate, PoseEstimate, PredictReport, Real, ScPhd};
 
 /// A mixture over its memory, with the sensors and fixes of its description.
 #[derive(Debug)]
@@ -32,8 +32,10 @@ struct Parts<T: Real, R: Rooms<T>> {
 
 impl<T: Real, R: Rooms<T>> Parts<T, R> {
     fn of(description: &Description<T>) -> Result<Self, StartError> {
-        description.check()?;
-        let Filter::Mixture(config) = description.filter else { return Err(StartError::NoRoom { part: "joint" }) };
+        description.check_ranges()?;
+        let Filter::Mixture(config) = description.filter else {
+            return Err(StartError::NoRoom { part: Setting::FILTER });
+        };
         let mut detectors = [None; SENSORS];
         for (place, sensor) in detectors.iter_mut().zip(&description.sensors) {
             *place = sensor.as_ref().map(R::detector).transpose()?;
@@ -72,18 +74,6 @@ impl<T: Real, R: Rooms<T>> Slam<T> for Mixture<'_, T, R> {
         }
     }
 
-    fn relocate(&mut self, pose: PlanarPose<T>, covariance: &Symmetric<Vector3<T>>) -> Result<(), ResetError> {
-        self.filter.relocate(pose, covariance)
-    }
-
-    fn scatter(&mut self, covariance: &Symmetric<Vector3<T>>) -> Result<(), ResetError> {
-        self.filter.scatter(covariance)
-    }
-
-    fn load_map(&mut self, features: &[Component<Vector2<T>>]) -> Result<(), Refused<LoadMapError>> {
-        self.filter.load_map(features).map_err(Refused::Filter)
-    }
-
     fn predict(&mut self, control: Control<T>, dt_s: T) -> Result<PredictReport, PredictError> {
         self.fixes.wait(dt_s);
         self.filter.predict(&self.kind.control(&control), dt_s)
@@ -94,24 +84,14 @@ impl<T: Real, R: Rooms<T>> Slam<T> for Mixture<'_, T, R> {
         self.rooms.scan(&mut self.filter, detector, measurements).map(Scanned::Mixture)
     }
 
-    fn localise(&mut self, _: usize, _: Measurements<'_, T>) -> Result<Scanned<T>, Refused<ScanError>> {
-        Err(Refused::NotPossible)
+    fn observe_position(&mut self, x_m: T, y_m: T) -> Result<FixReport<T>, Refused<ObserveError>> {
+        let fix = unwatched(self.fixes.position())?;
+        self.filter.observe(&fix, &Vector2::new(x_m, y_m)).map_err(Refused::Filter)
     }
 
-    fn observe_position(&mut self, x_m: T, y_m: T) -> Result<Watched<T>, Refused<ObserveError>> {
-        let fix = described(self.fixes.position())?;
-        let (before, measured) = (self.pose(), Vector2::new(x_m, y_m));
-        let report = self.filter.observe(&fix, &measured).map_err(Refused::Filter)?;
-        let to = before.and_then(|before| self.fixes.saw_position(&measured, report.accepted, &before));
-        Ok(watched(self, report, to))
-    }
-
-    fn observe_heading(&mut self, heading_rad: T) -> Result<Watched<T>, Refused<ObserveError>> {
-        let fix = described(self.fixes.heading())?;
-        let (before, measured) = (self.pose(), Vector1::new(heading_rad));
-        let report = self.filter.observe(&fix, &measured).map_err(Refused::Filter)?;
-        let to = before.and_then(|before| self.fixes.saw_heading(&measured, report.accepted, &before));
-        Ok(watched(self, report, to))
+    fn observe_heading(&mut self, heading_rad: T) -> Result<FixReport<T>, Refused<ObserveError>> {
+        let fix = unwatched(self.fixes.heading())?;
+        self.filter.observe(&fix, &Vector1::new(heading_rad)).map_err(Refused::Filter)
     }
 
     fn pose(&self) -> Option<PoseEstimate<PlanarPose<T>>> {
@@ -132,7 +112,9 @@ impl<T: Real, R: Rooms<T>> Slam<T> for Mixture<'_, T, R> {
     fn movers(&mut self, room: &mut [Component<MovingOf<PlanarPose<T>>>]) -> MapEstimate<T> {
         self.filter.estimate_moving(room)
     }
+}
 
+impl<T: Real, R: Rooms<T>> Services<T> for Mixture<'_, T, R> {
     fn configure(&mut self, description: &Description<T>) -> Result<(), StartError> {
         let parts = Parts::<T, R>::of(description)?;
         parts.check(&self.filter)?;
@@ -142,12 +124,44 @@ impl<T: Real, R: Rooms<T>> Slam<T> for Mixture<'_, T, R> {
         Ok(())
     }
 
+    fn relocate(&mut self, pose: PlanarPose<T>, covariance: &Symmetric<Vector3<T>>) -> Result<(), ResetError> {
+        self.filter.relocate(pose, covariance)
+    }
+
+    fn scatter(&mut self, covariance: &Symmetric<Vector3<T>>) -> Result<(), ResetError> {
+        self.filter.scatter(covariance)
+    }
+
+    fn load_map(&mut self, features: &[Component<Vector2<T>>]) -> Result<(), Refused<LoadMapError>> {
+        self.filter.load_map(features).map_err(Refused::Filter)
+    }
+
+    fn localise(&mut self, _: usize, _: Measurements<'_, T>) -> Result<Scanned<T>, Refused<ScanError>> {
+        Err(Refused::NotPossible)
+    }
+
     fn save(&mut self, kind: u32, sink: &mut Sink<'_>) -> Result<usize, SaveError<SliceEnd>> {
         self.filter.save(kind, sink)
     }
 
     fn restore(&mut self, kind: u32, source: &mut Source<'_>) -> Result<usize, RestoreError<SliceEnd>> {
         self.filter.restore(kind, source)
+    }
+
+    fn watch_position(&mut self, x_m: T, y_m: T) -> Result<Watched<T>, Refused<ObserveError>> {
+        let fix = described(self.fixes.position())?;
+        let (before, measured) = (self.pose(), Vector2::new(x_m, y_m));
+        let report = self.filter.observe(&fix, &measured).map_err(Refused::Filter)?;
+        let to = before.and_then(|before| self.fixes.saw_position(&measured, report.accepted, &before));
+        Ok(watched(self, report, to))
+    }
+
+    fn watch_heading(&mut self, heading_rad: T) -> Result<Watched<T>, Refused<ObserveError>> {
+        let fix = described(self.fixes.heading())?;
+        let (before, measured) = (self.pose(), Vector1::new(heading_rad));
+        let report = self.filter.observe(&fix, &measured).map_err(Refused::Filter)?;
+        let to = before.and_then(|before| self.fixes.saw_heading(&measured, report.accepted, &before));
+        Ok(watched(self, report, to))
     }
 
     fn digest(&self) -> u64 {

@@ -1,7 +1,7 @@
 //! What the sensors of a mixture work on: the scratch of their scans, which they share, and which sensors there may be. Nothing is linked of
 //! those that there may not be.
 
-use crate::{Direction, Measurements, Polar, Refused, Sensor, SensorModel, StartError};
+use crate::{Direction, Measurements, Polar, Refused, Sensor, SensorModel, Setting, StartError};
 use core::fmt::Debug;
 use nalgebra::{Vector1, Vector2};
 use scphd::errors::{ScanError, SetupError};
@@ -70,7 +70,7 @@ impl<T: Real, const MEASUREMENTS: usize> Rooms<T> for PolarRooms<T, MEASUREMENTS
     fn detector(sensor: &Sensor<T>) -> Result<Self::Detector, StartError> {
         match sensor.model {
             SensorModel::RangeBearing => Ok(sensor.polar::<PlanarPose<T>>()?),
-            SensorModel::Bearing => Err(StartError::NoRoom { part: "sensor.model of bearings" }),
+            SensorModel::Bearing => Err(StartError::NoRoom { part: Setting::SENSOR_MODEL }),
         }
     }
 

@@ -11,8 +11,8 @@ use scphd::storage::JointMovers;
 use scphd::{Births, Config, Detector, DetectorMemory, JointConfig, JointSlam, ScPhd, joint_memory, memory};
 use scphd_vehicle::sets::{Joint40, Joint40Archive, Joint60Learning, Joint60Movers, MixtureInformed4};
 use scphd_vehicle::{
-    Backing, Control, Description, Filter, FixSpec, Measurements, Refused, Sensor, SensorModel, Slam, StartError,
-    mixture_backing,
+    Backing, Control, Description, Filter, FixSpec, Measurements, Refused, Sensor, SensorModel, Services, Setting,
+    Slam, StartError, mixture_backing,
 };
 
 mixture_backing! {
@@ -74,7 +74,7 @@ fn unicycle() -> Unicycle<f32> {
 }
 
 /// The digests after every scan.
-fn digests(slam: &mut impl Slam<f32>, description: &Description<f32>) -> Vec<u64> {
+fn digests(slam: &mut impl Services<f32>, description: &Description<f32>) -> Vec<u64> {
     slam.reset(&description.start).unwrap();
     (0..SCANS)
         .map(|step| {
@@ -210,36 +210,39 @@ fn a_watch_moves_a_vehicle_that_is_elsewhere() {
         for _ in 0..10 {
             slam.predict(Control { speed_mps: 2.0, ..Control::STILL }, 0.1).unwrap();
         }
-        slam.observe_position(2.0 * second as f32, 30.0).unwrap().relocated
+        slam.watch_position(2.0 * second as f32, 30.0).unwrap().relocated
     });
     assert!(relocated && (slam.pose().unwrap().mean.y_m - 30.0).abs() < 1.0);
+    assert_eq!(slam.observe_position(0.0, 30.0), Err(Refused::Watched));
     assert_eq!(slam.observe_heading(0.0), Err(Refused::NotDescribed));
+    assert_eq!(slam.watch_heading(0.0), Err(Refused::NotDescribed));
 }
 
 #[test]
 fn what_a_memory_or_a_filter_is_not_for_is_refused() {
-    let no_room = |error, part| assert_eq!(error, StartError::NoRoom { part });
+    let part = |name| Setting::of_name(name).unwrap();
+    let no_room = |error, name| assert_eq!(error, StartError::NoRoom { part: part(name) });
     let mut robot = described();
     let Filter::Joint(joint) = &mut robot.filter else { panic!() };
     joint.movers = Some(MovingConfig::walkers());
     no_room(Joint40::new().start(&robot).unwrap_err(), "joint.movers");
-    let lacks = |error, part| assert_eq!(error, StartError::NotDescribed { part });
+    let lacks = |error, name| assert_eq!(error, StartError::NotDescribed { part: part(name) });
     lacks(Joint60Movers::new().start(&described()).unwrap_err(), "joint.movers");
     lacks(Joint40Archive::new().start(&robot).unwrap_err(), "joint.archive");
     lacks(Joint60Learning::new().start(&described()).unwrap_err(), "joint.odometry");
-    no_room(MixtureInformed4::new().start(&described()).unwrap_err(), "joint");
+    no_room(MixtureInformed4::new().start(&described()).unwrap_err(), "filter");
     let mut memory = Joint60Movers::new();
     let mut slam = memory.start(&robot).unwrap();
     assert_eq!(slam.configure(&robot), Ok(()));
     let mut slower = robot;
     let Filter::Joint(joint) = &mut slower.filter else { panic!() };
     joint.movers.as_mut().unwrap().velocity_sigma_mps = 0.5;
-    assert_eq!(slam.configure(&slower), Err(StartError::Fixed { part: "joint.movers" }));
+    assert_eq!(slam.configure(&slower), Err(StartError::Fixed { part: part("joint.movers") }));
     let mut bearings = described();
     bearings.sensors[0] = Some(Sensor { model: SensorModel::Bearing, ..bearings.sensors[1].unwrap() });
-    no_room(Joint40::new().start(&bearings).unwrap_err(), "sensor.model of bearings");
+    no_room(Joint40::new().start(&bearings).unwrap_err(), "sensor.model");
     bearings.filter = Filter::Mixture(Config::informed(4));
-    no_room(MixtureInformed4::new().start(&bearings).unwrap_err(), "sensor.model of bearings");
+    no_room(MixtureInformed4::new().start(&bearings).unwrap_err(), "sensor.model");
     let mut memory = Box::new(WithCamera::new());
     let mut slam = memory.start(&bearings).unwrap();
     slam.reset(&bearings.start).unwrap();

@@ -1,5 +1,6 @@
 //! Writes the C header of the crate beside it to the file that the command line names.
 
+use scphd_vehicle::Setting;
 use std::error::Error;
 use std::path::Path;
 
@@ -67,13 +68,13 @@ fn sets() -> String {
 
 /// The settings of a description, from their list.
 fn settings() -> String {
-    let mut text = "\n/*\n * Settings of a description, for scphd_description_set: a name, the numbers that it may have, what it is, and its unit.\n */\n".to_owned();
-    for field in scphd_vehicle::Description::<f32>::FIELDS {
-        let name = format!("SCPHD_{}", field.name.replace('.', "_").to_uppercase());
-        let unit = if field.unit.is_empty() { String::new() } else { format!(" In {}.", field.unit) };
-        let range = if field.choices().is_some() { String::new() } else { format!(" Must be {}.", field.range) };
-        text += &format!("\n/* {}{unit}{range} */\n#define {name} \"{}\"\n", field.about, field.name);
-        for (number, choice) in field.choices().unwrap_or_default().iter().enumerate() {
+    let mut text = "\n/*\n * Settings of a description, for scphd_description_set: what each is, its unit, and the numbers that it may have.\n */\n".to_owned();
+    for setting in Setting::all() {
+        let name = format!("SCPHD_{}", setting.name().replace('.', "_").to_uppercase());
+        let unit = if setting.unit().is_empty() { String::new() } else { format!(" In {}.", setting.unit()) };
+        let range = if setting.choices().is_empty() { format!(" Must be {}.", setting.range()) } else { String::new() };
+        text += &format!("\n/* {}{unit}{range} */\n#define {name} {}\n", setting.about(), setting.number());
+        for (number, choice) in setting.choices().iter().enumerate() {
             text += &format!("#define {name}_{} {number}\n", choice.to_uppercase());
         }
     }
@@ -89,17 +90,22 @@ fn starts() -> String {
                     // Those that resume go on with what the same build of this library has left in this memory: after a reset of the processor\n\
                     // that kept it, or in a copy of it. The description may be another, but for particles, samples and proposal of a mixture. What\n\
                     // is found of a mixture is checked, of a joint map taken as it is; it is no checksum, and memory that may have been damaged needs\n\
-                    // one.\n"
+                    // one.\n\
+                    //\n\
+                    // Services are the functions that say so above. scphd_services_... of its set provides them for a filter, until this is started or\n\
+                    // resumed again. A program that does not call it does not contain them.\n"
         .to_owned();
-    for set in scphd_capi::SETS.iter().filter(|set| !set.functions.is_empty()) {
+    for set in scphd_capi::SETS {
+        let Some([start, resume, services]) = set.functions else { continue };
         text += &format!("\n//{}\n", set.about);
-        for function in set.functions {
+        for function in [start, resume] {
             let indent = " ".repeat("scphd_status (".len() + function.len());
             text += &format!(
                 "scphd_status {function}(uint32_t abi_version, void *memory, size_t size_bytes,\n\
                  {indent}scphd_description *description, scphd_reason *reason, scphd_slam **slam);\n"
             );
         }
+        text += &format!("scphd_status {services}(scphd_slam *slam);\n");
     }
     text + "\n"
 }

@@ -13,7 +13,7 @@ static SCPHD_MEMORY(mixture_memory, SCPHD_SIZE_MIXTURE_INFORMED_4);
 static scphd_description *about;
 static scphd_slam *slam;
 
-static void set(const char *setting, double number) { OK(scphd_description_set(about, setting, 0, number, NULL)); }
+static void set(uint32_t setting, float number) { OK(scphd_description_set(about, setting, 0, number, NULL)); }
 
 /* Eight posts around the start, and somebody who walks past, as a robot that turns in place sees them. */
 static size_t look(int step, scphd_range_bearing *scan) {
@@ -29,7 +29,8 @@ static size_t look(int step, scphd_range_bearing *scan) {
     return 9;
 }
 
-static void drive(void) {
+static void drive(scphd_status (*services)(scphd_slam *)) {
+    OK(services(slam));
     scphd_range_bearing scan[9];
     OK(scphd_slam_reset(slam, about));
     for (int step = 1; step <= 60; step++) {
@@ -48,16 +49,16 @@ static uint64_t digest(scphd_slam *of) {
 static void describe(void) {
     OK(scphd_description_start(SCPHD_ABI_VERSION, about_memory, sizeof about_memory, &about));
     set(SCPHD_SENSOR_MODEL, SCPHD_SENSOR_MODEL_RANGE_BEARING);
-    set(SCPHD_SENSOR_RANGE_MAX_M, 12.0);
-    set(SCPHD_SENSOR_RANGE_SIGMA_M, 0.1);
-    set(SCPHD_SENSOR_BEARING_SIGMA_RAD, 0.03);
-    set(SCPHD_SENSOR_BIRTHS_STILL, 0.001);
+    set(SCPHD_SENSOR_RANGE_MAX_M, 12.0f);
+    set(SCPHD_SENSOR_RANGE_SIGMA_M, 0.1f);
+    set(SCPHD_SENSOR_BEARING_SIGMA_RAD, 0.03f);
+    set(SCPHD_SENSOR_BIRTHS_STILL, 0.001f);
 }
 
 /* A map and a snapshot, taken from one filter and given to another. */
 static void maps_and_snapshots(void) {
     OK(scphd_start_joint_100(SCPHD_ABI_VERSION, slam_memory, sizeof slam_memory, about, NULL, &slam));
-    drive();
+    drive(scphd_services_joint_100);
     scphd_feature features[16];
     scphd_map map = {.struct_size = sizeof map};
     OK(scphd_slam_estimate_map(slam, features, 16, &map));
@@ -65,6 +66,9 @@ static void maps_and_snapshots(void) {
     scphd_slam *other = NULL;
     OK(scphd_start_joint_100(SCPHD_ABI_VERSION, other_memory, sizeof other_memory, about, NULL, &other));
     OK(scphd_slam_reset(other, about));
+    IS(scphd_slam_load_map(other, features, map.features), SCPHD_STATUS_NO_SERVICES);
+    IS(scphd_services_mixture_informed_4(other), SCPHD_STATUS_WRONG_MEMORY);
+    OK(scphd_services_joint_100(other));
     OK(scphd_slam_load_map(other, features, map.features));
     OK(scphd_slam_relocate(other, 0.0f, 0.0f, 0.1f, 0.2f, 0.2f));
     OK(scphd_slam_scatter(other, 0.1f, 0.1f));
@@ -93,10 +97,11 @@ static void movers(void) {
     scphd_reason reason = {.struct_size = sizeof reason};
     IS(scphd_start_joint_60_movers(SCPHD_ABI_VERSION, movers_memory, sizeof movers_memory, about, &reason, &slam),
        SCPHD_STATUS_NOT_DESCRIBED);
+    HOLDS(reason.setting == SCPHD_JOINT_MOVERS);
     set(SCPHD_JOINT_MOVERS, SCPHD_JOINT_MOVERS_YES);
-    set(SCPHD_SENSOR_BIRTHS_MOVING, 0.001);
+    set(SCPHD_SENSOR_BIRTHS_MOVING, 0.001f);
     OK(scphd_start_joint_60_movers(SCPHD_ABI_VERSION, movers_memory, sizeof movers_memory, about, &reason, &slam));
-    drive();
+    drive(scphd_services_joint_60_movers);
     scphd_map map = {.struct_size = sizeof map};
     scphd_mover walker[1];
     OK(scphd_slam_estimate_movers(slam, walker, 1, &map));
@@ -106,19 +111,19 @@ static void movers(void) {
     set(SCPHD_JOINT_ARCHIVE, SCPHD_JOINT_ARCHIVE_YES);
     IS(scphd_slam_configure(slam, about, &reason), SCPHD_STATUS_NO_ROOM);
     OK(scphd_start_joint_40_archive(SCPHD_ABI_VERSION, archive_memory, sizeof archive_memory, about, NULL, &slam));
-    drive();
+    drive(scphd_services_joint_40_archive);
     IS(scphd_slam_load_map(slam, NULL, 0), SCPHD_STATUS_NOT_POSSIBLE);
-    set(SCPHD_JOINT_ARCHIVE_REACH_M, 20.0);
+    set(SCPHD_JOINT_ARCHIVE_REACH_M, 20.0f);
     IS(scphd_slam_configure(slam, about, &reason), SCPHD_STATUS_NOT_POSSIBLE);
     set(SCPHD_JOINT_ARCHIVE, SCPHD_JOINT_ARCHIVE_NO);
     set(SCPHD_JOINT_MOVERS, SCPHD_JOINT_MOVERS_NO);
-    set(SCPHD_SENSOR_BIRTHS_MOVING, 0.0);
+    set(SCPHD_SENSOR_BIRTHS_MOVING, 0.0f);
 }
 
 static void learning(void) {
     set(SCPHD_JOINT_ODOMETRY, SCPHD_JOINT_ODOMETRY_YES);
     OK(scphd_start_joint_60_learning(SCPHD_ABI_VERSION, learning_memory, sizeof learning_memory, about, NULL, &slam));
-    drive();
+    drive(scphd_services_joint_60_learning);
     scphd_odometry odometry = {.struct_size = sizeof odometry};
     OK(scphd_slam_estimate_odometry(slam, &odometry));
     HOLDS(fabsf(odometry.speed_scale) < 0.1f && fabsf(odometry.turn_scale) < 0.1f);
@@ -130,11 +135,13 @@ static void watch(void) {
     set(SCPHD_FILTER, SCPHD_FILTER_MIXTURE);
     set(SCPHD_VEHICLE_KIND, SCPHD_VEHICLE_KIND_HOLONOMIC);
     set(SCPHD_POSITION, SCPHD_POSITION_YES);
-    set(SCPHD_POSITION_SIGMA, 0.5);
-    set(SCPHD_POSITION_GATE, 25.0);
+    set(SCPHD_POSITION_SIGMA, 0.5f);
+    set(SCPHD_POSITION_GATE, 25.0f);
     set(SCPHD_POSITION_WATCH, SCPHD_POSITION_WATCH_YES);
     OK(scphd_start_mixture_informed_4(SCPHD_ABI_VERSION, mixture_memory, sizeof mixture_memory, about, NULL, &slam));
     OK(scphd_slam_reset(slam, about));
+    IS(scphd_slam_observe_position(slam, 0.0f, 0.0f, NULL), SCPHD_STATUS_NO_SERVICES);
+    OK(scphd_services_mixture_informed_4(slam));
     scphd_fix_report report = {.struct_size = sizeof report};
     for (int second = 1; second < 12 && report.relocated == 0; second++) {
         for (int step = 0; step < 10; step++) {

@@ -13,7 +13,7 @@ static SCPHD_MEMORY(sonar_memory, SCPHD_SIZE_SONAR_64);
 static scphd_description *about;
 static scphd_reason reason;
 
-static scphd_status set(const char *setting, double number) {
+static scphd_status set(uint32_t setting, float number) {
     return scphd_description_set(about, setting, 0, number, &reason);
 }
 
@@ -29,30 +29,34 @@ static void describing(void) {
     IS(set(SCPHD_FILTER, SCPHD_FILTER_MIXTURE), SCPHD_STATUS_WRONG_STRUCT_SIZE);
     reason.struct_size = sizeof reason;
     OK(set(SCPHD_FILTER, SCPHD_FILTER_MIXTURE));
-    OK(set(SCPHD_NOISE_SPEED_SIGMA_MPS, 0.1));
-    OK(set(SCPHD_NOISE_TURN_SIGMA, 0.02));
+    OK(set(SCPHD_NOISE_SPEED_SIGMA_MPS, 0.1f));
+    OK(set(SCPHD_NOISE_TURN_SIGMA, 0.02f));
     OK(set(SCPHD_SENSOR_MODEL, SCPHD_SENSOR_MODEL_RANGE_BEARING));
-    OK(set(SCPHD_SENSOR_RANGE_MAX_M, 10.0));
-    OK(set(SCPHD_SENSOR_RANGE_SIGMA_M, 0.1));
-    OK(set(SCPHD_SENSOR_BEARING_SIGMA_RAD, 0.1));
+    OK(set(SCPHD_SENSOR_RANGE_MAX_M, 10.0f));
+    OK(set(SCPHD_SENSOR_RANGE_SIGMA_M, 0.1f));
+    OK(set(SCPHD_SENSOR_BEARING_SIGMA_RAD, 0.1f));
     OK(set(SCPHD_HEADING, SCPHD_HEADING_YES));
-    OK(set(SCPHD_HEADING_SIGMA, 0.1));
+    OK(set(SCPHD_HEADING_SIGMA, 0.1f));
 
     /* What is wrong is named. */
     IS(set(SCPHD_MIXTURE_PRUNE_WEIGHT, NAN), SCPHD_STATUS_OUT_OF_RANGE);
-    HOLDS(strcmp(reason.text, "mixture.prune_weight must be above 0 and below 1") == 0);
-    IS(scphd_description_set(about, SCPHD_SENSOR_RANGE_MAX_M, 3, -1.0, &reason), SCPHD_STATUS_OUT_OF_RANGE);
-    HOLDS(strcmp(reason.text, "sensor.range_max_m of sensor 3 must be finite and above 0") == 0);
+    HOLDS(reason.setting == SCPHD_MIXTURE_PRUNE_WEIGHT && reason.text[0] == '\0');
+    HOLDS(strcmp(scphd_setting_name(reason.setting), "mixture.prune_weight") == 0);
+    HOLDS(strcmp(scphd_setting_range(reason.setting), "above 0 and below 1") == 0);
+    IS(scphd_description_set(about, SCPHD_SENSOR_RANGE_MAX_M, 3, -1.0f, &reason), SCPHD_STATUS_OUT_OF_RANGE);
+    HOLDS(reason.setting == SCPHD_SENSOR_RANGE_MAX_M && reason.sensor == 3);
     IS(set(SCPHD_VEHICLE_KIND, 77), SCPHD_STATUS_OUT_OF_RANGE);
-    HOLDS(strncmp(reason.text, "vehicle.kind must be one of", 27) == 0);
-    IS(set(SCPHD_JOINT_GATE, 1.0), SCPHD_STATUS_OUT_OF_RANGE);
-    IS(set("joint.gates", 1.0), SCPHD_STATUS_UNKNOWN_SETTING);
-    IS(set("", 1.0), SCPHD_STATUS_UNKNOWN_SETTING);
-    IS(set("a name that is longer than the name of any setting and does not end before", 1.0), SCPHD_STATUS_UNKNOWN_SETTING);
-    IS(set(NULL, 1.0), SCPHD_STATUS_NULL_POINTER);
-    double number = 0.0;
+    HOLDS(reason.setting == SCPHD_VEHICLE_KIND && reason.sensor == 0);
+    IS(set(SCPHD_VEHICLE_KIND, 0.5f), SCPHD_STATUS_OUT_OF_RANGE);
+    IS(set(SCPHD_JOINT_GATE, 1.0f), SCPHD_STATUS_OUT_OF_RANGE);
+    IS(set(0, 1.0f), SCPHD_STATUS_UNKNOWN_SETTING);
+    HOLDS(reason.setting == 0);
+    IS(set(SCPHD_SENSOR_YAW_RAD + 1, 1.0f), SCPHD_STATUS_UNKNOWN_SETTING);
+    IS(set(UINT32_MAX, 1.0f), SCPHD_STATUS_UNKNOWN_SETTING);
+    HOLDS(strcmp(scphd_setting_name(0), "no setting") == 0 && strcmp(scphd_setting_range(UINT32_MAX), "no setting") == 0);
+    float number = 0.0f;
     OK(scphd_description_get(about, SCPHD_MIXTURE_PARTICLES, 0, &number));
-    HOLDS(number == 4.0);
+    HOLDS(number == 4.0f);
     IS(scphd_description_get(about, SCPHD_JOINT_GATE, 0, &number), SCPHD_STATUS_NOT_DESCRIBED);
     IS(scphd_description_get(about, SCPHD_MIXTURE_PARTICLES, 0, NULL), SCPHD_STATUS_NULL_POINTER);
 }
@@ -75,13 +79,13 @@ static void starting(void) {
 
     /* A set has what its filter is described with, and nothing else. */
     IS(scphd_start_joint_40(SCPHD_ABI_VERSION, joint_memory, sizeof joint_memory, about, &reason, &slam), SCPHD_STATUS_NO_ROOM);
-    HOLDS(strcmp(reason.text, "the memory has no room for mixture") == 0);
+    HOLDS(reason.setting == SCPHD_FILTER);
     OK(set(SCPHD_MIXTURE_PARTICLES, 5));
     IS(start(memory, sizeof memory, about, &slam), SCPHD_STATUS_TOO_MANY_PARTICLES);
     OK(set(SCPHD_MIXTURE_PARTICLES, 4));
-    OK(set(SCPHD_SENSOR_BIRTHS_MOVING, 0.01));
+    OK(set(SCPHD_SENSOR_BIRTHS_MOVING, 0.01f));
     IS(start(memory, sizeof memory, about, &slam), SCPHD_STATUS_NO_ROOM_FOR_MOVING);
-    OK(set(SCPHD_SENSOR_BIRTHS_MOVING, 0.0));
+    OK(set(SCPHD_SENSOR_BIRTHS_MOVING, 0.0f));
     reason.struct_size = 0;
     IS(start(memory, sizeof memory, about, &slam), SCPHD_STATUS_WRONG_STRUCT_SIZE);
     reason.struct_size = sizeof reason;
@@ -114,7 +118,15 @@ static void handles(void) {
     OK(scphd_sonar_defaults(&hearing, 8.0f, 0.9f));
     IS(scphd_sonar_start(SCPHD_ABI_VERSION, sonar_memory, sizeof sonar_memory, &hearing, &reason, &sonar),
        SCPHD_STATUS_OUT_OF_RANGE);
-    HOLDS(strncmp(reason.text, "range_sigma_m must be", 21) == 0);
+    HOLDS(reason.setting == 0 && strncmp(reason.text, "range_sigma_m must be", 21) == 0);
+
+    /* Services have to be asked for, by the function of the filter's set. */
+    IS(scphd_slam_audit(slam), SCPHD_STATUS_NO_SERVICES);
+    IS(scphd_slam_digest(slam, &before), SCPHD_STATUS_NO_SERVICES);
+    IS(scphd_services_joint_40(slam), SCPHD_STATUS_WRONG_MEMORY);
+    IS(scphd_slam_audit(slam), SCPHD_STATUS_NO_SERVICES);
+    IS(scphd_services_mixture_informed_4(NULL), SCPHD_STATUS_NULL_POINTER);
+    OK(scphd_services_mixture_informed_4(slam));
 
     /* Before the first pose. */
     scphd_plane_pose pose;
@@ -131,7 +143,7 @@ static void handles(void) {
     /* A description is no filter, and a filter no description. */
     IS(scphd_slam_scan_range_bearing((scphd_slam *)(void *)about, 0, seen, 2, NULL), SCPHD_STATUS_WRONG_MEMORY);
     IS(scphd_slam_reset(slam, (scphd_description *)(void *)slam), SCPHD_STATUS_WRONG_MEMORY);
-    IS(scphd_description_set((scphd_description *)(void *)slam, SCPHD_JOINT_GATE, 0, 1.0, NULL), SCPHD_STATUS_WRONG_MEMORY);
+    IS(scphd_description_set((scphd_description *)(void *)slam, SCPHD_JOINT_GATE, 0, 1.0f, NULL), SCPHD_STATUS_WRONG_MEMORY);
 
     OK(scphd_slam_digest(slam, &before));
     IS(scphd_slam_digest(slam, NULL), SCPHD_STATUS_NULL_POINTER);
@@ -196,6 +208,8 @@ static void resuming(void) {
     OK(set(SCPHD_MIXTURE_PARTICLES, 4));
     IS(start(copy, sizeof copy, about, &again), SCPHD_STATUS_ALREADY_STARTED);
     OK(scphd_resume_mixture_informed_4(SCPHD_ABI_VERSION, copy, sizeof copy, about, NULL, &again));
+    IS(scphd_slam_digest(again, &after), SCPHD_STATUS_NO_SERVICES);
+    OK(scphd_services_mixture_informed_4(again));
     OK(scphd_slam_digest(again, &after));
     HOLDS(before == after);
 
@@ -242,6 +256,7 @@ static void resuming(void) {
 
     /* A vehicle that moves sideways too. */
     OK(set(SCPHD_VEHICLE_KIND, SCPHD_VEHICLE_KIND_HOLONOMIC));
+    OK(scphd_services_joint_40(again));
     OK(scphd_slam_configure(again, about, NULL));
     OK(scphd_slam_reset(again, about));
     OK(scphd_slam_predict(again, 1.0f, 2.0f, 0.0f, 0.5f, NULL));

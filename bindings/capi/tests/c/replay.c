@@ -29,73 +29,75 @@ static scphd_description *about;
 
 enum { LIDAR, RADAR, CAMERA };
 
-static void set(const char *setting, size_t sensor, double number) {
+static void set(uint32_t setting, size_t sensor, float number) {
     OK(scphd_description_set(about, setting, sensor, number, NULL));
 }
 
-static void describe_polar(size_t sensor, double range_m, double range_sigma_m, double bearing_sigma_rad) {
+static void describe_polar(size_t sensor, float range_m, float range_sigma_m, float bearing_sigma_rad) {
     set(SCPHD_SENSOR_MODEL, sensor, SCPHD_SENSOR_MODEL_RANGE_BEARING);
     set(SCPHD_SENSOR_RANGE_MAX_M, sensor, range_m);
-    set(SCPHD_SENSOR_PROBABILITY_NEAR, sensor, 0.85);
-    set(SCPHD_SENSOR_PROBABILITY_FAR, sensor, 0.85);
+    set(SCPHD_SENSOR_PROBABILITY_NEAR, sensor, 0.85f);
+    set(SCPHD_SENSOR_PROBABILITY_FAR, sensor, 0.85f);
     set(SCPHD_SENSOR_RANGE_SIGMA_M, sensor, range_sigma_m);
     set(SCPHD_SENSOR_BEARING_SIGMA_RAD, sensor, bearing_sigma_rad);
-    set(SCPHD_SENSOR_RANGE_EDGE_M, sensor, (double)(3.0f * (float)range_sigma_m));
-    set(SCPHD_SENSOR_BEARING_EDGE_RAD, sensor, (double)(3.0f * (float)bearing_sigma_rad));
+    set(SCPHD_SENSOR_RANGE_EDGE_M, sensor, 3.0f * range_sigma_m);
+    set(SCPHD_SENSOR_BEARING_EDGE_RAD, sensor, 3.0f * bearing_sigma_rad);
 }
 
 static void describe_sensors(void) {
-    describe_polar(LIDAR, 12.0, 0.05, 0.01);
-    set(SCPHD_SENSOR_BEARING_HALF_WIDTH_RAD, LIDAR, 2.0);
-    set(SCPHD_SENSOR_CLUTTER_PER_SCAN, LIDAR, 2.0);
-    set(SCPHD_SENSOR_BIRTHS_STILL, LIDAR, 0.002);
-    set(SCPHD_SENSOR_BIRTHS_MOVING, LIDAR, 0.001);
-    set(SCPHD_SENSOR_FORWARD_M, LIDAR, 0.22);
-    set(SCPHD_SENSOR_YAW_RAD, LIDAR, 0.5);
+    describe_polar(LIDAR, 12.0f, 0.05f, 0.01f);
+    set(SCPHD_SENSOR_BEARING_HALF_WIDTH_RAD, LIDAR, 2.0f);
+    set(SCPHD_SENSOR_CLUTTER_PER_SCAN, LIDAR, 2.0f);
+    set(SCPHD_SENSOR_BIRTHS_STILL, LIDAR, 0.002f);
+    set(SCPHD_SENSOR_BIRTHS_MOVING, LIDAR, 0.001f);
+    set(SCPHD_SENSOR_FORWARD_M, LIDAR, 0.22f);
+    set(SCPHD_SENSOR_YAW_RAD, LIDAR, 0.5f);
 
-    describe_polar(RADAR, 20.0, 0.2, 0.03);
-    set(SCPHD_SENSOR_BEARING_HALF_WIDTH_RAD, RADAR, 0.8);
-    set(SCPHD_SENSOR_BIRTHS_STILL, RADAR, 0.003);
-    set(SCPHD_SENSOR_FORWARD_M, RADAR, -0.3);
-    set(SCPHD_SENSOR_LEFT_M, RADAR, 0.1);
-    set(SCPHD_SENSOR_YAW_RAD, RADAR, 3.0);
+    describe_polar(RADAR, 20.0f, 0.2f, 0.03f);
+    set(SCPHD_SENSOR_BEARING_HALF_WIDTH_RAD, RADAR, 0.8f);
+    set(SCPHD_SENSOR_BIRTHS_STILL, RADAR, 0.003f);
+    set(SCPHD_SENSOR_FORWARD_M, RADAR, -0.3f);
+    set(SCPHD_SENSOR_LEFT_M, RADAR, 0.1f);
+    set(SCPHD_SENSOR_YAW_RAD, RADAR, 3.0f);
 }
 
 static void describe_camera(void) {
     set(SCPHD_SENSOR_MODEL, CAMERA, SCPHD_SENSOR_MODEL_BEARING);
-    set(SCPHD_SENSOR_RANGE_MAX_M, CAMERA, 12.0);
-    set(SCPHD_SENSOR_PROBABILITY_NEAR, CAMERA, 0.85);
-    set(SCPHD_SENSOR_PROBABILITY_FAR, CAMERA, 0.85);
-    set(SCPHD_SENSOR_BEARING_SIGMA_RAD, CAMERA, 0.02);
-    set(SCPHD_SENSOR_BEARING_HALF_WIDTH_RAD, CAMERA, 2.0);
-    set(SCPHD_SENSOR_BIRTHS_NEAREST_M, CAMERA, 2.0);
-    set(SCPHD_SENSOR_BIRTHS_FARTHEST_M, CAMERA, 12.0);
+    set(SCPHD_SENSOR_RANGE_MAX_M, CAMERA, 12.0f);
+    set(SCPHD_SENSOR_PROBABILITY_NEAR, CAMERA, 0.85f);
+    set(SCPHD_SENSOR_PROBABILITY_FAR, CAMERA, 0.85f);
+    set(SCPHD_SENSOR_BEARING_SIGMA_RAD, CAMERA, 0.02f);
+    set(SCPHD_SENSOR_BEARING_HALF_WIDTH_RAD, CAMERA, 2.0f);
+    set(SCPHD_SENSOR_BIRTHS_NEAREST_M, CAMERA, 2.0f);
+    set(SCPHD_SENSOR_BIRTHS_FARTHEST_M, CAMERA, 12.0f);
     set(SCPHD_SENSOR_BIRTHS_RINGS, CAMERA, 3);
     set(SCPHD_SENSOR_BIRTHS_SECTORS, CAMERA, 16);
-    set(SCPHD_SENSOR_BIRTHS_WEIGHT, CAMERA, 0.0005);
-    set(SCPHD_SENSOR_FORWARD_M, CAMERA, 0.22);
-    set(SCPHD_SENSOR_YAW_RAD, CAMERA, 0.5);
+    set(SCPHD_SENSOR_BIRTHS_WEIGHT, CAMERA, 0.0005f);
+    set(SCPHD_SENSOR_FORWARD_M, CAMERA, 0.22f);
+    set(SCPHD_SENSOR_YAW_RAD, CAMERA, 0.5f);
 }
 
 static void start_filters(void) {
     OK(scphd_description_start(SCPHD_ABI_VERSION, about_memory, sizeof about_memory, &about));
     describe_sensors();
     set(SCPHD_POSITION, 0, SCPHD_POSITION_YES);
-    set(SCPHD_POSITION_SIGMA, 0, 0.3);
-    set(SCPHD_POSITION_GATE, 0, 25.0);
-    set(SCPHD_POSITION_FORWARD_M, 0, -0.5);
-    set(SCPHD_POSITION_LEFT_M, 0, 0.1);
+    set(SCPHD_POSITION_SIGMA, 0, 0.3f);
+    set(SCPHD_POSITION_GATE, 0, 25.0f);
+    set(SCPHD_POSITION_FORWARD_M, 0, -0.5f);
+    set(SCPHD_POSITION_LEFT_M, 0, 0.1f);
     set(SCPHD_HEADING, 0, SCPHD_HEADING_YES);
-    set(SCPHD_HEADING_SIGMA, 0, 0.05);
-    set(SCPHD_START_X_M, 0, 5.0);
-    set(SCPHD_START_HEADING_RAD, 0, 1.5);
+    set(SCPHD_HEADING_SIGMA, 0, 0.05f);
+    set(SCPHD_START_X_M, 0, 5.0f);
+    set(SCPHD_START_HEADING_RAD, 0, 1.5f);
     OK(scphd_start_joint_40(SCPHD_ABI_VERSION, joint_memory, sizeof joint_memory, about, NULL, &joint));
+    OK(scphd_services_joint_40(joint));
     OK(scphd_slam_reset(joint, about));
 
     set(SCPHD_FILTER, 0, SCPHD_FILTER_MIXTURE);
-    set(SCPHD_MIXTURE_PRUNE_WEIGHT, 0, 1e-3);
+    set(SCPHD_MIXTURE_PRUNE_WEIGHT, 0, 1e-3f);
     set(SCPHD_START_SEED, 0, 8);
     OK(scphd_start_mixture_informed_4_moving(SCPHD_ABI_VERSION, informed_memory, sizeof informed_memory, about, NULL, &informed));
+    OK(scphd_services_mixture_informed_4_moving(informed));
     OK(scphd_slam_reset(informed, about));
 
     /* Another filter than before has its defaults. */
@@ -112,6 +114,7 @@ static void start_filters(void) {
     set(SCPHD_MIXTURE_SAMPLES, 0, 2);
     set(SCPHD_START_SEED, 0, 7);
     OK(scphd_start_mixture_32x2(SCPHD_ABI_VERSION, blind_memory, sizeof blind_memory, about, NULL, &blind));
+    OK(scphd_services_mixture_32x2(blind));
     OK(scphd_slam_reset(blind, about));
 
     scphd_sonar_config spherical;

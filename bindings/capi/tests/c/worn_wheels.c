@@ -39,14 +39,14 @@ static void drive(uint32_t seed) {
     scphd_description *robot;
     OK(scphd_description_start(SCPHD_ABI_VERSION, robot_memory, sizeof robot_memory, &robot));
     OK(scphd_description_set(robot, SCPHD_SENSOR_MODEL, 0, SCPHD_SENSOR_MODEL_RANGE_BEARING, NULL));
-    OK(scphd_description_set(robot, SCPHD_SENSOR_RANGE_MAX_M, 0, 10.0, NULL));
-    OK(scphd_description_set(robot, SCPHD_SENSOR_RANGE_SIGMA_M, 0, 0.05, NULL));
-    OK(scphd_description_set(robot, SCPHD_SENSOR_BEARING_SIGMA_RAD, 0, 0.01, NULL));
+    OK(scphd_description_set(robot, SCPHD_SENSOR_RANGE_MAX_M, 0, 10.0f, NULL));
+    OK(scphd_description_set(robot, SCPHD_SENSOR_RANGE_SIGMA_M, 0, 0.05f, NULL));
+    OK(scphd_description_set(robot, SCPHD_SENSOR_BEARING_SIGMA_RAD, 0, 0.01f, NULL));
     scphd_slam *slam;
     OK(scphd_start_joint_100(SCPHD_ABI_VERSION, slam_memory, sizeof slam_memory, robot, NULL, &slam));
     float x = 6.0f, y = 0.0f, heading = 0.5f * PI;
-    OK(scphd_description_set(robot, SCPHD_START_X_M, 0, (double)x, NULL));
-    OK(scphd_description_set(robot, SCPHD_START_HEADING_RAD, 0, (double)heading, NULL));
+    OK(scphd_description_set(robot, SCPHD_START_X_M, 0, x, NULL));
+    OK(scphd_description_set(robot, SCPHD_START_HEADING_RAD, 0, heading, NULL));
     OK(scphd_slam_reset(slam, robot));
 
     double squares = 0.0, nees = 0.0;
