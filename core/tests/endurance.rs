@@ -166,7 +166,8 @@ fn drive(filter: Filter, seed: u64, parts: usize, scans: usize) -> Vec<Part> {
         }))
     } else {
         // Nothing hides anything here, so that what is held is what there is and a little clutter.
-        let config = JointConfig { persistence: Persistence::FOR_EVER, behind: 1.0, ..JointConfig::default() };
+        let config =
+            JointConfig { persistence: Persistence::FOR_EVER, occlusion_factor: 1.0, ..JointConfig::default() };
         let mut state = Box::new(JointMemory::new());
         let eyes = Detector::new(sensing, births).unwrap();
         let mut slam = JointSlam::new(motion, config, &mut *state).unwrap();

@@ -312,7 +312,7 @@ fn what_a_filter_does_not_use_is_refused_by_name() {
         ("vehicle.turn_sigma", "[vehicle]\nturn_sigma = 0.3", "core joint reference"),
         ("sensor.range_sigma_m", "[sensor]\nrange_sigma_m = 0.7", "core joint reference"),
         ("moving.birth_intensity", "[moving]\nbirth_intensity = 0.01", "core joint reference"),
-        ("joint.behind", "[joint]\nbehind = 0.5", "joint"),
+        ("joint.occlusion_factor", "[joint]\nocclusion_factor = 0.5", "joint"),
         ("filter.likelihood", "[filter]\nlikelihood = \"rb-multi\"", "reference"),
     ];
     let options: [(&[&str], &str); 6] = [

@@ -112,7 +112,13 @@ fn thesis() -> Settings {
             spread_max_m: 3.0,
             extraction_weight: 0.5,
         },
-        joint: JointSettings { in_sight_s: 1e9, hidden_s: 10.0, lifetime_s: 1e9, behind: 1.0, merge_distance: 9.0 },
+        joint: JointSettings {
+            visible_s: 1e9,
+            occluded_s: 10.0,
+            lifetime_s: 1e9,
+            occlusion_factor: 1.0,
+            merge_distance: 9.0,
+        },
         fixes: None,
         calibration: None,
     }

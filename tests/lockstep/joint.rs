@@ -97,7 +97,7 @@ fn worlds() {
         let log = short(name, seed, 200);
         let comparison = lockstep(&log, Precision::F64, |settings| {
             let joint = &mut settings.joint;
-            (joint.in_sight_s, joint.hidden_s, joint.lifetime_s, joint.behind) = (20.0, 5.0, 1e3, 0.3);
+            (joint.visible_s, joint.occluded_s, joint.lifetime_s, joint.occlusion_factor) = (20.0, 5.0, 1e3, 0.3);
         });
         assert_agreement(name, &comparison.overall, 200);
     }

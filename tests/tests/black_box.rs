@@ -295,7 +295,7 @@ fn with_everything(of: &Stream, localising: bool) -> Vec<u8> {
                             let mut retuned = header;
                             retuned.models.range_sigma_m *= 1.5;
                             retuned.models.speed_sigma_mps *= 2.0;
-                            (retuned.recursion.merge_distance, retuned.joint.behind) = (3.0, 0.25);
+                            (retuned.recursion.merge_distance, retuned.joint.occlusion_factor) = (3.0, 0.25);
                             log.retune(&retuned)?;
                         }
                         22 => log.place(How::Scatter, &PlanarPose::<f32>::ZERO, &doubt, 0)?,

@@ -1,7 +1,7 @@
 /* The loop of docs/c.md, as part of a program that has sensors. */
 #include <scphd.h>
 
-static SCPHD_MEMORY(slam_memory, SCPHD_SIZE_JOINT_40);           /* all memory there is: static, zero */
+static SCPHD_MEMORY(slam_memory, SCPHD_SIZE_JOINT_40);           /* all memory of the filter: static, zero */
 static SCPHD_MEMORY(robot_memory, SCPHD_SIZE_DESCRIPTION);
 
 /* What this vehicle has. */

@@ -151,13 +151,13 @@
 #define SCPHD_MIXTURE_EXTRACTION_CONFIRMED 2
 
 /* A measurement gives birth where nothing else explains at least this share of it. Must be between 0 and 1. */
-#define SCPHD_JOINT_BIRTH_SHARE 28
+#define SCPHD_JOINT_BIRTH_PROBABILITY_MIN 28
 
 /* Squared Mahalanobis distance beyond which a measurement says nothing of a feature. Must be finite and at least 0. */
 #define SCPHD_JOINT_GATE 29
 
 /* Share of the probability of detection that is left behind a nearer detection. Must be between 0 and 1. */
-#define SCPHD_JOINT_BEHIND 30
+#define SCPHD_JOINT_OCCLUSION_FACTOR 30
 
 /* A feature is dropped below this probability that it is there. Must be between 0 and 1. */
 #define SCPHD_JOINT_LEAST_EXISTENCE 31
@@ -172,10 +172,10 @@
 #define SCPHD_JOINT_MERGE_DISTANCE 34
 
 /* Mean time that a landmark stays in sight before something hides it; infinite: nothing does. In s. Must be above 0, or infinite. */
-#define SCPHD_JOINT_IN_SIGHT_S 35
+#define SCPHD_JOINT_VISIBLE_S 35
 
 /* Mean time that it stays hidden. In s. Must be above 0, or infinite. */
-#define SCPHD_JOINT_HIDDEN_S 36
+#define SCPHD_JOINT_OCCLUDED_S 36
 
 /* Mean time until it is taken away; infinite: never. In s. Must be above 0, or infinite. */
 #define SCPHD_JOINT_LIFETIME_S 37

@@ -27,14 +27,14 @@ use std::sync::Mutex;
 /// memory : str
 ///     How much room there is: 'DESK' (512 features, scans of 256 measurements), or as much as a set of the C interface has:
 ///     'JOINT_40', 'JOINT_100' (scans of 32).
-/// birth_share : float
+/// birth_probability_min : float
 ///     A measurement gives birth where nothing else explains at least this share of it.
 /// gate : float
 ///     Squared Mahalanobis distance beyond which a measurement says nothing of a feature.
-/// in_sight_s, hidden_s, lifetime_s : float
+/// visible_s, occluded_s, lifetime_s : float
 ///     Mean times that a landmark stays in sight before something hides it, that it stays hidden, and until it is taken away, s;
 ///     infinite: for ever.
-/// behind : float
+/// occlusion_factor : float
 ///     Share of the probability of detection that is left behind a nearer detection.
 /// least_existence, least_tentative : float
 ///     A feature is dropped below this probability that it is there; the second while it was detected less than twice.

@@ -118,12 +118,12 @@ pub fn of_joint_map(tuning: Option<&Bound<'_, PyDict>>) -> PyResult<JointConfig<
             continue;
         }
         let field = match name {
-            "birth_share" => &mut config.birth_share,
+            "birth_probability_min" => &mut config.birth_probability_min,
             "gate" => &mut config.gate,
-            "in_sight_s" => &mut config.persistence.in_sight_s,
-            "hidden_s" => &mut config.persistence.hidden_s,
+            "visible_s" => &mut config.persistence.visible_s,
+            "occluded_s" => &mut config.persistence.occluded_s,
             "lifetime_s" => &mut config.persistence.lifetime_s,
-            "behind" => &mut config.behind,
+            "occlusion_factor" => &mut config.occlusion_factor,
             "least_existence" => &mut config.least_existence,
             "least_tentative" => &mut config.least_tentative,
             "extraction_existence" => &mut config.extraction_existence,

@@ -47,7 +47,7 @@ SETTINGS = {
         "birth_intensity": 0.0, "velocity_sigma_mps": 1.0, "acceleration_psd": 0.1, "lifetime_s": 100.0,
         "spread_max_m": 3.0, "extraction_weight": 0.5,
     },
-    "joint": {"in_sight_s": 1e9, "hidden_s": 1.0, "lifetime_s": 1e9, "behind": 1.0, "merge_distance": 9.0},
+    "joint": {"visible_s": 1e9, "occluded_s": 1.0, "lifetime_s": 1e9, "occlusion_factor": 1.0, "merge_distance": 9.0},
     "fixes": {"position_sigma_m": 0.5},
 }  # fmt: skip
 

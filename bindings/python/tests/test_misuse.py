@@ -55,7 +55,7 @@ SENSOR = {"range_sigma_m": 0.1, "bearing_sigma_rad": 0.01, "range_max_m": 10.0}
         (lambda: scphd.Filter(scphd.Unicycle(), proposal="blind", informed_rounds=3), scphd.SettingError, "informed_rounds is of"),
         (lambda: scphd.JointFilter(3), TypeError, "vehicle must be"),
         (lambda: scphd.JointFilter(scphd.Unicycle(), memory="PLANE_32X2"), scphd.SettingError, "memory must be one of DESK, JOINT"),
-        (lambda: scphd.JointFilter(scphd.Unicycle(), behind=2.0), scphd.SettingError, "behind must be between 0 and 1"),
+        (lambda: scphd.JointFilter(scphd.Unicycle(), occlusion_factor=2.0), scphd.SettingError, "occlusion_factor must be between 0 and 1"),
         (lambda: scphd.JointFilter(scphd.Unicycle(), gate="wide"), TypeError, "gate must be a number"),
     ],
 )

@@ -82,16 +82,16 @@ pub(crate) struct Renaming {
     /// So many of the draft's own are.
     pub(crate) fresh: u32,
     /// So many have been given away before.
-    pub(crate) given: u32,
+    pub(crate) label_offset: u32,
 }
 
 impl Renaming {
-    const NONE: Self = Self { first_fresh: 0, fresh: 0, given: 0 };
+    const NONE: Self = Self { first_fresh: 0, fresh: 0, label_offset: 0 };
 
     #[inline]
     pub(crate) fn apply(&self, label: &mut u32) {
         if label.wrapping_sub(self.first_fresh) < self.fresh {
-            *label = label.wrapping_add(self.given);
+            *label = label.wrapping_add(self.label_offset);
         }
     }
 }

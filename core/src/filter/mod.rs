@@ -2,16 +2,16 @@
 
 pub(crate) mod audit;
 mod audit_maps;
+mod context;
 pub(crate) mod detector;
 pub(crate) mod digest;
 pub(crate) mod draft;
-pub(crate) mod drift;
 pub(crate) mod executor;
 mod expected_map;
 pub(crate) mod extract;
-mod given;
 pub(crate) mod newborn;
 pub(crate) mod observe;
+pub(crate) mod predict_moving;
 pub(crate) mod relocate;
 mod restore;
 pub(crate) mod sampling;

@@ -31,7 +31,7 @@ impl<T: Real> FixReport<T> {
 }
 
 /// A fix as one Gaussian pose explains it.
-pub(crate) struct Explained<F: Fix> {
+pub(crate) struct FixInnovation<F: Fix> {
     /// z ⊖ ẑ.
     pub(crate) innovation: F::Measurement,
     /// H = ∂h/∂x.
@@ -46,7 +46,7 @@ pub(crate) struct Explained<F: Fix> {
     pub(crate) ln_likelihood: ScalarOf<F::Pose>,
 }
 
-impl<T: Real, F: Fix<Pose: Pose<Scalar = T>>> Explained<F> {
+impl<T: Real, F: Fix<Pose: Pose<Scalar = T>>> FixInnovation<F> {
     /// By a pose of this covariance; where the fix lies beyond its gate, or cannot be measured from there, its distance.
     pub(crate) fn within_gate(
         fix: &F,
@@ -54,9 +54,9 @@ impl<T: Real, F: Fix<Pose: Pose<Scalar = T>>> Explained<F> {
         pose: &F::Pose,
         covariance: &Symmetric<TangentOf<F::Pose>>,
     ) -> Result<Self, T> {
-        let explained = Self::of(fix, measured, pose, covariance).ok_or(T::INFINITY)?;
+        let fix_innovation = Self::of(fix, measured, pose, covariance).ok_or(T::INFINITY)?;
         // Written so that NaN is left out.
-        if explained.distance <= fix.gate() { Ok(explained) } else { Err(explained.distance) }
+        if fix_innovation.distance <= fix.gate() { Ok(fix_innovation) } else { Err(fix_innovation.distance) }
     }
 
     /// S = H P Hᵀ + R; `None` where the fix cannot be measured from there, or nothing finite comes of it.
@@ -73,8 +73,8 @@ impl<T: Real, F: Fix<Pose: Pose<Scalar = T>>> Explained<F> {
         let ln_likelihood = factor.ln_peak() - distance * T::from_f64(0.5);
         let finite = by_pose.as_slice().iter().chain(weighed.as_slice()).all(|x| x.is_finite());
         let information = factor.inverse().to_matrix();
-        let explained = Self { innovation, by_pose, weighed, information, distance, ln_likelihood };
-        (finite && ln_likelihood.is_finite()).then_some(explained)
+        let fix_innovation = Self { innovation, by_pose, weighed, information, distance, ln_likelihood };
+        (finite && ln_likelihood.is_finite()).then_some(fix_innovation)
     }
 }
 
@@ -103,7 +103,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         let children = cursor.children;
         let candidates = candidates.get_mut(..cursor.candidates()).unwrap_or(&mut []);
         let n_eff = effective_number(candidates);
-        let whole = match Explained::within_gate(fix, measured, &mean, &covariance) {
+        let whole = match FixInnovation::within_gate(fix, measured, &mean, &covariance) {
             Ok(whole) => whole,
             Err(distance) => return Ok(FixReport::left_out(distance, n_eff)),
         };
@@ -113,15 +113,18 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
             let Some(pose_covariance) = pose_covariances.get_mut(index.checked_div(children).unwrap_or(0)) else {
                 continue;
             };
-            let Some(explained) = Explained::of(fix, measured, &candidate.pose, pose_covariance) else { continue };
-            *ln_likelihood = explained.ln_likelihood;
+            let Some(fix_innovation) = FixInnovation::of(fix, measured, &candidate.pose, pose_covariance) else {
+                continue;
+            };
+            *ln_likelihood = fix_innovation.ln_likelihood;
             if *pose_covariance == Symmetric::ZERO {
                 continue;
             }
-            let cross = pose_covariance.times_transpose::<K<M>, F::Measurement>(&explained.by_pose);
-            let gain = product::<K<M>, F::Measurement, F::Measurement>(&cross, &explained.information);
-            let corrected = candidate.pose.displaced(&applied::<K<M>, F::Measurement>(&gain, &explained.innovation));
-            let seen = product::<K<M>, F::Measurement, K<M>>(&gain, &explained.by_pose);
+            let cross = pose_covariance.times_transpose::<K<M>, F::Measurement>(&fix_innovation.by_pose);
+            let gain = product::<K<M>, F::Measurement, F::Measurement>(&cross, &fix_innovation.information);
+            let corrected =
+                candidate.pose.displaced(&applied::<K<M>, F::Measurement>(&gain, &fix_innovation.innovation));
+            let seen = product::<K<M>, F::Measurement, K<M>>(&gain, &fix_innovation.by_pose);
             let residual: Linear<K<M>, K<M>> = Matrix::with(|row, column| {
                 let identity = if row == column { T::ONE } else { T::ZERO };
                 identity - seen.at(row, column)

@@ -1,13 +1,15 @@
-//! One scan between its stages.
+//! The state of a scan update between its stages.
 
 use crate::detection::scan::Scan;
 use crate::detection::view::View;
 use crate::detection::weigh::weigh;
+use crate::filter::context::{ScanContext, SurvivorViews, UpdateContext};
 use crate::filter::draft::Draft;
-use crate::filter::drift::{drift, drift_on, step};
 use crate::filter::executor::shares;
-use crate::filter::given::{Beginning, Given, Sights};
-use crate::filter::stages::{Grounds, Outcome, Weighing, adopt, explained, propose, report, take_selected};
+use crate::filter::predict_moving::{predict_moving, predict_moving_on, predict_page};
+use crate::filter::stages::{
+    Outcome, ParticleLayout, Weighing, adopt, finite_ln_likelihood, propose, report, take_selected,
+};
 use crate::filter::state::Memory;
 use crate::filter::tally::Tally;
 use crate::filter::task::{Task, runs, tasks};
@@ -22,27 +24,27 @@ use crate::{
     ScalarOf, ScanError, ScanReport, ScanRoom, Sensor, Static, Symmetric,
 };
 
-/// A scan that is being taken in: what its stages read and change, and what has come of those before.
+/// A scan update in progress: what its stages read and write, and the results of the stages so far.
 ///
-/// [`ScPhd::scan`](crate::ScPhd::scan) goes through them from top to bottom, in the order of the methods; a GPU does so launch by launch,
-/// with the scan kept in its memory. What takes `&self` is for any number of threads at once.
+/// [`ScPhd::scan`](crate::ScPhd::scan) calls the stages in the order of the methods below. A GPU calls them in one launch each, and keeps
+/// this value in its memory between launches. Methods that take `&self` may be called by several threads at once.
 pub struct Scanning<'a, 's, X: MeasurementModel> {
-    pub(crate) given: Given<'a, X>,
+    pub(crate) context: ScanContext<'a, X>,
     pub(crate) memory: &'a mut Memory<'s, X::Pose>,
     pub(crate) noise: Noise,
-    /// What births have counted that had waited.
-    pub(crate) entering: Tally<ScalarOf<X::Pose>>,
-    /// Particles for whose proposal the workspace was too small.
+    /// Counts of the births that the last scan had delayed.
+    pub(crate) delayed_births: Tally<ScalarOf<X::Pose>>,
+    /// Number of particles for whose proposal the workspace was too small.
     crowded: usize,
-    pub(crate) grounds: Grounds,
+    pub(crate) layout: ParticleLayout,
     pub(crate) weighing: Weighing<ScalarOf<X::Pose>>,
     pub(crate) selection: Selection,
-    pub(crate) beginning: Beginning<ScalarOf<X::Pose>>,
-    /// What the updates have counted.
+    pub(crate) update_context: UpdateContext<ScalarOf<X::Pose>>,
+    /// Counts of the map updates.
     pub(crate) tally: Tally<ScalarOf<X::Pose>>,
 }
 
-/// A scan with scratch for η, and for |V| of every worker.
+/// A scan update with scratch for η, and for |V| of every worker.
 pub(crate) type Begun<'a, 's, X> =
     (Scanning<'a, 's, X>, &'a mut [LnSum<ScalarOf<<X as MeasurementModel>::Pose>>], &'a mut [u16]);
 
@@ -51,12 +53,12 @@ pub type AllPages<'s, D> = (&'s mut [Page<Static<D>>], &'s mut [Page<Dynamic<D>>
 
 impl<X: MeasurementModel> core::fmt::Debug for Scanning<'_, '_, X> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.debug_struct("Scanning").field("grounds", &self.grounds).finish_non_exhaustive()
+        f.debug_struct("Scanning").field("layout", &self.layout).finish_non_exhaustive()
     }
 }
 
 impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> Scanning<'a, 's, X> {
-    /// Sorts the measurements, which have been checked.
+    /// Begins the update: sorts the measurements, which the caller has checked.
     pub(crate) fn begin<'m>(
         config: &'a Config<T>,
         memory: &'a mut Memory<'s, P>,
@@ -69,7 +71,7 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         let OnVehicle { sensor, field_of_view, clutter } = OnVehicle::of(&*sensing, *mounting);
         let Some(noise_factor) = sensor.noise().factor() else { return Err(ScanError::SensorNoise) };
         let scan = Scan::sort::<X::Sensor>(measurements, measured, clutter, births.total());
-        let given = Given {
+        let context = ScanContext {
             config,
             births,
             sensor,
@@ -82,90 +84,90 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
             most_births: memory.static_maps.workspace.capacity(),
         };
         let scanning = Self {
-            given,
-            grounds: Grounds::of(config, memory.cursor),
+            context,
+            layout: ParticleLayout::of(config, memory.cursor),
             memory,
             noise,
-            entering: Tally::new(),
+            delayed_births: Tally::new(),
             crowded: 0,
             weighing: Weighing::NONE,
             selection: Selection::NONE,
-            beginning: Beginning::NONE,
+            update_context: UpdateContext::NONE,
             tally: Tally::new(),
         };
         Ok((scanning, eta, most_in_view))
     }
 
-    /// What the scan before has left waiting enters the maps, or is missed.
+    /// Adds the births that the last scan delayed to the maps, if this scan may have detected them; the others are missed detections.
     pub fn enter(&mut self) {
-        let Given { config, births, scan, .. } = &self.given;
-        enter(config, births, &self.given.views(), scan, self.memory, &mut self.entering);
+        let ScanContext { config, births, scan, .. } = &self.context;
+        enter(config, births, &self.context.views(), scan, self.memory, &mut self.delayed_births);
     }
 
-    /// What moves has moved (5.14), once for all the steps since the last scan.
-    pub(crate) fn drift(&mut self) {
-        drift(&mut self.memory.moving_maps.pool, self.given.config, self.memory.cursor.waited_s);
+    /// Predicts the moving features (5.14), in one step over the time since the last scan.
+    pub(crate) fn predict_moving(&mut self) {
+        predict_moving(&mut self.memory.moving_maps.pool, self.context.config, self.memory.cursor.waited_s);
     }
 
-    /// The same in one job for each of the workers.
-    pub(crate) fn drift_on(&mut self, (executor, workers): (&impl Executor, usize)) {
+    /// [`predict_moving`](Self::predict_moving) in one job for each worker.
+    pub(crate) fn predict_moving_on(&mut self, (executor, workers): (&impl Executor, usize)) {
         let pool = &mut self.memory.moving_maps.pool;
-        drift_on(pool, self.given.config, self.memory.cursor.waited_s, (executor, workers));
+        predict_moving_on(pool, self.context.config, self.memory.cursor.waited_s, (executor, workers));
     }
 
-    /// The same for one of the pages, [lent](Self::lend_pages).
+    /// [`predict_moving`](Self::predict_moving) for one page, which was [lent](Self::lend_pages).
     pub fn drift_page(&self, index: usize, page: &mut Page<Dynamic<PositionOf<P>>>) {
         let waited_s = self.memory.cursor.waited_s;
         if waited_s > T::ZERO && self.memory.moving_maps.pool.is_held(index) {
-            step(self.given.config, waited_s)(page);
+            predict_page(self.context.config, waited_s)(page);
         }
     }
 
-    /// Hands over all pages, for writing by several threads; until they are [given back](Self::give_pages_back) every map is empty.
+    /// Hands over all pages, so that several threads can write them. Until they are [given back](Self::give_pages_back) all maps are empty.
     pub fn lend_pages(&mut self) -> AllPages<'s, PositionOf<P>> {
         (self.memory.static_maps.pool.lend_pages(), self.memory.moving_maps.pool.lend_pages())
     }
 
-    /// Takes them back.
+    /// Takes the pages back.
     pub fn give_pages_back(&mut self, (of_static, of_moving): AllPages<'s, PositionOf<P>>) {
         self.memory.static_maps.pool.give_pages_back(of_static);
         self.memory.moving_maps.pool.give_pages_back(of_moving);
     }
 
-    /// Candidates: those of the prediction, or drawn now, from poses that the scan has been taken into.
+    /// Prepares the candidate poses: those of the prediction, or samples of a proposal that uses this scan (informed proposal).
     pub fn propose(&mut self, eta: &mut [LnSum<T>]) {
-        let Given { config, scan, .. } = &self.given;
-        self.crowded = propose(config, &self.given.views(), scan, self.memory, eta, &mut self.noise);
-        self.grounds = Grounds::of(config, self.memory.cursor);
+        let ScanContext { config, scan, .. } = &self.context;
+        self.crowded = propose(config, &self.context.views(), scan, self.memory, eta, &mut self.noise);
+        self.layout = ParticleLayout::of(config, self.memory.cursor);
     }
 
     /// Number of candidates.
     #[must_use]
     pub fn candidates(&self) -> usize {
-        self.grounds.candidates()
+        self.layout.candidates()
     }
 
-    /// Whether there is but one candidate, which the update weighs.
-    pub(crate) fn is_lone(&self) -> bool {
-        self.grounds.lone
+    /// Whether there is only one candidate, whose likelihood the update computes.
+    pub(crate) fn has_single_candidate(&self) -> bool {
+        self.layout.single_candidate
     }
 
-    /// How well a candidate explains the scan (4.52): adds it to its ln L, and returns |V|. The maps are those of the prediction.
+    /// Adds ln of the likelihood of the scan for a candidate, given its predicted map (4.52), to its ln L. Returns |V|.
     pub fn weigh(&self, candidate: usize, ln_likelihood: &mut T, eta: &mut [LnSum<T>]) -> usize {
         let Memory { candidates, static_maps, moving_maps, waiting, .. } = &*self.memory;
-        let parent = self.grounds.parent_of(candidate);
+        let parent = self.layout.parent_of(candidate);
         let Some(candidate) = candidates.get(candidate) else { return 0 };
         let missed = waiting.missed.get(parent).copied().unwrap_or(T::ZERO);
-        let view = View { missed, ..self.given.views().from(&candidate.pose) };
-        let weighed = weigh(&view, parent, (static_maps, moving_maps), &self.given.scan, eta);
-        *ln_likelihood = explained(*ln_likelihood + weighed.ln_likelihood);
+        let view = View { missed, ..self.context.views().from(&candidate.pose) };
+        let weighed = weigh(&view, parent, (static_maps, moving_maps), &self.context.scan, eta);
+        *ln_likelihood = finite_ln_likelihood(*ln_likelihood + weighed.ln_likelihood);
         weighed.in_view
     }
 
-    /// Weighs all candidates, in one share for each of the workers.
+    /// Computes the likelihoods of all candidates, a part of them by each worker.
     pub(crate) fn weigh_all(&mut self, eta: &mut [LnSum<T>], most_in_view: &mut [u16], executor: &impl Executor) {
         let ln_likelihoods = self.lend_ln_likelihoods();
-        let in_question = if self.grounds.lone { 0 } else { self.candidates() };
+        let in_question = if self.layout.single_candidate { 0 } else { self.candidates() };
         let of_candidates = ln_likelihoods.get_mut(..in_question).unwrap_or(&mut []);
         most_in_view.fill(0);
         executor.run(shares(of_candidates, eta, most_in_view), |share| {
@@ -177,44 +179,44 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         self.weighed(ln_likelihoods, in_view);
     }
 
-    /// Hands over the place of every candidate's ln L, which holds the part of it that corrects for where it was drawn.
+    /// Hands over the array of ln L. Every element has the correction for the candidate's proposal density.
     pub fn lend_ln_likelihoods(&mut self) -> &'s mut [T] {
         core::mem::take(&mut self.memory.ln_likelihoods)
     }
 
-    /// Takes them back complete, and multiplies the candidates' weights by them (5.23). `in_view` is the greatest |V| of all.
+    /// Takes the complete ln L back, and multiplies the candidates' weights by them (5.23). `in_view` is the greatest |V|.
     pub fn weighed(&mut self, ln_likelihoods: &'s mut [T], in_view: usize) {
         self.memory.ln_likelihoods = ln_likelihoods;
         let Memory { candidates, ln_likelihoods, .. } = &mut *self.memory;
-        let candidates = candidates.get_mut(..self.grounds.candidates()).unwrap_or(&mut []);
+        let candidates = candidates.get_mut(..self.layout.candidates()).unwrap_or(&mut []);
         let ln_evidence = reweigh(candidates, ln_likelihoods);
         self.weighing = Weighing { ln_evidence, n_eff: effective_number(candidates), in_view };
     }
 
-    /// Back to one candidate a particle (5.2.2).
+    /// Selects one candidate for each particle (resampling, 5.2.2). The selected candidates are called survivors.
     pub fn select(&mut self) {
         let Memory { candidates, survivors, selected, .. } = &mut *self.memory;
-        let Grounds { particles, children, .. } = self.grounds;
-        let candidates = candidates.get(..self.grounds.candidates()).unwrap_or(&[]);
+        let ParticleLayout { particles, children, .. } = self.layout;
+        let candidates = candidates.get(..self.layout.candidates()).unwrap_or(&[]);
         let weighed = Weighed { candidates, particles, children, n_eff: self.weighing.n_eff };
-        self.selection = select(&weighed, self.given.config, &mut self.noise, survivors, selected);
+        self.selection = select(&weighed, self.context.config, &mut self.noise, survivors, selected);
     }
 
-    /// Begins the update of the survivors' maps (5.17–5.22): gives labels to the scan, frees the maps that nobody goes on with, and finds
-    /// out what all survivors see.
+    /// Begins the update of the survivors' maps (5.17–5.22): assigns labels to the measurements, and frees the maps of particles without
+    /// a survivor.
     pub fn begin_update(&mut self) {
-        let all = self.memory.survivors.get(..self.grounds.particles).unwrap_or(&[]);
+        let all = self.memory.survivors.get(..self.layout.particles).unwrap_or(&[]);
         self.open_update(runs(all).count());
         self.free_unneeded();
     }
 
-    /// Gives labels to the scan, and finds out what all survivors see, of whom so many differ.
+    /// Assigns labels to the measurements, and sets the context of the update. `distinct` is the number of different survivors.
     pub(crate) fn open_update(&mut self, distinct: usize) {
         self.tally.survivors = distinct;
-        let Given { config, sensor, scan, .. } = &self.given;
+        let ScanContext { config, sensor, scan, .. } = &self.context;
         let Memory { cursor, waiting, .. } = &mut *self.memory;
         let first_label = cursor.next_label;
-        self.beginning = Beginning {
+        self.update_context = UpdateContext {
             first_label,
             most_births: 0,
             known_below: cursor.watch.known_below,
@@ -222,45 +224,45 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
             births_wait: waiting.await_scan::<X>(config, sensor, scan, first_label),
         };
         let measurements = scan.len();
-        let first_look = self.memory.survivors.first().and_then(|&survivor| self.sights().view(survivor));
+        let first_look = self.memory.survivors.first().and_then(|&survivor| self.survivor_views().view(survivor));
         let (most_births, more) = first_look.map_or((0, false), |view| view.count_births());
-        self.beginning.most_births = most_births;
+        self.update_context.most_births = most_births;
         self.tally.lost += usize::from(more);
         self.memory.cursor.next_label = first_label.wrapping_add((measurements + most_births) as u32);
     }
 
-    /// Frees the maps that nobody goes on with.
+    /// Frees the maps of particles without a survivor.
     pub(crate) fn free_unneeded(&mut self) {
-        let grounds = self.grounds;
+        let layout = self.layout;
         let survivors = core::mem::take(&mut self.memory.survivors);
-        let all = survivors.get(..grounds.particles).unwrap_or(&[]);
-        let alive = all.iter().map(|&survivor| grounds.parent_of(usize::from(survivor)));
-        self.parts().1.begin(grounds.particles, alive);
+        let all = survivors.get(..layout.particles).unwrap_or(&[]);
+        let alive = all.iter().map(|&survivor| layout.parent_of(usize::from(survivor)));
+        self.parts().1.begin(layout.particles, alive);
         self.memory.survivors = survivors;
     }
 
-    /// What the survivors see.
-    fn sights(&self) -> Sights<'_, 'a, X> {
+    /// The measurement contexts of the survivors.
+    fn survivor_views(&self) -> SurvivorViews<'_, 'a, X> {
         let Memory { candidates, pose_covariances, waiting, .. } = &*self.memory;
-        Sights {
-            given: &self.given,
-            views: self.given.views(),
-            grounds: self.grounds,
-            beginning: self.beginning,
+        SurvivorViews {
+            context: &self.context,
+            views: self.context.views(),
+            layout: self.layout,
+            update_context: self.update_context,
             candidates,
             pose_covariances,
             missed: waiting.missed,
         }
     }
 
-    /// The same, beside the maps that the update writes.
-    fn parts(&mut self) -> (Sights<'_, 'a, X>, Update<'_, 's, PositionOf<P>>) {
+    /// The measurement contexts of the survivors, and the maps that the update writes.
+    fn parts(&mut self) -> (SurvivorViews<'_, 'a, X>, Update<'_, 's, PositionOf<P>>) {
         let Memory { cursor, candidates, pose_covariances, static_maps, moving_maps, waiting, .. } = &mut *self.memory;
-        let sights = Sights {
-            given: &self.given,
-            views: self.given.views(),
-            grounds: self.grounds,
-            beginning: self.beginning,
+        let survivor_views = SurvivorViews {
+            context: &self.context,
+            views: self.context.views(),
+            layout: self.layout,
+            update_context: self.update_context,
             candidates,
             pose_covariances,
             missed: waiting.missed,
@@ -268,33 +270,33 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         let update = Update {
             static_maps,
             moving_maps,
-            weighs: self.grounds.lone,
+            weighs: self.layout.single_candidate,
             next_label: &mut cursor.next_label,
             noted: waiting.noted.reborrow(),
             tally: &mut self.tally,
         };
-        (sights, update)
+        (survivor_views, update)
     }
 
-    /// Pages that are left free: one for every particle that its births may enter by.
+    /// Number of pages kept free: one for each particle, for its delayed births.
     pub(crate) fn reserved(&self) -> usize {
-        if self.beginning.births_wait > 0 { self.grounds.particles } else { 0 }
+        if self.update_context.births_wait > 0 { self.layout.particles } else { 0 }
     }
 
-    /// One task for each of the survivors that differ.
+    /// One task for each different survivor.
     fn tasks<'t>(&self, survivors: &'t [u16]) -> impl Iterator<Item = Task> + 't {
-        let (grounds, reserved) = (self.grounds, self.reserved());
-        let survivors = survivors.get(..grounds.particles).unwrap_or(&[]);
-        tasks(survivors, self.tally.survivors, reserved, move |survivor| grounds.parent_of(usize::from(survivor)))
+        let (layout, reserved) = (self.layout, self.reserved());
+        let survivors = survivors.get(..layout.particles).unwrap_or(&[]);
+        tasks(survivors, self.tally.survivors, reserved, move |survivor| layout.parent_of(usize::from(survivor)))
     }
 
     /// Updates the maps of all survivors, one after the other.
     pub(crate) fn update(&mut self, eta: &mut [LnSum<T>], probe: &mut impl Probe) {
         let survivors = core::mem::take(&mut self.memory.survivors);
         let tasks = self.tasks(survivors);
-        let (sights, mut update) = self.parts();
+        let (survivor_views, mut update) = self.parts();
         for task in tasks {
-            if let Some(scan_view) = sights.of(task.survivor) {
+            if let Some(scan_view) = survivor_views.of(task.survivor) {
                 update.one(&task, &scan_view, eta, probe);
             }
             update.share(&task);
@@ -302,8 +304,8 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         self.memory.survivors = survivors;
     }
 
-    /// The same, with as many survivors at a time as there are drafts, in one job for each of the workers: their maps are read and
-    /// updated in drafts, which are stored in order as if one had been updated after the other.
+    /// Updates the maps of all survivors, several at a time: each worker computes updated maps into drafts, which are then stored in order,
+    /// with the same result as [`update`](Self::update).
     pub(crate) fn update_on(
         &mut self,
         eta: &mut [LnSum<T>],
@@ -333,7 +335,7 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         self.memory.survivors = survivors;
     }
 
-    /// Gives every draft the task of a survivor, as far as there are drafts; how many have got one.
+    /// Assigns a survivor to each draft, while there are both. Returns the number of assigned drafts.
     pub fn assign(&self, drafts: &mut [Draft<'_, PositionOf<P>>]) -> usize {
         assign(&mut self.tasks(self.memory.survivors), drafts)
     }
@@ -342,21 +344,21 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
     pub fn make(&self, draft: &mut Draft<'_, PositionOf<P>>, eta: &mut [LnSum<T>]) {
         let maps = (&self.memory.static_maps, &self.memory.moving_maps);
         if draft.fits(maps)
-            && let Some(scan_view) = self.sights().of(draft.task.survivor)
+            && let Some(scan_view) = self.survivor_views().of(draft.task.survivor)
         {
             draft.make(&scan_view, maps, eta, self.memory.cursor.next_label);
         }
     }
 
-    /// The label that the first of a round of drafts began with.
+    /// The first free label, with which the labels of the next drafts begin.
     #[must_use]
     pub fn next_label(&self) -> u32 {
         self.memory.cursor.next_label
     }
 
-    /// Stores a draft, the next in order, but for the [contents](Draft::fill) of its pages. Its fresh labels begin with `first_fresh`.
+    /// Stores the next draft in order, except the [contents](Draft::fill) of its pages. Its new labels begin with `first_fresh`.
     ///
-    /// What a draft cannot tell, for want of room for its terms or because it was not made, is done again.
+    /// If the draft is incomplete, because it had no room for its terms or was not made, the map is updated here instead.
     pub fn store(
         &mut self,
         draft: &mut Draft<'_, PositionOf<P>>,
@@ -365,27 +367,27 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         probe: &mut impl Probe,
     ) {
         let task = draft.task;
-        let (sights, mut update) = self.parts();
+        let (survivor_views, mut update) = self.parts();
         if draft.is_whole {
             update.store_draft(draft, first_fresh);
-        } else if let Some(scan_view) = sights.of(task.survivor) {
+        } else if let Some(scan_view) = survivor_views.of(task.survivor) {
             update.one(&task, &scan_view, eta, probe);
         }
         update.share(&task);
     }
 
-    /// Ends the update: the maps are those of the survivors, and it is noted where births wait.
+    /// Ends the update: the maps are those of the survivors, and the poses of delayed births are stored.
     pub fn end_update(&mut self) {
-        let particles = self.grounds.particles;
+        let particles = self.layout.particles;
         self.parts().1.finish(particles);
-        self.tally.entered(&self.entering);
-        if self.beginning.births_wait == 0 {
+        self.tally.add_delayed_births(&self.delayed_births);
+        if self.update_context.births_wait == 0 {
             return;
         }
         let Memory { candidates, survivors, pose_covariances, waiting, .. } = &mut *self.memory;
         for (particle, &survivor) in survivors.iter().take(particles).enumerate() {
-            let parent = self.grounds.parent_of(usize::from(survivor));
-            let pose_covariance = pose_covariances.get(parent).filter(|_| self.grounds.blurs);
+            let parent = self.layout.parent_of(usize::from(survivor));
+            let pose_covariance = pose_covariances.get(parent).filter(|_| self.layout.has_pose_covariances);
             if let Some(candidate) = candidates.get(usize::from(survivor)) {
                 let pose_covariance = pose_covariance.copied().unwrap_or(Symmetric::ZERO);
                 waiting.place(particle, candidate.pose, pose_covariance);
@@ -393,30 +395,30 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         }
     }
 
-    /// The selected candidates are the particles.
+    /// Ends the scan: the survivors become the particles.
     pub fn finish(self) -> ScanReport<T> {
-        take_selected(&self.grounds, self.memory);
+        take_selected(&self.layout, self.memory);
         self.finish_adopted()
     }
 
-    /// The same of candidates that have been moved to their places.
+    /// [`finish`](Self::finish) after the caller has moved the survivors to the indices of the particles.
     pub fn finish_adopted(self) -> ScanReport<T> {
-        let Self { given, memory, noise, crowded, grounds, weighing, selection, tally, .. } = self;
-        let weighing = weighing.completed(&grounds, &tally, memory.ln_likelihoods);
+        let Self { context, memory, noise, crowded, layout, weighing, selection, tally, .. } = self;
+        let weighing = weighing.completed(&layout, &tally, memory.ln_likelihoods);
         let cursor = &mut *memory.cursor;
         let watched = cursor.watch.scanned(
             &tally.recognised(),
-            (given.measured, given.clutter_per_scan),
+            (context.measured, context.clutter_per_scan),
             cursor.waited_s,
             cursor.next_label,
         );
-        let refused = adopt(&grounds, &selection, memory.cursor, noise);
-        let outcome = Outcome { grounds, weighing, selection, tally, crowded, refused, watched };
-        report::<P, X::Measurement>(&outcome, memory, given.measured)
+        let refused = adopt(&layout, &selection, memory.cursor, noise);
+        let outcome = Outcome { layout, weighing, selection, tally, crowded, refused, watched };
+        report::<P, X::Measurement>(&outcome, memory, context.measured)
     }
 }
 
-/// Gives every draft a task, as far as there are both; how many have got one.
+/// Assigns a task to each draft, while there are both. Returns the number of assigned drafts.
 fn assign<D: Place>(tasks: &mut impl Iterator<Item = Task>, drafts: &mut [Draft<'_, D>]) -> usize {
     let mut assigned = 0;
     for (draft, task) in drafts.iter_mut().zip(tasks) {

@@ -1,4 +1,4 @@
-//! The stages of a scan that are the filter's own: what each is given, and what comes of it.
+//! Stages of a scan update: their inputs and results.
 
 use crate::detection::scan::Scan;
 use crate::detection::view::Views;
@@ -11,25 +11,26 @@ use crate::{
     Config, Health, LnSum, MeasurementModel, Noise, Pose, Proposal, Real, ScalarOf, ScanReport, Symmetric, Vector,
 };
 
-/// What holds for a whole scan from the moment its candidates are there.
+/// Numbers of particles and candidates of a scan.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Grounds {
+pub(crate) struct ParticleLayout {
     pub(crate) particles: usize,
     /// Candidates of each particle.
     pub(crate) children: usize,
-    /// Whether the poses have a covariance of their own, which blurs what is expected.
-    pub(crate) blurs: bool,
-    /// Whether there is but one candidate, that goes on whatever it weighs: the update tells how well it explains the scan, and the
-    /// map is looked at but once.
-    pub(crate) lone: bool,
+    /// Whether each particle's pose has a covariance, which is added to that of the predicted measurements.
+    pub(crate) has_pose_covariances: bool,
+    /// Whether there is only one candidate, which survives with any weight. The update then computes its likelihood, so that the map is
+    /// evaluated only once.
+    pub(crate) single_candidate: bool,
 }
 
-impl Grounds {
+impl ParticleLayout {
     pub(crate) fn of<T: Real>(config: &Config<T>, cursor: &Cursor<T>) -> Self {
         let (particles, children) = (cursor.particles, cursor.children);
-        let blurs = matches!(config.proposal, Proposal::Informed(informed) if informed.sampled_fraction < T::ONE);
-        let lone = particles * children == 1 && !blurs;
-        Self { particles, children, blurs, lone }
+        let has_pose_covariances =
+            matches!(config.proposal, Proposal::Informed(informed) if informed.sampled_fraction < T::ONE);
+        let single_candidate = particles * children == 1 && !has_pose_covariances;
+        Self { particles, children, has_pose_covariances, single_candidate }
     }
 
     /// Number of candidates.
@@ -44,8 +45,8 @@ impl Grounds {
     }
 }
 
-/// Draws the candidates of a proposal that the scan has been taken into, and sets for each the part of ln L that corrects for where it
-/// was drawn; zero where the prediction has drawn them already. Returns for how many particles the workspace was too small.
+/// Samples the candidates of an informed proposal, and sets the part of ln L of each that corrects for the proposal density. Both are done
+/// by the prediction for a blind proposal, whose correction is zero. Returns for how many particles the workspace was too small.
 pub(crate) fn propose<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>(
     config: &Config<T>,
     views: &Views<'_, X>,
@@ -83,10 +84,10 @@ impl<T: Real> Weighing<T> {
     pub(crate) const NONE: Self = Self { ln_evidence: T::ZERO, n_eff: T::ZERO, in_view: 0 };
 
     /// With what the update says of a lone candidate.
-    pub(crate) fn completed(self, grounds: &Grounds, tally: &Tally<T>, ln_likelihoods: &mut [T]) -> Self {
+    pub(crate) fn completed(self, layout: &ParticleLayout, tally: &Tally<T>, ln_likelihoods: &mut [T]) -> Self {
         match ln_likelihoods.first_mut() {
-            Some(ln_likelihood) if grounds.lone => {
-                *ln_likelihood = explained(*ln_likelihood + tally.last.ln_likelihood);
+            Some(ln_likelihood) if layout.single_candidate => {
+                *ln_likelihood = finite_ln_likelihood(*ln_likelihood + tally.last.ln_likelihood);
                 Self { ln_evidence: *ln_likelihood, in_view: tally.last.in_view, ..self }
             }
             _ => self,
@@ -95,24 +96,29 @@ impl<T: Real> Weighing<T> {
 }
 
 /// Makes the selected candidates the particles.
-pub(crate) fn take_selected<T: Real, P: Pose<Scalar = T>>(grounds: &Grounds, memory: &mut Memory<'_, P>) {
+pub(crate) fn take_selected<T: Real, P: Pose<Scalar = T>>(layout: &ParticleLayout, memory: &mut Memory<'_, P>) {
     let Memory { pose_covariances, selected_covariances, candidates, selected, survivors, .. } = memory;
-    candidates.iter_mut().zip(selected.iter()).take(grounds.particles).for_each(|(slot, chosen)| *slot = *chosen);
-    for (slot, &survivor) in selected_covariances.iter_mut().zip(survivors.iter()).take(grounds.particles) {
-        let parent = grounds.parent_of(usize::from(survivor));
+    candidates.iter_mut().zip(selected.iter()).take(layout.particles).for_each(|(slot, chosen)| *slot = *chosen);
+    for (slot, &survivor) in selected_covariances.iter_mut().zip(survivors.iter()).take(layout.particles) {
+        let parent = layout.parent_of(usize::from(survivor));
         *slot = pose_covariances.get(parent).copied().unwrap_or(Symmetric::ZERO);
     }
-    let chosen = selected_covariances.iter().take(grounds.particles);
+    let chosen = selected_covariances.iter().take(layout.particles);
     pose_covariances.iter_mut().zip(chosen).for_each(|(slot, chosen)| *slot = *chosen);
 }
 
 /// Gets ready for the next prediction. Returns how many predictions were refused before this scan.
-pub(crate) fn adopt<T: Real>(grounds: &Grounds, selection: &Selection, cursor: &mut Cursor<T>, noise: Noise) -> usize {
+pub(crate) fn adopt<T: Real>(
+    layout: &ParticleLayout,
+    selection: &Selection,
+    cursor: &mut Cursor<T>,
+    noise: Noise,
+) -> usize {
     cursor.noise = Some(noise);
     cursor.children = 1;
     cursor.predicted = false;
     cursor.waited_s = T::ZERO;
-    cursor.weighed = grounds.candidates();
+    cursor.weighed = layout.candidates();
     cursor.heaviest = selection.heaviest;
     usize::from(core::mem::take(&mut cursor.refused))
 }
@@ -120,7 +126,7 @@ pub(crate) fn adopt<T: Real>(grounds: &Grounds, selection: &Selection, cursor: &
 /// What came of the stages.
 #[derive(Debug)]
 pub(crate) struct Outcome<T> {
-    pub(crate) grounds: Grounds,
+    pub(crate) layout: ParticleLayout,
     pub(crate) weighing: Weighing<T>,
     pub(crate) selection: Selection,
     pub(crate) tally: Tally<T>,
@@ -139,13 +145,13 @@ pub(crate) fn report<P: Pose, Z: Vector>(
     measured: usize,
 ) -> ScanReport<ScalarOf<P>> {
     let real = ScalarOf::<P>::from_f64;
-    let Outcome { grounds, weighing, selection, tally, crowded, refused, watched } = outcome;
+    let Outcome { layout, weighing, selection, tally, crowded, refused, watched } = outcome;
     let Weighing { ln_evidence, n_eff, in_view } = *weighing;
     let innovation = tally.mean_innovation(Z::DIMENSION);
     let [expected_detections, detections] = tally.mean_detections();
     let tightened = tally.tightened + crowded;
     let health = Health::UNEXPLAINED_SCAN.when(!ln_evidence.is_finite())
-        | Health::DEGENERATE.when(grounds.particles > 1 && n_eff < real(1.5))
+        | Health::DEGENERATE.when(layout.particles > 1 && n_eff < real(1.5))
         | Health::PRUNING_TIGHTENED.when(tightened > 0)
         | Health::MAP_NOT_UPDATED.when(tally.kept > 0)
         | Health::COMPONENTS_LOST.when(tally.lost > 0)
@@ -157,12 +163,12 @@ pub(crate) fn report<P: Pose, Z: Vector>(
         measurements: measured,
         no_birth: tally.no_birth,
         refused: *refused,
-        candidates: grounds.candidates(),
+        candidates: layout.candidates(),
         in_view,
         ln_evidence,
         n_eff,
         resampled: selection.resampled,
-        particles: grounds.particles,
+        particles: layout.particles,
         survivors: tally.survivors,
         maps_updated: tally.updated,
         births: tally.births,
@@ -185,7 +191,7 @@ pub(crate) fn report<P: Pose, Z: Vector>(
     }
 }
 
-/// ln L, whatever the models have said: −∞, nothing explained, where it is no number or infinite.
-pub(crate) fn explained<T: Real>(ln_likelihood: T) -> T {
+/// ln L, or −∞ if it is not finite because of the models.
+pub(crate) fn finite_ln_likelihood<T: Real>(ln_likelihood: T) -> T {
     if ln_likelihood.is_finite() { ln_likelihood } else { T::NEG_INFINITY }
 }

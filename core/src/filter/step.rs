@@ -1,4 +1,4 @@
-//! One scan, from top to bottom: predict, propose, weigh, select, update, adopt, report.
+//! One scan update of the PHD filter: predict, propose, weigh (compute likelihoods), select (resample), update the maps, report.
 
 use crate::filter::scanning::Scanning;
 use crate::{
@@ -7,9 +7,9 @@ use crate::{
 };
 
 impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
-    /// The scan update, of measurements that have been checked.
+    /// The update with a scan whose measurements the caller has checked.
     ///
-    /// With `DRAFTS`, maps are updated several at a time; without, there is no code for that.
+    /// With `DRAFTS` several maps are updated at a time. Without, the code for that is left out of the image.
     pub(crate) fn step<X: MeasurementModel<Pose = M::Pose>, const DRAFTS: bool>(
         &mut self,
         detector: &mut Detector<X, ScanRoom<'_, X::Measurement>>,
@@ -24,9 +24,9 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         probe.enter(Stage::Predict);
         scanning.enter();
         if DRAFTS {
-            scanning.drift_on((executor, workers));
+            scanning.predict_moving_on((executor, workers));
         } else {
-            scanning.drift();
+            scanning.predict_moving();
         }
         probe.leave(Stage::Predict);
         probe.enter(Stage::Weigh);
@@ -38,7 +38,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         probe.leave(Stage::Resample);
         probe.enter(Stage::Update);
         scanning.begin_update();
-        if DRAFTS && drafts.len() > 1 && !scanning.is_lone() {
+        if DRAFTS && drafts.len() > 1 && !scanning.has_single_candidate() {
             scanning.update_on(eta, (executor, workers), drafts, probe);
         } else {
             scanning.update(eta, probe);
@@ -48,7 +48,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         Ok(scanning.finish())
     }
 
-    /// A scan of which every stage is called for by itself, with scratch for one worker; of measurements that are checked here.
+    /// Checks the measurements and begins a scan update whose stages the caller calls one by one, with scratch for one worker.
     ///
     /// # Errors
     /// As for [`scan`](Self::scan).

@@ -75,7 +75,7 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
     /// Number of particles, and of candidates of each.
     #[must_use]
     pub fn particles(&self) -> [usize; 2] {
-        [self.grounds.particles, self.grounds.children]
+        [self.layout.particles, self.layout.children]
     }
 
     /// ln Σ ζ L of some candidates, from the first one on, of which these are the ln L.
@@ -113,7 +113,7 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         let n_eff = T::ONE / squares.fold(T::ZERO, |sum, of_part| sum + of_part);
         self.weighing.n_eff = n_eff;
         self.selection.resampled =
-            n_eff < self.given.config.resample_threshold * T::from_usize(self.grounds.candidates());
+            n_eff < self.context.config.resample_threshold * T::from_usize(self.layout.candidates());
         self.selection.resampled.then(|| self.noise.uniform())
     }
 
@@ -132,9 +132,9 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         reached: impl Fn(usize) -> T,
         last: usize,
     ) -> Option<(u16, Candidate<P>)> {
-        let particles = T::from_usize(self.grounds.particles);
+        let particles = T::from_usize(self.layout.particles);
         let position = position(place, uniform, particles);
-        let (mut low, mut high) = (0, self.grounds.candidates());
+        let (mut low, mut high) = (0, self.layout.candidates());
         while low < high {
             work::round();
             let middle = low + (high - low) / 2;
@@ -144,7 +144,7 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
                 low = middle + 1;
             }
         }
-        let index = if low < self.grounds.candidates() { low } else { last };
+        let index = if low < self.layout.candidates() { low } else { last };
         let candidate = *candidates.get(index)?;
         Some((index as u16, Candidate { ln_weight: -particles.ln(), ..candidate }))
     }
@@ -156,8 +156,8 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         candidates: &[Candidate<P>],
         noise: Option<&mut Noise>,
     ) -> Option<(u16, Candidate<P>)> {
-        let first = place * self.grounds.children;
-        let members = candidates.get(first..first + self.grounds.children)?;
+        let first = place * self.layout.children;
+        let members = candidates.get(first..first + self.layout.children)?;
         let (child, ln_weight) = match (members, noise) {
             ([only], _) => (0, only.ln_weight),
             (_, noise) => one_child(members, noise?.uniform()),
@@ -169,13 +169,13 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
     /// The particle that a candidate comes from.
     #[must_use]
     pub fn parent_of(&self, candidate: usize) -> usize {
-        self.grounds.parent_of(candidate)
+        self.layout.parent_of(candidate)
     }
 
     /// The candidates that the particles go on with, by their numbers.
     #[must_use]
     pub fn survivors(&self) -> &[u16] {
-        self.memory.survivors.get(..self.grounds.particles).unwrap_or(&[])
+        self.memory.survivors.get(..self.layout.particles).unwrap_or(&[])
     }
 
     /// The candidates that go on are known, the heaviest of them and how many differ: begins the update, but for the maps that nobody goes on
@@ -188,14 +188,14 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
     /// Gives a draft the task of the survivor of that number among those that differ, which is that of the particle first.
     pub fn assign_one(&self, draft: &mut Draft<'_, PositionOf<P>>, (number, particle): (usize, usize)) {
         let mut alike =
-            self.memory.survivors.iter().skip(particle).take(self.grounds.particles.saturating_sub(particle));
+            self.memory.survivors.iter().skip(particle).take(self.layout.particles.saturating_sub(particle));
         let Some(&survivor) = alike.next() else { return };
-        let parent = self.grounds.parent_of(usize::from(survivor));
+        let parent = self.layout.parent_of(usize::from(survivor));
         let (mut copies, mut last_child) = (1, true);
         for &other in alike {
             work::round();
             if other != survivor {
-                last_child = self.grounds.parent_of(usize::from(other)) != parent;
+                last_child = self.layout.parent_of(usize::from(other)) != parent;
                 break;
             }
             copies += 1;
@@ -217,7 +217,7 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
     /// Whether no survivor before has the same parent.
     fn is_first_child(&self, task: &Task) -> bool {
         let before = task.particle.checked_sub(1).and_then(|before| self.memory.survivors.get(before));
-        before.is_none_or(|&before| self.grounds.parent_of(usize::from(before)) != task.parent)
+        before.is_none_or(|&before| self.layout.parent_of(usize::from(before)) != task.parent)
     }
 
     /// Free pages of either kind.
@@ -229,7 +229,7 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
     /// Whether drafts can be stored at the same time at all.
     #[must_use]
     pub fn stores_together(&self) -> bool {
-        self.beginning.births_wait == 0 && !self.grounds.lone
+        self.update_context.births_wait == 0 && !self.layout.single_candidate
     }
 
     /// Stores all drafts one after the other, and [ends](Self::end_update) the update.
@@ -276,7 +276,7 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         for ((peak, [in_view, map_pages]), used) in tally.peaks.iter_mut().zip(peaks).zip(used) {
             (peak.in_view, peak.map_pages, peak.pages) = (in_view, map_pages, used);
         }
-        tally.entered(&self.entering);
+        tally.add_delayed_births(&self.delayed_births);
         let next = &mut self.memory.cursor.next_label;
         *next = next.wrapping_add(labels);
     }
@@ -353,11 +353,11 @@ impl<T: Real, D: Place<Scalar = T>> Draft<'_, D> {
     pub fn take(
         &mut self,
         first_fresh: u32,
-        given: u32,
+        label_offset: u32,
         take_static: impl FnMut(usize) -> Option<PageId>,
         take_moving: impl FnMut(usize) -> Option<PageId>,
     ) {
-        self.renaming = Renaming { first_fresh, fresh: self.labels, given };
+        self.renaming = Renaming { first_fresh, fresh: self.labels, label_offset };
         self.of_static.take(take_static);
         self.of_moving.take(take_moving);
     }

@@ -113,7 +113,8 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
         let tally = &mut **tally;
         tally.add(&draft.tally);
         // As many fresh labels have been given away before, that the draft knew nothing of.
-        draft.renaming = Renaming { first_fresh, fresh: draft.labels, given: next_label.wrapping_sub(first_fresh) };
+        draft.renaming =
+            Renaming { first_fresh, fresh: draft.labels, label_offset: next_label.wrapping_sub(first_fresh) };
         **next_label = next_label.wrapping_add(draft.labels);
         let Draft { of_static, of_moving, task, bounds, renaming, .. } = draft;
         let regained_static = static_maps.put_aside(task, bounds, of_static.aside());

@@ -1,6 +1,6 @@
 //! Whether a feature's measurements can be told from each other.
 
-use super::associations::{AssociationRow, shares};
+use super::associations::{AssociationRow, probabilities};
 use crate::{Pose, Real, Sensor, Zero};
 
 /// No measurement has as much of a feature's detections.
@@ -13,8 +13,8 @@ const APART: f64 = 9.0;
 /// time without a detection, many landmarks are within the gate of each.
 pub(super) fn is_ambiguous<T, S>(
     sensor: &S,
-    explained: &[AssociationRow<T>],
-    place: usize,
+    table: &[AssociationRow<T>],
+    index: usize,
     measurements: &[S::Measurement],
 ) -> bool
 where
@@ -23,22 +23,22 @@ where
 {
     let mut surest: Option<(T, &S::Measurement)> = None;
     let mut detected = T::ZERO;
-    for (share, z) in shares(explained, place, measurements) {
-        detected += share;
-        if surest.is_none_or(|(most, _)| share > most) {
-            surest = Some((share, z));
+    for (probability, z) in probabilities(table, index, measurements) {
+        detected += probability;
+        if surest.is_none_or(|(most, _)| probability > most) {
+            surest = Some((probability, z));
         }
     }
-    let Some((share, surest)) = surest else { return false };
-    if share >= detected * T::from_f64(SURE) {
+    let Some((probability, surest)) = surest else { return false };
+    if probability >= detected * T::from_f64(SURE) {
         return false;
     }
     let Some(noise) = sensor.noise().factor() else { return false };
     let (mut squares, mut mean) = (T::ZERO, S::Measurement::ZERO);
-    for (share, z) in shares(explained, place, measurements) {
+    for (probability, z) in probabilities(table, index, measurements) {
         let apart = sensor.innovation(z, surest);
-        mean += apart * share;
-        squares += share * noise.mahalanobis(&apart);
+        mean += apart * probability;
+        squares += probability * noise.mahalanobis(&apart);
     }
     // Σ s · Σ s dᵀ R⁻¹ d − d̄ᵀ R⁻¹ d̄, with d from the surest one.
     detected * squares - noise.mahalanobis(&mean) > detected * detected * T::from_f64(APART)
@@ -56,16 +56,16 @@ mod tests {
     fn ambiguous(measurements: &[([f64; 2], f64)]) -> bool {
         let sensor = RangeBearing::new(0.1, 0.01).unwrap();
         let z: Vec<Vector2<f64>> = measurements.iter().map(|&(z, _)| Vector2::from(z)).collect();
-        let explained: Vec<AssociationRow<f64>> = measurements
+        let table: Vec<AssociationRow<f64>> = measurements
             .iter()
-            .map(|&(_, share)| {
-                let mut explained = AssociationRow::ZERO;
-                explained.associate(Association { share, ..Association::new(3, 0.0) });
-                explained
+            .map(|&(_, probability)| {
+                let mut row = AssociationRow::ZERO;
+                row.associate(Association { probability, ..Association::new(3, 0.0) });
+                row
             })
             .collect();
-        assert!(!is_ambiguous(&sensor, &explained, 2, &z), "a feature without a share");
-        is_ambiguous(&sensor, &explained, 3, &z)
+        assert!(!is_ambiguous(&sensor, &table, 2, &z), "a feature without a share");
+        is_ambiguous(&sensor, &table, 3, &z)
     }
 
     #[test]

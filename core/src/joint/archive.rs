@@ -5,7 +5,7 @@ use crate::numerics::range::is_within_range;
 use crate::{Linear, Matrix, Pose, PositionOf, Real, ScalarOf, Symmetric, TangentOf, Vector, Zero};
 
 /// Features that go into the archive together, at most.
-pub(super) const PAGE: usize = 8;
+pub(super) const SUBMAP_LEN: usize = 8;
 
 /// Landmarks of the window that a page is conditioned on, at most.
 pub(super) const ANCHORS: usize = 8;
@@ -26,7 +26,7 @@ pub struct Index {
     /// Features there are.
     pub(super) len: usize,
     /// The name of the next page.
-    pub(super) next_page: u32,
+    pub(super) next_submap: u32,
     /// The page that was looked for last.
     pub(super) tried: u32,
     /// Time that has passed since the reset, µs.
@@ -38,7 +38,7 @@ pub struct Index {
 #[derive(Debug, Clone, Copy)]
 pub struct Entry<P: Pose> {
     pub(super) label: u32,
-    pub(super) page: u32,
+    pub(super) submap: u32,
     /// Where it was when it left the window.
     pub(super) mean: PositionOf<P>,
     /// Its covariance at that time, as A and R without the anchors.
@@ -145,7 +145,7 @@ impl<P: Pose, const CAPACITY: usize> JointArchive<P, CAPACITY> {
     /// An empty one.
     #[must_use]
     pub const fn new() -> Self {
-        Self { index: Index { len: 0, next_page: 0, tried: 0, clock_us: 0 }, entries: [Entry::ZERO; CAPACITY] }
+        Self { index: Index { len: 0, next_submap: 0, tried: 0, clock_us: 0 }, entries: [Entry::ZERO; CAPACITY] }
     }
 
     pub(super) fn archived(&mut self, reach_m: ScalarOf<P>) -> Archived<'_, P> {
@@ -162,7 +162,7 @@ impl<P: Pose, const CAPACITY: usize> Default for JointArchive<P, CAPACITY> {
 impl<T: Real, P: Pose<Scalar = T>> Entry<P> {
     pub(super) const ZERO: Self = Self {
         label: 0,
-        page: 0,
+        submap: 0,
         mean: <PositionOf<P> as Zero>::ZERO,
         alone: Split::ZERO,
         anchored: 0,
@@ -191,8 +191,8 @@ impl<T: Real, P: Pose<Scalar = T>> Entry<P> {
 
     /// Whether it is what a filter may have put there.
     pub(super) fn is_sound(&self) -> bool {
-        let Existence { in_sight, hidden, absent } = self.existence;
-        let numbers = [in_sight, hidden, absent, self.detections];
+        let Existence { visible, occluded, absent } = self.existence;
+        let numbers = [visible, occluded, absent, self.detections];
         is_within_range(&self.mean)
             && self.alone.is_finite()
             && self.given.is_finite()
@@ -226,7 +226,7 @@ impl<T: Real, P: Pose<Scalar = T>> Anchor<P> {
 impl<T: Real, P: Pose<Scalar = T>> ArchiveView<'_, P> {
     /// Forgets everything.
     pub(super) fn clear(&mut self) {
-        *self.index = Index { len: 0, next_page: 0, tried: 0, clock_us: 0 };
+        *self.index = Index { len: 0, next_submap: 0, tried: 0, clock_us: 0 };
     }
 
     /// Lets time pass. A count of features that no room is for is taken as what there is room for.
@@ -245,14 +245,14 @@ impl<T: Real, P: Pose<Scalar = T>> ArchiveView<'_, P> {
         }
         let certainty = |entry: &Entry<P>| (entry.existence.total(), -entry.variance());
         let mut least = (certainty(&entry), None);
-        for (place, entry) in self.entries.iter().enumerate() {
+        for (index, entry) in self.entries.iter().enumerate() {
             let of = certainty(entry);
             if of < least.0 {
-                least = (of, Some(place));
+                least = (of, Some(index));
             }
         }
-        if let (_, Some(place)) = least
-            && let Some(slot) = self.entries.get_mut(place)
+        if let (_, Some(index)) = least
+            && let Some(slot) = self.entries.get_mut(index)
         {
             *slot = entry;
         }
@@ -260,24 +260,24 @@ impl<T: Real, P: Pose<Scalar = T>> ArchiveView<'_, P> {
     }
 
     /// Drops a feature if it cannot be: the last one takes its place. Whether it did.
-    pub(super) fn drop_unsound(&mut self, place: usize) -> bool {
+    pub(super) fn drop_unsound(&mut self, index: usize) -> bool {
         let known = self.entries.get(..self.index.len).unwrap_or(&[]);
-        let (Some(entry), Some(&last)) = (known.get(place), known.last()) else { return false };
+        let (Some(entry), Some(&last)) = (known.get(index), known.last()) else { return false };
         if entry.is_sound() && entry.given.own.factor().is_some() && entry.alone.own.factor().is_some() {
             return false;
         }
         self.index.len -= 1;
-        if let Some(slot) = self.entries.get_mut(place) {
+        if let Some(slot) = self.entries.get_mut(index) {
             *slot = last;
         }
         true
     }
 
     /// Takes a page out; the last ones take their places.
-    pub(super) fn take_page(&mut self, page: u32) {
+    pub(super) fn take_submap(&mut self, submap: u32) {
         let mut at = 0;
         while at < self.index.len {
-            if self.entries.get(at).is_some_and(|entry| entry.page == page) {
+            if self.entries.get(at).is_some_and(|entry| entry.submap == submap) {
                 self.index.len -= 1;
                 if let Some(last) = self.entries.get(self.index.len).copied()
                     && let Some(slot) = self.entries.get_mut(at)

@@ -1,9 +1,9 @@
 //! Archiving of distant landmarks: they leave the window for the archive in submaps (pages).
 
-use super::archive::{ANCHORS, Anchor, ArchiveView, Entry, PAGE, Split};
+use super::archive::{ANCHORS, Anchor, ArchiveView, Entry, SUBMAP_LEN, Split};
 use super::conditioning::Conditioning;
 use super::covariance::{Joint, first};
-use super::map_management::TENTATIVE;
+use super::map_management::TENTATIVE_BELOW;
 use super::state::{Landmark, Memory};
 use crate::{Linear, Matrix, Pose, PositionOf, Real, Symmetric, TangentOf, Vector, Zero};
 
@@ -23,18 +23,18 @@ const NEAR_ANCHORS: usize = 4;
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Archiving {
     /// Features that went into the archive.
-    pub(super) parked: usize,
+    pub(super) archived: usize,
     /// Features that the archive has no room for: those, or others in their place.
-    pub(super) forgotten: usize,
+    pub(super) evicted: usize,
     /// Features that were hardly there and far away.
     pub(super) dropped: usize,
     /// Features whose covariance rounding had spoilt.
-    pub(super) spoilt: usize,
+    pub(super) degenerate: usize,
 }
 
 /// Features of a page in a window of so many: a page and as many births must find room at once.
-pub(super) fn page_len(window: usize) -> usize {
-    PAGE.min(window / 5)
+pub(super) fn submap_len(window: usize) -> usize {
+    SUBMAP_LEN.min(window / 5)
 }
 
 /// How far from there a feature is on the ground, squared, m².
@@ -49,85 +49,91 @@ pub(super) fn archive_distant<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T
     view: &mut ArchiveView<'_, P>,
     memory: &mut Memory<'_, P, Z>,
 ) -> Archiving {
-    let mut parked = Archiving::default();
+    let mut archived = Archiving::default();
     let window = memory.landmarks.len();
-    let page = page_len(window);
-    let little = |memory: &Memory<'_, P, Z>| window - memory.known.len.min(window) < 2 * page;
+    let submap = submap_len(window);
+    let little = |memory: &Memory<'_, P, Z>| window - memory.header.len.min(window) < 2 * submap;
     let beyond_m = view.reach_m * T::from_f64(BEYOND);
-    let [x, y, _] = memory.known.pose.on_ground();
-    let beyond = |slot: &Landmark<P::Position>| squared_m([x, y], &slot.mean) > beyond_m * beyond_m;
+    let [x, y, _] = memory.header.pose.on_ground();
+    let beyond = |landmark: &Landmark<P::Position>| squared_m([x, y], &landmark.mean) > beyond_m * beyond_m;
     if !little(memory) {
-        return parked;
+        return archived;
     }
-    for place in (0..memory.known.len).rev() {
-        let Some(slot) = memory.landmarks.get(place) else { continue };
-        if slot.detections < T::from_f64(TENTATIVE) && !slot.is_anchor && beyond(slot) {
-            memory.drop_feature(place);
-            parked.dropped += 1;
+    for index in (0..memory.header.len).rev() {
+        let Some(landmark) = memory.landmarks.get(index) else { continue };
+        if landmark.detections < T::from_f64(TENTATIVE_BELOW) && !landmark.is_anchor && beyond(landmark) {
+            memory.drop_feature(index);
+            archived.dropped += 1;
         }
     }
     for _ in 0..2 {
         if !little(memory) {
             break;
         }
-        let far = |slot: &Landmark<P::Position>| squared_m([x, y], &slot.mean);
+        let far = |landmark: &Landmark<P::Position>| squared_m([x, y], &landmark.mean);
         // Where nothing else may go, anchors go.
-        let others = memory.landmarks.iter().take(memory.known.len).any(|slot| beyond(slot) && !slot.is_anchor);
-        if !others && window - memory.known.len.min(window) >= SPARE {
+        let others =
+            memory.landmarks.iter().take(memory.header.len).any(|landmark| beyond(landmark) && !landmark.is_anchor);
+        if !others && window - memory.header.len.min(window) >= SPARE {
             break;
         }
-        let is_free = |slot: &Landmark<P::Position>| beyond(slot) && !(others && slot.is_anchor);
-        let Some(seed) = most(memory, |_, slot| is_free(slot).then(|| far(slot))) else { break };
-        let Some(mean) = memory.landmarks.get(seed).map(|slot| slot.mean) else { break };
+        let is_free = |landmark: &Landmark<P::Position>| beyond(landmark) && !(others && landmark.is_anchor);
+        let Some(seed) = most(memory, |_, landmark| is_free(landmark).then(|| far(landmark))) else { break };
+        let Some(mean) = memory.landmarks.get(seed).map(|landmark| landmark.mean) else { break };
         let around = [mean.at(0), mean.at(1)];
-        let within = |slot: &Landmark<P::Position>| {
-            let squared = squared_m(around, &slot.mean);
+        let within = |landmark: &Landmark<P::Position>| {
+            let squared = squared_m(around, &landmark.mean);
             (squared < view.reach_m * view.reach_m).then_some(-squared)
         };
-        if let Some(slot) = memory.landmarks.get_mut(seed) {
-            slot.is_anchor = false;
+        if let Some(landmark) = memory.landmarks.get_mut(seed) {
+            landmark.is_anchor = false;
         }
-        let anchors =
-            anchors(memory, seed, within, |slot| squared_m(around, &slot.mean), view.reach_m * T::from_f64(3.0));
-        let mut members = [seed; PAGE];
+        let anchors = anchors(
+            memory,
+            seed,
+            within,
+            |landmark| squared_m(around, &landmark.mean),
+            view.reach_m * T::from_f64(3.0),
+        );
+        let mut members = [seed; SUBMAP_LEN];
         let mut count = 1;
-        for _ in 1..page {
+        for _ in 1..submap {
             let chosen = members.get(..count).unwrap_or(&[]);
-            let near = |place: usize, slot: &Landmark<P::Position>| {
-                let other = is_free(slot) && !chosen.contains(&place) && !anchors.places().contains(&place);
-                within(slot).filter(|_| other)
+            let near = |index: usize, landmark: &Landmark<P::Position>| {
+                let other = is_free(landmark) && !chosen.contains(&index) && !anchors.indices().contains(&index);
+                within(landmark).filter(|_| other)
             };
-            let Some(place) = most(memory, near) else { break };
+            let Some(index) = most(memory, near) else { break };
             if let Some(slot) = members.get_mut(count) {
-                *slot = place;
+                *slot = index;
             }
             count += 1;
         }
         let members = members.get_mut(..count).unwrap_or(&mut []);
-        let name = view.index.next_page;
-        view.index.next_page = name.wrapping_add(1);
-        let page = Leaving::of(memory, seed, anchors.places());
-        members.iter().for_each(|&place| page.put(view, memory, place, name, &mut parked));
+        let name = view.index.next_submap;
+        view.index.next_submap = name.wrapping_add(1);
+        let submap = Leaving::of(memory, seed, anchors.indices());
+        members.iter().for_each(|&index| submap.put(view, memory, index, name, &mut archived));
         members.sort_unstable();
-        members.iter().rev().for_each(|&place| memory.drop_feature(place));
+        members.iter().rev().for_each(|&index| memory.drop_feature(index));
     }
-    parked
+    archived
 }
 
 /// Places of the window.
 struct Chosen {
-    places: [usize; ANCHORS],
+    indices: [usize; ANCHORS],
     len: usize,
 }
 
 impl Chosen {
-    fn places(&self) -> &[usize] {
-        self.places.get(..self.len).unwrap_or(&[])
+    fn indices(&self) -> &[usize] {
+        self.indices.get(..self.len).unwrap_or(&[])
     }
 
-    fn add(&mut self, place: usize) {
-        if let Some(slot) = self.places.get_mut(self.len) {
-            *slot = place;
+    fn add(&mut self, index: usize) {
+        if let Some(slot) = self.indices.get_mut(self.len) {
+            *slot = index;
             self.len += 1;
         }
     }
@@ -142,28 +148,31 @@ fn anchors<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     distance: impl Fn(&Landmark<P::Position>) -> T,
     far: T,
 ) -> Chosen {
-    let known = || memory.landmarks.iter().take(memory.known.len);
-    let room =
-        (memory.landmarks.len() / WINDOW_PER_ANCHOR).saturating_sub(known().filter(|slot| slot.is_anchor).count());
-    let near = known().filter(|slot| slot.is_anchor && within(slot).is_some()).count();
+    let known = || memory.landmarks.iter().take(memory.header.len);
+    let room = (memory.landmarks.len() / WINDOW_PER_ANCHOR)
+        .saturating_sub(known().filter(|landmark| landmark.is_anchor).count());
+    let near = known().filter(|landmark| landmark.is_anchor && within(landmark).is_some()).count();
     for _ in 0..NEAR_ANCHORS.saturating_sub(near).min(room) {
-        let place = most(memory, |place, slot| {
-            let other = place != seed && !slot.is_anchor && slot.existence.total() >= T::from_f64(0.5);
-            within(slot).filter(|_| other && slot.detections >= T::from_f64(TENTATIVE)).map(|_| slot.detections)
+        let index = most(memory, |index, landmark| {
+            let other = index != seed && !landmark.is_anchor && landmark.existence.total() >= T::from_f64(0.5);
+            within(landmark)
+                .filter(|_| other && landmark.detections >= T::from_f64(TENTATIVE_BELOW))
+                .map(|_| landmark.detections)
         });
-        let Some(slot) = place.and_then(|place| memory.landmarks.get_mut(place)) else { break };
-        slot.is_anchor = true;
+        let Some(landmark) = index.and_then(|index| memory.landmarks.get_mut(index)) else { break };
+        landmark.is_anchor = true;
     }
-    let mut chosen = Chosen { places: [0; ANCHORS], len: 0 };
+    let mut chosen = Chosen { indices: [0; ANCHORS], len: 0 };
     for _ in 0..ANCHORS {
-        let other = |place: usize, slot: &Landmark<P::Position>| slot.is_anchor && !chosen.places().contains(&place);
-        let place = most(memory, |place, slot| other(place, slot).then(|| -distance(slot)));
-        let Some(place) = place else { break };
-        let is_near = memory.landmarks.get(place).is_some_and(|slot| distance(slot) <= far * far);
+        let other =
+            |index: usize, landmark: &Landmark<P::Position>| landmark.is_anchor && !chosen.indices().contains(&index);
+        let index = most(memory, |index, landmark| other(index, landmark).then(|| -distance(landmark)));
+        let Some(index) = index else { break };
+        let is_near = memory.landmarks.get(index).is_some_and(|landmark| distance(landmark) <= far * far);
         if chosen.len == 0 && !is_near {
             break;
         }
-        chosen.add(place);
+        chosen.add(index);
     }
     chosen
 }
@@ -173,17 +182,17 @@ pub(super) fn mark_anchors<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     view: &ArchiveView<'_, P>,
     memory: &mut Memory<'_, P, Z>,
 ) {
-    let landmarks = memory.landmarks.get_mut(..memory.known.len).unwrap_or(&mut []);
-    landmarks.iter_mut().for_each(|slot| slot.is_anchor = false);
+    let landmarks = memory.landmarks.get_mut(..memory.header.len).unwrap_or(&mut []);
+    landmarks.iter_mut().for_each(|landmark| landmark.is_anchor = false);
     let mut last = None;
     for entry in view.entries.iter().take(view.index.len) {
         // The features of a page have the same anchors, and mostly follow each other.
-        if last.replace(entry.page) == Some(entry.page) {
+        if last.replace(entry.submap) == Some(entry.submap) {
             continue;
         }
         for anchor in entry.anchors() {
-            let of = landmarks.iter_mut().filter(|slot| slot.label == anchor.label);
-            of.for_each(|slot| slot.is_anchor = true);
+            let of = landmarks.iter_mut().filter(|landmark| landmark.label == anchor.label);
+            of.for_each(|landmark| landmark.is_anchor = true);
         }
     }
 }
@@ -194,14 +203,14 @@ fn most<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     of: impl Fn(usize, &Landmark<P::Position>) -> Option<T>,
 ) -> Option<usize> {
     let mut best = None;
-    for (place, slot) in memory.landmarks.iter().take(memory.known.len).enumerate() {
-        if let Some(value) = of(place, slot)
+    for (index, landmark) in memory.landmarks.iter().take(memory.header.len).enumerate() {
+        if let Some(value) = of(index, landmark)
             && best.is_none_or(|(_, known)| value > known)
         {
-            best = Some((place, value));
+            best = Some((index, value));
         }
     }
-    best.map(|(place, _)| place)
+    best.map(|(index, _)| index)
 }
 
 /// A page that leaves the window.
@@ -221,8 +230,8 @@ struct Common<P: Pose> {
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Common<P> {
-    fn of(joint: &Joint<'_, P>, seed: usize, places: &[usize]) -> Self {
-        let given = Conditioning::on(joint, places);
+    fn of(joint: &Joint<'_, P>, seed: usize, indices: &[usize]) -> Self {
+        let given = Conditioning::on(joint, indices);
         let own = |row, column| given.covariance(joint, Self::row(seed, row), Self::row(seed, column));
         let root = Symmetric::<TangentOf<P>>::from_fn(own).root();
         Self { given, seed, root }
@@ -234,8 +243,8 @@ impl<T: Real, P: Pose<Scalar = T>> Common<P> {
     }
 
     /// The covariance of a feature; `None` where rounding has spoilt it.
-    fn split(&self, joint: &Joint<'_, P>, place: usize) -> Option<Split<P>> {
-        let (given, at) = (&self.given, first::<P>(place));
+    fn split(&self, joint: &Joint<'_, P>, index: usize) -> Option<Split<P>> {
+        let (given, at) = (&self.given, first::<P>(index));
         let mut rows = <PositionOf<P> as Vector>::Array::<TangentOf<P>>::ZERO;
         for (d, row) in rows.as_mut().iter_mut().enumerate() {
             let with = TangentOf::<P>::with(|k| given.covariance(joint, at + d, Self::row(self.seed, k)));
@@ -256,14 +265,14 @@ impl<T: Real, P: Pose<Scalar = T>> Common<P> {
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Leaving<P> {
-    fn of<Z: Vector<Scalar = T>>(memory: &Memory<'_, P, Z>, seed: usize, places: &[usize]) -> Self {
+    fn of<Z: Vector<Scalar = T>>(memory: &Memory<'_, P, Z>, seed: usize, indices: &[usize]) -> Self {
         let mut anchors = Entry::<P>::ZERO.anchors;
-        let of_places = places.iter().filter_map(|&place| memory.landmarks.get(place));
-        let of_places = anchors.iter_mut().zip(of_places).map(|(anchor, slot)| {
-            (anchor.label, anchor.mean) = (slot.label, slot.mean);
+        let of_indices = indices.iter().filter_map(|&index| memory.landmarks.get(index));
+        let of_indices = anchors.iter_mut().zip(of_indices).map(|(anchor, landmark)| {
+            (anchor.label, anchor.mean) = (landmark.label, landmark.mean);
         });
-        let anchored = of_places.count();
-        let [given, alone] = [places, &[]].map(|places| Common::of(&memory.joint, seed, places));
+        let anchored = of_indices.count();
+        let [given, alone] = [indices, &[]].map(|indices| Common::of(&memory.joint, seed, indices));
         Self { anchors, anchored, given, alone }
     }
 
@@ -272,23 +281,23 @@ impl<T: Real, P: Pose<Scalar = T>> Leaving<P> {
         &self,
         view: &mut ArchiveView<'_, P>,
         memory: &Memory<'_, P, Z>,
-        place: usize,
-        page: u32,
-        parked: &mut Archiving,
+        index: usize,
+        submap: u32,
+        archived: &mut Archiving,
     ) {
         let joint = &memory.joint;
-        let Some(slot) = memory.landmarks.get(place).copied() else { return };
-        let (Some(given), Some(alone)) = (self.given.split(joint, place), self.alone.split(joint, place)) else {
-            parked.spoilt += 1;
+        let Some(landmark) = memory.landmarks.get(index).copied() else { return };
+        let (Some(given), Some(alone)) = (self.given.split(joint, index), self.alone.split(joint, index)) else {
+            archived.degenerate += 1;
             return;
         };
         let mut anchors = self.anchors;
-        self.given.given.fill(joint, place, anchors.get_mut(..self.anchored).unwrap_or(&mut []));
-        let Landmark { label, mean, existence, detections, .. } = slot;
+        self.given.given.fill(joint, index, anchors.get_mut(..self.anchored).unwrap_or(&mut []));
+        let Landmark { label, mean, existence, detections, .. } = landmark;
         let (since_us, anchored) = (view.index.clock_us, self.anchored);
-        let entry = Entry { label, page, mean, alone, anchored, anchors, given, existence, detections, since_us };
-        parked.forgotten += view.put(entry);
-        parked.parked += 1;
+        let entry = Entry { label, submap, mean, alone, anchored, anchors, given, existence, detections, since_us };
+        archived.evicted += view.put(entry);
+        archived.archived += 1;
     }
 }
 
@@ -304,4 +313,31 @@ pub(super) fn whitened<T: Real, V: Vector<Scalar = T>>(root: &Linear<V, V>, v: &
         }
     }
     y
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Common;
+    use crate::{JointState, PlanarPose, joint_numbers};
+    use nalgebra::Vector2;
+
+    /// A feature that differs from its seed by rounding alone keeps a variance: a share of its own, that rounding may have taken.
+    #[test]
+    fn rounding_is_relative_to_the_own_variance() {
+        let mut state = JointState::<PlanarPose<f64>, Vector2<f64>, 3, { joint_numbers(3, 2, 3) }, 8>::new();
+        let memory = state.memory();
+        let mut joint = memory.joint;
+        // Of heading, seed, an anchor, and a feature with the errors of the seed.
+        let variances = [0.01, 0.01, 0.001, 0.02, 0.03, 0.5, 0.5, 0.02, 0.03];
+        for (row, variance) in variances.into_iter().enumerate() {
+            (0..=row).for_each(|column| joint.set(row, column, if column == row { variance } else { 0.0 }));
+        }
+        joint.set(7, 3, 0.02);
+        joint.set(8, 4, 0.03);
+        let split = Common::of(&joint, 0, &[1]).split(&joint, 2).unwrap();
+        for (k, variance) in [0.02, 0.03].into_iter().enumerate() {
+            let expected = f64::EPSILON * 64.0 * variance;
+            assert!((split.own.get(k, k) / expected - 1.0).abs() < 0.1, "{:?}", split.own);
+        }
+    }
 }

@@ -48,21 +48,21 @@ impl<T: Real, P: Pose<Scalar = T>, Y: Vector<Scalar = T>> Predicted<P, Y> {
     }
 }
 
-/// What is in view of a scan, and how likely it is.
+/// Results of the data association of a scan.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Associated<T> {
     /// Features in view.
     pub(super) in_view: usize,
-    /// Others that were set aside.
+    /// Landmarks that were excluded because they are weakly determined.
     pub(super) weak: usize,
-    /// Detections to be expected of these.
-    pub(super) aside: T,
+    /// Expected detections of the excluded landmarks.
+    pub(super) expected_of_weak: T,
     /// ln of the likelihood of the scan.
     pub(super) ln_evidence: T,
 }
 
-/// Fills in p_D of every feature in view and what explains every measurement. Of the first `window` features, those that are known much
-/// worse than others are set aside.
+/// Computes p_D of every landmark, and the associations of every measurement. Weakly determined landmarks among the first `window` are
+/// excluded.
 pub(super) fn associate<T, X, Z, V>(
     models: &X,
     births: &Births<T>,
@@ -78,79 +78,79 @@ where
     Z: Vector<Scalar = T>,
     V: Movers<X::Pose>,
 {
-    let Memory { known, landmarks, joint, explained, .. } = memory;
+    let Memory { header, landmarks, joint, association_table, .. } = memory;
     let sensor = models.sensor();
-    let frame = sensor.frame(&known.pose);
+    let frame = sensor.frame(&header.pose);
     let ln_birth = births.of_static.ln();
-    for (slot, z) in explained.iter_mut().zip(measurements) {
+    for (row, z) in association_table.iter_mut().zip(measurements) {
         let ln_clutter = models.clutter().ln_intensity(z);
         // Written so that NaN is no clutter too.
         let ln_clutter = if ln_clutter < T::INFINITY { ln_clutter } else { T::NEG_INFINITY };
-        let mut unexplained = LnSum::of(ln_clutter);
-        unexplained.add(ln_birth);
-        if V::MOVE {
-            unexplained.add(births.of_moving.ln());
+        let mut lambda = LnSum::of(ln_clutter);
+        lambda.add(ln_birth);
+        if movers.are_tracked() {
+            lambda.add(births.of_moving.ln());
         }
-        slot.start(unexplained.ln());
+        row.start(lambda.ln());
     }
     let mut tracks = movers.tracks();
     if let Some(tracks) = &mut tracks {
-        let landmarks = landmarks.get(..known.len).unwrap_or(&[]);
-        tracks.look(models, &frame, measurements, config.behind, landmarks);
+        let landmarks = landmarks.get(..header.len).unwrap_or(&[]);
+        tracks.look(models, &frame, measurements, config.occlusion_factor, landmarks);
     }
-    // Of what was born of the last scan a measurement has twice its noise, and what the way since then has added. Nothing is to wait for
-    // what cannot be born.
-    let may_be_born = births.of_static > T::ZERO && known.len < landmarks.len();
+    // The innovation of a landmark that the last scan initiated would have the covariance 2 R + Hx W Hxᵀ. It does not count if no landmark
+    // can be initiated.
+    let may_be_born = births.of_static > T::ZERO && header.len < landmarks.len();
     let newborn = sensor.noise().plus(sensor.noise());
     let ln_newborn = newborn.factor().filter(|_| may_be_born).map_or(T::NEG_INFINITY, |factor| factor.ln_peak());
     let (mut in_view, mut ln_missed, mut ln_highest) = (0, T::ZERO, T::NEG_INFINITY);
-    for (place, slot) in landmarks.iter_mut().enumerate().take(known.len) {
-        let seen = in_view_of(models, &frame, &slot.mean, measurements, config.behind);
-        slot.claimed = T::INFINITY;
-        slot.detection = seen.as_ref().map_or(T::ZERO, |&(_, detection)| detection);
+    for (index, landmark) in landmarks.iter_mut().enumerate().take(header.len) {
+        let seen = in_view_of(models, &frame, &landmark.mean, measurements, config.occlusion_factor);
+        landmark.scratch = T::INFINITY;
+        landmark.detection = seen.as_ref().map_or(T::ZERO, |&(_, detection)| detection);
         in_view += usize::from(seen.is_some());
-        let expected = slot.detection * slot.existence.in_sight;
+        let expected = landmark.detection * landmark.existence.visible;
         // What it may be instead, if it moves, may be detected too.
         let neither = |beside: T| (T::ONE - expected - beside).at_least(T::EPSILON);
-        let beside = tracks.as_mut().map_or(T::ZERO, |tracks| tracks.beside(place, neither));
+        let beside = tracks.as_mut().map_or(T::ZERO, |tracks| tracks.beside(index, neither));
         if !(expected + beside > T::ZERO) {
             continue;
         }
         let ln_not_detected = if beside > T::ZERO { neither(beside).ln() } else { (T::ONE - expected).ln() };
         ln_missed += ln_not_detected;
         let Some((predicted, _)) = seen.filter(|_| expected > T::ZERO) else { continue };
-        let covariance = predicted.innovation_covariance(&joint.blocks(place), sensor.noise());
+        let covariance = predicted.innovation_covariance(&joint.blocks(index), sensor.noise());
         let Some(factor) = covariance.factor() else { continue };
         ln_highest = ln_highest.at_least(factor.ln_peak());
-        if place < window {
+        if index < window {
             // A landmark that may be a moving object instead keeps its associations.
-            slot.claimed = if beside > T::ZERO { T::INFINITY } else { factor.ln_peak() };
-            if slot.claimed < least_of::<X::Measurement>(ln_newborn) {
-                let here = known.walked.congruence::<X::Measurement>(&predicted.by_pose).plus(&newborn);
-                if here.factor().is_some_and(|factor| slot.claimed < least_of::<X::Measurement>(factor.ln_peak())) {
-                    slot.claimed = T::NEG_INFINITY;
+            landmark.scratch = if beside > T::ZERO { T::INFINITY } else { factor.ln_peak() };
+            if landmark.scratch < least_of::<X::Measurement>(ln_newborn) {
+                let here = header.motion_noise.congruence::<X::Measurement>(&predicted.by_pose).plus(&newborn);
+                if here.factor().is_some_and(|factor| landmark.scratch < least_of::<X::Measurement>(factor.ln_peak())) {
+                    landmark.scratch = T::NEG_INFINITY;
                 }
             }
         }
         let ln_peak = expected.ln() - ln_not_detected + factor.ln_peak();
-        for (explained, z) in explained.iter_mut().zip(measurements) {
+        for (row, z) in association_table.iter_mut().zip(measurements) {
             let distance = factor.mahalanobis(&sensor.innovation(z, &predicted.measurement));
             if distance <= config.gate {
-                explained.associate(Association::new(place as u16, ln_peak - distance * T::from_f64(0.5)));
+                row.associate(Association::new(index as u16, ln_peak - distance * T::from_f64(0.5)));
             }
         }
     }
-    let explained = explained.get_mut(..measurements.len()).unwrap_or(&mut []);
-    let landmarks = landmarks.get_mut(..known.len).unwrap_or(&mut []);
-    let (weak, ln_loose) = exclude_weakly_determined(landmarks, explained, least_of::<X::Measurement>(ln_highest));
-    ln_missed -= ln_loose;
+    let table = association_table.get_mut(..measurements.len()).unwrap_or(&mut []);
+    let landmarks = landmarks.get_mut(..header.len).unwrap_or(&mut []);
+    let (weak, ln_missed_weak) = exclude_weakly_determined(landmarks, table, least_of::<X::Measurement>(ln_highest));
+    ln_missed -= ln_missed_weak;
     if let Some(tracks) = &mut tracks {
-        ln_missed += tracks.associate(models, &frame, measurements, config.gate, explained);
+        ln_missed += tracks.associate(models, &frame, measurements, config.gate, table);
     }
-    let ln_evidence = marginals::<T, X::Pose, V>(landmarks, explained, movers, ln_missed);
+    let ln_evidence = marginals::<T, X::Pose, V>(landmarks, table, movers, ln_missed);
     // Σ −ln(1 − p_D v) is Σ p_D v where that is small, and no landmark is detected more than once.
-    let aside = (-ln_loose).at_most(T::from_usize(weak));
-    Associated { in_view: in_view - weak, weak, aside, ln_evidence }
+    let expected_of_weak = (-ln_missed_weak).at_most(T::from_usize(weak));
+    Associated { in_view: in_view - weak, weak, expected_of_weak, ln_evidence }
 }
 
 /// What is expected of a feature, and p_D.
@@ -165,7 +165,7 @@ pub(super) fn in_view_of<T, X>(
     frame: &X::Frame,
     feature: &PositionOf<X::Pose>,
     measurements: &[X::Measurement],
-    behind: T,
+    occlusion_factor: T,
 ) -> Option<Seen<X>>
 where
     T: Real,
@@ -178,7 +178,7 @@ where
     if !(in_window > T::ZERO) {
         return None;
     }
-    let hidden = measurements.iter().any(|z| sensor.hides(z, &predicted.measurement));
-    let detection = if hidden { in_window * behind } else { in_window };
+    let occluded = measurements.iter().any(|z| sensor.occludes(z, &predicted.measurement));
+    let detection = if occluded { in_window * occlusion_factor } else { in_window };
     Some((predicted, detection.at_most(T::ONE - T::EPSILON)))
 }

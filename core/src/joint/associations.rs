@@ -5,31 +5,31 @@ use crate::Real;
 /// One entry: a landmark that may have caused a measurement.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Association<T> {
-    /// The feature's place.
+    /// Index of the landmark, or that of a moving-object track with the bit [`MOVES`](super::movers::MOVES).
     pub(super) feature: u16,
     /// ln( p_D v N(z; ẑ, S) / (1 − p_D v) ).
     pub(super) ln_likelihood: T,
-    /// a: the same over what nothing but clutter and births explain.
+    /// a: the same, divided by λ = κ + w_b.
     pub(super) odds: T,
     /// ν: the message from the measurement to the landmark.
     pub(super) nu: T,
     /// Σ a ν of the landmark's associations with other measurements.
     pub(super) cavity_sum: T,
     /// s: the probability that the feature caused the measurement.
-    pub(super) share: T,
+    pub(super) probability: T,
 }
 
-/// Associations of one measurement, at most: the likeliest. More than these four never matter.
+/// Most associations of one measurement: the likeliest ones. More than four hardly change the result.
 pub(super) const ASSOCIATIONS: usize = 4;
 
 /// A row of the association table: one measurement.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct AssociationRow<T> {
     /// ln λ = ln( κ + w_b ).
-    pub(super) ln_unexplained: T,
-    /// The probability that no feature caused it.
-    pub(super) unexplained: T,
-    /// The likeliest features; the weakest of them first, once there are as many as there is room for.
+    pub(super) ln_lambda: T,
+    /// u: the probability that no landmark caused the measurement.
+    pub(super) no_feature_probability: T,
+    /// The likeliest associations. If the row is full, the least likely one is the first.
     associations: [Association<T>; ASSOCIATIONS],
     /// How many there are.
     len: usize,
@@ -40,23 +40,33 @@ impl<T: Real> Association<T> {
         Self { feature, ln_likelihood, ..Self::ZERO }
     }
 
-    const ZERO: Self =
-        Self { feature: 0, ln_likelihood: T::ZERO, odds: T::ZERO, nu: T::ZERO, cavity_sum: T::ZERO, share: T::ZERO };
+    const ZERO: Self = Self {
+        feature: 0,
+        ln_likelihood: T::ZERO,
+        odds: T::ZERO,
+        nu: T::ZERO,
+        cavity_sum: T::ZERO,
+        probability: T::ZERO,
+    };
 }
 
 impl<T: Real> AssociationRow<T> {
-    pub(super) const ZERO: Self =
-        Self { ln_unexplained: T::ZERO, unexplained: T::ZERO, associations: [Association::ZERO; ASSOCIATIONS], len: 0 };
+    pub(super) const ZERO: Self = Self {
+        ln_lambda: T::ZERO,
+        no_feature_probability: T::ZERO,
+        associations: [Association::ZERO; ASSOCIATIONS],
+        len: 0,
+    };
 
-    /// Starts a scan: nothing but clutter and births explain it yet.
-    pub(super) fn start(&mut self, ln_unexplained: T) {
-        (self.ln_unexplained, self.len) = (ln_unexplained, 0);
+    /// Starts a scan, without associations.
+    pub(super) fn start(&mut self, ln_lambda: T) {
+        (self.ln_lambda, self.len) = (ln_lambda, 0);
     }
 
     /// All but the associations, to be damaged.
     #[cfg(any(test, feature = "flips"))]
     pub(super) fn parts(&mut self) -> ([&mut T; 2], &mut usize) {
-        ([&mut self.ln_unexplained, &mut self.unexplained], &mut self.len)
+        ([&mut self.ln_lambda, &mut self.no_feature_probability], &mut self.len)
     }
 
     pub(super) fn associations(&self) -> &[Association<T>] {
@@ -85,9 +95,9 @@ impl<T: Real> AssociationRow<T> {
     /// Removes the associations of some landmarks.
     pub(super) fn retract(&mut self, of: impl Fn(u16) -> bool) {
         let mut kept = 0;
-        for place in 0..self.len {
+        for index in 0..self.len {
             let Some(association) =
-                self.associations.get(place).copied().filter(|association| !of(association.feature))
+                self.associations.get(index).copied().filter(|association| !of(association.feature))
             else {
                 continue;
             };
@@ -101,29 +111,28 @@ impl<T: Real> AssociationRow<T> {
 
     fn weakest_first(&mut self) {
         let mut weakest = (0, T::INFINITY);
-        for (place, association) in self.associations.iter().enumerate() {
+        for (index, association) in self.associations.iter().enumerate() {
             if association.ln_likelihood < weakest.1 {
-                weakest = (place, association.ln_likelihood);
+                weakest = (index, association.ln_likelihood);
             }
         }
         self.associations.swap(0, weakest.0);
     }
 }
 
-/// The measurements that a feature has a share of, and the share s.
-pub(super) fn shares<'m, T: Real, Y>(
-    explained: &'m [AssociationRow<T>],
-    place: usize,
+/// The measurements that are associated with a landmark, each with the probability s.
+pub(super) fn probabilities<'m, T: Real, Y>(
+    table: &'m [AssociationRow<T>],
+    index: usize,
     measurements: &'m [Y],
 ) -> impl Iterator<Item = (T, &'m Y)> + 'm {
-    explained.iter().zip(measurements).filter_map(move |(explained, z)| {
-        let association =
-            explained.associations().iter().find(|association| usize::from(association.feature) == place)?;
-        Some((association.share, z))
+    table.iter().zip(measurements).filter_map(move |(row, z)| {
+        let association = row.associations().iter().find(|association| usize::from(association.feature) == index)?;
+        Some((association.probability, z))
     })
 }
 
-/// Σ s of one feature.
-pub(super) fn detected<T: Real, Y>(explained: &[AssociationRow<T>], place: usize, measurements: &[Y]) -> T {
-    shares(explained, place, measurements).fold(T::ZERO, |sum, (share, _)| sum + share)
+/// Σ s of one landmark: the probability that it was detected.
+pub(super) fn detected<T: Real, Y>(table: &[AssociationRow<T>], index: usize, measurements: &[Y]) -> T {
+    probabilities(table, index, measurements).fold(T::ZERO, |sum, (probability, _)| sum + probability)
 }

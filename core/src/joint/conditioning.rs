@@ -21,10 +21,10 @@ pub(super) type Whitened<P> = [ScalarOf<P>; SIDE];
 
 impl<T: Real, P: Pose<Scalar = T>> Conditioning<P> {
     /// On the features of these places.
-    pub(super) fn on(joint: &Joint<'_, P>, places: &[usize]) -> Self {
+    pub(super) fn on(joint: &Joint<'_, P>, indices: &[usize]) -> Self {
         let mut rows = [0; SIDE];
-        let of_places = places.iter().flat_map(|&place| first::<P>(place)..first::<P>(place + 1));
-        let len = rows.iter_mut().zip(of_places).map(|(row, of)| *row = of).count();
+        let of_indices = indices.iter().flat_map(|&index| first::<P>(index)..first::<P>(index + 1));
+        let len = rows.iter_mut().zip(of_indices).map(|(row, of)| *row = of).count();
         let mut root = [[T::ZERO; SIDE]; SIDE];
         for column in 0..len {
             let Some(&of_column) = rows.get(column) else { break };
@@ -87,10 +87,10 @@ impl<T: Real, P: Pose<Scalar = T>> Conditioning<P> {
     }
 
     /// Fills in the gains of a feature by its anchors.
-    pub(super) fn fill(&self, joint: &Joint<'_, P>, place: usize, anchors: &mut [Anchor<P>]) {
+    pub(super) fn fill(&self, joint: &Joint<'_, P>, index: usize, anchors: &mut [Anchor<P>]) {
         let mut gains = <PositionOf<P> as Vector>::Array::<[T; SIDE]>::ZERO;
         for (d, row) in gains.as_mut().iter_mut().enumerate() {
-            *row = self.gain(joint, first::<P>(place) + d);
+            *row = self.gain(joint, first::<P>(index) + d);
         }
         for (k, anchor) in anchors.iter_mut().enumerate() {
             anchor.gain = Matrix::with(|row, column| {

@@ -7,27 +7,28 @@ use crate::{ConfigError, Plausible, Real};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct JointConfig<T> {
-    /// A measurement gives birth where nothing but clutter and births explains at least this share of it.
-    pub birth_share: T,
-    /// A squared Mahalanobis distance: a measurement farther off says nothing of a feature.
+    /// A measurement becomes a new feature if the probability that it comes from clutter or a new feature is at least this.
+    pub birth_probability_min: T,
+    /// Association gate: a squared Mahalanobis distance beyond which a measurement cannot come from a feature.
     pub gate: T,
-    /// How landmarks hide and vanish: by default as [posts](Persistence::posts) do.
+    /// Occlusion and survival of landmarks: by default those of [posts](Persistence::posts).
     pub persistence: Persistence<T>,
-    /// The share of p_D that is left where a nearer detection stands before a feature
-    /// ([`Sensor::hides`](crate::Sensor::hides)): posts are narrow, and do not hide all.
-    pub behind: T,
-    /// A feature is dropped where the probability that it is there falls below this.
+    /// Factor of p_D of a feature behind a nearer detection ([`Sensor::occludes`](crate::Sensor::occludes)). It is above 0 because
+    /// posts are narrow and do not occlude everything behind them.
+    pub occlusion_factor: T,
+    /// A feature is removed when its existence probability falls below this.
     pub least_existence: T,
-    /// A feature in view that was detected less than twice is dropped below this one. Most of what is born is clutter; but the first
-    /// detection of a landmark ties it to where the vehicle was then, and a miss or two need not make an end of that. See
+    /// The same for a feature in view that was detected less than twice. Most new features are clutter; but the first detection of a
+    /// landmark ties it to the pose of the vehicle at that time, which is lost if a miss or two removes the feature. See
     /// [`strict`](Self::strict).
     pub least_tentative: T,
-    /// A feature is part of the estimated map if it is there, in sight or hidden, with at least this probability, and was detected twice.
+    /// A feature is part of the estimated map if its existence probability, visible or occluded, is at least this, and if it was
+    /// detected twice.
     pub extraction_existence: T,
-    /// A squared Mahalanobis distance: two features closer than this to each other, and nearer than one measurement could tell,
-    /// are one.
+    /// A squared Mahalanobis distance: two features are merged if they are closer than this, and so close that one measurement could
+    /// not distinguish them.
     pub merge_distance: T,
-    /// What no vehicle does.
+    /// Limits of the motion, beyond which a prediction is refused.
     pub plausible: Plausible<T>,
 }
 
@@ -35,10 +36,10 @@ impl<T: Real> Default for JointConfig<T> {
     fn default() -> Self {
         let real = T::from_f64;
         Self {
-            birth_share: real(0.3),
+            birth_probability_min: real(0.3),
             gate: real(25.0),
             persistence: Persistence::posts(),
-            behind: real(0.3),
+            occlusion_factor: real(0.3),
             least_existence: real(1e-3),
             least_tentative: real(1e-3),
             extraction_existence: real(0.5),
@@ -49,8 +50,9 @@ impl<T: Real> Default for JointConfig<T> {
 }
 
 impl<T: Real> JointConfig<T> {
-    /// The default, but that what is missed goes sooner, and what was detected once and is missed goes at once: where clutter is so dense that
-    /// it would fill the map, and for the map that a [`Locator`](crate::locate::Locator) lays over another one.
+    /// The default, but missed features are removed sooner, and a feature that was detected once and is then missed is removed at once.
+    /// For clutter so dense that it would fill the map, and for the map that a [`Locator`](crate::locate::Locator) matches with another
+    /// one.
     #[must_use]
     pub fn strict() -> Self {
         Self { least_existence: T::from_f64(0.01), least_tentative: T::from_f64(0.1), ..Self::default() }
@@ -66,14 +68,16 @@ impl<T: Real> JointConfig<T> {
         if let Some((_, field)) = amounts.into_iter().find(|&(amount, _)| !(amount >= T::ZERO && amount.is_finite())) {
             return Err(ConfigError { field, range: "finite and not negative" });
         }
-        let shares = [
-            (self.birth_share, "birth_share"),
-            (self.behind, "behind"),
+        let probabilities = [
+            (self.birth_probability_min, "birth_probability_min"),
+            (self.occlusion_factor, "occlusion_factor"),
             (self.least_existence, "least_existence"),
             (self.least_tentative, "least_tentative"),
             (self.extraction_existence, "extraction_existence"),
         ];
-        if let Some((_, field)) = shares.into_iter().find(|&(share, _)| !(share >= T::ZERO && share <= T::ONE)) {
+        if let Some((_, field)) =
+            probabilities.into_iter().find(|&(probability, _)| !(probability >= T::ZERO && probability <= T::ONE))
+        {
             return Err(ConfigError { field, range: "between 0 and 1" });
         }
         self.persistence.check()?;

@@ -4,7 +4,7 @@ use super::associations::detected;
 use super::covariance::{Common, symmetric};
 use super::innovation_statistics::{InnovationStatistics, innovation_statistics, is_informative_for_pose};
 use super::movers::Movers;
-use super::place::settle_place;
+use super::position_update::correct_position;
 use super::report::Tally;
 use super::state::Memory;
 use super::track::beside;
@@ -27,27 +27,27 @@ where
     V: Movers<S::Pose>,
 {
     let mut tally = Tally::NOTHING;
-    for place in 0..memory.known.len {
-        let Some(detection) = memory.landmarks.get(place).map(|slot| slot.detection) else { break };
-        let beside = beside::<T, S::Pose, V, _>(movers, place, memory.explained, measurements);
+    for index in 0..memory.header.len {
+        let Some(detection) = memory.landmarks.get(index).map(|landmark| landmark.detection) else { break };
+        let beside = beside::<T, S::Pose, V, _>(movers, index, memory.association_table, measurements);
         if !(detection + beside.expected > T::ZERO) {
             continue;
         }
-        let detected = detected(memory.explained, place, measurements);
-        let tells = is_informative_for_pose(sensor, memory.explained, place, measurements, detected);
+        let detected = detected(memory.association_table, index, measurements);
+        let tells = is_informative_for_pose(sensor, memory.association_table, index, measurements, detected);
         if tells {
-            move_by(sensor, memory, place, measurements, gate, &mut tally);
+            move_by(sensor, memory, index, measurements, gate, &mut tally);
         }
-        if let Some(slot) = memory.landmarks.get_mut(place) {
-            let before = slot.existence.in_sight;
-            slot.existence = slot.existence.scanned(detection, detected, &beside);
-            let given_up = detection * (before - slot.existence.in_sight);
-            slot.detections += detected;
+        if let Some(landmark) = memory.landmarks.get_mut(index) {
+            let before = landmark.existence.visible;
+            landmark.existence = landmark.existence.scanned(detection, detected, &beside);
+            let given_up = detection * (before - landmark.existence.visible);
+            landmark.detections += detected;
             let seen = Recognised { expected: detection * before, detected, given_up };
-            tally.count(memory.known.watch.knows(slot.label, memory.known.next_label), seen);
-            let there = slot.existence.total();
-            if V::MOVE && beside.expected > T::ZERO && there > T::ZERO {
-                settle_place(sensor, memory, place, measurements, detected, T::ONE / there - T::ONE, gate);
+            tally.count(memory.header.watch.knows(landmark.label, memory.header.next_label), seen);
+            let there = landmark.existence.total();
+            if movers.are_tracked() && beside.expected > T::ZERO && there > T::ZERO {
+                correct_position(sensor, memory, index, measurements, detected, T::ONE / there - T::ONE, gate);
             }
         }
     }
@@ -58,7 +58,7 @@ where
 fn move_by<T, S, Z>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
-    place: usize,
+    index: usize,
     measurements: &[S::Measurement],
     gate: T,
     tally: &mut Tally<T>,
@@ -67,7 +67,7 @@ fn move_by<T, S, Z>(
     S: Sensor<Pose: Pose<Scalar = T>>,
     Z: Vector<Scalar = T>,
 {
-    let Some(statistics) = innovation_statistics(sensor, memory, place, measurements, T::ONE, gate, tally) else {
+    let Some(statistics) = innovation_statistics(sensor, memory, index, measurements, T::ONE, gate, tally) else {
         return;
     };
     let InnovationStatistics { pose, inverse, step, spread, detected } = statistics;
@@ -78,14 +78,14 @@ fn move_by<T, S, Z>(
         tally.left_out += 1;
         return;
     }
-    let Memory { known, joint, common, .. } = memory;
+    let Memory { header, joint, common, .. } = memory;
     // Among as many coordinates as the widest measurement has; the others are zero.
     let by = Matrix::with(|row, column| by.get(row, column));
     let step = Z::with(|z| step.at(z));
-    if !(joint.may_add::<Z>(&pose, &by) && known.may_move::<Z>(&pose, &step)) {
+    if !(joint.may_add::<Z>(&pose, &by) && header.may_move::<Z>(&pose, &step)) {
         tally.left_out += 1;
         return;
     }
-    joint.add_product::<Z>(&Common { pose, features: common }, &by, known.len);
+    joint.add_product::<Z>(&Common { pose, features: common }, &by, header.len);
     memory.inject_correction(&pose, &step);
 }

@@ -216,15 +216,15 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         let first = first::<P>(features);
         for column in 0..first {
             let mut cross = P::Position::ZERO;
-            for (place, gain) in of.clone() {
-                cross += applied::<P::Position, P::Position>(&gain, &self.run(column, self::first::<P>(place)));
+            for (index, gain) in of.clone() {
+                cross += applied::<P::Position, P::Position>(&gain, &self.run(column, self::first::<P>(index)));
             }
             (0..Self::D).for_each(|d| self.set(first + d, column, cross.at(d)));
         }
         for row in 0..Self::D {
             let mut own = P::Position::ZERO;
-            for (place, gain) in of.clone() {
-                own += applied::<P::Position, P::Position>(&gain, &self.run(first + row, self::first::<P>(place)));
+            for (index, gain) in of.clone() {
+                own += applied::<P::Position, P::Position>(&gain, &self.run(first + row, self::first::<P>(index)));
             }
             (0..=row).for_each(|column| self.set(first + row, first + column, own.at(column)));
         }
@@ -330,12 +330,12 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
             let Some((before, numbers)) = self.numbers.split_at_mut_checked(row_start(row)) else { return };
             let with_features = numbers.get_mut(Self::K..=row).unwrap_or(&mut []);
             // Where the covariances of the columns' coordinates with the heading are: one a row.
-            let (mut place, mut next) = (row_start(Self::K) + heading, Self::K + 1);
+            let (mut index, mut next) = (row_start(Self::K) + heading, Self::K + 1);
             for (feature, numbers) in with_features.chunks_mut(Self::D).enumerate() {
                 let of_columns = of_feature(feature);
                 for (number, &of_column) in numbers.iter_mut().zip(of_columns.as_slice()) {
-                    *number += grown(of_column, before.get(place).copied().unwrap_or(with_row));
-                    (place, next) = (place + next, next + 1);
+                    *number += grown(of_column, before.get(index).copied().unwrap_or(with_row));
+                    (index, next) = (index + next, next + 1);
                 }
             }
         }
@@ -346,7 +346,7 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
 
     /// Takes a coordinate of the pose whose variance rounding has made negative, or no number at all, for certain and for
     /// independent of the rest; how many.
-    pub(super) fn mend_pose(&mut self, features: usize) -> usize {
+    pub(super) fn repair_pose(&mut self, features: usize) -> usize {
         let mut mended = 0;
         for row in 0..Self::K {
             let variance = self.get(row, row);

@@ -1,201 +1,202 @@
-//! Probabilistic data association by loopy belief propagation on the graph of landmarks and measurements (Williams & Lau 2014): a
-//! measurement has one cause, and a landmark causes one measurement at most.
+//! Probabilistic data association by loopy belief propagation on the graph of landmarks and measurements (Williams & Lau 2014). A
+//! measurement has exactly one origin, and a landmark causes at most one measurement.
 //!
-//! With the odds a_jz = p_D v_j N(z; ẑ_j, S_j) / ((1 − p_D v_j) λ_z), λ_z = κ + w_b, messages go to and fro:
-//! μ_jz = a_jz / (1 + Σ_{z'≠z} a_jz' ν_z'j) and ν_zj = 1 / (1 + Σ_{j'≠j} μ_j'z). Where no two features want the same two
-//! measurements the graph has no circle, and the shares are exact.
+//! With the odds a_jz = p_D v_j N(z; ẑ_j, S_j) / ((1 − p_D v_j) λ_z), λ_z = κ + w_b, the messages are
+//! μ_jz = a_jz / (1 + Σ_{z'≠z} a_jz' ν_z'j) and ν_zj = 1 / (1 + Σ_{j'≠j} μ_j'z). If no two landmarks are candidates for the same two
+//! measurements, the graph has no cycle, and the association probabilities are exact.
 
 use super::associations::{Association, AssociationRow};
 use super::movers::{MOVES, Movers, Tracks};
 use super::state::Landmark;
 use crate::{Pose, PositionOf, Real};
 
-/// Rounds of messages. A graph without circles is done after as many as its longest path has features, and what lies farther off
-/// than this hardly matters.
-const ROUNDS: usize = 8;
+/// Iterations of belief propagation. A graph without cycles has converged after as many iterations as its longest path has landmarks;
+/// landmarks farther away on the graph hardly influence a message.
+const ITERATIONS: usize = 8;
 
-/// Shares of a measurement that sum to no more than this are settled.
-const SETTLED: f64 = 1.001;
+/// Association probabilities of a measurement are normalised if their sum is greater than this.
+const MAX_SUM: f64 = 1.001;
 
-/// ln of the largest odds: such an association leaves nothing to clutter, and sums of them stay finite in single precision.
+/// ln of the largest odds of an association. Clutter then has practically no probability, and sums of odds stay finite in single
+/// precision.
 const LN_ODDS_MAX: f64 = 40.0;
 
-/// Fills in every association's share, and of every measurement the share that no feature has. Given Σ ln(1 − p_D v), that nothing was
-/// detected, ln of the likelihood of the scan, by Bethe's approximation: exact without circles.
+/// Computes the probability of every association, and for every measurement the probability that no landmark caused it. Returns ln of
+/// the likelihood of the scan by Bethe's approximation, which is exact without cycles; `ln_missed` is Σ ln(1 − p_D v), that of no
+/// detection at all.
 ///
-/// A moving track and its static alternative are one object: at most one of them may have caused a measurement.
+/// A moving-object track and the static landmark of the same object have one origin: at most one of them causes a measurement.
 pub(super) fn marginals<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
     landmarks: &mut [Landmark<PositionOf<P>>],
-    explained: &mut [AssociationRow<T>],
+    table: &mut [AssociationRow<T>],
     movers: &mut V,
     ln_missed: T,
 ) -> T {
-    explained.iter_mut().for_each(set_odds);
-    for _ in 0..ROUNDS {
-        collect::<T, P, V>(landmarks, explained, movers);
-        explained.iter_mut().for_each(|explained| send_nu::<T, P, V>(explained, movers));
+    table.iter_mut().for_each(set_odds);
+    for _ in 0..ITERATIONS {
+        update_cavity_sums::<T, P, V>(landmarks, table, movers);
+        table.iter_mut().for_each(|row| update_nu::<T, P, V>(row, movers));
     }
-    collect::<T, P, V>(landmarks, explained, movers);
+    update_cavity_sums::<T, P, V>(landmarks, table, movers);
     let ln_1p = |x: T| (T::ONE + x).ln();
     let mut ln_evidence = ln_missed;
-    for explained in explained {
-        let wanted = explained.associations().iter().fold(T::ZERO, |sum, association| sum + mu(association));
-        explained.unexplained = T::ONE / (T::ONE + wanted);
-        ln_evidence += explained.ln_unexplained + ln_1p(wanted);
-        for place in 0..explained.associations().len() {
-            let of_all =
-                |of: fn(&Association<T>) -> T| of_cause::<T, P, V>(explained.associations(), movers, place, of);
-            let (had, wants) = (
+    for row in table {
+        let sum_of_mu = row.associations().iter().fold(T::ZERO, |sum, association| sum + mu(association));
+        row.no_feature_probability = T::ONE / (T::ONE + sum_of_mu);
+        ln_evidence += row.ln_lambda + ln_1p(sum_of_mu);
+        for index in 0..row.associations().len() {
+            let of_all = |of: fn(&Association<T>) -> T| sum_of_origin::<T, P, V>(row.associations(), movers, index, of);
+            let (own_message, mu_nu) = (
                 of_all(|association| association.odds * association.nu),
                 of_all(|association| mu(association) * association.nu),
             );
-            let is_first = is_first_of_cause::<T, P, V>(explained.associations(), movers, place);
-            let Some(association) = explained.associations_mut().get_mut(place) else { break };
-            association.share = association.odds * association.nu / (T::ONE + association.cavity_sum + had);
+            let is_first = is_first_of_origin::<T, P, V>(row.associations(), movers, index);
+            let Some(association) = row.associations_mut().get_mut(index) else { break };
+            association.probability =
+                association.odds * association.nu / (T::ONE + association.cavity_sum + own_message);
             if is_first {
-                ln_evidence -= ln_1p(wants);
+                ln_evidence -= ln_1p(mu_nu);
             }
         }
-        normalise(explained);
+        normalise(row);
     }
-    let ln_evidence = landmarks.iter().fold(ln_evidence, |sum, slot| sum + ln_1p(slot.claimed));
-    movers.kept().iter().fold(ln_evidence, |sum, mover| sum + ln_1p(mover.claimed))
+    let ln_evidence = landmarks.iter().fold(ln_evidence, |sum, landmark| sum + ln_1p(landmark.scratch));
+    movers.kept().iter().fold(ln_evidence, |sum, mover| sum + ln_1p(mover.message_sum))
 }
 
-/// What a claimant is, whichever kind it is: of a mover, the static feature that it may be instead, if there is such a one.
-fn cause<P: Pose, V: Movers<P>>(movers: &V, claimant: u16) -> u16 {
-    if !V::MOVE || claimant & MOVES == 0 {
+/// The origin of an association. For a moving-object track this is the static landmark of the same object, if there is one.
+fn origin<P: Pose, V: Movers<P>>(movers: &V, claimant: u16) -> u16 {
+    if !movers.are_tracked() || claimant & MOVES == 0 {
         return claimant;
     }
     let mover = movers.kept().get(usize::from(claimant & !MOVES));
-    mover.and_then(|mover| mover.static_place()).unwrap_or(claimant)
+    mover.and_then(|mover| mover.static_index()).unwrap_or(claimant)
 }
 
-/// Sums over the associations of the cause of one association.
-fn of_cause<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
+/// Sums `of` over all associations of a row that have the same origin as association `index`.
+fn sum_of_origin<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
     associations: &[Association<T>],
     movers: &V,
-    place: usize,
+    index: usize,
     of: impl Fn(&Association<T>) -> T,
 ) -> T {
-    let Some(association) = associations.get(place) else { return T::ZERO };
-    if !V::MOVE {
+    let Some(association) = associations.get(index) else { return T::ZERO };
+    if !movers.are_tracked() {
         return of(association);
     }
-    let own = cause(movers, association.feature);
-    associations.iter().filter(|other| cause(movers, other.feature) == own).fold(T::ZERO, |sum, other| sum + of(other))
+    let own = origin(movers, association.feature);
+    associations.iter().filter(|other| origin(movers, other.feature) == own).fold(T::ZERO, |sum, other| sum + of(other))
 }
 
-/// Whether no association before it is of the same cause.
-fn is_first_of_cause<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
+/// Whether no earlier association of the row has the same origin.
+fn is_first_of_origin<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
     associations: &[Association<T>],
     movers: &V,
-    place: usize,
+    index: usize,
 ) -> bool {
-    let Some(association) = associations.get(place).filter(|_| V::MOVE) else { return true };
-    let own = cause(movers, association.feature);
-    !associations.iter().take(place).any(|other| cause(movers, other.feature) == own)
+    let Some(association) = associations.get(index).filter(|_| movers.are_tracked()) else { return true };
+    let own = origin(movers, association.feature);
+    !associations.iter().take(index).any(|other| origin(movers, other.feature) == own)
 }
 
-/// Where Σ a ν of a cause is summed.
-fn claimed<'c, T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
+/// The memory in which Σ a ν of an origin is summed.
+fn message_sum<'c, T: Real, P: Pose<Scalar = T>>(
     landmarks: &'c mut [Landmark<PositionOf<P>>],
     tracks: &'c mut Option<Tracks<'_, P>>,
-    cause: u16,
+    origin: u16,
 ) -> Option<&'c mut T> {
-    if V::MOVE && cause & MOVES != 0 {
-        let mover = tracks.as_mut().and_then(|tracks| tracks.kept_mut().get_mut(usize::from(cause & !MOVES)));
-        return mover.map(|mover| &mut mover.claimed);
+    if tracks.is_some() && origin & MOVES != 0 {
+        let mover = tracks.as_mut().and_then(|tracks| tracks.kept_mut().get_mut(usize::from(origin & !MOVES)));
+        return mover.map(|mover| &mut mover.message_sum);
     }
-    landmarks.get_mut(usize::from(cause)).map(|slot| &mut slot.claimed)
+    landmarks.get_mut(usize::from(origin)).map(|landmark| &mut landmark.scratch)
 }
 
-/// Scales shares that sum to more than the one measurement that there is: those of messages that have not settled. Each feature's sum to one
-/// at most as they are, and to less so.
-fn normalise<T: Real>(explained: &mut AssociationRow<T>) {
-    let all = explained.associations().iter().fold(T::ZERO, |sum, association| sum + association.share);
-    if all > T::from_f64(SETTLED) {
-        explained.associations_mut().iter_mut().for_each(|association| association.share /= all);
+/// Normalises the association probabilities of a measurement if their sum is above one, because the messages have not converged. The sum
+/// of each landmark is at most one before, and decreases.
+fn normalise<T: Real>(row: &mut AssociationRow<T>) {
+    let all = row.associations().iter().fold(T::ZERO, |sum, association| sum + association.probability);
+    if all > T::from_f64(MAX_SUM) {
+        row.associations_mut().iter_mut().for_each(|association| association.probability /= all);
     }
 }
 
-/// Fills in the odds of a measurement's associations. Where they would be too large, clutter is taken for denser.
-fn set_odds<T: Real>(explained: &mut AssociationRow<T>) {
-    let most = explained
-        .associations()
-        .iter()
-        .fold(T::NEG_INFINITY, |most, association| most.at_least(association.ln_likelihood));
-    explained.ln_unexplained = explained.ln_unexplained.at_least(most - T::from_f64(LN_ODDS_MAX));
-    let ln_unexplained = explained.ln_unexplained;
-    for association in explained.associations_mut() {
-        association.odds = (association.ln_likelihood - ln_unexplained).exp();
+/// Computes the odds of a measurement's associations and initialises the messages. If the odds were too large, λ is increased.
+fn set_odds<T: Real>(row: &mut AssociationRow<T>) {
+    let most =
+        row.associations().iter().fold(T::NEG_INFINITY, |most, association| most.at_least(association.ln_likelihood));
+    row.ln_lambda = row.ln_lambda.at_least(most - T::from_f64(LN_ODDS_MAX));
+    let ln_lambda = row.ln_lambda;
+    for association in row.associations_mut() {
+        association.odds = (association.ln_likelihood - ln_lambda).exp();
         association.nu = T::ONE;
     }
 }
 
-/// Σ a ν of every feature; and for every association, that sum over its cause's associations with other measurements: those before it and those behind
-/// it, for in a difference they would be lost beside a large one.
-fn collect<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
+/// Sums a ν for every origin, and for every association the cavity sum: the same sum without this measurement. The cavity sum is added up
+/// from the measurements before and those after, because the difference of two large sums would lose its digits.
+fn update_cavity_sums<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
     landmarks: &mut [Landmark<PositionOf<P>>],
-    explained: &mut [AssociationRow<T>],
+    table: &mut [AssociationRow<T>],
     movers: &mut V,
 ) {
-    forget_claimed::<T, P, V>(landmarks, movers);
-    for explained in explained.iter_mut() {
-        add_claimed::<T, P, V>(landmarks, explained, movers, |association, before| association.cavity_sum = before);
+    clear_message_sums::<T, P, V>(landmarks, movers);
+    for row in table.iter_mut() {
+        add_messages::<T, P, V>(landmarks, row, movers, |association, before| association.cavity_sum = before);
     }
-    forget_claimed::<T, P, V>(landmarks, movers);
-    for explained in explained.iter_mut().rev() {
-        add_claimed::<T, P, V>(landmarks, explained, movers, |association, behind| association.cavity_sum += behind);
+    clear_message_sums::<T, P, V>(landmarks, movers);
+    for row in table.iter_mut().rev() {
+        add_messages::<T, P, V>(landmarks, row, movers, |association, behind| association.cavity_sum += behind);
     }
 }
 
-fn forget_claimed<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
+fn clear_message_sums<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
     landmarks: &mut [Landmark<PositionOf<P>>],
     movers: &mut V,
 ) {
-    landmarks.iter_mut().for_each(|slot| slot.claimed = T::ZERO);
+    landmarks.iter_mut().for_each(|landmark| landmark.scratch = T::ZERO);
     if let Some(mut tracks) = movers.tracks() {
-        tracks.kept_mut().iter_mut().for_each(|mover| mover.claimed = T::ZERO);
+        tracks.kept_mut().iter_mut().for_each(|mover| mover.message_sum = T::ZERO);
     }
 }
 
-/// Gives every association of a measurement the sum Σ a ν of its cause over other measurements so far, then adds its own a ν to that sum.
-fn add_claimed<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
+/// Calls `set` with every association of a measurement and the sum Σ a ν of its origin so far, then adds its own a ν to that sum.
+fn add_messages<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
     landmarks: &mut [Landmark<PositionOf<P>>],
-    explained: &mut AssociationRow<T>,
+    row: &mut AssociationRow<T>,
     movers: &mut V,
     set: impl Fn(&mut Association<T>, T),
 ) {
-    for association in explained.associations_mut() {
-        let cause = cause(movers, association.feature);
-        if let Some(&mut so_far) = claimed::<T, P, V>(landmarks, &mut movers.tracks(), cause) {
+    for association in row.associations_mut() {
+        let origin = origin(movers, association.feature);
+        if let Some(&mut so_far) = message_sum(landmarks, &mut movers.tracks(), origin) {
             set(association, so_far);
         }
     }
-    for association in explained.associations() {
-        let cause = cause(movers, association.feature);
-        if let Some(claimed) = claimed::<T, P, V>(landmarks, &mut movers.tracks(), cause) {
-            *claimed += association.odds * association.nu;
+    for association in row.associations() {
+        let origin = origin(movers, association.feature);
+        if let Some(sum) = message_sum(landmarks, &mut movers.tracks(), origin) {
+            *sum += association.odds * association.nu;
         }
     }
 }
 
-/// μ: the message from a landmark to a measurement, given what else the landmark may have caused.
+/// μ: the message from a landmark to a measurement.
 fn mu<T: Real>(association: &Association<T>) -> T {
     association.odds / (T::ONE + association.cavity_sum)
 }
 
-/// ν: the messages from a measurement to each landmark, given those of the other landmarks.
-fn send_nu<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(explained: &mut AssociationRow<T>, movers: &V) {
-    for place in 0..explained.associations().len() {
-        let own = explained.associations().get(place).map_or(0, |association| cause(movers, association.feature));
-        let others = explained.associations().iter().enumerate();
-        let others = others
-            .filter(|&(other, association)| other != place && (!V::MOVE || cause(movers, association.feature) != own));
-        let wanted = others.fold(T::ZERO, |sum, (_, association)| sum + mu(association));
-        if let Some(association) = explained.associations_mut().get_mut(place) {
-            association.nu = T::ONE / (T::ONE + wanted);
+/// ν: the messages from a measurement to its landmarks.
+fn update_nu<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(row: &mut AssociationRow<T>, movers: &V) {
+    for index in 0..row.associations().len() {
+        let own = row.associations().get(index).map_or(0, |association| origin(movers, association.feature));
+        let others = row.associations().iter().enumerate();
+        let others = others.filter(|&(other, association)| {
+            other != index && (!movers.are_tracked() || origin(movers, association.feature) != own)
+        });
+        let sum_of_mu = others.fold(T::ZERO, |sum, (_, association)| sum + mu(association));
+        if let Some(association) = row.associations_mut().get_mut(index) {
+            association.nu = T::ONE / (T::ONE + sum_of_mu);
         }
     }
 }
@@ -211,71 +212,63 @@ mod tests {
     use std::vec;
     use std::vec::Vec;
 
-    fn marginals<T: Real>(
-        landmarks: &mut [Landmark<Vector2<T>>],
-        explained: &mut [AssociationRow<T>],
-        ln_missed: T,
-    ) -> T {
-        super::marginals::<T, PlanarPose<T>, _>(landmarks, explained, &mut NoMovers, ln_missed)
+    fn marginals<T: Real>(landmarks: &mut [Landmark<Vector2<T>>], table: &mut [AssociationRow<T>], ln_missed: T) -> T {
+        super::marginals::<T, PlanarPose<T>, _>(landmarks, table, &mut NoMovers, ln_missed)
     }
 
-    /// Odds by feature and measurement, over clutter of one.
-    fn settled(odds: &[&[f64]]) -> (Vec<Vec<f64>>, f64) {
+    /// Association probabilities and ln evidence for the odds of each landmark and measurement, with λ = 1.
+    fn associated(odds: &[&[f64]]) -> (Vec<Vec<f64>>, f64) {
         let mut landmarks = vec![Landmark::<Vector2<f64>> { existence: Existence::NONE, ..Landmark::ZERO }; odds.len()];
-        let mut explained = vec![AssociationRow::ZERO; odds[0].len()];
-        for (z, explained) in explained.iter_mut().enumerate() {
-            explained.start(0.0);
+        let mut table = vec![AssociationRow::ZERO; odds[0].len()];
+        for (z, row) in table.iter_mut().enumerate() {
+            row.start(0.0);
             for (feature, odds) in odds.iter().enumerate().filter(|(_, odds)| odds[z] > 0.0) {
-                explained.associate(Association::new(feature as u16, odds[z].ln()));
+                row.associate(Association::new(feature as u16, odds[z].ln()));
             }
         }
-        let ln_evidence = marginals(&mut landmarks, &mut explained, 0.0);
-        let mut shares = vec![vec![0.0; odds[0].len()]; odds.len()];
-        for (z, explained) in explained.iter().enumerate() {
-            let all: f64 = explained.associations().iter().map(|association| association.share).sum();
-            assert!((all + explained.unexplained - 1.0).abs() < 1e-2, "{all} {}", explained.unexplained);
-            explained
-                .associations()
+        let ln_evidence = marginals(&mut landmarks, &mut table, 0.0);
+        let mut probabilities = vec![vec![0.0; odds[0].len()]; odds.len()];
+        for (z, row) in table.iter().enumerate() {
+            let all: f64 = row.associations().iter().map(|association| association.probability).sum();
+            assert!((all + row.no_feature_probability - 1.0).abs() < 1e-2, "{all} {}", row.no_feature_probability);
+            row.associations()
                 .iter()
-                .for_each(|association| shares[usize::from(association.feature)][z] = association.share);
+                .for_each(|association| probabilities[usize::from(association.feature)][z] = association.probability);
         }
-        (shares, ln_evidence)
+        (probabilities, ln_evidence)
     }
 
-    /// Features that all want the same few measurements leave messages that do not converge in these rounds.
+    /// With many landmarks that compete for few measurements the messages do not converge in these iterations.
     #[test]
-    fn no_measurement_is_shared_out_twice() {
+    fn probabilities_of_a_measurement_sum_to_at_most_one() {
         let mut draws = Noise::seeded(5);
-        let mut unsettled = 0;
+        let mut unconverged = 0;
         for _ in 0..200 {
             let odds: [[f64; 7]; 11] =
                 core::array::from_fn(|_| core::array::from_fn(|_| (6.0 * draws.normal::<f64>()).exp()));
             let rows = odds.each_ref().map(|row| &row[..]);
             let mut landmarks = vec![Landmark::<Vector2<f64>> { existence: Existence::NONE, ..Landmark::ZERO }; 11];
-            let mut explained = vec![AssociationRow::ZERO; 7];
-            for (z, explained) in explained.iter_mut().enumerate() {
-                explained.start(0.0);
-                rows.iter()
-                    .enumerate()
-                    .for_each(|(j, odds)| explained.associate(Association::new(j as u16, odds[z].ln())));
+            let mut table = vec![AssociationRow::ZERO; 7];
+            for (z, row) in table.iter_mut().enumerate() {
+                row.start(0.0);
+                rows.iter().enumerate().for_each(|(j, odds)| row.associate(Association::new(j as u16, odds[z].ln())));
             }
-            marginals(&mut landmarks, &mut explained, 0.0);
+            marginals(&mut landmarks, &mut table, 0.0);
             let mut of_features = [0.0; 11];
-            for explained in &explained {
-                let all: f64 = explained.associations().iter().map(|association| association.share).sum();
+            for row in &table {
+                let all: f64 = row.associations().iter().map(|association| association.probability).sum();
                 assert!(all <= 1.0 + 1e-3, "{all}");
-                unsettled += usize::from(all + explained.unexplained > 1.01);
-                explained
-                    .associations()
+                unconverged += usize::from(all + row.no_feature_probability > 1.01);
+                row.associations()
                     .iter()
-                    .for_each(|association| of_features[usize::from(association.feature)] += association.share);
+                    .for_each(|association| of_features[usize::from(association.feature)] += association.probability);
             }
             assert!(of_features.iter().all(|&sum| sum <= 1.0 + 1e-12), "{of_features:?}");
         }
-        assert!(unsettled > 20, "{unsettled}: this tests nothing");
+        assert!(unconverged > 20, "{unconverged}: this tests nothing");
     }
 
-    /// The same by going through all assignments.
+    /// The same by enumeration of all assignments.
     fn by_enumeration(odds: &[&[f64]]) -> (Vec<Vec<f64>>, f64) {
         fn walk(odds: &[&[f64]], feature: usize, taken: &mut Vec<Option<usize>>, sum: &mut f64, by: &mut [Vec<f64>]) {
             if feature == odds.len() {
@@ -295,18 +288,19 @@ mod tests {
         let mut by = vec![vec![0.0; odds[0].len()]; odds.len()];
         let mut sum = 0.0;
         walk(odds, 0, &mut Vec::new(), &mut sum, &mut by);
-        by.iter_mut().flatten().for_each(|share| *share /= sum);
+        by.iter_mut().flatten().for_each(|probability| *probability /= sum);
         (by, sum.ln())
     }
 
     fn largest_difference(odds: &[&[f64]]) -> (f64, f64) {
-        let ((shares, ln_evidence), (exact, exact_ln)) = (settled(odds), by_enumeration(odds));
-        let off = shares.iter().flatten().zip(exact.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let ((probabilities, ln_evidence), (exact, exact_ln)) = (associated(odds), by_enumeration(odds));
+        let off =
+            probabilities.iter().flatten().zip(exact.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         (off, (ln_evidence - exact_ln).abs())
     }
 
     #[test]
-    fn without_circles_it_is_the_sum_over_all_assignments() {
+    fn without_cycles_it_is_the_sum_over_all_assignments() {
         let cases: [&[&[f64]]; 4] = [
             &[&[5.0]],
             &[&[5.0, 0.3, 0.0], &[0.0, 2.0, 0.7]],
@@ -314,37 +308,37 @@ mod tests {
             &[&[3.0], &[4.0], &[0.1]],
         ];
         for odds in cases {
-            let (shares, ln_evidence) = largest_difference(odds);
-            assert!(shares < 1e-12 && ln_evidence < 1e-12, "{odds:?}: {shares} {ln_evidence}");
+            let (probabilities, ln_evidence) = largest_difference(odds);
+            assert!(probabilities < 1e-12 && ln_evidence < 1e-12, "{odds:?}: {probabilities} {ln_evidence}");
         }
     }
 
     #[test]
-    fn with_circles_it_is_near() {
-        let (shares, ln_evidence) = largest_difference(&[&[8.0, 3.0], &[2.0, 6.0]]);
-        assert!(shares < 0.06 && ln_evidence < 0.2, "{shares} {ln_evidence}");
+    fn with_cycles_it_is_near() {
+        let (probabilities, ln_evidence) = largest_difference(&[&[8.0, 3.0], &[2.0, 6.0]]);
+        assert!(probabilities < 0.06 && ln_evidence < 0.2, "{probabilities} {ln_evidence}");
     }
 
     #[test]
     fn one_feature_has_one_measurement() {
-        // Both lie on it, and clutter is a thousand times less likely: without exclusion it would have both.
-        let (shares, _) = settled(&[&[1000.0, 1000.0]]);
-        assert!((shares[0][0] - 1000.0 / 2001.0).abs() < 1e-12);
+        // Both measurements fit the landmark, and clutter is a thousand times less likely.
+        let (probabilities, _) = associated(&[&[1000.0, 1000.0]]);
+        assert!((probabilities[0][0] - 1000.0 / 2001.0).abs() < 1e-12);
     }
 
     #[test]
-    fn huge_odds_stay_numbers() {
+    fn huge_odds_stay_finite() {
         let mut landmarks = vec![Landmark::<Vector2<f32>>::ZERO; 2];
-        let mut explained = vec![AssociationRow::<f32>::ZERO; 2];
-        for explained in &mut explained {
-            explained.start(f32::NEG_INFINITY);
-            (0..2).for_each(|feature| explained.associate(Association::new(feature, 500.0 + f32::from(feature))));
+        let mut table = vec![AssociationRow::<f32>::ZERO; 2];
+        for row in &mut table {
+            row.start(f32::NEG_INFINITY);
+            (0..2).for_each(|feature| row.associate(Association::new(feature, 500.0 + f32::from(feature))));
         }
-        let ln_evidence = marginals(&mut landmarks, &mut explained, 0.0);
+        let ln_evidence = marginals(&mut landmarks, &mut table, 0.0);
         assert!(ln_evidence.is_finite());
-        for explained in &explained {
-            let all: f32 = explained.associations().iter().map(|association| association.share).sum();
-            assert!((all - 1.0).abs() < 1e-3, "{explained:?}");
+        for row in &table {
+            let all: f32 = row.associations().iter().map(|association| association.probability).sum();
+            assert!((all - 1.0).abs() < 1e-3, "{table:?}");
         }
     }
 }

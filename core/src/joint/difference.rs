@@ -15,7 +15,7 @@ const ROUNDS: usize = 8;
 
 /// How far two features are apart.
 pub(super) struct Difference<P: Pose> {
-    pub(super) places: [usize; 2],
+    pub(super) indices: [usize; 2],
     /// ê × δ of the difference δ; 0 without a heading.
     across: PositionOf<P>,
     /// δ.
@@ -38,7 +38,7 @@ impl<T: Real, P: Pose<Scalar = T>> Difference<P> {
         });
         let across = across::<P>(&difference);
         let zero: P::Position = Zero::ZERO;
-        let mut apart = Self { places: [one, other], across: zero, difference, covariance: straight, heading: zero };
+        let mut apart = Self { indices: [one, other], across: zero, difference, covariance: straight, heading: zero };
         if let Some(heading) = P::HEADING {
             let (with, variance) = (apart.with_row(&memory.joint, heading), memory.joint.get(heading, heading));
             apart.across = across;
@@ -52,14 +52,14 @@ impl<T: Real, P: Pose<Scalar = T>> Difference<P> {
 
     /// What a coordinate of the pose and the features has in common with it.
     pub(super) fn with_row(&self, joint: &Joint<'_, P>, row: usize) -> P::Position {
-        let [one, other] = self.places.map(first::<P>);
+        let [one, other] = self.indices.map(first::<P>);
         let turned = P::HEADING.map_or(T::ZERO, |heading| joint.get(row, heading));
         P::Position::with(|k| joint.get(row, other + k) - joint.get(row, one + k) - turned * self.across.at(k))
     }
 
     /// What another difference has in common with it, row by row.
     pub(super) fn with_other(&self, joint: &Joint<'_, P>, other: &Self) -> Linear<P::Position, P::Position> {
-        let [from, to] = other.places.map(first::<P>);
+        let [from, to] = other.indices.map(first::<P>);
         let turned = P::HEADING.map_or(Zero::ZERO, |heading| self.with_row(joint, heading));
         let mut rows = <P::Position as Vector>::Array::<P::Position>::ZERO;
         for (k, row) in rows.as_mut().iter_mut().enumerate() {
@@ -82,7 +82,7 @@ impl<T: Real, P: Pose<Scalar = T>> Difference<P> {
 }
 
 /// What makes two features one that are δ apart.
-pub(super) struct Closed<D: Vector> {
+pub(super) struct Fusion<D: Vector> {
     /// C⁻¹ y, with y = V(δθ)⁻¹ δ + δθ ê × δ.
     pub(super) step: D,
     /// yᵀ C⁻¹ y.
@@ -91,7 +91,7 @@ pub(super) struct Closed<D: Vector> {
     pub(super) turn: D::Scalar,
 }
 
-impl<T: Real, D: Vector<Scalar = T>> Closed<D> {
+impl<T: Real, D: Vector<Scalar = T>> Fusion<D> {
     /// Of their difference, the factor of its covariance, and what it has in common with the heading.
     pub(super) fn of<P: Pose<Scalar = T, Position = D>>(difference: &D, factor: &Factor<D>, heading: &D) -> Self {
         let (gain, across) = (factor.solve(heading), across::<P>(difference));

@@ -1,41 +1,41 @@
-//! Whether a landmark is there, and whether it can be seen: a two-state chain, so that misses may come in a row.
+//! Existence and visibility of a landmark: a Markov chain, so that misses may be consecutive.
 //!
-//! A landmark that is there is in sight or hidden, and goes from one to the other with constant rates. Only one in sight can be
-//! detected. What is missed is therefore first taken for hidden, and only as time goes by for gone.
+//! A landmark that exists is visible or occluded, and changes between the two with constant rates. Only a visible one can be detected.
+//! A missed landmark is therefore first assumed to be occluded, and only after some time to be gone.
 
 use crate::{ConfigError, Real};
 
-/// How landmarks hide and vanish.
+/// Occlusion and survival of landmarks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Persistence<T> {
-    /// Mean time that a landmark stays in sight before something hides it, s; infinite: nothing ever does.
-    pub in_sight_s: T,
-    /// Mean time that it stays hidden, s.
-    pub hidden_s: T,
-    /// Mean time until it is taken away, s; infinite: never.
+    /// Mean time that a landmark is visible until something occludes it, s; infinite: nothing ever does.
+    pub visible_s: T,
+    /// Mean time that it is occluded, s.
+    pub occluded_s: T,
+    /// Mean time until it is removed from the world, s; infinite: never.
     pub lifetime_s: T,
 }
 
 impl<T: Real> Persistence<T> {
-    /// Nothing hides and nothing vanishes: every detection that is missed is missed by chance, and what is missed some ten times in a row was
-    /// never there.
-    pub const FOR_EVER: Self = Self { in_sight_s: T::INFINITY, hidden_s: T::ONE, lifetime_s: T::INFINITY };
+    /// Landmarks are never occluded and never removed: every missed detection is missed by chance, and a feature that is missed about ten
+    /// times in a row never existed.
+    pub const FOR_EVER: Self = Self { visible_s: T::INFINITY, occluded_s: T::ONE, lifetime_s: T::INFINITY };
 
-    /// Posts, trees and the like, where people and cars pass, leaves move, and not every beam hits: hidden for 10 s after 20 s in sight, and
-    /// taken away after some hours. Random worlds do not tell one time in sight from another; where landmarks hide for long, a short one takes
-    /// them for gone.
+    /// Posts, trees and similar landmarks, where people and cars pass, leaves move, and not every beam hits: 20 s visible, 10 s occluded,
+    /// removed after some hours. The visible time has little effect in random worlds; if landmarks are occluded for long, a short
+    /// occluded time makes the filter remove them.
     #[must_use]
     pub fn posts() -> Self {
         let of = T::from_f64;
-        Self { in_sight_s: of(20.0), hidden_s: of(10.0), lifetime_s: of(1e4) }
+        Self { visible_s: of(20.0), occluded_s: of(10.0), lifetime_s: of(1e4) }
     }
 
     /// The field that is out of range, if any.
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         let times = [
-            (self.in_sight_s, "persistence.in_sight_s"),
-            (self.hidden_s, "persistence.hidden_s"),
+            (self.visible_s, "persistence.visible_s"),
+            (self.occluded_s, "persistence.occluded_s"),
             (self.lifetime_s, "persistence.lifetime_s"),
         ];
         match times.into_iter().find(|&(time, _)| !(time > T::ZERO)) {
@@ -46,7 +46,7 @@ impl<T: Real> Persistence<T> {
 
     /// What becomes of all landmarks in a time of `dt` seconds.
     pub(super) fn over(&self, dt: T) -> Passage<T> {
-        let (hide, show) = (T::ONE / self.in_sight_s, T::ONE / self.hidden_s);
+        let (hide, show) = (T::ONE / self.visible_s, T::ONE / self.occluded_s);
         let both = hide + show;
         let survives = (-(dt / self.lifetime_s)).exp();
         // 1 − exp(−x) without the loss of digits of small x (Kahan): what rounds exp(−x) rounds its logarithm too.
@@ -54,7 +54,7 @@ impl<T: Real> Persistence<T> {
         let vanishes =
             if lived > T::ZERO { (T::ONE - survives) * (dt / self.lifetime_s / lived) } else { dt / self.lifetime_s };
         Passage {
-            hidden_share: if both > T::ZERO { hide / both } else { T::ZERO },
+            occluded_fraction: if both > T::ZERO { hide / both } else { T::ZERO },
             kept: (-(both * dt)).exp(),
             survives,
             vanishes: vanishes.at_most(T::ONE),
@@ -82,7 +82,7 @@ impl<T: Real> Beside<T> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Passage<T> {
     /// Share of the time that a landmark is hidden, in the long run.
-    hidden_share: T,
+    occluded_fraction: T,
     /// What is left of the difference from it.
     kept: T,
     /// Probability that it is not taken away.
@@ -98,9 +98,9 @@ const LEAST_ABSENT: f64 = 1e-12;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Existence<T> {
     /// It is there and in sight.
-    pub(super) in_sight: T,
+    pub(super) visible: T,
     /// It is there and hidden.
-    pub(super) hidden: T,
+    pub(super) occluded: T,
     /// It is not there, or moves. Kept beside the other two, because one minus their sum would be rounded to 0 after a few detections, and
     /// what has gone away would then stay for ever.
     pub(super) absent: T,
@@ -108,47 +108,47 @@ pub(super) struct Existence<T> {
 
 impl<T: Real> Existence<T> {
     /// Of a slot that is not in use. All zeros, so that a static state takes no flash.
-    pub(super) const NONE: Self = Self { in_sight: T::ZERO, hidden: T::ZERO, absent: T::ZERO };
+    pub(super) const NONE: Self = Self { visible: T::ZERO, occluded: T::ZERO, absent: T::ZERO };
 
     /// It is in sight with this probability, or not there.
-    pub(super) fn of(in_sight: T) -> Self {
-        let absent = (T::ONE - in_sight).at_least(T::from_f64(LEAST_ABSENT));
-        Self { in_sight, hidden: T::ZERO, absent }
+    pub(super) fn of(visible: T) -> Self {
+        let absent = (T::ONE - visible).at_least(T::from_f64(LEAST_ABSENT));
+        Self { visible, occluded: T::ZERO, absent }
     }
 
     /// That it is there at all.
     pub(super) fn total(self) -> T {
-        self.in_sight + self.hidden
+        self.visible + self.occluded
     }
 
     /// After the time of `passage`.
     pub(super) fn after(self, passage: &Passage<T>) -> Self {
         let total = self.total();
-        let settled = total * passage.hidden_share;
-        let hidden = (settled + (self.hidden - settled) * passage.kept) * passage.survives;
+        let settled = total * passage.occluded_fraction;
+        let occluded = (settled + (self.occluded - settled) * passage.kept) * passage.survives;
         let (there, absent) = (total * passage.survives, self.absent + total * passage.vanishes);
         // Kept at one, which rounding would leave in the course of a million scans.
         let all = there + absent;
-        Self { in_sight: (there - hidden).at_least(T::ZERO) / all, hidden: hidden / all, absent: absent / all }
+        Self { visible: (there - occluded).at_least(T::ZERO) / all, occluded: occluded / all, absent: absent / all }
     }
 
     /// After a scan that expected to detect it with probability p_D where it is in sight, and in which it has, in all, that
     /// share of the detections, beside what it may be instead.
     pub(super) fn scanned(self, detection: T, detected: T, beside: &Beside<T>) -> Self {
-        let in_sight = self.in_sight * (T::ONE - detection);
+        let visible = self.visible * (T::ONE - detection);
         let gone = (self.absent - beside.expected - beside.left).at_least(T::ZERO);
         // 1 − p_D v − p_D w, as a sum of what is not negative: a difference would lose what is left beside a landmark that is sure.
-        let not_detected = in_sight + self.hidden + gone + beside.left;
+        let not_detected = visible + self.occluded + gone + beside.left;
         // Messages that have not settled leave shares that sum to a little more than one.
         let missed = (T::ONE - detected - beside.detected).at_least(T::ZERO);
         if !(not_detected > T::ZERO) {
             return Self::of(T::ONE);
         }
-        let share = missed / not_detected;
+        let probability = missed / not_detected;
         Self {
-            in_sight: (detected + share * in_sight).at_most(T::ONE),
-            hidden: share * self.hidden,
-            absent: (beside.detected + share * (gone + beside.left)).at_least(T::from_f64(LEAST_ABSENT)),
+            visible: (detected + probability * visible).at_most(T::ONE),
+            occluded: probability * self.occluded,
+            absent: (beside.detected + probability * (gone + beside.left)).at_least(T::from_f64(LEAST_ABSENT)),
         }
     }
 }
@@ -165,17 +165,17 @@ mod tests {
         assert!((after.total() - 0.8 * 0.3 / (1.0 - 0.8 * 0.7)).abs() < 1e-15);
         // A weight that is small falls as that of an intensity does.
         let light = Existence::of(1e-6_f64).scanned(0.7, 0.0, &Beside::NOTHING);
-        assert!((light.in_sight / 3e-7 - 1.0).abs() < 1e-5);
+        assert!((light.visible / 3e-7 - 1.0).abs() < 1e-5);
     }
 
     #[test]
     fn bayes_over_three_hypotheses() {
-        let before = Existence { in_sight: 0.5_f64, hidden: 0.3, absent: 0.2 };
+        let before = Existence { visible: 0.5_f64, occluded: 0.3, absent: 0.2 };
         let seen = 0.25;
         let evidence = 1.0 - 0.5 * 0.9;
         let after = before.scanned(0.9, seen, &Beside::NOTHING);
-        assert!((after.in_sight - (seen + (1.0 - seen) * 0.5 * 0.1 / evidence)).abs() < 1e-15);
-        assert!((after.hidden - (1.0 - seen) * 0.3 / evidence).abs() < 1e-15);
+        assert!((after.visible - (seen + (1.0 - seen) * 0.5 * 0.1 / evidence)).abs() < 1e-15);
+        assert!((after.occluded - (1.0 - seen) * 0.3 / evidence).abs() < 1e-15);
         assert!((after.absent - (1.0 - seen) * 0.2 / evidence).abs() < 1e-15);
     }
 
@@ -183,13 +183,13 @@ mod tests {
     #[test]
     fn a_probability_stays_one() {
         let eps = f32::EPSILON;
-        for hidden in [0.0, 1e-12, eps, 0.25, 0.5 + eps] {
+        for occluded in [0.0, 1e-12, eps, 0.25, 0.5 + eps] {
             for detection in [0.3, 0.9, 1.0 - eps] {
                 for detected in [0.0, 0.5, 1.0, 1.0 + eps, 1.02] {
-                    let before = Existence { in_sight: 1.0 - hidden + eps, hidden, absent: eps };
+                    let before = Existence { visible: 1.0 - occluded + eps, occluded, absent: eps };
                     let after = before.scanned(detection, detected, &Beside::NOTHING);
                     assert!(
-                        after.in_sight >= 0.0 && after.hidden >= 0.0,
+                        after.visible >= 0.0 && after.occluded >= 0.0,
                         "{before:?} {detection} {detected} {after:?}"
                     );
                     assert!(after.total() <= 1.0 + 4.0 * eps, "{before:?} {detection} {detected} {after:?}");
@@ -200,12 +200,12 @@ mod tests {
 
     #[test]
     fn time_is_taken_in_one_step_as_in_many() {
-        let chain = Persistence { in_sight_s: 20.0_f64, hidden_s: 2.0, lifetime_s: 300.0 };
-        let start = Existence { in_sight: 0.9, hidden: 0.05, absent: 0.05 };
+        let chain = Persistence { visible_s: 20.0_f64, occluded_s: 2.0, lifetime_s: 300.0 };
+        let start = Existence { visible: 0.9, occluded: 0.05, absent: 0.05 };
         let at_once = start.after(&chain.over(5.0));
         let in_steps = (0..50).fold(start, |now, _| now.after(&chain.over(0.1)));
-        assert!((at_once.in_sight - in_steps.in_sight).abs() < 1e-12);
-        assert!((at_once.hidden - in_steps.hidden).abs() < 1e-12);
+        assert!((at_once.visible - in_steps.visible).abs() < 1e-12);
+        assert!((at_once.occluded - in_steps.occluded).abs() < 1e-12);
         assert!((at_once.total() - 0.95 * (-5.0_f64 / 300.0).exp()).abs() < 1e-12);
         assert!((at_once.total() + at_once.absent - 1.0).abs() < 1e-12);
     }
@@ -249,8 +249,8 @@ mod tests {
             assert!((single - expected).abs() <= 1.0 && (double - expected).abs() <= 1.0, "{single} {double}");
             // What may hide stays for tens of seconds, for as long in both precisions.
             let [single, double] = [
-                misses(Persistence { in_sight_s: 20.0_f32, hidden_s: 10.0, lifetime_s: 1e4 }, detection) as f64,
-                misses(Persistence { in_sight_s: 20.0_f64, hidden_s: 10.0, lifetime_s: 1e4 }, detection) as f64,
+                misses(Persistence { visible_s: 20.0_f32, occluded_s: 10.0, lifetime_s: 1e4 }, detection) as f64,
+                misses(Persistence { visible_s: 20.0_f64, occluded_s: 10.0, lifetime_s: 1e4 }, detection) as f64,
             ];
             assert!((single / double - 1.0).abs() < 0.02 && (300.0..1900.0).contains(&double), "{single} {double}");
         }

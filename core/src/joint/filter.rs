@@ -4,7 +4,7 @@ use super::archive::{Archive, Archived, JointArchive, NoArchive};
 use super::config::JointConfig;
 use super::covariance::{first, sandwiched, symmetric};
 use super::existence::Existence;
-use super::map_management::TENTATIVE;
+use super::map_management::TENTATIVE_BELOW;
 use super::movers::{JointMovers, MOVES, Movers, NoMovers, Tracked};
 use super::state::{JointState, Memory};
 use crate::models::require;
@@ -116,6 +116,8 @@ pub struct JointSlam<'s, M: Motion, Z: Vector, A = NoArchive, V = NoMovers> {
 type WithArchive<'s, M, Z, V> = JointSlam<'s, M, Z, Archived<'s, <M as Motion>::Pose>, V>;
 /// A filter with movers beside it.
 type WithMovers<'s, M, Z, A> = JointSlam<'s, M, Z, A, Tracked<'s, <M as Motion>::Pose>>;
+/// A filter that may have movers beside it.
+type WithMoversIf<'s, M, Z, A> = JointSlam<'s, M, Z, A, Option<Tracked<'s, <M as Motion>::Pose>>>;
 
 impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSlam<'s, M, Z> {
     /// A filter over a state, which keeps what it holds: a fresh one must be [reset](Self::reset) first.
@@ -166,9 +168,25 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A> J
         moving: MovingConfig<T>,
     ) -> Result<WithMovers<'s, M, Z, A>, SetupError> {
         moving.check()?;
+        self.beside(movers.tracked(moving))
+    }
+
+    /// [`with_movers`](Self::with_movers) where there are movers, for a program that knows only when it runs whether anything moves.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn with_movers_if<const CAPACITY: usize>(
+        self,
+        movers: Option<(&'s mut JointMovers<M::Pose, CAPACITY>, MovingConfig<T>)>,
+    ) -> Result<WithMoversIf<'s, M, Z, A>, SetupError> {
+        movers.as_ref().map_or(Ok(()), |(_, moving)| moving.check())?;
+        self.beside(movers.map(|(movers, moving)| movers.tracked(moving)))
+    }
+
+    fn beside<V>(self, movers: V) -> Result<JointSlam<'s, M, Z, A, V>, SetupError> {
         let Self { motion, config, memory, archive, .. } = self;
         require(memory.landmarks.len() <= usize::from(MOVES), "FEATURES", "at most 32768 beside movers")?;
-        Ok(JointSlam { motion, config, memory, archive, movers: movers.tracked(moving) })
+        Ok(JointSlam { motion, config, memory, archive, movers })
     }
 }
 
@@ -215,11 +233,11 @@ where
     /// The pose is not finite, or a coordinate above 1e8; the state is as it was.
     pub fn reset(&mut self, pose: M::Pose) -> Result<(), ResetError> {
         ResetError::check_pose(&pose)?;
-        let known = &mut *self.memory.known;
-        (known.started, known.pose, known.moved, known.len) = (true, pose, [T::ZERO; 2], 0);
-        known.remainder = [T::ZERO; 2];
-        (known.waited_s, known.refused, known.next_label, known.watch) = (T::ZERO, 0, 0, Watch::ZERO);
-        known.walked = Symmetric::ZERO;
+        let header = &mut *self.memory.header;
+        (header.started, header.pose, header.moved, header.len) = (true, pose, [T::ZERO; 2], 0);
+        header.remainder = [T::ZERO; 2];
+        (header.waited_s, header.refused, header.next_label, header.watch) = (T::ZERO, 0, 0, Watch::ZERO);
+        header.motion_noise = Symmetric::ZERO;
         self.memory.joint.clear();
         if let Some(mut view) = self.archive.view() {
             view.clear();
@@ -236,26 +254,26 @@ where
     /// As for [`ScPhd::predict`](crate::ScPhd::predict).
     pub fn predict(&mut self, control: &M::Control, dt: T) -> Result<PredictReport, PredictError> {
         self.memory.clamp();
-        let Memory { known, joint, .. } = &mut self.memory;
-        if !known.started {
+        let Memory { header, joint, .. } = &mut self.memory;
+        if !header.started {
             return Err(PredictError::NotStarted);
         }
         let (motion, plausible) = (&self.motion, &self.config.plausible);
         if plausible.takes_time(dt) {
-            known.waited_s = passed(known.waited_s, dt);
+            header.waited_s = passed(header.waited_s, dt);
         }
-        if let Some(refusal) = plausible.refusal(motion, Some(&known.pose), control, dt) {
-            known.refused = known.refused.saturating_add(1);
+        if let Some(refusal) = plausible.refusal(motion, Some(&header.pose), control, dt) {
+            header.refused = header.refused.saturating_add(1);
             return Err(refusal);
         }
         let mut rejected = 0;
         if dt > T::ZERO {
-            let mut left = known.remainder;
-            let (moved, Linearised { transition, noise }) = if is_short(&known.pose, short_beyond(motion, control, dt))
+            let mut left = header.remainder;
+            let (moved, Linearised { transition, noise }) = if is_short(&header.pose, short_beyond(motion, control, dt))
             {
-                propagated(motion, &known.pose, &mut left, control, dt)
+                propagated(motion, &header.pose, &mut left, control, dt)
             } else {
-                (motion.propagate(&known.pose, control, dt), motion.linearise(&known.pose, control, dt))
+                (motion.propagate(&header.pose, control, dt), motion.linearise(&header.pose, control, dt))
             };
             let carried = sandwiched::<TangentOf<M::Pose>, TangentOf<M::Pose>, TangentOf<M::Pose>>(
                 &transition,
@@ -266,17 +284,17 @@ where
             let within = is_within_square(&Symmetric::<TangentOf<M::Pose>>::from_fn(|r, c| grown.at(r, c)));
             let finite = transition.as_slice().iter().all(|x| x.is_finite());
             if is_within_range(&moved.coordinates()) && within && finite {
-                joint.propagate(&transition, &grown, known.len);
-                known.pose = moved;
-                known.remainder = left;
-                let walked = sandwiched::<TangentOf<M::Pose>, TangentOf<M::Pose>, TangentOf<M::Pose>>(
+                joint.propagate(&transition, &grown, header.len);
+                header.pose = moved;
+                header.remainder = left;
+                let motion_noise = sandwiched::<TangentOf<M::Pose>, TangentOf<M::Pose>, TangentOf<M::Pose>>(
                     &transition,
-                    &known.walked.to_matrix(),
+                    &header.motion_noise.to_matrix(),
                     &transition,
                 );
-                let walked = symmetric::<TangentOf<M::Pose>>(&walked).plus(&noise);
-                if is_within_square(&walked) {
-                    known.walked = walked;
+                let motion_noise = symmetric::<TangentOf<M::Pose>>(&motion_noise).plus(&noise);
+                if is_within_square(&motion_noise) {
+                    header.motion_noise = motion_noise;
                 }
                 if let Some(mut tracks) = self.movers.tracks() {
                     tracks.carried(&transition, &noise);
@@ -286,17 +304,17 @@ where
             }
         }
         let health = Health::POSE_REJECTED.when(rejected > 0)
-            | Health::PREDICTION_REFUSED.when(known.refused > 0)
-            | known.watch.waiting(known.waited_s);
-        Ok(PredictReport { candidates: 1, rejected, refused: known.refused, health })
+            | Health::PREDICTION_REFUSED.when(header.refused > 0)
+            | header.watch.waiting(header.waited_s);
+        Ok(PredictReport { candidates: 1, rejected, refused: header.refused, health })
     }
 
     /// The pose and its covariance; `None` before the first reset.
     #[must_use]
     pub fn estimate_pose(&self) -> Option<PoseEstimate<M::Pose>> {
-        let Memory { known, joint, .. } = &self.memory;
-        known.started.then(|| PoseEstimate {
-            mean: known.pose,
+        let Memory { header, joint, .. } = &self.memory;
+        header.started.then(|| PoseEstimate {
+            mean: header.pose,
             covariance: Symmetric::from_fn(|row, column| joint.get(row, column)),
         })
     }
@@ -306,16 +324,16 @@ where
     /// taken for gone: it leaves the estimate, and is remembered until it is found again or hardly there any more. Those in the archive are
     /// among them, as they were when they left the window.
     pub fn features(&self) -> impl Iterator<Item = Component<PositionOf<M::Pose>>> + '_ {
-        let Memory { known, landmarks, joint, .. } = &self.memory;
-        let twice = T::from_f64(TENTATIVE);
+        let Memory { header, landmarks, joint, .. } = &self.memory;
+        let twice = T::from_f64(TENTATIVE_BELOW);
         let least = self.config.extraction_existence;
         let is_part = move |existence: Existence<T>, detections| existence.total() >= least && detections >= twice;
-        let near = landmarks.iter().enumerate().take(known.len).filter_map(move |(place, slot)| {
-            let first = first::<M::Pose>(place);
-            is_part(slot.existence, slot.detections).then(|| Component {
-                label: slot.label,
-                ln_weight: slot.existence.total().ln(),
-                mean: slot.mean,
+        let near = landmarks.iter().enumerate().take(header.len).filter_map(move |(index, landmark)| {
+            let first = first::<M::Pose>(index);
+            is_part(landmark.existence, landmark.detections).then(|| Component {
+                label: landmark.label,
+                ln_weight: landmark.existence.total().ln(),
+                mean: landmark.mean,
                 covariance: Symmetric::from_fn(|row, column| joint.get(first + row, first + column)),
             })
         });
@@ -333,7 +351,7 @@ where
     /// probability [`extraction_weight`](MovingConfig::extraction_weight). The weight is that probability, and the label that of the static feature that
     /// it was taken for as well.
     pub fn moving(&self) -> impl Iterator<Item = Component<MovingOf<M::Pose>>> + '_ {
-        let waited_s = self.memory.known.waited_s;
+        let waited_s = self.memory.header.waited_s;
         let config = self.movers.common().map(|(_, config)| config);
         let movers = self.movers.kept().iter().zip(core::iter::repeat(config));
         movers.filter_map(move |(mover, config)| {
@@ -349,7 +367,7 @@ where
     /// N̂: how many features there are, by their probabilities; of those in the archive, by what they were when they left the window.
     #[must_use]
     pub fn expected_features(&self) -> T {
-        let near = self.memory.landmarks.iter().take(self.memory.known.len).map(|slot| slot.existence);
+        let near = self.memory.landmarks.iter().take(self.memory.header.len).map(|landmark| landmark.existence);
         let far = self.archive.kept().iter().map(|entry| entry.existence);
         near.chain(far).fold(T::ZERO, |sum, existence| sum + existence.total())
     }
@@ -365,13 +383,18 @@ where
     /// How many features the state holds, likely ones or not, with those in the archive.
     #[must_use]
     pub fn held(&self) -> usize {
-        self.memory.known.len + self.archive.kept().len()
+        self.memory.header.len + self.archive.kept().len()
     }
 
     /// The probability that the feature with this label is there; `None` where there is no such one.
     #[must_use]
     pub fn existence(&self, label: u32) -> Option<T> {
-        let near = self.memory.landmarks.iter().take(self.memory.known.len).map(|slot| (slot.label, slot.existence));
+        let near = self
+            .memory
+            .landmarks
+            .iter()
+            .take(self.memory.header.len)
+            .map(|landmark| (landmark.label, landmark.existence));
         let far = self.archive.kept().iter().map(|entry| (entry.label, entry.existence));
         near.chain(far).find(|&(of, _)| of == label).map(|(_, existence)| existence.total())
     }

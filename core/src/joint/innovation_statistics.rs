@@ -2,7 +2,7 @@
 
 use super::ambiguity::is_ambiguous;
 use super::associate::Predicted;
-use super::associations::{AssociationRow, shares};
+use super::associations::{AssociationRow, probabilities};
 use super::covariance::{Common, RowsOf, symmetric};
 use super::report::Tally;
 use super::state::Memory;
@@ -19,8 +19,8 @@ const GATES: f64 = 4.0;
 /// Whether the pose is corrected by a landmark with so much of all detections.
 pub(super) fn is_informative_for_pose<T, S>(
     sensor: &S,
-    explained: &[AssociationRow<T>],
-    place: usize,
+    table: &[AssociationRow<T>],
+    index: usize,
     measurements: &[S::Measurement],
     detected: T,
 ) -> bool
@@ -28,7 +28,7 @@ where
     T: Real,
     S: Sensor<Pose: Pose<Scalar = T>>,
 {
-    detected >= T::from_f64(LEAST_DETECTED) && !is_ambiguous(sensor, explained, place, measurements)
+    detected >= T::from_f64(LEAST_DETECTED) && !is_ambiguous(sensor, table, index, measurements)
 }
 
 /// The terms of the update by one landmark.
@@ -50,7 +50,7 @@ pub(super) struct InnovationStatistics<P: Pose, Y: Vector, Z: Vector> {
 pub(super) fn innovation_statistics<T, S, Z>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
-    place: usize,
+    index: usize,
     measurements: &[S::Measurement],
     times: T,
     gate: T,
@@ -61,13 +61,14 @@ where
     S: Sensor<Pose: Pose<Scalar = T>>,
     Z: Vector<Scalar = T>,
 {
-    let Memory { known, landmarks, joint, common, explained, .. } = memory;
-    let slot = landmarks.get(place)?;
-    let Predicted { measurement, by_pose, by_feature } = Predicted::of(sensor, &sensor.frame(&known.pose), &slot.mean)?;
-    let by_pose = known.in_invariant_error::<S::Measurement>(&by_pose, &by_feature, slot);
+    let Memory { header, landmarks, joint, common, association_table, .. } = memory;
+    let landmark = landmarks.get(index)?;
+    let Predicted { measurement, by_pose, by_feature } =
+        Predicted::of(sensor, &sensor.frame(&header.pose), &landmark.mean)?;
+    let by_pose = header.in_invariant_error::<S::Measurement>(&by_pose, &by_feature, landmark);
     let mut common = Common::over(common);
-    joint.common::<S::Measurement, Z>(place, &by_pose, &by_feature, known.len, &mut common);
-    let own = common.features.get(place).map_or(&[][..], |rows| rows.as_ref());
+    joint.common::<S::Measurement, Z>(index, &by_pose, &by_feature, header.len, &mut common);
+    let own = common.features.get(index).map_or(&[][..], |rows| rows.as_ref());
     let full = rows::<S::Measurement, TangentOf<S::Pose>, Z>(&by_pose, common.pose.as_ref())
         + rows::<S::Measurement, PositionOf<S::Pose>, Z>(&by_feature, own);
     let Some(factor) = symmetric::<S::Measurement>(&full).plus(sensor.noise()).factor() else {
@@ -77,15 +78,15 @@ where
 
     let mut squares: Linear<S::Measurement, S::Measurement> = Zero::ZERO;
     let (mut mean, mut detected, mut distance) = (S::Measurement::ZERO, T::ZERO, T::ZERO);
-    for (share, z) in shares(explained, place, measurements) {
-        let (share, innovation) = (share * times, sensor.innovation(z, &measurement));
-        mean += innovation * share;
-        squares = squares + outer(&innovation) * share;
-        detected += share;
-        distance += share * factor.mahalanobis(&innovation);
+    for (probability, z) in probabilities(association_table, index, measurements) {
+        let (probability, innovation) = (probability * times, sensor.innovation(z, &measurement));
+        mean += innovation * probability;
+        squares = squares + outer(&innovation) * probability;
+        detected += probability;
+        distance += probability * factor.mahalanobis(&innovation);
     }
     tally.squares += distance;
-    tally.shares += detected;
+    tally.probabilities += detected;
     if distance > T::from_f64(GATES) * gate * detected {
         return None;
     }

@@ -8,20 +8,20 @@
 //! covariance one of errors as they are, with Δ = 0.
 
 use super::covariance::RowsOf;
-use super::state::{Known, Landmark, Memory};
+use super::state::{Header, Landmark, Memory};
 use crate::numerics::range::is_within_range;
 use crate::{Linear, Matrix, Pose, PositionOf, Real, TangentOf, Vector, Zero};
 
-impl<T: Real, P: Pose<Scalar = T>> Known<P> {
+impl<T: Real, P: Pose<Scalar = T>> Header<P> {
     /// ∂h/∂ξ of the pose, of Hx = ∂h/∂x and Hm = ∂h/∂m: the heading's column is Hx + Hx (ê × Δx) + Hm (ê × Δm), the others stay.
     pub(super) fn in_invariant_error<Y: Vector<Scalar = T>>(
         &self,
         by_pose: &Linear<Y, TangentOf<P>>,
         by_feature: &Linear<Y, PositionOf<P>>,
-        slot: &Landmark<PositionOf<P>>,
+        landmark: &Landmark<PositionOf<P>>,
     ) -> Linear<Y, TangentOf<P>> {
         let Some(heading) = P::HEADING else { return *by_pose };
-        let (of_pose, of_feature) = (lever(&self.moved), lever(slot.moved.as_slice()));
+        let (of_pose, of_feature) = (lever(&self.moved), lever(landmark.moved.as_slice()));
         Matrix::with(|row, column| {
             let own = by_pose.at(row, column);
             if column != heading {
@@ -52,35 +52,37 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     /// Moves pose and features by their rows of P Hᵀ, times `step`: of a measurement of which all was taken in at once.
     pub(super) fn inject_correction(&mut self, pose: &RowsOf<P::Tangent, Z>, step: &Z) {
         let turn = turn_of::<P, Z>(pose, step);
-        let Self { known, landmarks, common, .. } = self;
-        let by = known.step_of(pose, step, turn);
-        known.pose = known.pose.displaced(&by);
-        known.moved.iter_mut().zip(by.as_slice()).for_each(|(moved, &by)| *moved += by);
-        for (slot, rows) in landmarks.iter_mut().take(known.len).zip(common.iter()) {
+        let Self { header, landmarks, common, .. } = self;
+        let by = header.step_of(pose, step, turn);
+        header.pose = header.pose.displaced(&by);
+        header.moved.iter_mut().zip(by.as_slice()).for_each(|(moved, &by)| *moved += by);
+        for (landmark, rows) in landmarks.iter_mut().take(header.len).zip(common.iter()) {
             let counted = P::Position::with(|d| rows.as_ref().get(d).map_or(T::ZERO, |row| row.dot(step)));
-            let by = turned(counted, turn, slot.moved.as_slice());
-            slot.mean += by;
-            slot.moved += by;
+            let by = turned(counted, turn, landmark.moved.as_slice());
+            landmark.mean += by;
+            landmark.moved += by;
         }
     }
 
     /// Makes the covariance one of errors as they are, where corrections have moved pose and features.
     pub(super) fn reset_error_frame(&mut self) {
-        let Self { known, landmarks, joint, .. } = self;
+        let Self { header, landmarks, joint, .. } = self;
         let Some(heading) = P::HEADING else { return };
         let unmoved = |moved: &[T]| moved.iter().all(|&by| by == T::ZERO);
-        if unmoved(&known.moved) && landmarks.iter().take(known.len).all(|slot| unmoved(slot.moved.as_slice())) {
+        if unmoved(&header.moved)
+            && landmarks.iter().take(header.len).all(|landmark| unmoved(landmark.moved.as_slice()))
+        {
             return;
         }
         let of = |moved: &[T], coordinate: usize| lever(moved).get(coordinate).copied().unwrap_or(T::ZERO);
-        let of_pose = P::Tangent::with(|k| of(&known.moved, k));
+        let of_pose = P::Tangent::with(|k| of(&header.moved, k));
         let of_feature = |feature: usize| {
-            let moved = landmarks.get(feature).map_or(P::Position::ZERO, |slot| slot.moved);
+            let moved = landmarks.get(feature).map_or(P::Position::ZERO, |landmark| landmark.moved);
             P::Position::with(|d| of(moved.as_slice(), d))
         };
-        joint.turn(heading, (&of_pose, of_feature), known.len);
-        known.moved = [T::ZERO; 2];
-        landmarks.iter_mut().take(known.len).for_each(|slot| slot.moved = Zero::ZERO);
+        joint.turn(heading, (&of_pose, of_feature), header.len);
+        header.moved = [T::ZERO; 2];
+        landmarks.iter_mut().take(header.len).for_each(|landmark| landmark.moved = Zero::ZERO);
     }
 }
 
@@ -119,14 +121,14 @@ mod tests {
         let (feature_at, feature_by) = ([40.0, 15.0], [-1.1, 0.3]);
         let mut state = JointState::<PlanarPose<f64>, Vector2<f64>, 1, { joint_numbers(3, 2, 1) }, 1>::new();
         let memory = state.memory();
-        memory.known.pose = PlanarPose::new(at[0] + by[0], at[1] + by[1], 0.6);
-        memory.known.moved = by;
+        memory.header.pose = PlanarPose::new(at[0] + by[0], at[1] + by[1], 0.6);
+        memory.header.moved = by;
         let mean = Vector2::from(feature_at) + Vector2::from(feature_by);
-        let slot = Landmark { mean, moved: Vector2::from(feature_by), ..Landmark::ZERO };
+        let landmark = Landmark { mean, moved: Vector2::from(feature_by), ..Landmark::ZERO };
         let sensor = RangeBearing::new(0.1, 0.01).unwrap();
-        let frame = sensor.frame(&memory.known.pose);
-        let Predicted { by_pose, by_feature, .. } = Predicted::of(&sensor, &frame, &slot.mean).unwrap();
-        let counted = memory.known.in_invariant_error::<Vector2<f64>>(&by_pose, &by_feature, &slot);
+        let frame = sensor.frame(&memory.header.pose);
+        let Predicted { by_pose, by_feature, .. } = Predicted::of(&sensor, &frame, &landmark.mean).unwrap();
+        let counted = memory.header.in_invariant_error::<Vector2<f64>>(&by_pose, &by_feature, &landmark);
         // Of the errors as they are counted, a turn is δθ and δθ × p at the places from before.
         let (turn, feature_turn) = (lever(&at), lever(&feature_at));
         for row in 0..2 {

@@ -133,7 +133,7 @@ fn a_page_that_is_refused_gives_its_measurements_back() {
     {
         use super::archive::{Archive, Entry, Split};
         let mut view = slam.archive.view().unwrap();
-        view.index.next_page = 1;
+        view.index.next_submap = 1;
         for label in 0..8 {
             let known = Split { own: Symmetric::from_diagonal([0.01; 2]), ..Split::ZERO };
             let mean = Vector2::new(5.0, label as f64 - 4.0);
@@ -141,11 +141,11 @@ fn a_page_that_is_refused_gives_its_measurements_back() {
             view.put(Entry { label, mean, alone: known, given: known, existence, detections: 9.0, ..Entry::ZERO });
         }
     }
-    slam.memory.known.next_label = 8;
+    slam.memory.header.next_label = 8;
     let mut detections = 0.0;
     for _ in 0..50 {
         let report = slam.scan(&lidar, &[Vector2::new(5.0, 0.0)]).unwrap();
-        assert_eq!(report.recalled, 0);
+        assert_eq!(report.reactivated, 0);
         detections += report.detections;
     }
     assert!(detections > 45.0, "{detections} of 50");

@@ -29,8 +29,8 @@ where
     /// The filter has not been reset; a feature is not finite, beyond 1e8 m, heavier than a million or its covariance not positive
     /// definite; its label is too great; or there are more than the state holds. The state is as it was.
     pub fn load_map(&mut self, features: &[Component<PositionOf<M::Pose>>]) -> Result<(), LoadMapError> {
-        let Memory { known, landmarks, joint, .. } = &mut self.memory;
-        if !known.started {
+        let Memory { header, landmarks, joint, .. } = &mut self.memory;
+        if !header.started {
             return Err(LoadMapError::NotStarted);
         }
         if features.len() > landmarks.len() {
@@ -43,22 +43,22 @@ where
             return Err(LoadMapError::Tag { index });
         }
         let greatest = features.iter().map(|feature| feature.label).max();
-        let mut next_label = known.next_label.max(greatest.map_or(0, |label| label.saturating_add(1)));
-        for (place, (feature, slot)) in features.iter().zip(landmarks.iter_mut()).enumerate() {
+        let mut next_label = header.next_label.max(greatest.map_or(0, |label| label.saturating_add(1)));
+        for (index, (feature, landmark)) in features.iter().zip(landmarks.iter_mut()).enumerate() {
             let mut label = feature.label;
             // Compares at most half as many pairs as the square of the capacity.
-            if features.iter().take(place).any(|before| before.label == label) {
+            if features.iter().take(index).any(|before| before.label == label) {
                 label = next_label;
                 next_label = next_label.wrapping_add(1);
             }
             let existence = Existence::of(feature.ln_weight.exp().at_most(T::ONE));
             let detections = T::from_f64(DETECTIONS);
-            *slot = Landmark { label, mean: feature.mean, existence, detections, ..Landmark::ZERO };
-            joint.put_alone(place);
-            joint.put_block(place, place, |row, column| feature.covariance.get(row, column));
+            *landmark = Landmark { label, mean: feature.mean, existence, detections, ..Landmark::ZERO };
+            joint.put_alone(index);
+            joint.put_block(index, index, |row, column| feature.covariance.get(row, column));
         }
-        (known.len, known.next_label) = (features.len(), next_label);
-        known.watch.know_below(next_label);
+        (header.len, header.next_label) = (features.len(), next_label);
+        header.watch.know_below(next_label);
         if let Some(mut tracks) = self.movers.tracks() {
             tracks.clear();
         }

@@ -43,34 +43,37 @@ where
         let Self { config, memory, movers, .. } = self;
         memory.clamp();
         if let Some(mut tracks) = movers.tracks() {
-            tracks.advance(memory.known.waited_s, config.least_existence);
+            tracks.advance(memory.header.waited_s, config.least_existence);
         }
         // Nothing is born that they could be known from later.
         let Associated { in_view, ln_evidence, .. } =
             associate(&models, births, config, memory, movers, measurements, 0);
         let mut tally = Tally::NOTHING;
-        for place in 0..memory.known.len {
-            let Some(&slot) = memory.landmarks.get(place).filter(|slot| slot.detection > T::ZERO) else { continue };
-            let detected = detected(memory.explained, place, measurements);
+        for index in 0..memory.header.len {
+            let Some(&landmark) = memory.landmarks.get(index).filter(|landmark| landmark.detection > T::ZERO) else {
+                continue;
+            };
+            let detected = detected(memory.association_table, index, measurements);
             let sensor = models.sensor();
-            let tells = is_informative_for_pose(sensor, memory.explained, place, measurements, detected);
+            let tells = is_informative_for_pose(sensor, memory.association_table, index, measurements, detected);
             if tells {
-                move_pose_by(sensor, memory, place, measurements, config.gate, &mut tally);
+                move_pose_by(sensor, memory, index, measurements, config.gate, &mut tally);
             }
             // None is given up: the map stays.
-            let seen = Recognised { expected: slot.detection * slot.existence.in_sight, detected, given_up: T::ZERO };
-            tally.count(memory.known.watch.knows(slot.label, memory.known.next_label), seen);
+            let seen =
+                Recognised { expected: landmark.detection * landmark.existence.visible, detected, given_up: T::ZERO };
+            tally.count(memory.header.watch.knows(landmark.label, memory.header.next_label), seen);
         }
-        tally.left_out += memory.joint.mend_pose(memory.known.len);
+        tally.left_out += memory.joint.repair_pose(memory.header.len);
         let (mut merged, mut born) = (0, Initiated::default());
         if let Some(mut tracks) = movers.tracks() {
-            tracks.correct(models.sensor(), memory.known, memory.explained, measurements);
-            merged = tracks.tidy(config);
+            tracks.correct(models.sensor(), memory.header, memory.association_table, measurements);
+            merged = tracks.merge_and_prune(config);
             let births = Births { of_static: T::ZERO, ..*births };
             born = initiate(&models, &births, config, memory, movers, measurements);
         }
         let report =
-            tally.report(memory.known, (measurements.len(), models.clutter().per_scan()), X::Measurement::DIMENSION);
+            tally.report(memory.header, (measurements.len(), models.clutter().per_scan()), X::Measurement::DIMENSION);
         let Initiated { no_birth, lost, .. } = born;
         let (movers, health) = (movers.kept().len(), report.health | Health::COMPONENTS_LOST.when(lost > 0));
         Ok(JointReport { in_view, ln_evidence, merged, no_birth, lost, movers, health, ..report })
@@ -81,7 +84,7 @@ where
 fn move_pose_by<T, S, Z>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
-    place: usize,
+    index: usize,
     measurements: &[S::Measurement],
     gate: T,
     tally: &mut Tally<T>,
@@ -90,7 +93,7 @@ fn move_pose_by<T, S, Z>(
     S: Sensor<Pose: Pose<Scalar = T>>,
     Z: Vector<Scalar = T>,
 {
-    let Some(statistics) = innovation_statistics(sensor, memory, place, measurements, T::ONE, gate, tally) else {
+    let Some(statistics) = innovation_statistics(sensor, memory, index, measurements, T::ONE, gate, tally) else {
         return;
     };
     let InnovationStatistics { pose, inverse, step, spread, detected } = statistics;
@@ -99,17 +102,17 @@ fn move_pose_by<T, S, Z>(
         tally.left_out += 1;
         return;
     }
-    let Memory { known, joint, common, .. } = memory;
+    let Memory { header, joint, common, .. } = memory;
     // Among as many coordinates as the widest measurement has; the others are zero.
     let learnt = Matrix::with(|row, column| -inverse.at(row, column) * detected);
     let spread = Matrix::with(|row, column| spread.get(row, column));
     let step = Z::with(|z| step.at(z));
-    if !(joint.may_add::<Z>(&pose, &(learnt + spread)) && known.may_move::<Z>(&pose, &step)) {
+    if !(joint.may_add::<Z>(&pose, &(learnt + spread)) && header.may_move::<Z>(&pose, &step)) {
         tally.left_out += 1;
         return;
     }
-    joint.tell_pose::<Z>(&Common { pose, features: common }, &learnt, &spread, known.len);
-    known.pose = known.moved_by::<Z>(&pose, &step);
+    joint.tell_pose::<Z>(&Common { pose, features: common }, &learnt, &spread, header.len);
+    header.pose = header.moved_by::<Z>(&pose, &step);
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
@@ -153,14 +156,14 @@ mod tests {
     type Memory = JointState<PlanarPose<f64>, Vector2<f64>, 8, { joint_numbers(3, 2, 8) }, 16>;
     type Map = Vec<Component<Vector2<f64>>>;
 
-    fn surveyed(places: &[[f64; 2]], sigma: f64) -> Map {
-        let of = |(label, &place): (usize, &[f64; 2])| Component {
+    fn surveyed(indices: &[[f64; 2]], sigma: f64) -> Map {
+        let of = |(label, &index): (usize, &[f64; 2])| Component {
             label: label as u32,
-            mean: Vector2::from(place),
+            mean: Vector2::from(index),
             covariance: Symmetric::from_diagonal([sigma * sigma; 2]),
             ..Component::ZERO
         };
-        places.iter().enumerate().map(of).collect()
+        indices.iter().enumerate().map(of).collect()
     }
 
     #[test]
@@ -175,8 +178,8 @@ mod tests {
         let config = JointConfig { gate: 400.0, ..JointConfig::default() };
         let mut state = Box::new(Memory::new());
         let mut slam = JointSlam::new(Drift { sigmas: [0.5, 0.2] }, config, &mut *state).unwrap();
-        let places = [[300.0, 0.0], [0.0, 400.0], [-500.0, 20.0]];
-        let map = surveyed(&places, 0.7);
+        let indices = [[300.0, 0.0], [0.0, 400.0], [-500.0, 20.0]];
+        let map = surveyed(&indices, 0.7);
         assert_eq!(slam.load_map(&map), Err(LoadMapError::NotStarted));
         let known = Symmetric::from_diagonal([1.0, 2.0, 0.0]);
         slam.reset_within(PlanarPose::new(1.0, -2.0, 0.3), &known).unwrap();
@@ -195,12 +198,12 @@ mod tests {
             x += control * 0.5;
             p[(0, 0)] += 0.125;
             p[(1, 1)] += 0.02;
-            let z = places.map(|place| {
+            let z = indices.map(|index| {
                 let noise = Vector2::new(0.3 * draws.normal::<f64>(), 0.4 * draws.normal::<f64>());
-                Vector2::from(place) - truth + noise
+                Vector2::from(index) - truth + noise
             });
             slam.localise(&detector, &z).unwrap();
-            for (k, place) in places.iter().enumerate() {
+            for (k, index) in indices.iter().enumerate() {
                 let mut h = SMatrix::<f64, 2, 8>::zeros();
                 for d in 0..2 {
                     (h[(d, d)], h[(d, 2 + 2 * k + d)]) = (-1.0, 1.0);
@@ -208,7 +211,7 @@ mod tests {
                 let s = h * p * h.transpose() + r;
                 let mut gain = p * h.transpose() * s.try_inverse().unwrap();
                 gain.fixed_rows_mut::<6>(2).fill(0.0);
-                let innovation = z[k] - (Vector2::from(*place) - x);
+                let innovation = z[k] - (Vector2::from(*index) - x);
                 x += gain.fixed_rows::<2>(0) * innovation;
                 let kept = SMatrix::<f64, 8, 8>::identity() - gain * h;
                 p = kept * p * kept.transpose() + gain * r * gain.transpose();
@@ -242,7 +245,7 @@ mod tests {
                 let (sine, cosine) = (0.8 * k as f64).sin_cos();
                 [(6.0 + k as f64) * cosine, (6.0 + k as f64) * sine]
             });
-            let off = posts.map(|place| place.map(|at| at + 0.3 * draws.normal::<f64>()));
+            let off = posts.map(|index| index.map(|at| at + 0.3 * draws.normal::<f64>()));
             let mut state = Box::new(Memory::new());
             let mut slam = JointSlam::new(motion, JointConfig::default(), &mut *state).unwrap();
             let mut truth = PlanarPose::new(3.0, 0.0, 1.5);

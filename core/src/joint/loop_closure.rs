@@ -1,74 +1,77 @@
 //! Loop closure: finds landmarks that were initiated twice, and merges them, by the joint consistency of the landmarks around them.
 //!
-//! After a way without landmarks the pose is so uncertain that a measurement may be of many features, and taking it for the wrong one
-//! cannot be undone. So it is not decided by single measurements: a landmark that is determined much worse than others in view is excluded from the association
-//! ([`exclude_weakly_determined`]), and new landmarks are initiated in its place. The new landmarks are well determined relative to each other, and are
-//! matched to the old ones as a whole ([`close_loop`]).
+//! After a section of the trajectory without landmarks the pose is so uncertain that many landmarks are in the gate of a measurement, and a
+//! wrong association cannot be undone. Single measurements therefore do not decide: landmarks that are much less certain than others in view
+//! are excluded from the association ([`exclude_weakly_determined`]), and the measurements initiate new landmarks. The new landmarks are
+//! accurate relative to each other, and are matched with the old map as a whole ([`close_loop`]).
 
 use super::associations::AssociationRow;
 use super::config::JointConfig;
 use super::covariance::{first, symmetric};
-use super::difference::{Closed, Difference};
+use super::difference::{Difference, Fusion};
 use super::map_management::fuse;
 use super::state::{Landmark, Memory};
 use crate::numerics::vector::{applied, product, transposed};
 use crate::{Linear, LnSum, Matrix, Pose, PositionOf, Real, Vector};
 
-/// A landmark is weakly determined where the standard deviation of its innovation is as many times larger, a coordinate, than the smallest
+/// A landmark is weakly determined if the standard deviation of its innovation, per coordinate, is more than this many times the smallest
 /// one of the scan.
 const WEAK_RATIO: f64 = 3.0;
-/// What is to be laid over something else was detected as often.
-const SEEN: f64 = 3.0;
-/// Of the features seen around one that had been known, this share had been known too.
-const KNOWN: f64 = 0.5;
-/// Features are made one where they are with this probability, given how the others fit.
-const SURE: f64 = 0.99;
-/// Features that one may be, at most: the nearest.
-const CHOICES: usize = 8;
-/// Features that another one around it may then be, at most: the nearest.
+/// Detections of an established landmark, at least. Only established landmarks are matched.
+const ESTABLISHED_DETECTIONS: f64 = 3.0;
+/// Prior probability that a landmark near a matched one is a duplicate too.
+const OLD_FRACTION: f64 = 0.5;
+/// Least posterior probability of a match.
+const LEAST_PROBABILITY: f64 = 0.99;
+/// Most candidates for a match of one landmark: the nearest ones.
+const CANDIDATES: usize = 8;
+/// Most candidates, after the alignment, for each of the other landmarks in view: the nearest ones.
 const NEIGHBOURS: usize = 3;
-/// Features that are tried, at most: those detected most often. What stands there new is often the first of them, and is nothing else.
+/// Most landmarks in view that are tried: those detected most often. The first of them is often a truly new landmark without a match.
 const SEEDS: usize = 6;
 
-/// The peak of the innovation's density below which a landmark is weakly determined, beside one of that peak.
+/// A landmark is weakly determined if ln of the peak of its innovation's density is below this; `ln_peak` is the highest of the scan.
 pub(super) fn least_of<Y: Vector>(ln_peak: Y::Scalar) -> Y::Scalar {
     ln_peak - Y::Scalar::from_f64(WEAK_RATIO).ln() * Y::Scalar::from_usize(Y::DIMENSION)
 }
 
-/// Removes the associations of weakly determined landmarks: of those whose `claimed`, the peak of their innovation, is below `least`. They count as out of view. How
-/// many there are, and Σ ln(1 − p_D v) over them.
+/// Removes the associations of weakly determined landmarks, which then count as out of view: those whose `scratch`, ln of the peak of the
+/// innovation's density, is below `least`. Returns their number, and Σ ln(1 − p_D v) over them.
 pub(super) fn exclude_weakly_determined<T: Real, D: Vector<Scalar = T>>(
     landmarks: &mut [Landmark<D>],
-    explained: &mut [AssociationRow<T>],
+    table: &mut [AssociationRow<T>],
     least: T,
 ) -> (usize, T) {
     let (mut weak, mut ln_missed) = (0, T::ZERO);
-    for slot in landmarks.iter().filter(|slot| slot.claimed < least) {
+    for landmark in landmarks.iter().filter(|landmark| landmark.scratch < least) {
         weak += 1;
-        ln_missed += (T::ONE - slot.detection * slot.existence.in_sight).ln();
+        ln_missed += (T::ONE - landmark.detection * landmark.existence.visible).ln();
     }
     if weak > 0 {
-        let is_weak = |place: u16| landmarks.get(usize::from(place)).is_some_and(|slot| slot.claimed < least);
-        explained.iter_mut().for_each(|explained| explained.retract(is_weak));
-        landmarks.iter_mut().filter(|slot| slot.claimed < least).for_each(|slot| slot.detection = T::ZERO);
+        let is_weak = |index: u16| landmarks.get(usize::from(index)).is_some_and(|landmark| landmark.scratch < least);
+        table.iter_mut().for_each(|row| row.retract(is_weak));
+        landmarks
+            .iter_mut()
+            .filter(|landmark| landmark.scratch < least)
+            .for_each(|landmark| landmark.detection = T::ZERO);
     }
     (weak, ln_missed)
 }
 
-/// Makes a feature in view one with another that it is, if that is sure by how those around it fit: of the most often detected ones, the
-/// one that most speaks for; how many were.
+/// Fuses the pair of landmarks with the greatest evidence that they are duplicates, if one is certain enough. One of a pair is among the
+/// landmarks in view that were detected most often. Returns the number of fused pairs.
 pub(super) fn close_loop<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     config: &JointConfig<T>,
     memory: &mut Memory<'_, P, Z>,
 ) -> usize {
     let mut seeds = Nearest::<T, SEEDS>::NONE;
-    for (place, slot) in memory.landmarks.iter().enumerate().take(memory.known.len) {
-        if slot.detection > T::ZERO && is_known(slot) {
-            seeds.take(place, -slot.detections);
+    for (index, landmark) in memory.landmarks.iter().enumerate().take(memory.header.len) {
+        if landmark.detection > T::ZERO && is_established(landmark) {
+            seeds.take(index, -landmark.detections);
         }
     }
     let mut best: Option<([usize; 2], T)> = None;
-    for one in seeds.places() {
+    for one in seeds.indices() {
         if let Some((other, ln_evidence)) = match_of(config, memory, one)
             && best.is_none_or(|(_, most)| ln_evidence > most)
         {
@@ -78,27 +81,28 @@ pub(super) fn close_loop<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     usize::from(best.is_some_and(|([one, other], _)| fuse(config, memory, one, other)))
 }
 
-/// Whether a feature has been seen often enough, and is rather there than not.
-fn is_known<D: Vector>(slot: &Landmark<D>) -> bool {
-    slot.detections >= D::Scalar::from_f64(SEEN) && slot.existence.total() >= D::Scalar::from_f64(0.5)
+/// Whether a landmark was detected often enough and exists with a probability of at least one half.
+fn is_established<D: Vector>(landmark: &Landmark<D>) -> bool {
+    landmark.detections >= D::Scalar::from_f64(ESTABLISHED_DETECTIONS)
+        && landmark.existence.total() >= D::Scalar::from_f64(0.5)
 }
 
-/// Which other feature one is, if that is sure, and ln of what speaks for it.
+/// The landmark that `one` is a duplicate of, if the match is certain enough, and ln of its evidence Λ.
 fn match_of<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     config: &JointConfig<T>,
     memory: &mut Memory<'_, P, Z>,
     one: usize,
 ) -> Option<(usize, T)> {
     let ln_density = ln_density(memory)?;
-    let mut choices = Nearest::<T, CHOICES>::NONE;
-    for other in (0..memory.known.len).filter(|&other| other != one) {
+    let mut candidates = Nearest::<T, CANDIDATES>::NONE;
+    for other in (0..memory.header.len).filter(|&other| other != one) {
         if let Some(pair) = Pair::of(memory, one, other, config.merge_distance) {
-            choices.take(other, pair.closed.distance);
+            candidates.take(other, pair.fusion.distance);
         }
     }
-    // That it is none of them has the evidence 1.
+    // The hypothesis that it is none of them has the evidence 1.
     let (mut all, mut best) = (LnSum::of(T::ZERO), None);
-    for other in choices.places() {
+    for other in candidates.indices() {
         let Some(pair) = Pair::of(memory, one, other, config.merge_distance) else { continue };
         let ln_evidence = pair.ln_evidence(memory, ln_density);
         all.add(ln_evidence);
@@ -106,87 +110,104 @@ fn match_of<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
             best = Some((other, ln_evidence));
         }
     }
-    best.filter(|&(_, ln_evidence)| ln_evidence - all.ln() >= T::from_f64(SURE).ln())
+    best.filter(|&(_, ln_evidence)| ln_evidence - all.ln() >= T::from_f64(LEAST_PROBABILITY).ln())
 }
 
-/// ln of how many known features there are in a unit of space: of the box around them.
+/// ln ρ: the density of established landmarks, their number per unit of the box around them.
 fn ln_density<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(memory: &Memory<'_, P, Z>) -> Option<T> {
-    let known = || memory.landmarks.iter().take(memory.known.len).filter(|slot| is_known(slot)).map(|slot| &slot.mean);
-    let mut ln_density = T::from_usize(known().count()).ln();
+    let established = || {
+        memory
+            .landmarks
+            .iter()
+            .take(memory.header.len)
+            .filter(|landmark| is_established(landmark))
+            .map(|landmark| &landmark.mean)
+    };
+    let mut ln_density = T::from_usize(established().count()).ln();
     for d in 0..PositionOf::<P>::DIMENSION {
         let ends = |(least, most): (T, T), mean: &P::Position| (least.at_most(mean.at(d)), most.at_least(mean.at(d)));
-        let (least, most) = known().fold((T::INFINITY, T::NEG_INFINITY), ends);
+        let (least, most) = established().fold((T::INFINITY, T::NEG_INFINITY), ends);
         ln_density -= (most - least).ln();
     }
-    // Neither of none nor of those on a line.
+    // It does not exist without landmarks, or if all are on a line.
     ln_density.is_finite().then_some(ln_density)
 }
 
-/// Two features that may be one.
+/// A hypothesis of loop closure: two landmarks are the same one.
 struct Pair<P: Pose> {
     apart: Difference<P>,
     /// C⁻¹.
     inverse: Linear<PositionOf<P>, PositionOf<P>>,
-    closed: Closed<PositionOf<P>>,
+    fusion: Fusion<PositionOf<P>>,
     /// ln v + ln N(y; 0, C).
-    ln_alone: P::Scalar,
+    ln_pair: P::Scalar,
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Pair<P> {
-    /// Both are known, and within a squared Mahalanobis distance of each other.
+    /// `None` unless the other one is established and within this squared Mahalanobis distance.
     fn of<Z: Vector<Scalar = T>>(memory: &Memory<'_, P, Z>, one: usize, other: usize, within: T) -> Option<Self> {
-        let existence = memory.landmarks.get(other).filter(|slot| is_known(slot))?.existence.total();
+        let existence = memory.landmarks.get(other).filter(|landmark| is_established(landmark))?.existence.total();
         let apart = Difference::of(memory, [one, other]).filter(|apart| !apart.is_beyond(within))?;
         let factor = apart.factor()?;
-        let closed = Closed::of::<P>(&apart.difference, &factor, &apart.heading);
-        if !(closed.distance <= within) {
+        let fusion = Fusion::of::<P>(&apart.difference, &factor, &apart.heading);
+        if !(fusion.distance <= within) {
             return None;
         }
-        let ln_alone = existence.ln() + factor.ln_peak() - closed.distance * T::from_f64(0.5);
-        Some(Self { apart, inverse: factor.inverse().to_matrix(), closed, ln_alone })
+        let ln_pair = existence.ln() + factor.ln_peak() - fusion.distance * T::from_f64(0.5);
+        Some(Self { apart, inverse: factor.inverse().to_matrix(), fusion, ln_pair })
     }
 
-    /// ln of how much likelier the features are as they are, if these two are one: than if nothing seen now had been known.
+    /// ln Λ: the likelihood ratio of the hypothesis, against the one that all landmarks in view are new.
     fn ln_evidence<Z: Vector<Scalar = T>>(&self, memory: &mut Memory<'_, P, Z>, ln_density: T) -> T {
-        let (ln_known, known) = (T::from_f64(KNOWN).ln(), T::from_f64(KNOWN));
-        // Where all features would be then.
-        for place in 0..memory.known.len {
-            let Some(slot) = memory.landmarks.get(place).filter(|slot| is_known(slot)) else { continue };
-            let by: P::Position = self.closed.moves(&memory.joint, &self.apart, first::<P>(place));
-            let moved = slot.mean + by;
-            let Some(rows) = memory.common.get_mut(place) else { break };
+        let (ln_old_fraction, old_fraction) = (T::from_f64(OLD_FRACTION).ln(), T::from_f64(OLD_FRACTION));
+        // The positions of all landmarks after this fusion.
+        for index in 0..memory.header.len {
+            let Some(landmark) = memory.landmarks.get(index).filter(|landmark| is_established(landmark)) else {
+                continue;
+            };
+            let by: P::Position = self.fusion.moves(&memory.joint, &self.apart, first::<P>(index));
+            let moved = landmark.mean + by;
+            let Some(rows) = memory.common.get_mut(index) else { break };
             for (d, row) in rows.as_mut().iter_mut().enumerate() {
                 *row = Z::with(|z| if z == 0 { moved.at(d) } else { T::ZERO });
             }
         }
-        let mut ln_evidence = ln_known + self.ln_alone - ln_density;
-        for around in (0..memory.known.len).filter(|&around| self.is_another(memory, around)) {
-            if !memory.landmarks.get(around).is_some_and(|slot| slot.detection > T::ZERO) {
+        let mut ln_evidence = ln_old_fraction + self.ln_pair - ln_density;
+        for around in (0..memory.header.len).filter(|&around| self.is_other_established(memory, around)) {
+            if !memory.landmarks.get(around).is_some_and(|landmark| landmark.detection > T::ZERO) {
                 continue;
             }
             let mut near = Nearest::<T, NEIGHBOURS>::NONE;
-            for place in (0..memory.known.len).filter(|&place| place != around && self.is_another(memory, place)) {
-                near.take(place, {
-                    let apart = moved_apart(memory, around, place);
+            for index in
+                (0..memory.header.len).filter(|&index| index != around && self.is_other_established(memory, index))
+            {
+                near.take(index, {
+                    let apart = difference_after(memory, around, index);
                     apart.dot(&apart)
                 });
             }
-            let mut likelihood = T::ONE - known;
-            for place in near.places() {
-                likelihood += known * self.ln_fit(memory, around, place, ln_density).exp();
+            let mut likelihood = T::ONE - old_fraction;
+            for index in near.indices() {
+                likelihood += old_fraction * self.ln_pair_evidence(memory, around, index, ln_density).exp();
             }
             ln_evidence += likelihood.ln();
         }
         ln_evidence
     }
 
-    /// Whether a feature is known and neither of these.
-    fn is_another<Z: Vector<Scalar = T>>(&self, memory: &Memory<'_, P, Z>, place: usize) -> bool {
-        !self.apart.places.contains(&place) && memory.landmarks.get(place).is_some_and(is_known)
+    /// Whether a landmark is established and neither of these two.
+    fn is_other_established<Z: Vector<Scalar = T>>(&self, memory: &Memory<'_, P, Z>, index: usize) -> bool {
+        !self.apart.indices.contains(&index) && memory.landmarks.get(index).is_some_and(is_established)
     }
 
-    /// ln( v N / density ) of the difference of two more, if these are one.
-    fn ln_fit<Z: Vector<Scalar = T>>(&self, memory: &Memory<'_, P, Z>, one: usize, other: usize, ln_density: T) -> T {
+    /// ln( e_d N_cd / ρ ) of another pair, given that the two landmarks of this hypothesis are the same.
+    fn ln_pair_evidence<Z: Vector<Scalar = T>>(
+        &self,
+        memory: &Memory<'_, P, Z>,
+        one: usize,
+        other: usize,
+        ln_density: T,
+    ) -> T {
         let Some(apart) = Difference::of(memory, [one, other]) else { return T::NEG_INFINITY };
         let with = self.apart.with_other(&memory.joint, &apart);
         let gain = product::<P::Position, P::Position, P::Position>(&with, &self.inverse);
@@ -195,56 +216,56 @@ impl<T: Real, P: Pose<Scalar = T>> Pair<P> {
         let own = &apart.covariance;
         let left = symmetric::<P::Position>(&Matrix::with(|r, c| own.at(r, c) - statistics.at(r, c)));
         let heading = apart.heading - applied::<P::Position, P::Position>(&gain, &self.apart.heading);
-        let existence = memory.landmarks.get(other).map_or(T::ZERO, |slot| slot.existence.total());
+        let existence = memory.landmarks.get(other).map_or(T::ZERO, |landmark| landmark.existence.total());
         left.factor().map_or(T::NEG_INFINITY, |factor| {
-            let closed = Closed::of::<P>(&moved_apart(memory, one, other), &factor, &heading);
-            existence.ln() + factor.ln_peak() - closed.distance * T::from_f64(0.5) - ln_density
+            let fusion = Fusion::of::<P>(&difference_after(memory, one, other), &factor, &heading);
+            existence.ln() + factor.ln_peak() - fusion.distance * T::from_f64(0.5) - ln_density
         })
     }
 }
 
-/// How far two features would be apart, by the scratch.
-fn moved_apart<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+/// The difference of two landmarks after the fusion, whose positions are in the scratch rows.
+fn difference_after<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     memory: &Memory<'_, P, Z>,
     one: usize,
     other: usize,
 ) -> P::Position {
-    let at = |place: usize, d: usize| {
-        let row = memory.common.get(place).and_then(|rows| rows.as_ref().get(d));
+    let at = |index: usize, d: usize| {
+        let row = memory.common.get(index).and_then(|rows| rows.as_ref().get(d));
         row.map_or(T::ZERO, |row| row.at(0))
     };
     P::Position::with(|d| at(other, d) - at(one, d))
 }
 
-/// The nearest of some places, nearest first; of equally near ones the first.
+/// The indices with the least distances, in ascending order; of equal distances the first.
 struct Nearest<T, const N: usize> {
-    places: [(usize, T); N],
+    indices: [(usize, T); N],
     len: usize,
 }
 
 impl<T: Real, const N: usize> Nearest<T, N> {
-    const NONE: Self = Self { places: [(0, T::ZERO); N], len: 0 };
+    const NONE: Self = Self { indices: [(0, T::ZERO); N], len: 0 };
 
-    fn take(&mut self, place: usize, distance: T) {
+    fn take(&mut self, index: usize, distance: T) {
         // Written so that NaN is not near.
         if !(distance < T::INFINITY) {
             return;
         }
-        let (mut taken, mut found) = ((place, distance), false);
-        for slot in self.places.iter_mut().take(self.len) {
+        let (mut taken, mut found) = ((index, distance), false);
+        for slot in self.indices.iter_mut().take(self.len) {
             found |= distance < slot.1;
             if found {
                 core::mem::swap(slot, &mut taken);
             }
         }
-        if let Some(slot) = self.places.get_mut(self.len) {
+        if let Some(slot) = self.indices.get_mut(self.len) {
             *slot = taken;
             self.len += 1;
         }
     }
 
-    fn places(&self) -> impl Iterator<Item = usize> {
-        self.places.iter().take(self.len).map(|&(place, _)| place)
+    fn indices(&self) -> impl Iterator<Item = usize> {
+        self.indices.iter().take(self.len).map(|&(index, _)| index)
     }
 }
 
@@ -252,7 +273,7 @@ impl<T: Real, const N: usize> Nearest<T, N> {
 mod tests {
     use super::super::existence::Existence;
     use super::super::{JointConfig, JointSlam, JointState, joint_numbers};
-    use super::{KNOWN, Nearest, Pair, close_loop};
+    use super::{Nearest, OLD_FRACTION, Pair, close_loop};
     use crate::*;
     use nalgebra::Vector2;
     use std::boxed::Box;
@@ -261,26 +282,26 @@ mod tests {
     type Room<T, const N: usize, const L: usize> = JointState<PlanarPose<T>, Vector2<T>, N, L, 16>;
     type Six = Room<f64, 6, { joint_numbers(3, 2, 6) }>;
 
-    /// How much all new features are displaced in common, and each by itself: variances of either coordinate, m².
+    /// Variances of each coordinate, m²: of the common displacement of all new landmarks, and of each landmark's own error.
     const COMMON: f64 = 4.0;
     const OWN: f64 = 0.01;
-    /// Three old ones.
+    /// Positions of the old landmarks, m.
     const OLD: [[f64; 2]; 3] = [[0.0, 0.0], [30.0, 0.0], [0.0, 50.0]];
 
-    /// Three old features, not in view, and three new ones, whose differences from the old ones are these.
+    /// Three old landmarks out of view, and three new ones in view. `apart` has the differences of the old ones from the new ones.
     fn map(apart: [[f64; 2]; 3]) -> Box<Six> {
         let mut state = Box::new(Six::new());
         let memory = state.memory();
-        memory.known.len = 6;
-        for place in 0..6 {
-            let (of, is_new) = (place % 3, place >= 3);
+        memory.header.len = 6;
+        for index in 0..6 {
+            let (of, is_new) = (index % 3, index >= 3);
             let old = Vector2::from(OLD[of]);
-            let slot = &mut memory.landmarks[place];
-            slot.label = place as u32;
-            slot.mean = if is_new { old - Vector2::from(apart[of]) } else { old };
-            slot.existence = Existence::of(0.8);
-            slot.detections = if place == 3 { 9.0 } else { 5.0 };
-            slot.detection = if is_new { 0.9 } else { 0.0 };
+            let landmark = &mut memory.landmarks[index];
+            landmark.label = index as u32;
+            landmark.mean = if is_new { old - Vector2::from(apart[of]) } else { old };
+            landmark.existence = Existence::of(0.8);
+            landmark.detections = if index == 3 { 9.0 } else { 5.0 };
+            landmark.detection = if is_new { 0.9 } else { 0.0 };
         }
         let mut joint = memory.joint;
         for (row, column) in (0..15).flat_map(|row| (0..=row).map(move |column| (row, column))) {
@@ -303,42 +324,42 @@ mod tests {
         let (ln_density, of_old) = (-3.0, 0.8_f64.ln());
         let pair = Pair::of(&memory, 3, 0, 9.0).unwrap();
         let one = COMMON + 2.0 * OWN;
-        assert!((pair.closed.distance - 1.25 / one).abs() < 1e-9);
+        assert!((pair.fusion.distance - 1.25 / one).abs() < 1e-9);
         let found = pair.ln_evidence(&mut memory, ln_density);
-        let mut ln_evidence = KNOWN.ln() + of_old + ln_normal(apart[0], one) - ln_density;
-        // Of each new one the old ones, and the other new one, given that the first new one is the first old one.
+        let mut ln_evidence = OLD_FRACTION.ln() + of_old + ln_normal(apart[0], one) - ln_density;
+        // For each other new landmark: its differences from the old ones and from the other new one, given the first match.
         let left = one - COMMON * COMMON / one;
         let moved = |[x, y]: [f64; 2]| {
-            let share = COMMON / one;
-            [x - share * apart[0][0], y - share * apart[0][1]]
+            let probability = COMMON / one;
+            [x - probability * apart[0][0], y - probability * apart[0][1]]
         };
         for around in [1, 2] {
-            let mut sum = 1.0 - KNOWN;
+            let mut sum = 1.0 - OLD_FRACTION;
             for old in [1, 2] {
                 let [x, y] = [0, 1].map(|d| OLD[old][d] - OLD[around][d] + apart[around][d]);
-                sum += KNOWN * (of_old + ln_normal(moved([x, y]), left) - ln_density).exp();
+                sum += OLD_FRACTION * (of_old + ln_normal(moved([x, y]), left) - ln_density).exp();
             }
             let other = 3 - around;
             let [x, y] = [0, 1].map(|d| OLD[other][d] - apart[other][d] - OLD[around][d] + apart[around][d]);
-            sum += KNOWN * (of_old + ln_normal([x, y], 2.0 * OWN) - ln_density).exp();
+            sum += OLD_FRACTION * (of_old + ln_normal([x, y], 2.0 * OWN) - ln_density).exp();
             ln_evidence += sum.ln();
         }
         assert!((found - ln_evidence).abs() < 1e-6, "{found} {ln_evidence}");
     }
 
     #[test]
-    fn what_fits_as_a_whole_is_made_one_and_what_does_not_is_left() {
+    fn a_pair_is_fused_only_if_the_other_landmarks_fit() {
         let merged = |apart, config: &JointConfig<f64>| {
             let mut state = map(apart);
             let merged = close_loop(config, &mut state.memory());
-            (merged, state.memory().known.len)
+            (merged, state.memory().header.len)
         };
         let fits = [[1.0, -0.5], [1.1, -0.4], [0.9, -0.6]];
         let config = JointConfig::default();
         assert_eq!(merged(fits, &config), (1, 5));
-        // None of the others is where it would have to be.
+        // The other new landmarks do not fit.
         assert_eq!(merged([[1.0, -0.5], [-1.0, 2.5], [-0.9, -2.6]], &config), (0, 6));
-        // Too far away for what is known of both.
+        // Beyond the covariance of the difference.
         assert_eq!(merged(fits.map(|[x, y]| [x + 9.0, y]), &config), (0, 6));
         assert_eq!(merged(fits, &JointConfig { merge_distance: 0.0, ..config }), (0, 6));
     }
@@ -346,10 +367,10 @@ mod tests {
     #[test]
     fn the_nearest_come_first() {
         let mut nearest = Nearest::<f64, 3>::NONE;
-        for (place, distance) in [(0, 4.0), (1, f64::NAN), (2, 1.0), (3, 4.0), (4, 0.5), (5, 9.0)] {
-            nearest.take(place, distance);
+        for (index, distance) in [(0, 4.0), (1, f64::NAN), (2, 1.0), (3, 4.0), (4, 0.5), (5, 9.0)] {
+            nearest.take(index, distance);
         }
-        assert_eq!(nearest.places().collect::<Vec<_>>(), [4, 2, 0]);
+        assert_eq!(nearest.indices().collect::<Vec<_>>(), [4, 2, 0]);
     }
 
     /// Two and a half rounds of a circle with landmarks along half of it, with odometry that is much better than it is taken for: RMSE of the

@@ -2,7 +2,7 @@
 
 use super::config::JointConfig;
 use super::covariance::{Common, first};
-use super::difference::{Closed, Difference};
+use super::difference::{Difference, Fusion};
 use super::existence::Existence;
 use super::movers::Movers;
 use super::state::{Landmark, Memory};
@@ -10,23 +10,24 @@ use crate::numerics::range::{is_within_range, is_within_square};
 use crate::numerics::vector::product;
 use crate::{Births, FieldOfView, Linear, Matrix, MeasurementModel, Pose, PositionOf, Real, Sensor, TangentOf, Vector};
 
-/// Detections that a tentative feature has fewer of.
-pub(super) const TENTATIVE: f64 = 1.5;
-/// What is there with a lower probability is no loss: what was clutter stays for a while as what may be hidden.
-const HARDLY_THERE: f64 = 0.01;
+/// A landmark with fewer detections than this is tentative.
+pub(super) const TENTATIVE_BELOW: f64 = 1.5;
+/// Dropping a landmark with a lower probability of existence is not reported as a loss: clutter stays in the map for a while as a landmark
+/// that may be occluded.
+const NEGLIGIBLE_EXISTENCE: f64 = 0.01;
 
-/// What births did.
+/// Counts of landmark initiation.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Initiated {
-    /// New features.
+    /// New landmarks.
     pub(super) births: usize,
-    /// Measurements that could not give birth: no inverse, or out of view.
+    /// Measurements that could not initiate a landmark: without an inverse, or out of view.
     pub(super) no_birth: usize,
-    /// Births, or features in their place, for which there was no room.
+    /// Landmarks for which there was no room: new ones, or less likely ones that were dropped for them.
     pub(super) lost: usize,
 }
 
-/// Adds a feature for every measurement that nothing explains well.
+/// Initiates a landmark from every measurement that no landmark caused with a probability of at least `birth_probability_min`.
 pub(super) fn initiate<T, X, Z, V>(
     models: &X,
     births: &Births<T>,
@@ -41,59 +42,61 @@ where
     Z: Vector<Scalar = T>,
     V: Movers<X::Pose>,
 {
-    let mut born = Initiated::default();
+    let mut initiated = Initiated::default();
     let (ln_birth, ln_moving) = (births.of_static.ln(), births.of_moving.ln());
-    let frame = models.sensor().frame(&memory.known.pose);
-    for (index, z) in measurements.iter().enumerate() {
-        let Some(explained) = memory.explained.get(index) else { break };
-        let unexplained = explained.unexplained;
-        let born_of = |ln_birth: T| (unexplained * (ln_birth - explained.ln_unexplained).exp()).at_most(T::ONE);
-        // Where nothing at all explains a measurement, no share of it is known, but that none is of births that there are none of.
-        let existence = if births.of_static == T::ZERO { T::ZERO } else { born_of(ln_birth) };
-        let moving = if V::MOVE && births.of_moving > T::ZERO { born_of(ln_moving) } else { T::ZERO };
-        if !(unexplained >= config.birth_share && existence + moving > T::ZERO) {
+    let frame = models.sensor().frame(&memory.header.pose);
+    for (z_index, z) in measurements.iter().enumerate() {
+        let Some(row) = memory.association_table.get(z_index) else { break };
+        let no_feature_probability = row.no_feature_probability;
+        let birth_probability =
+            |ln_birth: T| (no_feature_probability * (ln_birth - row.ln_lambda).exp()).at_most(T::ONE);
+        // If λ is zero the quotient w_b/λ is undefined; without births the landmark's probability of existence is zero.
+        let existence = if births.of_static == T::ZERO { T::ZERO } else { birth_probability(ln_birth) };
+        let moving =
+            if movers.are_tracked() && births.of_moving > T::ZERO { birth_probability(ln_moving) } else { T::ZERO };
+        if !(no_feature_probability >= config.birth_probability_min && existence + moving > T::ZERO) {
             continue;
         }
-        let label = memory.known.next_label;
-        memory.known.next_label = label.wrapping_add(1);
+        let label = memory.header.next_label;
+        memory.header.next_label = label.wrapping_add(1);
         let Some((mean, by_pose, own)) = invert(models, &frame, z) else {
-            born.no_birth += 1;
+            initiated.no_birth += 1;
             continue;
         };
         if let Some(mut tracks) = movers.tracks().filter(|_| moving > T::ZERO) {
-            born.lost += tracks.initiate(label, moving, &mean, &own);
+            initiated.lost += tracks.initiate(label, moving, &mean, &own);
         }
         if !(existence > T::ZERO) {
             continue;
         }
-        if memory.known.len == memory.landmarks.len() {
-            match weakest(memory) {
-                Some((place, total)) if total < existence => {
-                    born.lost += usize::from(total >= T::from_f64(HARDLY_THERE));
-                    memory.drop_feature(place);
+        if memory.header.len == memory.landmarks.len() {
+            match least_likely(memory) {
+                Some((index, total)) if total < existence => {
+                    initiated.lost += usize::from(total >= T::from_f64(NEGLIGIBLE_EXISTENCE));
+                    memory.drop_feature(index);
                 }
                 _ => {
-                    born.lost += 1;
+                    initiated.lost += 1;
                     continue;
                 }
             }
         }
-        let place = memory.known.len;
-        let Some(slot) = memory.landmarks.get_mut(place) else { break };
+        let index = memory.header.len;
+        let Some(landmark) = memory.landmarks.get_mut(index) else { break };
         let existence = Existence::of(existence);
-        *slot = Landmark { label, mean, existence, detections: existence.in_sight, ..Landmark::ZERO };
-        memory.joint.add(&by_pose, &own, place);
-        memory.known.len += 1;
-        born.births += 1;
+        *landmark = Landmark { label, mean, existence, detections: existence.visible, ..Landmark::ZERO };
+        memory.joint.add(&by_pose, &own, index);
+        memory.header.len += 1;
+        initiated.births += 1;
     }
-    born
+    initiated
 }
 
-/// The feature that a measurement would be of, ∂m/∂x and the covariance that the measurement brings; `None` where it has no
-/// inverse in view.
-type Newborn<P> = (PositionOf<P>, Linear<PositionOf<P>, TangentOf<P>>, Linear<PositionOf<P>, PositionOf<P>>);
+/// Position of a new landmark, ∂m/∂x, and the covariance H* R H*ᵀ from the measurement's noise.
+type InitialLandmark<P> = (PositionOf<P>, Linear<PositionOf<P>, TangentOf<P>>, Linear<PositionOf<P>, PositionOf<P>>);
 
-fn invert<T, X>(models: &X, frame: &X::Frame, z: &X::Measurement) -> Option<Newborn<X::Pose>>
+/// The landmark that a measurement initiates; `None` without an inverse, or if the position is out of view.
+fn invert<T, X>(models: &X, frame: &X::Frame, z: &X::Measurement) -> Option<InitialLandmark<X::Pose>>
 where
     T: Real,
     X: MeasurementModel<Pose: Pose<Scalar = T>>,
@@ -101,7 +104,7 @@ where
     let inverse = models.sensor().invert(frame, z)?;
     let expected = models.sensor().expect(frame, &inverse.feature)?;
     let detection = models.field_of_view().detection_probability(frame, &inverse.feature, &expected.measurement);
-    // h(m, x) = z: what moves the vehicle moves the feature so that the measurement stays.
+    // From h(m, x) = z by implicit differentiation: ∂m/∂x = −H* ∂h/∂x.
     let by_pose = models.sensor().by_pose(frame, &inverse.feature, &expected);
     let by_pose = product::<PositionOf<X::Pose>, X::Measurement, TangentOf<X::Pose>>(&inverse.jacobian, &by_pose);
     let by_pose: Linear<PositionOf<X::Pose>, TangentOf<X::Pose>> = Matrix::with(|row, column| -by_pose.at(row, column));
@@ -111,58 +114,61 @@ where
     (detection > T::ZERO && usable).then_some((inverse.feature, by_pose, own.to_matrix()))
 }
 
-/// The feature that is there with the least probability.
-fn weakest<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(memory: &Memory<'_, P, Z>) -> Option<(usize, T)> {
-    let totals = memory.landmarks.iter().take(memory.known.len).map(|slot| slot.existence.total()).enumerate();
-    totals.fold(None, |least, (place, total)| match least {
+/// The landmark with the least probability of existence.
+fn least_likely<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(memory: &Memory<'_, P, Z>) -> Option<(usize, T)> {
+    let totals = memory.landmarks.iter().take(memory.header.len).map(|landmark| landmark.existence.total()).enumerate();
+    totals.fold(None, |least, (index, total)| match least {
         Some((_, known)) if !(total < known) => least,
-        _ => Some((place, total)),
+        _ => Some((index, total)),
     })
 }
 
-/// Drops features whose place, or whose variance, rounding or a model has spoilt, and keeps the pose's variances; how many.
-pub(super) fn drop_spoilt<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(memory: &mut Memory<'_, P, Z>) -> usize {
-    let mut spoilt = memory.joint.mend_pose(memory.known.len);
-    for place in (0..memory.known.len).rev() {
-        let (first, behind) = (first::<P>(place), first::<P>(place + 1));
+/// Repairs the variances of the pose, and drops landmarks whose position or variance is invalid by rounding or by a model. Returns the
+/// number of both.
+pub(super) fn drop_degenerate<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+    memory: &mut Memory<'_, P, Z>,
+) -> usize {
+    let mut invalid = memory.joint.repair_pose(memory.header.len);
+    for index in (0..memory.header.len).rev() {
+        let (first, behind) = (first::<P>(index), first::<P>(index + 1));
         let usable = |variance: T| variance > T::ZERO && variance < T::INFINITY;
-        let sound = memory.landmarks.get(place).is_some_and(|slot| is_within_range(&slot.mean))
+        let sound = memory.landmarks.get(index).is_some_and(|landmark| is_within_range(&landmark.mean))
             && (first..behind).all(|coordinate| usable(memory.joint.get(coordinate, coordinate)));
         if !sound {
-            memory.drop_feature(place);
-            spoilt += 1;
+            memory.drop_feature(index);
+            invalid += 1;
         }
     }
-    spoilt
+    invalid
 }
 
-/// Drops what is hardly there, but for what was born in this scan and has labels from `first_label` on: that waits for the next.
+/// Drops landmarks with a low probability of existence, except those of this scan, whose labels begin with `first_label`.
 pub(super) fn drop_unlikely<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     config: &JointConfig<T>,
     memory: &mut Memory<'_, P, Z>,
     first_label: u32,
 ) -> usize {
     let mut dropped = 0;
-    for place in (0..memory.known.len).rev() {
-        let Some(slot) = memory.landmarks.get(place) else { continue };
-        // Labels wrap around, and loaded ones may be any.
-        if slot.label.wrapping_sub(first_label) < memory.known.next_label.wrapping_sub(first_label) {
+    for index in (0..memory.header.len).rev() {
+        let Some(landmark) = memory.landmarks.get(index) else { continue };
+        // Labels wrap around, and loaded landmarks may have any label.
+        if landmark.label.wrapping_sub(first_label) < memory.header.next_label.wrapping_sub(first_label) {
             continue;
         }
-        let tentative = slot.detections < T::from_f64(TENTATIVE) && slot.detection > T::ZERO;
+        let tentative = landmark.detections < T::from_f64(TENTATIVE_BELOW) && landmark.detection > T::ZERO;
         let least = if tentative { config.least_tentative } else { config.least_existence };
-        // Written so that NaN goes.
-        if !(slot.existence.total() >= least.at_least(config.least_existence)) {
-            memory.drop_feature(place);
+        // Written so that a landmark with NaN is dropped.
+        if !(landmark.existence.total() >= least.at_least(config.least_existence)) {
+            memory.drop_feature(index);
             dropped += 1;
         }
     }
     dropped
 }
 
-/// Makes one of every two established features in view that are closer to each other than their covariances and one measurement could
-/// tell: that they are one and the same is a measurement, m_i − m_j = 0, of which everything else learns. Of what may be clutter, nothing
-/// is to be learnt: it goes of itself, for the other one has the greater share of what it would need to stay.
+/// Fuses every two landmarks in view that one measurement and their covariances could not distinguish. Their equality is a measurement
+/// m_i − m_j = 0 without noise, which corrects the whole state. Tentative landmarks may be clutter and are not fused; a tentative duplicate
+/// is dropped later, because the other landmark has the greater association probabilities.
 pub(super) fn merge<T, S, Z>(sensor: &S, config: &JointConfig<T>, memory: &mut Memory<'_, S::Pose, Z>) -> usize
 where
     T: Real,
@@ -170,24 +176,25 @@ where
     Z: Vector<Scalar = T>,
 {
     let mut merged = 0;
-    let frame = sensor.frame(&memory.known.pose);
+    let frame = sensor.frame(&memory.header.pose);
     let mut one = 0;
-    while one < memory.known.len {
-        let Some(slot) = memory.landmarks.get(one) else { break };
-        // What one measurement from here would tell of its place.
-        let alone = if is_established(slot) {
-            let expected = sensor.expect(&frame, &slot.mean);
+    while one < memory.header.len {
+        let Some(landmark) = memory.landmarks.get(one) else { break };
+        // The covariance of a position from one measurement from here.
+        let single_measurement = if is_mergeable(landmark) {
+            let expected = sensor.expect(&frame, &landmark.mean);
             let inverse = expected.and_then(|expected| sensor.invert(&frame, &expected.measurement));
             inverse.and_then(|inverse| sensor.noise().congruence::<PositionOf<S::Pose>>(&inverse.jacobian).factor())
         } else {
             None
         };
-        if let Some(alone) = alone {
-            let mean = slot.mean;
+        if let Some(single_measurement) = single_measurement {
+            let mean = landmark.mean;
             let mut other = one + 1;
-            while other < memory.known.len {
-                let near = memory.landmarks.get(other).is_some_and(|slot| {
-                    is_established(slot) && alone.mahalanobis(&(slot.mean - mean)) <= config.merge_distance
+            while other < memory.header.len {
+                let near = memory.landmarks.get(other).is_some_and(|landmark| {
+                    is_mergeable(landmark)
+                        && single_measurement.mahalanobis(&(landmark.mean - mean)) <= config.merge_distance
                 });
                 if near && fuse(config, memory, one, other) {
                     merged += 1;
@@ -201,12 +208,14 @@ where
     merged
 }
 
-/// Whether a feature is in view, was detected twice, and is rather there than not.
-fn is_established<T: Real, D: Vector<Scalar = T>>(slot: &Landmark<D>) -> bool {
-    slot.detection > T::ZERO && slot.detections >= T::from_f64(TENTATIVE) && slot.existence.total() >= T::from_f64(0.5)
+/// Whether a landmark is in view, was detected twice, and exists with a probability of at least one half.
+fn is_mergeable<T: Real, D: Vector<Scalar = T>>(landmark: &Landmark<D>) -> bool {
+    landmark.detection > T::ZERO
+        && landmark.detections >= T::from_f64(TENTATIVE_BELOW)
+        && landmark.existence.total() >= T::from_f64(0.5)
 }
 
-/// Makes `other` one with `one`, if their covariances let them be; whether it did.
+/// Fuses `other` into `one` if they are within the merging distance. Returns whether they were.
 pub(super) fn fuse<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     config: &JointConfig<T>,
     memory: &mut Memory<'_, P, Z>,
@@ -218,46 +227,46 @@ pub(super) fn fuse<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     };
     let Some(apart) = Difference::of(memory, [one, other]) else { return false };
     let Some(factor) = apart.factor() else { return false };
-    let closed = Closed::of::<P>(&apart.difference, &factor, &apart.heading);
-    if !(closed.distance <= config.merge_distance) {
+    let fusion = Fusion::of::<P>(&apart.difference, &factor, &apart.heading);
+    if !(fusion.distance <= config.merge_distance) {
         return false;
     }
-    let Memory { known, landmarks, joint, .. } = memory;
-    let by: P::Tangent = closed.moves(joint, &apart, 0);
-    known.pose = known.pose.displaced(&by);
-    known.moved.iter_mut().zip(by.as_slice()).for_each(|(moved, &by)| *moved += by);
-    for (place, slot) in landmarks.iter_mut().enumerate().take(known.len) {
-        let by: P::Position = closed.moves(joint, &apart, first::<P>(place));
-        slot.mean += by;
-        slot.moved += by;
+    let Memory { header, landmarks, joint, .. } = memory;
+    let by: P::Tangent = fusion.moves(joint, &apart, 0);
+    header.pose = header.pose.displaced(&by);
+    header.moved.iter_mut().zip(by.as_slice()).for_each(|(moved, &by)| *moved += by);
+    for (index, landmark) in landmarks.iter_mut().enumerate().take(header.len) {
+        let by: P::Position = fusion.moves(joint, &apart, first::<P>(index));
+        landmark.mean += by;
+        landmark.moved += by;
     }
     memory.reset_error_frame();
     for coordinate in 0..P::Position::DIMENSION {
         constrain_equal(memory, [one, other], coordinate);
     }
-    if let Some(slot) = memory.landmarks.get_mut(one) {
+    if let Some(landmark) = memory.landmarks.get_mut(one) {
         let (likelier, other) = if a.existence.total() >= b.existence.total() { (a, b) } else { (b, a) };
-        slot.existence = likelier.existence;
-        slot.detections = likelier.detections + other.detections;
-        // Pages of the archive know their anchors by their labels.
+        landmark.existence = likelier.existence;
+        landmark.detections = likelier.detections + other.detections;
+        // Archived submaps refer to their anchors by label.
         let of_first = if a.is_anchor == b.is_anchor { a.detections >= b.detections } else { a.is_anchor };
-        slot.label = if of_first { a.label } else { b.label };
-        slot.is_anchor = a.is_anchor || b.is_anchor;
+        landmark.label = if of_first { a.label } else { b.label };
+        landmark.is_anchor = a.is_anchor || b.is_anchor;
     }
     memory.drop_feature(other);
     true
 }
 
-/// Takes in that coordinate `of` of two features is the same, which are where they are taken to be already.
+/// Updates the covariance with the constraint that coordinate `of` of two landmarks is equal. Their means are equal already.
 fn constrain_equal<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     memory: &mut Memory<'_, P, Z>,
-    places: [usize; 2],
+    indices: [usize; 2],
     of: usize,
 ) {
-    let Memory { known, joint, common, .. } = memory;
-    let features = known.len;
-    let [first, second] = places.map(|place| first::<P>(place) + of);
-    // One coordinate of the measurement space carries it.
+    let Memory { header, joint, common, .. } = memory;
+    let features = header.len;
+    let [first, second] = indices.map(|index| first::<P>(index) + of);
+    // The first coordinate of `Z` has the value, the others are zero.
     let along = |value: T| Z::with(|z| if z == 0 { value } else { T::ZERO });
     let of_row = |row: usize| along(joint.get(row, first) - joint.get(row, second));
     let (at_first, at_second) = (of_row(first), of_row(second));

@@ -31,7 +31,7 @@ mod movers;
 #[cfg(test)]
 mod movers_tests;
 mod observe;
-mod place;
+mod position_update;
 mod reactivation;
 mod relocate;
 mod report;

@@ -34,7 +34,7 @@ pub struct Mover<P: Pose> {
     /// The probability that the scan at hand does not detect it, whichever kind of feature it is.
     pub(super) not_detected: ScalarOf<P>,
     /// Σ a ν over the measurements of the scan at hand that it may have caused; nothing where there is a static feature that it may be instead.
-    pub(super) claimed: ScalarOf<P>,
+    pub(super) message_sum: ScalarOf<P>,
     /// The place of the static feature that it may be instead, or [`NONE`].
     pub(super) rival: u16,
 }
@@ -60,7 +60,7 @@ mod sealed {
 pub trait Movers<P: Pose>: sealed::Sealed {
     /// Whether it does anything of them.
     #[doc(hidden)]
-    const MOVE: bool;
+    fn are_tracked(&self) -> bool;
     /// All of them, to be changed, if it does.
     #[doc(hidden)]
     fn tracks(&mut self) -> Option<Tracks<'_, P>>;
@@ -83,7 +83,9 @@ pub struct Tracked<'s, P: Pose>(Tracks<'s, P>);
 impl sealed::Sealed for NoMovers {}
 
 impl<P: Pose> Movers<P> for NoMovers {
-    const MOVE: bool = false;
+    fn are_tracked(&self) -> bool {
+        false
+    }
 
     fn tracks(&mut self) -> Option<Tracks<'_, P>> {
         None
@@ -101,7 +103,9 @@ impl<P: Pose> Movers<P> for NoMovers {
 impl<P: Pose> sealed::Sealed for Tracked<'_, P> {}
 
 impl<P: Pose> Movers<P> for Tracked<'_, P> {
-    const MOVE: bool = true;
+    fn are_tracked(&self) -> bool {
+        true
+    }
 
     fn tracks(&mut self) -> Option<Tracks<'_, P>> {
         let Self(Tracks { common, movers, config }) = self;
@@ -114,6 +118,27 @@ impl<P: Pose> Movers<P> for Tracked<'_, P> {
 
     fn common(&self) -> Option<(&Common<P>, &MovingConfig<ScalarOf<P>>)> {
         Some((self.0.common, &self.0.config))
+    }
+}
+
+impl<V: sealed::Sealed> sealed::Sealed for Option<V> {}
+
+/// For a program that knows only when it runs whether there are moving objects.
+impl<P: Pose, V: Movers<P>> Movers<P> for Option<V> {
+    fn are_tracked(&self) -> bool {
+        self.as_ref().is_some_and(V::are_tracked)
+    }
+
+    fn tracks(&mut self) -> Option<Tracks<'_, P>> {
+        self.as_mut()?.tracks()
+    }
+
+    fn kept(&self) -> &[Mover<P>] {
+        self.as_ref().map_or(&[], V::kept)
+    }
+
+    fn common(&self) -> Option<(&Common<P>, &MovingConfig<ScalarOf<P>>)> {
+        self.as_ref()?.common()
     }
 }
 
@@ -146,7 +171,7 @@ impl<T: Real, P: Pose<Scalar = T>> Common<P> {
 
 impl<T: Real, P: Pose<Scalar = T>> Mover<P> {
     pub(super) const ZERO: Self =
-        Self { component: Component::ZERO, detection: T::ZERO, not_detected: T::ZERO, claimed: T::ZERO, rival: 0 };
+        Self { component: Component::ZERO, detection: T::ZERO, not_detected: T::ZERO, message_sum: T::ZERO, rival: 0 };
 
     /// Of a component, not yet looked at.
     pub(super) fn new(component: Component<MovingOf<P>>) -> Self {
@@ -154,8 +179,8 @@ impl<T: Real, P: Pose<Scalar = T>> Mover<P> {
     }
 
     /// The static feature that it may be instead.
-    pub(super) fn static_place(&self) -> Option<u16> {
-        Some(self.rival).filter(|&place| place != NONE)
+    pub(super) fn static_index(&self) -> Option<u16> {
+        Some(self.rival).filter(|&index| index != NONE)
     }
 
     /// The probability that it is there and moves.
@@ -194,10 +219,10 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
     }
 
     /// Drops one: the last one takes its place.
-    pub(super) fn drop_at(&mut self, place: usize) {
+    pub(super) fn drop_at(&mut self, index: usize) {
         let last = self.common.len.saturating_sub(1);
         if let Some(mover) = self.movers.get(last).copied()
-            && let Some(dropped) = self.movers.get_mut(place)
+            && let Some(dropped) = self.movers.get_mut(index)
         {
             *dropped = mover;
         }
@@ -207,9 +232,9 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
     /// Keeps those that satisfy `keep`; how many went.
     pub(super) fn retain(&mut self, keep: impl Fn(&Mover<P>) -> bool) -> usize {
         let before = self.common.len;
-        for place in (0..before).rev() {
-            if !self.movers.get(place).is_some_and(&keep) {
-                self.drop_at(place);
+        for index in (0..before).rev() {
+            if !self.movers.get(index).is_some_and(&keep) {
+                self.drop_at(index);
             }
         }
         before - self.common.len
@@ -223,13 +248,13 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
             return 0;
         }
         let mut least = (component.ln_weight, None);
-        for (place, mover) in self.movers.iter().enumerate() {
+        for (index, mover) in self.movers.iter().enumerate() {
             if mover.component.ln_weight < least.0 {
-                least = (mover.component.ln_weight, Some(place));
+                least = (mover.component.ln_weight, Some(index));
             }
         }
-        if let (_, Some(place)) = least
-            && let Some(slot) = self.movers.get_mut(place)
+        if let (_, Some(index)) = least
+            && let Some(slot) = self.movers.get_mut(index)
         {
             *slot = Mover::new(component);
         }
@@ -250,10 +275,10 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
     }
 
     /// Drops one if it cannot be; whether it did.
-    pub(super) fn drop_unsound(&mut self, place: usize) -> bool {
-        let unsound = self.kept().get(place).is_some_and(|mover| !mover.is_sound());
+    pub(super) fn drop_unsound(&mut self, index: usize) -> bool {
+        let unsound = self.kept().get(index).is_some_and(|mover| !mover.is_sound());
         if unsound {
-            self.drop_at(place);
+            self.drop_at(index);
         }
         unsound
     }

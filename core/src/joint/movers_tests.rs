@@ -111,7 +111,8 @@ fn one_mover_and_a_vehicle_that_knows_its_way_or_not_is_the_kalman_filter() {
 
 /// The static feature and the mover of a single birth: (v, w).
 fn kinds<M: Motion<Pose = Pose64>>(slam: &Moved<'_, M>) -> (f64, f64) {
-    let of_static = slam.memory.landmarks.iter().take(slam.memory.known.len).map(|slot| slot.existence.total());
+    let of_static =
+        slam.memory.landmarks.iter().take(slam.memory.header.len).map(|landmark| landmark.existence.total());
     (of_static.sum(), slam.movers.kept().iter().map(|mover| mover.weight()).sum())
 }
 
@@ -151,18 +152,18 @@ fn whether_it_stands_or_moves_is_bayes() {
     let missed = 1.0 - p * (v + w);
     let all = stands + moves + missed * lambda;
     assert!((report.ln_evidence - all.ln()).abs() < 1e-12, "{} {}", report.ln_evidence, all.ln());
-    let unexplained = missed * lambda / all;
-    assert!(unexplained < 0.3, "{unexplained}: a birth would be counted too");
+    let no_feature_probability = missed * lambda / all;
+    assert!(no_feature_probability < 0.3, "{no_feature_probability}: a birth would be counted too");
     let after = |detected: f64, before: f64| (detected + (1.0 - p) * before * lambda) / all;
     (v, w) = (after(stands, v), after(moves, w));
     statistics(&slam, v, w);
     // The mover is one Gaussian of both ways to have come about.
     let gain = mover * H.transpose() * (H * mover * H.transpose() + r).try_inverse().unwrap();
-    let share = moves / (moves + (1.0 - p) * w_before(births[1] / lambda, dt) * lambda);
-    let mean = Vector4::new(first.x, first.y, 0.0, 0.0) + gain * off * share;
+    let probability = moves / (moves + (1.0 - p) * w_before(births[1] / lambda, dt) * lambda);
+    let mean = Vector4::new(first.x, first.y, 0.0, 0.0) + gain * off * probability;
     let seen = mover - gain * H * mover;
-    let spread = (gain * off) * (gain * off).transpose() * (share * (1.0 - share));
-    let covariance = seen * share + mover * (1.0 - share) + spread;
+    let spread = (gain * off) * (gain * off).transpose() * (probability * (1.0 - probability));
+    let covariance = seen * probability + mover * (1.0 - probability) + spread;
     let ours = slam.movers.kept()[0].component;
     assert!((ours.mean - mean).norm() < 1e-12, "{} {mean}", ours.mean);
     assert!((ours.covariance.to_matrix() - covariance).norm() < 1e-12);
@@ -180,42 +181,41 @@ fn w_before(w: f64, dt: f64) -> f64 {
 #[test]
 fn two_kinds_of_one_feature_are_one_cause() {
     let (of_static, of_moving, other) = ([5.0_f64, 0.3], [2.0_f64, 4.0], [0.7_f64, 3.0]);
-    let mut explained = [AssociationRow::ZERO; 2];
+    let mut table = [AssociationRow::ZERO; 2];
     let mut landmarks = [Landmark::<Vector2<f64>>::ZERO; 2];
     let mut movers = JointMovers::<Pose64, 2>::new();
     let mut tracked = movers.tracked(MOVING);
     let mut tracks = tracked.tracks().unwrap();
     tracks.put(Component::ZERO);
     tracks.kept_mut()[0].rival = 0;
-    for (z, explained) in explained.iter_mut().enumerate() {
-        explained.start(0.0);
+    for (z, row) in table.iter_mut().enumerate() {
+        row.start(0.0);
         let associations = [(0, of_static[z]), (MOVES, of_moving[z]), (1, other[z])];
-        associations.into_iter().for_each(|(who, odds)| explained.associate(Association::new(who, odds.ln())));
+        associations.into_iter().for_each(|(who, odds)| row.associate(Association::new(who, odds.ln())));
     }
-    let ln_evidence = marginals::<f64, Pose64, _>(&mut landmarks, &mut explained, &mut tracked, 0.0);
+    let ln_evidence = marginals::<f64, Pose64, _>(&mut landmarks, &mut table, &mut tracked, 0.0);
     let mut alone = [AssociationRow::ZERO; 2];
     let mut two = [Landmark::<Vector2<f64>>::ZERO; 2];
-    for (z, explained) in alone.iter_mut().enumerate() {
-        explained.start(0.0);
+    for (z, row) in alone.iter_mut().enumerate() {
+        row.start(0.0);
         let associations = [(0, of_static[z] + of_moving[z]), (1, other[z])];
-        associations.into_iter().for_each(|(who, odds)| explained.associate(Association::new(who, odds.ln())));
+        associations.into_iter().for_each(|(who, odds)| row.associate(Association::new(who, odds.ln())));
     }
     let expected = marginals::<f64, Pose64, _>(&mut two, &mut alone, &mut NoMovers, 0.0);
     assert!((ln_evidence - expected).abs() < 1e-12, "{ln_evidence} {expected}");
     for z in 0..2 {
-        let share = |explained: &AssociationRow<f64>, who: u16| {
-            explained
-                .associations()
+        let probability = |row: &AssociationRow<f64>, who: u16| {
+            row.associations()
                 .iter()
                 .find(|association| association.feature == who)
-                .map_or(0.0, |association| association.share)
+                .map_or(0.0, |association| association.probability)
         };
         let all = of_static[z] + of_moving[z];
-        let one = share(&alone[z], 0);
-        assert!((share(&explained[z], 0) - one * of_static[z] / all).abs() < 1e-12);
-        assert!((share(&explained[z], MOVES) - one * of_moving[z] / all).abs() < 1e-12);
-        assert!((share(&explained[z], 1) - share(&alone[z], 1)).abs() < 1e-12);
-        assert!((explained[z].unexplained - alone[z].unexplained).abs() < 1e-12);
+        let one = probability(&alone[z], 0);
+        assert!((probability(&table[z], 0) - one * of_static[z] / all).abs() < 1e-12);
+        assert!((probability(&table[z], MOVES) - one * of_moving[z] / all).abs() < 1e-12);
+        assert!((probability(&table[z], 1) - probability(&alone[z], 1)).abs() < 1e-12);
+        assert!((table[z].no_feature_probability - alone[z].no_feature_probability).abs() < 1e-12);
     }
 }
 

@@ -3,10 +3,10 @@
 use super::archive::Archive;
 use super::covariance::Common;
 use super::filter::JointSlam;
-use super::map_management::drop_spoilt;
+use super::map_management::drop_degenerate;
 use super::movers::Movers;
 use super::state::Memory;
-use crate::filter::observe::Explained;
+use crate::filter::observe::FixInnovation;
 use crate::{Fix, FixReport, Linear, Matrix, Motion, ObserveError, Pose, PoseEstimate, Real, Vector};
 
 impl<T, M, Z, A, V> JointSlam<'_, M, Z, A, V>
@@ -37,29 +37,29 @@ where
             return Err(ObserveError::NotStarted);
         };
         ObserveError::check(fix, measured)?;
-        let explained = match Explained::within_gate(fix, measured, &mean, &covariance) {
-            Ok(explained) => explained,
+        let fix_innovation = match FixInnovation::within_gate(fix, measured, &mean, &covariance) {
+            Ok(fix_innovation) => fix_innovation,
             Err(distance) => return Ok(FixReport::left_out(distance, T::ONE)),
         };
         self.memory.clamp();
-        let Memory { known, joint, common, .. } = &mut self.memory;
+        let Memory { header, joint, common, .. } = &mut self.memory;
         let mut common = Common::over(common);
-        joint.common_with_pose::<F::Measurement, Z>(&explained.by_pose, known.len, &mut common);
+        joint.common_with_pose::<F::Measurement, Z>(&fix_innovation.by_pose, header.len, &mut common);
         let pose = common.pose;
-        let step = Z::with(|z| explained.weighed.at(z));
+        let step = Z::with(|z| fix_innovation.weighed.at(z));
         let by: Linear<F::Measurement, F::Measurement> =
-            Matrix::with(|row, column| -explained.information.at(row, column));
+            Matrix::with(|row, column| -fix_innovation.information.at(row, column));
         // Among as many coordinates as the widest measurement has; the others are zero.
         let by = Matrix::with(|row, column| by.at(row, column));
-        if !(joint.may_add::<Z>(&pose, &by) && known.may_move::<Z>(&pose, &step)) {
-            return Ok(FixReport::left_out(explained.distance, T::ONE));
+        if !(joint.may_add::<Z>(&pose, &by) && header.may_move::<Z>(&pose, &step)) {
+            return Ok(FixReport::left_out(fix_innovation.distance, T::ONE));
         }
-        joint.add_product::<Z>(&common, &by, known.len);
+        joint.add_product::<Z>(&common, &by, header.len);
         self.memory.inject_correction(&pose, &step);
         self.memory.reset_error_frame();
         // A feature may have been taken farther than the pose.
-        drop_spoilt(&mut self.memory);
-        let Explained { distance, ln_likelihood, .. } = explained;
+        drop_degenerate(&mut self.memory);
+        let FixInnovation { distance, ln_likelihood, .. } = fix_innovation;
         Ok(FixReport { accepted: true, distance, ln_evidence: ln_likelihood, n_eff: T::ONE })
     }
 }

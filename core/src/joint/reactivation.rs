@@ -1,6 +1,6 @@
 //! Re-activation of submaps: pages of the archive that may be in view are candidates, and the scan decides which of them join the window.
 
-use super::archive::{ArchiveView, Entry, PAGE};
+use super::archive::{ArchiveView, Entry, SUBMAP_LEN};
 use super::archiving::{squared_m, whitened};
 use super::covariance::{Joint, first};
 use super::existence::Persistence;
@@ -25,9 +25,9 @@ pub(super) struct Candidates {
 /// A candidate page.
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
-    page: u32,
+    submap: u32,
     /// Where its features are in the archive.
-    entries: [usize; PAGE],
+    entries: [usize; SUBMAP_LEN],
     count: usize,
     /// Features of the window before them.
     before: usize,
@@ -42,31 +42,31 @@ pub(super) fn propose<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     persistence: &Persistence<T>,
     memory: &mut Memory<'_, P, Z>,
 ) -> Candidates {
-    let none = Candidate { page: 0, entries: [0; PAGE], count: 0, before: 0, seen: false };
+    let none = Candidate { submap: 0, entries: [0; SUBMAP_LEN], count: 0, before: 0, seen: false };
     let mut found = Candidates { candidates: [none; CANDIDATES], count: 0 };
     let window = memory.landmarks.len();
     let (first, mut last) = (view.index.tried, None);
     for _ in 0..CANDIDATES {
-        let Some(page) = next(view, &memory.known.pose, first, last) else { break };
-        last = Some(page);
-        let members = view.entries.iter().take(view.index.len).enumerate().filter(|(_, entry)| entry.page == page);
-        let mut candidate = Candidate { page, before: memory.known.len, ..none };
-        candidate.count = candidate.entries.iter_mut().zip(members).map(|(slot, (place, _))| *slot = place).count();
-        view.index.tried = page;
+        let Some(submap) = next(view, &memory.header.pose, first, last) else { break };
+        last = Some(submap);
+        let members = view.entries.iter().take(view.index.len).enumerate().filter(|(_, entry)| entry.submap == submap);
+        let mut candidate = Candidate { submap, before: memory.header.len, ..none };
+        candidate.count = candidate.entries.iter_mut().zip(members).map(|(slot, (index, _))| *slot = index).count();
+        view.index.tried = submap;
         if candidate.before + candidate.count > window {
             continue;
         }
         for &at in candidate.entries.iter().take(candidate.count) {
             let Some(entry) = view.entries.get(at) else { break };
-            let place = memory.known.len;
+            let index = memory.header.len;
             let passed_s = T::from_f64(view.index.clock_us.saturating_sub(entry.since_us) as f64 * 1e-6);
-            if let Some(slot) = memory.landmarks.get_mut(place) {
+            if let Some(landmark) = memory.landmarks.get_mut(index) {
                 let existence = entry.existence.after(&persistence.over(passed_s));
                 let (label, mean, detections) = (entry.label, entry.mean, entry.detections);
-                *slot = Landmark { label, mean, existence, detections, ..Landmark::ZERO };
+                *landmark = Landmark { label, mean, existence, detections, ..Landmark::ZERO };
             }
-            candidate.put(view, memory, entry, place);
-            memory.known.len += 1;
+            candidate.put(view, memory, entry, index);
+            memory.header.len += 1;
         }
         if let Some(slot) = found.candidates.get_mut(found.count) {
             *slot = candidate;
@@ -85,22 +85,22 @@ impl Candidates {
         memory: &mut Memory<'_, P, Z>,
         measurements: usize,
     ) -> (usize, bool) {
-        let (mut recalled, mut refused) = (0, false);
+        let (mut reactivated, mut refused) = (0, false);
         for candidate in self.candidates.iter_mut().take(self.count) {
             candidate.seen = candidate.is_seen(memory, measurements);
             refused |= !candidate.seen;
             if candidate.seen {
                 candidate.insert(view, memory);
-                recalled += candidate.count;
+                reactivated += candidate.count;
             }
         }
         for candidate in self.candidates.iter().take(self.count).rev().filter(|candidate| !candidate.seen) {
-            (candidate.before..candidate.before + candidate.count).rev().for_each(|place| memory.drop_feature(place));
+            (candidate.before..candidate.before + candidate.count).rev().for_each(|index| memory.drop_feature(index));
         }
         for candidate in self.candidates.iter().take(self.count).filter(|candidate| candidate.seen) {
-            view.take_page(candidate.page);
+            view.take_submap(candidate.submap);
         }
-        (recalled, refused)
+        (reactivated, refused)
     }
 }
 
@@ -111,14 +111,14 @@ impl Candidate {
         memory: &Memory<'_, P, Z>,
         measurements: usize,
     ) -> bool {
-        let places = self.before..self.before + self.count;
-        let associations = memory.explained.iter().take(measurements).flat_map(|explained| explained.associations());
-        let shares = associations
-            .filter(|association| places.contains(&usize::from(association.feature)))
-            .map(|association| association.share);
-        let seen = shares.fold(T::ZERO, |sum, share| sum + share);
+        let indices = self.before..self.before + self.count;
+        let associations = memory.association_table.iter().take(measurements).flat_map(|row| row.associations());
+        let probabilities = associations
+            .filter(|association| indices.contains(&usize::from(association.feature)))
+            .map(|association| association.probability);
+        let seen = probabilities.fold(T::ZERO, |sum, probability| sum + probability);
         let members = memory.landmarks.iter().skip(self.before).take(self.count);
-        let expected = members.fold(T::ZERO, |sum, slot| sum + slot.detection * slot.existence.in_sight);
+        let expected = members.fold(T::ZERO, |sum, landmark| sum + landmark.detection * landmark.existence.visible);
         let half = T::from_f64(0.5);
         seen >= expected.at_least(T::ONE) * half
     }
@@ -134,9 +134,9 @@ impl Candidate {
         if entries().next().is_none_or(|entry| !entry.anchors().is_empty() && is_anchored(entry, memory, self.before)) {
             return;
         }
-        let share = T::from_f64(SHARE);
-        memory.joint.inflate_pose(T::ONE / share, memory.known.len);
-        let factor = T::ONE / (T::ONE - share);
+        let probability = T::from_f64(SHARE);
+        memory.joint.inflate_pose(T::ONE / probability, memory.header.len);
+        let factor = T::ONE / (T::ONE - probability);
         for (one, a) in entries().enumerate() {
             for (other, b) in entries().take(one + 1).enumerate() {
                 memory.joint.put_block(self.before + one, self.before + other, |row, column| {
@@ -153,34 +153,34 @@ impl Candidate {
         view: &ArchiveView<'_, P>,
         memory: &mut Memory<'_, P, Z>,
         entry: &Entry<P>,
-        place: usize,
+        index: usize,
     ) {
         let anchored = !entry.anchors().is_empty() && is_anchored(entry, memory, self.before);
         if anchored {
-            let known = memory.landmarks.get(..self.before).unwrap_or(&[]);
+            let window = memory.landmarks.get(..self.before).unwrap_or(&[]);
             let mut moved = PositionOf::<P>::ZERO;
             let of = entry.anchors().iter().filter_map(|anchor| {
-                known.iter().position(|slot| slot.label == anchor.label).map(|place| (place, anchor.gain))
+                window.iter().position(|landmark| landmark.label == anchor.label).map(|index| (index, anchor.gain))
             });
-            memory.joint.add_of(of, place);
+            memory.joint.add_of(of, index);
             for anchor in entry.anchors() {
-                if let Some(slot) = known.iter().find(|slot| slot.label == anchor.label) {
-                    moved += applied::<PositionOf<P>, PositionOf<P>>(&anchor.gain, &(slot.mean - anchor.mean));
+                if let Some(landmark) = window.iter().find(|landmark| landmark.label == anchor.label) {
+                    moved += applied::<PositionOf<P>, PositionOf<P>>(&anchor.gain, &(landmark.mean - anchor.mean));
                 }
             }
-            if let Some(slot) = memory.landmarks.get_mut(place) {
-                slot.mean += moved;
+            if let Some(landmark) = memory.landmarks.get_mut(index) {
+                landmark.mean += moved;
             }
         } else {
-            memory.joint.put_alone(place);
+            memory.joint.put_alone(index);
         }
-        for (other, &at) in (self.before..=place).zip(&self.entries) {
+        for (other, &at) in (self.before..=index).zip(&self.entries) {
             let Some(of) = view.entries.get(at) else { break };
-            memory.joint.add_block(place, other, |row, column| {
+            memory.joint.add_block(index, other, |row, column| {
                 if anchored {
-                    entry.given.with(&of.given, other == place, row, column)
+                    entry.given.with(&of.given, other == index, row, column)
                 } else {
-                    entry.alone.with(&of.alone, other == place, row, column)
+                    entry.alone.with(&of.alone, other == index, row, column)
                 }
             });
         }
@@ -193,7 +193,7 @@ fn is_anchored<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     memory: &Memory<'_, P, Z>,
     window: usize,
 ) -> bool {
-    let is_known = |label: u32| memory.landmarks.iter().take(window).any(|slot| slot.label == label);
+    let is_known = |label: u32| memory.landmarks.iter().take(window).any(|landmark| landmark.label == label);
     entry.anchors().iter().all(|anchor| is_known(anchor.label))
 }
 
@@ -206,12 +206,12 @@ fn next<T: Real, P: Pose<Scalar = T>>(
 ) -> Option<u32> {
     let [x, y, _] = pose.on_ground();
     let reach = view.reach_m * view.reach_m;
-    let turn = |page: u32| page.wrapping_sub(first.wrapping_add(1));
+    let turn = |submap: u32| submap.wrapping_sub(first.wrapping_add(1));
     let mut best: Option<u32> = None;
     for entry in view.entries.iter().take(view.index.len) {
-        let later = last.is_none_or(|last| turn(entry.page) > turn(last));
-        if later && squared_m([x, y], &entry.mean) <= reach && best.is_none_or(|best| turn(entry.page) < turn(best)) {
-            best = Some(entry.page);
+        let later = last.is_none_or(|last| turn(entry.submap) > turn(last));
+        if later && squared_m([x, y], &entry.mean) <= reach && best.is_none_or(|best| turn(entry.submap) < turn(best)) {
+            best = Some(entry.submap);
         }
     }
     best

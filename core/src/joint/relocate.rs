@@ -38,13 +38,13 @@ where
         ResetError::check_pose(&pose)?;
         ResetError::check_covariance(covariance)?;
         self.memory.clamp();
-        let Memory { known, joint, .. } = &mut self.memory;
-        if !known.started {
+        let Memory { header, joint, .. } = &mut self.memory;
+        if !header.started {
             return Err(ResetError::NotStarted);
         }
-        (known.pose, known.remainder) = (pose, [T::ZERO; 2]);
-        known.watch.calm();
-        joint.propagate(&Zero::ZERO, &covariance.to_matrix(), known.len);
+        (header.pose, header.remainder) = (pose, [T::ZERO; 2]);
+        header.watch.calm();
+        joint.propagate(&Zero::ZERO, &covariance.to_matrix(), header.len);
         if let Some(mut tracks) = self.movers.tracks() {
             tracks.clear();
         }
@@ -58,17 +58,17 @@ where
     pub fn scatter(&mut self, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
         ResetError::check_covariance(covariance)?;
         self.memory.clamp();
-        let Memory { known, joint, .. } = &mut self.memory;
-        if !known.started {
+        let Memory { header, joint, .. } = &mut self.memory;
+        if !header.started {
             return Err(ResetError::NotStarted);
         }
-        known.watch.calm();
+        header.watch.calm();
         let grown = Symmetric::<TangentOf<M::Pose>>::from_fn(|row, column| {
             joint.get(row, column) + covariance.get(row, column)
         });
         if is_within_square(&grown) {
             let identity = Matrix::with(|row, column| if row == column { T::ONE } else { T::ZERO });
-            joint.propagate(&identity, &grown.to_matrix(), known.len);
+            joint.propagate(&identity, &grown.to_matrix(), header.len);
             if let Some(mut tracks) = self.movers.tracks() {
                 tracks.carried(&identity, covariance);
             }

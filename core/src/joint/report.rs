@@ -1,6 +1,6 @@
 //! What a scan did, and what is summed for it.
 
-use super::state::Known;
+use super::state::Header;
 use crate::report::watch::Recognised;
 use crate::{Health, Pose, Real, Symmetric};
 
@@ -11,29 +11,29 @@ use crate::{Health, Pose, Real, Symmetric};
 pub struct JointReport<T> {
     /// Measurements in the scan.
     pub measurements: usize,
-    /// Features in view before the scan, but for those that are known much worse than what is at hand: they have no part in it.
+    /// Features in view before the scan, except those that are too uncertain to take part in it.
     pub in_view: usize,
-    /// Predictions refused since the scan before.
+    /// Predictions that were refused since the last scan.
     pub refused: usize,
-    /// Features born.
+    /// New features.
     pub births: usize,
-    /// Measurements that could not give birth, because they have no inverse or one that is out of view.
+    /// Measurements that could not become a feature, because they have no inverse or one that is out of view.
     pub no_birth: usize,
-    /// Features dropped because they are hardly there.
+    /// Features that were removed because their existence probability was too low.
     pub dropped: usize,
-    /// Features that turned out to be another one.
+    /// Features that were merged with another one.
     pub merged: usize,
-    /// Births, or features in whose place they went, for which there was no room.
+    /// New features for which there was no room, or features that they replaced.
     pub lost: usize,
-    /// Corrections left out, and features dropped, because rounding had spoilt their covariances.
-    pub spoilt: usize,
-    /// Features that went into the archive, far from the vehicle.
-    pub parked: usize,
-    /// Features that came back out of it.
-    pub recalled: usize,
-    /// Features that the archive had no room for, or that went in their place.
-    pub forgotten: usize,
-    /// Features after the scan that may move.
+    /// Corrections that were left out, and features that were removed, because a covariance was no longer positive definite.
+    pub degenerate: usize,
+    /// Features far from the vehicle that were moved to the archive.
+    pub archived: usize,
+    /// Features that were moved back from the archive.
+    pub reactivated: usize,
+    /// Features for which the archive had no room, or features that they replaced.
+    pub evicted: usize,
+    /// Moving-object tracks after the scan.
     pub movers: usize,
     /// Features after the scan, without those in the archive.
     pub features: usize,
@@ -41,11 +41,11 @@ pub struct JointReport<T> {
     pub ln_evidence: T,
     /// Detections to be expected of the features in view: Σ p_D v.
     pub expected_detections: T,
-    /// Measurements that the features in view explain, by their shares. Far less than expected of a map that is well known, scan after
-    /// scan, says that the vehicle is not where it is taken to be.
+    /// Expected number of measurements that come from features in view: the sum of their association probabilities. If it is far below
+    /// `expected_detections` in scan after scan in a well-known map, the estimated pose is wrong.
     pub detections: T,
-    /// Mean of νᵀ S⁻¹ ν over the detections, by their shares, per dimension of the measurement; about 1 for a consistent filter;
-    /// 0 where nothing was detected.
+    /// Normalised innovation squared per dimension of the measurement: the mean of νᵀ S⁻¹ ν, weighted with the association
+    /// probabilities. About 1 in a consistent filter, 0 without detections.
     pub innovation: T,
     /// Conditions.
     pub health: Health,
@@ -56,11 +56,11 @@ pub struct JointReport<T> {
 pub(super) struct Tally<T> {
     /// Σ s νᵀ S⁻¹ ν, and Σ s.
     pub(super) squares: T,
-    pub(super) shares: T,
-    /// Corrections left out because rounding had spoilt the covariance of their innovation.
+    pub(super) probabilities: T,
+    /// Corrections left out because the covariance of their innovation was not positive definite.
     pub(super) left_out: usize,
     /// Detections to be expected of features in view that had no part in the scan.
-    pub(super) aside: T,
+    pub(super) expected_of_weak: T,
     /// What became of all features in view.
     all: Recognised<T>,
     /// What became of those that the watch knows.
@@ -70,9 +70,9 @@ pub(super) struct Tally<T> {
 impl<T: Real> Tally<T> {
     pub(super) const NOTHING: Self = Self {
         squares: T::ZERO,
-        shares: T::ZERO,
+        probabilities: T::ZERO,
         left_out: 0,
-        aside: T::ZERO,
+        expected_of_weak: T::ZERO,
         all: Recognised::NOTHING,
         known: Recognised::NOTHING,
     };
@@ -88,16 +88,16 @@ impl<T: Real> Tally<T> {
     /// Ends a scan of so many measurements of a dimension, of which the detector states so many to be false: the report without births and what goes, which the caller adds.
     pub(super) fn report<P: Pose<Scalar = T>>(
         &self,
-        known: &mut Known<P>,
+        header: &mut Header<P>,
         (measurements, stated): (usize, T),
         dimension: usize,
     ) -> JointReport<T> {
-        known.watch.set_aside(self.aside, measurements);
-        let watched = known.watch.scanned(&self.known, (measurements, stated), known.waited_s, known.next_label);
-        let refused = core::mem::take(&mut known.refused);
-        known.waited_s = T::ZERO;
-        known.walked = Symmetric::ZERO;
-        let numbers = self.shares * T::from_usize(dimension);
+        header.watch.exclude_expected(self.expected_of_weak, measurements);
+        let watched = header.watch.scanned(&self.known, (measurements, stated), header.waited_s, header.next_label);
+        let refused = core::mem::take(&mut header.refused);
+        header.waited_s = T::ZERO;
+        header.motion_noise = Symmetric::ZERO;
+        let numbers = self.probabilities * T::from_usize(dimension);
         let innovation = if numbers > T::ZERO { self.squares / numbers } else { T::ZERO };
         let health = Health::COVARIANCE_REPAIRED.when(self.left_out > 0)
             | Health::of_innovation(innovation, numbers)
@@ -112,12 +112,12 @@ impl<T: Real> Tally<T> {
             dropped: 0,
             merged: 0,
             lost: 0,
-            spoilt: self.left_out,
-            parked: 0,
-            recalled: 0,
-            forgotten: 0,
+            degenerate: self.left_out,
+            archived: 0,
+            reactivated: 0,
+            evicted: 0,
             movers: 0,
-            features: known.len,
+            features: header.len,
             ln_evidence: T::ZERO,
             expected_detections: self.all.expected,
             detections: self.all.detected,

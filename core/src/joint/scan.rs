@@ -1,4 +1,4 @@
-//! The update with a scan, stage by stage.
+//! The update of the joint map with one scan: prediction of existence, data association, correction of the Gaussian, map management.
 
 use super::archive::Archive;
 use super::archiving::{Archiving, archive_distant, mark_anchors};
@@ -6,7 +6,7 @@ use super::associate::{Associated, associate};
 use super::correct::correct;
 use super::filter::JointSlam;
 use super::loop_closure::close_loop;
-use super::map_management::{drop_spoilt, drop_unlikely, initiate, merge};
+use super::map_management::{drop_degenerate, drop_unlikely, initiate, merge};
 use super::movers::Movers;
 use super::reactivation::propose;
 use super::report::JointReport;
@@ -21,12 +21,12 @@ where
     A: Archive<M::Pose>,
     V: Movers<M::Pose>,
 {
-    /// Takes in one scan of one of the vehicle's sensors, whose measurements have at most as many dimensions as the state's `Z`.
-    /// Of births that move it knows only [with movers](Self::with_movers): without, all features stand still.
+    /// Updates pose and map with one scan of one of the vehicle's sensors. Its measurements may have at most as many dimensions as the
+    /// state's `Z`. Moving objects are tracked only [with movers](Self::with_movers); otherwise all landmarks are static.
     ///
     /// # Errors
-    /// A measurement is not finite, there are more than the state holds, the covariance of the sensor's noise is not positive
-    /// definite, or the filter has not been reset; the state is as it was.
+    /// A measurement is not finite, there are more measurements than the state has room for, the covariance of the sensor's noise is
+    /// not positive definite, or the filter has not been reset. The state is then unchanged.
     pub fn scan<X: MeasurementModel<Pose = M::Pose>, R>(
         &mut self,
         detector: &Detector<X, R>,
@@ -38,76 +38,76 @@ where
         let Self { config, memory, archive, movers, .. } = self;
         memory.clamp();
         if let Some(mut tracks) = movers.tracks() {
-            tracks.advance(memory.known.waited_s, config.least_existence);
+            tracks.advance(memory.header.waited_s, config.least_existence);
         }
         let mut view = archive.view();
-        let passage = config.persistence.over(memory.known.waited_s);
+        let passage = config.persistence.over(memory.header.waited_s);
         memory
             .landmarks
             .iter_mut()
-            .take(memory.known.len)
-            .for_each(|slot| slot.existence = slot.existence.after(&passage));
-        let window = memory.known.len;
+            .take(memory.header.len)
+            .for_each(|landmark| landmark.existence = landmark.existence.after(&passage));
+        let window = memory.header.len;
         let mut candidates = view.as_mut().map(|view| {
-            view.pass(memory.known.waited_s);
+            view.pass(memory.header.waited_s);
             propose(view, &config.persistence, memory)
         });
         let mut associated = associate(&models, births, config, memory, movers, measurements, window);
-        let (recalled, refused) = match (&mut candidates, &mut view) {
+        let (reactivated, rejected) = match (&mut candidates, &mut view) {
             (Some(candidates), Some(view)) => candidates.accept(view, memory, measurements.len()),
             _ => (0, false),
         };
-        if refused {
-            // What the features of a page that was refused have claimed is free for others.
+        if rejected {
+            // The scan is associated again without the landmarks of the submaps that were not confirmed.
             associated = associate(&models, births, config, memory, movers, measurements, window);
         }
-        let Associated { in_view, weak, aside, ln_evidence } = associated;
+        let Associated { in_view, weak, expected_of_weak, ln_evidence } = associated;
         let mut tally = correct(sensor, memory, movers, measurements, config.gate);
-        tally.aside = aside;
-        let united = movers.tracks().map_or(0, |mut tracks| {
-            tracks.correct(sensor, memory.known, memory.explained, measurements);
-            tracks.tidy(config)
+        tally.expected_of_weak = expected_of_weak;
+        let merged_tracks = movers.tracks().map_or(0, |mut tracks| {
+            tracks.correct(sensor, memory.header, memory.association_table, measurements);
+            tracks.merge_and_prune(config)
         });
         memory.reset_error_frame();
-        let first_label = memory.known.next_label;
-        let born = initiate(&models, births, config, memory, movers, measurements);
+        let first_label = memory.header.next_label;
+        let initiated = initiate(&models, births, config, memory, movers, measurements);
         let mut merged = merge(sensor, config, memory);
         if weak > 0 {
             merged += close_loop(config, memory);
         }
-        let spoilt = drop_spoilt(memory);
+        let degenerate = drop_degenerate(memory);
         let dropped = drop_unlikely(config, memory, first_label);
-        let parked = view.as_mut().map_or_else(Archiving::default, |view| {
-            let parked = archive_distant(view, memory);
-            if recalled + parked.parked > 0 {
+        let archiving = view.as_mut().map_or_else(Archiving::default, |view| {
+            let archiving = archive_distant(view, memory);
+            if reactivated + archiving.archived > 0 {
                 mark_anchors(view, memory);
             }
-            parked
+            archiving
         });
         let report =
-            tally.report(memory.known, (measurements.len(), models.clutter().per_scan()), X::Measurement::DIMENSION);
+            tally.report(memory.header, (measurements.len(), models.clutter().per_scan()), X::Measurement::DIMENSION);
         Ok(JointReport {
             in_view,
             ln_evidence,
-            births: born.births,
-            no_birth: born.no_birth,
-            dropped: dropped + parked.dropped,
-            merged: merged + united,
-            lost: born.lost,
-            spoilt: report.spoilt + spoilt + parked.spoilt,
-            parked: parked.parked,
-            recalled,
-            forgotten: parked.forgotten,
+            births: initiated.births,
+            no_birth: initiated.no_birth,
+            dropped: dropped + archiving.dropped,
+            merged: merged + merged_tracks,
+            lost: initiated.lost,
+            degenerate: report.degenerate + degenerate + archiving.degenerate,
+            archived: archiving.archived,
+            reactivated,
+            evicted: archiving.evicted,
             movers: movers.kept().len(),
             health: report.health
                 | Health::UNEXPLAINED_SCAN.when(!ln_evidence.is_finite())
-                | Health::COMPONENTS_LOST.when(born.lost + parked.forgotten > 0)
-                | Health::COVARIANCE_REPAIRED.when(spoilt + parked.spoilt > 0),
+                | Health::COMPONENTS_LOST.when(initiated.lost + archiving.evicted > 0)
+                | Health::COVARIANCE_REPAIRED.when(degenerate + archiving.degenerate > 0),
             ..report
         })
     }
 
-    /// The detector's models on the vehicle, if it and the measurements can be taken in.
+    /// Checks the filter, the detector and the measurements, and returns the detector's models on the vehicle.
     pub(super) fn checked<'d, X: MeasurementModel<Pose = M::Pose>, R>(
         &self,
         detector: &'d Detector<X, R>,
@@ -119,10 +119,10 @@ where
                 "the state has no room for measurements of this dimension"
             )
         };
-        if !self.memory.known.started {
+        if !self.memory.header.started {
             return Err(ScanError::NotStarted);
         }
-        ScanError::check(measurements, self.memory.explained.len())?;
+        ScanError::check(measurements, self.memory.association_table.len())?;
         let models = detector.on_vehicle();
         if models.sensor().noise().factor().is_none() {
             return Err(ScanError::SensorNoise);

@@ -43,7 +43,7 @@ where
     pub fn scrub(&mut self, scrubber: &mut Scrubber, parts: usize) -> Result<Scrubbed, Flaw> {
         let memory = &mut self.memory;
         let mut scrubbed = Scrubbed::default();
-        if !memory.known.started {
+        if !memory.header.started {
             return Ok(scrubbed);
         }
         memory.check_known()?;
@@ -64,23 +64,23 @@ where
             let archived = view.as_ref().map_or(0, |view| view.index.len);
             (archived, archived + tracks.as_ref().map_or(0, |tracks| tracks.common.len))
         };
-        let parts = parts.min(1 + memory.known.len + behind(&view, &tracks).1);
+        let parts = parts.min(1 + memory.header.len + behind(&view, &tracks).1);
         for _ in 0..parts {
-            let features = memory.known.len;
+            let features = memory.header.len;
             match scrubber.next {
                 0 => scrubbed.widened |= memory.mend_pose_block()?,
                 part if part <= features => scrubbed.features += memory.mend_feature(part - 1),
                 part => {
-                    let (archived, place) = (behind(&view, &tracks).0, part - 1 - features);
-                    let dropped = match place.checked_sub(archived) {
-                        None => view.as_mut().is_some_and(|view| view.drop_unsound(place)),
+                    let (archived, index) = (behind(&view, &tracks).0, part - 1 - features);
+                    let dropped = match index.checked_sub(archived) {
+                        None => view.as_mut().is_some_and(|view| view.drop_unsound(index)),
                         Some(mover) => tracks.as_mut().is_some_and(|tracks| tracks.drop_unsound(mover)),
                     };
                     scrubbed.features += usize::from(dropped);
                 }
             }
             scrubber.next += 1;
-            if scrubber.next > memory.known.len + behind(&view, &tracks).1 {
+            if scrubber.next > memory.header.len + behind(&view, &tracks).1 {
                 (scrubber.next, scrubbed.round) = (0, true);
             }
         }
@@ -93,13 +93,13 @@ where
     #[must_use]
     pub fn seal(&self) -> u64 {
         let mut seal = Sealing::EMPTY;
-        let Memory { known, joint, .. } = &self.memory;
+        let Memory { header, joint, .. } = &self.memory;
         self.memory.walk_known(&mut seal);
-        seal.count(known.len);
+        seal.count(header.len);
         joint.used(0).iter().for_each(|&number| seal.scalar(number));
         if let Some(index) = self.archive.index() {
             seal.count(index.len);
-            seal.word(index.next_page);
+            seal.word(index.next_submap);
         }
         if let Some((common, _)) = self.movers.common() {
             seal.count(common.len);
@@ -112,67 +112,67 @@ where
 impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     /// Takes a count of features that no room is for as what there is room for: a step must end, whatever has become of memory.
     pub(super) fn clamp(&mut self) {
-        self.known.len = self.known.len.min(self.landmarks.len());
+        self.header.len = self.header.len.min(self.landmarks.len());
     }
 
     /// Whether counts, times and the pose may be such.
     fn check_known(&self) -> Result<(), Flaw> {
-        let known = &*self.known;
-        if known.len > self.landmarks.len() || !(known.waited_s >= T::ZERO && known.waited_s.is_finite()) {
+        let header = &*self.header;
+        if header.len > self.landmarks.len() || !(header.waited_s >= T::ZERO && header.waited_s.is_finite()) {
             return Err(Flaw::Cursor);
         }
-        let moved = known.moved.iter().chain(known.walked.as_lower()).all(|number| number.is_finite());
-        let pose = known.pose.is_finite() && is_within_range(&known.pose.coordinates());
+        let moved = header.moved.iter().chain(header.motion_noise.as_lower()).all(|number| number.is_finite());
+        let pose = header.pose.is_finite() && is_within_range(&header.pose.coordinates());
         if moved && pose { Ok(()) } else { Err(Flaw::Pose) }
     }
 
     /// Raises the variances of the pose where they are less than its covariances say, and takes its coordinates for independent of
     /// each other where they cannot be what they are said to be; whether it had to.
     fn mend_pose_block(&mut self) -> Result<bool, Flaw> {
-        let Self { known, joint, .. } = self;
+        let Self { header, joint, .. } = self;
         let mut widened = false;
         for k in 0..TangentOf::<P>::DIMENSION {
-            widened |= joint.mend_pose_variance(k, known.len)?;
+            widened |= joint.mend_pose_variance(k, header.len)?;
         }
         Ok(joint.part_pose_coordinates() || widened)
     }
 
     /// Drops a feature that cannot be, or those with which it has more in common than can be; how many.
-    fn mend_feature(&mut self, place: usize) -> usize {
-        let sound = self.landmarks.get(place).is_some_and(Landmark::is_sound) && self.joint.block_is_sound(place);
+    fn mend_feature(&mut self, index: usize) -> usize {
+        let sound = self.landmarks.get(index).is_some_and(Landmark::is_sound) && self.joint.block_is_sound(index);
         if !sound {
-            self.drop_feature(place);
+            self.drop_feature(index);
             return 1;
         }
         let mut dropped = 0;
         // Each turn drops a feature, or is the last.
-        for _ in 0..self.known.len {
-            let features = self.known.len;
-            let Some(other) = (0..features).find(|&other| other != place && self.joint.is_torn(place, other)) else {
+        for _ in 0..self.header.len {
+            let features = self.header.len;
+            let Some(other) = (0..features).find(|&other| other != index && self.joint.is_torn(index, other)) else {
                 break;
             };
             // The one that is at odds with more of them; of two that are with each other alone, the one that is known less.
-            let [here, there] = [place, other].map(|of| (self.joint.torn_from(of, features), self.detections(of)));
-            let at_fault = if here.0 > there.0 || here.0 == there.0 && here.1 < there.1 { place } else { other };
+            let [here, there] = [index, other].map(|of| (self.joint.torn_from(of, features), self.detections(of)));
+            let at_fault = if here.0 > there.0 || here.0 == there.0 && here.1 < there.1 { index } else { other };
             self.drop_feature(at_fault);
             dropped += 1;
-            if at_fault == place {
+            if at_fault == index {
                 return dropped;
             }
             // The last feature has gone to another place.
-            if place == self.known.len {
+            if index == self.header.len {
                 return dropped;
             }
         }
-        if (0..TangentOf::<P>::DIMENSION).any(|k| self.joint.is_torn_from_pose(place, k)) {
-            self.drop_feature(place);
+        if (0..TangentOf::<P>::DIMENSION).any(|k| self.joint.is_torn_from_pose(index, k)) {
+            self.drop_feature(index);
             dropped += 1;
         }
         dropped
     }
 
-    fn detections(&self, place: usize) -> T {
-        self.landmarks.get(place).map_or(T::ZERO, |slot| slot.detections)
+    fn detections(&self, index: usize) -> T {
+        self.landmarks.get(index).map_or(T::ZERO, |landmark| landmark.detections)
     }
 }
 

@@ -63,7 +63,7 @@ fn mended(damage: impl Fn(&mut Slam<'_>)) -> (Scrubbed, f32) {
     let mut state = Box::new(Memory::new());
     let (mut slam, mut draws) = (slam(&mut state), Noise::seeded(2));
     drive(&mut slam, &mut draws, 30);
-    assert_eq!(slam.memory.known.len, 10);
+    assert_eq!(slam.memory.header.len, 10);
     let seal = slam.seal();
     damage(&mut slam);
     let scrubbed = slam.scrub(&mut Scrubber::new(), 1 + ROOM).unwrap();
@@ -80,8 +80,8 @@ fn mended(damage: impl Fn(&mut Slam<'_>)) -> (Scrubbed, f32) {
 fn a_feature_that_cannot_be_is_dropped_and_the_others_stay() {
     let damages: [fn(&mut Slam<'_>); 6] = [
         |slam| slam.memory.landmarks[3].mean.x = f32::NAN,
-        |slam| slam.memory.landmarks[3].existence.in_sight = 2.0,
-        |slam| slam.memory.landmarks[3].existence.in_sight = 0.5,
+        |slam| slam.memory.landmarks[3].existence.visible = 2.0,
+        |slam| slam.memory.landmarks[3].existence.visible = 0.5,
         |slam| slam.memory.joint.set(9, 9, -1.0),
         // A variance far too small is at odds with all others, a covariance with one.
         |slam| slam.memory.joint.set(9, 9, 1e-12),
@@ -112,10 +112,10 @@ fn a_pose_whose_covariance_cannot_be_becomes_less_certain() {
 fn what_cannot_be_mended_is_told_and_the_seal_tells_what_might_be() {
     type Damage = fn(&mut Slam<'_>);
     let damages: [(Damage, Flaw); 4] = [
-        (|slam| slam.memory.known.len = usize::MAX, Flaw::Cursor),
-        (|slam| slam.memory.known.waited_s = -1.0, Flaw::Cursor),
-        (|slam| slam.memory.known.pose.x_m = 1e30, Flaw::Pose),
-        (|slam| slam.memory.known.moved[0] = f32::NAN, Flaw::Pose),
+        (|slam| slam.memory.header.len = usize::MAX, Flaw::Cursor),
+        (|slam| slam.memory.header.waited_s = -1.0, Flaw::Cursor),
+        (|slam| slam.memory.header.pose.x_m = 1e30, Flaw::Pose),
+        (|slam| slam.memory.header.moved[0] = f32::NAN, Flaw::Pose),
     ];
     for (damage, flaw) in damages {
         let mut state = Box::new(Memory::new());
@@ -125,10 +125,10 @@ fn what_cannot_be_mended_is_told_and_the_seal_tells_what_might_be() {
         assert_eq!(slam.scrub(&mut Scrubber::new(), 3), Err(flaw));
     }
     let might_be: [Damage; 4] = [
-        |slam| slam.memory.known.len -= 1,
-        |slam| slam.memory.known.next_label ^= 1 << 20,
-        |slam| slam.memory.known.watch.lost ^= true,
-        |slam| slam.memory.known.pose.x_m += 1.0,
+        |slam| slam.memory.header.len -= 1,
+        |slam| slam.memory.header.next_label ^= 1 << 20,
+        |slam| slam.memory.header.watch.lost ^= true,
+        |slam| slam.memory.header.pose.x_m += 1.0,
     ];
     for damage in might_be {
         let mut state = Box::new(Memory::new());
@@ -147,10 +147,10 @@ fn a_count_that_cannot_be_is_clamped_by_every_step() {
     let (mut slam, mut draws) = (slam(&mut state), Noise::seeded(2));
     for bit in [8, 31, 62, 63] {
         drive(&mut slam, &mut draws, 3);
-        slam.memory.known.len ^= 1 << bit;
+        slam.memory.header.len ^= 1 << bit;
         drive(&mut slam, &mut draws, 1);
-        assert!(slam.memory.known.len <= ROOM);
-        slam.memory.known.len ^= 1 << bit;
+        assert!(slam.memory.header.len <= ROOM);
+        slam.memory.header.len ^= 1 << bit;
         slam.scatter(&Symmetric::from_diagonal([0.01; 3])).unwrap();
         slam.reset(PlanarPose::ZERO).unwrap();
     }

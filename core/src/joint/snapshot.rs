@@ -38,7 +38,7 @@ where
     /// # Errors
     /// The first flaw that was found. A variance that rounding has spoilt is none: the next scan mends it, or drops the feature.
     pub fn audit(&self) -> Result<(), Flaw> {
-        if self.memory.known.started {
+        if self.memory.header.started {
             self.memory.audit()?;
             audit_archive(self.archive.kept())?;
             audit_movers(&self.movers)?;
@@ -52,14 +52,14 @@ where
     /// The filter has not been reset, the state is damaged, or the sink takes no more; the state is as it was.
     pub fn save<E>(&self, kind: u32, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>> {
         let memory = &self.memory;
-        if !memory.known.started {
+        if !memory.header.started {
             return Err(SaveError::NotStarted);
         }
         self.audit().map_err(SaveError::Damaged)?;
         let [features, archived] =
-            [memory.known.len, self.archive.kept().len()].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+            [memory.header.len, self.archive.kept().len()].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
         let with_archive = u32::from(self.archive.index().is_some());
-        let with_movers = if V::MOVE { 1 + self.movers.kept().len() as u32 } else { 0 };
+        let with_movers = if self.movers.are_tracked() { 1 + self.movers.kept().len() as u32 } else { 0 };
         let sizes = [features, archived, with_archive | with_movers << MOVERS_AT];
         let head = Head { shape: shape::<M::Pose>(kind), flags: 0, len: 0, sizes };
         write(head, self, [&mut [], &mut []], sink)
@@ -104,12 +104,12 @@ where
         }
         let kept = || view.as_ref().and_then(|view| view.entries.get(..view.index.len)).unwrap_or(&[]);
         let taken = reader.end().and_then(|()| {
-            let sound = if memory.known.started { memory.audit() } else { Err(Flaw::Cursor) };
+            let sound = if memory.header.started { memory.audit() } else { Err(Flaw::Cursor) };
             let sound = sound.and_then(|()| audit_archive(kept())).and_then(|()| audit_movers(&self.movers));
             sound.map_err(RestoreError::Flawed)
         });
         if taken.is_err() {
-            (memory.known.started, memory.known.len) = (false, 0);
+            (memory.header.started, memory.header.len) = (false, 0);
         }
         taken.map(|()| head.len())
     }

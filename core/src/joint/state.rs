@@ -1,4 +1,4 @@
-//! Everything that the joint filter knows, in memory of a size that its type tells.
+//! The state of the joint filter, in memory of a fixed size.
 
 use super::associations::AssociationRow;
 use super::covariance::{Joint, RowsOf, joint_numbers};
@@ -6,71 +6,71 @@ use super::existence::Existence;
 use crate::report::watch::Watch;
 use crate::{Pose, PositionOf, Real, ScalarOf, Symmetric, TangentOf, Vector, Zero};
 
-/// One feature of a joint map.
+/// One landmark of a joint map.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Landmark<D: Vector> {
-    /// Names the feature.
+    /// Identifies the landmark in all scans.
     pub(super) label: u32,
-    /// Where it is, m.
+    /// Mean of the position, m.
     pub(super) mean: D,
-    /// How far corrections have moved it since the covariance was last turned, m.
+    /// Sum of the corrections of the mean since the covariance was last transformed to the present error frame, m.
     pub(super) moved: D,
-    /// Whether it is there.
+    /// Probabilities that it exists and is visible, that it exists and is occluded, and that it does not exist.
     pub(super) existence: Existence<D::Scalar>,
-    /// Detections of it so far, each by its share.
+    /// Number of detections so far: the sum of the association probabilities.
     pub(super) detections: D::Scalar,
-    /// p_D in the scan at hand, 0 out of view.
+    /// p_D in the present scan, 0 out of view.
     pub(super) detection: D::Scalar,
-    /// Whether pages of the archive are conditioned on it.
+    /// Whether archived submaps are conditioned on it.
     pub(super) is_anchor: bool,
-    /// Σ a ν over the measurements of the scan at hand that it may have caused.
-    pub(super) claimed: D::Scalar,
+    /// Scratch of the present scan: first ln of the peak of its innovation's density, then Σ a ν over its associations.
+    pub(super) scratch: D::Scalar,
 }
 
 /// The state of a [`JointSlam`](super::JointSlam): one Gaussian over the pose and up to `FEATURES` features.
 ///
-/// `P` is the pose, `Z` the widest measurement. `NUMBERS` is [`joint_numbers`] of the dimensions of the pose and of a feature, and
-/// `FEATURES`, which the build checks; `MEASUREMENTS` of a scan there is room for. Meant to be a `static`: it may be large, and a
-/// fresh one is all zero but for its counts.
+/// `P` is the pose, `Z` the measurement with the most dimensions. `NUMBERS` must be [`joint_numbers`] of the dimensions of the pose and of a
+/// feature, and of `FEATURES`, which the build checks. A scan has at most `MEASUREMENTS` measurements. The state may be large and is meant
+/// to be a `static`.
 #[derive(Debug)]
 pub struct JointState<P: Pose, Z: Vector, const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize> {
-    known: Known<P>,
+    header: Header<P>,
     landmarks: [Landmark<PositionOf<P>>; FEATURES],
     covariance: [ScalarOf<P>; NUMBERS],
     common: [RowsOf<PositionOf<P>, Z>; FEATURES],
-    explained: [AssociationRow<ScalarOf<P>>; MEASUREMENTS],
+    association_table: [AssociationRow<ScalarOf<P>>; MEASUREMENTS],
 }
 
-/// What is not an array.
+/// The part of the state that has a fixed size: pose, counts and monitors.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Known<P: Pose> {
+pub(super) struct Header<P: Pose> {
     pub(super) started: bool,
     pub(super) pose: P,
-    /// What rounding took from its x and y in the last [short](crate::particles::short) step, m.
+    /// Rounding errors of x and y in the last [short](crate::particles::short) step, which the next step adds (compensated summation), m.
     pub(super) remainder: [ScalarOf<P>; 2],
-    /// How far corrections have moved it on the ground since the covariance was last turned, m.
+    /// Sum of the corrections of x and y since the covariance was last transformed to the present error frame, m.
     pub(super) moved: [ScalarOf<P>; 2],
-    /// Features there are.
+    /// Number of landmarks.
     pub(super) len: usize,
-    /// Summed dt since the last scan, s.
+    /// Time since the last scan, s.
     pub(super) waited_s: ScalarOf<P>,
-    /// What the noise of the steps since the last scan has added to the covariance of the pose.
-    pub(super) walked: Symmetric<TangentOf<P>>,
+    /// W: what the noise of the steps since the last scan has added to the covariance of the pose.
+    pub(super) motion_noise: Symmetric<TangentOf<P>>,
     /// Predictions refused since the last scan.
     pub(super) refused: usize,
     pub(super) next_label: u32,
-    /// Whether the vehicle is where it is taken to be.
+    /// Monitor of filter divergence.
     pub(super) watch: Watch<ScalarOf<P>>,
 }
 
-/// A state of whatever capacity, borrowed.
+/// A borrowed state, of any capacity.
 #[derive(Debug)]
 pub(super) struct Memory<'s, P: Pose, Z: Vector> {
-    pub(super) known: &'s mut Known<P>,
+    pub(super) header: &'s mut Header<P>,
     pub(super) landmarks: &'s mut [Landmark<PositionOf<P>>],
     pub(super) joint: Joint<'s, P>,
     pub(super) common: &'s mut [RowsOf<PositionOf<P>, Z>],
-    pub(super) explained: &'s mut [AssociationRow<ScalarOf<P>>],
+    pub(super) association_table: &'s mut [AssociationRow<ScalarOf<P>>],
 }
 
 impl<T, P, Z, const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize>
@@ -80,7 +80,7 @@ where
     P: Pose<Scalar = T>,
     Z: Vector<Scalar = T>,
 {
-    /// A state that has not been started.
+    /// An empty state, without a pose.
     #[must_use]
     pub const fn new() -> Self {
         const {
@@ -88,40 +88,40 @@ where
             assert!(NUMBERS == numbers, "NUMBERS must be joint_numbers of pose, feature and FEATURES");
             assert!(FEATURES <= u16::MAX as usize, "at most 65535 features");
         }
-        let known = Known {
+        let header = Header {
             started: false,
             pose: P::ZERO,
             remainder: [T::ZERO; 2],
             moved: [T::ZERO; 2],
             len: 0,
             waited_s: T::ZERO,
-            walked: Symmetric::ZERO,
+            motion_noise: Symmetric::ZERO,
             refused: 0,
             next_label: 0,
             watch: Watch::ZERO,
         };
         Self {
-            known,
+            header,
             landmarks: [Landmark::ZERO; FEATURES],
             covariance: [T::ZERO; NUMBERS],
             common: [Zero::ZERO; FEATURES],
-            explained: [AssociationRow::ZERO; MEASUREMENTS],
+            association_table: [AssociationRow::ZERO; MEASUREMENTS],
         }
     }
 
-    /// Forgets everything.
+    /// Removes pose and map.
     pub fn clear(&mut self) {
-        self.known.started = false;
-        self.known.len = 0;
+        self.header.started = false;
+        self.header.len = 0;
     }
 
     pub(super) fn memory(&mut self) -> Memory<'_, P, Z> {
         Memory {
-            known: &mut self.known,
+            header: &mut self.header,
             landmarks: &mut self.landmarks,
             joint: Joint { numbers: &mut self.covariance },
             common: &mut self.common,
-            explained: &mut self.explained,
+            association_table: &mut self.association_table,
         }
     }
 }
@@ -139,16 +139,16 @@ where
 }
 
 impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
-    /// Drops a feature; the last one takes its place.
-    pub(super) fn drop_feature(&mut self, place: usize) {
-        let last = self.known.len.saturating_sub(1);
-        self.joint.replace_by_last(place, self.known.len);
-        if let Some(slot) = self.landmarks.get(last).copied()
-            && let Some(dropped) = self.landmarks.get_mut(place)
+    /// Drops a landmark. The last landmark gets its index.
+    pub(super) fn drop_feature(&mut self, index: usize) {
+        let last = self.header.len.saturating_sub(1);
+        self.joint.replace_by_last(index, self.header.len);
+        if let Some(landmark) = self.landmarks.get(last).copied()
+            && let Some(dropped) = self.landmarks.get_mut(index)
         {
-            *dropped = slot;
+            *dropped = landmark;
         }
-        self.known.len = last;
+        self.header.len = last;
     }
 }
 
@@ -161,6 +161,6 @@ impl<T: Real, D: Vector<Scalar = T>> Landmark<D> {
         detections: T::ZERO,
         detection: T::ZERO,
         is_anchor: false,
-        claimed: T::ZERO,
+        scratch: T::ZERO,
     };
 }

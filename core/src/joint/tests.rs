@@ -53,13 +53,13 @@ fn with_known_association_and_all_linear_it_is_the_kalman_filter() {
             .collect();
         slam.scan(&detector, &z).unwrap();
         let order: Vec<Option<usize>> = (0..4).map(|k| kept.iter().position(|&of| of == k)).collect();
-        for (k, place) in order.iter().enumerate() {
-            let Some(place) = *place else { continue };
+        for (k, index) in order.iter().enumerate() {
+            let Some(index) = *index else { continue };
             let at = 2 + 2 * k;
             if n <= at {
                 // Born: the position of the vehicle and the measurement.
                 for d in 0..2 {
-                    x[n + d] = x[d] + z[place][d];
+                    x[n + d] = x[d] + z[index][d];
                     for column in 0..n {
                         p[(n + d, column)] = p[(d, column)];
                         p[(column, n + d)] = p[(d, column)];
@@ -78,7 +78,7 @@ fn with_known_association_and_all_linear_it_is_the_kalman_filter() {
             }
             let s = h * p * h.transpose() + r;
             let gain = p * h.transpose() * s.try_inverse().unwrap();
-            x += gain * (z[place] - h * x);
+            x += gain * (z[index] - h * x);
             p -= gain * s * gain.transpose();
         }
         let pose = slam.estimate_pose().unwrap();
@@ -297,8 +297,8 @@ fn whatever_comes_the_state_stays_finite_and_definite() {
         slam.reset(PlanarPose::new(1e3 * seed as f32, -1e5, 2.0)).unwrap();
         for _ in 0..300 {
             let pick = |draws: &mut Noise, values: &[f32]| {
-                let place = (draws.uniform::<f64>() * values.len() as f64) as usize;
-                values[place.min(values.len() - 1)]
+                let index = (draws.uniform::<f64>() * values.len() as f64) as usize;
+                values[index.min(values.len() - 1)]
             };
             let control = UnicycleControl {
                 speed_mps: pick(&mut draws, &[0.0, 1.0, -3.0, 300.0, 1e9, f32::NAN, 1e-30]),
@@ -318,14 +318,17 @@ fn whatever_comes_the_state_stays_finite_and_definite() {
             let pose = slam.estimate_pose().unwrap();
             assert!(pose.mean.is_finite() && pose.covariance.is_finite(), "{pose:?}");
             assert!((0..3).all(|k| pose.covariance.get(k, k) >= 0.0), "{pose:?}");
-            for place in 0..slam.memory.known.len {
-                let slot = slam.memory.landmarks[place];
-                let total = slot.existence.total();
-                assert!(slot.mean.iter().all(|x| x.is_finite()) && (0.0..=1.0 + 1e-5).contains(&total), "{slot:?}");
-                let first = 3 + 2 * place;
+            for index in 0..slam.memory.header.len {
+                let landmark = slam.memory.landmarks[index];
+                let total = landmark.existence.total();
+                assert!(
+                    landmark.mean.iter().all(|x| x.is_finite()) && (0.0..=1.0 + 1e-5).contains(&total),
+                    "{landmark:?}"
+                );
+                let first = 3 + 2 * index;
                 assert!((first..first + 2).all(|k| slam.memory.joint.get(k, k) > 0.0));
             }
-            assert!(slam.memory.joint.used(slam.memory.known.len).iter().all(|x| x.is_finite()));
+            assert!(slam.memory.joint.used(slam.memory.header.len).iter().all(|x| x.is_finite()));
         }
     }
 }
@@ -353,12 +356,12 @@ fn nonsense_is_refused_and_leaves_all_as_it_was() {
     assert_eq!(slam.estimate_pose().unwrap().mean, PlanarPose::ZERO);
     assert_eq!(slam.scan(&lidar(), &[]).unwrap().refused, 2);
     for (field, config) in [
-        ("birth_share", JointConfig { birth_share: 1.5, ..JointConfig::default() }),
+        ("birth_probability_min", JointConfig { birth_probability_min: 1.5, ..JointConfig::default() }),
         ("gate", JointConfig { gate: f32::NAN, ..JointConfig::default() }),
         (
-            "persistence.hidden_s",
+            "persistence.occluded_s",
             JointConfig {
-                persistence: Persistence { hidden_s: 0.0, ..Persistence::FOR_EVER },
+                persistence: Persistence { occluded_s: 0.0, ..Persistence::FOR_EVER },
                 ..JointConfig::default()
             },
         ),
@@ -445,26 +448,26 @@ fn nothing_is_born_where_neither_clutter_nor_births_are_expected() {
 /// The labels of a map may be any, and births count on from the greatest.
 #[test]
 fn what_was_loaded_goes_whatever_its_label_is() {
-    let place = |label: u32, x: f32| Component {
+    let index = |label: u32, x: f32| Component {
         label,
         ln_weight: -0.01,
         mean: Vector2::new(x, 1.0),
         covariance: Symmetric::from_diagonal([0.01, 0.01]),
     };
     let last = CarSlam::<f32>::GREATEST_LOADED_LABEL;
-    let config = JointConfig { persistence: Persistence::FOR_EVER, behind: 1.0, ..JointConfig::default() };
+    let config = JointConfig { persistence: Persistence::FOR_EVER, occlusion_factor: 1.0, ..JointConfig::default() };
     for other in [10, last] {
         let mut state = Box::new(Car::<f32, 8, { joint_numbers(3, 2, 8) }, 4>::new());
         let mut slam = JointSlam::new(motion(), config, &mut *state).unwrap();
         slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
-        slam.load_map(&[place(0, 5.0), place(other, -5.0)]).unwrap();
+        slam.load_map(&[index(0, 5.0), index(other, -5.0)]).unwrap();
         for scan in 0..200 {
             slam.predict(&UnicycleControl { speed_mps: 0.0, rate_radps: 0.0 }, 0.1).unwrap();
             let new = Vector2::new(8.0 + 0.05 * scan as f32, 2.0);
             slam.scan(&lidar(), &[new]).unwrap();
         }
-        let landmarks = slam.memory.landmarks.iter().take(slam.memory.known.len);
-        assert!(landmarks.into_iter().all(|slot| slot.label != 0 && slot.label != other), "{other}");
+        let landmarks = slam.memory.landmarks.iter().take(slam.memory.header.len);
+        assert!(landmarks.into_iter().all(|landmark| landmark.label != 0 && landmark.label != other), "{other}");
     }
 }
 
@@ -478,9 +481,9 @@ fn who_is_carried_away_soon_after_the_start_is_told() {
         slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
         let known = [[4.0, 0.3], [6.0, -1.0], [5.0, 2.0], [7.0, -2.5]];
         let other = [[9.0, 1.3], [3.0, -0.4], [11.0, -2.0], [2.0, 2.9]];
-        let mut scan = |places: [[f64; 2]; 4]| {
+        let mut scan = |indices: [[f64; 2]; 4]| {
             slam.predict(&UnicycleControl { speed_mps: 0.0, rate_radps: 0.0 }, 0.1).unwrap();
-            let noisy = places
+            let noisy = indices
                 .map(|[range, bearing]| [range + 0.1 * draws.normal::<f64>(), bearing + 0.01 * draws.normal::<f64>()]);
             slam.scan(&lidar(), &noisy.map(Vector2::from)).unwrap().health
         };

@@ -4,11 +4,11 @@
 //! of them it is, the scans that follow tell; until then both are associated with measurements as one object.
 
 use super::associate::{Predicted, in_view_of};
-use super::associations::{Association, AssociationRow, detected, shares};
+use super::associations::{Association, AssociationRow, detected, probabilities};
 use super::config::JointConfig;
 use super::existence::Beside;
 use super::movers::{MOVES, Mover, Movers, NONE, Tracks};
-use super::state::{Known, Landmark};
+use super::state::{Header, Landmark};
 use crate::map::reduce::{Near, heavier, moment_match};
 use crate::numerics::range::is_within_range;
 use crate::{
@@ -76,18 +76,18 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
         models: &X,
         frame: &X::Frame,
         measurements: &[X::Measurement],
-        behind: T,
+        occlusion_factor: T,
         landmarks: &[Landmark<PositionOf<P>>],
     ) {
         for mover in self.kept_mut() {
-            (mover.detection, mover.not_detected, mover.claimed, mover.rival) = (T::ZERO, T::ONE, T::ZERO, NONE);
-            let rival = landmarks.iter().position(|slot| slot.label == mover.component.label);
-            mover.rival = rival.map_or(NONE, |place| place as u16);
-            if let Some(slot) = rival.and_then(|place| landmarks.get(place)) {
+            (mover.detection, mover.not_detected, mover.message_sum, mover.rival) = (T::ZERO, T::ONE, T::ZERO, NONE);
+            let rival = landmarks.iter().position(|landmark| landmark.label == mover.component.label);
+            mover.rival = rival.map_or(NONE, |index| index as u16);
+            if let Some(landmark) = rival.and_then(|index| landmarks.get(index)) {
                 // Merging may have made them more than one feature together.
-                mover.component.ln_weight = mover.component.ln_weight.at_most(slot.existence.absent.ln());
+                mover.component.ln_weight = mover.component.ln_weight.at_most(landmark.existence.absent.ln());
             }
-            let seen = in_view_of(models, frame, &mover.component.position(), measurements, behind);
+            let seen = in_view_of(models, frame, &mover.component.position(), measurements, occlusion_factor);
             mover.detection = seen.map_or(T::ZERO, |(_, detection)| detection);
             if rival.is_none() {
                 mover.not_detected = (T::ONE - mover.detection * mover.weight()).at_least(T::EPSILON);
@@ -97,8 +97,8 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
 
     /// Σ p_D w of what a static feature may be instead; and from then on, that the scan detects neither has the probability `of`
     /// that sum.
-    pub(super) fn beside(&mut self, place: usize, of: impl Fn(T) -> T) -> T {
-        let mut rivals = self.kept_mut().iter_mut().filter(|mover| usize::from(mover.rival) == place);
+    pub(super) fn beside(&mut self, index: usize, of: impl Fn(T) -> T) -> T {
+        let mut rivals = self.kept_mut().iter_mut().filter(|mover| usize::from(mover.rival) == index);
         let Some(mover) = rivals.next() else { return T::ZERO };
         let expected = mover.detection * mover.weight();
         mover.not_detected = of(expected);
@@ -112,12 +112,12 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
         frame: &X::Frame,
         measurements: &[X::Measurement],
         gate: T,
-        explained: &mut [AssociationRow<T>],
+        table: &mut [AssociationRow<T>],
     ) -> T {
         let sensor = models.sensor();
         let process_noise = self.common.process_noise;
         let mut ln_missed = T::ZERO;
-        for (place, mover) in self.kept().iter().enumerate() {
+        for (index, mover) in self.kept().iter().enumerate() {
             let expected = mover.detection * mover.weight();
             if !(expected > T::ZERO) {
                 continue;
@@ -129,10 +129,10 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
             let Some(sight) = Sight::of(sensor, frame, &mover.component, &process_noise) else { continue };
             let Sight { predicted, factor, .. } = sight;
             let ln_peak = expected.ln() - ln_not_detected + factor.ln_peak();
-            for (explained, z) in explained.iter_mut().zip(measurements) {
+            for (row, z) in table.iter_mut().zip(measurements) {
                 let distance = factor.mahalanobis(&sensor.innovation(z, &predicted.measurement));
                 if distance <= gate {
-                    explained.associate(Association::new(MOVES | place as u16, ln_peak - distance * T::from_f64(0.5)));
+                    row.associate(Association::new(MOVES | index as u16, ln_peak - distance * T::from_f64(0.5)));
                 }
             }
         }
@@ -144,24 +144,24 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
     pub(super) fn correct<S: Sensor<Pose = P>>(
         &mut self,
         sensor: &S,
-        known: &Known<P>,
-        explained: &[AssociationRow<T>],
+        header: &Header<P>,
+        table: &[AssociationRow<T>],
         measurements: &[S::Measurement],
     ) {
-        let frame = sensor.frame(&known.pose);
+        let frame = sensor.frame(&header.pose);
         let process_noise = self.common.process_noise;
-        for (place, mover) in self.kept_mut().iter_mut().enumerate() {
+        for (index, mover) in self.kept_mut().iter_mut().enumerate() {
             if !(mover.not_detected < T::ONE) {
                 continue;
             }
-            let own = usize::from(MOVES) | place;
-            let of_rival = detected(explained, usize::from(mover.rival), measurements);
-            let seen = detected(explained, own, measurements);
+            let own = usize::from(MOVES) | index;
+            let of_rival = detected(table, usize::from(mover.rival), measurements);
+            let seen = detected(table, own, measurements);
             let missed = (T::ONE - seen - of_rival).at_least(T::ZERO) / mover.not_detected;
             let ln_weight = (missed * mover.weight() * (T::ONE - mover.detection)).ln();
             let unseen = Component { ln_weight, ..mover.component };
             mover.component =
-                corrected(sensor, &frame, &process_noise, unseen, || shares(explained, own, measurements));
+                corrected(sensor, &frame, &process_noise, unseen, || probabilities(table, own, measurements));
             mover.component.ln_weight = (seen + ln_weight.exp()).at_most(T::ONE).ln();
         }
         self.common.process_noise = Symmetric::ZERO;
@@ -189,7 +189,7 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
 
     /// Makes one of every two that are at one place with one velocity, as each of them sees it, and drops what is hardly there; how many
     /// were made one.
-    pub(super) fn tidy(&mut self, config: &JointConfig<T>) -> usize {
+    pub(super) fn merge_and_prune(&mut self, config: &JointConfig<T>) -> usize {
         let mut united = 0;
         let mut one = 0;
         while one < self.common.len {
@@ -226,7 +226,7 @@ fn corrected<'m, T, S, I>(
     frame: &S::Frame,
     process_noise: &Symmetric<TangentOf<S::Pose>>,
     unseen: Component<MovingOf<S::Pose>>,
-    shares: impl Fn() -> I,
+    probabilities: impl Fn() -> I,
 ) -> Component<MovingOf<S::Pose>>
 where
     T: Real,
@@ -234,41 +234,38 @@ where
     S::Measurement: 'm,
     I: Iterator<Item = (T, &'m S::Measurement)>,
 {
-    let likeliest = shares().enumerate().fold(None, |most: Option<(usize, T)>, (place, (share, _))| match most {
-        Some((_, known)) if !(share > known) => most,
-        _ => Some((place, share)),
-    });
+    let likeliest =
+        probabilities().enumerate().fold(None, |most: Option<(usize, T)>, (index, (probability, _))| match most {
+            Some((_, known)) if !(probability > known) => most,
+            _ => Some((index, probability)),
+        });
     let Some((likeliest, _)) = likeliest else { return unseen };
     let Some(sight) = Sight::of(sensor, frame, &unseen, process_noise) else { return unseen };
     let Sight { predicted, noise, factor } = sight;
     let correction = Correction::new(&unseen.covariance, &predicted.by_feature, &noise, &factor);
-    let seen = |(share, z): (T, &S::Measurement)| {
-        correction.apply(&unseen, &sensor.innovation(z, &predicted.measurement), share.ln())
+    let seen = |(probability, z): (T, &S::Measurement)| {
+        correction.apply(&unseen, &sensor.innovation(z, &predicted.measurement), probability.ln())
     };
-    let Some(head) = shares().nth(likeliest).map(seen) else { return unseen };
+    let Some(head) = probabilities().nth(likeliest).map(seen) else { return unseen };
     if !(head.ln_weight > T::NEG_INFINITY) {
         return unseen;
     }
-    let others = shares().enumerate().filter(|&(place, _)| place != likeliest).map(|(_, share)| seen(share));
+    let others =
+        probabilities().enumerate().filter(|&(index, _)| index != likeliest).map(|(_, probability)| seen(probability));
     moment_match(&head, core::iter::once(unseen).chain(others))
 }
 
 /// What a static feature may be instead, after the scan.
-pub(super) fn beside<T, P, V, Y>(
-    movers: &V,
-    place: usize,
-    explained: &[AssociationRow<T>],
-    measurements: &[Y],
-) -> Beside<T>
+pub(super) fn beside<T, P, V, Y>(movers: &V, index: usize, table: &[AssociationRow<T>], measurements: &[Y]) -> Beside<T>
 where
     T: Real,
     P: Pose<Scalar = T>,
     V: Movers<P>,
 {
-    let rival = movers.kept().iter().enumerate().find(|(_, mover)| usize::from(mover.rival) == place);
+    let rival = movers.kept().iter().enumerate().find(|(_, mover)| usize::from(mover.rival) == index);
     rival.map_or(Beside::NOTHING, |(own, mover)| Beside {
         expected: mover.detection * mover.weight(),
         left: (T::ONE - mover.detection) * mover.weight(),
-        detected: detected(explained, usize::from(MOVES) | own, measurements),
+        detected: detected(table, usize::from(MOVES) | own, measurements),
     })
 }

@@ -13,29 +13,29 @@ use crate::{Component, Flaw, Linear, Matrix, Pose, Real, Symmetric, Vector, Zero
 impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     /// Walks through the state.
     pub(super) fn walk(&self, visit: &mut impl Visit) {
-        let Self { known, landmarks, joint, .. } = self;
+        let Self { header, landmarks, joint, .. } = self;
         self.walk_known(visit);
-        for slot in landmarks.iter().take(known.len) {
-            visit.word(slot.label);
-            slot.mean.as_slice().iter().for_each(|&coordinate| visit.scalar(coordinate));
-            let Existence { in_sight, hidden, absent } = slot.existence;
-            [in_sight, hidden, absent, slot.detections].into_iter().for_each(|number| visit.scalar(number));
-            slot.moved.as_slice().iter().for_each(|&by| visit.beside_scalar(by));
+        for landmark in landmarks.iter().take(header.len) {
+            visit.word(landmark.label);
+            landmark.mean.as_slice().iter().for_each(|&coordinate| visit.scalar(coordinate));
+            let Existence { visible, occluded, absent } = landmark.existence;
+            [visible, occluded, absent, landmark.detections].into_iter().for_each(|number| visit.scalar(number));
+            landmark.moved.as_slice().iter().for_each(|&by| visit.beside_scalar(by));
         }
-        joint.used(known.len).iter().for_each(|&number| visit.scalar(number));
+        joint.used(header.len).iter().for_each(|&number| visit.scalar(number));
     }
 
     /// Walks through the pose and all that there is one of.
     pub(super) fn walk_known(&self, visit: &mut impl Visit) {
-        let known = &*self.known;
-        visit.word(u32::from(known.started));
-        visit.pose(&known.pose);
-        visit.remainder(&known.remainder);
-        visit.scalar(known.waited_s);
-        visit.word(known.next_label);
-        visit.beside(u32::try_from(known.refused).unwrap_or(u32::MAX));
-        known.watch.walk(visit);
-        known.moved.iter().chain(known.walked.as_lower()).for_each(|&number| visit.beside_scalar(number));
+        let header = &*self.header;
+        visit.word(u32::from(header.started));
+        visit.pose(&header.pose);
+        visit.remainder(&header.remainder);
+        visit.scalar(header.waited_s);
+        visit.word(header.next_label);
+        visit.beside(u32::try_from(header.refused).unwrap_or(u32::MAX));
+        header.watch.walk(visit);
+        header.moved.iter().chain(header.motion_noise.as_lower()).for_each(|&number| visit.beside_scalar(number));
     }
 
     /// Fills the state with what a walk through so many features has written. What comes of it is to be audited.
@@ -43,42 +43,42 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     where
         S: FnMut(usize, &mut [u8]) -> Result<(), E>,
     {
-        let Self { known, landmarks, joint, .. } = self;
-        known.len = features.min(landmarks.len());
-        known.started = from.word() != 0;
-        known.pose = from.pose();
-        known.remainder = core::array::from_fn(|_| from.scalar());
-        known.waited_s = from.scalar();
-        known.next_label = from.word();
-        known.refused = from.word() as usize;
-        known.watch = Watch::next(from);
-        known.moved = core::array::from_fn(|_| from.scalar());
-        known.walked = Symmetric::from_fn(|_, _| from.scalar());
-        for slot in landmarks.iter_mut().take(known.len) {
+        let Self { header, landmarks, joint, .. } = self;
+        header.len = features.min(landmarks.len());
+        header.started = from.word() != 0;
+        header.pose = from.pose();
+        header.remainder = core::array::from_fn(|_| from.scalar());
+        header.waited_s = from.scalar();
+        header.next_label = from.word();
+        header.refused = from.word() as usize;
+        header.watch = Watch::next(from);
+        header.moved = core::array::from_fn(|_| from.scalar());
+        header.motion_noise = Symmetric::from_fn(|_, _| from.scalar());
+        for landmark in landmarks.iter_mut().take(header.len) {
             let (label, mean) = (from.word(), from.vector());
-            let existence = Existence { in_sight: from.scalar(), hidden: from.scalar(), absent: from.scalar() };
-            *slot =
+            let existence = Existence { visible: from.scalar(), occluded: from.scalar(), absent: from.scalar() };
+            *landmark =
                 Landmark { label, mean, existence, detections: from.scalar(), moved: from.vector(), ..Landmark::ZERO };
         }
-        joint.used_mut(known.len).iter_mut().for_each(|number| *number = from.scalar());
+        joint.used_mut(header.len).iter_mut().for_each(|number| *number = from.scalar());
     }
 
     /// Looks over everything: the first flaw, if any. Linear in the state.
     pub(super) fn audit(&self) -> Result<(), Flaw> {
-        let Self { known, landmarks, joint, .. } = self;
-        let landmarks = landmarks.get(..known.len).ok_or(Flaw::Cursor)?;
-        if !(known.waited_s >= T::ZERO && known.waited_s.is_finite()) {
+        let Self { header, landmarks, joint, .. } = self;
+        let landmarks = landmarks.get(..header.len).ok_or(Flaw::Cursor)?;
+        if !(header.waited_s >= T::ZERO && header.waited_s.is_finite()) {
             return Err(Flaw::Cursor);
         }
         let finite = |numbers: &[T]| numbers.iter().all(|number| number.is_finite());
-        let pose = known.pose.is_finite()
-            && is_within_range(&known.pose.coordinates())
-            && finite(&known.moved)
-            && finite(known.walked.as_lower());
+        let pose = header.pose.is_finite()
+            && is_within_range(&header.pose.coordinates())
+            && finite(&header.moved)
+            && finite(header.motion_noise.as_lower());
         if !(pose && finite(joint.used(0))) {
             return Err(Flaw::Pose);
         }
-        if landmarks.iter().all(Landmark::may_be) && finite(joint.used(known.len)) {
+        if landmarks.iter().all(Landmark::may_be) && finite(joint.used(header.len)) {
             Ok(())
         } else {
             Err(Flaw::Component)
@@ -89,8 +89,8 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
 impl<T: Real, D: Vector<Scalar = T>> Landmark<D> {
     /// Whether every number may be one.
     pub(super) fn may_be(&self) -> bool {
-        let Existence { in_sight, hidden, absent } = self.existence;
-        let numbers = [in_sight, hidden, absent, self.detections];
+        let Existence { visible, occluded, absent } = self.existence;
+        let numbers = [visible, occluded, absent, self.detections];
         is_within_range(&self.mean)
             && self.moved.as_slice().iter().all(|by| by.is_finite())
             && numbers.iter().all(|&number| number >= T::ZERO && number.is_finite())
@@ -99,12 +99,12 @@ impl<T: Real, D: Vector<Scalar = T>> Landmark<D> {
 
 /// Walks through an archive.
 pub(super) fn walk_archive<P: Pose>(entries: &[Entry<P>], index: &Index, visit: &mut impl Visit) {
-    visit.word(index.next_page);
+    visit.word(index.next_submap);
     visit.word(index.tried);
     halves(index.clock_us).into_iter().for_each(|half| visit.word(half));
     for entry in entries {
         visit.word(entry.label);
-        visit.word(entry.page);
+        visit.word(entry.submap);
         halves(entry.since_us).into_iter().for_each(|half| visit.word(half));
         entry.mean.as_slice().iter().for_each(|&coordinate| visit.scalar(coordinate));
         for Split { common, own } in [&entry.alone, &entry.given] {
@@ -115,8 +115,8 @@ pub(super) fn walk_archive<P: Pose>(entries: &[Entry<P>], index: &Index, visit: 
             visit.word(*label);
             mean.as_slice().iter().chain(gain.as_slice()).for_each(|&number| visit.scalar(number));
         }
-        let Existence { in_sight, hidden, absent } = entry.existence;
-        [in_sight, hidden, absent, entry.detections].into_iter().for_each(|number| visit.scalar(number));
+        let Existence { visible, occluded, absent } = entry.existence;
+        [visible, occluded, absent, entry.detections].into_iter().for_each(|number| visit.scalar(number));
     }
 }
 
@@ -129,10 +129,10 @@ where
 {
     let ArchiveView { index, entries, .. } = view;
     index.len = features.min(entries.len());
-    (index.next_page, index.tried) = (from.word(), from.word());
+    (index.next_submap, index.tried) = (from.word(), from.word());
     index.clock_us = whole([from.word(), from.word()]);
     for entry in entries.iter_mut().take(index.len) {
-        let (label, page) = (from.word(), from.word());
+        let (label, submap) = (from.word(), from.word());
         let since_us = whole([from.word(), from.word()]);
         let mean = from.vector();
         let mut split = || {
@@ -146,9 +146,9 @@ where
             let (label, mean) = (from.word(), from.vector());
             *anchor = Anchor { label, mean, gain: by_columns::<P::Position, P::Position>(|| from.vector()) };
         }
-        let existence = Existence { in_sight: from.scalar(), hidden: from.scalar(), absent: from.scalar() };
+        let existence = Existence { visible: from.scalar(), occluded: from.scalar(), absent: from.scalar() };
         let detections = from.scalar();
-        *entry = Entry { label, page, mean, alone, anchored, anchors, given, existence, detections, since_us };
+        *entry = Entry { label, submap, mean, alone, anchored, anchors, given, existence, detections, since_us };
     }
 }
 

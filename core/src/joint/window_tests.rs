@@ -94,8 +94,8 @@ impl World {
 struct Score {
     squares: Vec<f64>,
     nees: Vec<f64>,
-    parked: usize,
-    recalled: usize,
+    archived: usize,
+    reactivated: usize,
     merged: usize,
     lost: usize,
 }
@@ -113,10 +113,10 @@ impl Score {
             let (odometry, seen) = world.step();
             slam.predict(&odometry, T::from_f64(DT_S)).unwrap();
             let report = slam.scan(&eyes, &seen).unwrap();
-            self.parked += report.parked;
-            self.recalled += report.recalled;
+            self.archived += report.archived;
+            self.reactivated += report.reactivated;
             self.merged += report.merged;
-            self.lost += report.lost + report.forgotten;
+            self.lost += report.lost + report.evicted;
             let pose = slam.estimate_pose().unwrap();
             let [x, y, _] = pose.mean.on_ground().map(T::to_f64);
             let off = Vector2::new(x - world.pose.x_m, y - world.pose.y_m);
@@ -131,7 +131,7 @@ impl Score {
         let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
         let (rmse, mean) = (mean(&self.squares).sqrt(), mean(&self.nees));
         self.nees.sort_by(f64::total_cmp);
-        let at = |share: usize| self.nees[self.nees.len() * share / 100];
+        let at = |probability: usize| self.nees[self.nees.len() * probability / 100];
         [rmse, at(50), mean, at(95)]
     }
 }
@@ -140,7 +140,8 @@ fn with_window<T: Real>(seeds: core::ops::Range<u64>) -> Score {
     let mut score = Score::default();
     for seed in seeds {
         let (mut state, mut archive) = (Box::new(Window::<T>::new()), Box::new(JointArchive::<_, 300>::new()));
-        let config = JointConfig { persistence: Persistence::FOR_EVER, behind: T::ONE, ..JointConfig::default() };
+        let config =
+            JointConfig { persistence: Persistence::FOR_EVER, occlusion_factor: T::ONE, ..JointConfig::default() };
         let slam = JointSlam::new(motion(), config, &mut *state).unwrap();
         score.take(&mut slam.with_archive(&mut archive, T::from_f64(REACH_M)).unwrap(), &mut World::new(seed));
     }
@@ -152,11 +153,19 @@ fn with_window<T: Real>(seeds: core::ops::Range<u64>) -> Score {
 fn a_window_of_forty_is_consistent_over_three_rounds() {
     let mut score = with_window::<f32>(100..110);
     let figures = score.figures();
-    std::println!("window: {figures:.3?} parked {} recalled {} merged {}", score.parked, score.recalled, score.merged);
+    std::println!(
+        "window: {figures:.3?} archived {} reactivated {} merged {}",
+        score.archived,
+        score.reactivated,
+        score.merged
+    );
     let [rmse, median, mean, _] = figures;
     assert!(rmse < 1.4 && (0.3..1.4).contains(&median) && mean < 5.0, "{figures:?}");
-    let Score { parked, recalled, lost, .. } = score;
-    assert!(parked > 3000 && recalled > 2000 && lost < 20, "{parked} parked, {recalled} recalled, {lost} lost");
+    let Score { archived, reactivated, lost, .. } = score;
+    assert!(
+        archived > 3000 && reactivated > 2000 && lost < 20,
+        "{archived} archived, {reactivated} reactivated, {lost} lost"
+    );
 }
 
 /// For the table of docs/joint.md.
@@ -181,7 +190,7 @@ fn a_window_beside_room_for_everything_and_beside_none() {
 fn far_away(label: u32) -> Entry<PlanarPose<f32>> {
     let existence = existence::Existence::of(1.0);
     let mean = Vector2::new(1000.0 + label as f32, -500.0);
-    Entry { label, page: label / 8, mean, existence, detections: 9.0, ..Entry::ZERO }
+    Entry { label, submap: label / 8, mean, existence, detections: 9.0, ..Entry::ZERO }
 }
 
 #[test]
@@ -198,7 +207,7 @@ fn the_time_of_a_scan_does_not_depend_on_the_map() {
             slam.reset(worlds[0].start()).unwrap();
             let mut view = slam.archive.view().unwrap();
             // Under names of their own.
-            view.index.next_page = 1_000;
+            view.index.next_submap = 1_000;
             (0..features).for_each(|label| assert_eq!(view.put(far_away(label)), 0));
             slams.push(slam);
         }
@@ -244,13 +253,13 @@ fn what_was_left_behind_has_its_name_when_it_is_found_again() {
         let kept: Vec<_> = slam.archive.kept().iter().map(|entry: &Entry<PlanarPose<f64>>| entry.label).collect();
         early.iter().filter(|&label| kept.contains(label)).count()
     };
-    let anchors = slam.memory.landmarks.iter().take(slam.memory.known.len).filter(|slot| slot.is_anchor);
-    let anchors = anchors.filter(|slot| early.contains(&slot.label)).count();
+    let anchors = slam.memory.landmarks.iter().take(slam.memory.header.len).filter(|landmark| landmark.is_anchor);
+    let anchors = anchors.filter(|landmark| early.contains(&landmark.label)).count();
     assert!(early.len() >= 10 && archived(&slam) > 5, "{anchors} of {early:?}");
     assert!((archived(&slam) + anchors) * 10 >= early.len() * 8, "{early:?}");
     let in_map = slam.features().filter(|feature| early.contains(&feature.label)).count();
     assert!(in_map + 1 >= early.len() && early.iter().all(|&label| slam.existence(label).is_some()));
-    assert_eq!(slam.held(), slam.memory.known.len + slam.archive.kept().len());
+    assert_eq!(slam.held(), slam.memory.header.len + slam.archive.kept().len());
     // And after the whole round they are in the window again, by the same names.
     drive(&mut slam, 240);
     let found = early.iter().filter(|&&label| slam.existence(label).is_some()).count();
@@ -271,20 +280,20 @@ fn a_page_is_tried_once_in_a_scan() {
     slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
     let places = [[4.0, 1.0], [5.0, -2.0], [6.5, 3.0]];
     let mut view = slam.archive.view().unwrap();
-    view.index.next_page = 1;
+    view.index.next_submap = 1;
     for (label, place) in (0..).zip(places) {
         let known = Split { own: Symmetric::from_diagonal([0.01; 2]), ..Split::ZERO };
         let mean = Vector2::from(place);
-        view.put(Entry { label, page: 0, mean, alone: known, given: known, ..far_away(label) });
+        view.put(Entry { label, submap: 0, mean, alone: known, given: known, ..far_away(label) });
     }
     // Nothing is seen of it, twice; then all of it.
     for _ in 0..2 {
         let report = slam.scan(&lidar(), &[]).unwrap();
-        assert_eq!((report.recalled, slam.held()), (0, 3));
+        assert_eq!((report.reactivated, slam.held()), (0, 3));
     }
     let seen = places.map(|[x, y]: [f32; 2]| Vector2::new(x.hypot(y), (y / x).atan()));
     let report = slam.scan(&lidar(), &seen).unwrap();
-    assert_eq!((report.recalled, report.births, slam.held()), (3, 0, 3));
+    assert_eq!((report.reactivated, report.births, slam.held()), (3, 0, 3));
 }
 
 #[test]
@@ -292,8 +301,8 @@ fn a_full_archive_forgets_the_least_certain() {
     let mut archive = Box::new(JointArchive::<PlanarPose<f32>, 3>::new());
     let mut archived = archive.archived(1.0);
     let mut view = archived.view().unwrap();
-    let of = |label: u32, in_sight: f32| {
-        let existence = existence::Existence::of(in_sight);
+    let of = |label: u32, visible: f32| {
+        let existence = existence::Existence::of(visible);
         Entry { existence, ..far_away(label) }
     };
     let gone = [of(1, 0.9), of(2, 0.5), of(3, 0.8), of(4, 0.7), of(5, 0.6)].map(|entry| view.put(entry));
@@ -370,7 +379,7 @@ fn whatever_comes_window_and_archive_stay_finite() {
                 .map(|_| Vector2::new(pick(&[0.0, 0.5, 5.0, 5.1, 11.0, 1e7, -4.0]), pick(&[0.0, 0.01, 1.0, -1.0, 1e6])))
                 .collect();
             if let Ok(report) = slam.scan(&lidar(), &scan) {
-                let counts = [report.parked, report.recalled, report.forgotten];
+                let counts = [report.archived, report.reactivated, report.evicted];
                 moved.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
             }
             assert_eq!(slam.audit(), Ok(()));

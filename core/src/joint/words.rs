@@ -3,7 +3,7 @@
 use super::associations::AssociationRow;
 use super::existence::Existence;
 use super::filter::JointSlam;
-use super::state::{Known, Landmark, Memory};
+use super::state::{Header, Landmark, Memory};
 use crate::numerics::flip::{Each, Word, flip_one};
 use crate::{Motion, Noise, PlanarPose};
 use nalgebra::Vector2;
@@ -15,38 +15,39 @@ impl<M: Motion<Pose = PlanarPose<f32>>> JointSlam<'_, M, Vector2<f32>> {
     }
 
     fn words(&mut self, each: &mut Each<'_>) {
-        let Memory { known, landmarks, joint, common, explained } = &mut self.memory;
-        let Known { started, pose, remainder, moved, len, waited_s, walked, refused, next_label, watch } = &mut **known;
+        let Memory { header, landmarks, joint, common, association_table } = &mut self.memory;
+        let Header { started, pose, remainder, moved, len, waited_s, motion_noise, refused, next_label, watch } =
+            &mut **header;
         each("counts", Word::Truth(started));
         let PlanarPose { x_m, y_m, heading_rad } = pose;
         [x_m, y_m, heading_rad].into_iter().for_each(|number| each("pose", Word::Real(number)));
         let two = remainder.iter_mut().chain(moved);
-        two.chain(walked.as_lower_mut()).for_each(|number| each("pose", Word::Real(number)));
+        two.chain(motion_noise.as_lower_mut()).for_each(|number| each("pose", Word::Real(number)));
         each("counts", Word::Real(waited_s));
         let features = (*len).min(landmarks.len());
         [len, refused].into_iter().for_each(|count| each("counts", Word::Count(count)));
         each("counts", Word::Long(next_label));
         watch.words(each);
-        for slot in landmarks.iter_mut().take(features) {
-            let Landmark { label, mean, moved, existence, detections, detection, is_anchor, claimed } = slot;
+        for landmark in landmarks.iter_mut().take(features) {
+            let Landmark { label, mean, moved, existence, detections, detection, is_anchor, scratch } = landmark;
             each("feature", Word::Long(label));
             each("feature", Word::Truth(is_anchor));
             let [x, y] = &mut mean.data.0[0];
             let [moved_x, moved_y] = &mut moved.data.0[0];
-            let Existence { in_sight, hidden, absent } = existence;
-            for number in [x, y, moved_x, moved_y, in_sight, hidden, absent, detections] {
+            let Existence { visible, occluded, absent } = existence;
+            for number in [x, y, moved_x, moved_y, visible, occluded, absent, detections] {
                 each("feature", Word::Real(number));
             }
-            [detection, claimed].into_iter().for_each(|number| each("scratch", Word::Real(number)));
+            [detection, scratch].into_iter().for_each(|number| each("scratch", Word::Real(number)));
         }
         // The first six are those of the pose.
-        for (place, number) in joint.used_mut(features).iter_mut().enumerate() {
-            each(if place < 6 { "pose covariance" } else { "covariance" }, Word::Real(number));
+        for (index, number) in joint.used_mut(features).iter_mut().enumerate() {
+            each(if index < 6 { "pose covariance" } else { "covariance" }, Word::Real(number));
         }
         for rows in common.iter_mut().take(features) {
             rows.iter_mut().flat_map(|row| row.iter_mut()).for_each(|number| each("scratch", Word::Real(number)));
         }
-        explained.iter_mut().for_each(|explained| explained.words(each));
+        association_table.iter_mut().for_each(|row| row.words(each));
     }
 }
 
@@ -62,7 +63,7 @@ impl AssociationRow<f32> {
                 &mut association.odds,
                 &mut association.nu,
                 &mut association.cavity_sum,
-                &mut association.share,
+                &mut association.probability,
             ] {
                 each("scratch", Word::Real(number));
             }

@@ -139,3 +139,25 @@ pub(super) fn area<T: Real>(of: &Bounds<Vector2<T>>) -> T {
     let least = sides.x.at_least(sides.y) * T::from_f64(0.1);
     sides.x.at_least(least) * sides.y.at_least(least)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Laying, LocatorConfig, POSES};
+    use crate::locate::state::LocatorState;
+    use crate::{PlanarPose, Pose, Symmetric};
+    use core::f64::consts::TAU;
+
+    /// The prior is uniform over the area and over a turn; the volume of a Gaussian is (2π)^{3/2} |Σ|^{1/2}.
+    #[test]
+    fn prior_is_the_share_of_the_poses_that_a_laying_stands_for() {
+        let mut state = LocatorState::<f64, 4, 2>::new();
+        let memory = state.memory();
+        memory.known.area = 400.0;
+        let (config, sigmas) = (LocatorConfig::default(), [0.2, 0.3, 0.05]);
+        let covariance = Symmetric::from_diagonal(sigmas.map(|sigma| sigma * sigma));
+        let prior = memory.ln_prior(&config, &Laying { at: PlanarPose::ZERO, covariance }).unwrap().exp();
+        let volume = TAU.powf(1.5) * sigmas.iter().product::<f64>();
+        let expected = (1.0 - config.elsewhere) * volume / (400.0 * POSES * TAU);
+        assert!((prior / expected - 1.0).abs() < 1e-12, "{prior} {expected}");
+    }
+}

@@ -128,3 +128,25 @@ fn is_as_long<T: Real>(
     let difference = squared_seen + squared_map - two * (squared_seen * squared_map).sqrt();
     difference <= variance * config.gate * T::from_f64(0.5)
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::Symmetric;
+    use crate::locate::state::LocatorState;
+    use nalgebra::Vector2;
+
+    /// Wherever they are: two landmarks that are 0.1 m apart, each known to 0.1 m, tell no direction, and two that are 3 m apart do.
+    #[test]
+    fn only_landmarks_that_are_apart_are_laid() {
+        for (apart, tells) in [(0.1, false), (3.0, true)] {
+            let mut state = LocatorState::<f64, 4, 2>::new();
+            let mut memory = state.memory();
+            memory.known.seen = 2;
+            for (landmark, offset) in memory.seen.iter_mut().zip([0.0, apart]) {
+                landmark.mean = Vector2::new(-40.0, 30.0 + offset);
+                landmark.covariance = Symmetric::from_diagonal([0.01; 2]);
+            }
+            assert_eq!(memory.next_pair(1.0), tells, "{apart} m");
+        }
+    }
+}

@@ -40,8 +40,8 @@ impl<T: Real, S: Sensor<Pose = PlanarPose<T>>> Sensor for Calibrated<S> {
         self.0.innovation(measured, expected)
     }
 
-    fn hides(&self, measured: &S::Measurement, expected: &S::Measurement) -> bool {
-        self.0.hides(measured, expected)
+    fn occludes(&self, measured: &S::Measurement, expected: &S::Measurement) -> bool {
+        self.0.occludes(measured, expected)
     }
 
     fn noise(&self) -> &Symmetric<S::Measurement> {

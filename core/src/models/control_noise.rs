@@ -161,6 +161,18 @@ mod tests {
         }
     }
 
+    /// In the order of the control's numbers.
+    #[test]
+    fn errors_are_added_to_the_control() {
+        let (sigmas, start, dt) = ([0.5, 0.2], PlanarPose::new(1.0, 2.0, 0.3), 0.1);
+        let robot = Unicycle::new(Step::Arc, ControlNoise::white(sigmas[0], sigmas[1])).unwrap();
+        let control = UnicycleControl { speed_mps: 2.0, rate_radps: 0.4 };
+        let mut stream = Noise::seeded(5);
+        let [speed, rate] = sigmas.map(|sigma| sigma * stream.normal::<f64>());
+        let wrong = UnicycleControl { speed_mps: 2.0 + speed, rate_radps: 0.4 + rate };
+        assert_eq!(robot.sample(&start, &control, dt, &mut Noise::seeded(5)), robot.propagate(&start, &wrong, dt));
+    }
+
     #[test]
     fn shares_add_in_quadrature() {
         let noise = ControlNoise { speed_sigma_ratio: 0.2, turn_sigma_ratio: 0.5, ..ControlNoise::white(0.3, 0.0) };

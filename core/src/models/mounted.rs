@@ -76,8 +76,8 @@ impl<S: Sensor> Sensor for Mounted<'_, S> {
         self.sensor.innovation(measured, expected)
     }
 
-    fn hides(&self, measured: &S::Measurement, expected: &S::Measurement) -> bool {
-        self.sensor.hides(measured, expected)
+    fn occludes(&self, measured: &S::Measurement, expected: &S::Measurement) -> bool {
+        self.sensor.occludes(measured, expected)
     }
 
     fn noise(&self) -> &Symmetric<S::Measurement> {

@@ -4,8 +4,9 @@ use super::{Expected, Inverse, ModelError, PlanarPose, Sensor, require};
 use crate::{Real, Symmetric, wrap};
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
-/// Standard deviations by which a detection is nearer than what it hides, and within which it is in the same direction.
-const HIDING_SIGMAS: f64 = 3.0;
+/// A detection occludes a landmark if it is nearer by more than this many standard deviations of the range, and within as many of the
+/// bearing in direction.
+const OCCLUSION_SIGMAS: f64 = 3.0;
 
 /// A sensor that measures range (m) and bearing (rad, 0 ahead, growing to the left) of a feature in the plane.
 ///
@@ -38,8 +39,8 @@ pub struct PlanarFrame<T> {
 }
 
 impl<T: Real> PlanarFrame<T> {
-    /// ∂h/∂x of any sensor fixed to the vehicle, from its H = ∂h/∂m: to move the vehicle is to move the feature the other
-    /// way in its frame, and to turn the vehicle is to turn the feature the other way around it.
+    /// ∂h/∂x of any sensor fixed to the vehicle, from H = ∂h/∂m: a translation of the vehicle has the effect of the opposite translation of
+    /// the feature, and a rotation of the vehicle that of the opposite rotation of the feature about the vehicle.
     #[inline]
     #[must_use]
     pub fn by_pose<const Z: usize>(&self, by_feature: &SMatrix<T, Z, 2>, feature: &SVector<T, 2>) -> SMatrix<T, Z, 3> {
@@ -83,13 +84,13 @@ impl<T: Real> Sensor for RangeBearing<T> {
         PlanarFrame::of(pose)
     }
 
-    /// (5.28) with the heading subtracted. The Jacobian is that of range and bearing with respect to the feature.
+    /// The prediction ẑ of (5.28), with the bearing relative to the heading. The Jacobian is that with respect to the feature.
     #[inline(always)]
     fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 2>) -> Option<Expected<Vector2<T>, Vector2<T>>> {
         let [[dx, dy]] = (feature - frame.position).data.0;
         let squared = dx * dx + dy * dy;
-        // At the sensor itself the bearing has no derivative. Written so that NaN fails too; what is infinitely far is out of
-        // every view.
+        // At the sensor itself the bearing has no derivative. Written so that NaN gives `None` too. A feature at infinity is out of every
+        // field of view.
         if !(squared > T::ZERO) {
             return None;
         }
@@ -108,11 +109,11 @@ impl<T: Real> Sensor for RangeBearing<T> {
         Vector2::new(range, wrap(bearing))
     }
 
-    /// What is nearer by more than three standard deviations of the range, in the same direction within as many of
-    /// the bearing.
-    fn hides(&self, measured: &SVector<T, 2>, expected: &SVector<T, 2>) -> bool {
+    /// Whether a detection is nearer than the prediction by more than three standard deviations of the range, and in the same direction
+    /// within three standard deviations of the bearing.
+    fn occludes(&self, measured: &SVector<T, 2>, expected: &SVector<T, 2>) -> bool {
         let [[range, bearing]] = self.innovation(measured, expected).data.0;
-        let sigmas = T::from_f64(HIDING_SIGMAS * HIDING_SIGMAS);
+        let sigmas = T::from_f64(OCCLUSION_SIGMAS * OCCLUSION_SIGMAS);
         range < T::ZERO
             && range * range > sigmas * self.noise.get(0, 0)
             && bearing * bearing < sigmas * self.noise.get(1, 1)
@@ -122,7 +123,7 @@ impl<T: Real> Sensor for RangeBearing<T> {
         &self.noise
     }
 
-    /// h⁻¹ and H* of (5.9), (5.10). A measurement of no range has no inverse.
+    /// h⁻¹ and H* of (5.9), (5.10). A measurement with a range of zero or less has no inverse.
     fn invert(&self, frame: &Self::Frame, measured: &SVector<T, 2>) -> Option<Inverse<Vector2<T>, Vector2<T>>> {
         let [[range, bearing]] = measured.data.0;
         if !(range > T::ZERO) {

@@ -49,7 +49,7 @@ pub trait Sensor: Sync {
 
     /// Whether what was measured stands before a feature of which `expected` is expected, so that the feature may be hidden.
     /// Never, unless the sensor says otherwise.
-    fn hides(&self, _measured: &Self::Measurement, _expected: &Self::Measurement) -> bool {
+    fn occludes(&self, _measured: &Self::Measurement, _expected: &Self::Measurement) -> bool {
         false
     }
 

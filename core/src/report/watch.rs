@@ -146,7 +146,7 @@ impl<T: Real> Watch<T> {
 
     /// Landmarks in view, of which so many detections are to be expected, have no part in a scan of so many measurements: the pose is known too
     /// badly to tell which measurement is of which of them. Until the vehicle has found its place among them, the doubt grows.
-    pub(crate) fn set_aside(&mut self, expected: T, measurements: usize) {
+    pub(crate) fn exclude_expected(&mut self, expected: T, measurements: usize) {
         let enough = T::from_f64(ASIDE);
         if expected >= enough && T::from_usize(measurements) >= enough {
             self.doubt += T::from_f64(ASIDE_DOUBT);
@@ -261,6 +261,14 @@ mod tests {
 
     fn scan(watch: &mut Watch<f64>, expected: f64, detected: f64, measurements: usize) -> Health {
         watch.scanned(&Recognised { expected, detected, given_up: 0.0 }, (measurements, 0.0), 0.1, 7)
+    }
+
+    #[test]
+    fn counts_over_maps_are_means() {
+        let counts = Recognised { expected: 6.0_f64, detected: 4.0, given_up: 2.0 };
+        let mean = counts.over(4);
+        assert_eq!([mean.expected, mean.detected, mean.given_up], [1.5, 1.0, 0.5]);
+        assert_eq!(counts.over(0).expected, 6.0);
     }
 
     #[test]
@@ -403,7 +411,7 @@ mod tests {
         let mut watch = used_to_ten();
         let mut aside = |expected, measurements, scans| -> std::vec::Vec<Health> {
             let one = |_| {
-                watch.set_aside(expected, measurements);
+                watch.exclude_expected(expected, measurements);
                 scan(&mut watch, 0.0, 0.0, measurements)
             };
             (0..scans).map(one).collect()

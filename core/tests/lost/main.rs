@@ -60,7 +60,7 @@ fn drive(filter: Filter, world: &mut World, scans: usize, mut told: impl FnMut(u
     } else {
         let mut state = Box::new(JointMemory::new());
         let eyes = Detector::new(sensing, births).unwrap();
-        let persistence = Persistence { in_sight_s: 20.0, hidden_s: 2.0, lifetime_s: 300.0 };
+        let persistence = Persistence { visible_s: 20.0, occluded_s: 2.0, lifetime_s: 300.0 };
         let persistence = if filter == Filter::Hiding { persistence } else { Persistence::FOR_EVER };
         let mut slam =
             JointSlam::new(motion, JointConfig { persistence, ..JointConfig::default() }, &mut *state).unwrap();

@@ -47,9 +47,9 @@ pub struct Trouble {
     /// p_D over what is stated.
     pub detection: f64,
     /// Mean time that a landmark stays in sight, s; 0: none hides.
-    pub in_sight_s: f64,
+    pub visible_s: f64,
     /// Mean time that it stays hidden, s.
-    pub hidden_s: f64,
+    pub occluded_s: f64,
     /// Share of the scans in bursts of clutter, ten times as much, at most 40. Each lasts 4 s in the mean.
     pub bursts: f64,
     /// The same with part of the view blocked: a sector, in the mean half of all.
@@ -63,8 +63,8 @@ impl Trouble {
     pub const NONE: Self = Self {
         name: "no trouble",
         detection: 1.0,
-        in_sight_s: 0.0,
-        hidden_s: 0.0,
+        visible_s: 0.0,
+        occluded_s: 0.0,
         bursts: 0.0,
         blocked: 0.0,
         leaves: false,
@@ -72,7 +72,7 @@ impl Trouble {
     pub const ALL: [Self; 8] = [
         Self::NONE,
         Self { name: "p_D is two thirds of what is stated", detection: 0.67, ..Self::NONE },
-        Self { name: "landmarks hide", in_sight_s: 8.0, hidden_s: 3.0, ..Self::NONE },
+        Self { name: "landmarks hide", visible_s: 8.0, occluded_s: 3.0, ..Self::NONE },
         Self { name: "bursts of clutter", bursts: 0.2, ..Self::NONE },
         Self { name: "the view is blocked", blocked: 0.2, ..Self::NONE },
         Self { name: "bursts, and blocked, now and then at once", bursts: 0.2, blocked: 0.2, ..Self::NONE },
@@ -80,8 +80,8 @@ impl Trouble {
         Self {
             name: "p_D, hiding and rounds",
             detection: 0.67,
-            in_sight_s: 15.0,
-            hidden_s: 3.0,
+            visible_s: 15.0,
+            occluded_s: 3.0,
             leaves: true,
             ..Self::NONE
         },
@@ -220,9 +220,9 @@ impl World {
 
     /// What hides, bursts and blocks comes and goes.
     fn bother(&mut self) {
-        let Trouble { in_sight_s, hidden_s, bursts, blocked, .. } = self.trouble;
+        let Trouble { visible_s, occluded_s, bursts, blocked, .. } = self.trouble;
         for index in 0..self.landmarks.len() {
-            let stays_s = if self.landmarks[index].hidden { hidden_s } else { in_sight_s };
+            let stays_s = if self.landmarks[index].hidden { occluded_s } else { visible_s };
             if stays_s > 0.0 && self.draws.uniform::<f64>() < DT_S / stays_s {
                 self.landmarks[index].hidden ^= true;
             }

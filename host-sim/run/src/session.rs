@@ -1,4 +1,4 @@
-//! One filter over one whole log: what it estimated, how well, how fast.
+//! Runs one filter over one log, and collects its estimates, errors and times.
 
 use crate::film::Film;
 use crate::map_truth::MapTruth;
@@ -25,74 +25,73 @@ use std::time::Instant;
 
 pub use scphd_filters::slam::Filter;
 
-/// Stack of the thread a filter runs in, bytes. The state of the fixed-capacity filter is tens of MB and lives on
-/// the heap, but an unoptimised build makes it on the stack before it moves there, more than once. A stack takes
-/// memory only as it is touched.
+/// Stack of the thread in which a filter runs, bytes. The state of the filter takes tens of MB and is on the heap, but an unoptimised build
+/// creates it on the stack first, several times. A stack uses physical memory only where it is written.
 const STACK_BYTES: usize = 512 << 20;
 
-/// What a session leaves behind.
+/// Results of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Session<D: Dimensions = Planar> {
     /// Every scan and the final map.
     pub record: Record<D>,
     /// The figures of the run.
     pub summary: Summary,
-    /// How moving landmarks were found; unknown where the log does not know them.
+    /// Scores of the moving landmarks; `None` if the log does not have their true positions.
     pub moving: Option<MovingScore>,
-    /// In how many scans the filter reported each condition; none for the reference, which reports nothing.
+    /// In how many scans the filter reported each condition. Empty for the reference filter, which reports none.
     pub health: Vec<(Health, usize)>,
-    /// Rows of the odometry that the filter left out.
+    /// Odometry rows that the filter rejected as implausible.
     pub left_out: Vec<LeftOut>,
 }
 
-/// Fixes of the pose that a filter was shown.
+/// Counts of the fixes (measurements of the pose).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct FixCounts {
-    shown: u64,
+    given: u64,
     left_out: u64,
     relocations: u64,
 }
 
-/// A row of the odometry that no vehicle follows.
+/// An odometry row with a motion that the vehicle cannot make.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeftOut {
-    /// Its place in the log.
+    /// Its row number in the log.
     pub row: usize,
     /// Its time, s.
     pub t_s: f64,
-    /// What is wrong with it.
+    /// Why it is implausible.
     pub what: Implausible,
 }
 
-/// Why a session came to no end.
+/// Why a run failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SessionError {
-    /// The filter cannot work with the settings.
+    /// The filter rejects the settings.
     #[error("the filter refuses the settings: {0}")]
     Start(Refusal),
-    /// The filter refused a step.
+    /// The filter rejected an input.
     #[error("scan {scan} at {t_s} s: {step} refused: {refusal}")]
     Step {
-        /// The scan, counted from 0, that was taken in or predicted towards.
+        /// Number of the scan that was processed, or of the next one, from 0.
         scan: usize,
         /// Its time, s.
         t_s: f64,
-        /// What was asked of the filter.
+        /// The operation.
         step: &'static str,
-        /// Why it refused.
+        /// The reason.
         refusal: Refusal,
     },
-    /// The filter cannot start in the map, or leave one.
+    /// The filter cannot start with this map, or cannot save one.
     #[error("the map of another drive: {0}")]
     Map(Refusal),
-    /// The system has no thread for it.
+    /// The operating system cannot start a thread.
     #[error("cannot start a thread: {0}")]
     Thread(io::Error),
 }
 
-/// Runs `filter` over `log`, in a thread with a stack that has room for any state; `progress` is told the number of
-/// scans done after each.
+/// Runs `filter` over `log`, in a thread with a stack that is large enough for any state. `progress` is called after each scan with the
+/// number of scans so far.
 ///
 /// # Errors
 /// The filter refused the settings or a step.
@@ -106,7 +105,7 @@ pub fn run<K: Kind>(
     run_on(&Threads::default(), log, settings, filter, seed, progress)
 }
 
-/// [`run`] on these threads.
+/// [`run`] with these worker threads.
 ///
 /// # Errors
 /// As for `run`.
@@ -122,32 +121,32 @@ pub fn run_on<K: Kind>(
     run_in_map::<K>(threads, log, settings, filter, seed, maps, film, progress).map(|(session, _)| session)
 }
 
-/// Which map of an earlier drive a run starts in, and whether it leaves one.
+/// Use of maps of earlier drives: which map a run starts with, and whether it saves one.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct MapUse<'m> {
-    /// The map, as [`Slam::map_file`] made it.
+    /// The initial map, made by [`Slam::map_file`].
     pub file: Option<&'m [u8]>,
-    /// Whether the pose in it is not that of the log, and has to be found.
+    /// Whether the initial pose in the map is unknown and must be found (global localisation).
     pub locate: bool,
-    /// Whether the map at the end is asked for.
+    /// Whether the final map is returned.
     pub save: bool,
-    /// Whether only the map at the end is compared with the truth: where no table and no plot shows the others, that is time saved.
+    /// Whether only the final map is compared with the truth. This saves time if no table or plot shows the earlier errors.
     pub last_error_alone: bool,
 }
 
-/// What a run with maps leaves beside its session.
+/// Results of a run that concern maps of earlier drives.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct MapOutcome {
-    /// The map at the end, if it was asked for.
+    /// The final map, if [`MapUse::save`] is set.
     pub file: Option<Vec<u8>>,
-    /// How the search for the place went, if there was one.
+    /// Result of the global localisation, if there was one.
     pub search: Option<Search>,
 }
 
-/// [`run_on`], in a map of an earlier drive, or to make one; a film keeps what a page shows of the run.
+/// [`run_on`] with an initial map, or to save one. `film` records maps and particles for the HTML page and for MCAP.
 ///
 /// # Errors
-/// As for `run`, or the filter has no such maps.
+/// As for `run`, or the filter cannot use or save such maps.
 #[expect(clippy::too_many_arguments, reason = "a run has as many parts")]
 pub fn run_in_map<K: Kind>(
     threads: &Threads,
@@ -166,17 +165,17 @@ pub fn run_in_map<K: Kind>(
             slam.start_in(file, !maps.locate).map_err(SessionError::Map)?;
         }
         if maps.save {
-            // A filter that has none says so before the run.
+            // A filter that cannot save a map fails here, before the run.
             slam.map_file().map_err(SessionError::Map)?;
         }
-        let session = follow(log, settings, (filter, seed), &mut *slam, film, maps.last_error_alone, progress)?;
+        let session = run_filter(log, settings, (filter, seed), &mut *slam, film, maps.last_error_alone, progress)?;
         let file = if maps.save { Some(slam.map_file().map_err(SessionError::Map)?) } else { None };
         Ok((session, MapOutcome { file, search: slam.search() }))
     };
     with_roomy_stack(session).map_err(SessionError::Thread)?
 }
 
-/// [`run`], by a filter that is made already and at the start of the log; `filter` and `seed` are what it is.
+/// [`run`] with an existing filter, which is at the start of the log. `filter` and `seed` describe it in the summary.
 ///
 /// # Errors
 /// The filter refused a step.
@@ -187,11 +186,11 @@ pub fn run_of<K: Kind>(
     filter: Filter,
     seed: u64,
 ) -> Result<Session<K>, SessionError> {
-    follow(log, settings, (filter, seed), slam, None, false, &mut |_| {})
+    run_filter(log, settings, (filter, seed), slam, None, false, &mut |_| {})
 }
 
-/// A whole log and what is said of it.
-fn follow<K: Kind>(
+/// Processes a log and makes the summary.
+fn run_filter<K: Kind>(
     log: &K::Log,
     settings: &K::Settings,
     (filter, seed): (Filter, u64),
@@ -200,16 +199,16 @@ fn follow<K: Kind>(
     last_error_alone: bool,
     progress: &mut (dyn FnMut(usize) + Send),
 ) -> Result<Session<K>, SessionError> {
-    let run = drive(log, settings, slam, film, last_error_alone, progress)?;
+    let run = process_log(log, settings, slam, film, last_error_alone, progress)?;
     let summary = summary(log, settings, filter, seed, &run, slam);
     let Run { record, health, left_out, moving, .. } = run;
     Ok(Session { record, summary, moving, health, left_out })
 }
 
-/// Does `work` in a thread of its own, with a stack that has room for any filter state.
+/// Runs `work` in a new thread whose stack is large enough for any filter state.
 ///
 /// # Errors
-/// The system has no thread for it.
+/// The operating system cannot start a thread.
 pub fn with_roomy_stack<T: Send>(work: impl FnOnce() -> T + Send) -> io::Result<T> {
     thread::scope(|scope| {
         let handle = thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, work)?;
@@ -217,20 +216,20 @@ pub fn with_roomy_stack<T: Send>(work: impl FnOnce() -> T + Send) -> io::Result<
     })
 }
 
-/// What [`drive`] saw.
+/// Results of [`process_log`].
 struct Run<D: Dimensions> {
     record: Record<D>,
     health: Vec<(Health, usize)>,
     left_out: Vec<LeftOut>,
     moving: Option<MovingScore>,
-    /// The static landmarks that have been in view, m; `None` where the log does not tell.
+    /// True positions of the static landmarks that have been in view, m; `None` if the log does not have them.
     seen: Option<Vec<D::Position>>,
     consistency: Consistency,
     fixes: FixCounts,
 }
 
-/// Feeds a whole log to a filter.
-fn drive<K: Kind>(
+/// Processes all events of a log with a filter.
+fn process_log<K: Kind>(
     log: &K::Log,
     settings: &K::Settings,
     slam: &mut dyn Slam<K>,
@@ -259,7 +258,7 @@ fn drive<K: Kind>(
             Event::Predict { row, control, dt_s } => {
                 watch.wait(dt_s);
                 let implausible = slam.predict(control, dt_s).map_err(refused("the prediction"))?;
-                // A row that scans divide is left out once.
+                // A row that a scan splits into several predictions is counted once.
                 if let Some(what) = implausible
                     && left_out.last().is_none_or(|last: &LeftOut| last.row != row)
                 {
@@ -267,7 +266,7 @@ fn drive<K: Kind>(
                 }
             }
             Event::Fix { fix } => {
-                fixes.shown += 1;
+                fixes.given += 1;
                 let taken = watch.show(slam, &fix).map_err(refused("the fix"))?;
                 fixes.left_out += u64::from(taken != Taken::In);
                 fixes.relocations += u64::from(taken == Taken::Relocated);
@@ -283,10 +282,10 @@ fn drive<K: Kind>(
                 let (pose, pose_covariance) = slam.pose().map_err(refused("the pose"))?;
                 let (features_estimated, features) = slam.map().map_err(refused("the map"))?;
                 let mut moving = slam.moving().map_err(refused("the moving features"))?;
-                // What has moved out of view is a guess that no truth of this scan can confirm or refute.
-                let here =
+                // Moving features out of view are not scored, because this scan's truth has only landmarks in view.
+                let present_pose =
                     TruePose { t_s: scan.t_s, position: K::position(&pose), heading_rad: Some(K::heading(&pose)) };
-                moving.retain(|feature| view(&here, feature.position) != Some(false));
+                moving.retain(|feature| view(&present_pose, feature.position) != Some(false));
                 map = features;
                 let truth = truth::at(K::truth(log), scan.t_s);
                 let true_map = map_truth.at(scan.t_s, truth.as_ref());
@@ -397,7 +396,7 @@ fn summary<K: Kind>(
             estimate.map(|score| score.position_rmse_m),
             dead_reckoning.map(|score| score.position_rmse_m),
         ),
-        fixes: run.fixes.shown,
+        fixes: run.fixes.given,
         fixes_left_out: run.fixes.left_out,
         fix_relocations: run.fixes.relocations,
         settings: json::settings(settings),

@@ -87,8 +87,8 @@ fn detector(sensor: &Sensor) -> Result<Detector<Lidar>, scphd::models::ModelErro
 
 /// The head of the box: all that the filter was made of.
 fn head(front: &Sensor) -> Header<Planar> {
-    let JointConfig { persistence, behind, merge_distance, .. } = JointConfig::<f32>::default();
-    let Persistence { in_sight_s, hidden_s, lifetime_s } = persistence;
+    let JointConfig { persistence, occlusion_factor, merge_distance, .. } = JointConfig::<f32>::default();
+    let Persistence { visible_s, occluded_s, lifetime_s } = persistence;
     Header {
         scalar: Scalar::F32,
         vehicle: Vehicle::UnicycleArc,
@@ -114,10 +114,10 @@ fn head(front: &Sensor) -> Header<Planar> {
         },
         recursion: Recursion { birth_intensity: front.birth_intensity, ..Recursion::ZERO },
         joint: Joint {
-            in_sight_s: f64::from(in_sight_s),
-            hidden_s: f64::from(hidden_s),
+            visible_s: f64::from(visible_s),
+            occluded_s: f64::from(occluded_s),
             lifetime_s: f64::from(lifetime_s),
-            behind: f64::from(behind),
+            occlusion_factor: f64::from(occlusion_factor),
             merge_distance: f64::from(merge_distance),
         },
         scan_interval_s: f64::from(DT_S),

@@ -82,13 +82,13 @@ numbers! {
     /// Numbers of a joint map.
     Joint {
         /// Mean time that a landmark stays in sight before something hides it, s.
-        in_sight_s: f64,
+        visible_s: f64,
         /// Mean time that it stays hidden, s.
-        hidden_s: f64,
+        occluded_s: f64,
         /// Mean time until it is taken away, s.
         lifetime_s: f64,
         /// Share of p_D that is left behind a nearer detection.
-        behind: f64,
+        occlusion_factor: f64,
         /// Two features within this squared Mahalanobis distance are one.
         merge_distance: f64,
     }

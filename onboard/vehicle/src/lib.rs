@@ -1,12 +1,12 @@
-//! One description of a vehicle in the plane, and the filter that is assembled from it.
+//! Builds a SLAM filter from a description of a vehicle in the plane.
 //!
-//! [`Description`] has plain numbers alone: how the vehicle moves, which filter it has, its sensors, its fixes of the pose, where it starts.
-//! [`Description::check`] names the first setting that is out of range. [`Setting::all`] lists every setting with its name, unit, range and
-//! meaning; [`Description::get`] and [`Description::set`] read and write it. Other languages and documents are made from that list.
+//! [`Description`] has only numbers: motion model, kind of filter, sensors, measurements of the pose (fixes), initial pose.
+//! [`Description::check`] returns the first setting that is out of range. [`Setting::all`] lists the settings with name, unit, range
+//! and meaning; [`Description::get`] and [`Description::set`] read and write one. Bindings and documents are generated from this list.
 //!
-//! A [`Backing`] is the static memory of a filter. [`joint_backing!`] and [`mixture_backing!`] name one with its capacities, and
-//! [`sets`] has some. [`Backing::start`] assembles the filter that is described. [`Slam`] has the calls of a loop for both filters, [`Services`]
-//! those that are rare.
+//! A [`Backing`] is the static memory of a filter. [`joint_backing!`] and [`mixture_backing!`] declare a type of it with given capacities;
+//! [`sets`] has ready ones. [`Backing::start`] builds the filter from a description. [`Slam`] has the calls of a loop, the same for both
+//! filters, and [`Services`] has those outside of it.
 //!
 //! ```
 //! use nalgebra::Vector2;

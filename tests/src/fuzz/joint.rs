@@ -108,18 +108,18 @@ pub(super) fn config<T: Real>(draw: &mut Draw) -> JointConfig<T> {
     let number = T::from_f64;
     let plain = if draw.chance(0.5) { JointConfig::default() } else { JointConfig::strict() };
     JointConfig {
-        birth_share: draw.real(0.0, 1.0),
+        birth_probability_min: draw.real(0.0, 1.0),
         gate: draw.real(1.0, 40.0),
         persistence: if draw.chance(0.5) {
             Persistence::FOR_EVER
         } else {
             Persistence {
-                in_sight_s: number(draw.magnitude(0.1, 1e3)),
-                hidden_s: number(draw.magnitude(0.1, 1e3)),
+                visible_s: number(draw.magnitude(0.1, 1e3)),
+                occluded_s: number(draw.magnitude(0.1, 1e3)),
                 lifetime_s: if draw.chance(0.5) { T::INFINITY } else { number(draw.magnitude(1.0, 1e4)) },
             }
         },
-        behind: draw.real(0.0, 1.0),
+        occlusion_factor: draw.real(0.0, 1.0),
         least_existence: if draw.chance(0.1) { T::ZERO } else { number(draw.magnitude(1e-4, 0.5)) },
         extraction_existence: draw.real(0.0, 1.0),
         merge_distance: draw.real(0.0, 12.0),
@@ -403,7 +403,7 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
         require(sound(report.detections) && report.detections <= most, told)?;
         require(sound(report.expected_detections) && sound(report.innovation), told)?;
         require(report.ln_evidence < T::INFINITY, told)?;
-        let grown = held + report.births + report.recalled;
+        let grown = held + report.births + report.reactivated;
         require(slam.held() <= grown, told)
     }
 

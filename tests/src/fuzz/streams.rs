@@ -138,8 +138,8 @@ fn header<K: Kind>(draw: &mut Draw, models: K::Models, scalar: Scalar) -> Header
         (moving.velocity_sigma_mps, moving.acceleration_psd, moving.lifetime_s) = (1.0, 0.1, 20.0);
         (moving.spread_max_m, moving.extraction_weight) = (5.0, 0.5);
     }
-    (joint.in_sight_s, joint.hidden_s, joint.lifetime_s) = (draw.magnitude(1.0, 1e3), 5.0, 1e4);
-    (joint.behind, joint.merge_distance) = (draw.even(0.0, 1.0), 9.0);
+    (joint.visible_s, joint.occluded_s, joint.lifetime_s) = (draw.magnitude(1.0, 1e3), 5.0, 1e4);
+    (joint.occlusion_factor, joint.merge_distance) = (draw.even(0.0, 1.0), 9.0);
     Header {
         scalar,
         proposal: [Proposal::Blind, Proposal::Informed][draw.below(2)],

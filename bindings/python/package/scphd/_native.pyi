@@ -35,12 +35,12 @@ class _MixtureSettings(_Plausible, total=False):
     moving_extraction_weight: float
 
 class _JointSettings(_Plausible, total=False):
-    birth_share: float
+    birth_probability_min: float
     gate: float
-    in_sight_s: float
-    hidden_s: float
+    visible_s: float
+    occluded_s: float
     lifetime_s: float
-    behind: float
+    occlusion_factor: float
     least_existence: float
     least_tentative: float
     extraction_existence: float

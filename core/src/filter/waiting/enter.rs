@@ -1,9 +1,9 @@
-//! What the scan may have seen again enters the maps; the rest is missed.
+//! Delayed births that the scan may have detected enter the maps; the others are missed detections.
 
 use crate::detection::scan::Scan;
 use crate::detection::view::Views;
-use crate::filter::drift::later;
 use crate::filter::newborn::Newborn;
+use crate::filter::predict_moving::predict_component;
 use crate::filter::state::Memory;
 use crate::filter::tally::Tally;
 use crate::filter::waiting::meet::{Step, compare};
@@ -12,8 +12,8 @@ use crate::map::{Maps, PAGE_LEN, Page, PageId};
 use crate::numerics::work;
 use crate::{Births, Component, Config, Feature, MeasurementModel, Place, Pose, PositionOf, Real, Symmetric, Vector};
 
-/// Puts the births of the scan before into the maps of the particles that have them, as they would have been there since, where this scan
-/// may have seen them again, and sums up for every particle what it has missed of the others. Afterwards none waits.
+/// Adds the delayed births of the last scan that this scan may have detected to the maps of their particles, with the weights that they
+/// would have there. For every particle, sums Σ p_D w of the others, which this scan missed. Afterwards no birth is delayed.
 #[inline(never)]
 pub(crate) fn enter<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>(
     config: &Config<T>,
@@ -134,8 +134,11 @@ fn meet_all<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>(
         let moving = ln_moving.and_then(|ln_weight| {
             let born = newborn.moving(0, ln_weight, config.moving.velocity_sigma_mps);
             let waited_s = cursor.waited_s;
-            let moving =
-                if waited_s > T::ZERO { later::<T, PositionOf<P>>(config, ln_floor, waited_s, &born)? } else { born };
+            let moving = if waited_s > T::ZERO {
+                predict_component::<T, PositionOf<P>>(config, ln_floor, waited_s, &born)?
+            } else {
+                born
+            };
             let covariance = moving.covariance.leading();
             Some(Component { label: 0, ln_weight: moving.ln_weight, mean: moving.position(), covariance })
         });

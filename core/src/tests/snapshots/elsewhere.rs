@@ -12,7 +12,7 @@ type Roomier<T> = Joint<T, 55, { joint_numbers(3, 2, 55) }>;
 
 /// Nothing hides anything, so that little is held beside the posts, and room is never short.
 fn config<T: Real>() -> JointConfig<T> {
-    JointConfig { persistence: Persistence::FOR_EVER, behind: T::ONE, ..JointConfig::default() }
+    JointConfig { persistence: Persistence::FOR_EVER, occlusion_factor: T::ONE, ..JointConfig::default() }
 }
 
 fn joint_goes_on<T: Real>() -> usize {

@@ -59,10 +59,10 @@ pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: u
             extraction_weight: moving.extraction_weight,
         },
         joint: Joint {
-            in_sight_s: joint.in_sight_s,
-            hidden_s: joint.hidden_s,
+            visible_s: joint.visible_s,
+            occluded_s: joint.occluded_s,
             lifetime_s: joint.lifetime_s,
-            behind: joint.behind,
+            occlusion_factor: joint.occlusion_factor,
             merge_distance: joint.merge_distance,
         },
         scan_interval_s: scan_interval_s(log.scans.iter().map(|scan| scan.t_s)),

@@ -216,12 +216,12 @@ impl Settings {
             spread_max_m: MOVING_SPREAD_MAX_M,
             extraction_weight: MOVING_EXTRACTION_WEIGHT,
         };
-        let JointConfig { persistence, behind, merge_distance, .. } = JointConfig::<f64>::default();
+        let JointConfig { persistence, occlusion_factor, merge_distance, .. } = JointConfig::<f64>::default();
         let joint = JointSettings {
-            in_sight_s: of(NEVER_S, persistence.in_sight_s),
-            hidden_s: persistence.hidden_s,
+            visible_s: of(NEVER_S, persistence.visible_s),
+            occluded_s: persistence.occluded_s,
             lifetime_s: of(NEVER_S, persistence.lifetime_s),
-            behind: of(1.0, behind),
+            occlusion_factor: of(1.0, occlusion_factor),
             merge_distance,
         };
         let others = log.others.iter().map(|other| {

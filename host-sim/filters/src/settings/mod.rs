@@ -182,13 +182,13 @@ pub struct MovingSettings {
 #[serde(deny_unknown_fields)]
 pub struct JointSettings {
     /// Mean time that a landmark stays in sight before something hides it, s; 1e9: nothing ever does.
-    pub in_sight_s: f64,
+    pub visible_s: f64,
     /// Mean time that it stays hidden, s.
-    pub hidden_s: f64,
+    pub occluded_s: f64,
     /// Mean time until it is taken away, s; 1e9: never.
     pub lifetime_s: f64,
     /// Share of p_D that is left behind a nearer detection.
-    pub behind: f64,
+    pub occlusion_factor: f64,
     /// Two features within this squared Mahalanobis distance are one.
     pub merge_distance: f64,
 }

@@ -3,14 +3,13 @@
 use super::contract::{PoseAndCovariance, Refusal, ScanOutcome, Search, Slam, left_out, no_sensor, refusal};
 use super::fixes::{Fixed, Map};
 use super::in_map::{InMap, Mapped};
-use super::joint_room::JointRoom;
+use super::joint_room::{Joint, JointRoom};
 use super::joint_snapshot;
 use super::models::{Models, feature_of, measured, moving_of, pose_of};
 use scphd::errors::Implausible;
 use scphd::models::{MeasurementModel, Motion, ScalarOf, TangentOf};
 use scphd::numerics::Symmetric;
-use scphd::storage::NoArchive;
-use scphd::{Detector, JointConfig, JointSlam, Real};
+use scphd::{Detector, JointConfig, Real};
 use scphd_log::dimensions::{Covariance, Dimensions};
 use scphd_reference::joint;
 use scphd_score::record::{MapFeature, MovingFeature, Usage};
@@ -26,36 +25,32 @@ pub trait OpenJoint<D: Dimensions>: Slam<D> {
 }
 
 /// The joint filter of one log, with its state on the heap.
-struct JointFilter<D: Dimensions, M: Motion<Pose: Fixed<D>>, X: MeasurementModel<Pose = M::Pose>, R> {
+struct JointFilter<D, M, X, const NUMBERS: usize>
+where
+    D: Dimensions,
+    M: Motion<Pose: Fixed<D>>,
+    X: MeasurementModel<Pose = M::Pose>,
+{
     motion: M,
     control: fn(D::Control) -> M::Control,
     /// Of every sensor.
     detectors: Vec<Detector<X>>,
     fixes: <M::Pose as Fixed<D>>::Models,
     config: JointConfig<ScalarOf<M::Pose>>,
-    state: Box<R>,
+    state: Box<JointRoom<M, X::Measurement, NUMBERS>>,
     start: M::Pose,
     /// Maps of earlier drives, where there is a way to have them.
     maps: Option<Box<dyn InMap<X>>>,
 }
 
-/// The joint filter over a state of the kind `R`.
-type SlamOver<'s, M, X, R> = JointSlam<
-    's,
-    M,
-    <X as MeasurementModel>::Measurement,
-    NoArchive,
-    <R as JointRoom<M, <X as MeasurementModel>::Measurement>>::Moving<'s>,
->;
-
 /// The filter at the start of its log, with what is not known of its state there; everything is, unless said otherwise.
 ///
 /// # Errors
 /// The settings are out of range, and which.
-pub(crate) fn start<D, M, X, R>(
+pub(super) fn start<D, M, X, const NUMBERS: usize>(
     models: &Models<D, M, X>,
     config: JointConfig<ScalarOf<M::Pose>>,
-    mut state: Box<R>,
+    mut state: Box<JointRoom<M, X::Measurement, NUMBERS>>,
     maps: Option<Box<dyn InMap<X>>>,
     prior: Option<Symmetric<TangentOf<M::Pose>>>,
 ) -> Result<Box<dyn OpenJoint<D>>, Refusal>
@@ -63,7 +58,6 @@ where
     D: Dimensions,
     M: Motion<Pose: Fixed<D>> + Copy + 'static,
     X: MeasurementModel<Pose = M::Pose> + Copy + 'static,
-    R: JointRoom<M, X::Measurement>,
 {
     {
         let mut filter = state.filter(models.motion, config).map_err(refusal)?;
@@ -78,17 +72,16 @@ where
     Ok(Box::new(JointFilter { motion, control, detectors, fixes, config, state, start, maps }))
 }
 
-impl<D, M, X, R> JointFilter<D, M, X, R>
+impl<D, M, X, const NUMBERS: usize> JointFilter<D, M, X, NUMBERS>
 where
     D: Dimensions,
     M: Motion<Pose: Fixed<D>> + Copy,
     X: MeasurementModel<Pose = M::Pose>,
-    R: JointRoom<M, X::Measurement>,
 {
     /// Works on the filter. A state goes on from where the last filter over it left off.
     fn with<Y>(
         &mut self,
-        work: impl for<'s> FnOnce(&mut SlamOver<'s, M, X, R>, &[Detector<X>]) -> Y,
+        work: impl FnOnce(&mut Joint<'_, M, X::Measurement>, &[Detector<X>]) -> Y,
     ) -> Result<Y, Refusal> {
         let mut filter = self.state.filter(self.motion, self.config).map_err(refusal)?;
         Ok(work(&mut filter, &self.detectors))
@@ -105,12 +98,11 @@ where
     }
 }
 
-impl<D, M, X, R> Slam<D> for JointFilter<D, M, X, R>
+impl<D, M, X, const NUMBERS: usize> Slam<D> for JointFilter<D, M, X, NUMBERS>
 where
     D: Dimensions,
     M: Motion<Pose: Fixed<D>> + Copy,
     X: MeasurementModel<Pose = M::Pose>,
-    R: JointRoom<M, X::Measurement>,
 {
     fn predict(&mut self, control: D::Control, dt_s: f64) -> Result<Option<Implausible>, Refusal> {
         let control = (self.control)(control);
@@ -191,12 +183,11 @@ where
     }
 }
 
-impl<D, M, X, R> OpenJoint<D> for JointFilter<D, M, X, R>
+impl<D, M, X, const NUMBERS: usize> OpenJoint<D> for JointFilter<D, M, X, NUMBERS>
 where
     D: Dimensions,
     M: Motion<Pose: Fixed<D>> + Copy,
     X: MeasurementModel<Pose = M::Pose>,
-    R: JointRoom<M, X::Measurement>,
 {
     fn snapshot(&mut self) -> Result<joint::State, Refusal> {
         let mut bytes = Vec::new();

@@ -1,65 +1,41 @@
 //! Memory of a joint filter on the host.
 
+use super::MEASUREMENTS;
 use scphd::errors::SetupError;
 use scphd::models::{Motion, ScalarOf};
 use scphd::numerics::Vector;
 use scphd::settings::MovingConfig;
-use scphd::storage::{JointMovers, Movers, NoArchive, NoMovers, Tracked};
+use scphd::storage::{JointMovers, NoArchive, Tracked};
 use scphd::{JointConfig, JointSlam, JointState};
-use std::fmt::Debug;
 
 /// Features that the host's state has room for.
 pub(super) const FEATURES: usize = 1024;
-/// Features that may move.
+/// Moving objects that it has room for.
 pub(super) const MOVERS: usize = 256;
 
-/// A joint state of whatever capacities.
-pub(crate) trait JointRoom<M: Motion, Z: Vector>: Debug + 'static {
-    /// What moves beside it, if anything may.
-    type Moving<'s>: Movers<M::Pose>;
+/// A joint state, and the moving objects beside it, if there may be any.
+pub(super) struct JointRoom<M: Motion, Z: Vector<Scalar = ScalarOf<M::Pose>>, const NUMBERS: usize> {
+    state: JointState<M::Pose, Z, FEATURES, NUMBERS, MEASUREMENTS>,
+    movers: Option<JointMovers<M::Pose, MOVERS>>,
+    moving: Option<MovingConfig<ScalarOf<M::Pose>>>,
+}
+
+/// The filter over it.
+pub(super) type Joint<'s, M, Z> = JointSlam<'s, M, Z, NoArchive, Option<Tracked<'s, <M as Motion>::Pose>>>;
+
+impl<M: Motion, Z: Vector<Scalar = ScalarOf<M::Pose>>, const NUMBERS: usize> JointRoom<M, Z, NUMBERS> {
+    /// Room without moving objects, or with such as move in this way.
+    pub(super) fn new(moving: Option<MovingConfig<ScalarOf<M::Pose>>>) -> Self {
+        Self { state: JointState::new(), movers: moving.map(|_| JointMovers::new()), moving }
+    }
 
     /// The filter over it, which goes on from where the last one left off.
-    fn filter(
+    pub(super) fn filter(
         &mut self,
         motion: M,
         config: JointConfig<ScalarOf<M::Pose>>,
-    ) -> Result<JointSlam<'_, M, Z, NoArchive, Self::Moving<'_>>, SetupError>;
-}
-
-impl<M, Z, const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize> JointRoom<M, Z>
-    for JointState<M::Pose, Z, FEATURES, NUMBERS, MEASUREMENTS>
-where
-    M: Motion<Pose: 'static>,
-    Z: Vector<Scalar = ScalarOf<M::Pose>> + 'static,
-{
-    type Moving<'s> = NoMovers;
-
-    fn filter(&mut self, motion: M, config: JointConfig<ScalarOf<M::Pose>>) -> Result<JointSlam<'_, M, Z>, SetupError> {
-        JointSlam::new(motion, config, self)
-    }
-}
-
-/// A joint state, and what moves beside it.
-#[derive(Debug)]
-pub(super) struct WithMovers<M: Motion, S> {
-    pub(super) state: S,
-    pub(super) movers: JointMovers<M::Pose, MOVERS>,
-    pub(super) moving: MovingConfig<ScalarOf<M::Pose>>,
-}
-
-impl<M, Z, const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize> JointRoom<M, Z>
-    for WithMovers<M, JointState<M::Pose, Z, FEATURES, NUMBERS, MEASUREMENTS>>
-where
-    M: Motion<Pose: 'static> + Debug + 'static,
-    Z: Vector<Scalar = ScalarOf<M::Pose>> + 'static,
-{
-    type Moving<'s> = Tracked<'s, M::Pose>;
-
-    fn filter(
-        &mut self,
-        motion: M,
-        config: JointConfig<ScalarOf<M::Pose>>,
-    ) -> Result<JointSlam<'_, M, Z, NoArchive, Tracked<'_, M::Pose>>, SetupError> {
-        JointSlam::new(motion, config, &mut self.state)?.with_movers(&mut self.movers, self.moving)
+    ) -> Result<Joint<'_, M, Z>, SetupError> {
+        let movers = self.movers.as_mut().zip(self.moving);
+        JointSlam::new(motion, config, &mut self.state)?.with_movers_if(movers)
     }
 }

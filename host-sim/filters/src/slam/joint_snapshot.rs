@@ -148,8 +148,8 @@ mod tests {
             clutter: UniformClutter::of_scan(2.0, window.measure()).unwrap(),
         };
         let detector = Detector::new(sensing, Births::of_static(BIRTHS)).unwrap();
-        let persistence = Persistence { in_sight_s: 5.0, hidden_s: 2.0, lifetime_s: 100.0 };
-        let config = JointConfig { persistence, behind: 0.5, ..JointConfig::default() };
+        let persistence = Persistence { visible_s: 5.0, occluded_s: 2.0, lifetime_s: 100.0 };
+        let config = JointConfig { persistence, occlusion_factor: 0.5, ..JointConfig::default() };
         let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.05)).unwrap();
         let mut memory = Box::new(JointState::<PlanarPose<f64>, Vector2<f64>, ROOM, NUMBERS, 32>::new());
         let mut slam = JointSlam::new(motion, config, &mut *memory).unwrap();

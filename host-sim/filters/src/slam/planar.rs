@@ -1,13 +1,12 @@
 //! The filters of the core over a planar log.
 
-use super::MEASUREMENTS;
 use super::contract::{Refusal, refusal};
-use super::core_filter::{Room, Transparent, start as core_of};
+use super::core_filter::{Transparent, start as core_of};
 use super::filter::Precision;
 use super::fixes::{Fixed, PlanarFixes};
 use super::in_map::{InMap, PlanarMap};
 use super::joint_filter::{OpenJoint, start as joint_of};
-use super::joint_room::{FEATURES, JointRoom, WithMovers};
+use super::joint_room::{FEATURES, JointRoom};
 use super::models::{Models, SensorModels};
 use super::planar_numbers::{PlanarNumbers, PlanarVehicle, SensorNumbers, planar_config};
 use crate::settings::{CalibrationSettings, JointSettings, SensorSettings, Settings};
@@ -19,28 +18,28 @@ use scphd::models::{
 };
 use scphd::numerics::Symmetric;
 use scphd::settings::Persistence;
-use scphd::storage::{Dynamic, JointMovers, MapMemory, Static, joint_numbers};
-use scphd::{JointConfig, JointState, Real, State};
+use scphd::storage::{Dynamic, MapMemory, Static, joint_numbers};
+use scphd::{JointConfig, Real, State};
 use scphd_log::dimensions::Planar;
 use scphd_log::log::Vehicle;
 
-/// Components of one map in an update that every host state has room for.
+/// Particles that the host's state has room for.
+const PARTICLES: usize = 1024;
+/// Components of one map in an update that the host's state has room for.
 const VIEW: usize = 4096;
 
 /// Static and moving maps of the same capacities.
-type HostState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const MAP_PAGES: usize> = State<
+type HostState<T> = State<
     PlanarPose<T>,
     PARTICLES,
-    CANDIDATES,
-    MapMemory<Static<Vector2<T>>, PARTICLES, PAGES, MAP_PAGES, VIEW>,
-    MapMemory<Dynamic<Vector2<T>>, PARTICLES, PAGES, MAP_PAGES, VIEW>,
+    { 2 * PARTICLES },
+    MapMemory<Static<Vector2<T>>, PARTICLES, 65_535, 512, VIEW>,
+    MapMemory<Dynamic<Vector2<T>>, PARTICLES, 65_535, 512, VIEW>,
 >;
 
-type HostJointState<T> =
-    JointState<PlanarPose<T>, Vector2<T>, FEATURES, { joint_numbers(3, 2, FEATURES) }, MEASUREMENTS>;
-
-type HostCalibratedState<T> =
-    JointState<CalibratedPose<T>, Vector2<T>, FEATURES, { joint_numbers(6, 2, FEATURES) }, MEASUREMENTS>;
+/// Numbers of a joint state without and with calibration of the odometry.
+const NUMBERS: usize = joint_numbers(3, 2, FEATURES);
+const CALIBRATED_NUMBERS: usize = joint_numbers(6, 2, FEATURES);
 
 type PlanarSensing<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
 /// A row of odometry as a control.
@@ -51,7 +50,7 @@ type PlanarModels<T> = Models<Planar, PlanarMotion<T>, PlanarSensing<T>>;
 /// The fixed-capacity filter in the plane.
 type Core = Box<dyn Transparent<Planar, [f64; 3], 2, 4>>;
 
-/// The fixed-capacity filter for a log's vehicle, in the smallest host state with room for its particles.
+/// The fixed-capacity filter for a log's vehicle, with its state on the heap.
 ///
 /// # Errors
 /// The settings are out of range, and which.
@@ -90,14 +89,7 @@ pub fn joint_filter(
 
 /// Starts the filter with a mixture a particle.
 fn core_of_models<T: Real>(models: PlanarModels<T>, settings: &Settings, seed: u64) -> Result<Core, Refusal> {
-    let filter = &settings.filter;
-    let state: Box<dyn Room<PlanarMotion<T>>> =
-        match (filter.particles, filter.particles.saturating_mul(filter.samples)) {
-            (..=32, ..=64) => Box::new(HostState::<T, 32, 64, 16_384, 512>::new()),
-            (..=128, ..=256) => Box::new(HostState::<T, 128, 256, 16_384, 256>::new()),
-            _ => Box::new(HostState::<T, 1024, 2048, 65_535, 512>::new()),
-        };
-    core_of(models, planar_config(settings), state, seed)
+    core_of(models, planar_config(settings), Box::new(HostState::<T>::new()), seed)
 }
 
 /// Starts the filter with a joint map.
@@ -109,14 +101,13 @@ fn joint_of_models<T: Real>(
         return joint_of_calibrated(models, settings, calibration);
     }
     let maps = Some(Box::new(PlanarMap::<T>::new()) as _);
-    joint_over(&models, settings, HostJointState::<T>::new(), maps, None)
+    joint_over::<_, _, _, NUMBERS>(&models, settings, maps, None)
 }
 
-/// Starts it over a state, with what moves beside it where there is to be any.
-fn joint_over<T, M, X, S>(
+/// Starts it with moving objects beside it if any are born.
+fn joint_over<T, M, X, const NUMBERS: usize>(
     models: &Models<Planar, M, X>,
     settings: &Settings,
-    state: S,
     maps: Option<Box<dyn InMap<X>>>,
     prior: Option<Symmetric<TangentOf<M::Pose>>>,
 ) -> Result<Box<dyn OpenJoint<Planar>>, Refusal>
@@ -124,15 +115,10 @@ where
     T: Real,
     M: Motion<Pose: Fixed<Planar> + Pose<Scalar = T>> + Copy + 'static,
     X: MeasurementModel<Pose = M::Pose> + Copy + 'static,
-    S: JointRoom<M, X::Measurement>,
-    WithMovers<M, S>: JointRoom<M, X::Measurement>,
 {
-    let config = joint_config(&settings.joint);
-    if settings.moving.birth_intensity > 0.0 {
-        let room = WithMovers { state, movers: JointMovers::new(), moving: planar_config(settings).moving };
-        return joint_of(models, config, Box::new(room), maps, prior);
-    }
-    joint_of(models, config, Box::new(state), maps, prior)
+    let moving = (settings.moving.birth_intensity > 0.0).then(|| planar_config(settings).moving);
+    let state = Box::new(JointRoom::<M, X::Measurement, NUMBERS>::new(moving));
+    joint_of(models, joint_config(&settings.joint), state, maps, prior)
 }
 
 /// Starts the filter with a joint map that learns what the odometry is off by.
@@ -161,7 +147,7 @@ fn joint_of_calibrated<T: Real>(
         start: CalibratedPose::at(start),
         control,
     };
-    joint_over(&models, settings, HostCalibratedState::<T>::new(), None, Some(motion.prior()))
+    joint_over::<_, _, _, CALIBRATED_NUMBERS>(&models, settings, None, Some(motion.prior()))
 }
 
 /// The tuning of the joint filter that the settings describe.
@@ -170,11 +156,11 @@ pub(super) fn joint_config<T: Real>(joint: &JointSettings) -> JointConfig<T> {
     JointConfig {
         merge_distance: real(joint.merge_distance),
         persistence: Persistence {
-            in_sight_s: real(joint.in_sight_s),
-            hidden_s: real(joint.hidden_s),
+            visible_s: real(joint.visible_s),
+            occluded_s: real(joint.occluded_s),
             lifetime_s: real(joint.lifetime_s),
         },
-        behind: real(joint.behind),
+        occlusion_factor: real(joint.occlusion_factor),
         ..JointConfig::default()
     }
 }

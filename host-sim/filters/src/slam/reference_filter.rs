@@ -135,12 +135,12 @@ pub fn joint_references_of(settings: &Settings, vehicle: &Vehicle) -> Vec<joint:
 pub fn joint_config_of(config: &JointConfig<f64>, birth_intensity: f64) -> joint::Config {
     joint::Config {
         birth_intensity,
-        birth_share: config.birth_share,
+        birth_probability_min: config.birth_probability_min,
         gate: config.gate,
-        in_sight_s: config.persistence.in_sight_s,
-        hidden_s: config.persistence.hidden_s,
+        visible_s: config.persistence.visible_s,
+        occluded_s: config.persistence.occluded_s,
         lifetime_s: config.persistence.lifetime_s,
-        behind: config.behind,
+        occlusion_factor: config.occlusion_factor,
         least_existence: config.least_existence,
         least_tentative: config.least_tentative,
         merge_distance: config.merge_distance,

@@ -1,32 +1,36 @@
 //! The filters of the core over an underwater log.
 
-use super::MEASUREMENTS;
 use super::config::config_of;
 use super::contract::{Refusal, refusal};
-use super::core_filter::{Room, Transparent, start as core_of};
+use super::core_filter::{Transparent, start as core_of};
 use super::filter::Precision;
 use super::joint_filter::{OpenJoint, start as joint_of};
-use super::joint_room::FEATURES;
+use super::joint_room::{FEATURES, JointRoom};
 use super::models::{Models, SensorModels};
 use crate::underwater::models::models;
 use crate::underwater::settings::Settings;
-use nalgebra::{Vector3, Vector4};
+use nalgebra::Vector3;
 use scphd::models::{Auv, AuvControl, AuvPose, Sensing, StereoCamera, StereoFrustum, UniformClutter};
 use scphd::settings::Persistence;
 use scphd::storage::{MapMemory, NoMoving, Static, joint_numbers};
-use scphd::{Births, JointConfig, JointState, Real, State};
+use scphd::{Births, JointConfig, Real, State};
 use scphd_log::dimensions::Underwater;
 use scphd_log::underwater::Log;
 use scphd_reference::space;
 use scphd_stream::underwater::AuvModels;
 
-/// Components of one map in an update that every state has room for.
+/// Particles that the state has room for.
+const PARTICLES: usize = 2048;
+/// Components of one map in an update that the state has room for.
 const VIEW: usize = 4096;
 
-type HostState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize> =
-    State<AuvPose<T>, PARTICLES, CANDIDATES, MapMemory<Static<Vector3<T>>, PARTICLES, PAGES, 512, VIEW>, NoMoving>;
-
-type HostJointState<T> = JointState<AuvPose<T>, Vector4<T>, FEATURES, { joint_numbers(5, 3, FEATURES) }, MEASUREMENTS>;
+type HostState<T> = State<
+    AuvPose<T>,
+    PARTICLES,
+    { 2 * PARTICLES },
+    MapMemory<Static<Vector3<T>>, PARTICLES, 65_535, 512, VIEW>,
+    NoMoving,
+>;
 
 type AuvSensing<T> = Sensing<StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>>;
 
@@ -45,13 +49,7 @@ pub fn core_filter(log: &Log, settings: &Settings, precision: Precision, seed: u
 }
 
 fn start<T: Real>(log: &Log, settings: &Settings, seed: u64) -> Result<Core, Refusal> {
-    let filter = &settings.filter;
-    let state: Box<dyn Room<Auv<T>>> = match (filter.particles, filter.particles.saturating_mul(filter.samples)) {
-        (..=64, ..=128) => Box::new(HostState::<T, 64, 128, 4096>::new()),
-        (..=400, ..=800) => Box::new(HostState::<T, 400, 800, 14_000>::new()),
-        _ => Box::new(HostState::<T, 2048, 4096, 65_535>::new()),
-    };
-    core_of(models_of(log, settings)?, config_of(filter), state, seed)
+    core_of(models_of(log, settings)?, config_of(&settings.filter), Box::new(HostState::<T>::new()), seed)
 }
 
 /// The joint filter with the models that the settings describe. Nothing is hidden and nothing vanishes under water.
@@ -72,11 +70,12 @@ pub fn joint_filter(
 /// Most of what a stereo camera measures under water is clutter, which would fill the map. What was there stays there, in sight: a feature
 /// that is missed was not matched, and the next one behind it is seen all the same.
 pub fn joint_config<T: Real>() -> JointConfig<T> {
-    JointConfig { persistence: Persistence::FOR_EVER, behind: T::ONE, ..JointConfig::strict() }
+    JointConfig { persistence: Persistence::FOR_EVER, occlusion_factor: T::ONE, ..JointConfig::strict() }
 }
 
 fn start_joint<T: Real>(log: &Log, settings: &Settings) -> Result<Box<dyn OpenJoint<Underwater>>, Refusal> {
-    joint_of(&models_of(log, settings)?, joint_config(), Box::new(HostJointState::<T>::new()), None, None)
+    let state = Box::new(JointRoom::<_, _, { joint_numbers(5, 3, FEATURES) }>::new(None));
+    joint_of(&models_of::<T>(log, settings)?, joint_config(), state, None, None)
 }
 
 fn models_of<T: Real>(log: &Log, settings: &Settings) -> Result<Models<Underwater, Auv<T>, AuvSensing<T>>, Refusal> {

@@ -60,8 +60,8 @@ impl<M: Models> Joint<M> {
     pub(super) fn associate(&self, state: &State, measurements: &[&[f64]]) -> Association {
         let (n, k, m) = (state.features.len(), state.movers.len(), measurements.len());
         let seen_of = |expected: &Expected| {
-            let hidden = measurements.iter().any(|z| self.models.hides(z, &expected.measurement));
-            let p = expected.detection * if hidden { self.config.behind } else { 1.0 };
+            let hidden = measurements.iter().any(|z| self.models.occludes(z, &expected.measurement));
+            let p = expected.detection * if hidden { self.config.occlusion_factor } else { 1.0 };
             p.min(1.0 - f64::EPSILON)
         };
         let expected: Vec<Option<Expected>> =

@@ -44,7 +44,7 @@ impl<M: Models> Joint<M> {
             if beside > 0.0 && there > 0.0 {
                 let rest: Vec<f64> = shares.iter().map(|share| share * (1.0 / there - 1.0)).collect();
                 if rest.iter().sum::<f64>() >= LEAST_DETECTED && !self.is_ambiguous(&shares, measurements) {
-                    self.settle_place(state, place, &rest, measurements);
+                    self.correct_position(state, place, &rest, measurements);
                 }
             }
         }
@@ -100,7 +100,7 @@ impl<M: Models> Joint<M> {
     }
 
     /// The same update of one feature's place alone: what is not of the pose's share, though it is of the feature, if that stands.
-    fn settle_place(&self, state: &mut State, place: usize, shares: &[f64], measurements: &[&[f64]]) {
+    fn correct_position(&self, state: &mut State, place: usize, shares: &[f64], measurements: &[&[f64]]) {
         let Some(expected) = self.models.expected(&state.pose, &state.places[place]) else { return };
         let h = over_all(state, place, &expected);
         let common = &state.covariance * h.transpose();
@@ -157,8 +157,8 @@ impl<M: Models> Joint<M> {
 
     /// Existence after the time since the last scan.
     pub(super) fn pass_time(&self, state: &mut State) {
-        let Config { in_sight_s, hidden_s, lifetime_s, .. } = self.config;
-        let (a, b, c, dt) = (1.0 / in_sight_s, 1.0 / hidden_s, 1.0 / lifetime_s, state.waited_s);
+        let Config { visible_s, occluded_s, lifetime_s, .. } = self.config;
+        let (a, b, c, dt) = (1.0 / visible_s, 1.0 / occluded_s, 1.0 / lifetime_s, state.waited_s);
         for feature in &mut state.features {
             let (total, settled) = (feature.total(), feature.total() * a / (a + b));
             let hidden = settled + (feature.hidden - settled) * (-(a + b) * dt).exp();

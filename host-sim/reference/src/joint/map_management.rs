@@ -24,7 +24,7 @@ impl<M: Models> Joint<M> {
         association: &mut Association,
         measurements: &[&[f64]],
     ) -> [usize; 3] {
-        let Config { birth_share, birth_intensity, capacity, moving, .. } = self.config;
+        let Config { birth_probability_min, birth_intensity, capacity, moving, .. } = self.config;
         let (mut births, mut no_birth, mut lost) = (0, 0, 0);
         for (index, z) in measurements.iter().enumerate() {
             let unexplained = association.unexplained[index];
@@ -33,7 +33,7 @@ impl<M: Models> Joint<M> {
             let born_of = |intensity: f64| if intensity == 0.0 { 0.0 } else { of(intensity) };
             let v = born_of(birth_intensity);
             let w = moving.map_or(0.0, |moving| born_of(moving.birth_intensity));
-            if unexplained < birth_share || v + w <= 0.0 {
+            if unexplained < birth_probability_min || v + w <= 0.0 {
                 continue;
             }
             let label = state.next_label;

@@ -30,17 +30,17 @@ pub struct Config {
     /// w_b.
     pub birth_intensity: f64,
     /// Least share of a measurement that nothing explains and that gives birth.
-    pub birth_share: f64,
+    pub birth_probability_min: f64,
     /// Greatest squared Mahalanobis distance of a measurement to what is expected.
     pub gate: f64,
     /// Mean time in sight, s.
-    pub in_sight_s: f64,
+    pub visible_s: f64,
     /// Mean time hidden, s.
-    pub hidden_s: f64,
+    pub occluded_s: f64,
     /// Mean time until something is taken away, s.
     pub lifetime_s: f64,
     /// Share of p_D behind a nearer detection.
-    pub behind: f64,
+    pub occlusion_factor: f64,
     /// Least probability that a feature is there.
     pub least_existence: f64,
     /// The same of a tentative one in view.

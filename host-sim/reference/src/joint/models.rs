@@ -62,7 +62,7 @@ pub trait Models {
     fn noise(&self) -> DMatrix<f64>;
 
     /// Whether what was measured stands before a feature of which `expected` is expected.
-    fn hides(&self, measurement: &[f64], expected: &DVector<f64>) -> bool;
+    fn occludes(&self, measurement: &[f64], expected: &DVector<f64>) -> bool;
 
     /// κ.
     fn clutter_intensity(&self) -> f64;

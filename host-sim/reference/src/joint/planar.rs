@@ -146,7 +146,7 @@ impl Models for Planar {
         DMatrix::from_diagonal(&DVector::from_vec(vec![range_sigma_m.powi(2), bearing_sigma_rad.powi(2)]))
     }
 
-    fn hides(&self, measurement: &[f64], expected: &DVector<f64>) -> bool {
+    fn occludes(&self, measurement: &[f64], expected: &DVector<f64>) -> bool {
         let off = self.innovation(measurement, expected);
         let RangeBearing { range_sigma_m, bearing_sigma_rad } = self.sensor;
         -off[0] > HIDING_SIGMAS * range_sigma_m && off[1].abs() < HIDING_SIGMAS * bearing_sigma_rad

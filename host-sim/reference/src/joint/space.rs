@@ -130,7 +130,7 @@ impl Models for Space {
     }
 
     /// No camera says so.
-    fn hides(&self, _measurement: &[f64], _expected: &DVector<f64>) -> bool {
+    fn occludes(&self, _measurement: &[f64], _expected: &DVector<f64>) -> bool {
         false
     }
 

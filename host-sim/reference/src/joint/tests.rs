@@ -101,12 +101,12 @@ fn a_mounted_sensor_turns_about_the_pose() {
 fn landmarks_are_found_and_clutter_goes() {
     let config = Config {
         birth_intensity: 1e-3,
-        birth_share: 0.3,
+        birth_probability_min: 0.3,
         gate: 25.0,
-        in_sight_s: 1e9,
-        hidden_s: 1.0,
+        visible_s: 1e9,
+        occluded_s: 1.0,
         lifetime_s: 1e9,
-        behind: 1.0,
+        occlusion_factor: 1.0,
         least_existence: 1e-3,
         least_tentative: 1e-3,
         merge_distance: 9.0,

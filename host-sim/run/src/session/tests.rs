@@ -62,7 +62,8 @@ fn an_oracle_is_off_by_what_it_lies() {
     let mut oracle = Oracle { log: log.clone(), scans: 0, refuse: usize::MAX };
     let mut told = Vec::new();
     let run =
-        drive::<Planar>(&log, &Settings::for_log(&log), &mut oracle, None, false, &mut |done| told.push(done)).unwrap();
+        process_log::<Planar>(&log, &Settings::for_log(&log), &mut oracle, None, false, &mut |done| told.push(done))
+            .unwrap();
     assert_eq!(told, (1..=20).collect::<Vec<_>>());
     assert_eq!(run.health, [(Health::DEGENERATE, 1)]);
     let summary = summary(&log, &Settings::for_log(&log), Filter::Reference, 3, &run, &mut oracle);
@@ -95,7 +96,7 @@ fn a_garbage_row_is_left_out_and_named() {
 fn a_refusal_names_scan_and_time() {
     let log = short_log();
     let mut oracle = Oracle { log: log.clone(), scans: 0, refuse: 5 };
-    let error = drive::<Planar>(&log, &Settings::for_log(&log), &mut oracle, None, false, &mut |_| ())
+    let error = process_log::<Planar>(&log, &Settings::for_log(&log), &mut oracle, None, false, &mut |_| ())
         .err()
         .unwrap()
         .to_string();

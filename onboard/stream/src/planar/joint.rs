@@ -92,11 +92,11 @@ pub(super) fn config<T: Real>(header: &Header<Planar>) -> JointConfig<T> {
     let joint = &header.joint;
     JointConfig {
         persistence: Persistence {
-            in_sight_s: T::from_f64(joint.in_sight_s),
-            hidden_s: T::from_f64(joint.hidden_s),
+            visible_s: T::from_f64(joint.visible_s),
+            occluded_s: T::from_f64(joint.occluded_s),
             lifetime_s: T::from_f64(joint.lifetime_s),
         },
-        behind: T::from_f64(joint.behind),
+        occlusion_factor: T::from_f64(joint.occlusion_factor),
         merge_distance: T::from_f64(joint.merge_distance),
         ..JointConfig::default()
     }

@@ -1,23 +1,23 @@
-//! What holds for a whole scan, and what each of its survivors sees by it.
+//! Inputs of a scan update: those that are the same for all particles, and those of each survivor.
 
 use crate::detection::scan::Scan;
 use crate::detection::view::{View, Views};
-use crate::filter::stages::Grounds;
+use crate::filter::stages::ParticleLayout;
 use crate::filter::survivor::ScanView;
 use crate::models::{Mounted, MountedView, OnVehicle};
 use crate::particles::candidate::Candidate;
 use crate::{Births, Config, MeasurementModel, Pose, Real, ScalarOf, Symmetric, TangentOf};
 
-/// What is known of a scan before any of its stages, and does not change in them.
-pub(crate) struct Given<'a, X: MeasurementModel> {
+/// Inputs of a scan update that no stage changes.
+pub(crate) struct ScanContext<'a, X: MeasurementModel> {
     pub(crate) config: &'a Config<ScalarOf<X::Pose>>,
     pub(crate) births: &'a Births<ScalarOf<X::Pose>>,
     pub(crate) sensor: Mounted<'a, X::Sensor>,
     pub(crate) field_of_view: MountedView<'a, X::FieldOfView>,
     pub(crate) scan: Scan<'a, X::Measurement>,
-    /// Measurements as they came.
+    /// Number of measurements.
     pub(crate) measured: usize,
-    /// False measurements that the detector states, or zero.
+    /// Mean number of false measurements that the detector states, or zero.
     pub(crate) clutter_per_scan: ScalarOf<X::Pose>,
     /// As in [`Views`].
     pub(crate) ln_negligible: ScalarOf<X::Pose>,
@@ -25,7 +25,7 @@ pub(crate) struct Given<'a, X: MeasurementModel> {
     pub(crate) most_births: usize,
 }
 
-impl<'a, T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>> + 'a> Given<'a, X> {
+impl<'a, T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>> + 'a> ScanContext<'a, X> {
     /// What all views of the scan have in common.
     #[inline]
     pub(crate) fn views(&self) -> Views<'_, OnVehicle<'a, X>> {
@@ -39,58 +39,58 @@ impl<'a, T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>> + 'a> Given<'a, X>
     }
 }
 
-/// What the update of a scan begins with.
+/// Inputs of the map updates, which are the same for all survivors.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Beginning<T> {
+pub(crate) struct UpdateContext<T> {
     /// The label of the scan's first measurement.
     pub(crate) first_label: u32,
-    /// Births that the sensor expects of any survivor: as many as there are labels for.
+    /// Most births of a survivor: as many as there are labels.
     pub(crate) most_births: usize,
     /// Landmarks are [known](crate::report::watch::is_known) that have no label from this one on.
     pub(crate) known_below: u32,
     /// ln of [`Config::confirmed_weight`].
     pub(crate) ln_confirmed: T,
-    /// On how many of the scan's measurements births that nothing explains wait for the next scan.
+    /// Number of the scan's measurements whose unexplained births are delayed until the next scan.
     pub(crate) births_wait: usize,
 }
 
-impl<T: Real> Beginning<T> {
+impl<T: Real> UpdateContext<T> {
     /// Before the update.
     pub(crate) const NONE: Self =
         Self { first_label: 0, most_births: 0, known_below: 0, ln_confirmed: T::ZERO, births_wait: 0 };
 }
 
-/// What every survivor of a scan sees.
-pub(crate) struct Sights<'b, 'a, X: MeasurementModel> {
-    pub(crate) given: &'b Given<'a, X>,
+/// The measurement contexts of all survivors of a scan.
+pub(crate) struct SurvivorViews<'b, 'a, X: MeasurementModel> {
+    pub(crate) context: &'b ScanContext<'a, X>,
     pub(crate) views: Views<'b, OnVehicle<'a, X>>,
-    pub(crate) grounds: Grounds,
-    pub(crate) beginning: Beginning<ScalarOf<X::Pose>>,
+    pub(crate) layout: ParticleLayout,
+    pub(crate) update_context: UpdateContext<ScalarOf<X::Pose>>,
     pub(crate) candidates: &'b [Candidate<X::Pose>],
     pub(crate) pose_covariances: &'b [Symmetric<TangentOf<X::Pose>>],
     /// For every particle Σ p_D w of the births that the scan has missed.
     pub(crate) missed: &'b [ScalarOf<X::Pose>],
 }
 
-impl<'b, 'a, T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>> + 'a> Sights<'b, 'a, X> {
-    /// The view from a survivor, as it is before the sensor's births are counted.
+impl<'b, 'a, T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>> + 'a> SurvivorViews<'b, 'a, X> {
+    /// The view from a survivor's pose, before the births are counted.
     pub(crate) fn view(&self, survivor: u16) -> Option<View<'b, OnVehicle<'a, X>>> {
         let survivor = usize::from(survivor);
-        let missed = self.missed.get(self.grounds.parent_of(survivor)).copied().unwrap_or(T::ZERO);
+        let missed = self.missed.get(self.layout.parent_of(survivor)).copied().unwrap_or(T::ZERO);
         Some(View { missed, ..self.views.from(&self.candidates.get(survivor)?.pose) })
     }
 
-    /// What one sees.
+    /// The measurement context of one survivor.
     #[inline]
     pub(crate) fn of(&self, survivor: u16) -> Option<ScanView<'b, OnVehicle<'a, X>>> {
-        let Beginning { first_label, most_births, known_below, ln_confirmed, births_wait } = self.beginning;
+        let UpdateContext { first_label, most_births, known_below, ln_confirmed, births_wait } = self.update_context;
         let view = View { most_births, ..self.view(survivor)? };
         let bounds = view.bounds();
-        let parent = self.grounds.parent_of(usize::from(survivor));
-        let Given { scan, config, births, .. } = self.given;
+        let parent = self.layout.parent_of(usize::from(survivor));
+        let ScanContext { scan, config, births, .. } = self.context;
         Some(ScanView {
             view,
-            pose_covariance: self.pose_covariances.get(parent).filter(|_| self.grounds.blurs).copied(),
+            pose_covariance: self.pose_covariances.get(parent).filter(|_| self.layout.has_pose_covariances).copied(),
             bounds,
             scan,
             config,

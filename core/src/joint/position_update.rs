@@ -1,8 +1,8 @@
-//! The place of a feature that may move instead.
+//! Second correction of a static landmark that may be a moving object instead.
 //!
-//! What is measured tells the pose something only as far as the feature stands; but whether it does is told by how well what is measured
-//! agrees with where it would stand, if it does. So its place learns of all that it has caused if it is there and stands, and the pose, with
-//! all else, of its share alone: the rest of the measurement is taken in with a gain for the place only (Schmidt 1966).
+//! Pose and map are corrected with the association probabilities s of the static hypothesis. The position of the landmark itself is
+//! conditional on that hypothesis, so that it is corrected with the greater weights s/e, e the probability of the hypothesis: the remaining
+//! weights s (1/e − 1) are applied with a gain for this position only (Schmidt 1966).
 
 use super::ambiguity::is_ambiguous;
 use super::covariance::{Common, Joint, first, symmetric};
@@ -13,11 +13,11 @@ use crate::numerics::range::is_within_range;
 use crate::numerics::vector::applied;
 use crate::{Linear, Matrix, Pose, Real, Sensor, Vector};
 
-/// Takes in, for a feature's place alone, what it has a share of but for `rest` times as much.
-pub(super) fn settle_place<T, S, Z>(
+/// Corrects the position of a landmark, and nothing else, with `rest` times its association probabilities.
+pub(super) fn correct_position<T, S, Z>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
-    place: usize,
+    index: usize,
     measurements: &[S::Measurement],
     detected: T,
     rest: T,
@@ -28,32 +28,32 @@ pub(super) fn settle_place<T, S, Z>(
     Z: Vector<Scalar = T>,
 {
     let much = detected * rest >= T::from_f64(LEAST_DETECTED) && rest < T::INFINITY;
-    if !much || is_ambiguous(sensor, memory.explained, place, measurements) {
+    if !much || is_ambiguous(sensor, memory.association_table, index, measurements) {
         return;
     }
-    // Its place alone is to move, whatever the heading has to do with that.
+    // Only this position may change, so that the error frame must be the present one.
     memory.reset_error_frame();
-    // The innovations have been counted.
+    // The first correction has counted the innovations.
     let mut counted = Tally::NOTHING;
-    let statistics = innovation_statistics(sensor, memory, place, measurements, rest, gate, &mut counted);
+    let statistics = innovation_statistics(sensor, memory, index, measurements, rest, gate, &mut counted);
     let Some(InnovationStatistics { pose, inverse, step, spread, detected }) = statistics else { return };
     let spread = symmetric::<S::Measurement>(&spread);
     if !(spread.is_finite() && step.as_slice().iter().all(|x| x.is_finite())) {
         return;
     }
-    let Memory { known, landmarks, joint, common, .. } = memory;
-    let Some((slot, rows)) = landmarks.get_mut(place).zip(common.get(place).copied()) else { return };
+    let Memory { header, landmarks, joint, common, .. } = memory;
+    let Some((landmark, rows)) = landmarks.get_mut(index).zip(common.get(index).copied()) else { return };
     // Among as many coordinates as the widest measurement has; the others are zero.
     let learnt = Matrix::with(|row, column| -inverse.at(row, column) * detected);
     let spread = Matrix::with(|row, column| spread.get(row, column));
     let step = Z::with(|z| step.at(z));
     let by = <S::Pose as Pose>::Position::with(|d| rows.as_ref().get(d).map_or(T::ZERO, |row| row.dot(&step)));
-    if !is_within_range(&(slot.mean + by)) {
+    if !is_within_range(&(landmark.mean + by)) {
         return;
     }
-    joint.tell_place::<Z>(place, &Common { pose, features: common }, &learnt, &spread, known.len);
-    slot.mean += by;
-    slot.moved += by;
+    joint.tell_place::<Z>(index, &Common { pose, features: common }, &learnt, &spread, header.len);
+    landmark.mean += by;
+    landmark.moved += by;
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
@@ -61,28 +61,28 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
     /// known better, and V = `spread`, what not knowing the cause leaves open.
     fn tell_place<Z: Vector<Scalar = T>>(
         &mut self,
-        place: usize,
+        index: usize,
         common: &Common<'_, P, Z>,
         learnt: &Linear<Z, Z>,
         spread: &Linear<Z, Z>,
         features: usize,
     ) {
         let rounding = T::ONE + T::EPSILON * T::from_f64(4.0);
-        let Some(own) = common.features.get(place) else { return };
+        let Some(own) = common.features.get(index) else { return };
         for (row, of_row) in own.as_ref().iter().enumerate() {
-            let (at, learnt) = (first::<P>(place) + row, applied::<Z, Z>(learnt, of_row));
+            let (at, learnt) = (first::<P>(index) + row, applied::<Z, Z>(learnt, of_row));
             let of_features = common.features.iter().take(features).flat_map(|rows| rows.as_ref());
             for (other, of_other) in common.pose.as_ref().iter().chain(of_features).enumerate() {
-                if other < first::<P>(place) || other >= first::<P>(place + 1) {
+                if other < first::<P>(index) || other >= first::<P>(index + 1) {
                     self.set(at, other, self.get(at, other) + learnt.dot(of_other));
                 }
             }
             let weighed = learnt + applied::<Z, Z>(spread, of_row);
             for (column, of_column) in own.as_ref().iter().enumerate().take(row + 1) {
-                let statistics = self.get(at, first::<P>(place) + column) + weighed.dot(of_column);
+                let statistics = self.get(at, first::<P>(index) + column) + weighed.dot(of_column);
                 self.set(
                     at,
-                    first::<P>(place) + column,
+                    first::<P>(index) + column,
                     if row == column { statistics * rounding } else { statistics },
                 );
             }
