@@ -12,7 +12,7 @@
 
 /* All memory that there is: static, and zero at first. */
 static SCPHD_MEMORY(slam_memory, SCPHD_SIZE_JOINT_40);
-static SCPHD_MEMORY(lidar_memory, SCPHD_SIZE_RANGE_BEARING_32);
+static SCPHD_MEMORY(robot_memory, SCPHD_SIZE_DESCRIPTION);
 
 /* What a program does about an error is its own affair; this one gives up. */
 static void check(scphd_status status) {
@@ -37,56 +37,59 @@ static float noise(float sigma) {
     return sigma * sum;
 }
 
-static scphd_joint *start_slam(void) {
-    scphd_joint_config config;
+/* What is set of the robot; everything else is as the header says. */
+static const struct {
+    uint32_t setting;
+    float number;
+} SETTINGS[] = {
+    {SCPHD_VEHICLE_KIND, SCPHD_VEHICLE_KIND_UNICYCLE},
+    {SCPHD_SENSOR_MODEL, SCPHD_SENSOR_MODEL_RANGE_BEARING},
+    {SCPHD_SENSOR_RANGE_MAX_M, 12.0f},
+    {SCPHD_SENSOR_RANGE_SIGMA_M, 0.05f},
+    {SCPHD_SENSOR_BEARING_SIGMA_RAD, 0.01f},
+    {SCPHD_SENSOR_RANGE_EDGE_M, 0.15f},
+    {SCPHD_SENSOR_FORWARD_M, 0.2f},
+    {SCPHD_POSITION, SCPHD_POSITION_YES},
+    {SCPHD_POSITION_SIGMA, 0.3f},
+    {SCPHD_POSITION_GATE, 25.0f},
+    {SCPHD_START_X_M, 5.0f},
+    {SCPHD_START_HEADING_RAD, 1.5708f},
+};
+
+static scphd_slam *start_slam(void) {
     scphd_reason reason;
-    scphd_joint *slam = NULL;
-    config.struct_size = sizeof config;
+    scphd_description *robot = NULL;
+    scphd_slam *slam = NULL;
     reason.struct_size = sizeof reason;
-    check(scphd_joint_defaults(&config));
-    config.vehicle.kind = SCPHD_VEHICLE_ROBOT;
-    scphd_status status = scphd_joint_start(SCPHD_ABI_VERSION, SCPHD_SET_JOINT_40, slam_memory, sizeof slam_memory, &config,
-                                            &reason, &slam);
-    if (status == SCPHD_STATUS_OUT_OF_RANGE) {
-        fprintf(stderr, "%s\n", reason.text);
+    check(scphd_description_start(SCPHD_ABI_VERSION, robot_memory, sizeof robot_memory, &robot));
+    for (size_t at = 0; at < sizeof SETTINGS / sizeof SETTINGS[0]; at++) {
+        check(scphd_description_set(robot, SETTINGS[at].setting, 0, SETTINGS[at].number, NULL));
+    }
+    scphd_status status = scphd_start_joint_40(SCPHD_ABI_VERSION, slam_memory, sizeof slam_memory, robot, &reason, &slam);
+    if (status != SCPHD_STATUS_OK) {
+        fprintf(stderr, "%s: %s%s\n", scphd_setting_name(reason.setting), scphd_setting_range(reason.setting), reason.text);
     }
     check(status);
-    check(scphd_joint_reset(slam, 5.0f, 0.0f, 1.5708f));
+    check(scphd_slam_reset(slam, robot));
     return slam;
 }
 
-static scphd_range_bearing_detector *start_lidar(void) {
-    scphd_range_bearing_config config;
-    scphd_range_bearing_detector *lidar = NULL;
-    config.struct_size = sizeof config;
-    check(scphd_range_bearing_defaults(&config, 12.0f, 0.9f));
-    config.range_sigma_m = 0.05f;
-    config.bearing_sigma_rad = 0.01f;
-    config.window.range_edge_m = 0.15f;
-    config.mounting.forward_m = 0.2f;
-    check(scphd_range_bearing_start(SCPHD_ABI_VERSION, SCPHD_SET_RANGE_BEARING_32, lidar_memory, sizeof lidar_memory, &config,
-                                    NULL, &lidar));
-    return lidar;
-}
-
 int main(void) {
-    scphd_joint *slam = start_slam();
-    scphd_range_bearing_detector *lidar = start_lidar();
+    scphd_slam *slam = start_slam();
     float posts[12][2];
     for (int post = 0; post < 12; post++) {
         posts[post][0] = 20.0f * uniform() - 10.0f;
         posts[post][1] = 20.0f * uniform() - 10.0f;
     }
-    const scphd_fix gps = {sizeof gps, 0.3f, 25.0f, 0.0f, 0.0f};
     float x = 5.0f, y = 0.0f, heading = 1.5708f;
-    scphd_joint_report report;
+    scphd_scan_report report;
     report.struct_size = sizeof report;
     for (int step = 1; step <= 600; step++) {
         /* The truth: 1 m/s, 0.2 rad/s, ten times a second. */
         x += 0.1f * cosf(heading + 0.01f);
         y += 0.1f * sinf(heading + 0.01f);
         heading += 0.02f;
-        check(scphd_joint_predict_robot(slam, 1.04f, 0.206f, 0.1f, NULL));
+        check(scphd_slam_predict(slam, 1.04f, 0.0f, 0.206f, 0.1f, NULL));
 
         scphd_range_bearing scan[32];
         size_t seen = 0;
@@ -102,12 +105,12 @@ int main(void) {
         scan[seen].range_m = 0.1f + 11.9f * uniform();
         scan[seen].bearing_rad = 6.2f * uniform() - 3.1f;
         seen++;
-        check(scphd_joint_scan_range_bearing(slam, lidar, scan, seen, &report));
+        check(scphd_slam_scan_range_bearing(slam, 0, scan, seen, &report));
         if (report.health != 0) {
             printf("step %d: health %x\n", step, (unsigned)report.health);
         }
         if (step % 100 == 0) {
-            check(scphd_joint_observe_position(slam, &gps, x + noise(0.3f), y + noise(0.3f), NULL));
+            check(scphd_slam_observe_position(slam, x + noise(0.3f), y + noise(0.3f), NULL));
         }
     }
     scphd_plane_pose pose;
@@ -115,10 +118,10 @@ int main(void) {
     scphd_map map;
     pose.struct_size = sizeof pose;
     map.struct_size = sizeof map;
-    check(scphd_joint_estimate_pose(slam, &pose));
-    check(scphd_joint_estimate_map(slam, features, 40, &map));
+    check(scphd_slam_estimate_pose(slam, &pose));
+    check(scphd_slam_estimate_map(slam, features, 40, &map));
     float off = hypotf(pose.x_m - x, pose.y_m - y);
     printf("%.3f m off after a minute, %u of 12 posts; %d bytes of memory\n", (double)off, (unsigned)map.features,
-           SCPHD_SIZE_JOINT_40 + SCPHD_SIZE_RANGE_BEARING_32);
+           SCPHD_SIZE_JOINT_40 + SCPHD_SIZE_DESCRIPTION);
     return off < 0.2f && map.features == 12 ? 0 : 1;
 }

@@ -15,56 +15,55 @@ void check(scphd_status status) {
 // Not moved nor copied: the filter lives in the object.
 class Slam {
   public:
-    explicit Slam(std::uint64_t seed) {
-        scphd_plane_config config{};
-        config.struct_size = sizeof config;
-        check(scphd_plane_informed(&config, 4));
-        config.vehicle.speed_sigma_mps = 0.1f;
-        config.vehicle.turn_sigma = 0.02f;
+    explicit Slam(float seed) {
+        check(scphd_description_start(SCPHD_ABI_VERSION, robot_, sizeof robot_, &description_));
+        set(SCPHD_FILTER, SCPHD_FILTER_MIXTURE);
+        set(SCPHD_START_SEED, seed);
+        set(SCPHD_NOISE_SPEED_SIGMA_MPS, 0.1f);
+        set(SCPHD_NOISE_TURN_SIGMA, 0.02f);
+        set(SCPHD_SENSOR_MODEL, SCPHD_SENSOR_MODEL_RANGE_BEARING);
+        set(SCPHD_SENSOR_RANGE_MAX_M, 10.0f);
+        set(SCPHD_SENSOR_RANGE_SIGMA_M, 0.1f);
+        set(SCPHD_SENSOR_BEARING_SIGMA_RAD, 0.02f);
         scphd_reason reason{};
         reason.struct_size = sizeof reason;
-        const scphd_status status = scphd_plane_start(SCPHD_ABI_VERSION, SCPHD_SET_PLANE_INFORMED_4, memory_, sizeof memory_,
-                                                      &config, &reason, &filter_);
+        const scphd_status status =
+            scphd_start_mixture_informed_4(SCPHD_ABI_VERSION, memory_, sizeof memory_, description_, &reason, &slam_);
         if (status == SCPHD_STATUS_OUT_OF_RANGE) {
-            throw std::invalid_argument(reason.text);
+            throw std::invalid_argument(scphd_setting_name(reason.setting));
         }
         check(status);
-        check(scphd_plane_reset(filter_, 0.0f, 0.0f, 0.0f, seed));
-
-        scphd_range_bearing_config lidar{};
-        lidar.struct_size = sizeof lidar;
-        check(scphd_range_bearing_defaults(&lidar, 10.0f, 0.9f));
-        lidar.range_sigma_m = 0.1f;
-        lidar.bearing_sigma_rad = 0.02f;
-        check(scphd_range_bearing_start(SCPHD_ABI_VERSION, SCPHD_SET_RANGE_BEARING_32, lidar_memory_, sizeof lidar_memory_, &lidar,
-                                        nullptr, &lidar_));
+        check(scphd_services_mixture_informed_4(slam_)); // For the digest.
+        check(scphd_slam_reset(slam_, description_));
     }
     Slam(const Slam &) = delete;
     Slam &operator=(const Slam &) = delete;
 
     void step(float speed_mps, const scphd_range_bearing *scan, std::size_t count) {
-        check(scphd_plane_predict_robot(filter_, speed_mps, 0.0f, 0.1f, nullptr));
-        check(scphd_plane_scan_range_bearing(filter_, lidar_, scan, count, nullptr));
+        check(scphd_slam_predict(slam_, speed_mps, 0.0f, 0.0f, 0.1f, nullptr));
+        check(scphd_slam_scan_range_bearing(slam_, 0, scan, count, nullptr));
     }
 
     scphd_plane_pose pose() const {
         scphd_plane_pose pose{};
         pose.struct_size = sizeof pose;
-        check(scphd_plane_estimate_pose(filter_, &pose));
+        check(scphd_slam_estimate_pose(slam_, &pose));
         return pose;
     }
 
     std::uint64_t digest() const {
         std::uint64_t digest = 0;
-        check(scphd_plane_digest(filter_, &digest));
+        check(scphd_slam_digest(slam_, &digest));
         return digest;
     }
 
   private:
-    SCPHD_MEMORY(memory_, SCPHD_SIZE_PLANE_INFORMED_4){};
-    SCPHD_MEMORY(lidar_memory_, SCPHD_SIZE_RANGE_BEARING_32){};
-    scphd_plane *filter_ = nullptr;
-    scphd_range_bearing_detector *lidar_ = nullptr;
+    void set(std::uint32_t setting, float number) { check(scphd_description_set(description_, setting, 0, number, nullptr)); }
+
+    SCPHD_MEMORY(memory_, SCPHD_SIZE_MIXTURE_INFORMED_4){};
+    SCPHD_MEMORY(robot_, SCPHD_SIZE_DESCRIPTION){};
+    scphd_slam *slam_ = nullptr;
+    scphd_description *description_ = nullptr;
 };
 
 } // namespace

@@ -1,7 +1,7 @@
 /*
  * scphd: single-cluster PHD SLAM in fixed memory. Made from the crate scphd-capi by cbindgen; do not edit.
  *
- * The library keeps nothing: a filter and each of its detectors live in memory of the user's, SCPHD_SIZE_... bytes, aligned to
+ * The library keeps nothing: a filter and its description live in memory of the user's, SCPHD_SIZE_... bytes, aligned to
  * SCPHD_ALIGNMENT, and zero at first, which is not to be touched or moved while they do. Calls on different memories may run at the
  * same time. Every call says how it ended; what is refused changes nothing. Units are part of the names; angles grow to the left.
  */
@@ -18,49 +18,365 @@
 /* A memory of so many bytes, aligned: `static SCPHD_MEMORY(memory, SCPHD_SIZE_JOINT_40);` is zero. */
 #define SCPHD_MEMORY(name, bytes) uint64_t name[(bytes) / 8]
 
-/* Mixture in the plane: 32 particles of two samples, 320 pages of features, 32 to a map, 256 in view; 128 pages of moving ones. */
-#define SCPHD_SET_PLANE_32X2 101
-#define SCPHD_SIZE_PLANE_32X2 203776
+/* Joint map: 40 features, scans of 32 measurements. */
+#define SCPHD_SIZE_JOINT_40 21504
 
-/* Mixture in the plane: four informed particles, 128 pages of features, 32 to a map, 256 in view; none that move. */
-#define SCPHD_SET_PLANE_INFORMED_4 102
-#define SCPHD_SIZE_PLANE_INFORMED_4 53248
+/* Joint map: 100 features, scans of 32 measurements. */
+#define SCPHD_SIZE_JOINT_100 94208
+
+/* Joint map: 60 features and 16 that move, scans of 32 measurements. */
+#define SCPHD_SIZE_JOINT_60_MOVERS 40960
+
+/* Joint map: 100 features and 32 that move, scans of 32 measurements. */
+#define SCPHD_SIZE_JOINT_100_MOVERS 97280
+
+/* Joint map: 40 features and 16 that move, and 1000 features that are far away in an archive; scans of 32 measurements. */
+#define SCPHD_SIZE_JOINT_40_ARCHIVE 366592
+
+/* Joint map that learns what the odometry is off by: 60 features, scans of 32 measurements. */
+#define SCPHD_SIZE_JOINT_60_LEARNING 40960
+
+/* Mixture: 32 particles of two samples, 320 pages of features, 32 to a map, 256 in view; 128 pages of moving ones; scans of 128 measurements, of range and bearing or of bearings alone. */
+#define SCPHD_SIZE_MIXTURE_32X2 206848
+
+/* Mixture: four informed particles, 128 pages of features, 32 to a map, 256 in view; none that move; scans of 64 measurements. */
+#define SCPHD_SIZE_MIXTURE_INFORMED_4 55296
 
 /* The same with 64 pages of moving features, 16 to a map, 128 in view. */
-#define SCPHD_SET_PLANE_INFORMED_4_MOVING 103
-#define SCPHD_SIZE_PLANE_INFORMED_4_MOVING 100352
-
-/* Joint map in the plane: 40 features, scans of 32 measurements. */
-#define SCPHD_SET_JOINT_40 201
-#define SCPHD_SIZE_JOINT_40 20480
-
-/* Joint map in the plane: 100 features, scans of 32 measurements. */
-#define SCPHD_SET_JOINT_100 202
-#define SCPHD_SIZE_JOINT_100 93184
+#define SCPHD_SIZE_MIXTURE_INFORMED_4_MOVING 102400
 
 /* Mixture under water: 16 informed particles, 160 pages of features, 24 to a map, 256 in view; none that move. */
-#define SCPHD_SET_WATER_INFORMED_16 301
 #define SCPHD_SIZE_WATER_INFORMED_16 94208
 
-/* Detector of range and bearing: scans of 32 measurements. */
-#define SCPHD_SET_RANGE_BEARING_32 401
-#define SCPHD_SIZE_RANGE_BEARING_32 1024
-
-/* Detector of range and bearing: scans of 128 measurements. */
-#define SCPHD_SET_RANGE_BEARING_128 402
-#define SCPHD_SIZE_RANGE_BEARING_128 2816
-
-/* Detector of bearings alone: scans of 64 measurements. */
-#define SCPHD_SET_BEARING_64 501
-#define SCPHD_SIZE_BEARING_64 1280
-
 /* Detector of range, bearing and elevation: scans of 64 measurements. */
-#define SCPHD_SET_SONAR_64 601
-#define SCPHD_SIZE_SONAR_64 2048
+#define SCPHD_SIZE_SONAR_64 1792
+
+/* A description of a vehicle. */
+#define SCPHD_SIZE_DESCRIPTION 640
+
+/*
+ * Settings of a description, for scphd_description_set: what each is, its unit, and the numbers that it may have.
+ */
+
+/* How the vehicle moves. */
+#define SCPHD_VEHICLE_KIND 1
+#define SCPHD_VEHICLE_KIND_ACKERMANN 0
+#define SCPHD_VEHICLE_KIND_UNICYCLE 1
+#define SCPHD_VEHICLE_KIND_UNICYCLE_EULER 2
+#define SCPHD_VEHICLE_KIND_HOLONOMIC 3
+
+/* Of a car: wheelbase L. In m. Must be finite and above 0. */
+#define SCPHD_VEHICLE_WHEELBASE_M 2
+
+/* Of a car: offset H of the wheel encoder from the centreline. In m. Must be finite. */
+#define SCPHD_VEHICLE_ENCODER_OFFSET_M 3
+
+/* Of a car: how far ahead of the rear axle its pose is. In m. Must be finite. */
+#define SCPHD_VEHICLE_SENSOR_FORWARD_M 4
+
+/* Of a car: how far left of the centreline its pose is. In m. Must be finite. */
+#define SCPHD_VEHICLE_SENSOR_LEFT_M 5
+
+/* Standard deviation of the speed. In m/s. Must be finite and at least 0. */
+#define SCPHD_NOISE_SPEED_SIGMA_MPS 6
+
+/* The same as a share of the speed; adds in quadrature. Must be finite and at least 0. */
+#define SCPHD_NOISE_SPEED_SIGMA_RATIO 7
+
+/* Standard deviation of the turn rate, or of a car's steering angle, rad. In rad/s. Must be finite and at least 0. */
+#define SCPHD_NOISE_TURN_SIGMA 8
+
+/* The same as a share of it; adds in quadrature. Must be finite and at least 0. */
+#define SCPHD_NOISE_TURN_SIGMA_RATIO 9
+
+/* How long an error lasts; 0: drawn anew in every prediction. In s. Must be finite and at least 0. */
+#define SCPHD_NOISE_INTERVAL_S 10
+
+/* Which filter; another one than before has its defaults. */
+#define SCPHD_FILTER 11
+#define SCPHD_FILTER_MIXTURE 0
+#define SCPHD_FILTER_JOINT 1
+
+/* Particles kept between scans. Must be between 1 and 65535. */
+#define SCPHD_MIXTURE_PARTICLES 12
+
+/* Samples of each in a prediction. Must be between 1 and 65535. */
+#define SCPHD_MIXTURE_SAMPLES 13
+
+/* Where samples are drawn from: the motion, or a Gaussian that the scan has been taken into. */
+#define SCPHD_MIXTURE_PROPOSAL 14
+#define SCPHD_MIXTURE_PROPOSAL_BLIND 0
+#define SCPHD_MIXTURE_PROPOSAL_INFORMED 1
+
+/* Informed: linearisations at most. Must be between 1 and 16. */
+#define SCPHD_MIXTURE_INFORMED_ROUNDS 15
+
+/* Informed: share of the covariance that is drawn from. Must be between 0 and 1. */
+#define SCPHD_MIXTURE_INFORMED_SAMPLED_FRACTION 16
+
+/* Informed: a component speaks for a measurement of which it explains this share. Must be above 0 and below 1. */
+#define SCPHD_MIXTURE_INFORMED_MIN_RESPONSIBILITY 17
+
+/* Resampled where N_eff / N is below. Must be between 0 and 1. */
+#define SCPHD_MIXTURE_RESAMPLE_THRESHOLD 18
+
+/* Components below this weight are dropped. Must be above 0 and below 1. */
+#define SCPHD_MIXTURE_PRUNE_WEIGHT 19
+
+/* A component is confirmed where it is better known than by so many measurements, at least 1. Must be finite and at least 0. */
+#define SCPHD_MIXTURE_CONFIRMING_DETECTIONS 20
+
+/* One that leaves the view lighter than this, not confirmed, is forgotten; 0: none is. Must be between 0 and 1. */
+#define SCPHD_MIXTURE_UNCONFIRMED_WEIGHT 21
+
+/* Misses take a confirmed component no further down; 0: they do. Must be between 0 and 1. */
+#define SCPHD_MIXTURE_CONFIRMED_WEIGHT 22
+
+/* Squared Mahalanobis distance within which components are merged. Must be finite and at least 0. */
+#define SCPHD_MIXTURE_MERGE_DISTANCE 23
+
+/* Least weight of an estimated feature. Must be between 0 and 1. */
+#define SCPHD_MIXTURE_EXTRACTION_WEIGHT 24
+
+/* Terms below this share of what explains a measurement without features are left out; at most prune_weight. Must be above 0 and below 1. */
+#define SCPHD_MIXTURE_NEGLIGIBLE 25
+
+/* Components that a reduction leaves in view at most. Must be finite and at least 1. */
+#define SCPHD_MIXTURE_MAX_COMPONENTS 26
+
+/* Which components are the estimated features. */
+#define SCPHD_MIXTURE_EXTRACTION 27
+#define SCPHD_MIXTURE_EXTRACTION_HEAVIEST 0
+#define SCPHD_MIXTURE_EXTRACTION_PEAKS 1
+#define SCPHD_MIXTURE_EXTRACTION_CONFIRMED 2
+
+/* A measurement gives birth where nothing else explains at least this share of it. Must be between 0 and 1. */
+#define SCPHD_JOINT_BIRTH_PROBABILITY_MIN 28
+
+/* Squared Mahalanobis distance beyond which a measurement says nothing of a feature. Must be finite and at least 0. */
+#define SCPHD_JOINT_GATE 29
+
+/* Share of the probability of detection that is left behind a nearer detection. Must be between 0 and 1. */
+#define SCPHD_JOINT_OCCLUSION_FACTOR 30
+
+/* A feature is dropped below this probability that it is there. Must be between 0 and 1. */
+#define SCPHD_JOINT_LEAST_EXISTENCE 31
+
+/* The same while it was detected less than twice. Must be between 0 and 1. */
+#define SCPHD_JOINT_LEAST_TENTATIVE 32
+
+/* A feature is part of the estimate from this probability on. Must be between 0 and 1. */
+#define SCPHD_JOINT_EXTRACTION_EXISTENCE 33
+
+/* Squared Mahalanobis distance within which two features are one. Must be finite and at least 0. */
+#define SCPHD_JOINT_MERGE_DISTANCE 34
+
+/* Mean time that a landmark stays in sight before something hides it; infinite: nothing does. In s. Must be above 0, or infinite. */
+#define SCPHD_JOINT_VISIBLE_S 35
+
+/* Mean time that it stays hidden. In s. Must be above 0, or infinite. */
+#define SCPHD_JOINT_OCCLUDED_S 36
+
+/* Mean time until it is taken away; infinite: never. In s. Must be above 0, or infinite. */
+#define SCPHD_JOINT_LIFETIME_S 37
+
+/* Whether features that move are kept beside the map. */
+#define SCPHD_JOINT_MOVERS 38
+#define SCPHD_JOINT_MOVERS_NO 0
+#define SCPHD_JOINT_MOVERS_YES 1
+
+/* Whether what the odometry is off by is learnt. */
+#define SCPHD_JOINT_ODOMETRY 39
+#define SCPHD_JOINT_ODOMETRY_NO 0
+#define SCPHD_JOINT_ODOMETRY_YES 1
+
+/* Whether features that are far away go to an archive. */
+#define SCPHD_JOINT_ARCHIVE 40
+#define SCPHD_JOINT_ARCHIVE_NO 0
+#define SCPHD_JOINT_ARCHIVE_YES 1
+
+/* How far the farthest-looking sensor sees. In m. Must be finite and above 0. */
+#define SCPHD_JOINT_ARCHIVE_REACH_M 41
+
+/* Standard deviation of what the speed is off by, as a share of it. Must be finite and at least 0. */
+#define SCPHD_JOINT_ODOMETRY_SPEED_SCALE 42
+
+/* The same of the turn rate or steering angle. Must be finite and at least 0. */
+#define SCPHD_JOINT_ODOMETRY_TURN_SCALE 43
+
+/* Standard deviation of the offset of the turn rate, or of the steering angle, rad. In rad/s. Must be finite and at least 0. */
+#define SCPHD_JOINT_ODOMETRY_TURN_OFFSET 44
+
+/* How long it takes until it has walked as far as that; infinite: it never changes. In s. Must be above 0, or infinite. */
+#define SCPHD_JOINT_ODOMETRY_LASTS_S 45
+
+/* Features that move: standard deviation of the velocity of a new one, along each axis. In m/s. Must be between 0.000001 and 1000000. */
+#define SCPHD_MOVING_VELOCITY_SIGMA_MPS 46
+
+/* Features that move: power spectral density of their acceleration. In m^2/s^3. Must be finite and at least 0. */
+#define SCPHD_MOVING_ACCELERATION_PSD 47
+
+/* Features that move: mean time until one vanishes. In s. Must be above 0, or infinite. */
+#define SCPHD_MOVING_LIFETIME_S 48
+
+/* Features that move: one less certain than this is forgotten. In m. Must be finite and above 0. */
+#define SCPHD_MOVING_SPREAD_MAX_M 49
+
+/* Features that move: least weight of an estimated one. Must be between 0 and 1. */
+#define SCPHD_MOVING_EXTRACTION_WEIGHT 50
+
+/* Longest step of a prediction. Beyond it a prediction is refused; infinite: no limit. In s. Must be above 0, or infinite. */
+#define SCPHD_PLAUSIBLE_STEP_MAX_S 51
+
+/* Greatest speed. Beyond it a prediction is refused; infinite: no limit. In m/s. Must be above 0, or infinite. */
+#define SCPHD_PLAUSIBLE_SPEED_MAX_MPS 52
+
+/* Greatest turn rate. Beyond it a prediction is refused; infinite: no limit. In rad/s. Must be above 0, or infinite. */
+#define SCPHD_PLAUSIBLE_TURN_RATE_MAX_RADPS 53
+
+/* Greatest distance of one step. Beyond it a prediction is refused; infinite: no limit. In m. Must be above 0, or infinite. */
+#define SCPHD_PLAUSIBLE_JUMP_MAX_M 54
+
+/* Whether the position is measured. */
+#define SCPHD_POSITION 55
+#define SCPHD_POSITION_NO 0
+#define SCPHD_POSITION_YES 1
+
+/* Standard deviation of a measured position. In m. Must be between 0.000001 and 1000000. */
+#define SCPHD_POSITION_SIGMA 56
+
+/* How far ahead of the pose the antenna is. In m. Must be finite. */
+#define SCPHD_POSITION_FORWARD_M 57
+
+/* How far left of the pose it is. In m. Must be finite. */
+#define SCPHD_POSITION_LEFT_M 58
+
+/* Squared Mahalanobis distance beyond which it is an outlier; infinite: none is. Must be above 0, or infinite. */
+#define SCPHD_POSITION_GATE 59
+
+/* Whether outliers that agree with each other show that the filter is wrong, which is moved then. */
+#define SCPHD_POSITION_WATCH 60
+#define SCPHD_POSITION_WATCH_NO 0
+#define SCPHD_POSITION_WATCH_YES 1
+
+/* So long is waited from the first outlier; infinite: for ever. In s. Must be at least 0, or infinite. */
+#define SCPHD_POSITION_WATCH_PATIENCE_S 61
+
+/* So many must be refused in a row. Must be between 3 and 1000. */
+#define SCPHD_POSITION_WATCH_FEWEST 62
+
+/* Whether the heading is measured. */
+#define SCPHD_HEADING 63
+#define SCPHD_HEADING_NO 0
+#define SCPHD_HEADING_YES 1
+
+/* Standard deviation of a measured heading. In rad. Must be between 0.000001 and 1000000. */
+#define SCPHD_HEADING_SIGMA 64
+
+/* Squared Mahalanobis distance beyond which it is an outlier; infinite: none is. Must be above 0, or infinite. */
+#define SCPHD_HEADING_GATE 65
+
+/* Whether outliers that agree with each other show that the filter is wrong, which is moved then. */
+#define SCPHD_HEADING_WATCH 66
+#define SCPHD_HEADING_WATCH_NO 0
+#define SCPHD_HEADING_WATCH_YES 1
+
+/* So long is waited from the first outlier; infinite: for ever. In s. Must be at least 0, or infinite. */
+#define SCPHD_HEADING_WATCH_PATIENCE_S 67
+
+/* So many must be refused in a row. Must be between 3 and 1000. */
+#define SCPHD_HEADING_WATCH_FEWEST 68
+
+/* Start: x. In m. Must be finite. */
+#define SCPHD_START_X_M 69
+
+/* Start: y. In m. Must be finite. */
+#define SCPHD_START_Y_M 70
+
+/* Start: heading, from x to y. In rad. Must be finite. */
+#define SCPHD_START_HEADING_RAD 71
+
+/* Standard deviation of the position at the start; 0 with the next: certain. In m. Must be finite and at least 0. */
+#define SCPHD_START_POSITION_SIGMA_M 72
+
+/* Standard deviation of the heading at the start. In rad. Must be finite and at least 0. */
+#define SCPHD_START_HEADING_SIGMA_RAD 73
+
+/* Seed of the random numbers of a mixture. Must be between 0 and 16777216. */
+#define SCPHD_START_SEED 74
+
+/* What the sensor measures; one that was none has defaults. */
+#define SCPHD_SENSOR_MODEL 75
+#define SCPHD_SENSOR_MODEL_NONE 0
+#define SCPHD_SENSOR_MODEL_RANGE_BEARING 1
+#define SCPHD_SENSOR_MODEL_BEARING 2
+
+/* Standard deviation of the range. In m. Must be between 0.000001 and 1000000. */
+#define SCPHD_SENSOR_RANGE_SIGMA_M 76
+
+/* Standard deviation of the bearing. In rad. Must be between 0.000001 and 1000000. */
+#define SCPHD_SENSOR_BEARING_SIGMA_RAD 77
+
+/* Least range. In m. Must be finite and at least 0. */
+#define SCPHD_SENSOR_RANGE_MIN_M 78
+
+/* Greatest range. In m. Must be finite and above 0. */
+#define SCPHD_SENSOR_RANGE_MAX_M 79
+
+/* Half width of the soft edge at either range. In m. Must be finite and at least 0. */
+#define SCPHD_SENSOR_RANGE_EDGE_M 80
+
+/* Middle of the window. In rad. Must be finite. */
+#define SCPHD_SENSOR_BEARING_CENTER_RAD 81
+
+/* Half width of the window; pi or more for a full circle. In rad. Must be finite and above 0. */
+#define SCPHD_SENSOR_BEARING_HALF_WIDTH_RAD 82
+
+/* Half width of the soft edge at either side. In rad. Must be finite and at least 0. */
+#define SCPHD_SENSOR_BEARING_EDGE_RAD 83
+
+/* Probability of detection at range zero. Must be at least 0 and below 1. */
+#define SCPHD_SENSOR_PROBABILITY_NEAR 84
+
+/* The same at the greatest range. Must be at least 0 and below 1. */
+#define SCPHD_SENSOR_PROBABILITY_FAR 85
+
+/* False measurements to expect of a scan. Must be between 0 and 1000000000. */
+#define SCPHD_SENSOR_CLUTTER_PER_SCAN 86
+
+/* Intensity of births of features that stand still. In 1/(m rad). Must be finite and at least 0. */
+#define SCPHD_SENSOR_BIRTHS_STILL 87
+
+/* Intensity of births of features that move. In 1/(m rad). Must be finite and at least 0. */
+#define SCPHD_SENSOR_BIRTHS_MOVING 88
+
+/* Of bearings: range of the innermost ring of births. In m. Must be finite and above 0. */
+#define SCPHD_SENSOR_BIRTHS_NEAREST_M 89
+
+/* Of bearings: range of the outermost ring. In m. Must be finite and above 0. */
+#define SCPHD_SENSOR_BIRTHS_FARTHEST_M 90
+
+/* Of bearings: number of rings. Must be between 2 and 65535. */
+#define SCPHD_SENSOR_BIRTHS_RINGS 91
+
+/* Of bearings: births in a ring. Must be between 1 and 65535. */
+#define SCPHD_SENSOR_BIRTHS_SECTORS 92
+
+/* Of bearings: weight of every birth. Must be finite and at least 0. */
+#define SCPHD_SENSOR_BIRTHS_WEIGHT 93
+
+/* How far ahead of the pose the sensor sits. In m. Must be finite. */
+#define SCPHD_SENSOR_FORWARD_M 94
+
+/* How far left of the pose it sits. In m. Must be finite. */
+#define SCPHD_SENSOR_LEFT_M 95
+
+/* Where it looks, to the left. In rad. Must be finite. */
+#define SCPHD_SENSOR_YAW_RAD 96
 
 
 // The version of this interface. It changes whenever a program that was compiled against another header could not work.
-#define SCPHD_ABI_VERSION 2
+#define SCPHD_ABI_VERSION 3
 
 // No candidate explained the scan: the vehicle is lost, or the intensities of clutter and births are both zero.
 #define SCPHD_HEALTH_UNEXPLAINED_SCAN 1
@@ -107,28 +423,7 @@
 // Of late a fifth of the detections to be expected of known landmarks is missing.
 #define SCPHD_HEALTH_DETECTIONS_LOW 16384
 
-// Samples are drawn from the motion.
-#define SCPHD_PROPOSAL_BLIND 1
-
-// Samples are drawn from a Gaussian that the scan has been taken into.
-#define SCPHD_PROPOSAL_INFORMED 2
-
-// The estimated features are the heaviest components (5.2.7).
-#define SCPHD_EXTRACTION_HEAVIEST 1
-
-// They are the highest peaks of the intensity.
-#define SCPHD_EXTRACTION_PEAKS 2
-
-// A car: speed of a wheel's encoder and steering angle (5.25-5.27).
-#define SCPHD_VEHICLE_CAR 1
-
-// A robot that turns in place: speed and turn rate, along exact arcs.
-#define SCPHD_VEHICLE_ROBOT 2
-
-// A vehicle that moves sideways too, on mecanum wheels or legs: speed ahead and to the left, and turn rate, along exact arcs.
-#define SCPHD_VEHICLE_HOLONOMIC 3
-
-// How a call ended. What is refused leaves the filter as it was, but for the time of a prediction: see `scphd_plane_predict_car`.
+// How a call ended. What is refused leaves the filter as it was, but for the time of a prediction: see `scphd_slam_predict`.
 enum scphd_status
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : int32_t
@@ -142,8 +437,6 @@ enum scphd_status
   SCPHD_STATUS_MISALIGNED = 2,
   // The memory is smaller than its set needs.
   SCPHD_STATUS_MEMORY_TOO_SMALL = 3,
-  // There is no such set, or it is not one of this function.
-  SCPHD_STATUS_UNKNOWN_SET = 4,
   // Something runs in this memory already. Release it first.
   SCPHD_STATUS_ALREADY_STARTED = 5,
   // Nothing was started in this memory, or it was copied from elsewhere.
@@ -186,6 +479,20 @@ enum scphd_status
   SCPHD_STATUS_BAD_MEASUREMENT = 31,
   // The noise of a sensor or a fix is not positive definite.
   SCPHD_STATUS_BAD_NOISE = 32,
+  // There is no setting of this number.
+  SCPHD_STATUS_UNKNOWN_SETTING = 33,
+  // The description has no such sensor, fix or part, or the sensor measures something else.
+  SCPHD_STATUS_NOT_DESCRIBED = 34,
+  // This filter cannot do that.
+  SCPHD_STATUS_NOT_POSSIBLE = 35,
+  // The memory has no room for a part of the description; the reason names it.
+  SCPHD_STATUS_NO_ROOM = 36,
+  // A map cannot be loaded: too long, or a feature out of range.
+  SCPHD_STATUS_BAD_MAP = 37,
+  // It is no snapshot for this filter and memory, or damaged, or the room for it is too small.
+  SCPHD_STATUS_BAD_SNAPSHOT = 38,
+  // This is a service: call the function `scphd_services_...` of the filter's set first.
+  SCPHD_STATUS_NO_SERVICES = 39,
   // Refused for another reason.
   SCPHD_STATUS_REFUSED = 99,
 };
@@ -197,17 +504,12 @@ typedef int32_t scphd_status;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// A detector of bearings alone, in its memory. Only a mixture takes its scans.
-typedef struct scphd_bearing_detector scphd_bearing_detector;
+// A description of a vehicle, its filter, its sensors, its fixes and its start, in its memory. It may serve several filters, and is not
+// needed while they run.
+typedef struct scphd_description scphd_description;
 
-// A joint map, in its memory.
-typedef struct scphd_joint scphd_joint;
-
-// A mixture in the plane, in its memory.
-typedef struct scphd_plane scphd_plane;
-
-// A detector of range and bearing, in its memory.
-typedef struct scphd_range_bearing_detector scphd_range_bearing_detector;
+// A filter, in its memory.
+typedef struct scphd_slam scphd_slam;
 
 // A detector of range, bearing and elevation, in its memory.
 typedef struct scphd_sonar_detector scphd_sonar_detector;
@@ -215,219 +517,32 @@ typedef struct scphd_sonar_detector scphd_sonar_detector;
 // A mixture under water, in its memory.
 typedef struct scphd_water scphd_water;
 
-// The part of the plane that a sensor detects features in. The probability of detection falls linearly with range, and to zero
-// over a ramp around every edge.
-typedef struct scphd_window {
-  // Least range, m; 0 for none.
-  float range_min_m;
-  // Greatest range, m.
-  float range_max_m;
-  // Half width of the soft edge at either range, m.
-  float range_edge_m;
-  // Middle of the window, rad.
-  float bearing_center_rad;
-  // Half width of the window, rad; pi or more for a full circle.
-  float bearing_half_width_rad;
-  // Half width of the soft edge at either side, rad.
-  float bearing_edge_rad;
-  // Probability of detection at range zero, in [0, 1).
-  float probability_near;
-  // At the greatest range.
-  float probability_far;
-} scphd_window;
-
-// Where a sensor sits on its vehicle and how it is turned: from where the pose is, x ahead, y to the left, z upwards; roll first, then
-// pitch, then yaw. In the plane up, roll and pitch must be 0.
-typedef struct scphd_mounting {
-  // Ahead, m.
-  float forward_m;
-  // To the left, m.
-  float left_m;
-  // Upwards, m.
-  float up_m;
-  // About the axis ahead, rad.
-  float roll_rad;
-  // About the axis to the left, rad.
-  float pitch_rad;
-  // About the axis upwards, rad.
-  float yaw_rad;
-} scphd_mounting;
-
-// What there is to say of such a sensor.
-typedef struct scphd_range_bearing_config {
-  // `sizeof(scphd_range_bearing_config)`, set by the caller.
-  uint32_t struct_size;
-  // Standard deviation of the range, m.
-  float range_sigma_m;
-  // Standard deviation of the bearing, rad.
-  float bearing_sigma_rad;
-  // Where it sees.
-  struct scphd_window window;
-  // False measurements to expect of a scan.
-  float clutter_per_scan;
-  // Intensity of births of features that stand still, 1/(m rad).
-  float births_still;
-  // Intensity of births of features that move, 1/(m rad).
-  float births_moving;
-  // Where it sits.
-  struct scphd_mounting mounting;
-} scphd_range_bearing_config;
-
-// Why a configuration was refused.
+// Why a description or a setting was refused. All is 0 where none of them is to blame.
 typedef struct scphd_reason {
   // `sizeof(scphd_reason)`, set by the caller.
   uint32_t struct_size;
-  // One line in UTF-8 that ends with a zero, as "prune_weight must be above 0 and below 1". Empty where no field is to blame.
-  char text[124];
+  // The setting, as `SCPHD_JOINT_GATE`; `scphd_setting_name` and `scphd_setting_range` have its texts. 0 where `text` says more.
+  uint32_t setting;
+  // Of a setting of a sensor: which sensor.
+  uint32_t sensor;
+  // One line in UTF-8 that ends with a zero, as "range_sigma_m must be finite and above 0", where settings do not fit each other, and of a
+  // sonar. Empty where `setting` says it.
+  char text[116];
 } scphd_reason;
 
-// What there is to say of such a sensor. One bearing has no inverse: features are born on rings around the sensor.
-typedef struct scphd_bearing_config {
-  // `sizeof(scphd_bearing_config)`, set by the caller.
-  uint32_t struct_size;
-  // Standard deviation of the bearing, rad.
-  float bearing_sigma_rad;
-  // Where it sees.
-  struct scphd_window window;
-  // False measurements to expect of a scan.
-  float clutter_per_scan;
-  // Range of the innermost ring of births, m.
-  float births_nearest_m;
-  // Range of the outermost ring, m.
-  float births_farthest_m;
-  // Rings, at least 2. The components of all rings must fit into the view of the set.
-  uint32_t births_rings;
-  // Components in a ring.
-  uint32_t births_sectors;
-  // Weight of each: features that appear there between two scans.
-  float births_weight;
-  // Where it sits.
-  struct scphd_mounting mounting;
-} scphd_bearing_config;
-
-// What there is to say of such a sensor.
-typedef struct scphd_sonar_config {
-  // `sizeof(scphd_sonar_config)`, set by the caller.
-  uint32_t struct_size;
-  // Standard deviation of the range, m.
-  float range_sigma_m;
-  // Standard deviation of the bearing, rad.
-  float bearing_sigma_rad;
-  // Standard deviation of the elevation, rad.
-  float elevation_sigma_rad;
-  // Greatest range, m.
-  float range_max_m;
-  // Half width of the soft edge at it, m.
-  float range_edge_m;
-  // Half width of the window in bearing, rad; pi or more for all around.
-  float bearing_half_width_rad;
-  // Half width of the window in elevation, rad; pi/2 or more for everything.
-  float elevation_half_width_rad;
-  // Half width of the soft edges in bearing and elevation, rad.
-  float angle_edge_rad;
-  // Probability of detection, in [0, 1).
-  float probability;
-  // False measurements to expect of a scan.
-  float clutter_per_scan;
-  // Intensity of births of features that stand still, 1/(m rad^2).
-  float births_still;
-  // Where it sits.
-  struct scphd_mounting mounting;
-} scphd_sonar_config;
-
-// A vehicle in the plane, and the noise of its odometry. The defaults are those of a wheeled vehicle whose noise nobody has measured:
-// 0.02 m/s and 10 %, 0.02 rad/s (or rad) and 10 %, for half a second. Without any noise it is refused.
-typedef struct scphd_vehicle {
-  // `SCPHD_VEHICLE_CAR`, `SCPHD_VEHICLE_ROBOT` or `SCPHD_VEHICLE_HOLONOMIC`.
-  uint32_t kind;
-  // Of a car: wheelbase L, m.
-  float wheelbase_m;
-  // Of a car: offset H of the wheel encoder from the centreline, m.
-  float encoder_offset_m;
-  // Of a car: how far ahead of the rear axle its pose is, m.
-  float pose_forward_m;
-  // Of a car: how far left of the centreline its pose is, m.
-  float pose_left_m;
-  // Standard deviation of the speed, m/s.
-  float speed_sigma_mps;
-  // The same as a share of the speed; adds in quadrature.
-  float speed_sigma_ratio;
-  // Standard deviation of a car's steering angle, rad, or of the others' turn rate, rad/s.
-  float turn_sigma;
-  // The same as a share of it; adds in quadrature.
-  float turn_sigma_ratio;
-  // How long an error lasts, s. 0: drawn anew in every prediction.
-  float noise_interval_s;
-} scphd_vehicle;
-
-// What no vehicle does. A prediction beyond it is refused; infinite: no limit.
-typedef struct scphd_plausible {
-  // Longest step, s.
-  float step_max_s;
-  // Greatest speed, m/s.
-  float speed_max_mps;
-  // Greatest turn rate, rad/s.
-  float turn_rate_max_radps;
-  // Greatest distance of one step, m.
-  float jump_max_m;
-} scphd_plausible;
-
-// The tuning of a mixture: `Config` of the library, whose documentation says more of each field. Do not fill it in by hand, but by
-// `scphd_plane_blind` and its like.
-typedef struct scphd_tuning {
-  // Particles kept between scans.
-  uint32_t particles;
-  // Samples of each in a prediction.
-  uint32_t samples;
-  // `SCPHD_PROPOSAL_...`
-  uint32_t proposal;
-  // Informed: linearisations, 1 to 16.
-  uint32_t informed_rounds;
-  // Informed: share of the covariance that is drawn from, 0 to 1.
-  float informed_sampled_fraction;
-  // Informed: a component speaks for a measurement of which it explains this share.
-  float informed_min_responsibility;
-  // Resampled where N_eff / N is below.
-  float resample_threshold;
-  // Components below this weight are dropped.
-  float prune_weight;
-  // A component is confirmed where it is better known than by so many measurements.
-  float confirming_detections;
-  // One that leaves the view lighter than this, not confirmed, is forgotten. 0: none is.
-  float unconfirmed_weight;
-  // Misses take a confirmed component no further down. 0: they do.
-  float confirmed_weight;
-  // Squared Mahalanobis distance within which components are merged.
-  float merge_distance;
-  // `SCPHD_EXTRACTION_...`
-  uint32_t extraction;
-  // Least weight of an estimated feature.
-  float extraction_weight;
-  // Not 0: births that nothing explains wait for the next scan. For filters of a single sensor.
-  uint32_t births_wait;
-  // Moving features: standard deviation of a new one's velocity, m/s, along each axis.
-  float moving_velocity_sigma_mps;
-  // Moving features: power spectral density of their acceleration, m^2/s^3.
-  float moving_acceleration_psd;
-  // Moving features: mean time until one vanishes, s.
-  float moving_lifetime_s;
-  // Moving features: one less certain than this, m, is forgotten.
-  float moving_spread_max_m;
-  // Moving features: least weight of an estimated one.
-  float moving_extraction_weight;
-  // What no vehicle does.
-  struct scphd_plausible plausible;
-} scphd_tuning;
-
-// What there is to say of such a filter.
-typedef struct scphd_plane_config {
-  // `sizeof(scphd_plane_config)`, set by the caller.
-  uint32_t struct_size;
-  // The vehicle.
-  struct scphd_vehicle vehicle;
-  // The tuning.
-  struct scphd_tuning tuning;
-} scphd_plane_config;
+// A feature in the plane.
+typedef struct scphd_feature {
+  // Names it from scan to scan.
+  uint32_t label;
+  // How many features it stands for; of a joint map, the probability that it is there.
+  float weight;
+  // x, m.
+  float x_m;
+  // y, m.
+  float y_m;
+  // Covariance: xx, xy, yy, m^2.
+  float covariance[3];
+} scphd_feature;
 
 // What a prediction did.
 typedef struct scphd_predict_report {
@@ -443,7 +558,7 @@ typedef struct scphd_predict_report {
   uint32_t refused;
 } scphd_predict_report;
 
-// One measurement.
+// One measurement of range and bearing.
 typedef struct scphd_range_bearing {
   // m.
   float range_m;
@@ -451,7 +566,7 @@ typedef struct scphd_range_bearing {
   float bearing_rad;
 } scphd_range_bearing;
 
-// What a scan of a mixture did.
+// What a scan did. What a filter has nothing of is 0: pages and candidates are a mixture's.
 typedef struct scphd_scan_report {
   // `sizeof(scphd_scan_report)`, set by the caller.
   uint32_t struct_size;
@@ -463,20 +578,26 @@ typedef struct scphd_scan_report {
   uint32_t no_birth;
   // Predictions refused since the scan before.
   uint32_t refused;
+  // Features, or most components of a candidate, in view.
+  uint32_t in_view;
+  // Features or components born and kept.
+  uint32_t births;
+  // Those merged into another.
+  uint32_t merged;
+  // Those that found no room.
+  uint32_t lost;
+  // Features of a joint map that were dropped.
+  uint32_t dropped;
+  // Features of a joint map after the scan.
+  uint32_t features;
+  // Features that move beside it.
+  uint32_t movers;
   // Candidates weighed.
   uint32_t candidates;
-  // Most components in view of a candidate.
-  uint32_t in_view;
   // Particles that go on.
   uint32_t particles;
   // Whether they were resampled: 0 or 1.
   uint32_t resampled;
-  // Components born and kept.
-  uint32_t births;
-  // Components merged into another.
-  uint32_t merged;
-  // Components that found no room.
-  uint32_t lost;
   // Pages of features in use after the scan, and in all.
   uint32_t pages_used;
   // See `pages_used`.
@@ -489,23 +610,13 @@ typedef struct scphd_scan_report {
   float n_eff;
   // Logarithm of the scan's likelihood, up to a constant; minus infinity where no candidate explains it.
   float ln_evidence;
+  // Detections to be expected of the features in view.
+  float expected_detections;
+  // Measurements that these explain.
+  float detections;
   // Mean squared innovation by its covariance, per dimension; about 1 for a consistent filter, 0 where nothing was detected.
   float innovation;
 } scphd_scan_report;
-
-// How a fix is measured.
-typedef struct scphd_fix {
-  // `sizeof(scphd_fix)`, set by the caller.
-  uint32_t struct_size;
-  // Standard deviation of its noise, m of a position (along either axis) or a height, rad of a heading.
-  float sigma;
-  // Squared Mahalanobis distance beyond which it is an outlier; 0: none is.
-  float gate;
-  // Of a position: how far ahead of the pose the antenna is, m.
-  float antenna_forward_m;
-  // Of a position: how far left of the pose the antenna is, m.
-  float antenna_left_m;
-} scphd_fix;
 
 // What a fix did.
 typedef struct scphd_fix_report {
@@ -513,6 +624,8 @@ typedef struct scphd_fix_report {
   uint32_t struct_size;
   // Whether it was taken in: 0 or 1. It is not where it lies beyond the gate.
   uint32_t accepted;
+  // Whether its watch has moved the vehicle to where such fixes say: 0 or 1.
+  uint32_t relocated;
   // Its squared Mahalanobis distance from what the filter expected.
   float distance;
   // Logarithm of its likelihood; 0 where it was not taken in.
@@ -535,19 +648,17 @@ typedef struct scphd_plane_pose {
   float covariance[9];
 } scphd_plane_pose;
 
-// A feature in the plane.
-typedef struct scphd_feature {
-  // Names it from scan to scan.
-  uint32_t label;
-  // How many features it stands for; of a joint map, the probability that it is there.
-  float weight;
-  // x, m.
-  float x_m;
-  // y, m.
-  float y_m;
-  // Covariance: xx, xy, yy, m^2.
-  float covariance[3];
-} scphd_feature;
+// What the odometry is off by.
+typedef struct scphd_odometry {
+  // `sizeof(scphd_odometry)`, set by the caller.
+  uint32_t struct_size;
+  // The speed, as a share of it.
+  float speed_scale;
+  // The turn rate or the steering angle, as a share of it.
+  float turn_scale;
+  // The turn rate, rad/s, or the steering angle, rad, where the vehicle goes straight ahead.
+  float turn_offset;
+} scphd_odometry;
 
 // What there is to a map beside the features.
 typedef struct scphd_map {
@@ -579,65 +690,54 @@ typedef struct scphd_mover {
   float covariance[10];
 } scphd_mover;
 
-// What there is to say of such a filter. Do not fill it in by hand, but by `scphd_joint_defaults`.
-typedef struct scphd_joint_config {
-  // `sizeof(scphd_joint_config)`, set by the caller.
-  uint32_t struct_size;
-  // The vehicle.
-  struct scphd_vehicle vehicle;
-  // A measurement gives birth where nothing else explains at least this share of it.
-  float birth_probability_min;
-  // Squared Mahalanobis distance beyond which a measurement says nothing of a feature.
-  float gate;
-  // Mean time that a landmark stays in sight before something hides it, s; infinite: nothing does.
-  float visible_s;
-  // Mean time that it stays hidden, s.
-  float occluded_s;
-  // Mean time until it is taken away, s; infinite: never.
-  float lifetime_s;
-  // Share of the probability of detection that is left behind a nearer detection.
-  float occlusion_factor;
-  // A feature is dropped below this probability that it is there.
-  float least_existence;
-  // The same while it was detected less than twice.
-  float least_tentative;
-  // A feature is part of the estimate from this probability on.
-  float extraction_existence;
-  // Squared Mahalanobis distance within which two features are one.
-  float merge_distance;
-  // What no vehicle does.
-  struct scphd_plausible plausible;
-} scphd_joint_config;
+// Where a sensor sits on its vehicle and how it is turned: from where the pose is, x ahead, y to the left, z upwards; roll first, then
+// pitch, then yaw.
+typedef struct scphd_mounting {
+  // Ahead, m.
+  float forward_m;
+  // To the left, m.
+  float left_m;
+  // Upwards, m.
+  float up_m;
+  // About the axis ahead, rad.
+  float roll_rad;
+  // About the axis to the left, rad.
+  float pitch_rad;
+  // About the axis upwards, rad.
+  float yaw_rad;
+} scphd_mounting;
 
-// What a scan of a joint map did.
-typedef struct scphd_joint_report {
-  // `sizeof(scphd_joint_report)`, set by the caller.
+// What there is to say of such a sensor.
+typedef struct scphd_sonar_config {
+  // `sizeof(scphd_sonar_config)`, set by the caller.
   uint32_t struct_size;
-  // Bits of `SCPHD_HEALTH_...`; 0 is good.
-  uint32_t health;
-  // Measurements in the scan.
-  uint32_t measurements;
-  // Features in view before it.
-  uint32_t in_view;
-  // Predictions refused since the scan before.
-  uint32_t refused;
-  // Features born.
-  uint32_t births;
-  // Features dropped.
-  uint32_t dropped;
-  // Features that turned out to be another one.
-  uint32_t merged;
-  // Features for which there was no room.
-  uint32_t lost;
-  // Features after the scan.
-  uint32_t features;
-  // Logarithm of the scan's likelihood, up to a constant.
-  float ln_evidence;
-  // As of `scphd_scan_report`.
-  float innovation;
-} scphd_joint_report;
+  // Standard deviation of the range, m.
+  float range_sigma_m;
+  // Standard deviation of the bearing, rad.
+  float bearing_sigma_rad;
+  // Standard deviation of the elevation, rad.
+  float elevation_sigma_rad;
+  // Greatest range, m.
+  float range_max_m;
+  // Half width of the soft edge at it, m.
+  float range_edge_m;
+  // Half width of the window in bearing, rad; pi or more for all around.
+  float bearing_half_width_rad;
+  // Half width of the window in elevation, rad; pi/2 or more for everything.
+  float elevation_half_width_rad;
+  // Half width of the soft edges in bearing and elevation, rad.
+  float angle_edge_rad;
+  // Probability of detection, in [0, 1).
+  float probability;
+  // False measurements to expect of a scan.
+  float clutter_per_scan;
+  // Intensity of births of features that stand still, 1/(m rad^2).
+  float births_still;
+  // Where it sits.
+  struct scphd_mounting mounting;
+} scphd_sonar_config;
 
-// What there is to say of such a filter.
+// What there is to say of such a vehicle.
 typedef struct scphd_water_config {
   // `sizeof(scphd_water_config)`, set by the caller.
   uint32_t struct_size;
@@ -645,8 +745,6 @@ typedef struct scphd_water_config {
   float yaw_acceleration_sigma_radps2;
   // How long an error of the velocity lasts, s. 0: drawn anew in every prediction.
   float velocity_interval_s;
-  // The tuning.
-  struct scphd_tuning tuning;
 } scphd_water_config;
 
 // What moves the vehicle in one step.
@@ -680,6 +778,16 @@ typedef struct scphd_sonar {
   // 0 level, growing upwards, rad.
   float elevation_rad;
 } scphd_sonar;
+
+// How a height or a heading under water is measured.
+typedef struct scphd_fix {
+  // `sizeof(scphd_fix)`, set by the caller.
+  uint32_t struct_size;
+  // Standard deviation of its noise, m of a height, rad of a heading.
+  float sigma;
+  // Squared Mahalanobis distance beyond which it is an outlier; 0: none is.
+  float gate;
+} scphd_fix;
 
 // A pose under water and how well it is known.
 typedef struct scphd_water_pose {
@@ -736,46 +844,135 @@ size_t scphd_memory_alignment(void);
 scphd_status scphd_release(void *memory,
                            size_t size_bytes);
 
-// How much memory a set needs, bytes: `SCPHD_SIZE_...` of its name. 0 for a set that is not known.
-size_t scphd_memory_size(uint32_t set);
-
 // The name of the lowest of some conditions, as in docs/health.md: ask for one bit after the other. GOOD where there is none. The text
 // lasts as long as the program.
 const char *scphd_health_text(uint32_t health);
 
-// A sensor that sees all around, as far as this, m, and with this probability of detection, in [0, 1): one false measurement a scan,
-// one in ten scans of a feature that is new, none that moves, seated where the pose is. The standard deviations of its noise are left 0,
-// which is out of range: set them.
-scphd_status scphd_range_bearing_defaults(scphd_range_bearing_config *config,
-                                          float range_max_m,
-                                          float probability);
+// Starts a description in this memory, of `SCPHD_SIZE_DESCRIPTION` bytes: a robot that turns in place, with a joint map, without a sensor. Writes
+// the handle to `description`, or null.
+scphd_status scphd_description_start(uint32_t abi_version,
+                                     void *memory,
+                                     size_t size_bytes,
+                                     scphd_description **description);
 
-// Starts a detector in this memory: `abi_version` is `SCPHD_ABI_VERSION`, `set` one of `SCPHD_SET_RANGE_BEARING_...`. The reason may be
-// null. Writes the handle to `detector`, or null.
-scphd_status scphd_range_bearing_start(uint32_t abi_version,
-                                       uint32_t set,
-                                       void *memory,
-                                       size_t size_bytes,
-                                       const scphd_range_bearing_config *config,
-                                       scphd_reason *reason,
-                                       scphd_range_bearing_detector **detector);
+// Sets one of the settings above, `SCPHD_VEHICLE_KIND` and so on; where its name begins with `SCPHD_SENSOR_`, that of the sensor with this index, 0 to
+// 3. Of one of several, `number` is its place in the list. The reason may be null.
+scphd_status scphd_description_set(scphd_description *description,
+                                   uint32_t setting,
+                                   size_t sensor,
+                                   float number,
+                                   scphd_reason *reason);
 
-// A sensor that sees all around, as far as this, m, and with this probability of detection, in [0, 1): one false measurement a scan,
-// four rings of 24 births from a tenth of the range on, seated where the pose is. The standard deviation of its noise is left 0, which is
-// out of range: set it.
-scphd_status scphd_bearing_defaults(scphd_bearing_config *config,
-                                    float range_max_m,
-                                    float probability);
+// Reads a setting. `SCPHD_STATUS_NOT_DESCRIBED` where the description has no such part.
+scphd_status scphd_description_get(scphd_description *description,
+                                   uint32_t setting,
+                                   size_t sensor,
+                                   float *number);
 
-// Starts a detector in this memory: `abi_version` is `SCPHD_ABI_VERSION`, `set` one of `SCPHD_SET_BEARING_...`. The reason may be null.
-// Writes the handle to `detector`, or null.
-scphd_status scphd_bearing_start(uint32_t abi_version,
-                                 uint32_t set,
-                                 void *memory,
-                                 size_t size_bytes,
-                                 const scphd_bearing_config *config,
-                                 scphd_reason *reason,
-                                 scphd_bearing_detector **detector);
+// The name of a setting, as "joint.gate". The text lasts as long as the program.
+const char *scphd_setting_name(uint32_t setting);
+
+// What a number of a setting must be, as "finite and at least 0". The text lasts as long as the program.
+const char *scphd_setting_range(uint32_t setting);
+
+// Goes on by another description with the same parts, between any two steps; the numbers of movers and archive of a joint map stay. The watches begin
+// anew. The reason may be null. A service.
+scphd_status scphd_slam_configure(scphd_slam *slam,
+                                  scphd_description *description,
+                                  scphd_reason *reason);
+
+// Starts, or starts again, where the description says and as certain of it, with an empty map.
+scphd_status scphd_slam_reset(scphd_slam *slam, scphd_description *description);
+
+// Puts the vehicle to this pose, known to these standard deviations; the map stays. A service.
+scphd_status scphd_slam_relocate(scphd_slam *slam,
+                                 float x_m,
+                                 float y_m,
+                                 float heading_rad,
+                                 float position_sigma_m,
+                                 float heading_sigma_rad);
+
+// Makes the pose uncertain by further standard deviations; the map stays. A service.
+scphd_status scphd_slam_scatter(scphd_slam *slam, float position_sigma_m, float heading_sigma_rad);
+
+// Puts this map, at most 128 features, in the place of the one that there is. Not where there is an archive. A service.
+scphd_status scphd_slam_load_map(scphd_slam *slam, const scphd_feature *features, size_t count);
+
+// Moves the vehicle for `dt_s` seconds: speed ahead; speed to the left of a vehicle that moves sideways too, else 0; turn rate to the left,
+// rad/s, or a car's steering angle, rad. The report may be null. Where the control is refused, its time has passed all the same, and the next
+// report says so.
+scphd_status scphd_slam_predict(scphd_slam *slam,
+                                float speed_mps,
+                                float left_mps,
+                                float turn,
+                                float dt_s,
+                                scphd_predict_report *report);
+
+// Takes in a scan of range and bearing of the sensor with this index in the description. The report may be null; so may the measurements, where
+// there are none.
+scphd_status scphd_slam_scan_range_bearing(scphd_slam *slam,
+                                           size_t sensor,
+                                           const scphd_range_bearing *measurements,
+                                           size_t count,
+                                           scphd_scan_report *report);
+
+// Takes in a scan of bearings, rad, 0 ahead, growing to the left. As `scphd_slam_scan_range_bearing`.
+scphd_status scphd_slam_scan_bearing(scphd_slam *slam,
+                                     size_t sensor,
+                                     const float *bearings_rad,
+                                     size_t count,
+                                     scphd_scan_report *report);
+
+// Takes in a scan of range and bearing for the pose alone: the map stays as it is. For joint maps without an archive. A service.
+scphd_status scphd_slam_localise(scphd_slam *slam,
+                                 size_t sensor,
+                                 const scphd_range_bearing *measurements,
+                                 size_t count,
+                                 scphd_scan_report *report);
+
+// Takes in a measured position, between any two steps. A watch over it is a service. The report may be null.
+scphd_status scphd_slam_observe_position(scphd_slam *slam, float x_m, float y_m, scphd_fix_report *report);
+
+// Takes in a measured heading, from the x axis towards the y axis. As `scphd_slam_observe_position`.
+scphd_status scphd_slam_observe_heading(scphd_slam *slam, float heading_rad, scphd_fix_report *report);
+
+// Where the vehicle is.
+scphd_status scphd_slam_estimate_pose(scphd_slam *slam, scphd_plane_pose *pose);
+
+// What the odometry is off by, of a filter that learns it.
+scphd_status scphd_slam_estimate_odometry(scphd_slam *slam, scphd_odometry *odometry);
+
+// Writes the features that stand still to an array of so many; what does not fit is counted. An array of none may be null.
+scphd_status scphd_slam_estimate_map(scphd_slam *slam,
+                                     scphd_feature *features,
+                                     size_t capacity,
+                                     scphd_map *map);
+
+// Writes the features that move to an array of so many; what does not fit is counted. An array of none may be null.
+scphd_status scphd_slam_estimate_movers(scphd_slam *slam,
+                                        scphd_mover *movers,
+                                        size_t capacity,
+                                        scphd_map *map);
+
+// Writes a snapshot to so many bytes of room, by which a filter of the same description and set goes on to the bit, but for its watches. `kind`
+// tells vehicles apart. `written` is how many bytes it takes. A room of none may be null, and nothing is written then. A service.
+scphd_status scphd_slam_save(scphd_slam *slam,
+                             uint32_t kind,
+                             uint8_t *room,
+                             size_t capacity,
+                             size_t *written);
+
+// Goes on from a snapshot of so many bytes. Where one is refused for what is in it, the filter has to be reset. A service.
+scphd_status scphd_slam_restore(scphd_slam *slam,
+                                uint32_t kind,
+                                const uint8_t *snapshot,
+                                size_t size_bytes);
+
+// A hash of all that the filter knows, to the last bit: the same inputs give the same on every machine. A service.
+scphd_status scphd_slam_digest(scphd_slam *slam, uint64_t *digest);
+
+// Looks over all that the filter knows: `SCPHD_STATUS_DAMAGED` where memory was damaged. A service.
+scphd_status scphd_slam_audit(scphd_slam *slam);
 
 // A sonar that sees everything as far as this, m, with this probability of detection, in [0, 1): one false measurement a scan, one in ten
 // scans of a feature that is new, seated where the pose is. The standard deviations of its noise are left 0, which is out of range:
@@ -784,220 +981,31 @@ scphd_status scphd_sonar_defaults(scphd_sonar_config *config,
                                   float range_max_m,
                                   float probability);
 
-// Starts a detector in this memory: `abi_version` is `SCPHD_ABI_VERSION`, `set` one of `SCPHD_SET_SONAR_...`. The reason may be null.
-// Writes the handle to `detector`, or null.
+// Starts a detector in this memory, of `SCPHD_SIZE_SONAR_64` bytes: `abi_version` is `SCPHD_ABI_VERSION`. The reason may be null. Writes the
+// handle to `detector`, or null.
 scphd_status scphd_sonar_start(uint32_t abi_version,
-                               uint32_t set,
                                void *memory,
                                size_t size_bytes,
                                const scphd_sonar_config *config,
                                scphd_reason *reason,
                                scphd_sonar_detector **detector);
 
-// Fills in a configuration, but for its size: many particles, each with so many samples of the motion that the scan chooses among. For
-// sensors whose scan leaves several places open. The vehicle is a robot without noise: set what it is.
-scphd_status scphd_plane_blind(scphd_plane_config *config,
-                               uint32_t particles,
-                               uint32_t samples);
-
-// Fills in a configuration, but for its size: few particles that take the scan in before they are drawn. For sensors whose scan tells
-// where the vehicle is among its features. The vehicle is a robot without noise: set what it is.
-scphd_status scphd_plane_informed(scphd_plane_config *config,
-                                  uint32_t particles);
-
-// Starts a filter in this memory, which is zero or was released: `abi_version` is `SCPHD_ABI_VERSION`, `set` one of
-// `SCPHD_SET_PLANE_...`. The reason may be null. Writes the handle to `filter`, or null. Reset it to a pose next.
-scphd_status scphd_plane_start(uint32_t abi_version,
-                               uint32_t set,
-                               void *memory,
-                               size_t size_bytes,
-                               const scphd_plane_config *config,
-                               scphd_reason *reason,
-                               scphd_plane **filter);
-
-// Goes on with what the same build of this library has left in this memory: after a reset of the processor that kept it, or in a copy of
-// it. The configuration may be another, but for particles, samples and proposal. What is found is checked; it is no checksum, and
-// memory that may have been damaged needs one.
-scphd_status scphd_plane_resume(uint32_t abi_version,
-                                uint32_t set,
-                                void *memory,
-                                size_t size_bytes,
-                                const scphd_plane_config *config,
-                                scphd_reason *reason,
-                                scphd_plane **filter);
-
-// Puts the vehicle to a pose, with an empty map, and begins the random stream of a seed.
-scphd_status scphd_plane_reset(scphd_plane *filter, float x_m, float y_m, float heading_rad, uint64_t seed);
-
-// Moves a car for `dt_s` seconds: speed of its encoder's wheel, steering angle to the left. The report may be null. Where the control is
-// refused, its time has passed all the same, and the next report says so.
-scphd_status scphd_plane_predict_car(scphd_plane *filter,
-                                     float speed_mps,
-                                     float steering_rad,
-                                     float dt_s,
-                                     scphd_predict_report *report);
-
-// Moves a robot for `dt_s` seconds: speed, turn rate to the left. As `scphd_plane_predict_car`.
-scphd_status scphd_plane_predict_robot(scphd_plane *filter,
-                                       float speed_mps,
-                                       float rate_radps,
-                                       float dt_s,
-                                       scphd_predict_report *report);
-
-// Moves a vehicle that moves sideways too for `dt_s` seconds: speeds ahead and to the left, turn rate to the left. As
-// `scphd_plane_predict_car`.
-scphd_status scphd_plane_predict_holonomic(scphd_plane *filter,
-                                           float forward_mps,
-                                           float left_mps,
-                                           float rate_radps,
-                                           float dt_s,
-                                           scphd_predict_report *report);
-
-// Takes in a scan of range and bearing. The report may be null; so may the measurements, where there are none.
-scphd_status scphd_plane_scan_range_bearing(scphd_plane *filter,
-                                            scphd_range_bearing_detector *detector,
-                                            const scphd_range_bearing *measurements,
-                                            size_t count,
-                                            scphd_scan_report *report);
-
-// Takes in a scan of bearings, rad, 0 ahead, growing to the left. As `scphd_plane_scan_range_bearing`.
-scphd_status scphd_plane_scan_bearing(scphd_plane *filter,
-                                      scphd_bearing_detector *detector,
-                                      const float *bearings_rad,
-                                      size_t count,
-                                      scphd_scan_report *report);
-
-// Takes in a measured position, between any two steps. The report may be null.
-scphd_status scphd_plane_observe_position(scphd_plane *filter,
-                                          const scphd_fix *fix,
-                                          float x_m,
-                                          float y_m,
-                                          scphd_fix_report *report);
-
-// Takes in a measured heading, from the x axis towards the y axis, between any two steps. The report may be null.
-scphd_status scphd_plane_observe_heading(scphd_plane *filter,
-                                         const scphd_fix *fix,
-                                         float heading_rad,
-                                         scphd_fix_report *report);
-
-// Where the vehicle is.
-scphd_status scphd_plane_estimate_pose(scphd_plane *filter, scphd_plane_pose *pose);
-
-// Writes the features that stand still to an array of so many; what does not fit is counted. An array of none may be null.
-scphd_status scphd_plane_estimate_map(scphd_plane *filter,
-                                      scphd_feature *features,
-                                      size_t capacity,
-                                      scphd_map *map);
-
-// Writes the features that move to an array of so many, where they are by now. As `scphd_plane_estimate_map`.
-scphd_status scphd_plane_estimate_movers(scphd_plane *filter,
-                                         scphd_mover *movers,
-                                         size_t capacity,
-                                         scphd_map *map);
-
-// A hash of all that the filter knows, to the last bit: the same inputs give the same on every machine.
-scphd_status scphd_plane_digest(scphd_plane *filter, uint64_t *digest);
-
-// Fills in a configuration, but for its size. The vehicle is a robot without noise: set what it is.
-scphd_status scphd_joint_defaults(scphd_joint_config *config);
-
-// Starts a filter in this memory, which is zero or was released: `abi_version` is `SCPHD_ABI_VERSION`, `set` one of
-// `SCPHD_SET_JOINT_...`. The reason may be null. Writes the handle to `filter`, or null. Reset it to a pose next.
-scphd_status scphd_joint_start(uint32_t abi_version,
-                               uint32_t set,
-                               void *memory,
-                               size_t size_bytes,
-                               const scphd_joint_config *config,
-                               scphd_reason *reason,
-                               scphd_joint **filter);
-
-// Goes on with what the same build of this library has left in this memory, as `scphd_plane_resume`; but what is found is taken as it is.
-scphd_status scphd_joint_resume(uint32_t abi_version,
-                                uint32_t set,
-                                void *memory,
-                                size_t size_bytes,
-                                const scphd_joint_config *config,
-                                scphd_reason *reason,
-                                scphd_joint **filter);
-
-// Puts the vehicle to a pose, certain of it, with an empty map.
-scphd_status scphd_joint_reset(scphd_joint *filter, float x_m, float y_m, float heading_rad);
-
-// As `scphd_plane_predict_car`.
-scphd_status scphd_joint_predict_car(scphd_joint *filter,
-                                     float speed_mps,
-                                     float steering_rad,
-                                     float dt_s,
-                                     scphd_predict_report *report);
-
-// As `scphd_plane_predict_robot`.
-scphd_status scphd_joint_predict_robot(scphd_joint *filter,
-                                       float speed_mps,
-                                       float rate_radps,
-                                       float dt_s,
-                                       scphd_predict_report *report);
-
-// Moves a vehicle that moves sideways too for `dt_s` seconds: speeds ahead and to the left, turn rate to the left. As
-// `scphd_plane_predict_car`.
-scphd_status scphd_joint_predict_holonomic(scphd_joint *filter,
-                                           float forward_mps,
-                                           float left_mps,
-                                           float rate_radps,
-                                           float dt_s,
-                                           scphd_predict_report *report);
-
-// Takes in a scan of range and bearing. The report may be null; so may the measurements, where there are none.
-scphd_status scphd_joint_scan_range_bearing(scphd_joint *filter,
-                                            scphd_range_bearing_detector *detector,
-                                            const scphd_range_bearing *measurements,
-                                            size_t count,
-                                            scphd_joint_report *report);
-
-// As `scphd_plane_observe_position`.
-scphd_status scphd_joint_observe_position(scphd_joint *filter,
-                                          const scphd_fix *fix,
-                                          float x_m,
-                                          float y_m,
-                                          scphd_fix_report *report);
-
-// As `scphd_plane_observe_heading`.
-scphd_status scphd_joint_observe_heading(scphd_joint *filter,
-                                         const scphd_fix *fix,
-                                         float heading_rad,
-                                         scphd_fix_report *report);
-
-// Where the vehicle is.
-scphd_status scphd_joint_estimate_pose(scphd_joint *filter, scphd_plane_pose *pose);
-
-// Writes the features to an array of so many; what does not fit is counted. An array of none may be null.
-scphd_status scphd_joint_estimate_map(scphd_joint *filter,
-                                      scphd_feature *features,
-                                      size_t capacity,
-                                      scphd_map *map);
-
-// As `scphd_plane_digest`.
-scphd_status scphd_joint_digest(scphd_joint *filter, uint64_t *digest);
-
-// Fills in a configuration, but for its size: few particles that take the scan in before they are drawn. The yaw's acceleration is left
-// 0, which is out of range: set it.
-scphd_status scphd_water_informed(scphd_water_config *config,
-                                  uint32_t particles);
-
-// Starts a filter in this memory, which is zero or was released: `abi_version` is `SCPHD_ABI_VERSION`, `set` one of
-// `SCPHD_SET_WATER_...`. The reason may be null. Writes the handle to `filter`, or null. Reset it to a pose next.
+// Starts a filter in this memory, of `SCPHD_SIZE_WATER_INFORMED_16` bytes, which is zero or was released: `abi_version` is `SCPHD_ABI_VERSION`. Of the
+// description the mixture's settings count, and what is plausible. The reason may be null. Writes the handle to `filter`, or null. Reset it to
+// a pose next.
 scphd_status scphd_water_start(uint32_t abi_version,
-                               uint32_t set,
                                void *memory,
                                size_t size_bytes,
+                               scphd_description *description,
                                const scphd_water_config *config,
                                scphd_reason *reason,
                                scphd_water **filter);
 
-// Goes on with what the same build of this library has left in this memory, as `scphd_plane_resume`.
+// Goes on with what the same build of this library has left in this memory: after a reset of the processor that kept it, or in a copy of it.
 scphd_status scphd_water_resume(uint32_t abi_version,
-                                uint32_t set,
                                 void *memory,
                                 size_t size_bytes,
+                                scphd_description *description,
                                 const scphd_water_config *config,
                                 scphd_reason *reason,
                                 scphd_water **filter);
@@ -1010,7 +1018,7 @@ scphd_status scphd_water_reset(scphd_water *filter,
                                float yaw_rad,
                                uint64_t seed);
 
-// Moves the vehicle for `dt_s` seconds. The report may be null. A refused control is as for `scphd_plane_predict_car`.
+// Moves the vehicle for `dt_s` seconds. The report may be null. A refused control is as for `scphd_slam_predict`.
 scphd_status scphd_water_predict(scphd_water *filter,
                                  const scphd_water_control *control,
                                  float dt_s,
@@ -1044,8 +1052,83 @@ scphd_status scphd_water_estimate_map(scphd_water *filter,
                                       size_t capacity,
                                       scphd_map *map);
 
-// As `scphd_plane_digest`.
+// As `scphd_slam_digest`.
 scphd_status scphd_water_digest(scphd_water *filter, uint64_t *digest);
+
+// Start the filter that is described in this memory, which is zero or was released: `abi_version` is `SCPHD_ABI_VERSION`,
+// `size_bytes` at least the SCPHD_SIZE_... of the set. The reason may be null. The handle is written to `slam`, or null. Reset
+// the filter next.
+//
+// Those that resume go on with what the same build of this library has left in this memory: after a reset of the processor
+// that kept it, or in a copy of it. The description may be another, but for particles, samples and proposal of a mixture. What
+// is found of a mixture is checked, of a joint map taken as it is; it is no checksum, and memory that may have been damaged needs
+// one.
+//
+// Services are the functions that say so above. scphd_services_... of its set provides them for a filter, until this is started or
+// resumed again. A program that does not call it does not contain them.
+
+// Joint map: 40 features, scans of 32 measurements.
+scphd_status scphd_start_joint_40(uint32_t abi_version, void *memory, size_t size_bytes,
+                                  scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_resume_joint_40(uint32_t abi_version, void *memory, size_t size_bytes,
+                                   scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_services_joint_40(scphd_slam *slam);
+
+// Joint map: 100 features, scans of 32 measurements.
+scphd_status scphd_start_joint_100(uint32_t abi_version, void *memory, size_t size_bytes,
+                                   scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_resume_joint_100(uint32_t abi_version, void *memory, size_t size_bytes,
+                                    scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_services_joint_100(scphd_slam *slam);
+
+// Joint map: 60 features and 16 that move, scans of 32 measurements.
+scphd_status scphd_start_joint_60_movers(uint32_t abi_version, void *memory, size_t size_bytes,
+                                         scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_resume_joint_60_movers(uint32_t abi_version, void *memory, size_t size_bytes,
+                                          scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_services_joint_60_movers(scphd_slam *slam);
+
+// Joint map: 100 features and 32 that move, scans of 32 measurements.
+scphd_status scphd_start_joint_100_movers(uint32_t abi_version, void *memory, size_t size_bytes,
+                                          scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_resume_joint_100_movers(uint32_t abi_version, void *memory, size_t size_bytes,
+                                           scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_services_joint_100_movers(scphd_slam *slam);
+
+// Joint map: 40 features and 16 that move, and 1000 features that are far away in an archive; scans of 32 measurements.
+scphd_status scphd_start_joint_40_archive(uint32_t abi_version, void *memory, size_t size_bytes,
+                                          scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_resume_joint_40_archive(uint32_t abi_version, void *memory, size_t size_bytes,
+                                           scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_services_joint_40_archive(scphd_slam *slam);
+
+// Joint map that learns what the odometry is off by: 60 features, scans of 32 measurements.
+scphd_status scphd_start_joint_60_learning(uint32_t abi_version, void *memory, size_t size_bytes,
+                                           scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_resume_joint_60_learning(uint32_t abi_version, void *memory, size_t size_bytes,
+                                            scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_services_joint_60_learning(scphd_slam *slam);
+
+// Mixture: 32 particles of two samples, 320 pages of features, 32 to a map, 256 in view; 128 pages of moving ones; scans of 128 measurements, of range and bearing or of bearings alone.
+scphd_status scphd_start_mixture_32x2(uint32_t abi_version, void *memory, size_t size_bytes,
+                                      scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_resume_mixture_32x2(uint32_t abi_version, void *memory, size_t size_bytes,
+                                       scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_services_mixture_32x2(scphd_slam *slam);
+
+// Mixture: four informed particles, 128 pages of features, 32 to a map, 256 in view; none that move; scans of 64 measurements.
+scphd_status scphd_start_mixture_informed_4(uint32_t abi_version, void *memory, size_t size_bytes,
+                                            scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_resume_mixture_informed_4(uint32_t abi_version, void *memory, size_t size_bytes,
+                                             scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_services_mixture_informed_4(scphd_slam *slam);
+
+// The same with 64 pages of moving features, 16 to a map, 128 in view.
+scphd_status scphd_start_mixture_informed_4_moving(uint32_t abi_version, void *memory, size_t size_bytes,
+                                                   scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_resume_mixture_informed_4_moving(uint32_t abi_version, void *memory, size_t size_bytes,
+                                                    scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_services_mixture_informed_4_moving(scphd_slam *slam);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -1,7 +1,7 @@
 //! What lies in the user's memory: a tag that says what, the filter or detector itself, and behind it the state that this works on.
 //!
 //! ```text
-//! | tag | handle: ScPhd, JointSlam or Detector | state: State, JointState or DetectorMemory |
+//! | tag | handle: a filter, detector or description | state: State or DetectorMemory |
 //! ```
 
 use core::mem::MaybeUninit;

@@ -2,22 +2,19 @@
 
 use crate::pointer::Versioned;
 use scphd::FixReport;
-use scphd::models::{HeadingFix, HeightFix, ModelError, Pose, PositionFix};
+use scphd::models::{HeadingFix, HeightFix, ModelError, Pose};
+use scphd_vehicle::Watched;
 
-/// How a fix is measured.
+/// How a height or a heading under water is measured.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_fix {
     /// `sizeof(scphd_fix)`, set by the caller.
     pub struct_size: u32,
-    /// Standard deviation of its noise, m of a position (along either axis) or a height, rad of a heading.
+    /// Standard deviation of its noise, m of a height, rad of a heading.
     pub sigma: f32,
     /// Squared Mahalanobis distance beyond which it is an outlier; 0: none is.
     pub gate: f32,
-    /// Of a position: how far ahead of the pose the antenna is, m.
-    pub antenna_forward_m: f32,
-    /// Of a position: how far left of the pose the antenna is, m.
-    pub antenna_left_m: f32,
 }
 
 /// What a fix did.
@@ -28,6 +25,8 @@ pub struct scphd_fix_report {
     pub struct_size: u32,
     /// Whether it was taken in: 0 or 1. It is not where it lies beyond the gate.
     pub accepted: u32,
+    /// Whether its watch has moved the vehicle to where such fixes say: 0 or 1.
+    pub relocated: u32,
     /// Its squared Mahalanobis distance from what the filter expected.
     pub distance: f32,
     /// Logarithm of its likelihood; 0 where it was not taken in.
@@ -39,12 +38,6 @@ pub struct scphd_fix_report {
 impl scphd_fix {
     fn gate(&self) -> f32 {
         if self.gate == 0.0 { f32::INFINITY } else { self.gate }
-    }
-
-    pub(crate) fn position(&self) -> Result<PositionFix<f32>, ModelError> {
-        let fix = PositionFix::new(self.sigma)?.gated(self.gate())?;
-        let at_the_pose = self.antenna_forward_m == 0.0 && self.antenna_left_m == 0.0;
-        if at_the_pose { Ok(fix) } else { fix.mounted(self.antenna_forward_m, self.antenna_left_m) }
     }
 
     pub(crate) fn heading<P: Pose<Scalar = f32>>(&self) -> Result<HeadingFix<P>, ModelError> {
@@ -61,9 +54,16 @@ impl From<FixReport<f32>> for scphd_fix_report {
         Self {
             struct_size: Self::STRUCT_SIZE,
             accepted: u32::from(report.accepted),
+            relocated: 0,
             distance: report.distance,
             ln_evidence: report.ln_evidence,
             n_eff: report.n_eff,
         }
+    }
+}
+
+impl From<Watched<f32>> for scphd_fix_report {
+    fn from(Watched { report, relocated }: Watched<f32>) -> Self {
+        Self { relocated: u32::from(relocated), ..report.into() }
     }
 }

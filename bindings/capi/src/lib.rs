@@ -1,6 +1,6 @@
 //! The C interface of [`scphd`].
 //!
-//! The user's memory becomes a filter or a detector where it lies (`memory.rs`), which functions are then given by a pointer. Pointers
+//! The user's memory becomes a filter, a detector or a description where it lies (`memory.rs`), which functions are then given by a pointer. Pointers
 //! from C come in types that say what is expected of them (`pointer.rs`); these two files hold all `unsafe` code, but for the name of a
 //! function that the panic handler asks for in vain. Everything else puts what C says into the words of the library, and back.
 //!
@@ -27,21 +27,15 @@ mod sets;
 
 mod fix;
 mod map;
-mod mounting;
 mod pose;
 mod report;
-mod tuning;
-mod vehicle;
 
-mod detector;
-mod range_bearing;
+mod description;
+mod running;
+mod slam;
+mod starts;
 
-mod bearing;
 mod sonar;
-
-mod plane;
-
-mod joint;
 
 mod water;
 
@@ -50,22 +44,19 @@ mod sizes;
 #[cfg(all(feature = "archive", not(test)))]
 mod panic;
 
-pub use bearing::{scphd_bearing_config, scphd_bearing_defaults, scphd_bearing_detector, scphd_bearing_start};
+pub use description::*;
 pub use fix::{scphd_fix, scphd_fix_report};
-pub use joint::*;
-pub use map::{scphd_feature, scphd_feature_3d, scphd_map, scphd_mover};
+pub use map::{scphd_feature, scphd_feature_3d, scphd_map, scphd_mover, scphd_range_bearing};
 pub use memory::{scphd_memory_alignment, scphd_release};
-pub use mounting::scphd_mounting;
-pub use plane::*;
 pub use pointer::{Bytes, Handed, In, Out};
-pub use pose::{scphd_plane_pose, scphd_water_pose};
-pub use range_bearing::*;
+pub use pose::{scphd_odometry, scphd_plane_pose, scphd_water_pose};
 pub use reason::scphd_reason;
 pub use report::*;
-pub use sets::{SETS, Set, scphd_memory_size};
+pub use running::scphd_slam;
+pub use sets::{SETS, Set};
+pub use slam::*;
 pub use sonar::*;
+pub use starts::*;
 pub use status::{scphd_error_text, scphd_status};
-pub use tuning::*;
-pub use vehicle::*;
 pub use version::{SCPHD_ABI_VERSION, scphd_abi_version};
 pub use water::*;

@@ -3,10 +3,19 @@
 use crate::pointer::{Out, Versioned};
 use crate::report::count;
 use crate::scphd_status;
-use core::mem::MaybeUninit;
 use nalgebra::{Vector2, Vector3, Vector4};
-use scphd::numerics::Vector;
+use scphd::numerics::{Symmetric, Vector};
 use scphd::{Component, MapEstimate};
+
+/// One measurement of range and bearing.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct scphd_range_bearing {
+    /// m.
+    pub range_m: f32,
+    /// 0 ahead, growing to the left, rad.
+    pub bearing_rad: f32,
+}
 
 /// A feature in the plane.
 #[repr(C)]
@@ -87,6 +96,20 @@ impl scphd_map {
     }
 }
 
+impl scphd_feature {
+    /// The same for the library.
+    pub(crate) fn component(&self) -> Component<Vector2<f32>> {
+        let [xx, xy, yy] = self.covariance;
+        let covariance = Symmetric::from_fn(|row, column| match row + column {
+            0 => xx,
+            1 => xy,
+            _ => yy,
+        });
+        let ln_weight = scphd::Real::ln(self.weight);
+        Component { label: self.label, ln_weight, mean: Vector2::new(self.x_m, self.y_m), covariance }
+    }
+}
+
 /// Has the library write components into the caller's array, and puts features in their places.
 pub(crate) fn write<N: Vector<Scalar = f32>, F: From<Component<N>>>(
     array: &mut Out<F>,
@@ -97,26 +120,6 @@ pub(crate) fn write<N: Vector<Scalar = f32>, F: From<Component<N>>>(
     let map = map.get()?;
     *map = scphd_map::of(array.written_as(capacity, Component::ZERO, estimate)?);
     Ok(())
-}
-
-/// Writes as many as there is room for.
-pub(crate) fn write_each<F>(
-    room: &mut [MaybeUninit<F>],
-    features: impl Iterator<Item = F>,
-    expected_features: f32,
-) -> MapEstimate<f32> {
-    let (mut written, mut left_out) = (0, 0);
-    let mut slots = room.iter_mut();
-    for feature in features {
-        match slots.next() {
-            Some(slot) => {
-                slot.write(feature);
-                written += 1;
-            }
-            None => left_out += 1,
-        }
-    }
-    MapEstimate { expected_features, features: written, left_out }
 }
 
 /// The lower triangle, row after row.

@@ -5,8 +5,9 @@
 
 use crate::block::{ALIGNMENT, Block, Handle, Head, Tag};
 use crate::pointer::{self, Bytes, Handed, Out};
+use crate::reason::Reason;
 use crate::sets::{self, Set};
-use crate::{SCPHD_ABI_VERSION, scphd_status};
+use crate::{SCPHD_ABI_VERSION, scphd_reason, scphd_status, version};
 use core::mem::MaybeUninit;
 use core::ops::{Deref, DerefMut};
 use core::ptr::{addr_of, addr_of_mut};
@@ -14,7 +15,8 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use scphd::models::Pose;
 use scphd::numerics::Vector;
 use scphd::storage::MapStorage;
-use scphd::{DetectorMemory, JointState, State};
+use scphd::{DetectorMemory, State};
+use scphd_vehicle::Backing;
 
 /// A handle works here.
 const STARTED: u32 = 0x5c9b_d001;
@@ -35,12 +37,29 @@ where
 {
 }
 // SAFETY: as above.
-unsafe impl<P: Pose + 'static, Z: Vector + 'static, const F: usize, const N: usize, const M: usize> Zeroed
-    for JointState<P, Z, F, N, M>
-{
-}
-// SAFETY: as above.
 unsafe impl<Z: Vector + 'static, const N: usize> Zeroed for DetectorMemory<Z, N> {}
+
+/// The state of what is all in its handle.
+#[derive(Debug)]
+pub(crate) struct NoState;
+
+// SAFETY: it has no bytes.
+unsafe impl Zeroed for NoState {}
+
+/// The memory of a filter, and where the filter over it sits.
+pub(crate) struct Seated<B: Backing<f32> + 'static> {
+    pub(crate) slam: MaybeUninit<B::Slam<'static>>,
+    pub(crate) memory: B,
+}
+
+macro_rules! zeroed {
+    ($($(#[doc = $about:literal])+ $name:ident = $number:literal, $bytes:literal bytes of $memory:ident: $start:ident, $resume:ident, $services:ident;)+) => { $(
+        // SAFETY: a filter that is not there, and states, movers and archives, which are numbers; `tests::states_begin_as_zeros` holds them
+        // to it.
+        unsafe impl Zeroed for Seated<sets::memories::$memory> {}
+    )+ };
+}
+sets::table!(zeroed);
 
 /// How a state is come by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,22 +72,47 @@ pub(crate) enum Entry {
 
 /// The user's memory on its way to become a handle.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Memory<'a> {
-    pub(crate) bytes: Bytes,
-    pub(crate) set: &'a Set,
-    pub(crate) entry: Entry,
+struct Memory<'a> {
+    bytes: Bytes,
+    set: &'a Set,
+    entry: Entry,
+}
+
+/// A caller's memory, and where the handle and the reason of a refusal go.
+pub(crate) struct Asked<H> {
+    pub(crate) abi_version: u32,
+    pub(crate) memory: Bytes,
+    pub(crate) size_bytes: usize,
+    pub(crate) reason: Out<scphd_reason>,
+    pub(crate) handle: Out<*mut H>,
+}
+
+impl<H: Handle> Asked<H> {
+    /// Makes a handle over the state in the memory.
+    pub(crate) fn make<S: Zeroed>(
+        mut self,
+        set: &Set,
+        entry: Entry,
+        make: impl FnOnce(&'static mut S, &mut Reason<'_>) -> Result<H::Inner, scphd_status>,
+    ) -> scphd_status {
+        scphd_status::of(hand_out(self.handle, || {
+            version::check(self.abi_version)?;
+            let mut reason = Reason::of(&mut self.reason)?;
+            let memory = Memory::of(self.memory, self.size_bytes, set, entry)?;
+            memory.make::<H, S>(|state| make(state, &mut reason))
+        }))
+    }
 }
 
 impl<'a> Memory<'a> {
-    /// The caller's memory for a set of this kind.
-    pub(crate) fn of<H: Handle>(bytes: Bytes, size: usize, set: u32, entry: Entry) -> Result<Self, scphd_status> {
-        let set = sets::find(set).filter(|set| set.number / 100 == H::KIND).ok_or(scphd_status::UnknownSet)?;
+    /// The caller's memory for a set.
+    fn of(bytes: Bytes, size: usize, set: &'a Set, entry: Entry) -> Result<Self, scphd_status> {
         check_bytes(bytes)?;
         if size < set.bytes { Err(scphd_status::MemoryTooSmall) } else { Ok(Self { bytes, set, entry }) }
     }
 
     /// Makes a handle over the state in it.
-    pub(crate) fn make<H: Handle, S: Zeroed>(
+    fn make<H: Handle, S: Zeroed>(
         self,
         make: impl FnOnce(&'static mut S) -> Result<H::Inner, scphd_status>,
     ) -> Result<*mut H, scphd_status> {
@@ -129,6 +173,8 @@ pub(crate) struct Entered<'h, F> {
 
 impl<H: Handle> Handed<H> {
     /// What is behind the pointer, and nobody else's until it is dropped.
+    // Once in an image, not once in every call.
+    #[inline(never)]
     pub(crate) fn enter(&mut self) -> Result<Entered<'_, H::Inner>, scphd_status> {
         let head = self.0.cast::<Head<H::Inner>>();
         pointer::check(head)?;
@@ -171,10 +217,7 @@ impl<F> DerefMut for Entered<'_, F> {
 }
 
 /// Hands the pointer of a new handle to the caller, whose place for it is looked at first.
-pub(crate) fn hand_out<H>(
-    mut to: Out<*mut H>,
-    make: impl FnOnce() -> Result<*mut H, scphd_status>,
-) -> Result<(), scphd_status> {
+fn hand_out<H>(mut to: Out<*mut H>, make: impl FnOnce() -> Result<*mut H, scphd_status>) -> Result<(), scphd_status> {
     let place = to.place()?;
     place.write(core::ptr::null_mut());
     place.write(make()?);
@@ -203,13 +246,12 @@ pub extern "C" fn scphd_release(memory: Bytes, size_bytes: usize) -> scphd_statu
 
 #[cfg(test)]
 mod tests {
-    use super::{Entry, Memory, scphd_release};
-    use crate::pointer::{Bytes, Handed};
-    use crate::sets::memories;
-    use crate::{scphd_joint, scphd_status};
-    use core::mem::MaybeUninit;
-    use scphd::models::{ControlNoise, PlanarMotion, Step, Unicycle};
-    use scphd::{JointConfig, JointSlam};
+    use super::{MaybeUninit, scphd_release};
+    use crate::pointer::{Bytes, Handed, Out};
+    use crate::sets::{self, memories};
+    use crate::{
+        SCPHD_ABI_VERSION, scphd_description_start, scphd_resume_joint_40, scphd_start_joint_40, scphd_status,
+    };
 
     /// The bytes of a state in a `static`, with what is between its fields.
     fn is_zero<S>(state: &MaybeUninit<S>) -> bool {
@@ -220,49 +262,46 @@ mod tests {
 
     #[test]
     fn a_call_within_a_call_is_refused_and_one_that_did_not_end_is_known() {
-        let mut memory = vec![0_u64; 20_480 / 8];
-        // SAFETY: the memory is there until the end, and used by nothing else.
-        let bytes = unsafe { Bytes::of(memory.as_mut_ptr().cast()) };
-        let set = 201;
-        let begin = |entry| {
-            let memory = Memory::of::<scphd_joint>(bytes, 20_480, set, entry)?;
-            let motion = PlanarMotion::Unicycle(Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap());
-            memory.make::<scphd_joint, memories::Joint40>(|state| {
-                JointSlam::new(motion, JointConfig::default(), state).map_err(scphd_status::from)
-            })
-        };
-        let handle = begin(Entry::Start).unwrap();
+        const BYTES: usize = 32_768;
+        let (mut memory, mut about) = (vec![0_u64; BYTES / 8], vec![0_u64; BYTES / 8]);
+        // SAFETY: the memories are there until the end, and used by nothing else.
+        let [bytes, about] = [&mut memory, &mut about].map(|memory| unsafe { Bytes::of(memory.as_mut_ptr().cast()) });
+        let mut description = core::ptr::null_mut();
+        // SAFETY: as above.
+        let place = unsafe { Out::of(&raw mut description) };
+        assert_eq!(scphd_description_start(SCPHD_ABI_VERSION, about, BYTES, place), scphd_status::Ok);
+        // SAFETY: as above.
+        let asked = || unsafe { Handed::of(description) };
+        let mut handle = core::ptr::null_mut();
+        // SAFETY: as above.
+        let place = unsafe { Out::of(&raw mut handle) };
+        let start = || scphd_start_joint_40(SCPHD_ABI_VERSION, bytes, BYTES, asked(), Out::NULL, place);
+        let resume = || scphd_resume_joint_40(SCPHD_ABI_VERSION, bytes, BYTES, asked(), Out::NULL, place);
+        assert_eq!(start(), scphd_status::Ok);
         // SAFETY: as above.
         let (mut first, mut second) = unsafe { (Handed::of(handle), Handed::of(handle)) };
         let entered = first.enter().unwrap();
-        assert_eq!(second.enter().unwrap_err(), scphd_status::Busy);
+        assert_eq!(second.enter().err(), Some(scphd_status::Busy));
         drop(entered);
         assert!(second.enter().is_ok());
-        core::mem::forget(second.enter().unwrap());
-        assert_eq!(begin(Entry::Resume).unwrap_err(), scphd_status::Interrupted);
-        assert_eq!(scphd_release(bytes, 20_480), scphd_status::Ok);
-        assert!(begin(Entry::Start).is_ok() && begin(Entry::Resume).is_ok());
+        core::mem::forget(second.enter());
+        assert_eq!(resume(), scphd_status::Interrupted);
+        assert_eq!(scphd_release(bytes, BYTES), scphd_status::Ok);
+        assert_eq!([start(), resume()], [scphd_status::Ok; 2]);
     }
 
     #[test]
     fn states_begin_as_zeros() {
         macro_rules! check {
-            ($($memory:ty),* $(,)?) => { $({
-                static NEW: MaybeUninit<$memory> = MaybeUninit::new(<$memory>::new());
+            ($($(#[doc = $about:literal])+ $name:ident = $number:literal, $bytes:literal bytes of $memory:ident: $start:ident, $resume:ident, $services:ident;)+) => {
+                check!($($memory),+)
+            };
+            ($($memory:ident),+) => { $({
+                static NEW: MaybeUninit<memories::$memory> = MaybeUninit::new(memories::$memory::new());
                 assert!(is_zero(&NEW), stringify!($memory));
-            })* };
+            })+ };
         }
-        check!(
-            memories::Plane32x2,
-            memories::PlaneInformed4,
-            memories::PlaneInformed4Moving,
-            memories::Joint40,
-            memories::Joint100,
-            memories::WaterInformed16,
-            memories::RangeBearing32,
-            memories::RangeBearing128,
-            memories::Bearing64,
-            memories::Sonar64,
-        );
+        sets::table!(check);
+        check!(WaterInformed16, Sonar64);
     }
 }

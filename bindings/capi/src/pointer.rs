@@ -23,6 +23,8 @@ pub trait Versioned: Plain {
 
 // SAFETY: any bits are a number.
 unsafe impl Plain for f32 {}
+// SAFETY: as above.
+unsafe impl Plain for u8 {}
 
 macro_rules! plain {
     ($($name:ident),* $(,)?) => { $(
@@ -40,13 +42,11 @@ macro_rules! versioned {
     )* };
 }
 
-plain!(scphd_range_bearing, scphd_sonar);
+plain!(scphd_range_bearing, scphd_sonar, scphd_feature);
 versioned!(
     scphd_reason,
-    scphd_plane_config,
     scphd_plane_pose,
-    scphd_joint_config,
-    scphd_joint_report,
+    scphd_odometry,
     scphd_water_config,
     scphd_water_control,
     scphd_water_pose,
@@ -55,8 +55,6 @@ versioned!(
     scphd_fix,
     scphd_fix_report,
     scphd_map,
-    scphd_range_bearing_config,
-    scphd_bearing_config,
     scphd_sonar_config,
 );
 
@@ -218,6 +216,9 @@ impl<T> In<T> {
 }
 
 impl<T> Out<T> {
+    /// Nowhere.
+    pub(crate) const NULL: Self = Self(core::ptr::null_mut());
+
     /// A pointer from C.
     ///
     /// # Safety

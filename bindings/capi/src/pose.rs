@@ -3,7 +3,7 @@
 use crate::pointer::Versioned;
 use core::array::from_fn;
 use scphd::PoseEstimate;
-use scphd::models::{AuvPose, PlanarPose};
+use scphd::models::{AuvPose, OdometryCorrection, PlanarPose};
 
 /// A pose in the plane and how well it is known.
 #[repr(C)]
@@ -19,6 +19,20 @@ pub struct scphd_plane_pose {
     pub heading_rad: f32,
     /// Covariance of (x, y, heading), row after row, in the squares of their units.
     pub covariance: [f32; 9],
+}
+
+/// What the odometry is off by.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct scphd_odometry {
+    /// `sizeof(scphd_odometry)`, set by the caller.
+    pub struct_size: u32,
+    /// The speed, as a share of it.
+    pub speed_scale: f32,
+    /// The turn rate or the steering angle, as a share of it.
+    pub turn_scale: f32,
+    /// The turn rate, rad/s, or the steering angle, rad, where the vehicle goes straight ahead.
+    pub turn_offset: f32,
 }
 
 /// A pose under water and how well it is known.
@@ -70,5 +84,11 @@ impl From<PoseEstimate<AuvPose<f32>>> for scphd_water_pose {
             pitch_rad: mean.pitch_rad,
             covariance: from_fn(|at| covariance.get(at / 5, at % 5)),
         }
+    }
+}
+
+impl From<OdometryCorrection<f32>> for scphd_odometry {
+    fn from(OdometryCorrection { speed_scale, turn_scale, turn_offset }: OdometryCorrection<f32>) -> Self {
+        Self { struct_size: Self::STRUCT_SIZE, speed_scale, turn_scale, turn_offset }
     }
 }

@@ -3,6 +3,7 @@
 use crate::pointer::Versioned;
 use core::ffi::{CStr, c_char};
 use scphd::{JointReport, PredictReport, ScanReport};
+use scphd_vehicle::Scanned;
 
 /// No candidate explained the scan: the vehicle is lost, or the intensities of clutter and births are both zero.
 pub const SCPHD_HEALTH_UNEXPLAINED_SCAN: u32 = 1;
@@ -51,7 +52,7 @@ pub struct scphd_predict_report {
     pub refused: u32,
 }
 
-/// What a scan of a mixture did.
+/// What a scan did. What a filter has nothing of is 0: pages and candidates are a mixture's.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_scan_report {
@@ -65,20 +66,26 @@ pub struct scphd_scan_report {
     pub no_birth: u32,
     /// Predictions refused since the scan before.
     pub refused: u32,
+    /// Features, or most components of a candidate, in view.
+    pub in_view: u32,
+    /// Features or components born and kept.
+    pub births: u32,
+    /// Those merged into another.
+    pub merged: u32,
+    /// Those that found no room.
+    pub lost: u32,
+    /// Features of a joint map that were dropped.
+    pub dropped: u32,
+    /// Features of a joint map after the scan.
+    pub features: u32,
+    /// Features that move beside it.
+    pub movers: u32,
     /// Candidates weighed.
     pub candidates: u32,
-    /// Most components in view of a candidate.
-    pub in_view: u32,
     /// Particles that go on.
     pub particles: u32,
     /// Whether they were resampled: 0 or 1.
     pub resampled: u32,
-    /// Components born and kept.
-    pub births: u32,
-    /// Components merged into another.
-    pub merged: u32,
-    /// Components that found no room.
-    pub lost: u32,
     /// Pages of features in use after the scan, and in all.
     pub pages_used: u32,
     /// See `pages_used`.
@@ -91,37 +98,11 @@ pub struct scphd_scan_report {
     pub n_eff: f32,
     /// Logarithm of the scan's likelihood, up to a constant; minus infinity where no candidate explains it.
     pub ln_evidence: f32,
+    /// Detections to be expected of the features in view.
+    pub expected_detections: f32,
+    /// Measurements that these explain.
+    pub detections: f32,
     /// Mean squared innovation by its covariance, per dimension; about 1 for a consistent filter, 0 where nothing was detected.
-    pub innovation: f32,
-}
-
-/// What a scan of a joint map did.
-#[repr(C)]
-#[derive(Debug, Clone, Copy)]
-pub struct scphd_joint_report {
-    /// `sizeof(scphd_joint_report)`, set by the caller.
-    pub struct_size: u32,
-    /// Bits of `SCPHD_HEALTH_...`; 0 is good.
-    pub health: u32,
-    /// Measurements in the scan.
-    pub measurements: u32,
-    /// Features in view before it.
-    pub in_view: u32,
-    /// Predictions refused since the scan before.
-    pub refused: u32,
-    /// Features born.
-    pub births: u32,
-    /// Features dropped.
-    pub dropped: u32,
-    /// Features that turned out to be another one.
-    pub merged: u32,
-    /// Features for which there was no room.
-    pub lost: u32,
-    /// Features after the scan.
-    pub features: u32,
-    /// Logarithm of the scan's likelihood, up to a constant.
-    pub ln_evidence: f32,
-    /// As of `scphd_scan_report`.
     pub innovation: f32,
 }
 
@@ -142,47 +123,76 @@ impl From<PredictReport> for scphd_predict_report {
     }
 }
 
+impl scphd_scan_report {
+    const NOTHING: Self = Self {
+        struct_size: Self::STRUCT_SIZE,
+        health: 0,
+        measurements: 0,
+        no_birth: 0,
+        refused: 0,
+        in_view: 0,
+        births: 0,
+        merged: 0,
+        lost: 0,
+        dropped: 0,
+        features: 0,
+        movers: 0,
+        candidates: 0,
+        particles: 0,
+        resampled: 0,
+        pages_used: 0,
+        pages: 0,
+        moving_pages_used: 0,
+        moving_pages: 0,
+        n_eff: 0.0,
+        ln_evidence: 0.0,
+        expected_detections: 0.0,
+        detections: 0.0,
+        innovation: 0.0,
+    };
+}
+
+/// What reports of either filter say, and what one says beside.
+macro_rules! said {
+    ($report:ident, $($field:ident),+) => {
+        scphd_scan_report {
+            health: u32::from($report.health.bits()),
+            measurements: count($report.measurements),
+            no_birth: count($report.no_birth),
+            refused: count($report.refused),
+            in_view: count($report.in_view),
+            births: count($report.births),
+            merged: count($report.merged),
+            lost: count($report.lost),
+            ln_evidence: $report.ln_evidence,
+            expected_detections: $report.expected_detections,
+            detections: $report.detections,
+            innovation: $report.innovation,
+            $($field: count($report.$field),)+
+            ..scphd_scan_report::NOTHING
+        }
+    };
+}
+
 impl From<ScanReport<f32>> for scphd_scan_report {
     fn from(report: ScanReport<f32>) -> Self {
-        Self {
-            struct_size: Self::STRUCT_SIZE,
-            health: u32::from(report.health.bits()),
-            measurements: count(report.measurements),
-            no_birth: count(report.no_birth),
-            refused: count(report.refused),
-            candidates: count(report.candidates),
-            in_view: count(report.in_view),
-            particles: count(report.particles),
-            resampled: u32::from(report.resampled),
-            births: count(report.births),
-            merged: count(report.merged),
-            lost: count(report.lost),
-            pages_used: count(report.pages_used),
-            pages: count(report.pages),
-            moving_pages_used: count(report.moving_pages_used),
-            moving_pages: count(report.moving_pages),
-            n_eff: report.n_eff,
-            ln_evidence: report.ln_evidence,
-            innovation: report.innovation,
-        }
+        let (resampled, n_eff) = (u32::from(report.resampled), report.n_eff);
+        let said = said!(report, candidates, particles, pages_used, pages, moving_pages_used, moving_pages);
+        Self { resampled, n_eff, ..said }
     }
 }
 
-impl From<JointReport<f32>> for scphd_joint_report {
+impl From<JointReport<f32>> for scphd_scan_report {
     fn from(report: JointReport<f32>) -> Self {
-        Self {
-            struct_size: Self::STRUCT_SIZE,
-            health: u32::from(report.health.bits()),
-            measurements: count(report.measurements),
-            in_view: count(report.in_view),
-            refused: count(report.refused),
-            births: count(report.births),
-            dropped: count(report.dropped),
-            merged: count(report.merged),
-            lost: count(report.lost),
-            features: count(report.features),
-            ln_evidence: report.ln_evidence,
-            innovation: report.innovation,
+        said!(report, dropped, features, movers)
+    }
+}
+
+impl From<Scanned<f32>> for scphd_scan_report {
+    fn from(scanned: Scanned<f32>) -> Self {
+        match scanned {
+            Scanned::Mixture(report) => report.into(),
+            Scanned::Joint(report) => report.into(),
         }
     }
 }

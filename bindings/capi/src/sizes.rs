@@ -1,23 +1,25 @@
 //! The bytes of every set of capacities are enough, and not many more, on whatever target this is built for.
 
 use crate::block::{ALIGNMENT, Block, Handle};
-use crate::sets::{memories, table};
-use crate::{
-    scphd_bearing_detector, scphd_joint, scphd_plane, scphd_range_bearing_detector, scphd_sonar_detector, scphd_water,
-};
+use crate::memory::{NoState, Seated};
+use crate::sets::{self, Set, memories};
+use crate::{scphd_description, scphd_slam, scphd_sonar_detector, scphd_water};
 
-macro_rules! fit {
-    ($($choose:ident, $handle:ident {
-        $($(#[doc = $about:literal])+ $name:ident = $number:literal, $bytes:literal bytes of $memory:ident;)+
-    })+) => {
-        $($(const _: () = {
-            type Needed = Block<<$handle as Handle>::Inner, memories::$memory>;
-            assert!(size_of::<Needed>() <= $bytes, concat!(stringify!($name), ": too few bytes"));
-            assert!(size_of::<Needed>() * 17 / 16 + 256 >= $bytes, concat!(stringify!($name), ": too many bytes"));
-            assert!(align_of::<Needed>() == ALIGNMENT && $bytes % ALIGNMENT == 0);
-            assert!($number / 100 == <$handle as Handle>::KIND);
-        };)+)+
-    };
+const fn fits<H: Handle, S>(set: &Set) {
+    let needed = size_of::<Block<H::Inner, S>>();
+    assert!(needed <= set.bytes, "too few bytes");
+    assert!(needed * 17 / 16 + 256 >= set.bytes, "too many bytes");
+    assert!(align_of::<Block<H::Inner, S>>() == ALIGNMENT && set.bytes.is_multiple_of(ALIGNMENT));
+    assert!(set.number / 100 == H::KIND);
 }
 
-table!(fit);
+macro_rules! fit {
+    ($($(#[doc = $about:literal])+ $name:ident = $number:literal, $bytes:literal bytes of $memory:ident: $start:ident, $resume:ident, $services:ident;)+) => {
+        $(const _: () = fits::<scphd_slam, Seated<memories::$memory>>(&sets::$name);)+
+    };
+}
+sets::table!(fit);
+
+const _: () = fits::<scphd_water, memories::WaterInformed16>(&sets::WATER_INFORMED_16);
+const _: () = fits::<scphd_sonar_detector, memories::Sonar64>(&sets::SONAR_64);
+const _: () = fits::<scphd_description, NoState>(&sets::DESCRIPTION);

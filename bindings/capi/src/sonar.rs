@@ -1,14 +1,12 @@
 //! Detectors of range, bearing and elevation in space.
 
 use crate::block::Handle;
-use crate::detector::Parts;
-use crate::memory::{Entry, Memory, hand_out};
+use crate::memory::{Asked, Entry};
 use crate::pointer::{Bytes, In, Out};
-use crate::reason::Reason;
-use crate::sets::in_sonar;
-use crate::{scphd_mounting, scphd_reason, scphd_status, version};
+use crate::sets::{SONAR_64, memories};
+use crate::{scphd_reason, scphd_status};
 use nalgebra::Vector3;
-use scphd::models::{ModelError, RangeBearingElevation, Sensing, SonarLimits, SonarWindow, UniformClutter};
+use scphd::models::{ModelError, Mounting, RangeBearingElevation, Sensing, SonarLimits, SonarWindow, UniformClutter};
 use scphd::storage::ScanRoom;
 use scphd::{Births, Detector};
 
@@ -28,6 +26,40 @@ pub struct scphd_sonar {
     pub bearing_rad: f32,
     /// 0 level, growing upwards, rad.
     pub elevation_rad: f32,
+}
+
+/// Where a sensor sits on its vehicle and how it is turned: from where the pose is, x ahead, y to the left, z upwards; roll first, then
+/// pitch, then yaw.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct scphd_mounting {
+    /// Ahead, m.
+    pub forward_m: f32,
+    /// To the left, m.
+    pub left_m: f32,
+    /// Upwards, m.
+    pub up_m: f32,
+    /// About the axis ahead, rad.
+    pub roll_rad: f32,
+    /// About the axis to the left, rad.
+    pub pitch_rad: f32,
+    /// About the axis upwards, rad.
+    pub yaw_rad: f32,
+}
+
+impl scphd_mounting {
+    /// Where the pose is.
+    const NONE: Self = Self { forward_m: 0.0, left_m: 0.0, up_m: 0.0, roll_rad: 0.0, pitch_rad: 0.0, yaw_rad: 0.0 };
+
+    /// `None` where the sensor's pose is the vehicle's.
+    fn mounting(&self) -> Result<Option<Mounting<f32>>, ModelError> {
+        let place = [self.forward_m, self.left_m, self.up_m];
+        let angles = [self.roll_rad, self.pitch_rad, self.yaw_rad];
+        if place.iter().chain(&angles).all(|&number| number == 0.0) {
+            return Ok(None);
+        }
+        Mounting::in_space(place, angles).map(Some)
+    }
 }
 
 /// What there is to say of such a sensor.
@@ -67,7 +99,7 @@ pub(crate) type Spherical = Sensing<RangeBearingElevation<f32>, SonarWindow<f32>
 
 impl Handle for scphd_sonar_detector {
     type Inner = Detector<Spherical, ScanRoom<'static, Vector3<f32>>>;
-    const KIND: u32 = 6;
+    const KIND: u32 = 3;
 }
 
 /// Range × bearing × elevation of a window, m rad².
@@ -93,9 +125,12 @@ impl scphd_sonar_config {
         Ok(Sensing { sensor, field_of_view, clutter })
     }
 
-    fn detector(&self, reason: &mut Reason<'_>) -> Result<Detector<Spherical>, scphd_status> {
-        let sensing = self.sensing().map_err(|error| reason.model(error))?;
-        Parts { sensing, births: Births::of_static(self.births_still), mounting: &self.mounting }.detector(reason)
+    fn detector(&self) -> Result<Detector<Spherical>, ModelError> {
+        let detector = Detector::new(self.sensing()?, Births::of_static(self.births_still))?;
+        match self.mounting.mounting()? {
+            Some(mounting) => detector.mounted(mounting),
+            None => Ok(detector),
+        }
     }
 }
 
@@ -143,23 +178,20 @@ pub extern "C" fn scphd_sonar_defaults(
     }))
 }
 
-/// Starts a detector in this memory: `abi_version` is `SCPHD_ABI_VERSION`, `set` one of `SCPHD_SET_SONAR_...`. The reason may be null.
-/// Writes the handle to `detector`, or null.
+/// Starts a detector in this memory, of `SCPHD_SIZE_SONAR_64` bytes: `abi_version` is `SCPHD_ABI_VERSION`. The reason may be null. Writes the
+/// handle to `detector`, or null.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_sonar_start(
     abi_version: u32,
-    set: u32,
     memory: Bytes,
     size_bytes: usize,
     config: In<scphd_sonar_config>,
-    mut reason: Out<scphd_reason>,
+    reason: Out<scphd_reason>,
     detector: Out<*mut scphd_sonar_detector>,
 ) -> scphd_status {
-    scphd_status::of(hand_out(detector, || {
-        version::check(abi_version)?;
-        let mut reason = Reason::of(&mut reason)?;
-        let memory = Memory::of::<scphd_sonar_detector>(memory, size_bytes, set, Entry::Start)?;
-        let detector = config.get()?.detector(&mut reason)?;
-        in_sonar!(memory, |room| detector.over(room).map_err(|error| reason.setup(error)))
-    }))
+    let asked = Asked { abi_version, memory, size_bytes, reason, handle: detector };
+    asked.make(&SONAR_64, Entry::Start, |room: &'static mut memories::Sonar64, reason| {
+        let detector = config.get()?.detector().map_err(|error| reason.model(error))?;
+        detector.over(room).map_err(|error| reason.setup(error))
+    })
 }

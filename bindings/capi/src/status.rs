@@ -1,9 +1,11 @@
 //! How a call ended.
 
 use core::ffi::{CStr, c_char};
-use scphd::errors::{ObserveError, PredictError, ResetError, ScanError, SetupError};
+use scphd::errors::{LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError};
+use scphd::snapshot::{RestoreError, SaveError};
+use scphd_vehicle::Refused;
 
-/// How a call ended. What is refused leaves the filter as it was, but for the time of a prediction: see `scphd_plane_predict_car`.
+/// How a call ended. What is refused leaves the filter as it was, but for the time of a prediction: see `scphd_slam_predict`.
 #[repr(i32)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum scphd_status {
@@ -15,8 +17,6 @@ pub enum scphd_status {
     Misaligned = 2,
     /// The memory is smaller than its set needs.
     MemoryTooSmall = 3,
-    /// There is no such set, or it is not one of this function.
-    UnknownSet = 4,
     /// Something runs in this memory already. Release it first.
     AlreadyStarted = 5,
     /// Nothing was started in this memory, or it was copied from elsewhere.
@@ -59,6 +59,20 @@ pub enum scphd_status {
     BadMeasurement = 31,
     /// The noise of a sensor or a fix is not positive definite.
     BadNoise = 32,
+    /// There is no setting of this number.
+    UnknownSetting = 33,
+    /// The description has no such sensor, fix or part, or the sensor measures something else.
+    NotDescribed = 34,
+    /// This filter cannot do that.
+    NotPossible = 35,
+    /// The memory has no room for a part of the description; the reason names it.
+    NoRoom = 36,
+    /// A map cannot be loaded: too long, or a feature out of range.
+    BadMap = 37,
+    /// It is no snapshot for this filter and memory, or damaged, or the room for it is too small.
+    BadSnapshot = 38,
+    /// This is a service: call the function `scphd_services_...` of the filter's set first.
+    NoServices = 39,
     /// Refused for another reason.
     Refused = 99,
 }
@@ -70,7 +84,6 @@ impl scphd_status {
             Self::NullPointer => c"a pointer is null",
             Self::Misaligned => c"a pointer is not aligned",
             Self::MemoryTooSmall => c"the memory is too small for its set",
-            Self::UnknownSet => c"there is no such set for this function",
             Self::AlreadyStarted => c"something runs in this memory already: release it first",
             Self::NotStarted => c"nothing was started in this memory",
             Self::WrongMemory => c"what runs in this memory is of another kind or set",
@@ -92,17 +105,23 @@ impl scphd_status {
             Self::TooManyMeasurements => c"more measurements than the detector has room for",
             Self::BadMeasurement => c"a measurement is not finite",
             Self::BadNoise => c"noise is not positive definite",
+            Self::UnknownSetting => c"there is no setting of this number",
+            Self::NotDescribed => c"the description has no such sensor, fix or part",
+            Self::NotPossible => c"this filter cannot do that",
+            Self::NoRoom => c"the memory has no room for a part of the description",
+            Self::BadMap => c"the map is too long, or a feature is out of range",
+            Self::BadSnapshot => c"not a snapshot for this filter, or damaged, or too little room for it",
+            Self::NoServices => c"a service: call scphd_services_... of the filter's set first",
             Self::Refused => c"refused",
         }
     }
 
     /// All of them.
-    const ALL: [Self; 27] = [
+    const ALL: [Self; 33] = [
         Self::Ok,
         Self::NullPointer,
         Self::Misaligned,
         Self::MemoryTooSmall,
-        Self::UnknownSet,
         Self::AlreadyStarted,
         Self::NotStarted,
         Self::WrongMemory,
@@ -124,6 +143,13 @@ impl scphd_status {
         Self::TooManyMeasurements,
         Self::BadMeasurement,
         Self::BadNoise,
+        Self::UnknownSetting,
+        Self::NotDescribed,
+        Self::NotPossible,
+        Self::NoRoom,
+        Self::BadMap,
+        Self::BadSnapshot,
+        Self::NoServices,
         Self::Refused,
     ];
 
@@ -198,6 +224,42 @@ impl From<ObserveError> for scphd_status {
             ObserveError::NonFinite => Self::BadMeasurement,
             ObserveError::Noise => Self::BadNoise,
             _ => Self::Refused,
+        }
+    }
+}
+
+impl From<LoadMapError> for scphd_status {
+    fn from(error: LoadMapError) -> Self {
+        match error {
+            LoadMapError::NotStarted => Self::NotReset,
+            _ => Self::BadMap,
+        }
+    }
+}
+
+impl<E> From<SaveError<E>> for scphd_status {
+    fn from(error: SaveError<E>) -> Self {
+        match error {
+            SaveError::NotStarted => Self::NotReset,
+            SaveError::Damaged(_) => Self::Damaged,
+            _ => Self::BadSnapshot,
+        }
+    }
+}
+
+impl<E> From<RestoreError<E>> for scphd_status {
+    fn from(_: RestoreError<E>) -> Self {
+        Self::BadSnapshot
+    }
+}
+
+impl<E: Into<Self>> From<Refused<E>> for scphd_status {
+    fn from(refused: Refused<E>) -> Self {
+        match refused {
+            Refused::Filter(error) => error.into(),
+            Refused::NotDescribed => Self::NotDescribed,
+            Refused::Watched => Self::NoServices,
+            _ => Self::NotPossible,
         }
     }
 }

@@ -3,7 +3,7 @@
 use crate::scphd_status;
 
 /// The version of this interface. It changes whenever a program that was compiled against another header could not work.
-pub const SCPHD_ABI_VERSION: u32 = 2;
+pub const SCPHD_ABI_VERSION: u32 = 3;
 
 /// The version that the library was built with; `SCPHD_ABI_VERSION` is that of the header.
 #[unsafe(no_mangle)]

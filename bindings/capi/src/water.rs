@@ -1,18 +1,18 @@
 //! The mixture (`ScPhd`) for a vehicle under water.
 
 use crate::block::Handle;
-use crate::memory::{Entry, Memory, hand_out};
+use crate::memory::{Asked, Entry};
 use crate::pointer::{Bytes, Handed, In, Out, tell};
-use crate::reason::Reason;
-use crate::sets::in_water;
+use crate::sets::{WATER_INFORMED_16, memories};
 use crate::{
-    map, scphd_feature_3d, scphd_fix, scphd_fix_report, scphd_map, scphd_predict_report, scphd_reason,
-    scphd_scan_report, scphd_sonar, scphd_sonar_detector, scphd_status, scphd_tuning, scphd_water_pose, sonar, version,
+    map, scphd_description, scphd_feature_3d, scphd_fix, scphd_fix_report, scphd_map, scphd_predict_report,
+    scphd_reason, scphd_scan_report, scphd_sonar, scphd_sonar_detector, scphd_status, scphd_water_pose, sonar,
 };
 use nalgebra::{Vector1, Vector3};
+use scphd::ScPhd;
 use scphd::models::{Auv, AuvControl, AuvPose, Reading};
 use scphd::numerics::Symmetric;
-use scphd::{Config, ScPhd};
+use scphd_vehicle::Filter;
 
 /// A mixture under water, in its memory.
 #[derive(Debug)]
@@ -22,10 +22,10 @@ pub struct scphd_water {
 
 impl Handle for scphd_water {
     type Inner = ScPhd<'static, Auv<f32>>;
-    const KIND: u32 = 3;
+    const KIND: u32 = 2;
 }
 
-/// What there is to say of such a filter.
+/// What there is to say of such a vehicle.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_water_config {
@@ -35,8 +35,6 @@ pub struct scphd_water_config {
     pub yaw_acceleration_sigma_radps2: f32,
     /// How long an error of the velocity lasts, s. 0: drawn anew in every prediction.
     pub velocity_interval_s: f32,
-    /// The tuning.
-    pub tuning: scphd_tuning,
 }
 
 /// What moves the vehicle in one step.
@@ -86,72 +84,49 @@ impl scphd_water_control {
     }
 }
 
-/// Fills in a configuration, but for its size: few particles that take the scan in before they are drawn. The yaw's acceleration is left
-/// 0, which is out of range: set it.
-#[unsafe(no_mangle)]
-pub extern "C" fn scphd_water_informed(mut config: Out<scphd_water_config>, particles: u32) -> scphd_status {
-    scphd_status::of(config.get().map(|config| {
-        *config = scphd_water_config {
-            struct_size: config.struct_size,
-            yaw_acceleration_sigma_radps2: 0.0,
-            velocity_interval_s: 0.0,
-            tuning: scphd_tuning::of(&Config::informed(particles as usize)),
-        };
-    }))
-}
-
-/// A caller's memory and what a filter is to be in it.
-struct Asked {
-    abi_version: u32,
-    set: u32,
-    memory: Bytes,
-    size_bytes: usize,
+fn make(
+    entry: Entry,
+    asked: Asked<scphd_water>,
+    mut description: Handed<scphd_description>,
     config: In<scphd_water_config>,
-    reason: Out<scphd_reason>,
-    filter: Out<*mut scphd_water>,
+) -> scphd_status {
+    asked.make(&WATER_INFORMED_16, entry, |state: &'static mut memories::WaterInformed16, reason| {
+        let asked = config.get()?;
+        let Filter::Mixture(tuning) = description.enter()?.filter else { return Err(scphd_status::NotDescribed) };
+        let motion = Auv::new(asked.yaw_acceleration_sigma_radps2, asked.velocity_interval_s);
+        let motion = motion.map_err(|error| reason.model(error))?;
+        ScPhd::new(motion, tuning, state).map_err(|error| reason.setup(error))
+    })
 }
 
-impl Asked {
-    fn enter(mut self, entry: Entry) -> scphd_status {
-        scphd_status::of(hand_out(self.filter, || {
-            version::check(self.abi_version)?;
-            let mut reason = Reason::of(&mut self.reason)?;
-            let memory = Memory::of::<scphd_water>(self.memory, self.size_bytes, self.set, entry)?;
-            let asked = self.config.get()?;
-            let motion = Auv::new(asked.yaw_acceleration_sigma_radps2, asked.velocity_interval_s);
-            let (motion, config) = (motion.map_err(|error| reason.model(error))?, asked.tuning.config(&mut reason)?);
-            in_water!(memory, |state| ScPhd::new(motion, config, state).map_err(|error| reason.setup(error)))
-        }))
-    }
-}
-
-/// Starts a filter in this memory, which is zero or was released: `abi_version` is `SCPHD_ABI_VERSION`, `set` one of
-/// `SCPHD_SET_WATER_...`. The reason may be null. Writes the handle to `filter`, or null. Reset it to a pose next.
+/// Starts a filter in this memory, of `SCPHD_SIZE_WATER_INFORMED_16` bytes, which is zero or was released: `abi_version` is `SCPHD_ABI_VERSION`. Of the
+/// description the mixture's settings count, and what is plausible. The reason may be null. Writes the handle to `filter`, or null. Reset it to
+/// a pose next.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_water_start(
     abi_version: u32,
-    set: u32,
     memory: Bytes,
     size_bytes: usize,
+    description: Handed<scphd_description>,
     config: In<scphd_water_config>,
     reason: Out<scphd_reason>,
     filter: Out<*mut scphd_water>,
 ) -> scphd_status {
-    Asked { abi_version, set, memory, size_bytes, config, reason, filter }.enter(Entry::Start)
+    make(Entry::Start, Asked { abi_version, memory, size_bytes, reason, handle: filter }, description, config)
 }
 
-/// Goes on with what the same build of this library has left in this memory, as `scphd_plane_resume`.
+/// Goes on with what the same build of this library has left in this memory: after a reset of the processor that kept it, or in a copy of it.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_water_resume(
     abi_version: u32,
-    set: u32,
     memory: Bytes,
     size_bytes: usize,
+    description: Handed<scphd_description>,
     config: In<scphd_water_config>,
     reason: Out<scphd_reason>,
     filter: Out<*mut scphd_water>,
 ) -> scphd_status {
-    Asked { abi_version, set, memory, size_bytes, config, reason, filter }.enter(Entry::Resume)
+    make(Entry::Resume, Asked { abi_version, memory, size_bytes, reason, handle: filter }, description, config)
 }
 
 /// Puts the vehicle to a position and a yaw, level and at rest, with an empty map, and begins the random stream of a seed.
@@ -168,7 +143,7 @@ pub extern "C" fn scphd_water_reset(
     scphd_status::of(reset())
 }
 
-/// Moves the vehicle for `dt_s` seconds. The report may be null. A refused control is as for `scphd_plane_predict_car`.
+/// Moves the vehicle for `dt_s` seconds. The report may be null. A refused control is as for `scphd_slam_predict`.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_water_predict(
     mut filter: Handed<scphd_water>,
@@ -270,7 +245,7 @@ pub extern "C" fn scphd_water_estimate_map(
     scphd_status::of(estimate())
 }
 
-/// As `scphd_plane_digest`.
+/// As `scphd_slam_digest`.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_water_digest(mut filter: Handed<scphd_water>, mut digest: Out<u64>) -> scphd_status {
     let mut hash = || {

@@ -61,7 +61,7 @@ impl<T: Real> Births<T> {
 /// assert_eq!(front.capacity(), 64);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 pub struct Detector<X: MeasurementModel, R = ()> {
     pub(crate) sensing: X,
     pub(crate) mounting: Option<Mounting<ScalarOf<X::Pose>>>,

@@ -1,13 +1,12 @@
 //! The static memory of a filter, with its capacities by name.
 
-use crate::{Description, Slam, StartError};
-use nalgebra::{Vector1, Vector2};
-use scphd::{DetectorMemory, Real};
+use crate::{Description, Services, StartError};
+use scphd::Real;
 
 /// The memory of a filter: all zero when it is new.
 pub trait Backing<T: Real> {
     /// The filter over it.
-    type Slam<'m>: Slam<T>
+    type Slam<'m>: Services<T>
     where
         Self: 'm;
 
@@ -18,44 +17,25 @@ pub trait Backing<T: Real> {
     fn start(&mut self, description: &Description<T>) -> Result<Self::Slam<'_>, StartError>;
 }
 
-/// The scratch of a mixture's scans, which all of its sensors share.
-#[derive(Debug)]
-pub struct Rooms<T: Real, const MEASUREMENTS: usize> {
-    pub(crate) polar: DetectorMemory<Vector2<T>, MEASUREMENTS>,
-    pub(crate) direction: DetectorMemory<Vector1<T>, MEASUREMENTS>,
-}
-
-impl<T: Real, const MEASUREMENTS: usize> Rooms<T, MEASUREMENTS> {
-    /// Empty ones.
-    #[must_use]
-    pub const fn new() -> Self {
-        Self { polar: DetectorMemory::new(), direction: DetectorMemory::new() }
-    }
-}
-
-impl<T: Real, const MEASUREMENTS: usize> Default for Rooms<T, MEASUREMENTS> {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-/// Names the memory of a joint map. The pose is `PlanarPose`, or `CalibratedPose` where the odometry is learnt; movers and an archive have
-/// room where their numbers are not 0.
+/// Names the memory of a joint map. The pose is `PlanarPose`, or `CalibratedPose` where the odometry is learnt. Room for so many movers, and
+/// for so many features in an archive, is there where it is named: `movers: 16, archived: 1000`. What a memory has, its description has too.
 ///
 /// ```
-/// use scphd_vehicle::{Backing, Description, joint_backing};
+/// use scphd::settings::MovingConfig;
+/// use scphd_vehicle::{Backing, Description, Filter, JointFilter, joint_backing};
 ///
 /// joint_backing! {
 ///     /// Of a robot among people.
-///     pub struct Robot: PlanarPose<f32> { features: 50, measurements: 16, movers: 8, archived: 0 }
+///     pub struct Robot: PlanarPose<f32> { features: 50, measurements: 16, movers: 8 }
 /// }
 /// let mut memory = Box::new(Robot::new());
-/// assert!(memory.start(&Description::robot()).is_ok());
+/// let joint = JointFilter { movers: Some(MovingConfig::walkers()), ..JointFilter::default() };
+/// assert!(memory.start(&Description { filter: Filter::Joint(joint), ..Description::robot() }).is_ok());
 /// ```
 #[macro_export]
 macro_rules! joint_backing {
     ($(#[$about:meta])* $public:vis struct $name:ident: $pose:ident<$scalar:ty> {
-        features: $features:expr, measurements: $measurements:expr, movers: $movers:expr, archived: $archived:expr $(,)?
+        features: $features:expr, measurements: $measurements:expr $(, movers: $movers:expr)? $(, archived: $archived:expr)? $(,)?
     }) => {
         $(#[$about])*
         #[derive(Debug)]
@@ -74,8 +54,8 @@ macro_rules! joint_backing {
                 },
                 { $measurements },
             >,
-            movers: $crate::scphd::storage::JointMovers<$crate::scphd::models::$pose<$scalar>, { $movers }>,
-            archive: $crate::scphd::storage::JointArchive<$crate::scphd::models::$pose<$scalar>, { $archived }>,
+            movers: $crate::joint_beside!(JointMovers, $pose<$scalar> $(, $movers)?),
+            archive: $crate::joint_beside!(JointArchive, $pose<$scalar> $(, $archived)?),
         }
 
         impl $name {
@@ -84,8 +64,8 @@ macro_rules! joint_backing {
             $public const fn new() -> Self {
                 Self {
                     state: $crate::scphd::JointState::new(),
-                    movers: $crate::scphd::storage::JointMovers::new(),
-                    archive: $crate::scphd::storage::JointArchive::new(),
+                    movers: $crate::Empty::EMPTY,
+                    archive: $crate::Empty::EMPTY,
                 }
             }
         }
@@ -97,8 +77,17 @@ macro_rules! joint_backing {
         }
 
         impl $crate::Backing<$scalar> for $name {
-            type Slam<'m> = $crate::Joint<'m, $crate::scphd::models::$pose<$scalar>>;
+            type Slam<'m> = $crate::Joint<
+                'm,
+                $crate::scphd::models::$pose<$scalar>,
+                <$crate::joint_beside!(JointArchive, $pose<$scalar> $(, $archived)?) as
+                    $crate::ArchiveMemory<$crate::scphd::models::$pose<$scalar>>>::Archive<'m>,
+                <$crate::joint_beside!(JointMovers, $pose<$scalar> $(, $movers)?) as
+                    $crate::MoversMemory<$crate::scphd::models::$pose<$scalar>>>::Movers<'m>,
+            >;
 
+            // Made where it is used, so that an image has all generic code once.
+            #[inline]
             fn start(
                 &mut self,
                 description: &$crate::Description<$scalar>,
@@ -109,7 +98,18 @@ macro_rules! joint_backing {
     };
 }
 
-/// Names the memory of a mixture: as [`memory!`](scphd::memory) does, and how many measurements a scan may have.
+/// Room beside a joint map, or none.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! joint_beside {
+    ($memory:ident, $pose:ident<$scalar:ty>) => { () };
+    ($memory:ident, $pose:ident<$scalar:ty>, $capacity:expr) => {
+        $crate::scphd::storage::$memory<$crate::scphd::models::$pose<$scalar>, { $capacity }>
+    };
+}
+
+/// Names the memory of a mixture: as [`memory!`](scphd::memory) does, and how many measurements a scan may have. For sensors of range and
+/// bearing; `measurements: 32 with bearings` is for sensors of bearings alone, too.
 ///
 /// ```
 /// use scphd_vehicle::{Backing, Description, Filter, mixture_backing};
@@ -126,14 +126,22 @@ macro_rules! joint_backing {
 /// ```
 #[macro_export]
 macro_rules! mixture_backing {
+    ($(#[$about:meta])* $public:vis struct $name:ident: $scalar:ty, measurements: $measurements:literal with bearings {
+        $($capacities:tt)*
+    }) => {
+        $crate::mixture_backing! { @ BearingRooms $(#[$about])* $public $name $scalar, $measurements { $($capacities)* } }
+    };
     ($(#[$about:meta])* $public:vis struct $name:ident: $scalar:ty, measurements: $measurements:literal {
         $($capacities:tt)*
     }) => {
+        $crate::mixture_backing! { @ PolarRooms $(#[$about])* $public $name $scalar, $measurements { $($capacities)* } }
+    };
+    (@ $rooms:ident $(#[$about:meta])* $public:vis $name:ident $scalar:ty, $measurements:literal { $($capacities:tt)* }) => {
         $(#[$about])*
         #[derive(Debug)]
         $public struct $name {
             state: <$name as $crate::MixtureState>::State,
-            rooms: $crate::Rooms<$scalar, $measurements>,
+            rooms: $crate::$rooms<$scalar, $measurements>,
         }
 
         const _: () = {
@@ -147,7 +155,7 @@ macro_rules! mixture_backing {
                 /// Memory that holds nothing: all zero.
                 #[must_use]
                 $public const fn new() -> Self {
-                    Self { state: State::new(), rooms: $crate::Rooms::new() }
+                    Self { state: State::new(), rooms: $crate::$rooms::new() }
                 }
             }
         };
@@ -159,8 +167,10 @@ macro_rules! mixture_backing {
         }
 
         impl $crate::Backing<$scalar> for $name {
-            type Slam<'m> = $crate::Mixture<'m, $scalar, $measurements>;
+            type Slam<'m> = $crate::Mixture<'m, $scalar, $crate::$rooms<$scalar, $measurements>>;
 
+            // Made where it is used, so that an image has all generic code once.
+            #[inline]
             fn start(
                 &mut self,
                 description: &$crate::Description<$scalar>,

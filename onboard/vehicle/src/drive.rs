@@ -52,10 +52,12 @@ impl<T: Real> Vehicle<T> {
     /// # Errors
     /// A length or a noise is out of range.
     pub fn drive(&self) -> Result<PlanarMotion<T>, ModelError> {
+        // The noise is checked here first, and so only once in an image.
+        let step = if self.kind == VehicleKind::UnicycleEuler { Step::Euler } else { Step::Arc };
+        let unicycle = Unicycle::new(step, self.noise)?;
         Ok(match self.kind {
             VehicleKind::Ackermann => PlanarMotion::Ackermann(Ackermann::new(self.geometry, self.noise)?),
-            VehicleKind::Unicycle => PlanarMotion::Unicycle(Unicycle::new(Step::Arc, self.noise)?),
-            VehicleKind::UnicycleEuler => PlanarMotion::Unicycle(Unicycle::new(Step::Euler, self.noise)?),
+            VehicleKind::Unicycle | VehicleKind::UnicycleEuler => PlanarMotion::Unicycle(unicycle),
             VehicleKind::Holonomic => PlanarMotion::Holonomic(Holonomic::new(self.noise)?),
         })
     }

@@ -1,6 +1,6 @@
 //! Why a description or a call is refused.
 
-use crate::Range;
+use crate::Setting;
 use core::fmt;
 use scphd::errors::{ScanError, SetupError};
 use scphd::models::ModelError;
@@ -8,19 +8,25 @@ use scphd::models::ModelError;
 /// A setting that is out of range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Invalid {
-    /// Its name, as [`Field::name`](crate::Field::name).
-    pub field: &'static str,
-    /// What it may be.
-    pub range: Range,
+    /// Which setting.
+    pub setting: Setting,
     /// Of a setting of a sensor: which sensor.
     pub sensor: Option<usize>,
 }
 
+impl Invalid {
+    /// A setting, of this sensor where it is one of a sensor.
+    pub(crate) fn of(setting: Setting, sensor: usize) -> Self {
+        Self { setting, sensor: setting.is_of_a_sensor().then_some(sensor) }
+    }
+}
+
 impl fmt::Display for Invalid {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (name, range) = (self.setting.name(), self.setting.range());
         match self.sensor {
-            Some(sensor) => write!(f, "{} of sensor {sensor} must be {}", self.field, self.range),
-            None => write!(f, "{} must be {}", self.field, self.range),
+            Some(sensor) => write!(f, "{name} of sensor {sensor} must be {range}"),
+            None => write!(f, "{name} must be {range}"),
         }
     }
 }
@@ -37,8 +43,18 @@ pub enum StartError {
     Setup(SetupError),
     /// The memory is not one for this part of the description.
     NoRoom {
-        /// The part, by the name of its setting.
-        part: &'static str,
+        /// The setting that says so.
+        part: Setting,
+    },
+    /// The memory is one for this part, which the description does not have.
+    NotDescribed {
+        /// The setting that says so.
+        part: Setting,
+    },
+    /// The numbers of this part cannot be changed while the filter goes on.
+    Fixed {
+        /// The setting that says so.
+        part: Setting,
     },
 }
 
@@ -47,7 +63,11 @@ impl fmt::Display for StartError {
         match self {
             Self::Invalid(invalid) => invalid.fmt(f),
             Self::Setup(error) => error.fmt(f),
-            Self::NoRoom { part } => write!(f, "the memory has no room for {part}"),
+            Self::NoRoom { part } => write!(f, "the memory is not for what {} says", part.name()),
+            Self::NotDescribed { part } => {
+                write!(f, "the memory is for a filter with {}, which is not described", part.name())
+            }
+            Self::Fixed { part } => write!(f, "{} cannot change while the filter runs", part.name()),
         }
     }
 }
@@ -80,6 +100,8 @@ pub enum Refused<E> {
     Filter(E),
     /// The description has no such sensor or fix, or it measures something else.
     NotDescribed,
+    /// There is a watch over such fixes, which [`Services`](crate::Services) have see them.
+    Watched,
     /// This filter cannot do it: a mixture cannot localise, a map with an archive behind it cannot be loaded.
     NotPossible,
 }
@@ -89,6 +111,7 @@ impl<E: fmt::Display> fmt::Display for Refused<E> {
         match self {
             Self::Filter(error) => error.fmt(f),
             Self::NotDescribed => f.write_str("there is no such sensor or fix in the description"),
+            Self::Watched => f.write_str("there is a watch over such fixes"),
             Self::NotPossible => f.write_str("this filter cannot do that"),
         }
     }

@@ -1,66 +1,35 @@
-//! What there is to say of a setting.
+//! What there is to say of a setting, the numbers that it may be, and where a description keeps it.
 
 use crate::Description;
-use core::fmt;
+use scphd::Real;
 
 /// The numbers that a setting may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
-    least: f64,
-    most: f64,
-    /// Whether the ends are of the range.
-    closed: [bool; 2],
+    pub(crate) least: f32,
+    pub(crate) most: f32,
+    /// Whether the ends are part of the range.
+    pub(crate) closed: [bool; 2],
 }
 
 impl Range {
-    /// Any finite number.
-    pub const FINITE: Self = Self { least: f64::NEG_INFINITY, most: f64::INFINITY, closed: [false; 2] };
-    /// Finite and not negative.
-    pub const NOT_NEGATIVE: Self = Self { least: 0.0, most: f64::INFINITY, closed: [true, false] };
-    /// Finite and above 0.
-    pub const POSITIVE: Self = Self { least: 0.0, most: f64::INFINITY, closed: [false; 2] };
-    /// Above 0, or infinite.
-    pub const LIMIT: Self = Self { least: 0.0, most: f64::INFINITY, closed: [false, true] };
-    /// 0 or more, or infinite.
-    pub const GATE: Self = Self { least: 0.0, most: f64::INFINITY, closed: [true, true] };
-    /// From 0 to 1.
-    pub const SHARE: Self = Self::within(0.0, 1.0);
-    /// From 0 to below 1.
-    pub const BELOW_ONE: Self = Self { least: 0.0, most: 1.0, closed: [true, false] };
-    /// Above 0 and below 1.
-    pub const INSIDE_ONE: Self = Self { least: 0.0, most: 1.0, closed: [false; 2] };
-    /// A standard deviation whose square single precision can hold.
-    pub const SIGMA: Self = Self::within(1e-6, 1e6);
+    /// The numbers between two others, without these.
+    pub(crate) const fn open(least: f32, most: f32) -> Self {
+        Self { least, most, closed: [false; 2] }
+    }
 
-    /// From one number to another.
-    #[must_use]
-    pub const fn within(least: f64, most: f64) -> Self {
+    /// The numbers from one to another.
+    pub(crate) const fn within(least: f32, most: f32) -> Self {
         Self { least, most, closed: [true; 2] }
     }
 
-    /// Whether a number is of it; NaN is of none.
-    #[must_use]
-    pub fn has(&self, number: f64) -> bool {
+    /// Whether a number is part of the range; NaN is part of none.
+    pub(crate) fn has<T: Real>(&self, number: T) -> bool {
+        let [least, most] = [self.least, self.most].map(|end| T::from_f64(f64::from(end)));
         let [low, high] = self.closed;
-        let above = number > self.least || low && number == self.least;
-        let below = number < self.most || high && number == self.most;
+        let above = number > least || low && number == least;
+        let below = number < most || high && number == most;
         above && below
-    }
-}
-
-impl fmt::Display for Range {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { least, most, closed: [low, high] } = *self;
-        let at_least = if low { "at least" } else { "above" };
-        let at_most = if high { "at most" } else { "below" };
-        match (least.is_finite(), most.is_finite()) {
-            (false, false) => f.write_str("finite"),
-            (false, true) => write!(f, "{at_most} {most}"),
-            (true, false) if high => write!(f, "{at_least} {least}, or infinite"),
-            (true, false) => write!(f, "finite and {at_least} {least}"),
-            (true, true) if low && high => write!(f, "between {least} and {most}"),
-            (true, true) => write!(f, "{at_least} {least} and {at_most} {most}"),
-        }
     }
 }
 
@@ -73,48 +42,28 @@ pub(crate) enum Place<'a, T> {
     Seed(&'a mut u64),
 }
 
-/// Where a description keeps a number, of the sensor with this index where it is one of a sensor; `None` where it has no such part.
-pub(crate) type Find<T> = for<'a> fn(&'a mut Description<T>, usize) -> Option<Place<'a, T>>;
-
-/// How a setting is read and written.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Access<T: 'static> {
-    Number(Find<T>),
-    /// One of several, by its number in the list.
-    Choice {
-        names: &'static [&'static str],
-        get: fn(&Description<T>, usize) -> Option<usize>,
-        set: fn(&mut Description<T>, usize, usize) -> bool,
-    },
-}
-
-/// A setting of a [`Description`].
-#[derive(Debug, Clone, Copy)]
-pub struct Field<T: 'static> {
-    /// Its name, with a point between a part and what is of it.
-    pub name: &'static str,
-    /// Its unit; empty for a pure number.
-    pub unit: &'static str,
-    /// What it may be.
-    pub range: Range,
-    /// What it is, in a sentence.
-    pub about: &'static str,
-    pub(crate) access: Access<T>,
-}
-
-impl<T> Field<T> {
-    /// Of a setting that is one of several: their names, in the order of their numbers.
-    #[must_use]
-    pub fn choices(&self) -> Option<&'static [&'static str]> {
-        match self.access {
-            Access::Number(_) => None,
-            Access::Choice { names, .. } => Some(names),
+impl<T: Real> Place<'_, T> {
+    /// Whether the number there is part of a range.
+    pub(crate) fn is_in(&self, range: &Range) -> bool {
+        match self {
+            Self::Number(number) => range.has(**number),
+            Self::Count(count) => range.has(**count as f32),
+            Self::Small(count) => range.has(f32::from(**count)),
+            // Any is a good one; the range is that of what can be set exactly.
+            Self::Seed(_) => true,
         }
     }
+}
 
-    /// Whether it is one of each sensor.
-    #[must_use]
-    pub fn is_of_a_sensor(&self) -> bool {
-        self.name.starts_with("sensor.")
-    }
+/// Reads a setting that is one of several.
+pub(crate) type Get<T> = fn(&Description<T>, usize) -> Option<usize>;
+/// Sets a setting that is one of several; false where the description has no such part.
+pub(crate) type Set<T> = fn(&mut Description<T>, usize, usize) -> bool;
+
+/// What a setting means.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Meaning {
+    pub(crate) unit: &'static str,
+    pub(crate) about: &'static str,
+    pub(crate) choices: &'static [&'static str],
 }

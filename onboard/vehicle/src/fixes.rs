@@ -2,7 +2,7 @@
 
 use crate::Description;
 use nalgebra::{Vector1, Vector2};
-use scphd::fixes::{HeadingWatch, PositionWatch};
+use scphd::fixes::{FixRule, HeadingWatch, PositionWatch};
 use scphd::models::{HeadingFix, ModelError, PlanarPose, PositionFix};
 use scphd::{FixReport, PoseEstimate, Real};
 
@@ -15,8 +15,14 @@ pub struct Watched<T> {
     pub relocated: bool,
 }
 
-/// A kind of fixes: its model, its watch, and the time since the last one, s.
-type Kind<F, W, T> = (F, Option<W>, T);
+/// A kind of fixes: its model, the rule of its watch, the watch once it is needed, and the time since the last one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Kind<F, W, T> {
+    fix: F,
+    rule: Option<FixRule<T>>,
+    watch: Option<W>,
+    since_s: T,
+}
 
 /// The fixes of a vehicle as models, with their watches and the time since the last of each.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,12 +42,12 @@ impl<T: Real> Fixes<T> {
             let fix = PositionFix::new(spec.sigma)?;
             let fix = if spec.antenna_m == [T::ZERO; 2] { fix } else { fix.mounted(forward_m, left_m)? };
             let fix = if spec.gate < T::INFINITY { fix.gated(spec.gate)? } else { fix };
-            Ok((fix, spec.watch.map(PositionWatch::new).transpose()?, T::ZERO))
+            Ok(Kind { fix, rule: spec.watch, watch: None, since_s: T::ZERO })
         });
         let heading = description.heading.map(|spec| {
             let fix = HeadingFix::new(spec.sigma)?;
             let fix = if spec.gate < T::INFINITY { fix.gated(spec.gate)? } else { fix };
-            Ok((fix, spec.watch.map(HeadingWatch::new).transpose()?, T::ZERO))
+            Ok(Kind { fix, rule: spec.watch, watch: None, since_s: T::ZERO })
         });
         Ok(Self { position: position.transpose()?, heading: heading.transpose()? })
     }
@@ -49,17 +55,19 @@ impl<T: Real> Fixes<T> {
     /// So much time has passed, s.
     pub(crate) fn wait(&mut self, dt_s: T) {
         if dt_s >= T::ZERO && dt_s.is_finite() {
-            self.position.iter_mut().for_each(|(_, _, elapsed)| *elapsed += dt_s);
-            self.heading.iter_mut().for_each(|(_, _, elapsed)| *elapsed += dt_s);
+            self.position.iter_mut().for_each(|kind| kind.since_s += dt_s);
+            self.heading.iter_mut().for_each(|kind| kind.since_s += dt_s);
         }
     }
 
-    pub(crate) fn position(&self) -> Option<PositionFix<T>> {
-        self.position.map(|(fix, _, _)| fix)
+    /// Positions, and whether they have a watch.
+    pub(crate) fn position(&self) -> Option<(PositionFix<T>, bool)> {
+        self.position.map(|kind| (kind.fix, kind.rule.is_some()))
     }
 
-    pub(crate) fn heading(&self) -> Option<HeadingFix<PlanarPose<T>>> {
-        self.heading.map(|(fix, _, _)| fix)
+    /// Headings, and whether they have a watch.
+    pub(crate) fn heading(&self) -> Option<(HeadingFix<PlanarPose<T>>, bool)> {
+        self.heading.map(|kind| (kind.fix, kind.rule.is_some()))
     }
 
     /// Tells the watch what became of a position: where the filter is to be put, if it is wrong.
@@ -69,14 +77,14 @@ impl<T: Real> Fixes<T> {
         accepted: bool,
         estimate: &PoseEstimate<PlanarPose<T>>,
     ) -> Option<PoseEstimate<PlanarPose<T>>> {
-        let (fix, watch, elapsed) = self.position.as_mut()?;
-        let since = core::mem::replace(elapsed, T::ZERO);
-        let watch = watch.as_mut()?;
+        let Kind { fix, rule, watch, since_s } = self.position.as_mut()?;
+        let since_s = core::mem::replace(since_s, T::ZERO);
+        let watch = watch.get_or_insert(PositionWatch::new((*rule)?).ok()?);
         if accepted {
             watch.accepted();
             return None;
         }
-        watch.refused(fix, measured, estimate, since)
+        watch.refused(fix, measured, estimate, since_s)
     }
 
     /// The same of a heading.
@@ -86,13 +94,13 @@ impl<T: Real> Fixes<T> {
         accepted: bool,
         estimate: &PoseEstimate<PlanarPose<T>>,
     ) -> Option<PoseEstimate<PlanarPose<T>>> {
-        let (fix, watch, elapsed) = self.heading.as_mut()?;
-        let since = core::mem::replace(elapsed, T::ZERO);
-        let watch = watch.as_mut()?;
+        let Kind { fix, rule, watch, since_s } = self.heading.as_mut()?;
+        let since_s = core::mem::replace(since_s, T::ZERO);
+        let watch = watch.get_or_insert(HeadingWatch::new((*rule)?).ok()?);
         if accepted {
             watch.accepted();
             return None;
         }
-        watch.refused(fix, measured, estimate, since)
+        watch.refused(fix, measured, estimate, since_s)
     }
 }

@@ -1,11 +1,12 @@
 //! Builds a SLAM filter from a description of a vehicle in the plane.
 //!
 //! [`Description`] has only numbers: motion model, kind of filter, sensors, measurements of the pose (fixes), initial pose.
-//! [`Description::check`] returns the first setting that is out of range. [`Description::FIELDS`] lists the settings with name, unit, range
-//! and meaning; each can be read and written by its name. Bindings and documents are generated from this list.
+//! [`Description::check`] returns the first setting that is out of range. [`Setting::all`] lists the settings with name, unit, range
+//! and meaning; [`Description::get`] and [`Description::set`] read and write one. Bindings and documents are generated from this list.
 //!
 //! A [`Backing`] is the static memory of a filter. [`joint_backing!`] and [`mixture_backing!`] declare a type of it with given capacities;
-//! [`sets`] has ready ones. [`Backing::start`] builds the filter from a description. [`Slam`] is the common trait of both filters.
+//! [`sets`] has ready ones. [`Backing::start`] builds the filter from a description. [`Slam`] has the calls of a loop, the same for both
+//! filters, and [`Services`] has those outside of it.
 //!
 //! ```
 //! use nalgebra::Vector2;
@@ -30,6 +31,7 @@
 )]
 
 mod backing;
+mod beside;
 mod description;
 mod drive;
 mod error;
@@ -40,25 +42,31 @@ mod joint;
 mod list;
 mod mixture;
 mod planar;
+mod rooms;
 mod sensor;
 pub mod sets;
+mod setting;
 mod settings;
 mod slam;
 
+pub use backing::Backing;
 #[doc(hidden)]
 pub use backing::MixtureState;
-pub use backing::{Backing, Rooms};
+#[doc(hidden)]
+pub use beside::Empty;
+pub use beside::{ArchiveMemory, Behind, MoversMemory};
 pub use description::{Description, Filter, JointFilter, SENSORS, Start};
 pub use drive::{Control, Vehicle, VehicleKind};
 pub use error::{Invalid, Refused, StartError};
-pub use field::{Field, Range};
 pub use fix_spec::FixSpec;
 pub use fixes::{Fixes, Watched};
 pub use joint::Joint;
 pub use mixture::Mixture;
 pub use planar::PlanarState;
-pub use sensor::{Measurements, Sensor, SensorModel};
-pub use slam::{Scanned, Slam};
+pub use rooms::{BearingRooms, PolarRooms, Rooms};
+pub use sensor::{Direction, Measurements, Polar, Sensor, SensorModel};
+pub use setting::Setting;
+pub use slam::{Scanned, Services, Sink, Slam, Source};
 
 #[doc(hidden)]
 pub use scphd;

@@ -1,27 +1,159 @@
 //! The list of all settings.
 
-use crate::field::{Access, Find, Place};
-use crate::{Description, Field, Filter, FixSpec, JointFilter, Range, Sensor, SensorModel, VehicleKind};
+use crate::field::{Get, Meaning, Place, Range, Set};
+use crate::{Description, Filter, FixSpec, JointFilter, Sensor, SensorModel, VehicleKind};
+use core::ffi::CStr;
 use scphd::fixes::FixRule;
 use scphd::models::{OdometryCorrection, OdometryPrior};
 use scphd::settings::{Extraction, Informed, MovingConfig, Plausible, Proposal};
 use scphd::{Config, Real};
 
-/// A setting that is a number.
-macro_rules! number {
-    ($name:literal, $unit:literal, $range:expr, $about:literal, $kind:ident, |$d:ident, $i:tt| $place:expr) => {{
-        let find: Find<T> = |$d, $i| Some(Place::$kind($place));
-        Field { name: $name, unit: $unit, range: $range, about: $about, access: Access::Number(find) }
+/// Ranges, and what they are in words, as in "must be finite".
+mod ranges {
+    use crate::field::Range;
+    use core::ffi::CStr;
+
+    type Worded = (Range, &'static CStr);
+    const INFINITY: f32 = f32::INFINITY;
+
+    pub(super) const FINITE: Worded = (Range::open(f32::NEG_INFINITY, INFINITY), c"finite");
+    pub(super) const NOT_NEGATIVE: Worded =
+        (Range { closed: [true, false], ..Range::open(0.0, INFINITY) }, c"finite and at least 0");
+    pub(super) const AT_LEAST_ONE: Worded =
+        (Range { closed: [true, false], ..Range::open(1.0, INFINITY) }, c"finite and at least 1");
+    pub(super) const POSITIVE: Worded = (Range::open(0.0, INFINITY), c"finite and above 0");
+    pub(super) const LIMIT: Worded =
+        (Range { closed: [false, true], ..Range::open(0.0, INFINITY) }, c"above 0, or infinite");
+    pub(super) const GATE: Worded = (Range::within(0.0, INFINITY), c"at least 0, or infinite");
+    pub(super) const SHARE: Worded = (Range::within(0.0, 1.0), c"between 0 and 1");
+    pub(super) const BELOW_ONE: Worded =
+        (Range { closed: [true, false], ..Range::open(0.0, 1.0) }, c"at least 0 and below 1");
+    pub(super) const INSIDE_ONE: Worded = (Range::open(0.0, 1.0), c"above 0 and below 1");
+    /// A standard deviation whose square single precision can hold.
+    pub(super) const SIGMA: Worded = (Range::within(1e-6, 1e6), c"between 0.000001 and 1000000");
+}
+
+/// The numbers that a setting may be.
+macro_rules! numbers {
+    (number $name:literal, $unit:literal, $range:expr, $($rest:tt)*) => {{
+        // Without its words.
+        const RANGE: Range = $range.0;
+        &RANGE
+    }};
+    (choice $name:literal, [$($names:literal),+], $($rest:tt)*) => {{
+        const RANGE: Range = Range::within(0.0, ([$($names),+].len() - 1) as f32);
+        &RANGE
     }};
 }
 
-/// A setting that is one of several.
-macro_rules! choice {
-    ($name:literal, [$($names:literal),+], $about:literal, $get:expr, $set:expr) => {{
-        const NAMES: &[&str] = &[$($names),+];
-        let range = Range::within(0.0, (NAMES.len() - 1) as f64);
-        Field { name: $name, unit: "", range, about: $about, access: Access::Choice { names: NAMES, get: $get, set: $set } }
+/// Where a description, or one of its sensors, keeps a setting that is a number.
+macro_rules! place {
+    (number $description:ident, $name:literal, $unit:literal, $range:expr, $about:literal, $kind:ident, |$d:ident| $place:expr) => {{
+        let $d = $description;
+        Some(Place::$kind($place))
     }};
+    (choice $($rest:tt)*) => {
+        None
+    };
+}
+
+/// Reads a setting that is one of several.
+macro_rules! get {
+    (choice $description:ident, $sensor:ident, $name:literal, [$($names:literal),+], $about:literal, $get:expr, $set:expr) => {{
+        let get: Get<T> = $get;
+        get($description, $sensor)
+    }};
+    (number $($rest:tt)*) => {
+        None
+    };
+}
+
+/// Sets a setting that is one of several.
+macro_rules! set {
+    (choice $description:ident, $sensor:ident, $choice:ident, $name:literal, [$($names:literal),+], $about:literal, $get:expr, $set:expr) => {{
+        let set: Set<T> = $set;
+        set($description, $sensor, $choice)
+    }};
+    (number $($rest:tt)*) => {
+        false
+    };
+}
+
+/// What a setting may be, in words.
+macro_rules! range {
+    (number $name:literal, $unit:literal, $range:expr, $($rest:tt)*) => { $range.1 };
+    (choice $name:literal, [$first:literal $(, $names:literal)*], $($rest:tt)*) => {
+        text(concat!("one of ", $first $(, ", ", $names)*, "\0"))
+    };
+}
+
+/// What a setting is.
+macro_rules! meaning {
+    (number $name:literal, $unit:literal, $range:expr, $about:literal, $($rest:tt)*) => {
+        Meaning { unit: $unit, about: $about, choices: &[] }
+    };
+    (choice $name:literal, [$($names:literal),+], $about:literal, $($rest:tt)*) => {
+        Meaning { unit: "", about: $about, choices: &[$($names),+] }
+    };
+}
+
+/// Returns the expression of the setting in this place of the list. A compiler makes one jump of it, which is smaller than a table of
+/// functions.
+macro_rules! at {
+    ($place:ident, $here:ident, $($then:expr),+) => { $(if $here.next() == Some($place) { return $then; })+ };
+}
+
+/// Makes the tables of all settings. They are several, for a program links each table as a whole.
+macro_rules! settings {
+    (
+        of a description { $($kind:ident($name:literal, $($rest:tt)*),)+ }
+        of a sensor { $($sensor_kind:ident($sensor_name:literal, $($sensor_rest:tt)*),)+ }
+    ) => {
+        /// Their names.
+        pub(crate) const NAMES: &[&CStr] = &[$(text(concat!($name, "\0")),)+ $(text(concat!($sensor_name, "\0"))),+];
+        /// The numbers that they may be.
+        pub(crate) const NUMBERS: &[&Range] =
+            &[$(numbers!($kind $name, $($rest)*),)+ $(numbers!($sensor_kind $sensor_name, $($sensor_rest)*)),+];
+        /// The same in words.
+        pub(crate) const RANGES: &[&CStr] =
+            &[$(range!($kind $name, $($rest)*),)+ $(range!($sensor_kind $sensor_name, $($sensor_rest)*)),+];
+        /// What they are.
+        pub(crate) const MEANINGS: &[Meaning] =
+            &[$(meaning!($kind $name, $($rest)*),)+ $(meaning!($sensor_kind $sensor_name, $($sensor_rest)*)),+];
+
+        impl<T: Real> Description<T> {
+            /// Where the setting at this place of the list is kept, if it is a number; `None` where the description has no such part.
+            pub(crate) fn place(&mut self, place: usize, sensor: usize) -> Option<Place<'_, T>> {
+                let mut here = 0..;
+                at!(place, here, $(place!($kind self, $name, $($rest)*)),+);
+                let sensor = self.sensors.get_mut(sensor)?.as_mut()?;
+                at!(place, here, $(place!($sensor_kind sensor, $sensor_name, $($sensor_rest)*)),+);
+                None
+            }
+
+            /// Which choice the setting at this place of the list has, if it is one of several; `None` where the description has no such part.
+            pub(crate) fn choice(&self, place: usize, sensor: usize) -> Option<usize> {
+                let mut here = 0..;
+                at!(place, here, $(get!($kind self, sensor, $name, $($rest)*)),+);
+                None
+            }
+
+            /// Sets the setting at this place of the list, if it is one of several; false where the description has no such part.
+            pub(crate) fn choose(&mut self, place: usize, sensor: usize, choice: usize) -> bool {
+                let mut here = 0..;
+                at!(place, here, $(set!($kind self, sensor, choice, $name, $($rest)*)),+);
+                false
+            }
+        }
+    };
+}
+
+/// A text that ends with a zero.
+const fn text(with_zero: &'static str) -> &'static CStr {
+    match CStr::from_bytes_with_nul(with_zero.as_bytes()) {
+        Ok(text) => text,
+        Err(_) => c"",
+    }
 }
 
 fn put<C: Copy>(place: &mut C, choice: Option<&C>) -> bool {
@@ -82,10 +214,6 @@ fn plausible<T>(description: &mut Description<T>) -> &mut Plausible<T> {
     }
 }
 
-fn sensor<T>(description: &mut Description<T>, index: usize) -> Option<&mut Sensor<T>> {
-    description.sensors.get_mut(index)?.as_mut()
-}
-
 fn other_filter<T: Real>(description: &mut Description<T>, is_joint: bool) -> bool {
     match (&description.filter, is_joint) {
         (Filter::Mixture(_), true) => description.filter = Filter::Joint(JointFilter::default()),
@@ -122,105 +250,108 @@ fn other_sensor<T: Real>(description: &mut Description<T>, index: usize, choice:
     true
 }
 
+// A number: name, unit, range, meaning, and where a description or one of its sensors keeps it.
+// One of several: name, choices, meaning, and how it is read and set.
 #[rustfmt::skip] // A line to a setting.
-impl<T: Real> Description<T> {
-    /// All settings.
-    pub const FIELDS: &'static [Field<T>] = &[
-        choice!("vehicle.kind", ["ackermann", "unicycle", "unicycle_euler", "holonomic"], "How the vehicle moves.", |d, _| Some(d.vehicle.kind as usize), |d, _, n| put(&mut d.vehicle.kind, [VehicleKind::Ackermann, VehicleKind::Unicycle, VehicleKind::UnicycleEuler, VehicleKind::Holonomic].get(n))),
-        number!("vehicle.wheelbase_m", "m", Range::POSITIVE, "Of a car: wheelbase L.", Number, |d, _| &mut d.vehicle.geometry.wheelbase_m),
-        number!("vehicle.encoder_offset_m", "m", Range::FINITE, "Of a car: offset H of the wheel encoder from the centreline.", Number, |d, _| &mut d.vehicle.geometry.encoder_offset_m),
-        number!("vehicle.sensor_forward_m", "m", Range::FINITE, "Of a car: how far ahead of the rear axle its pose is.", Number, |d, _| &mut d.vehicle.geometry.sensor_forward_m),
-        number!("vehicle.sensor_left_m", "m", Range::FINITE, "Of a car: how far left of the centreline its pose is.", Number, |d, _| &mut d.vehicle.geometry.sensor_left_m),
-        number!("noise.speed_sigma_mps", "m/s", Range::NOT_NEGATIVE, "Standard deviation of the speed.", Number, |d, _| &mut d.vehicle.noise.speed_sigma_mps),
-        number!("noise.speed_sigma_ratio", "", Range::NOT_NEGATIVE, "The same as a share of the speed; adds in quadrature.", Number, |d, _| &mut d.vehicle.noise.speed_sigma_ratio),
-        number!("noise.turn_sigma", "rad/s", Range::NOT_NEGATIVE, "Standard deviation of the turn rate, or of a car's steering angle, rad.", Number, |d, _| &mut d.vehicle.noise.turn_sigma),
-        number!("noise.turn_sigma_ratio", "", Range::NOT_NEGATIVE, "The same as a share of it; adds in quadrature.", Number, |d, _| &mut d.vehicle.noise.turn_sigma_ratio),
-        number!("noise.interval_s", "s", Range::NOT_NEGATIVE, "How long an error lasts; 0: drawn anew in every prediction.", Number, |d, _| &mut d.vehicle.noise.interval_s),
-        choice!("filter", ["mixture", "joint"], "Which filter; another one than before has its defaults.", |d, _| Some(usize::from(matches!(d.filter, Filter::Joint(_)))), |d, _, n| other_filter(d, n == 1)),
-        number!("mixture.particles", "", Range::within(1.0, 65535.0), "Particles kept between scans.", Count, |d, _| &mut mixture(d)?.particles),
-        number!("mixture.samples", "", Range::within(1.0, 65535.0), "Samples of each in a prediction.", Count, |d, _| &mut mixture(d)?.samples),
-        choice!("mixture.proposal", ["blind", "informed"], "Where samples are drawn from: the motion, or a Gaussian that the scan has been taken into.", |d, _| match d.filter { Filter::Mixture(c) => Some(usize::from(matches!(c.proposal, Proposal::Informed(_)))), Filter::Joint(_) => None }, |d, _, n| other_proposal(d, n == 1)),
-        number!("mixture.informed.rounds", "", Range::within(1.0, 16.0), "Informed: linearisations at most.", Count, |d, _| &mut informed(d)?.rounds),
-        number!("mixture.informed.sampled_fraction", "", Range::SHARE, "Informed: share of the covariance that is drawn from.", Number, |d, _| &mut informed(d)?.sampled_fraction),
-        number!("mixture.informed.min_responsibility", "", Range::INSIDE_ONE, "Informed: a component speaks for a measurement of which it explains this share.", Number, |d, _| &mut informed(d)?.min_responsibility),
-        number!("mixture.resample_threshold", "", Range::SHARE, "Resampled where N_eff / N is below.", Number, |d, _| &mut mixture(d)?.resample_threshold),
-        number!("mixture.prune_weight", "", Range::INSIDE_ONE, "Components below this weight are dropped.", Number, |d, _| &mut mixture(d)?.prune_weight),
-        number!("mixture.confirming_detections", "", Range::NOT_NEGATIVE, "A component is confirmed where it is better known than by so many measurements, at least 1.", Number, |d, _| &mut mixture(d)?.confirming_detections),
-        number!("mixture.unconfirmed_weight", "", Range::SHARE, "One that leaves the view lighter than this, not confirmed, is forgotten; 0: none is.", Number, |d, _| &mut mixture(d)?.unconfirmed_weight),
-        number!("mixture.confirmed_weight", "", Range::SHARE, "Misses take a confirmed component no further down; 0: they do.", Number, |d, _| &mut mixture(d)?.confirmed_weight),
-        number!("mixture.merge_distance", "", Range::NOT_NEGATIVE, "Squared Mahalanobis distance within which components are merged.", Number, |d, _| &mut mixture(d)?.merge_distance),
-        number!("mixture.extraction_weight", "", Range::SHARE, "Least weight of an estimated feature.", Number, |d, _| &mut mixture(d)?.extraction_weight),
-        number!("mixture.negligible", "", Range::INSIDE_ONE, "Terms below this share of what explains a measurement without features are left out; at most prune_weight.", Number, |d, _| &mut mixture(d)?.negligible),
-        number!("mixture.max_components", "", Range::within(1.0, f64::MAX), "Components that a reduction leaves in view at most.", Count, |d, _| &mut mixture(d)?.max_components),
-        choice!("mixture.extraction", ["heaviest", "peaks", "confirmed"], "Which components are the estimated features.", |d, _| match d.filter { Filter::Mixture(c) => Some(c.extraction as usize), Filter::Joint(_) => None }, |d, _, n| mixture(d).is_some_and(|c| put(&mut c.extraction, [Extraction::Heaviest, Extraction::Peaks, Extraction::Confirmed].get(n)))),
-        number!("joint.birth_probability_min", "", Range::SHARE, "A measurement gives birth where nothing else explains at least this share of it.", Number, |d, _| &mut joint(d)?.config.birth_probability_min),
-        number!("joint.gate", "", Range::NOT_NEGATIVE, "Squared Mahalanobis distance beyond which a measurement says nothing of a feature.", Number, |d, _| &mut joint(d)?.config.gate),
-        number!("joint.occlusion_factor", "", Range::SHARE, "Share of the probability of detection that is left behind a nearer detection.", Number, |d, _| &mut joint(d)?.config.occlusion_factor),
-        number!("joint.least_existence", "", Range::SHARE, "A feature is dropped below this probability that it is there.", Number, |d, _| &mut joint(d)?.config.least_existence),
-        number!("joint.least_tentative", "", Range::SHARE, "The same while it was detected less than twice.", Number, |d, _| &mut joint(d)?.config.least_tentative),
-        number!("joint.extraction_existence", "", Range::SHARE, "A feature is part of the estimate from this probability on.", Number, |d, _| &mut joint(d)?.config.extraction_existence),
-        number!("joint.merge_distance", "", Range::NOT_NEGATIVE, "Squared Mahalanobis distance within which two features are one.", Number, |d, _| &mut joint(d)?.config.merge_distance),
-        number!("joint.visible_s", "s", Range::LIMIT, "Mean time that a landmark stays in sight before something hides it; infinite: nothing does.", Number, |d, _| &mut joint(d)?.config.persistence.visible_s),
-        number!("joint.occluded_s", "s", Range::LIMIT, "Mean time that it stays hidden.", Number, |d, _| &mut joint(d)?.config.persistence.occluded_s),
-        number!("joint.lifetime_s", "s", Range::LIMIT, "Mean time until it is taken away; infinite: never.", Number, |d, _| &mut joint(d)?.config.persistence.lifetime_s),
-        choice!("joint.movers", ["no", "yes"], "Whether features that move are kept beside the map.", |d, _| match d.filter { Filter::Joint(j) => Some(usize::from(j.movers.is_some())), Filter::Mixture(_) => None }, |d, _, n| joint(d).is_some_and(|j| switch(&mut j.movers, n == 1, || MovingConfig::walkers()))),
-        choice!("joint.odometry", ["no", "yes"], "Whether what the odometry is off by is learnt.", |d, _| match d.filter { Filter::Joint(j) => Some(usize::from(j.odometry.is_some())), Filter::Mixture(_) => None }, |d, _, n| joint(d).is_some_and(|j| switch(&mut j.odometry, n == 1, || prior()))),
-        choice!("joint.archive", ["no", "yes"], "Whether features that are far away go to an archive.", |d, _| match d.filter { Filter::Joint(j) => Some(usize::from(j.archive_reach_m.is_some())), Filter::Mixture(_) => None }, |d, _, n| joint(d).is_some_and(|j| switch(&mut j.archive_reach_m, n == 1, || T::from_f64(15.0)))),
-        number!("joint.archive.reach_m", "m", Range::POSITIVE, "How far the farthest-looking sensor sees.", Number, |d, _| joint(d)?.archive_reach_m.as_mut()?),
-        number!("joint.odometry.speed_scale", "", Range::NOT_NEGATIVE, "Standard deviation of what the speed is off by, as a share of it.", Number, |d, _| &mut joint(d)?.odometry.as_mut()?.sigma.speed_scale),
-        number!("joint.odometry.turn_scale", "", Range::NOT_NEGATIVE, "The same of the turn rate or steering angle.", Number, |d, _| &mut joint(d)?.odometry.as_mut()?.sigma.turn_scale),
-        number!("joint.odometry.turn_offset", "rad/s", Range::NOT_NEGATIVE, "Standard deviation of the offset of the turn rate, or of the steering angle, rad.", Number, |d, _| &mut joint(d)?.odometry.as_mut()?.sigma.turn_offset),
-        number!("joint.odometry.lasts_s", "s", Range::LIMIT, "How long it takes until it has walked as far as that; infinite: it never changes.", Number, |d, _| &mut joint(d)?.odometry.as_mut()?.lasts_s),
-        number!("moving.velocity_sigma_mps", "m/s", Range::SIGMA, "Features that move: standard deviation of the velocity of a new one, along each axis.", Number, |d, _| &mut moving(d)?.velocity_sigma_mps),
-        number!("moving.acceleration_psd", "m^2/s^3", Range::NOT_NEGATIVE, "Features that move: power spectral density of their acceleration.", Number, |d, _| &mut moving(d)?.motion.acceleration_psd),
-        number!("moving.lifetime_s", "s", Range::LIMIT, "Features that move: mean time until one vanishes.", Number, |d, _| &mut moving(d)?.motion.lifetime_s),
-        number!("moving.spread_max_m", "m", Range::POSITIVE, "Features that move: one less certain than this is forgotten.", Number, |d, _| &mut moving(d)?.spread_max_m),
-        number!("moving.extraction_weight", "", Range::SHARE, "Features that move: least weight of an estimated one.", Number, |d, _| &mut moving(d)?.extraction_weight),
-        number!("plausible.step_max_s", "s", Range::LIMIT, "Longest step of a prediction. Beyond it a prediction is refused; infinite: no limit.", Number, |d, _| &mut plausible(d).step_max_s),
-        number!("plausible.speed_max_mps", "m/s", Range::LIMIT, "Greatest speed. Beyond it a prediction is refused; infinite: no limit.", Number, |d, _| &mut plausible(d).speed_max_mps),
-        number!("plausible.turn_rate_max_radps", "rad/s", Range::LIMIT, "Greatest turn rate. Beyond it a prediction is refused; infinite: no limit.", Number, |d, _| &mut plausible(d).turn_rate_max_radps),
-        number!("plausible.jump_max_m", "m", Range::LIMIT, "Greatest distance of one step. Beyond it a prediction is refused; infinite: no limit.", Number, |d, _| &mut plausible(d).jump_max_m),
-        choice!("sensor.model", ["none", "range_bearing", "bearing"], "What the sensor measures; one that was none has defaults.", |d, i| d.sensors.get(i).map(|sensor| match sensor { None => 0, Some(sensor) => 1 + sensor.model as usize }), |d, i, n| other_sensor(d, i, n)),
-        number!("sensor.range_sigma_m", "m", Range::SIGMA, "Standard deviation of the range.", Number, |d, i| &mut sensor(d, i)?.range_sigma_m),
-        number!("sensor.bearing_sigma_rad", "rad", Range::SIGMA, "Standard deviation of the bearing.", Number, |d, i| &mut sensor(d, i)?.bearing_sigma_rad),
-        number!("sensor.range_min_m", "m", Range::NOT_NEGATIVE, "Least range.", Number, |d, i| &mut sensor(d, i)?.window.range_min_m),
-        number!("sensor.range_max_m", "m", Range::POSITIVE, "Greatest range.", Number, |d, i| &mut sensor(d, i)?.window.range_max_m),
-        number!("sensor.range_edge_m", "m", Range::NOT_NEGATIVE, "Half width of the soft edge at either range.", Number, |d, i| &mut sensor(d, i)?.window.range_edge_m),
-        number!("sensor.bearing_center_rad", "rad", Range::FINITE, "Middle of the window.", Number, |d, i| &mut sensor(d, i)?.window.bearing_center_rad),
-        number!("sensor.bearing_half_width_rad", "rad", Range::POSITIVE, "Half width of the window; pi or more for a full circle.", Number, |d, i| &mut sensor(d, i)?.window.bearing_half_width_rad),
-        number!("sensor.bearing_edge_rad", "rad", Range::NOT_NEGATIVE, "Half width of the soft edge at either side.", Number, |d, i| &mut sensor(d, i)?.window.bearing_edge_rad),
-        number!("sensor.probability_near", "", Range::BELOW_ONE, "Probability of detection at range zero.", Number, |d, i| &mut sensor(d, i)?.window.probability_near),
-        number!("sensor.probability_far", "", Range::BELOW_ONE, "The same at the greatest range.", Number, |d, i| &mut sensor(d, i)?.window.probability_far),
-        number!("sensor.clutter_per_scan", "", Range::within(0.0, 1e9), "False measurements to expect of a scan.", Number, |d, i| &mut sensor(d, i)?.clutter_per_scan),
-        number!("sensor.births_still", "1/(m rad)", Range::NOT_NEGATIVE, "Intensity of births of features that stand still.", Number, |d, i| &mut sensor(d, i)?.births.of_static),
-        number!("sensor.births_moving", "1/(m rad)", Range::NOT_NEGATIVE, "Intensity of births of features that move.", Number, |d, i| &mut sensor(d, i)?.births.of_moving),
-        number!("sensor.births_nearest_m", "m", Range::POSITIVE, "Of bearings: range of the innermost ring of births.", Number, |d, i| &mut sensor(d, i)?.grid.nearest_m),
-        number!("sensor.births_farthest_m", "m", Range::POSITIVE, "Of bearings: range of the outermost ring.", Number, |d, i| &mut sensor(d, i)?.grid.farthest_m),
-        number!("sensor.births_rings", "", Range::within(2.0, 65535.0), "Of bearings: number of rings.", Small, |d, i| &mut sensor(d, i)?.grid.rings),
-        number!("sensor.births_sectors", "", Range::within(1.0, 65535.0), "Of bearings: births in a ring.", Small, |d, i| &mut sensor(d, i)?.grid.sectors),
-        number!("sensor.births_weight", "", Range::NOT_NEGATIVE, "Of bearings: weight of every birth.", Number, |d, i| &mut sensor(d, i)?.grid.weight),
-        number!("sensor.forward_m", "m", Range::FINITE, "How far ahead of the pose the sensor sits.", Number, |d, i| sensor(d, i)?.seat_m.first_mut()?),
-        number!("sensor.left_m", "m", Range::FINITE, "How far left of the pose it sits.", Number, |d, i| sensor(d, i)?.seat_m.last_mut()?),
-        number!("sensor.yaw_rad", "rad", Range::FINITE, "Where it looks, to the left.", Number, |d, i| &mut sensor(d, i)?.yaw_rad),
-        choice!("position", ["no", "yes"], "Whether the position is measured.", |d, _| Some(usize::from(d.position.is_some())), |d, _, n| switch(&mut d.position, n == 1, || FixSpec::of_sigma(T::ONE))),
-        number!("position.sigma", "m", Range::SIGMA, "Standard deviation of a measured position.", Number, |d, _| &mut d.position.as_mut()?.sigma),
-        number!("position.forward_m", "m", Range::FINITE, "How far ahead of the pose the antenna is.", Number, |d, _| d.position.as_mut()?.antenna_m.first_mut()?),
-        number!("position.left_m", "m", Range::FINITE, "How far left of the pose it is.", Number, |d, _| d.position.as_mut()?.antenna_m.last_mut()?),
-        number!("position.gate", "", Range::LIMIT, "Squared Mahalanobis distance beyond which it is an outlier; infinite: none is.", Number, |d, _| &mut d.position.as_mut()?.gate),
-        choice!("position.watch", ["no", "yes"], "Whether outliers that agree with each other show that the filter is wrong, which is moved then.", |d, _| Some(usize::from(d.position?.watch.is_some())), |d, _, n| d.position.as_mut().is_some_and(|fix| switch(&mut fix.watch, n == 1, FixRule::default))),
-        number!("position.watch.patience_s", "s", Range::GATE, "So long is waited from the first outlier; infinite: for ever.", Number, |d, _| &mut d.position.as_mut()?.watch.as_mut()?.patience_s),
-        number!("position.watch.fewest", "", Range::within(3.0, 1000.0), "So many must be refused in a row.", Small, |d, _| &mut d.position.as_mut()?.watch.as_mut()?.fewest),
-        choice!("heading", ["no", "yes"], "Whether the heading is measured.", |d, _| Some(usize::from(d.heading.is_some())), |d, _, n| switch(&mut d.heading, n == 1, || FixSpec::of_sigma(T::ONE))),
-        number!("heading.sigma", "rad", Range::SIGMA, "Standard deviation of a measured heading.", Number, |d, _| &mut d.heading.as_mut()?.sigma),
-        number!("heading.gate", "", Range::LIMIT, "Squared Mahalanobis distance beyond which it is an outlier; infinite: none is.", Number, |d, _| &mut d.heading.as_mut()?.gate),
-        choice!("heading.watch", ["no", "yes"], "Whether outliers that agree with each other show that the filter is wrong, which is moved then.", |d, _| Some(usize::from(d.heading?.watch.is_some())), |d, _, n| d.heading.as_mut().is_some_and(|fix| switch(&mut fix.watch, n == 1, FixRule::default))),
-        number!("heading.watch.patience_s", "s", Range::GATE, "So long is waited from the first outlier; infinite: for ever.", Number, |d, _| &mut d.heading.as_mut()?.watch.as_mut()?.patience_s),
-        number!("heading.watch.fewest", "", Range::within(3.0, 1000.0), "So many must be refused in a row.", Small, |d, _| &mut d.heading.as_mut()?.watch.as_mut()?.fewest),
-        number!("start.x_m", "m", Range::FINITE, "Start: x.", Number, |d, _| &mut d.start.pose.x_m),
-        number!("start.y_m", "m", Range::FINITE, "Start: y.", Number, |d, _| &mut d.start.pose.y_m),
-        number!("start.heading_rad", "rad", Range::FINITE, "Start: heading, from x to y.", Number, |d, _| &mut d.start.pose.heading_rad),
-        number!("start.position_sigma_m", "m", Range::NOT_NEGATIVE, "Standard deviation of the position at the start; 0 with the next: certain.", Number, |d, _| &mut d.start.position_sigma_m),
-        number!("start.heading_sigma_rad", "rad", Range::NOT_NEGATIVE, "Standard deviation of the heading at the start.", Number, |d, _| &mut d.start.heading_sigma_rad),
-        number!("start.seed", "", Range::within(0.0, 9007199254740992.0), "Seed of the random numbers of a mixture.", Seed, |d, _| &mut d.start.seed),
-    ];
+settings! {
+    of a description {
+        choice("vehicle.kind", ["ackermann", "unicycle", "unicycle_euler", "holonomic"], "How the vehicle moves.", |d, _| Some(d.vehicle.kind as usize), |d, _, n| put(&mut d.vehicle.kind, [VehicleKind::Ackermann, VehicleKind::Unicycle, VehicleKind::UnicycleEuler, VehicleKind::Holonomic].get(n))),
+        number("vehicle.wheelbase_m", "m", ranges::POSITIVE, "Of a car: wheelbase L.", Number, |d| &mut d.vehicle.geometry.wheelbase_m),
+        number("vehicle.encoder_offset_m", "m", ranges::FINITE, "Of a car: offset H of the wheel encoder from the centreline.", Number, |d| &mut d.vehicle.geometry.encoder_offset_m),
+        number("vehicle.sensor_forward_m", "m", ranges::FINITE, "Of a car: how far ahead of the rear axle its pose is.", Number, |d| &mut d.vehicle.geometry.sensor_forward_m),
+        number("vehicle.sensor_left_m", "m", ranges::FINITE, "Of a car: how far left of the centreline its pose is.", Number, |d| &mut d.vehicle.geometry.sensor_left_m),
+        number("noise.speed_sigma_mps", "m/s", ranges::NOT_NEGATIVE, "Standard deviation of the speed.", Number, |d| &mut d.vehicle.noise.speed_sigma_mps),
+        number("noise.speed_sigma_ratio", "", ranges::NOT_NEGATIVE, "The same as a share of the speed; adds in quadrature.", Number, |d| &mut d.vehicle.noise.speed_sigma_ratio),
+        number("noise.turn_sigma", "rad/s", ranges::NOT_NEGATIVE, "Standard deviation of the turn rate, or of a car's steering angle, rad.", Number, |d| &mut d.vehicle.noise.turn_sigma),
+        number("noise.turn_sigma_ratio", "", ranges::NOT_NEGATIVE, "The same as a share of it; adds in quadrature.", Number, |d| &mut d.vehicle.noise.turn_sigma_ratio),
+        number("noise.interval_s", "s", ranges::NOT_NEGATIVE, "How long an error lasts; 0: drawn anew in every prediction.", Number, |d| &mut d.vehicle.noise.interval_s),
+        choice("filter", ["mixture", "joint"], "Which filter; another one than before has its defaults.", |d, _| Some(usize::from(matches!(d.filter, Filter::Joint(_)))), |d, _, n| other_filter(d, n == 1)),
+        number("mixture.particles", "", (Range::within(1.0, 65535.0), c"between 1 and 65535"), "Particles kept between scans.", Count, |d| &mut mixture(d)?.particles),
+        number("mixture.samples", "", (Range::within(1.0, 65535.0), c"between 1 and 65535"), "Samples of each in a prediction.", Count, |d| &mut mixture(d)?.samples),
+        choice("mixture.proposal", ["blind", "informed"], "Where samples are drawn from: the motion, or a Gaussian that the scan has been taken into.", |d, _| match d.filter { Filter::Mixture(c) => Some(usize::from(matches!(c.proposal, Proposal::Informed(_)))), Filter::Joint(_) => None }, |d, _, n| other_proposal(d, n == 1)),
+        number("mixture.informed.rounds", "", (Range::within(1.0, 16.0), c"between 1 and 16"), "Informed: linearisations at most.", Count, |d| &mut informed(d)?.rounds),
+        number("mixture.informed.sampled_fraction", "", ranges::SHARE, "Informed: share of the covariance that is drawn from.", Number, |d| &mut informed(d)?.sampled_fraction),
+        number("mixture.informed.min_responsibility", "", ranges::INSIDE_ONE, "Informed: a component speaks for a measurement of which it explains this share.", Number, |d| &mut informed(d)?.min_responsibility),
+        number("mixture.resample_threshold", "", ranges::SHARE, "Resampled where N_eff / N is below.", Number, |d| &mut mixture(d)?.resample_threshold),
+        number("mixture.prune_weight", "", ranges::INSIDE_ONE, "Components below this weight are dropped.", Number, |d| &mut mixture(d)?.prune_weight),
+        number("mixture.confirming_detections", "", ranges::NOT_NEGATIVE, "A component is confirmed where it is better known than by so many measurements, at least 1.", Number, |d| &mut mixture(d)?.confirming_detections),
+        number("mixture.unconfirmed_weight", "", ranges::SHARE, "One that leaves the view lighter than this, not confirmed, is forgotten; 0: none is.", Number, |d| &mut mixture(d)?.unconfirmed_weight),
+        number("mixture.confirmed_weight", "", ranges::SHARE, "Misses take a confirmed component no further down; 0: they do.", Number, |d| &mut mixture(d)?.confirmed_weight),
+        number("mixture.merge_distance", "", ranges::NOT_NEGATIVE, "Squared Mahalanobis distance within which components are merged.", Number, |d| &mut mixture(d)?.merge_distance),
+        number("mixture.extraction_weight", "", ranges::SHARE, "Least weight of an estimated feature.", Number, |d| &mut mixture(d)?.extraction_weight),
+        number("mixture.negligible", "", ranges::INSIDE_ONE, "Terms below this share of what explains a measurement without features are left out; at most prune_weight.", Number, |d| &mut mixture(d)?.negligible),
+        number("mixture.max_components", "", ranges::AT_LEAST_ONE, "Components that a reduction leaves in view at most.", Count, |d| &mut mixture(d)?.max_components),
+        choice("mixture.extraction", ["heaviest", "peaks", "confirmed"], "Which components are the estimated features.", |d, _| match d.filter { Filter::Mixture(c) => Some(c.extraction as usize), Filter::Joint(_) => None }, |d, _, n| mixture(d).is_some_and(|c| put(&mut c.extraction, [Extraction::Heaviest, Extraction::Peaks, Extraction::Confirmed].get(n)))),
+        number("joint.birth_probability_min", "", ranges::SHARE, "A measurement gives birth where nothing else explains at least this share of it.", Number, |d| &mut joint(d)?.config.birth_probability_min),
+        number("joint.gate", "", ranges::NOT_NEGATIVE, "Squared Mahalanobis distance beyond which a measurement says nothing of a feature.", Number, |d| &mut joint(d)?.config.gate),
+        number("joint.occlusion_factor", "", ranges::SHARE, "Share of the probability of detection that is left behind a nearer detection.", Number, |d| &mut joint(d)?.config.occlusion_factor),
+        number("joint.least_existence", "", ranges::SHARE, "A feature is dropped below this probability that it is there.", Number, |d| &mut joint(d)?.config.least_existence),
+        number("joint.least_tentative", "", ranges::SHARE, "The same while it was detected less than twice.", Number, |d| &mut joint(d)?.config.least_tentative),
+        number("joint.extraction_existence", "", ranges::SHARE, "A feature is part of the estimate from this probability on.", Number, |d| &mut joint(d)?.config.extraction_existence),
+        number("joint.merge_distance", "", ranges::NOT_NEGATIVE, "Squared Mahalanobis distance within which two features are one.", Number, |d| &mut joint(d)?.config.merge_distance),
+        number("joint.visible_s", "s", ranges::LIMIT, "Mean time that a landmark stays in sight before something hides it; infinite: nothing does.", Number, |d| &mut joint(d)?.config.persistence.visible_s),
+        number("joint.occluded_s", "s", ranges::LIMIT, "Mean time that it stays hidden.", Number, |d| &mut joint(d)?.config.persistence.occluded_s),
+        number("joint.lifetime_s", "s", ranges::LIMIT, "Mean time until it is taken away; infinite: never.", Number, |d| &mut joint(d)?.config.persistence.lifetime_s),
+        choice("joint.movers", ["no", "yes"], "Whether features that move are kept beside the map.", |d, _| match d.filter { Filter::Joint(j) => Some(usize::from(j.movers.is_some())), Filter::Mixture(_) => None }, |d, _, n| joint(d).is_some_and(|j| switch(&mut j.movers, n == 1, || MovingConfig::walkers()))),
+        choice("joint.odometry", ["no", "yes"], "Whether what the odometry is off by is learnt.", |d, _| match d.filter { Filter::Joint(j) => Some(usize::from(j.odometry.is_some())), Filter::Mixture(_) => None }, |d, _, n| joint(d).is_some_and(|j| switch(&mut j.odometry, n == 1, || prior()))),
+        choice("joint.archive", ["no", "yes"], "Whether features that are far away go to an archive.", |d, _| match d.filter { Filter::Joint(j) => Some(usize::from(j.archive_reach_m.is_some())), Filter::Mixture(_) => None }, |d, _, n| joint(d).is_some_and(|j| switch(&mut j.archive_reach_m, n == 1, || T::from_f64(15.0)))),
+        number("joint.archive.reach_m", "m", ranges::POSITIVE, "How far the farthest-looking sensor sees.", Number, |d| joint(d)?.archive_reach_m.as_mut()?),
+        number("joint.odometry.speed_scale", "", ranges::NOT_NEGATIVE, "Standard deviation of what the speed is off by, as a share of it.", Number, |d| &mut joint(d)?.odometry.as_mut()?.sigma.speed_scale),
+        number("joint.odometry.turn_scale", "", ranges::NOT_NEGATIVE, "The same of the turn rate or steering angle.", Number, |d| &mut joint(d)?.odometry.as_mut()?.sigma.turn_scale),
+        number("joint.odometry.turn_offset", "rad/s", ranges::NOT_NEGATIVE, "Standard deviation of the offset of the turn rate, or of the steering angle, rad.", Number, |d| &mut joint(d)?.odometry.as_mut()?.sigma.turn_offset),
+        number("joint.odometry.lasts_s", "s", ranges::LIMIT, "How long it takes until it has walked as far as that; infinite: it never changes.", Number, |d| &mut joint(d)?.odometry.as_mut()?.lasts_s),
+        number("moving.velocity_sigma_mps", "m/s", ranges::SIGMA, "Features that move: standard deviation of the velocity of a new one, along each axis.", Number, |d| &mut moving(d)?.velocity_sigma_mps),
+        number("moving.acceleration_psd", "m^2/s^3", ranges::NOT_NEGATIVE, "Features that move: power spectral density of their acceleration.", Number, |d| &mut moving(d)?.motion.acceleration_psd),
+        number("moving.lifetime_s", "s", ranges::LIMIT, "Features that move: mean time until one vanishes.", Number, |d| &mut moving(d)?.motion.lifetime_s),
+        number("moving.spread_max_m", "m", ranges::POSITIVE, "Features that move: one less certain than this is forgotten.", Number, |d| &mut moving(d)?.spread_max_m),
+        number("moving.extraction_weight", "", ranges::SHARE, "Features that move: least weight of an estimated one.", Number, |d| &mut moving(d)?.extraction_weight),
+        number("plausible.step_max_s", "s", ranges::LIMIT, "Longest step of a prediction. Beyond it a prediction is refused; infinite: no limit.", Number, |d| &mut plausible(d).step_max_s),
+        number("plausible.speed_max_mps", "m/s", ranges::LIMIT, "Greatest speed. Beyond it a prediction is refused; infinite: no limit.", Number, |d| &mut plausible(d).speed_max_mps),
+        number("plausible.turn_rate_max_radps", "rad/s", ranges::LIMIT, "Greatest turn rate. Beyond it a prediction is refused; infinite: no limit.", Number, |d| &mut plausible(d).turn_rate_max_radps),
+        number("plausible.jump_max_m", "m", ranges::LIMIT, "Greatest distance of one step. Beyond it a prediction is refused; infinite: no limit.", Number, |d| &mut plausible(d).jump_max_m),
+        choice("position", ["no", "yes"], "Whether the position is measured.", |d, _| Some(usize::from(d.position.is_some())), |d, _, n| switch(&mut d.position, n == 1, || FixSpec::of_sigma(T::ONE))),
+        number("position.sigma", "m", ranges::SIGMA, "Standard deviation of a measured position.", Number, |d| &mut d.position.as_mut()?.sigma),
+        number("position.forward_m", "m", ranges::FINITE, "How far ahead of the pose the antenna is.", Number, |d| d.position.as_mut()?.antenna_m.first_mut()?),
+        number("position.left_m", "m", ranges::FINITE, "How far left of the pose it is.", Number, |d| d.position.as_mut()?.antenna_m.last_mut()?),
+        number("position.gate", "", ranges::LIMIT, "Squared Mahalanobis distance beyond which it is an outlier; infinite: none is.", Number, |d| &mut d.position.as_mut()?.gate),
+        choice("position.watch", ["no", "yes"], "Whether outliers that agree with each other show that the filter is wrong, which is moved then.", |d, _| Some(usize::from(d.position?.watch.is_some())), |d, _, n| d.position.as_mut().is_some_and(|fix| switch(&mut fix.watch, n == 1, FixRule::default))),
+        number("position.watch.patience_s", "s", ranges::GATE, "So long is waited from the first outlier; infinite: for ever.", Number, |d| &mut d.position.as_mut()?.watch.as_mut()?.patience_s),
+        number("position.watch.fewest", "", (Range::within(3.0, 1000.0), c"between 3 and 1000"), "So many must be refused in a row.", Small, |d| &mut d.position.as_mut()?.watch.as_mut()?.fewest),
+        choice("heading", ["no", "yes"], "Whether the heading is measured.", |d, _| Some(usize::from(d.heading.is_some())), |d, _, n| switch(&mut d.heading, n == 1, || FixSpec::of_sigma(T::ONE))),
+        number("heading.sigma", "rad", ranges::SIGMA, "Standard deviation of a measured heading.", Number, |d| &mut d.heading.as_mut()?.sigma),
+        number("heading.gate", "", ranges::LIMIT, "Squared Mahalanobis distance beyond which it is an outlier; infinite: none is.", Number, |d| &mut d.heading.as_mut()?.gate),
+        choice("heading.watch", ["no", "yes"], "Whether outliers that agree with each other show that the filter is wrong, which is moved then.", |d, _| Some(usize::from(d.heading?.watch.is_some())), |d, _, n| d.heading.as_mut().is_some_and(|fix| switch(&mut fix.watch, n == 1, FixRule::default))),
+        number("heading.watch.patience_s", "s", ranges::GATE, "So long is waited from the first outlier; infinite: for ever.", Number, |d| &mut d.heading.as_mut()?.watch.as_mut()?.patience_s),
+        number("heading.watch.fewest", "", (Range::within(3.0, 1000.0), c"between 3 and 1000"), "So many must be refused in a row.", Small, |d| &mut d.heading.as_mut()?.watch.as_mut()?.fewest),
+        number("start.x_m", "m", ranges::FINITE, "Start: x.", Number, |d| &mut d.start.pose.x_m),
+        number("start.y_m", "m", ranges::FINITE, "Start: y.", Number, |d| &mut d.start.pose.y_m),
+        number("start.heading_rad", "rad", ranges::FINITE, "Start: heading, from x to y.", Number, |d| &mut d.start.pose.heading_rad),
+        number("start.position_sigma_m", "m", ranges::NOT_NEGATIVE, "Standard deviation of the position at the start; 0 with the next: certain.", Number, |d| &mut d.start.position_sigma_m),
+        number("start.heading_sigma_rad", "rad", ranges::NOT_NEGATIVE, "Standard deviation of the heading at the start.", Number, |d| &mut d.start.heading_sigma_rad),
+        number("start.seed", "", (Range::within(0.0, 16777216.0), c"between 0 and 16777216"), "Seed of the random numbers of a mixture.", Seed, |d| &mut d.start.seed),
+        choice("sensor.model", ["none", "range_bearing", "bearing"], "What the sensor measures; one that was none has defaults.", |d, i| d.sensors.get(i).map(|sensor| match sensor { None => 0, Some(sensor) => 1 + sensor.model as usize }), |d, i, n| other_sensor(d, i, n)),
+    }
+    of a sensor {
+        number("sensor.range_sigma_m", "m", ranges::SIGMA, "Standard deviation of the range.", Number, |s| &mut s.range_sigma_m),
+        number("sensor.bearing_sigma_rad", "rad", ranges::SIGMA, "Standard deviation of the bearing.", Number, |s| &mut s.bearing_sigma_rad),
+        number("sensor.range_min_m", "m", ranges::NOT_NEGATIVE, "Least range.", Number, |s| &mut s.window.range_min_m),
+        number("sensor.range_max_m", "m", ranges::POSITIVE, "Greatest range.", Number, |s| &mut s.window.range_max_m),
+        number("sensor.range_edge_m", "m", ranges::NOT_NEGATIVE, "Half width of the soft edge at either range.", Number, |s| &mut s.window.range_edge_m),
+        number("sensor.bearing_center_rad", "rad", ranges::FINITE, "Middle of the window.", Number, |s| &mut s.window.bearing_center_rad),
+        number("sensor.bearing_half_width_rad", "rad", ranges::POSITIVE, "Half width of the window; pi or more for a full circle.", Number, |s| &mut s.window.bearing_half_width_rad),
+        number("sensor.bearing_edge_rad", "rad", ranges::NOT_NEGATIVE, "Half width of the soft edge at either side.", Number, |s| &mut s.window.bearing_edge_rad),
+        number("sensor.probability_near", "", ranges::BELOW_ONE, "Probability of detection at range zero.", Number, |s| &mut s.window.probability_near),
+        number("sensor.probability_far", "", ranges::BELOW_ONE, "The same at the greatest range.", Number, |s| &mut s.window.probability_far),
+        number("sensor.clutter_per_scan", "", (Range::within(0.0, 1e9), c"between 0 and 1000000000"), "False measurements to expect of a scan.", Number, |s| &mut s.clutter_per_scan),
+        number("sensor.births_still", "1/(m rad)", ranges::NOT_NEGATIVE, "Intensity of births of features that stand still.", Number, |s| &mut s.births.of_static),
+        number("sensor.births_moving", "1/(m rad)", ranges::NOT_NEGATIVE, "Intensity of births of features that move.", Number, |s| &mut s.births.of_moving),
+        number("sensor.births_nearest_m", "m", ranges::POSITIVE, "Of bearings: range of the innermost ring of births.", Number, |s| &mut s.grid.nearest_m),
+        number("sensor.births_farthest_m", "m", ranges::POSITIVE, "Of bearings: range of the outermost ring.", Number, |s| &mut s.grid.farthest_m),
+        number("sensor.births_rings", "", (Range::within(2.0, 65535.0), c"between 2 and 65535"), "Of bearings: number of rings.", Small, |s| &mut s.grid.rings),
+        number("sensor.births_sectors", "", (Range::within(1.0, 65535.0), c"between 1 and 65535"), "Of bearings: births in a ring.", Small, |s| &mut s.grid.sectors),
+        number("sensor.births_weight", "", ranges::NOT_NEGATIVE, "Of bearings: weight of every birth.", Number, |s| &mut s.grid.weight),
+        number("sensor.forward_m", "m", ranges::FINITE, "How far ahead of the pose the sensor sits.", Number, |s| s.seat_m.first_mut()?),
+        number("sensor.left_m", "m", ranges::FINITE, "How far left of the pose it sits.", Number, |s| s.seat_m.last_mut()?),
+        number("sensor.yaw_rad", "rad", ranges::FINITE, "Where it looks, to the left.", Number, |s| &mut s.yaw_rad),
+    }
 }

@@ -1,5 +1,6 @@
 //! The states of a vehicle in the plane: a pose, or a pose and what the odometry is off by.
 
+use core::fmt::Debug;
 use nalgebra::{SVector, Vector2, Vector3};
 use scphd::models::{
     Calibrated, CalibratedPose, Fix, ModelError, Motion, OdometryCorrection, OdometryPrior, PlanarControl,
@@ -11,14 +12,15 @@ use scphd::{PoseEstimate, Real};
 /// A state of a vehicle in the plane: [`PlanarPose`], or [`CalibratedPose`] for one that learns what its odometry is off by.
 pub trait PlanarState: Pose<Position = Vector2<ScalarOf<Self>>> {
     /// The motion of such a state.
-    type Moves: Motion<Pose = Self, Control = PlanarControl<ScalarOf<Self>>> + core::fmt::Debug;
+    type Moves: Motion<Pose = Self, Control = PlanarControl<ScalarOf<Self>>> + Debug;
     /// A sensor of a planar pose as one of such a state.
-    type Seen<S: Sensor<Pose = PlanarPose<ScalarOf<Self>>>>: Sensor<Pose = Self, Measurement = S::Measurement, Frame = S::Frame>;
+    type Seen<S: Sensor<Pose = PlanarPose<ScalarOf<Self>>> + Debug>: Sensor<Pose = Self, Measurement = S::Measurement, Frame = S::Frame>
+        + Debug;
     /// A fix of a planar pose as one of such a state.
     type Fixed<F: Fix<Pose = PlanarPose<ScalarOf<Self>>>>: Fix<Pose = Self, Measurement = F::Measurement>;
 
     /// A sensor of a planar pose as one of such a state.
-    fn seen<S: Sensor<Pose = PlanarPose<ScalarOf<Self>>>>(sensor: S) -> Self::Seen<S>;
+    fn seen<S: Sensor<Pose = PlanarPose<ScalarOf<Self>>> + Debug>(sensor: S) -> Self::Seen<S>;
     /// A fix of a planar pose as one of such a state.
     fn fixed<F: Fix<Pose = PlanarPose<ScalarOf<Self>>>>(fix: F) -> Self::Fixed<F>;
     /// The motion: `None` where a prior of the odometry is needed and missing, or given and of no use.
@@ -51,10 +53,10 @@ pub trait PlanarState: Pose<Position = Vector2<ScalarOf<Self>>> {
 
 impl<T: Real> PlanarState for PlanarPose<T> {
     type Moves = PlanarMotion<T>;
-    type Seen<S: Sensor<Pose = Self>> = S;
+    type Seen<S: Sensor<Pose = Self> + Debug> = S;
     type Fixed<F: Fix<Pose = Self>> = F;
 
-    fn seen<S: Sensor<Pose = Self>>(sensor: S) -> S {
+    fn seen<S: Sensor<Pose = Self> + Debug>(sensor: S) -> S {
         sensor
     }
 
@@ -98,10 +100,10 @@ fn joined<T: Real>(pose: &Symmetric<Vector3<T>>, odometry: &Symmetric<SVector<T,
 
 impl<T: Real> PlanarState for CalibratedPose<T> {
     type Moves = SelfCalibrating<PlanarMotion<T>, T>;
-    type Seen<S: Sensor<Pose = PlanarPose<T>>> = Calibrated<S>;
+    type Seen<S: Sensor<Pose = PlanarPose<T>> + Debug> = Calibrated<S>;
     type Fixed<F: Fix<Pose = PlanarPose<T>>> = Calibrated<F>;
 
-    fn seen<S: Sensor<Pose = PlanarPose<T>>>(sensor: S) -> Calibrated<S> {
+    fn seen<S: Sensor<Pose = PlanarPose<T>> + Debug>(sensor: S) -> Calibrated<S> {
         Calibrated(sensor)
     }
 

@@ -50,10 +50,10 @@ pub enum Measurements<'a, T> {
 }
 
 /// A detector of range and bearing for poses of a kind.
-pub(crate) type Polar<P, T> =
+pub type Polar<P, T> =
     Detector<Sensing<<P as PlanarState>::Seen<RangeBearing<T>>, RangeBearingWindow<T>, UniformClutter<T>>>;
 /// A detector of bearings for poses of a kind.
-pub(crate) type Direction<P, T> = Detector<
+pub type Direction<P, T> = Detector<
     Sensing<<P as PlanarState>::Seen<BearingOnly<T, PolarBirths<T>>>, RangeBearingWindow<T>, UniformClutter<T>>,
 >;
 

@@ -1,32 +1,32 @@
-//! Settings of a description by their names, and whether they are in range.
+//! Settings of a description are read, written and checked.
 
-use crate::field::{Access, Place};
-use crate::{Description, Field, Filter, Fixes, Invalid, PlanarState, SENSORS, StartError};
+use crate::field::Place;
+use crate::list::NUMBERS;
+use crate::{Description, Filter, Fixes, Invalid, PlanarState, SENSORS, Setting, StartError};
 use scphd::Real;
-use scphd::models::{CalibratedPose, PlanarPose};
+use scphd::models::{CalibratedPose, ModelError, PlanarPose};
+
+/// A count that is not less is as many as there can be.
+const MOST: u32 = i32::MAX.unsigned_abs();
+
+/// A number that is not negative as a count.
+#[inline(never)]
+fn whole<T: Real>(number: T) -> Option<u32> {
+    (number.floor() == number).then(|| number.to_i32().unsigned_abs())
+}
 
 impl<T: Real> Description<T> {
-    /// The setting of this name.
-    #[must_use]
-    pub fn field(name: &str) -> Option<&'static Field<T>> {
-        Self::FIELDS.iter().find(|field| field.name == name)
-    }
-
     /// The number of a setting, of this sensor where it is one of a sensor; of one of several, its place in the list. `None` where the
     /// description has no such part.
     #[must_use]
-    pub fn get(&self, field: &Field<T>, sensor: usize) -> Option<f64> {
-        match field.access {
-            Access::Choice { get, .. } => get(self, sensor).map(|choice| choice as f64),
-            Access::Number(find) => {
-                let mut copy = *self;
-                Some(match find(&mut copy, sensor)? {
-                    Place::Number(number) => number.to_f64(),
-                    Place::Count(count) => *count as f64,
-                    Place::Small(count) => f64::from(*count),
-                    Place::Seed(seed) => *seed as f64,
-                })
-            }
+    pub fn get(&self, setting: Setting, sensor: usize) -> Option<T> {
+        let mut copy = *self;
+        match copy.place(setting.place(), sensor) {
+            Some(Place::Number(number)) => Some(*number),
+            Some(Place::Count(count)) => Some(T::from_usize(*count)),
+            Some(Place::Small(count)) => Some(T::from_usize(usize::from(*count))),
+            Some(Place::Seed(seed)) => Some(T::from_f64(*seed as f64)),
+            None => self.choice(setting.place(), sensor).map(T::from_usize),
         }
     }
 
@@ -34,31 +34,40 @@ impl<T: Real> Description<T> {
     ///
     /// # Errors
     /// The number is out of its range, or the description has no such part; it is as it was.
-    pub fn set(&mut self, field: &'static Field<T>, sensor: usize, number: f64) -> Result<(), Invalid> {
-        let invalid = Self::invalid(field, sensor);
-        if !field.range.has(number) {
+    pub fn set(&mut self, setting: Setting, sensor: usize, number: T) -> Result<(), Invalid> {
+        let invalid = Invalid::of(setting, sensor);
+        if !NUMBERS.get(setting.place()).is_some_and(|range| range.has(number)) {
             return Err(invalid);
         }
-        let whole = || (number as u64 as f64 == number).then_some(number as u64).ok_or(invalid);
-        match field.access {
-            Access::Choice { names, set, .. } => {
-                let choice = usize::try_from(whole()?).ok().filter(|choice| *choice < names.len()).ok_or(invalid)?;
-                if set(self, sensor, choice) { Ok(()) } else { Err(invalid) }
+        let whole = || whole(number).ok_or(invalid);
+        match self.place(setting.place(), sensor) {
+            Some(Place::Number(place)) => *place = number,
+            Some(Place::Count(place)) => {
+                let count = whole()?;
+                *place = if count < MOST { count as usize } else { usize::MAX };
             }
-            Access::Number(find) => {
-                match find(self, sensor).ok_or(invalid)? {
-                    Place::Number(place) => *place = T::from_f64(number),
-                    Place::Count(place) => *place = usize::try_from(whole()?).map_err(|_| invalid)?,
-                    Place::Small(place) => *place = u16::try_from(whole()?).map_err(|_| invalid)?,
-                    Place::Seed(place) => *place = whole()?,
-                }
-                Ok(())
-            }
+            Some(Place::Small(place)) => *place = u16::try_from(whole()?).map_err(|_| invalid)?,
+            Some(Place::Seed(place)) => *place = u64::from(whole()?),
+            None => return if self.choose(setting.place(), sensor, whole()? as usize) { Ok(()) } else { Err(invalid) },
         }
+        Ok(())
     }
 
-    fn invalid(field: &'static Field<T>, sensor: usize) -> Invalid {
-        Invalid { field: field.name, range: field.range, sensor: field.is_of_a_sensor().then_some(sensor) }
+    /// Whether every setting is in its range. Whether they fit each other is seen where models and a filter are made of them.
+    pub(crate) fn check_ranges(&self) -> Result<(), StartError> {
+        let mut copy = *self;
+        for (setting, range) in Setting::all().zip(NUMBERS) {
+            let places = if setting.is_of_a_sensor() { SENSORS } else { 1 };
+            for sensor in 0..places {
+                if copy.place(setting.place(), sensor).is_some_and(|place| !place.is_in(range)) {
+                    return Err(Invalid::of(setting, sensor).into());
+                }
+            }
+        }
+        if self.vehicle.noise.is_none() {
+            return Err(ModelError::new("vehicle.noise", "above 0 in one of its numbers").into());
+        }
+        Ok(())
     }
 
     /// Whether every setting is in its range, and whether they fit each other.
@@ -66,17 +75,7 @@ impl<T: Real> Description<T> {
     /// # Errors
     /// The first that is not.
     pub fn check(&self) -> Result<(), StartError> {
-        for field in Self::FIELDS {
-            let places = if field.is_of_a_sensor() { SENSORS } else { 1 };
-            for sensor in 0..places {
-                if self.get(field, sensor).is_some_and(|number| !field.range.has(number)) {
-                    return Err(Self::invalid(field, sensor).into());
-                }
-            }
-        }
-        if self.vehicle.noise.is_none() {
-            return Err(scphd::models::ModelError::new("vehicle.noise", "above 0 in one of its numbers").into());
-        }
+        self.check_ranges()?;
         let drive = self.vehicle.drive()?;
         match self.filter {
             Filter::Mixture(config) => config.check().map_err(scphd::errors::SetupError::from)?,

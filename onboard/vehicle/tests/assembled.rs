@@ -6,12 +6,21 @@ use scphd::models::{
     RangeBearingWindow, SelfCalibrating, Sensing, Step, Unicycle, UnicycleControl, UniformClutter,
 };
 use scphd::settings::MovingConfig;
+use scphd::snapshot::{from_slice, into_slice};
 use scphd::storage::JointMovers;
 use scphd::{Births, Config, Detector, DetectorMemory, JointConfig, JointSlam, ScPhd, joint_memory, memory};
 use scphd_vehicle::sets::{Joint40, Joint40Archive, Joint60Learning, Joint60Movers, MixtureInformed4};
 use scphd_vehicle::{
-    Backing, Control, Description, Filter, FixSpec, Measurements, Refused, Sensor, SensorModel, Slam, StartError,
+    Backing, Control, Description, Filter, FixSpec, Measurements, Refused, Sensor, SensorModel, Services, Setting,
+    Slam, StartError, mixture_backing,
 };
+
+mixture_backing! {
+    /// For bearings, too.
+    struct WithCamera: f32, measurements: 16 with bearings {
+        particles: 4, samples: 1, features { pages: 128, pages_per_map: 32, in_view: 256 },
+    }
+}
 
 const SCANS: usize = 60;
 
@@ -65,7 +74,7 @@ fn unicycle() -> Unicycle<f32> {
 }
 
 /// The digests after every scan.
-fn digests(slam: &mut impl Slam<f32>, description: &Description<f32>) -> Vec<u64> {
+fn digests(slam: &mut impl Services<f32>, description: &Description<f32>) -> Vec<u64> {
     slam.reset(&description.start).unwrap();
     (0..SCANS)
         .map(|step| {
@@ -179,17 +188,9 @@ fn a_snapshot_goes_on_to_the_bit_with_movers_and_an_archive() {
     let (mut memory, mut other) = (Box::new(Joint40Archive::new()), Box::new(Joint40Archive::new()));
     let (mut slam, mut restored) = (memory.start(&robot).unwrap(), other.start(&robot).unwrap());
     digests(&mut slam, &robot);
-    let mut bytes = Vec::new();
-    let put = |part: &[u8]| {
-        bytes.extend_from_slice(part);
-        Ok::<(), ()>(())
-    };
-    slam.save(7, put).unwrap();
-    let take = |from: usize, part: &mut [u8]| {
-        part.copy_from_slice(bytes.get(from..from + part.len()).ok_or(())?);
-        Ok::<(), ()>(())
-    };
-    restored.restore(7, take).unwrap();
+    let mut bytes = vec![0; 65_536];
+    let len = slam.save(7, &mut into_slice(&mut bytes)).unwrap();
+    assert_eq!(restored.restore(7, &mut from_slice(&bytes[..len])), Ok(len));
     for slam in [&mut slam, &mut restored] {
         slam.predict(Control { speed_mps: 2.0, turn: 0.2, ..Control::STILL }, 0.1).unwrap();
         slam.scan(1, Measurements::RangeBearing(&scan(SCANS))).unwrap();
@@ -209,26 +210,40 @@ fn a_watch_moves_a_vehicle_that_is_elsewhere() {
         for _ in 0..10 {
             slam.predict(Control { speed_mps: 2.0, ..Control::STILL }, 0.1).unwrap();
         }
-        slam.observe_position(2.0 * second as f32, 30.0).unwrap().relocated
+        slam.watch_position(2.0 * second as f32, 30.0).unwrap().relocated
     });
     assert!(relocated && (slam.pose().unwrap().mean.y_m - 30.0).abs() < 1.0);
+    assert_eq!(slam.observe_position(0.0, 30.0), Err(Refused::Watched));
     assert_eq!(slam.observe_heading(0.0), Err(Refused::NotDescribed));
+    assert_eq!(slam.watch_heading(0.0), Err(Refused::NotDescribed));
 }
 
 #[test]
 fn what_a_memory_or_a_filter_is_not_for_is_refused() {
-    let no_room = |error, part| assert_eq!(error, StartError::NoRoom { part });
+    let part = |name| Setting::of_name(name).unwrap();
+    let no_room = |error, name| assert_eq!(error, StartError::NoRoom { part: part(name) });
     let mut robot = described();
     let Filter::Joint(joint) = &mut robot.filter else { panic!() };
     joint.movers = Some(MovingConfig::walkers());
     no_room(Joint40::new().start(&robot).unwrap_err(), "joint.movers");
-    no_room(Joint60Learning::new().start(&described()).unwrap_err(), "joint.odometry");
-    no_room(MixtureInformed4::new().start(&described()).unwrap_err(), "joint");
+    let lacks = |error, name| assert_eq!(error, StartError::NotDescribed { part: part(name) });
+    lacks(Joint60Movers::new().start(&described()).unwrap_err(), "joint.movers");
+    lacks(Joint40Archive::new().start(&robot).unwrap_err(), "joint.archive");
+    lacks(Joint60Learning::new().start(&described()).unwrap_err(), "joint.odometry");
+    no_room(MixtureInformed4::new().start(&described()).unwrap_err(), "filter");
+    let mut memory = Joint60Movers::new();
+    let mut slam = memory.start(&robot).unwrap();
+    assert_eq!(slam.configure(&robot), Ok(()));
+    let mut slower = robot;
+    let Filter::Joint(joint) = &mut slower.filter else { panic!() };
+    joint.movers.as_mut().unwrap().velocity_sigma_mps = 0.5;
+    assert_eq!(slam.configure(&slower), Err(StartError::Fixed { part: part("joint.movers") }));
     let mut bearings = described();
     bearings.sensors[0] = Some(Sensor { model: SensorModel::Bearing, ..bearings.sensors[1].unwrap() });
-    no_room(Joint40::new().start(&bearings).unwrap_err(), "sensor.model of bearings");
+    no_room(Joint40::new().start(&bearings).unwrap_err(), "sensor.model");
     bearings.filter = Filter::Mixture(Config::informed(4));
-    let mut memory = Box::new(MixtureInformed4::new());
+    no_room(MixtureInformed4::new().start(&bearings).unwrap_err(), "sensor.model");
+    let mut memory = Box::new(WithCamera::new());
     let mut slam = memory.start(&bearings).unwrap();
     slam.reset(&bearings.start).unwrap();
     slam.predict(Control::STILL, 0.1).unwrap();

@@ -1,7 +1,7 @@
 //! The list of settings: every one can be read and written by its name, and is refused out of its range.
 
 use scphd::Config;
-use scphd_vehicle::{Description, Filter, Sensor, StartError};
+use scphd_vehicle::{Description, Filter, Sensor, Setting, StartError};
 
 /// Descriptions that have every part between them.
 fn full() -> [Description<f64>; 2] {
@@ -16,7 +16,7 @@ fn full() -> [Description<f64>; 2] {
         ("heading", 1.0),
         ("heading.watch", 1.0),
     ] {
-        joint.set(Description::field(name).unwrap(), 0, choice).unwrap();
+        joint.set(Setting::of_name(name).unwrap(), 0, choice).unwrap();
     }
     let mixture = Description { filter: Filter::Mixture(Config::informed(4)), ..joint };
     [joint, mixture]
@@ -24,23 +24,23 @@ fn full() -> [Description<f64>; 2] {
 
 #[test]
 fn every_setting_is_one_of_a_description_and_is_written_as_it_is_read() {
-    for field in Description::<f64>::FIELDS {
-        assert_eq!(Description::<f64>::FIELDS.iter().filter(|other| other.name == field.name).count(), 1);
-        assert!(field.about.ends_with('.') && !field.name.is_empty(), "{}", field.name);
-        let of_it = full().into_iter().filter(|description| description.get(field, 0).is_some());
-        assert_ne!(of_it.clone().count(), 0, "{} is of none", field.name);
+    for setting in Setting::all() {
+        assert_eq!(Setting::all().filter(|other| other.name() == setting.name()).count(), 1);
+        assert!(setting.about().ends_with('.') && !setting.name().is_empty(), "{}", setting.name());
+        let of_it = full().into_iter().filter(|description| description.get(setting, 0).is_some());
+        assert_ne!(of_it.clone().count(), 0, "{} is of none", setting.name());
         for mut description in of_it {
             let before = description;
-            let number = description.get(field, 0).unwrap();
-            description.set(field, 0, number).unwrap();
-            assert_eq!(description, before, "{}", field.name);
-            assert!(description.set(field, 0, f64::NAN).is_err() && description == before, "{}", field.name);
+            let number = description.get(setting, 0).unwrap();
+            description.set(setting, 0, number).unwrap();
+            assert_eq!(description, before, "{}", setting.name());
+            assert!(description.set(setting, 0, f64::NAN).is_err() && description == before, "{}", setting.name());
             // Another number that it may be is kept, and is found there.
             let other = [0.5, 1.0, 2.0, 3.0, 4.0, 0.0]
                 .into_iter()
-                .find(|other| *other != number && description.set(field, 0, *other).is_ok());
-            assert_eq!(description.get(field, 0), other, "{}", field.name);
-            assert_ne!(description, before, "{}", field.name);
+                .find(|other| *other != number && description.set(setting, 0, *other).is_ok());
+            assert_eq!(description.get(setting, 0), other, "{}", setting.name());
+            assert_ne!(description, before, "{}", setting.name());
         }
     }
 }
@@ -55,9 +55,9 @@ fn what_is_out_of_range_is_named() {
     let Err(StartError::Invalid(invalid)) = robot.check() else { panic!() };
     assert_eq!(invalid.to_string(), "sensor.clutter_per_scan of sensor 2 must be between 0 and 1000000000");
     robot.sensors[2] = None;
-    let gate = Description::field("joint.gate").unwrap();
+    let gate = Setting::of_name("joint.gate").unwrap();
     assert_eq!(robot.set(gate, 0, -1.0).unwrap_err().to_string(), "joint.gate must be finite and at least 0");
     robot.vehicle.noise = scphd::models::ControlNoise::NONE;
     assert_eq!(robot.check().unwrap_err().to_string(), "vehicle.noise must be above 0 in one of its numbers");
-    assert!(Description::<f32>::field("joint").is_none());
+    assert!(Setting::of_name("joint").is_none());
 }

@@ -45,7 +45,7 @@ const CRATES: [(&str, usize); 29] = [
     ("host-sim/view", 60),
     ("host-sim/worlds", 40),
     ("xtask", 170),
-    ("bindings/capi", 90),
+    ("bindings/capi", 60),
     ("bindings/python", 25),
     ("tests/benches", 3),
     ("bindings/web", 12),

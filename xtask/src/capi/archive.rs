@@ -40,7 +40,12 @@ pub fn make(builder: &Builder<'_>, functions: &BTreeSet<String>) -> Result<PathB
             cargo.arg("rustc");
             (cargo, host.as_str())
         }
-        Builder::Bare(toolchain, target) => (toolchain.cargo_rustc("core"), *target),
+        Builder::Bare(toolchain, target) => {
+            let mut cargo = toolchain.cargo_rustc("core");
+            // A tenth less flash, for a hundredth more instructions.
+            cargo.env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "2");
+            (cargo, *target)
+        }
     };
     let dir = process::own_target_dir(&format!("capi-{target}"));
     cargo.args(["--quiet", "--release", "--locked", "--manifest-path", "bindings/capi/Cargo.toml", "--lib"]);

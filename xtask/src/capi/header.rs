@@ -54,6 +54,6 @@ mod tests {
         let header = "// Calls scphd_other(x).\n#define SCPHD_X(a) a\nconst char *scphd_text(int32_t status);\n\
                       scphd_status scphd_start(uint32_t version,\n                         int (*scphd_hook)(void));\n";
         assert_eq!(declared(header).into_iter().collect::<Vec<_>>(), ["scphd_start", "scphd_text"]);
-        assert!(functions().unwrap().contains("scphd_plane_scan_range_bearing"));
+        assert!(functions().unwrap().contains("scphd_slam_scan_range_bearing"));
     }
 }

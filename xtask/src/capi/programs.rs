@@ -84,6 +84,7 @@ pub fn check(archive: &Path, inputs: &Path, dir: &Path) -> Result<(), String> {
     let program = |source: &str| c.build(source, &[archive], dir);
     c.compile("examples/loop.c", dir)?;
     process::run(&mut process::command(program("tests/c/misuse.c")?))?;
+    process::run(&mut process::command(program("tests/c/all_that_a_filter_can.c")?))?;
     process::run(&mut process::command(program("examples/robot.c")?))?;
     process::run(&mut process::command(program("tests/c/worn_wheels.c")?))?;
     process::run(process::command(program("tests/c/replay.c")?).arg(inputs))?;
@@ -112,7 +113,7 @@ fn beside_another(c: &Compiler, archive: &Path, dir: &Path) -> Result<(), String
 /// The programs that do not run long, in valgrind.
 pub fn check_memory(dir: &Path) -> Result<(), crate::outcome::Stop> {
     let valgrind = VALGRIND.obtain()?;
-    for program in ["misuse.c", "robot.c"] {
+    for program in ["misuse.c", "all_that_a_filter_can.c", "robot.c"] {
         let mut command = valgrind.command();
         command.args(["--quiet", "--leak-check=full", "--error-exitcode=9"]).arg(dir.join(program));
         process::run(&mut command)?;

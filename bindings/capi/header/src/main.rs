@@ -1,5 +1,6 @@
 //! Writes the C header of the crate beside it to the file that the command line names.
 
+use scphd_vehicle::Setting;
 use std::error::Error;
 use std::path::Path;
 
@@ -7,7 +8,7 @@ use std::path::Path;
 const TOP: &str = "/*
  * scphd: single-cluster PHD SLAM in fixed memory. Made from the crate scphd-capi by cbindgen; do not edit.
  *
- * The library keeps nothing: a filter and each of its detectors live in memory of the user's, SCPHD_SIZE_... bytes, aligned to
+ * The library keeps nothing: a filter and its description live in memory of the user's, SCPHD_SIZE_... bytes, aligned to
  * SCPHD_ALIGNMENT, and zero at first, which is not to be touched or moved while they do. Calls on different memories may run at the
  * same time. Every call says how it ended; what is refused changes nothing. Units are part of the names; angles grow to the left.
  */";
@@ -17,11 +18,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let library = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut config = cbindgen::Config::from_file(library.join("cbindgen.toml"))?;
     config.header = Some(TOP.to_owned());
-    config.after_includes = Some(sets());
+    config.after_includes = Some(sets() + &settings());
     let bindings = cbindgen::Builder::new().with_crate(library).with_config(config).generate()?;
     let mut text = Vec::new();
     bindings.write(&mut text);
-    std::fs::write(path, plain_pointers(&String::from_utf8(text)?))?;
+    let text = plain_pointers(&String::from_utf8(text)?);
+    let end = text.rfind("#ifdef __cplusplus\n}").ok_or("where do the functions end?")?;
+    let (functions, after) = text.split_at(end);
+    std::fs::write(path, [functions, &starts(), after].concat())?;
     Ok(())
 }
 
@@ -57,9 +61,51 @@ fn sets() -> String {
         scphd_capi::scphd_memory_alignment()
     );
     for set in scphd_capi::SETS {
-        text += &format!("\n/*{} */\n", set.about);
-        text +=
-            &format!("#define SCPHD_SET_{} {}\n#define SCPHD_SIZE_{} {}\n", set.name, set.number, set.name, set.bytes);
+        text += &format!("\n/*{} */\n#define SCPHD_SIZE_{} {}\n", set.about, set.name, set.bytes);
     }
     text
+}
+
+/// The settings of a description, from their list.
+fn settings() -> String {
+    let mut text = "\n/*\n * Settings of a description, for scphd_description_set: what each is, its unit, and the numbers that it may have.\n */\n".to_owned();
+    for setting in Setting::all() {
+        let name = format!("SCPHD_{}", setting.name().replace('.', "_").to_uppercase());
+        let unit = if setting.unit().is_empty() { String::new() } else { format!(" In {}.", setting.unit()) };
+        let range = if setting.choices().is_empty() { format!(" Must be {}.", setting.range()) } else { String::new() };
+        text += &format!("\n/* {}{unit}{range} */\n#define {name} {}\n", setting.about(), setting.number());
+        for (number, choice) in setting.choices().iter().enumerate() {
+            text += &format!("#define {name}_{} {number}\n", choice.to_uppercase());
+        }
+    }
+    text
+}
+
+/// The functions that start a filter in the memory of a set, or go on with one, which a macro makes, too.
+fn starts() -> String {
+    let mut text = "// Start the filter that is described in this memory, which is zero or was released: `abi_version` is `SCPHD_ABI_VERSION`,\n\
+                    // `size_bytes` at least the SCPHD_SIZE_... of the set. The reason may be null. The handle is written to `slam`, or null. Reset\n\
+                    // the filter next.\n\
+                    //\n\
+                    // Those that resume go on with what the same build of this library has left in this memory: after a reset of the processor\n\
+                    // that kept it, or in a copy of it. The description may be another, but for particles, samples and proposal of a mixture. What\n\
+                    // is found of a mixture is checked, of a joint map taken as it is; it is no checksum, and memory that may have been damaged needs\n\
+                    // one.\n\
+                    //\n\
+                    // Services are the functions that say so above. scphd_services_... of its set provides them for a filter, until this is started or\n\
+                    // resumed again. A program that does not call it does not contain them.\n"
+        .to_owned();
+    for set in scphd_capi::SETS {
+        let Some([start, resume, services]) = set.functions else { continue };
+        text += &format!("\n//{}\n", set.about);
+        for function in [start, resume] {
+            let indent = " ".repeat("scphd_status (".len() + function.len());
+            text += &format!(
+                "scphd_status {function}(uint32_t abi_version, void *memory, size_t size_bytes,\n\
+                 {indent}scphd_description *description, scphd_reason *reason, scphd_slam **slam);\n"
+            );
+        }
+        text += &format!("scphd_status {services}(scphd_slam *slam);\n");
+    }
+    text + "\n"
 }

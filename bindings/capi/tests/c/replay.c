@@ -15,95 +15,107 @@
 
 enum { NUMBERS = 128 };
 
-static SCPHD_MEMORY(blind_memory, SCPHD_SIZE_PLANE_32X2);
-static SCPHD_MEMORY(informed_memory, SCPHD_SIZE_PLANE_INFORMED_4_MOVING);
+static SCPHD_MEMORY(blind_memory, SCPHD_SIZE_MIXTURE_32X2);
+static SCPHD_MEMORY(informed_memory, SCPHD_SIZE_MIXTURE_INFORMED_4_MOVING);
 static SCPHD_MEMORY(joint_memory, SCPHD_SIZE_JOINT_40);
 static SCPHD_MEMORY(water_memory, SCPHD_SIZE_WATER_INFORMED_16);
-static SCPHD_MEMORY(lidar_memory, SCPHD_SIZE_RANGE_BEARING_32);
-static SCPHD_MEMORY(radar_memory, SCPHD_SIZE_RANGE_BEARING_128);
-static SCPHD_MEMORY(camera_memory, SCPHD_SIZE_BEARING_64);
 static SCPHD_MEMORY(sonar_memory, SCPHD_SIZE_SONAR_64);
+static SCPHD_MEMORY(about_memory, SCPHD_SIZE_DESCRIPTION);
 
-static scphd_plane *blind, *informed;
-static scphd_joint *joint;
+static scphd_slam *blind, *informed, *joint;
 static scphd_water *water;
-static scphd_range_bearing_detector *lidar, *radar;
-static scphd_bearing_detector *camera;
 static scphd_sonar_detector *sonar;
+static scphd_description *about;
 
-static void start_filters(void) {
-    scphd_plane_config plane;
-    plane.struct_size = sizeof plane;
-    OK(scphd_plane_blind(&plane, 32, 2));
-    const scphd_vehicle robot = plane.vehicle;
-    OK(scphd_plane_start(SCPHD_ABI_VERSION, SCPHD_SET_PLANE_32X2, blind_memory, sizeof blind_memory, &plane, NULL, &blind));
-    OK(scphd_plane_reset(blind, 5.0f, 0.0f, 1.5f, 7));
+enum { LIDAR, RADAR, CAMERA };
 
-    OK(scphd_plane_informed(&plane, 4));
-    plane.vehicle = robot;
-    plane.tuning.prune_weight = 1e-3f;
-    OK(scphd_plane_start(SCPHD_ABI_VERSION, SCPHD_SET_PLANE_INFORMED_4_MOVING, informed_memory, sizeof informed_memory, &plane,
-                         NULL, &informed));
-    OK(scphd_plane_reset(informed, 5.0f, 0.0f, 1.5f, 8));
-
-    scphd_joint_config map;
-    map.struct_size = sizeof map;
-    OK(scphd_joint_defaults(&map));
-    map.vehicle = robot;
-    OK(scphd_joint_start(SCPHD_ABI_VERSION, SCPHD_SET_JOINT_40, joint_memory, sizeof joint_memory, &map, NULL, &joint));
-    OK(scphd_joint_reset(joint, 5.0f, 0.0f, 1.5f));
-
-    scphd_water_config dive;
-    dive.struct_size = sizeof dive;
-    OK(scphd_water_informed(&dive, 16));
-    dive.yaw_acceleration_sigma_radps2 = 0.1f;
-    dive.velocity_interval_s = 1.0f;
-    OK(scphd_water_start(SCPHD_ABI_VERSION, SCPHD_SET_WATER_INFORMED_16, water_memory, sizeof water_memory, &dive, NULL, &water));
-    OK(scphd_water_reset(water, 2.0f, 0.0f, -1.0f, 1.5f, 9));
+static void set(uint32_t setting, size_t sensor, float number) {
+    OK(scphd_description_set(about, setting, sensor, number, NULL));
 }
 
-static void start_detectors(void) {
-    scphd_range_bearing_config polar;
-    polar.struct_size = sizeof polar;
-    OK(scphd_range_bearing_defaults(&polar, 12.0f, 0.85f));
-    polar.range_sigma_m = 0.05f;
-    polar.bearing_sigma_rad = 0.01f;
-    polar.window.range_edge_m = 3.0f * polar.range_sigma_m;
-    polar.window.bearing_edge_rad = 3.0f * polar.bearing_sigma_rad;
-    polar.window.bearing_half_width_rad = 2.0f;
-    polar.clutter_per_scan = 2.0f;
-    polar.births_still = 0.002f;
-    polar.births_moving = 0.001f;
-    polar.mounting.forward_m = 0.22f;
-    polar.mounting.yaw_rad = 0.5f;
-    OK(scphd_range_bearing_start(SCPHD_ABI_VERSION, SCPHD_SET_RANGE_BEARING_32, lidar_memory, sizeof lidar_memory, &polar, NULL,
-                                 &lidar));
+static void describe_polar(size_t sensor, float range_m, float range_sigma_m, float bearing_sigma_rad) {
+    set(SCPHD_SENSOR_MODEL, sensor, SCPHD_SENSOR_MODEL_RANGE_BEARING);
+    set(SCPHD_SENSOR_RANGE_MAX_M, sensor, range_m);
+    set(SCPHD_SENSOR_PROBABILITY_NEAR, sensor, 0.85f);
+    set(SCPHD_SENSOR_PROBABILITY_FAR, sensor, 0.85f);
+    set(SCPHD_SENSOR_RANGE_SIGMA_M, sensor, range_sigma_m);
+    set(SCPHD_SENSOR_BEARING_SIGMA_RAD, sensor, bearing_sigma_rad);
+    set(SCPHD_SENSOR_RANGE_EDGE_M, sensor, 3.0f * range_sigma_m);
+    set(SCPHD_SENSOR_BEARING_EDGE_RAD, sensor, 3.0f * bearing_sigma_rad);
+}
 
-    OK(scphd_range_bearing_defaults(&polar, 20.0f, 0.85f));
-    polar.range_sigma_m = 0.2f;
-    polar.bearing_sigma_rad = 0.03f;
-    polar.window.range_edge_m = 3.0f * polar.range_sigma_m;
-    polar.window.bearing_edge_rad = 3.0f * polar.bearing_sigma_rad;
-    polar.window.bearing_half_width_rad = 0.8f;
-    polar.births_still = 0.003f;
-    polar.mounting.forward_m = -0.3f;
-    polar.mounting.left_m = 0.1f;
-    polar.mounting.yaw_rad = 3.0f;
-    OK(scphd_range_bearing_start(SCPHD_ABI_VERSION, SCPHD_SET_RANGE_BEARING_128, radar_memory, sizeof radar_memory, &polar, NULL,
-                                 &radar));
+static void describe_sensors(void) {
+    describe_polar(LIDAR, 12.0f, 0.05f, 0.01f);
+    set(SCPHD_SENSOR_BEARING_HALF_WIDTH_RAD, LIDAR, 2.0f);
+    set(SCPHD_SENSOR_CLUTTER_PER_SCAN, LIDAR, 2.0f);
+    set(SCPHD_SENSOR_BIRTHS_STILL, LIDAR, 0.002f);
+    set(SCPHD_SENSOR_BIRTHS_MOVING, LIDAR, 0.001f);
+    set(SCPHD_SENSOR_FORWARD_M, LIDAR, 0.22f);
+    set(SCPHD_SENSOR_YAW_RAD, LIDAR, 0.5f);
 
-    scphd_bearing_config direction;
-    direction.struct_size = sizeof direction;
-    OK(scphd_bearing_defaults(&direction, 12.0f, 0.85f));
-    direction.bearing_sigma_rad = 0.02f;
-    direction.window.bearing_half_width_rad = 2.0f;
-    direction.births_nearest_m = 2.0f;
-    direction.births_rings = 3;
-    direction.births_sectors = 16;
-    direction.births_weight = 0.0005f;
-    direction.mounting.forward_m = 0.22f;
-    direction.mounting.yaw_rad = 0.5f;
-    OK(scphd_bearing_start(SCPHD_ABI_VERSION, SCPHD_SET_BEARING_64, camera_memory, sizeof camera_memory, &direction, NULL, &camera));
+    describe_polar(RADAR, 20.0f, 0.2f, 0.03f);
+    set(SCPHD_SENSOR_BEARING_HALF_WIDTH_RAD, RADAR, 0.8f);
+    set(SCPHD_SENSOR_BIRTHS_STILL, RADAR, 0.003f);
+    set(SCPHD_SENSOR_FORWARD_M, RADAR, -0.3f);
+    set(SCPHD_SENSOR_LEFT_M, RADAR, 0.1f);
+    set(SCPHD_SENSOR_YAW_RAD, RADAR, 3.0f);
+}
+
+static void describe_camera(void) {
+    set(SCPHD_SENSOR_MODEL, CAMERA, SCPHD_SENSOR_MODEL_BEARING);
+    set(SCPHD_SENSOR_RANGE_MAX_M, CAMERA, 12.0f);
+    set(SCPHD_SENSOR_PROBABILITY_NEAR, CAMERA, 0.85f);
+    set(SCPHD_SENSOR_PROBABILITY_FAR, CAMERA, 0.85f);
+    set(SCPHD_SENSOR_BEARING_SIGMA_RAD, CAMERA, 0.02f);
+    set(SCPHD_SENSOR_BEARING_HALF_WIDTH_RAD, CAMERA, 2.0f);
+    set(SCPHD_SENSOR_BIRTHS_NEAREST_M, CAMERA, 2.0f);
+    set(SCPHD_SENSOR_BIRTHS_FARTHEST_M, CAMERA, 12.0f);
+    set(SCPHD_SENSOR_BIRTHS_RINGS, CAMERA, 3);
+    set(SCPHD_SENSOR_BIRTHS_SECTORS, CAMERA, 16);
+    set(SCPHD_SENSOR_BIRTHS_WEIGHT, CAMERA, 0.0005f);
+    set(SCPHD_SENSOR_FORWARD_M, CAMERA, 0.22f);
+    set(SCPHD_SENSOR_YAW_RAD, CAMERA, 0.5f);
+}
+
+static void start_filters(void) {
+    OK(scphd_description_start(SCPHD_ABI_VERSION, about_memory, sizeof about_memory, &about));
+    describe_sensors();
+    set(SCPHD_POSITION, 0, SCPHD_POSITION_YES);
+    set(SCPHD_POSITION_SIGMA, 0, 0.3f);
+    set(SCPHD_POSITION_GATE, 0, 25.0f);
+    set(SCPHD_POSITION_FORWARD_M, 0, -0.5f);
+    set(SCPHD_POSITION_LEFT_M, 0, 0.1f);
+    set(SCPHD_HEADING, 0, SCPHD_HEADING_YES);
+    set(SCPHD_HEADING_SIGMA, 0, 0.05f);
+    set(SCPHD_START_X_M, 0, 5.0f);
+    set(SCPHD_START_HEADING_RAD, 0, 1.5f);
+    OK(scphd_start_joint_40(SCPHD_ABI_VERSION, joint_memory, sizeof joint_memory, about, NULL, &joint));
+    OK(scphd_services_joint_40(joint));
+    OK(scphd_slam_reset(joint, about));
+
+    set(SCPHD_FILTER, 0, SCPHD_FILTER_MIXTURE);
+    set(SCPHD_MIXTURE_PRUNE_WEIGHT, 0, 1e-3f);
+    set(SCPHD_START_SEED, 0, 8);
+    OK(scphd_start_mixture_informed_4_moving(SCPHD_ABI_VERSION, informed_memory, sizeof informed_memory, about, NULL, &informed));
+    OK(scphd_services_mixture_informed_4_moving(informed));
+    OK(scphd_slam_reset(informed, about));
+
+    /* Another filter than before has its defaults. */
+    set(SCPHD_FILTER, 0, SCPHD_FILTER_JOINT);
+    set(SCPHD_FILTER, 0, SCPHD_FILTER_MIXTURE);
+    set(SCPHD_MIXTURE_PARTICLES, 0, 16);
+    const scphd_water_config dive = {sizeof dive, 0.1f, 1.0f};
+    OK(scphd_water_start(SCPHD_ABI_VERSION, water_memory, sizeof water_memory, about, &dive, NULL, &water));
+    OK(scphd_water_reset(water, 2.0f, 0.0f, -1.0f, 1.5f, 9));
+
+    describe_camera();
+    set(SCPHD_MIXTURE_PROPOSAL, 0, SCPHD_MIXTURE_PROPOSAL_BLIND);
+    set(SCPHD_MIXTURE_PARTICLES, 0, 32);
+    set(SCPHD_MIXTURE_SAMPLES, 0, 2);
+    set(SCPHD_START_SEED, 0, 7);
+    OK(scphd_start_mixture_32x2(SCPHD_ABI_VERSION, blind_memory, sizeof blind_memory, about, NULL, &blind));
+    OK(scphd_services_mixture_32x2(blind));
+    OK(scphd_slam_reset(blind, about));
 
     scphd_sonar_config spherical;
     spherical.struct_size = sizeof spherical;
@@ -113,44 +125,39 @@ static void start_detectors(void) {
     spherical.elevation_sigma_rad = 0.02f;
     spherical.range_edge_m = 0.15f;
     spherical.births_still = 0.001f;
-    OK(scphd_sonar_start(SCPHD_ABI_VERSION, SCPHD_SET_SONAR_64, sonar_memory, sizeof sonar_memory, &spherical, NULL, &sonar));
+    OK(scphd_sonar_start(SCPHD_ABI_VERSION, sonar_memory, sizeof sonar_memory, &spherical, NULL, &sonar));
 }
 
 static void take(char letter, const float *numbers, size_t count) {
     const scphd_range_bearing *polar = (const scphd_range_bearing *)numbers;
-    scphd_fix fix = {sizeof fix, 0.0f, 0.0f, 0.0f, 0.0f};
+    const scphd_fix depth = {sizeof depth, 0.1f, 0.0f};
     scphd_water_control control;
     switch (letter) {
     case 'p':
-        OK(scphd_plane_predict_robot(blind, numbers[0], numbers[1], numbers[2], NULL));
-        OK(scphd_plane_predict_robot(informed, numbers[0], numbers[1], numbers[2], NULL));
-        OK(scphd_joint_predict_robot(joint, numbers[0], numbers[1], numbers[2], NULL));
+        OK(scphd_slam_predict(blind, numbers[0], 0.0f, numbers[1], numbers[2], NULL));
+        OK(scphd_slam_predict(informed, numbers[0], 0.0f, numbers[1], numbers[2], NULL));
+        OK(scphd_slam_predict(joint, numbers[0], 0.0f, numbers[1], numbers[2], NULL));
         break;
     case 'l':
     case 'r': {
-        scphd_range_bearing_detector *detector = letter == 'l' ? lidar : radar;
-        OK(scphd_plane_scan_range_bearing(blind, detector, polar, count / 2, NULL));
-        OK(scphd_plane_scan_range_bearing(informed, detector, polar, count / 2, NULL));
-        OK(scphd_joint_scan_range_bearing(joint, detector, polar, count / 2, NULL));
+        const size_t sensor = letter == 'l' ? LIDAR : RADAR;
+        OK(scphd_slam_scan_range_bearing(blind, sensor, polar, count / 2, NULL));
+        OK(scphd_slam_scan_range_bearing(informed, sensor, polar, count / 2, NULL));
+        OK(scphd_slam_scan_range_bearing(joint, sensor, polar, count / 2, NULL));
         break;
     }
     case 'c':
-        OK(scphd_plane_scan_bearing(blind, camera, numbers, count, NULL));
+        OK(scphd_slam_scan_bearing(blind, CAMERA, numbers, count, NULL));
         break;
     case 'g':
-        fix.sigma = 0.3f;
-        fix.gate = 25.0f;
-        fix.antenna_forward_m = -0.5f;
-        fix.antenna_left_m = 0.1f;
-        OK(scphd_plane_observe_position(blind, &fix, numbers[0], numbers[1], NULL));
-        OK(scphd_plane_observe_position(informed, &fix, numbers[0], numbers[1], NULL));
-        OK(scphd_joint_observe_position(joint, &fix, numbers[0], numbers[1], NULL));
+        OK(scphd_slam_observe_position(blind, numbers[0], numbers[1], NULL));
+        OK(scphd_slam_observe_position(informed, numbers[0], numbers[1], NULL));
+        OK(scphd_slam_observe_position(joint, numbers[0], numbers[1], NULL));
         break;
     case 'h':
-        fix.sigma = 0.05f;
-        OK(scphd_plane_observe_heading(blind, &fix, numbers[0], NULL));
-        OK(scphd_plane_observe_heading(informed, &fix, numbers[0], NULL));
-        OK(scphd_joint_observe_heading(joint, &fix, numbers[0], NULL));
+        OK(scphd_slam_observe_heading(blind, numbers[0], NULL));
+        OK(scphd_slam_observe_heading(informed, numbers[0], NULL));
+        OK(scphd_slam_observe_heading(joint, numbers[0], NULL));
         break;
     case 'd':
         memset(&control, 0, sizeof control);
@@ -169,8 +176,7 @@ static void take(char letter, const float *numbers, size_t count) {
         OK(scphd_water_scan_sonar(water, sonar, (const scphd_sonar *)numbers, count / 3, NULL));
         break;
     case 'z':
-        fix.sigma = 0.1f;
-        OK(scphd_water_observe_height(water, &fix, numbers[0], NULL));
+        OK(scphd_water_observe_height(water, &depth, numbers[0], NULL));
         break;
     default:
         HOLDS(!"a letter that is known");
@@ -179,9 +185,9 @@ static void take(char letter, const float *numbers, size_t count) {
 
 static void compare(const uint64_t wanted[4], int scan) {
     uint64_t got[4] = {0, 0, 0, 0};
-    OK(scphd_plane_digest(blind, &got[0]));
-    OK(scphd_plane_digest(informed, &got[1]));
-    OK(scphd_joint_digest(joint, &got[2]));
+    OK(scphd_slam_digest(blind, &got[0]));
+    OK(scphd_slam_digest(informed, &got[1]));
+    OK(scphd_slam_digest(joint, &got[2]));
     OK(scphd_water_digest(water, &got[3]));
     if (memcmp(got, wanted, sizeof got) != 0) {
         printf("scan %d: %016" PRIx64 " %016" PRIx64 " %016" PRIx64 " %016" PRIx64 "\n", scan, got[0], got[1], got[2], got[3]);
@@ -197,7 +203,6 @@ int main(int count_of_words, char **words) {
         return 2;
     }
     start_filters();
-    start_detectors();
     int scans = 0;
     char letter;
     unsigned length;

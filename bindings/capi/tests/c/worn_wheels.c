@@ -7,7 +7,7 @@
 static const float PI = 3.14159265f;
 
 static SCPHD_MEMORY(slam_memory, SCPHD_SIZE_JOINT_100);
-static SCPHD_MEMORY(lidar_memory, SCPHD_SIZE_RANGE_BEARING_32);
+static SCPHD_MEMORY(robot_memory, SCPHD_SIZE_DESCRIPTION);
 
 static uint32_t state;
 
@@ -36,19 +36,18 @@ static void drive(uint32_t seed) {
         posts[post][0] = 24.0f * uniform() - 12.0f;
         posts[post][1] = 24.0f * uniform() - 12.0f;
     }
-    scphd_range_bearing_config seeing = {.struct_size = sizeof seeing};
-    scphd_range_bearing_detector *lidar;
-    OK(scphd_range_bearing_defaults(&seeing, 10.0f, 0.9f));
-    seeing.range_sigma_m = 0.05f;
-    seeing.bearing_sigma_rad = 0.01f;
-    OK(scphd_range_bearing_start(SCPHD_ABI_VERSION, SCPHD_SET_RANGE_BEARING_32, lidar_memory, sizeof lidar_memory, &seeing,
-                                 NULL, &lidar));
-    scphd_joint_config config = {.struct_size = sizeof config};
-    OK(scphd_joint_defaults(&config));
-    scphd_joint *slam;
-    OK(scphd_joint_start(SCPHD_ABI_VERSION, SCPHD_SET_JOINT_100, slam_memory, sizeof slam_memory, &config, NULL, &slam));
+    scphd_description *robot;
+    OK(scphd_description_start(SCPHD_ABI_VERSION, robot_memory, sizeof robot_memory, &robot));
+    OK(scphd_description_set(robot, SCPHD_SENSOR_MODEL, 0, SCPHD_SENSOR_MODEL_RANGE_BEARING, NULL));
+    OK(scphd_description_set(robot, SCPHD_SENSOR_RANGE_MAX_M, 0, 10.0f, NULL));
+    OK(scphd_description_set(robot, SCPHD_SENSOR_RANGE_SIGMA_M, 0, 0.05f, NULL));
+    OK(scphd_description_set(robot, SCPHD_SENSOR_BEARING_SIGMA_RAD, 0, 0.01f, NULL));
+    scphd_slam *slam;
+    OK(scphd_start_joint_100(SCPHD_ABI_VERSION, slam_memory, sizeof slam_memory, robot, NULL, &slam));
     float x = 6.0f, y = 0.0f, heading = 0.5f * PI;
-    OK(scphd_joint_reset(slam, x, y, heading));
+    OK(scphd_description_set(robot, SCPHD_START_X_M, 0, x, NULL));
+    OK(scphd_description_set(robot, SCPHD_START_HEADING_RAD, 0, heading, NULL));
+    OK(scphd_slam_reset(slam, robot));
 
     double squares = 0.0, nees = 0.0;
     int scans = 0;
@@ -57,7 +56,7 @@ static void drive(uint32_t seed) {
         x += speed * dt * cosf(heading + 0.5f * rate * dt);
         y += speed * dt * sinf(heading + 0.5f * rate * dt);
         heading += rate * dt;
-        OK(scphd_joint_predict_robot(slam, 1.02f * speed + normal(0.01f), 1.02f * rate + normal(0.01f), dt, NULL));
+        OK(scphd_slam_predict(slam, 1.02f * speed + normal(0.01f), 0.0f, 1.02f * rate + normal(0.01f), dt, NULL));
         if (row % 5 != 0) {
             continue;
         }
@@ -71,10 +70,10 @@ static void drive(uint32_t seed) {
                 count++;
             }
         }
-        scphd_joint_report report = {.struct_size = sizeof report};
+        scphd_scan_report report = {.struct_size = sizeof report};
         scphd_plane_pose pose = {.struct_size = sizeof pose};
-        OK(scphd_joint_scan_range_bearing(slam, lidar, scan, count, &report));
-        OK(scphd_joint_estimate_pose(slam, &pose));
+        OK(scphd_slam_scan_range_bearing(slam, 0, scan, count, &report));
+        OK(scphd_slam_estimate_pose(slam, &pose));
         const double off[2] = {pose.x_m - x, pose.y_m - y};
         const double a = pose.covariance[0], b = pose.covariance[1], c = pose.covariance[4];
         squares += off[0] * off[0] + off[1] * off[1];
@@ -86,7 +85,7 @@ static void drive(uint32_t seed) {
     HOLDS(rmse < 0.05);
     HOLDS(nees / scans < 2.0);
     scphd_release(slam_memory, sizeof slam_memory);
-    scphd_release(lidar_memory, sizeof lidar_memory);
+    scphd_release(robot_memory, sizeof robot_memory);
 }
 
 int main(void) {

@@ -1,0 +1,174 @@
+//! What the sensors of a mixture work on: the scratch of their scans, which they share, and which sensors there may be. Nothing is linked of
+//! those that there may not be.
+
+use crate::{Direction, Measurements, Polar, Refused, Sensor, SensorModel, Setting, StartError};
+use core::fmt::Debug;
+use nalgebra::{Vector1, Vector2};
+use scphd::errors::{ScanError, SetupError};
+use scphd::models::{PlanarMotion, PlanarPose};
+use scphd::{Component, DetectorMemory, MapEstimate, Real, ScPhd, ScanReport};
+
+type Filter<'m, T> = ScPhd<'m, PlanarMotion<T>>;
+
+/// The scratch of a mixture's scans: [`PolarRooms`] or [`BearingRooms`].
+pub trait Rooms<T: Real>: Debug {
+    /// The detector of one sensor.
+    type Detector: Copy + Debug;
+
+    /// The detector of a sensor.
+    ///
+    /// # Errors
+    /// The sensor is out of range, or there is no room for its scans.
+    fn detector(sensor: &Sensor<T>) -> Result<Self::Detector, StartError>;
+
+    /// Whether a filter can take its scans.
+    ///
+    /// # Errors
+    /// It cannot.
+    fn check(filter: &Filter<'_, T>, detector: &Self::Detector) -> Result<(), SetupError>;
+
+    /// Has the filter take in a scan.
+    ///
+    /// # Errors
+    /// The scan is refused, or is not one of this detector.
+    fn scan(
+        &mut self,
+        filter: &mut Filter<'_, T>,
+        detector: &Self::Detector,
+        measurements: Measurements<'_, T>,
+    ) -> Result<ScanReport<T>, Refused<ScanError>>;
+
+    /// Writes the features, of which those are confirmed that this detector has seen often enough.
+    fn features(
+        filter: &mut Filter<'_, T>,
+        detector: &Self::Detector,
+        room: &mut [Component<Vector2<T>>],
+    ) -> MapEstimate<T>;
+}
+
+/// For sensors of range and bearing.
+#[derive(Debug)]
+pub struct PolarRooms<T: Real, const MEASUREMENTS: usize>(DetectorMemory<Vector2<T>, MEASUREMENTS>);
+
+impl<T: Real, const MEASUREMENTS: usize> PolarRooms<T, MEASUREMENTS> {
+    /// Empty ones.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self(DetectorMemory::new())
+    }
+}
+
+impl<T: Real, const MEASUREMENTS: usize> Default for PolarRooms<T, MEASUREMENTS> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real, const MEASUREMENTS: usize> Rooms<T> for PolarRooms<T, MEASUREMENTS> {
+    type Detector = Polar<PlanarPose<T>, T>;
+
+    fn detector(sensor: &Sensor<T>) -> Result<Self::Detector, StartError> {
+        match sensor.model {
+            SensorModel::RangeBearing => Ok(sensor.polar::<PlanarPose<T>>()?),
+            SensorModel::Bearing => Err(StartError::NoRoom { part: Setting::SENSOR_MODEL }),
+        }
+    }
+
+    fn check(filter: &Filter<'_, T>, detector: &Self::Detector) -> Result<(), SetupError> {
+        filter.check(detector)
+    }
+
+    fn scan(
+        &mut self,
+        filter: &mut Filter<'_, T>,
+        detector: &Self::Detector,
+        measurements: Measurements<'_, T>,
+    ) -> Result<ScanReport<T>, Refused<ScanError>> {
+        let Measurements::RangeBearing(measurements) = measurements else { return Err(Refused::NotDescribed) };
+        let mut detector = detector.over(&mut self.0).map_err(|_| Refused::NotDescribed)?;
+        Ok(filter.scan(&mut detector, measurements)?)
+    }
+
+    fn features(
+        filter: &mut Filter<'_, T>,
+        detector: &Self::Detector,
+        room: &mut [Component<Vector2<T>>],
+    ) -> MapEstimate<T> {
+        filter.estimate_map(detector, room)
+    }
+}
+
+/// For sensors of range and bearing, and of bearings alone.
+#[derive(Debug)]
+pub struct BearingRooms<T: Real, const MEASUREMENTS: usize> {
+    polar: PolarRooms<T, MEASUREMENTS>,
+    direction: DetectorMemory<Vector1<T>, MEASUREMENTS>,
+}
+
+/// A detector of either kind.
+#[derive(Debug, Clone, Copy)]
+pub enum Either<T: Real> {
+    /// Of range and bearing.
+    Polar(Polar<PlanarPose<T>, T>),
+    /// Of bearings.
+    Direction(Direction<PlanarPose<T>, T>),
+}
+
+impl<T: Real, const MEASUREMENTS: usize> BearingRooms<T, MEASUREMENTS> {
+    /// Empty ones.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { polar: PolarRooms::new(), direction: DetectorMemory::new() }
+    }
+}
+
+impl<T: Real, const MEASUREMENTS: usize> Default for BearingRooms<T, MEASUREMENTS> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real, const MEASUREMENTS: usize> Rooms<T> for BearingRooms<T, MEASUREMENTS> {
+    type Detector = Either<T>;
+
+    fn detector(sensor: &Sensor<T>) -> Result<Self::Detector, StartError> {
+        Ok(match sensor.model {
+            SensorModel::RangeBearing => Either::Polar(sensor.polar::<PlanarPose<T>>()?),
+            SensorModel::Bearing => Either::Direction(sensor.direction::<PlanarPose<T>>()?),
+        })
+    }
+
+    fn check(filter: &Filter<'_, T>, detector: &Self::Detector) -> Result<(), SetupError> {
+        match detector {
+            Either::Polar(detector) => filter.check(detector),
+            Either::Direction(detector) => filter.check(detector),
+        }
+    }
+
+    fn scan(
+        &mut self,
+        filter: &mut Filter<'_, T>,
+        detector: &Self::Detector,
+        measurements: Measurements<'_, T>,
+    ) -> Result<ScanReport<T>, Refused<ScanError>> {
+        match (detector, measurements) {
+            (Either::Polar(detector), measurements) => self.polar.scan(filter, detector, measurements),
+            (Either::Direction(detector), Measurements::Bearing(measurements)) => {
+                let mut detector = detector.over(&mut self.direction).map_err(|_| Refused::NotDescribed)?;
+                Ok(filter.scan(&mut detector, measurements)?)
+            }
+            _ => Err(Refused::NotDescribed),
+        }
+    }
+
+    fn features(
+        filter: &mut Filter<'_, T>,
+        detector: &Self::Detector,
+        room: &mut [Component<Vector2<T>>],
+    ) -> MapEstimate<T> {
+        match detector {
+            Either::Polar(detector) => filter.estimate_map(detector, room),
+            Either::Direction(detector) => filter.estimate_map(detector, room),
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! The settings of a description, and what there is to say of them.
+
+use crate::list::{MEANINGS, NAMES, NUMBERS, RANGES};
+use core::ffi::CStr;
+
+/// A setting of a [`Description`](crate::Description), by its place in the list of all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Setting(u8);
+
+const _: () = assert!(NAMES.len() < 256 && RANGES.len() == NUMBERS.len());
+
+const fn equal(mut left: &[u8], mut right: &[u8]) -> bool {
+    while let (Some((a, rest)), Some((b, behind))) = (left.split_first(), right.split_first()) {
+        if *a != *b {
+            return false;
+        }
+        (left, right) = (rest, behind);
+    }
+    left.is_empty() && right.is_empty()
+}
+
+impl Setting {
+    /// So many there are.
+    pub const COUNT: usize = NAMES.len();
+
+    /// Which filter is described.
+    pub(crate) const FILTER: Self = Self::named("filter");
+    /// What a sensor measures.
+    pub(crate) const SENSOR_MODEL: Self = Self::named("sensor.model");
+    /// Whether features that move are kept.
+    pub(crate) const MOVERS: Self = Self::named("joint.movers");
+    /// Whether there is an archive.
+    pub(crate) const ARCHIVE: Self = Self::named("joint.archive");
+    /// Whether the odometry is learnt.
+    pub(crate) const ODOMETRY: Self = Self::named("joint.odometry");
+
+    /// The first setting of a sensor, and the last.
+    const OF_A_SENSOR: [Self; 2] = [Self::SENSOR_MODEL, Self::named("sensor.yaw_rad")];
+
+    /// The setting of this name, of those that there are.
+    const fn named(name: &str) -> Self {
+        let (mut place, mut names) = (0, NAMES);
+        while let Some((first, rest)) = names.split_first() {
+            if equal(first.to_bytes(), name.as_bytes()) {
+                return Self(place);
+            }
+            (place, names) = (place + 1, rest);
+        }
+        assert!((place as usize) < NAMES.len(), "there is no setting of this name");
+        Self(place)
+    }
+
+    /// All of them.
+    pub fn all() -> impl Iterator<Item = Self> {
+        (0..Self::COUNT as u8).map(Self)
+    }
+
+    /// The setting with this number, from 1.
+    #[must_use]
+    pub fn of_number(number: u32) -> Option<Self> {
+        let place = u8::try_from(number.checked_sub(1)?).ok()?;
+        (usize::from(place) < Self::COUNT).then_some(Self(place))
+    }
+
+    /// Its number, from 1.
+    #[must_use]
+    pub fn number(self) -> u32 {
+        u32::from(self.0) + 1
+    }
+
+    /// The setting of this name.
+    #[must_use]
+    pub fn of_name(name: &str) -> Option<Self> {
+        Self::all().find(|setting| setting.name() == name)
+    }
+
+    pub(crate) fn place(self) -> usize {
+        usize::from(self.0)
+    }
+
+    /// Whether it is one of each sensor.
+    #[must_use]
+    pub fn is_of_a_sensor(self) -> bool {
+        let [first, last] = Self::OF_A_SENSOR;
+        (first.0..=last.0).contains(&self.0)
+    }
+
+    /// Its name, with a point between a part and what is of it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.name_c().to_str().unwrap_or_default()
+    }
+
+    /// The same for C.
+    #[must_use]
+    pub fn name_c(self) -> &'static CStr {
+        NAMES.get(self.place()).copied().unwrap_or_default()
+    }
+
+    /// What a number of it is, as in "must be above 0".
+    #[must_use]
+    pub fn range(self) -> &'static str {
+        self.range_c().to_str().unwrap_or_default()
+    }
+
+    /// The same for C.
+    #[must_use]
+    pub fn range_c(self) -> &'static CStr {
+        RANGES.get(self.place()).copied().unwrap_or_default()
+    }
+
+    /// Its unit; empty for a pure number.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        MEANINGS.get(self.place()).map_or("", |meaning| meaning.unit)
+    }
+
+    /// What it is, in a sentence.
+    #[must_use]
+    pub fn about(self) -> &'static str {
+        MEANINGS.get(self.place()).map_or("", |meaning| meaning.about)
+    }
+
+    /// Of a setting that is one of several: their names, in the order of their numbers. Empty for other settings.
+    #[must_use]
+    pub fn choices(self) -> &'static [&'static str] {
+        MEANINGS.get(self.place()).map_or(&[], |meaning| meaning.choices)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::field::Range;
+    use std::string::{String, ToString as _};
+
+    fn spelled(range: &Range) -> String {
+        let Range { least, most, closed: [low, high] } = *range;
+        let (at_least, at_most) = (if low { "at least" } else { "above" }, if high { "at most" } else { "below" });
+        match (least.is_finite(), most.is_finite()) {
+            (false, _) => "finite".to_string(),
+            (true, false) if high => std::format!("{at_least} {least}, or infinite"),
+            (true, false) => std::format!("finite and {at_least} {least}"),
+            (true, true) if low && high => std::format!("between {least} and {most}"),
+            (true, true) => std::format!("{at_least} {least} and {at_most} {most}"),
+        }
+    }
+
+    #[test]
+    fn words_are_those_of_the_numbers() {
+        for (setting, range) in Setting::all().zip(NUMBERS) {
+            let words = match setting.choices() {
+                [] => spelled(range),
+                names => std::format!("one of {}", names.join(", ")),
+            };
+            assert_eq!(setting.range(), words, "{}", setting.name());
+        }
+    }
+
+    #[test]
+    fn settings_of_a_sensor_are_those_that_are_called_so() {
+        for setting in Setting::all() {
+            assert_eq!(setting.is_of_a_sensor(), setting.name().starts_with("sensor."), "{}", setting.name());
+            assert_eq!(Setting::of_number(setting.number()), Some(setting));
+            assert_eq!(Setting::of_name(setting.name()), Some(setting));
+        }
+        assert!(Setting::of_number(0).is_none() && Setting::of_number(Setting::COUNT as u32 + 1).is_none());
+    }
+}
