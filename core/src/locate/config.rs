@@ -10,7 +10,7 @@ pub struct LocatorConfig<T> {
     pub elsewhere: T,
     /// Probability that a feature of the map still exists and is visible.
     pub remains: T,
-    /// Density of landmarks that are not in the map, inside the mapped area, relative to the density of landmarks in the map.
+    /// Density of landmarks that are not in the map, inside the mapped area, relative to the density of all landmarks.
     pub new_share: T,
     /// Factor on the covariances of both maps. It accounts for the correlation of errors within a map, because the covariances are
     /// treated as independent.

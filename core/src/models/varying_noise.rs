@@ -1,11 +1,11 @@
-//! Sensors whose noise is not the same for every measurement: it depends on the range, or a driver reports it with each.
+//! Sensors whose noise differs between measurements: it depends on the range, or the driver reports it with each measurement.
 
 use super::{ExpectedOf, InverseOf, ModelError, Sensor, require};
 use crate::{Component, Factor, Linear, PositionOf, Symmetric, TangentOf, Vector, Zero};
 
-/// The covariance of the noise of a measurement, of a sensor `S`. A closure that takes the expected measurement is one.
+/// Covariance of the noise of a measurement of a sensor `S`. A closure of the predicted measurement implements it.
 pub trait NoiseModel<S: Sensor>: Sync {
-    /// [`Sensor::noise_of`].
+    /// As for [`Sensor::noise_of`].
     fn covariance(
         &self,
         sensor: &S,
@@ -25,9 +25,9 @@ impl<S: Sensor, N: Fn(&S::Measurement) -> Symmetric<S::Measurement> + Sync> Nois
     }
 }
 
-/// A sensor with another model of its noise.
+/// A sensor with another noise model.
 ///
-/// A lidar whose range has a standard deviation that grows with the range, σ = a + b r:
+/// A lidar whose standard deviation of the range grows with the range, σ = a + b r:
 ///
 /// ```
 /// use nalgebra::Vector2;
@@ -39,7 +39,7 @@ impl<S: Sensor, N: Fn(&S::Measurement) -> Symmetric<S::Measurement> + Sync> Nois
 ///     let range_sigma_m = a_m + b * z.x;
 ///     Symmetric::from_diagonal([range_sigma_m * range_sigma_m, bearing_sigma_rad * bearing_sigma_rad])
 /// };
-/// // What the sensor itself is told is used for what occludes what, and by fixes of beacons: the noise in the middle of the view.
+/// // The noise of the sensor itself is used for occlusion and for fixes of beacons: give it for the middle of the view.
 /// let lidar = WithNoise { sensor: RangeBearing::new(0.06, bearing_sigma_rad)?, noise: by_range };
 /// let far = lidar.noise_of(&Vector2::new(20.4, 0.3), &Vector2::new(20.0, 0.3)).unwrap();
 /// assert!((far.get(0, 0) - 0.11 * 0.11).abs() < 1e-6);
@@ -47,9 +47,9 @@ impl<S: Sensor, N: Fn(&S::Measurement) -> Symmetric<S::Measurement> + Sync> Nois
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WithNoise<S, N> {
-    /// What it measures.
+    /// The sensor.
     pub sensor: S,
-    /// With what noise: a closure that takes the expected measurement, or [`ReportedNoise`].
+    /// The noise model: a closure of the predicted measurement, or [`ReportedNoise`].
     pub noise: N,
 }
 
@@ -108,11 +108,11 @@ impl<S: Sensor, N: NoiseModel<S>> Sensor for WithNoise<S, N> {
     }
 }
 
-/// The covariances that a driver reports with the measurements of one scan, of which there are `N` at most.
+/// Covariances that a driver reports with the measurements of one scan, at most `N`.
 ///
-/// Where a feature is expected and no measurement is at hand, and for all of a feature in [`ScPhd`](crate::ScPhd), R is that of the measurement of the
-/// scan that is nearest by its own standard deviations: the one that the feature most probably causes. Of a scan without measurements it is
-/// [`Sensor::noise`].
+/// R of a predicted measurement, and in [`ScPhd`](crate::ScPhd) of all measurements of a feature, is that of the nearest
+/// measurement of the scan, with distances in the standard deviations of that measurement: the feature most probably caused that
+/// one. In a scan without measurements R is [`Sensor::noise`].
 ///
 /// ```
 /// use nalgebra::Vector2;
@@ -140,17 +140,14 @@ pub struct ReportedNoise<Z: Vector, const N: usize> {
 }
 
 impl<Z: Vector, const N: usize> ReportedNoise<Z, N> {
-    /// Of the measurements of a scan, one covariance for each.
+    /// The noise of the measurements of a scan, with one covariance for each.
     ///
     /// # Errors
-    /// There are more than `N`, not as many covariances as measurements, or a covariance is not positive definite.
+    /// There are more than `N` measurements, the numbers of covariances and measurements differ, or a covariance is not positive
+    /// definite.
     pub fn of(measurements: &[Z], covariances: &[Symmetric<Z>]) -> Result<Self, ModelError> {
         let len = measurements.len();
-        require(
-            len <= N && len == covariances.len(),
-            "covariances",
-            "as many as measurements, and as many as there is room for",
-        )?;
+        require(len <= N && len == covariances.len(), "covariances", "as many as measurements, and at most N")?;
         let mut noise = Self::default();
         for ((slot, z), covariance) in noise.reported.iter_mut().zip(measurements).zip(covariances) {
             require(covariance.factor().is_some(), "covariances", "positive definite")?;
@@ -162,7 +159,7 @@ impl<Z: Vector, const N: usize> ReportedNoise<Z, N> {
 }
 
 impl<Z: Vector, const N: usize> Default for ReportedNoise<Z, N> {
-    /// Of a scan without measurements.
+    /// The noise of a scan without measurements.
     fn default() -> Self {
         Self { reported: [(Z::ZERO, Symmetric::ZERO); N], len: 0 }
     }

@@ -31,10 +31,10 @@ pub struct Config<T> {
     /// components come from clutter, and out of view no missed detection would ever remove them. Zero: all are kept, as in the
     /// thesis.
     pub unconfirmed_weight: T,
-    /// Missed detections reduce the weight of a confirmed static component, including its detection terms, at most to this value.
-    /// Without this limit the weight depends only on the last few scans: a feature that was detected a hundred times is removed
-    /// after four consecutive misses, for example at the edge of the field of view, if the errors of pose and map leave open
-    /// whether it is in view. Zero: no limit, as in the thesis.
+    /// Lower limit of the weight of a confirmed static component after missed detections, for the sum of all its terms. Without
+    /// this limit the weight depends only on the last few scans: a feature that was detected a hundred times is removed after four
+    /// consecutive misses, for example at the edge of the field of view, if the errors of pose and map leave open whether it is in
+    /// view. Zero: no limit, as in the thesis.
     pub confirmed_weight: T,
     /// Merging threshold: components are merged within this squared Mahalanobis distance (Vo & Ma 2006, table II: U).
     pub merge_distance: T,
