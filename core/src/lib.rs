@@ -5,9 +5,9 @@
 //!
 //! * [`JointSlam`], recommended: one Gaussian over the pose and all landmarks, with probabilistic data association and existence
 //!   probabilities;
-//! * [`ScPhd`], the filter of C. S. Lee's thesis (*SLAM using Single Cluster PHD Filters*, Girona 2014): particles for the vehicle (the
-//!   parent process), and for every particle a Gaussian mixture for the map (the daughter process). Landmarks are a random finite set, which
-//!   needs no data association.
+//! * [`ScPhd`], the filter of C. S. Lee's thesis (*SLAM using Single Cluster PHD Filters*, Girona 2014): particles for the vehicle
+//!   (the parent process), and for every particle a Gaussian mixture for the map (the daughter process). Landmarks are a random
+//!   finite set, which needs no data association.
 //!
 //! It is written for vehicle computers:
 //!

@@ -17,7 +17,7 @@
 /// use scphd::memory;
 ///
 /// memory! {
-///     /// All that the car's filter knows.
+///     /// The memory of the car's filter.
 ///     pub type CarMemory: Ackermann<f32> {
 ///         particles: 32, samples: 2,
 ///         features { pages: 192, pages_per_map: 32, in_view: 256 },

@@ -47,7 +47,7 @@ impl<T: Real> Births<T> {
 /// use scphd::models::{Mounting, RangeBearing, RangeBearingWindow, Sensing, UniformClutter};
 /// use scphd::{Births, Detector, DetectorMemory};
 ///
-/// // On a vehicle a static: room for 64 measurements of dimension 2.
+/// // On a vehicle, a static: memory for 64 measurements of dimension 2.
 /// let mut memory = DetectorMemory::<Vector2<f32>, 64>::new();
 /// let window = RangeBearingWindow::full_circle(15.0, 0.9)?;
 /// let sensing = Sensing {

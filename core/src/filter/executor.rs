@@ -9,7 +9,7 @@ use crate::{LnSum, Real};
 /// ```
 /// use scphd::storage::Executor;
 ///
-/// /// Two threads; on a microcontroller the second core stands for the second one.
+/// /// Two threads; on a microcontroller, two cores.
 /// struct TwoCores;
 ///
 /// impl Executor for TwoCores {
@@ -32,9 +32,9 @@ use crate::{LnSum, Real};
 /// # use scphd::{Births, Config, Detector, DetectorMemory, ScPhd, State};
 ///
 /// type Memory = State<PlanarPose<f32>, 16, 16, MapMemory<Static<Vector2<f32>>, 16, 64, 8, 128>>;
-/// // The last parameter: scratch for so many jobs at a time.
+/// // The last parameter: the number of workers, each with working memory of its own.
 /// let mut scratch = DetectorMemory::<Vector2<f32>, 32, 2>::new();
-/// // Scratch for eight maps at a time, of a state like that: four for each job.
+/// // Working memory for eight maps of such a state at a time: four for each worker.
 /// let mut updates = Box::new(UpdateMemory::<Memory, 8>::new());
 /// # let window = RangeBearingWindow::full_circle(15.0, 0.9)?;
 /// # let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?;

@@ -31,7 +31,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// memory! {
     ///     type Memory: Unicycle<f32> { particles: 4, samples: 1, features { pages: 16, pages_per_map: 4, in_view: 32 } }
     /// }
-    /// /// A number of our own for this vehicle and its tuning.
+    /// /// Any number that identifies this type of vehicle and its tuning.
     /// const KIND: u32 = 7;
     ///
     /// let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.05))?;

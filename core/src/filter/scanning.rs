@@ -26,8 +26,8 @@ use crate::{
 
 /// A scan update in progress: what its stages read and write, and the results of the stages so far.
 ///
-/// [`ScPhd::scan`](crate::ScPhd::scan) calls the stages in the order of the methods below. A GPU calls them in one launch each, and keeps
-/// this value in its memory between launches. Methods that take `&self` may be called by several threads at once.
+/// [`ScPhd::scan`](crate::ScPhd::scan) calls the stages in the order of the methods below. A GPU calls them in one launch each, and
+/// keeps this value in its memory between launches. Methods that take `&self` may be called by several threads at once.
 pub struct Scanning<'a, 's, X: MeasurementModel> {
     pub(crate) context: ScanContext<'a, X>,
     pub(crate) memory: &'a mut Memory<'s, X::Pose>,
@@ -98,7 +98,8 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         Ok((scanning, eta, most_in_view))
     }
 
-    /// Adds the births that the last scan delayed to the maps, if this scan may have detected them; the others are missed detections.
+    /// Adds the births that the last scan delayed to the maps, if this scan may have detected them; the others are missed
+    /// detections.
     pub fn enter(&mut self) {
         let ScanContext { config, births, scan, .. } = &self.context;
         enter(config, births, &self.context.views(), scan, self.memory, &mut self.delayed_births);
@@ -123,7 +124,8 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         }
     }
 
-    /// Hands over all pages, so that several threads can write them. Until they are [given back](Self::give_pages_back) all maps are empty.
+    /// Hands over all pages, so that several threads can write them. Until they are [given back](Self::give_pages_back) all maps
+    /// are empty.
     pub fn lend_pages(&mut self) -> AllPages<'s, PositionOf<P>> {
         (self.memory.static_maps.pool.lend_pages(), self.memory.moving_maps.pool.lend_pages())
     }
@@ -202,8 +204,8 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         self.selection = select(&weighed, self.context.config, &mut self.noise, survivors, selected);
     }
 
-    /// Begins the update of the survivors' maps (5.17–5.22): assigns labels to the measurements, and frees the maps of particles without
-    /// a survivor.
+    /// Begins the update of the survivors' maps (5.17–5.22): assigns labels to the measurements, and frees the maps of particles
+    /// without a survivor.
     pub fn begin_update(&mut self) {
         let all = self.memory.survivors.get(..self.layout.particles).unwrap_or(&[]);
         self.open_update(runs(all).count());
@@ -304,8 +306,8 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         self.memory.survivors = survivors;
     }
 
-    /// Updates the maps of all survivors, several at a time: each worker computes updated maps into drafts, which are then stored in order,
-    /// with the same result as [`update`](Self::update).
+    /// Updates the maps of all survivors, several at a time: each worker computes updated maps into drafts, which are then stored
+    /// in order, with the same result as [`update`](Self::update).
     pub(crate) fn update_on(
         &mut self,
         eta: &mut [LnSum<T>],

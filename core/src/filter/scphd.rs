@@ -27,7 +27,7 @@ use crate::{
 /// use scphd::{Births, Config, Detector, DetectorMemory, ScPhd, State};
 ///
 /// // On a vehicle these are statics; here the test owns them.
-/// // 16 particles of one sample each; 64 pages of static features, 8 to a map, 128 in view.
+/// // 16 particles with one sample each; 64 pages of static features, 8 per map, 128 components in view.
 /// type Memory = State<PlanarPose<f32>, 16, 16, MapMemory<Static<Vector2<f32>>, 16, 64, 8, 128>>;
 /// let mut state = Box::new(Memory::new());
 /// // Scans of up to 32 measurements.

@@ -19,15 +19,15 @@ pub struct JointConfig<T> {
     pub occlusion_factor: T,
     /// A feature is removed when its existence probability falls below this.
     pub least_existence: T,
-    /// The same for a feature in view that was detected less than twice. Most new features are clutter; but the first detection of a
-    /// landmark ties it to the pose of the vehicle at that time, which is lost if a miss or two removes the feature. See
+    /// The same for a feature in view that was detected less than twice. Most new features are clutter; but the first detection of
+    /// a landmark ties it to the pose of the vehicle at that time, which is lost if a miss or two removes the feature. See
     /// [`strict`](Self::strict).
     pub least_tentative: T,
     /// A feature is part of the estimated map if its existence probability, visible or occluded, is at least this, and if it was
     /// detected twice.
     pub extraction_existence: T,
-    /// A squared Mahalanobis distance: two features are merged if they are closer than this, and so close that one measurement could
-    /// not distinguish them.
+    /// A squared Mahalanobis distance: two features are merged if they are closer than this, and so close that one measurement
+    /// could not distinguish them.
     pub merge_distance: T,
     /// Limits of the motion, beyond which a prediction is refused.
     pub plausible: Plausible<T>,
@@ -51,9 +51,9 @@ impl<T: Real> Default for JointConfig<T> {
 }
 
 impl<T: Real> JointConfig<T> {
-    /// The default, but missed features are removed sooner, and a feature that was detected once and is then missed is removed at once.
-    /// For clutter so dense that it would fill the map, and for the map that a [`Locator`](crate::locate::Locator) matches with another
-    /// one.
+    /// The default, but missed features are removed sooner, and a feature that was detected once and is then missed is removed at
+    /// once. For clutter so dense that it would fill the map, and for the map that a [`Locator`](crate::locate::Locator) matches
+    /// with another one.
     #[must_use]
     pub fn strict() -> Self {
         Self { least_existence: T::from_f64(0.01), least_tentative: T::from_f64(0.1), ..Self::default() }

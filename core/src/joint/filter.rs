@@ -96,12 +96,12 @@ use crate::{
 /// # type Memory = JointState<PlanarPose<f32>, Vector2<f32>, 40, { joint_numbers(3, 2, 40) }, 16>;
 /// # let mut state = Box::new(Memory::new());
 /// # let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?;
-/// // Up to 32 of them: 2.6 KB.
+/// // Up to 32 tracks: 2.6 KB.
 /// let mut movers = JointMovers::<PlanarPose<f32>, 32>::new();
 /// let slam = JointSlam::new(motion, JointConfig::default(), &mut *state)?;
 /// let mut slam = slam.with_movers(&mut movers, MovingConfig::walkers())?;
 /// slam.reset(PlanarPose::new(0.0, 0.0, 0.0))?;
-/// // Position and velocity, of what the scans so far have shown to move.
+/// // Position and velocity of the objects that have moved in the scans so far.
 /// assert_eq!(slam.moving().count(), 0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

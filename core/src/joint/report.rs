@@ -41,8 +41,8 @@ pub struct JointReport<T> {
     pub ln_evidence: T,
     /// Expected number of detections of the features in view: Σ p_D v, with v the probability that a feature exists and is visible.
     pub expected_detections: T,
-    /// Expected number of measurements that come from features in view: the sum of their association probabilities. If it is far below
-    /// `expected_detections` in scan after scan in a well-known map, the estimated pose is wrong.
+    /// Expected number of measurements that come from features in view: the sum of their association probabilities. If it is far
+    /// below `expected_detections` in scan after scan in a well-known map, the estimated pose is wrong.
     pub detections: T,
     /// Normalised innovation squared per dimension of the measurement: the mean of νᵀ S⁻¹ ν, weighted with the association
     /// probabilities. About 1 in a consistent filter, 0 without detections.
@@ -85,7 +85,8 @@ impl<T: Real> Tally<T> {
         }
     }
 
-    /// Ends a scan of so many measurements of a dimension, of which the detector states so many to be false: the report without births and what goes, which the caller adds.
+    /// Ends a scan of so many measurements of a dimension, of which the detector states so many to be false: the report without
+    /// births and what goes, which the caller adds.
     pub(super) fn report<P: Pose<Scalar = T>>(
         &self,
         header: &mut Header<P>,

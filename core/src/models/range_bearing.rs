@@ -4,8 +4,8 @@ use super::{Expected, Inverse, ModelError, PlanarPose, Sensor, require};
 use crate::{Real, Symmetric, wrap};
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
-/// A detection occludes a landmark if it is nearer by more than this many standard deviations of the range, and within as many of the
-/// bearing in direction.
+/// A detection occludes a landmark if it is nearer by more than this many standard deviations of the range, and within as many of
+/// the bearing in direction.
 const OCCLUSION_SIGMAS: f64 = 3.0;
 
 /// A sensor that measures range (m) and bearing (rad, 0 ahead, positive to the left) of a feature in the plane.
@@ -39,8 +39,8 @@ pub struct PlanarFrame<T> {
 }
 
 impl<T: Real> PlanarFrame<T> {
-    /// ∂h/∂x of any sensor fixed to the vehicle, from H = ∂h/∂m: a translation of the vehicle has the effect of the opposite translation of
-    /// the feature, and a rotation of the vehicle that of the opposite rotation of the feature about the vehicle.
+    /// ∂h/∂x of any sensor fixed to the vehicle, from H = ∂h/∂m: a translation of the vehicle has the effect of the opposite
+    /// translation of the feature, and a rotation of the vehicle that of the opposite rotation of the feature about the vehicle.
     #[inline]
     #[must_use]
     pub fn by_pose<const Z: usize>(&self, by_feature: &SMatrix<T, Z, 2>, feature: &SVector<T, 2>) -> SMatrix<T, Z, 3> {
@@ -109,8 +109,8 @@ impl<T: Real> Sensor for RangeBearing<T> {
         Vector2::new(range, wrap(bearing))
     }
 
-    /// Whether a detection is nearer than the prediction by more than three standard deviations of the range, and in the same direction
-    /// within three standard deviations of the bearing.
+    /// Whether a detection is nearer than the prediction by more than three standard deviations of the range, and in the same
+    /// direction within three standard deviations of the bearing.
     fn occludes(&self, measured: &SVector<T, 2>, expected: &SVector<T, 2>) -> bool {
         let [[range, bearing]] = self.innovation(measured, expected).data.0;
         let sigmas = T::from_f64(OCCLUSION_SIGMAS * OCCLUSION_SIGMAS);

@@ -56,10 +56,10 @@ pub trait Sensor: Sync {
     /// R, the covariance of the measurement noise.
     fn noise(&self) -> &Symmetric<Self::Measurement>;
 
-    /// R of one measurement, if it is not the same for all measurements: for the measurement `measured` of a feature whose predicted
-    /// measurement is `expected`. Noise that depends on the range should use `expected`, because `measured` contains the noise; a
-    /// covariance that a driver reports belongs to `measured`. Both are the same when a feature is initiated and when there is no
-    /// measurement.
+    /// R of one measurement, if it is not the same for all measurements: for the measurement `measured` of a feature whose
+    /// predicted measurement is `expected`. Noise that depends on the range should use `expected`, because `measured` contains the
+    /// noise; a covariance that a driver reports belongs to `measured`. Both are the same when a feature is initiated and when
+    /// there is no measurement.
     ///
     /// None by default: R is [`noise`](Self::noise). [`WithNoise`](crate::models::WithNoise) adds this to a sensor.
     fn noise_of(

@@ -42,7 +42,7 @@ pub struct Instruments<T> {
 ///     velocity_mps: Some([0.3, 0.0, 0.0]),
 ///     z_m: Some(-2.0),
 /// };
-/// // No time passes before the first row.
+/// // The first readings have dt = 0.
 /// assert_eq!(navigator.instruments(&row, 0.0), Ok(None));
 /// let control = navigator.instruments(&row, 0.1).unwrap().unwrap();
 /// assert!((control.velocity_mps.x - 0.3).abs() < 0.01);
