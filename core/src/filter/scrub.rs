@@ -86,7 +86,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// # let mut slam = ScPhd::new(motion, Config::informed(4), &mut *state)?;
     /// # slam.reset(PlanarPose::new(3.0, 0.0, 1.5), 1)?;
     /// let mut scrubber = Scrubber::new();
-    /// // Eight parts after every scan: all of the 18 in the third.
+    /// // Eight parts after every scan: the third call completes all 18 parts.
     /// for scan in 0..3 {
     ///     let scrubbed = slam.scrub(&mut scrubber, 8)?;
     ///     assert!(scrubbed.is_clean() && scrubbed.round == (scan == 2));

@@ -1,7 +1,7 @@
 //! Existence and visibility of a landmark: a Markov chain, so that misses may be consecutive.
 //!
-//! A landmark that exists is visible or occluded, and changes between the two with constant rates. Only a visible one can be
-//! detected. A missed landmark is therefore first assumed to be occluded, and only after some time to be gone.
+//! A landmark that exists is visible or occluded, and changes between the two with constant rates. Only a visible one can be detected.
+//! A missed landmark is therefore first assumed to be occluded, and only after some time to be gone.
 
 use crate::{ConfigError, Real};
 
@@ -18,13 +18,13 @@ pub struct Persistence<T> {
 }
 
 impl<T: Real> Persistence<T> {
-    /// Landmarks are never occluded and never removed: every missed detection is missed by chance, and a feature that is missed
-    /// about ten times in a row never existed.
+    /// Landmarks are never occluded and never removed: every missed detection is missed by chance, and a feature that is missed about ten
+    /// times in a row never existed.
     pub const FOR_EVER: Self = Self { visible_s: T::INFINITY, occluded_s: T::ONE, lifetime_s: T::INFINITY };
 
-    /// Posts, trees and similar landmarks, where people and cars pass, leaves move, and not every beam hits: 20 s visible, 10 s
-    /// occluded, removed after some hours. The visible time has little effect in random worlds; if landmarks are occluded for long,
-    /// a short occluded time makes the filter remove them.
+    /// Posts, trees and similar landmarks, where people and cars pass, leaves move, and not every beam hits: 20 s visible, 10 s occluded,
+    /// removed after some hours. The visible time has little effect in random worlds; if landmarks are occluded for long, a short
+    /// occluded time makes the filter remove them.
     #[must_use]
     pub fn posts() -> Self {
         let of = T::from_f64;
@@ -101,8 +101,8 @@ pub(super) struct Existence<T> {
     pub(super) visible: T,
     /// It is there and hidden.
     pub(super) occluded: T,
-    /// It is not there, or moves. Kept beside the other two, because one minus their sum would be rounded to 0 after a few
-    /// detections, and what has gone away would then stay for ever.
+    /// It is not there, or moves. Kept beside the other two, because one minus their sum would be rounded to 0 after a few detections, and
+    /// what has gone away would then stay for ever.
     pub(super) absent: T,
 }
 
