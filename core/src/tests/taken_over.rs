@@ -58,7 +58,7 @@ fn another_number_of_particles_is_refused_until_the_state_is_cleared() {
     let mut state = worked(config(8, 2), true);
     let error = refused(&mut state, config(2, 8)).unwrap();
     assert_eq!(error, SetupError::HeldParticles { held: 8, configured: 2 });
-    assert_eq!(error.to_string(), "the state holds 8 particles, and 2 are configured; clear it first");
+    assert_eq!(error.to_string(), "the state has 8 particles, but 2 are configured; clear it first");
     state.clear();
     let mut filter = Filter::new(models(), BIRTHS, config(2, 8), &mut *state).unwrap();
     assert_eq!(filter.scan(&scan()), Err(ScanError::NotStarted));

@@ -42,7 +42,7 @@ const CRATES: [(&str, usize); 29] = [
     ("host-sim/ros", 20),
     ("host-sim/run", 40),
     ("host-sim/score", 10),
-    ("host-sim/view", 60),
+    ("host-sim/view", 50),
     ("host-sim/worlds", 40),
     ("xtask", 170),
     ("bindings/capi", 60),

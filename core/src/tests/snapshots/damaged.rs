@@ -118,9 +118,9 @@ fn what_is_another_vehicles_or_does_not_fit_is_told_by_name() {
         error.to_string()
     }
     let particles = told::<2, 8, 2>(&bytes, Config::blind(2, 1));
-    assert_eq!(particles, "the snapshot needs 3 particles, and there is room for 2");
+    assert_eq!(particles, "the snapshot needs 3 particles, but the memory has room for 2");
     let pages = told::<3, 1, 1>(&bytes, config());
-    assert!(pages.ends_with("pages, and there is room for 1"), "{pages}");
+    assert!(pages.ends_with("pages, but the memory has room for 1"), "{pages}");
     let bytes = {
         let mut state = Box::new(Memory::new());
         let (mut slam, _) = held(&mut state);
@@ -129,7 +129,7 @@ fn what_is_another_vehicles_or_does_not_fit_is_told_by_name() {
         saved(|sink| slam.save(KIND, sink))
     };
     let long = told::<3, 8, 1>(&bytes, config());
-    assert_eq!(long, "the snapshot needs 2 pages in a map, and there is room for 1");
+    assert_eq!(long, "the snapshot needs 2 pages in a map, but the memory has room for 1");
     let configured = told::<8, 8, 2>(&bytes, Config::blind(8, 1));
     assert!(configured.contains("3 particles, and 8 are configured"), "{configured}");
     // Poses that are uncertain in themselves are not taken for certain ones, nor samples for particles.
