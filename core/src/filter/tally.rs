@@ -144,3 +144,23 @@ impl<T: Real> Tally<T> {
         if weight > T::ZERO { sum / (weight * T::from_usize(dimension)) } else { T::ZERO }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Tally;
+
+    /// Whichever of the survivors comes first.
+    #[test]
+    fn the_peak_is_the_most_of_any_survivor() {
+        let with = |in_view: [usize; 2]| {
+            let mut tally = Tally::<f32>::new();
+            tally.peaks.iter_mut().zip(in_view).for_each(|(peak, in_view)| peak.in_view = in_view);
+            tally
+        };
+        for order in [[[3, 0], [1, 5]], [[1, 5], [3, 0]]] {
+            let mut sum = Tally::new();
+            order.map(|in_view| sum.add(&with(in_view)));
+            assert_eq!(sum.peaks.map(|peak| peak.in_view), [3, 5]);
+        }
+    }
+}

@@ -16,7 +16,6 @@ use scphd_view::figure::densities::{self, Moment};
 use scphd_view::figure::{self, FIGURES};
 use scphd_view::output::overview;
 use scphd_view::plot::Figure;
-use scphd_view::point_process;
 use std::path::PathBuf;
 
 /// The update of figure 5.9: 12 s into the drive, in the first curve of the second lobe, 200 particles with 20 children.
@@ -31,12 +30,6 @@ pub fn figure(args: FigureArgs) -> Result<(), Failure> {
     let outputs = Outputs { json: None, out: Some(args.out.clone()) };
     outputs.check()?;
     let figures: Vec<(&str, Figure)> = match &number[..] {
-        "3.1" => {
-            let [homogeneous, inhomogeneous] = point_process::figures::figure_3_1(args.seed).map_err(internal)?;
-            vec![("3.1a", homogeneous), ("3.1b", inhomogeneous)]
-        }
-        "3.2" => vec![("3.2", point_process::figures::figure_3_2(args.seed).map_err(internal)?)],
-        "3.3" => vec![("3.3", point_process::figures::figure_3_3(args.seed).map_err(internal)?)],
         "5.3" => {
             let log = scenario::<Planar>("thesis-dynamic", args.seed)?;
             vec![("5.3a", figure::scenario(&log)), ("5.3b", figure::measurements(&log))]
@@ -81,10 +74,6 @@ pub fn figure(args: FigureArgs) -> Result<(), Failure> {
         }
     };
     write(args.out, &figures)
-}
-
-fn internal(error: impl core::fmt::Display) -> Failure {
-    Failure::Internal(error.to_string())
 }
 
 fn write(out: PathBuf, figures: &[(&str, Figure)]) -> Result<(), Failure> {

@@ -5,5 +5,4 @@ pub mod figure;
 mod meaning;
 pub mod output;
 pub mod plot;
-pub mod point_process;
 pub mod report;

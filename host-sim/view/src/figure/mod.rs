@@ -11,9 +11,6 @@ pub use space::{plan_and_section, space_maps, squared_errors, trajectories};
 
 /// Numbers of the figures, each with a line about it.
 pub const FIGURES: &[(&str, &str)] = &[
-    ("3.1", "Poisson point processes, homogeneous and inhomogeneous"),
-    ("3.2", "segment Cox process"),
-    ("3.3", "Matérn process"),
     ("5.3", "thesis-dynamic: landmarks and trajectory; cumulative measurements and dead reckoning"),
     ("5.4", "thesis-dynamic: map and trajectory estimate; tracks of moving features"),
     ("5.5", "thesis-dynamic: mean pose and map error over time, 100 runs"),
