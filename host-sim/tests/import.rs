@@ -904,6 +904,15 @@ fn folders_of_bags_and_compressed_recordings_are_read() {
             .fails(&["import", "bag", "--out", "no"])
             .contains("bag_8.mcap: metadata.yaml lists it, but it is not there")
     );
+    // The endings that zstd and lz4 give; what is in a file tells how it is packed.
+    for end in ["zstd", "zst", "lz4"] {
+        let (folder, out) = (format!("bag_{end}"), format!("of_{end}"));
+        fs::create_dir(place.path(&folder)).unwrap();
+        place.write(&format!("{folder}/bag_0.mcap.{end}"), &whole);
+        place.succeeds(&["import", &folder, "--out", &out]);
+        let log = log_folder::read(&place.path(&out)).unwrap();
+        assert_eq!(Log { name: right.name.clone(), ..log }, right, "{end}");
+    }
     place.write("a.db3", b"SQLite format 3\0and more");
     place.write("a.bag", b"#ROSBAG V2.0\nand more");
     for (name, words) in [("a.db3", "a recording in SQLite"), ("a.bag", "a recording of ROS 1")] {

@@ -23,7 +23,7 @@ pub fn is_bag(dir: &Path) -> bool {
 }
 
 fn is_recording(name: &str) -> bool {
-    [".mcap", ".mcap.zstd", ".mcap.lz4", ".db3", ".db3.zstd"].iter().any(|end| name.ends_with(end))
+    [".mcap", ".mcap.zstd", ".mcap.zst", ".mcap.lz4", ".db3", ".db3.zstd"].iter().any(|end| name.ends_with(end))
 }
 
 fn names(dir: &Path) -> std::io::Result<Vec<String>> {
