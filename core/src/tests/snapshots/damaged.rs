@@ -131,7 +131,7 @@ fn what_is_another_vehicles_or_does_not_fit_is_told_by_name() {
     let long = told::<3, 8, 1>(&bytes, config());
     assert_eq!(long, "the snapshot needs 2 pages in a map, but the memory has room for 1");
     let configured = told::<8, 8, 2>(&bytes, Config::blind(8, 1));
-    assert!(configured.contains("3 particles, and 8 are configured"), "{configured}");
+    assert!(configured.contains("3 particles, but 8 are configured"), "{configured}");
     // Poses that are uncertain in themselves are not taken for certain ones, nor samples for particles.
     let mut informed = Box::new(Memory::new());
     let mut informed = ScPhd::new(motion(), Config::informed(3), &mut *informed).unwrap();
