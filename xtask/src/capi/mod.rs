@@ -2,6 +2,7 @@
 
 pub mod archive;
 mod board;
+mod flash;
 mod header;
 mod install;
 mod programs;
