@@ -101,7 +101,7 @@ def test_before_reset(slam, lidar):
         ("reset", (1e12, 0.0, 0.0), scphd.InputError, "pose"),
         ("reset", ("here",), TypeError, None),
         ("restore", (b"",), scphd.SnapshotError, "ends before"),
-        ("restore", (b"no snapshot" * 99,), scphd.SnapshotError, "no snapshot"),
+        ("restore", (b"no snapshot" * 99,), scphd.SnapshotError, "not a snapshot"),
         ("restore", (None,), TypeError, None),
     ],
 )
