@@ -111,3 +111,31 @@ fn dot<T: Real>(a: [T; 2], b: [T; 2]) -> T {
 fn cross<T: Real>(a: [T; 2], b: [T; 2]) -> T {
     a[0] * b[1] - a[1] * b[0]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::RefusedWay;
+    use crate::{PlanarPose, PoseEstimate, Symmetric};
+
+    /// Three pairs on a line, the middle one displaced by `e` across it: least squares leaves 2 e²/3, for two degrees of freedom after turn,
+    /// shift and scale.
+    #[test]
+    fn the_covariance_is_that_of_the_residuals() {
+        let (sigma_m, e) = (0.1, 0.3);
+        let mut way = RefusedWay::<f64>::NONE;
+        for (x, y) in [(0.0, 0.0), (10.0, e), (20.0, 0.0)] {
+            way.add([x, 0.0], [x, y]);
+        }
+        let estimate =
+            PoseEstimate { mean: PlanarPose::new(10.0, 0.0, 0.2), covariance: Symmetric::from_diagonal([1.0; 3]) };
+        let PoseEstimate { mean, covariance } = way.laid_over(sigma_m, &estimate).unwrap();
+        assert!(
+            (mean.x_m - 10.0).abs() + (mean.y_m - e / 3.0).abs() + (mean.heading_rad - 0.2).abs() < 1e-12,
+            "{mean:?}"
+        );
+        let variance = e * e / 3.0;
+        for (k, expected) in [variance, variance, variance / 200.0].into_iter().enumerate() {
+            assert!((covariance.get(k, k) / expected - 1.0).abs() < 1e-9, "{covariance:?}");
+        }
+    }
+}
