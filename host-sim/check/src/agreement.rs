@@ -37,6 +37,14 @@ const NEARLY: f64 = 0.1;
 /// Where all stands still in the view, this share of the detections falls on later ones: the rest goes out of view, or is missed.
 const MOST: f64 = 0.3;
 
+/// Where sensors see parts of their own vehicle. Most logs have none, which is found before all else is looked at.
+pub(super) fn zones(log: &Log) -> Zones {
+    let poses = vehicle::dead_reckoning(log);
+    let moved = pairs(log, &poses, moves(log, 1.0));
+    let (zones, _) = still::look_over(&mut without_truth(log), &poses, &moved, &mut Findings::default());
+    if zones.iter().all(Vec::is_empty) { zones } else { planar(log, &mut Findings::default()) }
+}
+
 /// What the scans tell of the motion; gives back where sensors see parts of their own vehicle.
 pub(super) fn planar(log: &Log, findings: &mut Findings) -> Zones {
     let written = without_truth(log);

@@ -131,8 +131,7 @@ impl Checked for Planar {
             done.push(format!("truth.csv: {} of {} rows are not scored [truth-jumps]", found.len(), log.truth.len()));
             *log = jumps::without(log, &found);
         }
-        let zones = agreement::planar(log, &mut Findings::default());
-        let left_out = still::leave_out(log, &zones);
+        let left_out = still::leave_out(log, &agreement::zones(log));
         if left_out > 0 {
             done.push(format!(
                 "detections.csv: {left_out} detections of what stands still in the view are left out, as scphd-sim check proposes [fixed-in-view]"
