@@ -8,7 +8,6 @@ mod table;
 pub mod worst_case;
 
 use std::collections::HashMap;
-use std::collections::hash_map::Entry;
 use std::path::PathBuf;
 
 use crate::firmware::board::{Board, EMULATED};
@@ -72,14 +71,20 @@ pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, Stop> {
     let budgets: Vec<Budget> = budgets()?.entries.into_iter().filter(wanted).collect();
     let qemu = emulator::prepare()?;
     let toolchain = toolchain::find()?;
-    let mut images: HashMap<Key, (Image, Code)> = HashMap::new();
+    let mut wanted: HashMap<Key, (&Board, Rig, Precision)> = HashMap::new();
+    for budget in &budgets {
+        let (board, precision, rig) = (board_of(budget)?, budget.precision()?, budget.source().rig());
+        wanted.insert(key(board, rig, precision), (board, rig, precision));
+    }
+    let wanted: Vec<_> = wanted.into_iter().collect();
+    let images = process::side_by_side(&wanted, |(key, (board, rig, precision))| {
+        Ok((key.clone(), built(&toolchain, board, *rig, *precision)?))
+    })?;
+    let images: HashMap<Key, (Image, Code)> = images.into_iter().collect::<Result<_, String>>()?;
     let mut runs = Vec::new();
     for budget in &budgets {
         let (board, precision) = (board_of(budget)?, budget.precision()?);
         let rig = budget.source().rig();
-        if let Entry::Vacant(place) = images.entry(key(board, rig, precision)) {
-            place.insert(built(&toolchain, board, rig, precision)?);
-        }
         let stream = streams::make(budget.source(), precision)?;
         let host = streams::on_host(&stream, rig, precision, "release")?;
         runs.push(Run { budget, board, key: key(board, rig, precision), stream, host });

@@ -1,8 +1,10 @@
 //! Building the images, and what is in them.
 
+use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::{Mutex, PoisonError};
 
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, elf};
 
@@ -55,7 +57,10 @@ pub fn build(toolchain: &Toolchain, board: &Board, name: &str, extra: &Extra<'_>
     build_in(toolchain, board, FOLDER, name, extra)
 }
 
-/// Builds one image of a workspace for a board.
+/// The images that this run has built, each with its flags: several steps need the same ones, and nothing changes in between.
+static BUILT: Mutex<Option<HashSet<(PathBuf, Vec<String>)>>> = Mutex::new(None);
+
+/// Builds one image of a workspace for a board, if this run has not built it yet.
 pub fn build_in(
     toolchain: &Toolchain,
     board: &Board,
@@ -65,6 +70,11 @@ pub fn build_in(
 ) -> Result<Image, String> {
     let features = extra.features.iter().map(|feature| format!("-{feature}")).collect::<String>();
     let path = images(toolchain)?.join(format!("{}-{name}{features}.elf", board.name));
+    let built = || BUILT.lock().unwrap_or_else(PoisonError::into_inner);
+    let key = (path.clone(), extra.flags.iter().map(ToString::to_string).collect::<Vec<_>>());
+    if built().get_or_insert_default().contains(&key) {
+        return Image::read(path, board);
+    }
     workbench::with(toolchain, |bench| {
         process::run(&mut cargo(toolchain, board, folder, name, extra, bench)?)?;
         // The next board's build leaves its image in the same place. It comes to where images are kept whole: another build of the
@@ -73,9 +83,8 @@ pub fn build_in(
         let kept = fs::copy(&built, &copy).and_then(|_| fs::rename(&copy, &path));
         kept.map_err(|error| format!("{}: {error}", built.display()))
     })?;
-    let elf = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-    let image = Image { path, elf };
-    image.check_ram(board)?;
+    let image = Image::read(path, board)?;
+    built().get_or_insert_default().insert(key);
     Ok(image)
 }
 
@@ -134,6 +143,14 @@ fn cargo(
 impl Image {
     pub(super) fn file(&self) -> Result<object::File<'_>, String> {
         object::File::parse(&*self.elf).map_err(|error| format!("{}: {error}", self.path.display()))
+    }
+
+    /// The image in a file, which must be one for this board.
+    fn read(path: PathBuf, board: &Board) -> Result<Self, String> {
+        let elf = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+        let image = Self { path, elf };
+        image.check_ram(board)?;
+        Ok(image)
     }
 
     /// Fails if the image is not for this board.
