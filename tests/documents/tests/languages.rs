@@ -32,7 +32,7 @@ const FEATURES: [(&str, [Test; 5]); 21] = [
         [
             (VEHICLE, "a_joint_map"),
             (C, "start_filters"),
-            (PYTHON_DIGESTS, "test_three_filters_over_300_scans"),
+            (PYTHON_DIGESTS, "test_six_filters_over_300_scans"),
             (BLACK_BOX, "cut_at_every_50th_scan_the_joint_map_ends_alike"),
             (JOINT, "survey_in_single_precision"),
         ],
@@ -72,7 +72,7 @@ const FEATURES: [(&str, [Test; 5]); 21] = [
         [
             (VEHICLE, "a_mixture"),
             (C, "start_filters"),
-            (PYTHON_DIGESTS, "test_three_filters_over_300_scans"),
+            (PYTHON_DIGESTS, "test_six_filters_over_300_scans"),
             (BLACK_BOX, "cut_at_every_50th_scan_the_mixture_ends_alike"),
             (MIXTURE, "survey_in_single_precision"),
         ],
