@@ -2,13 +2,37 @@
 
 use crate::error::InputError;
 use nalgebra::SVector;
-use numpy::{AllowTypeChange, PyArray1, PyArray2, PyArrayLikeDyn, PyArrayMethods};
+use numpy::{AllowTypeChange, PyArray1, PyArrayLikeDyn, PyArrayMethods};
 use pyo3::prelude::*;
+use scphd::Real;
 use scphd::numerics::{Symmetric, Vector};
 
-/// All numbers of what NumPy can make an array of, in single precision, with its shape.
-fn numbers(what: &str, of: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Vec<f32>)> {
-    let array: PyArrayLikeDyn<'_, f32, AllowTypeChange> =
+/// A filter works in single or in double precision.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Precision {
+    /// f32.
+    Single,
+    /// f64.
+    Double,
+}
+
+/// A scalar of NumPy and of a filter.
+pub trait Number: Real + numpy::Element + for<'a, 'py> FromPyObject<'a, 'py> {
+    /// Its precision.
+    const PRECISION: Precision;
+}
+
+impl Number for f32 {
+    const PRECISION: Precision = Precision::Single;
+}
+
+impl Number for f64 {
+    const PRECISION: Precision = Precision::Double;
+}
+
+/// All numbers of what NumPy can make an array of, with its shape.
+fn numbers<T: Number>(what: &str, of: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Vec<T>)> {
+    let array: PyArrayLikeDyn<'_, T, AllowTypeChange> =
         of.extract().map_err(|error: PyErr| InputError::new_err(format!("{what}: no array of numbers: {error}")))?;
     let view = array.as_array();
     Ok((view.shape().to_vec(), view.iter().copied().collect()))
@@ -21,7 +45,7 @@ fn wrong_shape(what: &str, wanted: &str, found: &[usize]) -> PyErr {
 }
 
 /// One row of so many numbers.
-pub fn row<const N: usize>(what: &str, of: &Bound<'_, PyAny>) -> PyResult<[f32; N]> {
+pub fn row<T: Number, const N: usize>(what: &str, of: &Bound<'_, PyAny>) -> PyResult<[T; N]> {
     let (shape, numbers) = numbers(what, of)?;
     match numbers.try_into() {
         Ok(row) if shape.len() == 1 => Ok(row),
@@ -30,7 +54,7 @@ pub fn row<const N: usize>(what: &str, of: &Bound<'_, PyAny>) -> PyResult<[f32; 
 }
 
 /// Any number of rows of so many numbers; an empty list is none.
-pub fn rows<const N: usize>(what: &str, of: &Bound<'_, PyAny>) -> PyResult<Vec<SVector<f32, N>>> {
+pub fn rows<T: Number, const N: usize>(what: &str, of: &Bound<'_, PyAny>) -> PyResult<Vec<SVector<T, N>>> {
     let (shape, numbers) = numbers(what, of)?;
     match shape[..] {
         [0] => Ok(Vec::new()),
@@ -40,17 +64,49 @@ pub fn rows<const N: usize>(what: &str, of: &Bound<'_, PyAny>) -> PyResult<Vec<S
 }
 
 /// A list of numbers.
-pub fn line(what: &str, of: &Bound<'_, PyAny>) -> PyResult<Vec<SVector<f32, 1>>> {
+pub fn line<T: Number>(what: &str, of: &Bound<'_, PyAny>) -> PyResult<Vec<T>> {
     let (shape, numbers) = numbers(what, of)?;
-    match shape[..] {
-        [_] => Ok(numbers.into_iter().map(|number| [number].into()).collect()),
-        _ => Err(wrong_shape(what, "(n,)", &shape)),
-    }
+    if shape.len() == 1 { Ok(numbers) } else { Err(wrong_shape(what, "(n,)", &shape)) }
 }
 
-/// The whole of a covariance, of shape (D, D).
-pub fn square<'py, V: Vector<Scalar = f32>>(py: Python<'py>, of: &Symmetric<V>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+/// A covariance, of shape (D, D).
+pub fn covariance<V: Vector<Scalar: Number>>(what: &str, of: &Bound<'_, PyAny>) -> PyResult<Symmetric<V>> {
     let n = V::DIMENSION;
-    let elements = (0..n * n).map(|at| of.get(at / n, at % n));
-    PyArray1::from_iter(py, elements).reshape([n, n])
+    let (shape, numbers) = numbers(what, of)?;
+    let at = |row: usize, column: usize| numbers.get(row * n + column).copied();
+    if shape != [n, n] {
+        return Err(wrong_shape(what, &format!("({n}, {n})"), &shape));
+    }
+    let differ = |(one, other): (V::Scalar, V::Scalar)| {
+        (one - other).abs() > V::Scalar::from_f64(1e-6) * (one.abs() + other.abs())
+    };
+    if (0..n).any(|row| (0..row).any(|column| at(row, column).zip(at(column, row)).is_none_or(differ))) {
+        return Err(InputError::new_err(format!("{what} is not symmetric")));
+    }
+    Ok(Symmetric::from_fn(|row, column| at(row, column).unwrap_or_default()))
+}
+
+/// Numbers as an array of this shape, of the type of a filter of this precision.
+pub fn array<'py>(
+    py: Python<'py>,
+    precision: Precision,
+    shape: &[usize],
+    numbers: impl IntoIterator<Item = f64>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let numbers = numbers.into_iter();
+    Ok(match precision {
+        Precision::Single => PyArray1::from_iter(py, numbers.map(|number| number as f32)).reshape(shape)?.into_any(),
+        Precision::Double => PyArray1::from_iter(py, numbers).reshape(shape)?.into_any(),
+    })
+}
+
+/// A covariance in another precision.
+pub fn cast<V: Vector, W: Vector>(of: &Symmetric<V>) -> Symmetric<W> {
+    Symmetric::from_fn(|row, column| Real::from_f64(of.get(row, column).to_f64()))
+}
+
+/// The elements of a covariance, row after row.
+pub fn elements<V: Vector>(of: &Symmetric<V>) -> impl Iterator<Item = f64> {
+    let n = V::DIMENSION;
+    (0..n * n).map(move |at| of.get(at / n, at % n).to_f64())
 }

@@ -1,70 +1,106 @@
 //! Sensors that detect features.
 
-use crate::array::{line, rows};
-use crate::error::{Refusal, of_model};
+use crate::array::{Number, line, rows};
+use crate::error::of_model;
+use crate::keywords::{Keywords, object};
 use crate::mounting::Mounting;
 use nalgebra::{Vector1, Vector2};
 use pyo3::prelude::*;
-use scphd::models::{
-    MeasurementModel, ModelError, PlanarPose, PolarBirths, PolarGrid, RangeBearingLimits, RangeBearingWindow, Sensing,
-    UniformClutter,
-};
-use scphd::numerics::Vector;
-use scphd::storage::ScanRoom;
-use scphd::{Births, Detector, DetectorMemory};
-use std::f32::consts::{PI, TAU};
+use scphd::models::{ModelError, PlanarPose, PolarGrid, RangeBearingLimits};
+use scphd::{Births, Real};
+use scphd_vehicle::{Direction, Polar, Sensor, SensorModel};
+use std::f64::consts::PI;
 
-/// The most measurements of a scan.
-const MEASUREMENTS: usize = 1024;
-
-/// Models of range and bearing.
-pub type Polar = Sensing<scphd::models::RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
-/// Models of bearings.
-pub type Direction =
-    Sensing<scphd::models::BearingOnly<f32, PolarBirths<f32>>, RangeBearingWindow<f32>, UniformClutter<f32>>;
-
-/// What a detector is made of: it is put together for a scan, over its memory.
-pub struct Parts<X, Z: Vector> {
-    sensing: X,
-    births: Births<f32>,
-    mounting: Option<scphd::models::Mounting<f32>>,
-    room: Box<DetectorMemory<Z, MEASUREMENTS>>,
+/// A sensor as it is described, and whether its births are those that a sensor of its range has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Described {
+    sensor: Sensor<f64>,
+    usual_births: bool,
 }
 
-impl<X, Z> Parts<X, Z>
-where
-    X: MeasurementModel<Pose = PlanarPose<f32>, Measurement = Z> + Copy,
-    Z: Vector<Scalar = f32>,
-{
-    fn new(sensing: X, births: Births<f32>, mounting: Option<&Mounting>) -> PyResult<Self> {
-        let mounting = mounting.and_then(Mounting::seat);
-        let mut parts = Self { sensing, births, mounting, room: Box::new(DetectorMemory::new()) };
-        parts.over()?;
-        Ok(parts)
-    }
+impl Described {
+    /// A sensor that sees nothing, where there was no scan yet.
+    pub const BLIND: Self = Self {
+        sensor: Sensor {
+            model: SensorModel::RangeBearing,
+            range_sigma_m: 1.0,
+            bearing_sigma_rad: 1.0,
+            window: RangeBearingLimits {
+                range_min_m: 0.0,
+                range_max_m: 1.0,
+                range_edge_m: 0.0,
+                bearing_center_rad: 0.0,
+                bearing_half_width_rad: PI,
+                bearing_edge_rad: 0.0,
+                probability_near: 0.0,
+                probability_far: 0.0,
+            },
+            clutter_per_scan: 0.0,
+            births: Births { of_static: 0.0, of_moving: 0.0 },
+            grid: PolarGrid { nearest_m: 0.1, farthest_m: 1.0, rings: 2, sectors: 1, weight: 0.0 },
+            seat_m: [0.0; 2],
+            yaw_rad: 0.0,
+        },
+        usual_births: false,
+    };
 
-    /// The detector without memory, which is enough for a joint map.
-    pub fn detector(&self) -> PyResult<Detector<X>> {
-        let names = [("births.of_static", "births_still"), ("births.of_moving", "births_moving")];
-        let detector = Detector::new(self.sensing, self.births).map_err(|error| of_model(error, &names))?;
-        match self.mounting {
-            Some(seat) => detector.mounted(seat).map_err(Refusal::raised),
-            None => Ok(detector),
+    /// The sensor in the precision of a filter.
+    pub fn sensor<T: Real>(&self) -> Sensor<T> {
+        let of = T::from_f64;
+        let Sensor { window, grid, births, .. } = &self.sensor;
+        let mut sensor = Sensor::range_bearing(
+            of(window.range_max_m),
+            of(window.probability_near),
+            [of(self.sensor.range_sigma_m), of(self.sensor.bearing_sigma_rad)],
+        );
+        sensor.model = self.sensor.model;
+        sensor.window = RangeBearingLimits {
+            range_min_m: of(window.range_min_m),
+            range_edge_m: of(window.range_edge_m),
+            bearing_center_rad: of(window.bearing_center_rad),
+            bearing_half_width_rad: of(window.bearing_half_width_rad),
+            bearing_edge_rad: of(window.bearing_edge_rad),
+            probability_far: of(window.probability_far),
+            ..sensor.window
+        };
+        sensor.clutter_per_scan = of(self.sensor.clutter_per_scan);
+        if !self.usual_births {
+            sensor.births.of_static = of(births.of_static);
         }
+        sensor.births.of_moving = of(births.of_moving);
+        sensor.grid = PolarGrid {
+            nearest_m: of(grid.nearest_m),
+            farthest_m: of(grid.farthest_m),
+            rings: grid.rings,
+            sectors: grid.sectors,
+            weight: of(grid.weight),
+        };
+        sensor.seat_m = self.sensor.seat_m.map(of);
+        sensor.yaw_rad = of(self.sensor.yaw_rad);
+        sensor
     }
 
-    /// The detector over its memory, for a mixture.
-    pub fn over(&mut self) -> PyResult<Detector<X, ScanRoom<'_, Z>>> {
-        self.detector()?.over(&mut self.room).map_err(Refusal::raised)
+    fn seat(&self) -> Mounting {
+        let [forward_m, left_m] = self.sensor.seat_m;
+        Mounting([forward_m, left_m, self.sensor.yaw_rad])
     }
-}
 
-/// A detector that sees nothing, where there was no scan yet.
-pub fn blind() -> Result<Detector<Polar>, ModelError> {
-    let window = RangeBearingWindow::full_circle(1.0, 0.0)?;
-    let clutter = UniformClutter::of_scan(0.0, 1.0)?;
-    let sensing = Sensing { sensor: scphd::models::RangeBearing::new(1.0, 1.0)?, field_of_view: window, clutter };
-    Detector::new(sensing, Births::NONE)
+    /// The keywords of the view, which every sensor has.
+    fn of_view(&self) -> Keywords {
+        let Sensor { window, .. } = &self.sensor;
+        Keywords::default()
+            .number("bearing_sigma_rad", self.sensor.bearing_sigma_rad)
+            .number("range_max_m", window.range_max_m)
+            .number("range_min_m", window.range_min_m)
+            .number("range_edge_m", window.range_edge_m)
+            .number("bearing_center_rad", window.bearing_center_rad)
+            .number("bearing_half_width_rad", window.bearing_half_width_rad)
+            .number("bearing_edge_rad", window.bearing_edge_rad)
+            .number("probability", window.probability_near)
+            .number("probability_far", window.probability_far)
+            .number("clutter_per_scan", self.sensor.clutter_per_scan)
+            .seat(self.seat())
+    }
 }
 
 /// A sensor that measures range (m) and bearing (rad, 0 ahead, growing to the left) of features that it cannot tell apart.
@@ -93,8 +129,8 @@ pub fn blind() -> Result<Detector<Polar>, ModelError> {
 ///     scans of a full circle, none that moves.
 /// mounting : Mounting, optional
 ///     Where it sits; left out: where the pose is.
-#[pyclass(module = "scphd")]
-pub struct RangeBearing(pub Parts<Polar, Vector2<f32>>);
+#[pyclass(frozen, module = "scphd")]
+pub struct RangeBearing(pub Described);
 
 #[pymethods]
 impl RangeBearing {
@@ -104,22 +140,22 @@ impl RangeBearing {
                         probability_far=None, clutter_per_scan=1.0, births_still=None, births_moving=0.0, mounting=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn new(
-        range_sigma_m: f32,
-        bearing_sigma_rad: f32,
-        range_max_m: f32,
-        range_min_m: f32,
-        range_edge_m: f32,
-        bearing_center_rad: f32,
-        bearing_half_width_rad: f32,
-        bearing_edge_rad: f32,
-        probability: f32,
-        probability_far: Option<f32>,
-        clutter_per_scan: f32,
-        births_still: Option<f32>,
-        births_moving: f32,
-        mounting: Option<&Bound<'_, Mounting>>,
+        range_sigma_m: f64,
+        bearing_sigma_rad: f64,
+        range_max_m: f64,
+        range_min_m: f64,
+        range_edge_m: f64,
+        bearing_center_rad: f64,
+        bearing_half_width_rad: f64,
+        bearing_edge_rad: f64,
+        probability: f64,
+        probability_far: Option<f64>,
+        clutter_per_scan: f64,
+        births_still: Option<f64>,
+        births_moving: f64,
+        mounting: Option<Mounting>,
     ) -> PyResult<Self> {
-        let limits = RangeBearingLimits {
+        let window = RangeBearingLimits {
             range_min_m,
             range_max_m,
             range_edge_m,
@@ -129,20 +165,21 @@ impl RangeBearing {
             probability_near: probability,
             probability_far: probability_far.unwrap_or(probability),
         };
-        let sensing = || {
-            let field_of_view = RangeBearingWindow::new(limits)?;
-            let clutter = UniformClutter::of_scan(clutter_per_scan, field_of_view.measure())?;
-            Ok(Sensing {
-                sensor: scphd::models::RangeBearing::new(range_sigma_m, bearing_sigma_rad)?,
-                field_of_view,
-                clutter,
-            })
-        };
-        let sensing = sensing().map_err(|error| of_model(error, &[("probability_near", "probability")]))?;
-        let births = Births { of_static: births_still.unwrap_or(0.1 / (range_max_m * TAU)), of_moving: births_moving };
-        Parts::new(sensing, births, mounting.map(Bound::get)).map(Self)
+        let mut sensor = seated(window, [range_sigma_m, bearing_sigma_rad], clutter_per_scan, mounting);
+        sensor.births.of_static = births_still.unwrap_or_default();
+        sensor.births.of_moving = births_moving;
+        let described = Described { sensor, usual_births: births_still.is_none() };
+        polar(&described)?;
+        Ok(Self(described))
     }
 }
+
+object! { RangeBearing, |described| {
+    let Described { sensor, usual_births } = described;
+    let keywords = described.of_view().number("range_sigma_m", sensor.range_sigma_m);
+    let keywords = keywords.number("births_moving", sensor.births.of_moving);
+    if *usual_births { keywords } else { keywords.number("births_still", sensor.births.of_static) }
+} }
 
 /// A sensor that measures bearings alone (rad, 0 ahead, growing to the left), such as a camera. For a `Filter`.
 ///
@@ -161,8 +198,8 @@ impl RangeBearing {
 ///     Rings of the grid, and points of each.
 /// births_weight : float
 ///     Weight of each point: features that appear there between two scans.
-#[pyclass(module = "scphd")]
-pub struct BearingOnly(pub Parts<Direction, Vector1<f32>>);
+#[pyclass(frozen, module = "scphd")]
+pub struct BearingOnly(pub Described);
 
 #[pymethods]
 impl BearingOnly {
@@ -173,24 +210,24 @@ impl BearingOnly {
                         births_sectors=24, births_weight=0.001, mounting=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn new(
-        bearing_sigma_rad: f32,
-        range_max_m: f32,
-        range_min_m: f32,
-        range_edge_m: f32,
-        bearing_center_rad: f32,
-        bearing_half_width_rad: f32,
-        bearing_edge_rad: f32,
-        probability: f32,
-        probability_far: Option<f32>,
-        clutter_per_scan: f32,
-        births_nearest_m: Option<f32>,
-        births_farthest_m: Option<f32>,
+        bearing_sigma_rad: f64,
+        range_max_m: f64,
+        range_min_m: f64,
+        range_edge_m: f64,
+        bearing_center_rad: f64,
+        bearing_half_width_rad: f64,
+        bearing_edge_rad: f64,
+        probability: f64,
+        probability_far: Option<f64>,
+        clutter_per_scan: f64,
+        births_nearest_m: Option<f64>,
+        births_farthest_m: Option<f64>,
         births_rings: u16,
         births_sectors: u16,
-        births_weight: f32,
-        mounting: Option<&Bound<'_, Mounting>>,
+        births_weight: f64,
+        mounting: Option<Mounting>,
     ) -> PyResult<Self> {
-        let limits = RangeBearingLimits {
+        let window = RangeBearingLimits {
             range_min_m,
             range_max_m,
             range_edge_m,
@@ -200,39 +237,75 @@ impl BearingOnly {
             probability_near: probability,
             probability_far: probability_far.unwrap_or(probability),
         };
-        let grid = PolarGrid {
-            nearest_m: births_nearest_m.unwrap_or(0.1 * range_max_m),
+        let mut sensor = seated(window, [1.0, bearing_sigma_rad], clutter_per_scan, mounting);
+        sensor.model = SensorModel::Bearing;
+        sensor.grid = PolarGrid {
+            nearest_m: births_nearest_m.unwrap_or(sensor.grid.nearest_m),
             farthest_m: births_farthest_m.unwrap_or(range_max_m),
             rings: births_rings,
             sectors: births_sectors,
             weight: births_weight,
         };
-        let sensing = || {
-            let field_of_view = RangeBearingWindow::new(limits)?;
-            let half_width_rad = bearing_half_width_rad.min(PI);
-            let clutter = UniformClutter::of_scan(clutter_per_scan, half_width_rad + half_width_rad)?;
-            let sensor = scphd::models::BearingOnly::new(bearing_sigma_rad, PolarBirths::new(grid)?)?;
-            Ok(Sensing { sensor, field_of_view, clutter })
-        };
-        let names = [
-            ("probability_near", "probability"),
-            ("nearest_m", "births_nearest_m"),
-            ("farthest_m", "births_farthest_m"),
-            ("rings", "births_rings"),
-            ("sectors", "births_sectors"),
-            ("weight", "births_weight"),
-        ];
-        let sensing = sensing().map_err(|error| of_model(error, &names))?;
-        Parts::new(sensing, Births::NONE, mounting.map(Bound::get)).map(Self)
+        let described = Described { sensor, usual_births: true };
+        direction(&described)?;
+        Ok(Self(described))
     }
 }
 
+object! { BearingOnly, |described| {
+    let grid = &described.sensor.grid;
+    described.of_view()
+        .number("births_nearest_m", grid.nearest_m)
+        .number("births_farthest_m", grid.farthest_m)
+        .count("births_rings", grid.rings)
+        .count("births_sectors", grid.sectors)
+        .number("births_weight", grid.weight)
+} }
+
+/// A sensor of range and bearing with this view, these standard deviations, this clutter and this seat.
+fn seated(
+    window: RangeBearingLimits<f64>,
+    sigmas: [f64; 2],
+    clutter_per_scan: f64,
+    mounting: Option<Mounting>,
+) -> Sensor<f64> {
+    let Mounting([forward_m, left_m, yaw_rad]) = mounting.unwrap_or(Mounting::NONE);
+    let sensor = Sensor::range_bearing(window.range_max_m, window.probability_near, sigmas);
+    Sensor { window, clutter_per_scan, seat_m: [forward_m, left_m], yaw_rad, ..sensor }
+}
+
+/// Refuses a model by the names of Python.
+fn named(error: ModelError) -> PyErr {
+    let names = [
+        ("births.of_static", "births_still"),
+        ("births.of_moving", "births_moving"),
+        ("probability_near", "probability"),
+        ("nearest_m", "births_nearest_m"),
+        ("farthest_m", "births_farthest_m"),
+        ("rings", "births_rings"),
+        ("sectors", "births_sectors"),
+        ("weight", "births_weight"),
+    ];
+    of_model(error, &names)
+}
+
+/// The detector of range and bearing.
+pub fn polar(described: &Described) -> PyResult<Polar<PlanarPose<f32>, f32>> {
+    described.sensor().polar::<PlanarPose<f32>>().map_err(named)
+}
+
+/// The detector of bearings.
+pub fn direction(described: &Described) -> PyResult<Direction<PlanarPose<f32>, f32>> {
+    described.sensor().direction::<PlanarPose<f32>>().map_err(named)
+}
+
 /// A scan of range and bearing, of shape (n, 2).
-pub fn polar_scan(measurements: &Bound<'_, PyAny>) -> PyResult<Vec<Vector2<f32>>> {
+pub fn polar_scan<T: Number>(measurements: &Bound<'_, PyAny>) -> PyResult<Vec<Vector2<T>>> {
     rows("measurements (range_m, bearing_rad)", measurements)
 }
 
 /// A scan of bearings, of shape (n,).
-pub fn bearing_scan(measurements: &Bound<'_, PyAny>) -> PyResult<Vec<Vector1<f32>>> {
-    line("measurements (bearing_rad)", measurements)
+pub fn bearing_scan<T: Number>(measurements: &Bound<'_, PyAny>) -> PyResult<Vec<Vector1<T>>> {
+    let bearings = line("measurements (bearing_rad)", measurements)?;
+    Ok(bearings.into_iter().map(Vector1::new).collect())
 }

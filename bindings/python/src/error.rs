@@ -1,11 +1,13 @@
 //! Exceptions, and which of them a refusal of the library is.
 
+use crate::tuning::keyword;
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::types::{PyAnyMethods, PyTypeMethods};
 use pyo3::{Bound, PyAny, PyErr, create_exception};
-use scphd::errors::{ConfigError, ObserveError, PredictError, ResetError, ScanError, SetupError};
+use scphd::errors::{ConfigError, LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError};
 use scphd::models::ModelError;
 use scphd::snapshot::{RestoreError, SaveError};
+use scphd_vehicle::{Refused, StartError};
 use std::fmt::Display;
 
 create_exception!(scphd, SettingError, PyValueError, "A setting is out of range, or does not fit the memory.");
@@ -56,6 +58,23 @@ refusals! {
         ObserveError::NotStarted => not_started(),
         _ => input(error),
     };
+    LoadMapError => |error| match error {
+        LoadMapError::NotStarted => not_started(),
+        _ => input(error),
+    };
+    StartError => |error| match error {
+        StartError::Invalid(invalid) => setting(format!("{} must be {}", keyword(invalid.setting), invalid.setting.range())),
+        _ => setting(error),
+    };
+}
+
+impl<E: Refusal + Display> Refusal for Refused<E> {
+    fn raised(self) -> PyErr {
+        match self {
+            Self::Filter(error) => error.raised(),
+            error => setting(error),
+        }
+    }
 }
 
 impl<E: Display> Refusal for SaveError<E> {

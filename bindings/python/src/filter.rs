@@ -1,18 +1,21 @@
 //! The mixture.
 
-use crate::detector::{BearingOnly, Polar, RangeBearing, bearing_scan, blind, polar_scan};
-use crate::error::{Refusal, not_started, wrong_type};
+use crate::array;
+use crate::detector::{BearingOnly, Described, RangeBearing, bearing_scan, direction, polar, polar_scan};
+use crate::error::{NotStartedError, Refusal, not_started, wrong_type};
 use crate::estimate::{Map, Movers, Pose, all};
-use crate::fix::Measured;
-use crate::memory::{Mixture, MixtureCell, mixture};
+use crate::fix::{Measured, Single};
+use crate::made::{Made, Parts};
+use crate::memory::{Mixture, MixtureCell, ScanMemory, mixture, scan_memory};
 use crate::report::{FixReport, PredictReport, ScanReport};
 use crate::tuning;
 use crate::vehicle::Vehicle;
+use nalgebra::Vector1;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use scphd::Detector;
 use scphd::models::PlanarPose;
 use scphd::snapshot::from_slice;
+use scphd_vehicle::Watched;
 use std::convert::Infallible;
 use std::sync::Mutex;
 
@@ -62,7 +65,7 @@ use std::sync::Mutex;
 ///     Whether births that nothing explains wait for the next scan: fewer components, for filters of a single sensor.
 /// moving_velocity_sigma_mps : float
 ///     Of moving features: standard deviation of a new one's velocity along each axis, m/s.
-/// moving_acceleration_psd_m2ps3 : float
+/// moving_acceleration_psd : float
 ///     Power spectral density of their acceleration, m^2/s^3.
 /// moving_lifetime_s : float
 ///     Mean time until one vanishes, s.
@@ -77,15 +80,17 @@ pub struct Filter {
     vehicle: Vehicle,
     /// Nobody ever waits for it: every call has the filter to itself. It makes the cell one that threads may share.
     cell: Mutex<MixtureCell>,
-    last: Option<scphd::ScanReport<f32>>,
+    scratch: Box<ScanMemory>,
+    last: Option<ScanReport>,
     /// The detector of the last scan of range and bearing.
-    seen_by: Option<Detector<Polar>>,
+    seen_by: Option<Described>,
+    made: Made,
 }
 
 impl Filter {
-    fn with<R>(&mut self, work: impl FnOnce(&mut Mixture<'_>) -> R) -> R {
+    fn with<R>(&mut self, work: impl FnOnce(&mut Mixture<'_>, &mut ScanMemory) -> R) -> R {
         let cell = self.cell.get_mut().unwrap_or_else(|poisoned| poisoned.into_inner());
-        cell.with_dependent_mut(|_, filter| work(filter))
+        cell.with_dependent_mut(|_, filter| work(filter, &mut self.scratch))
     }
 }
 
@@ -101,9 +106,15 @@ impl Filter {
         memory: &str,
         settings: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let vehicle = Vehicle::of(vehicle)?;
+        let motion = Vehicle::of(vehicle)?;
         let config = tuning::of_mixture(proposal, particles, samples, settings)?;
-        Ok(Self { vehicle, cell: Mutex::new(mixture(memory, vehicle, config)?), last: None, seen_by: None })
+        let cell = Mutex::new(mixture(memory, motion, config)?);
+        let made = Made::of(vehicle, settings)?;
+        made.keep(vehicle.py(), "proposal", proposal)?;
+        made.keep(vehicle.py(), "particles", particles)?;
+        made.keep(vehicle.py(), "samples", samples)?;
+        made.keep(vehicle.py(), "memory", memory)?;
+        Ok(Self { vehicle: motion, cell, scratch: scan_memory()?, last: None, seen_by: None, made })
     }
 
     /// Puts the vehicle to a pose, with an empty map, and begins the random stream of a seed.
@@ -112,7 +123,7 @@ impl Filter {
     #[pyo3(signature = (x_m=0.0, y_m=0.0, heading_rad=0.0, *, seed=0))]
     fn reset(&mut self, x_m: f32, y_m: f32, heading_rad: f32, seed: u64) -> PyResult<()> {
         let pose = PlanarPose::new(x_m, y_m, heading_rad);
-        self.with(|filter| filter.reset(pose, seed)).map_err(Refusal::raised)?;
+        self.with(|filter, _| filter.reset(pose, seed)).map_err(Refusal::raised)?;
         self.last = None;
         Ok(())
     }
@@ -130,7 +141,7 @@ impl Filter {
     /// Raises InputError where the control is refused: its time has passed all the same, and the next report says so.
     fn predict(&mut self, py: Python<'_>, control: &Bound<'_, PyAny>, dt_s: f32) -> PyResult<PredictReport> {
         let control = self.vehicle.control(control)?;
-        py.detach(|| self.with(|filter| filter.predict(&control, dt_s)))
+        py.detach(|| self.with(|filter, _| filter.predict(&control, dt_s)))
             .map(PredictReport::from)
             .map_err(Refusal::raised)
     }
@@ -152,20 +163,23 @@ impl Filter {
         measurements: &Bound<'_, PyAny>,
     ) -> PyResult<ScanReport> {
         let report = if let Ok(detector) = detector.cast::<RangeBearing>() {
-            let (scan, mut detector) = (polar_scan(measurements)?, detector.try_borrow_mut()?);
-            self.seen_by = Some(detector.0.detector()?);
-            let mut detector = detector.0.over()?;
-            py.detach(|| self.with(|filter| filter.scan(&mut detector, &scan)))
+            let scan = polar_scan(measurements)?;
+            self.seen_by = Some(detector.get().0);
+            let detector = polar(&detector.get().0)?;
+            py.detach(|| self.with(|filter, scratch| Ok(filter.scan(&mut detector.over(&mut scratch.polar)?, &scan))))
         } else if let Ok(detector) = detector.cast::<BearingOnly>() {
-            let (scan, mut detector) = (bearing_scan(measurements)?, detector.try_borrow_mut()?);
-            let mut detector = detector.0.over()?;
-            py.detach(|| self.with(|filter| filter.scan(&mut detector, &scan)))
+            let scan = bearing_scan(measurements)?;
+            let detector = direction(&detector.get().0)?;
+            py.detach(|| {
+                self.with(|filter, scratch| Ok(filter.scan(&mut detector.over(&mut scratch.direction)?, &scan)))
+            })
         } else {
             return Err(wrong_type("detector", "a RangeBearing or a BearingOnly", detector));
         };
-        let report = report.map_err(Refusal::raised)?;
+        let report = report.map_err(|error: scphd::errors::SetupError| error.raised())?;
+        let report = ScanReport::from(report.map_err(Refusal::raised)?);
         self.last = Some(report);
-        Ok(report.into())
+        Ok(report)
     }
 
     /// Takes in a measurement of the pose itself, between any two steps.
@@ -178,42 +192,64 @@ impl Filter {
     ///     The position (x m, y m), or the heading, rad.
     fn observe(&mut self, fix: &Bound<'_, PyAny>, measurement: &Bound<'_, PyAny>) -> PyResult<FixReport> {
         let measured = Measured::of(fix, measurement)?;
-        let report = self.with(|filter| match &measured {
-            Measured::Position(fix, position) => filter.observe(fix, position),
-            Measured::Heading(fix, heading) => filter.observe(fix, heading),
-        });
-        report.map(FixReport::from).map_err(Refusal::raised)
+        let report = match (measured.model()?, measured) {
+            (Single::Position(fix), Measured::Position(_, position)) => {
+                self.with(|filter, _| filter.observe(&fix, &position))
+            }
+            (Single::Heading(fix), Measured::Heading(_, heading)) => {
+                self.with(|filter, _| filter.observe(&fix, &Vector1::new(heading)))
+            }
+            _ => return Err(wrong_type("fix", "a PositionFix or a HeadingFix", fix)),
+        };
+        let report = report.map_err(Refusal::raised)?;
+        Ok(Watched { report, relocated: false }.into())
     }
 
     /// Where the vehicle is: mean and covariance over all candidates.
     ///
     /// Raises NotStartedError before the first reset.
     fn estimate(&mut self) -> PyResult<Pose> {
-        let estimate = self.with(|filter| filter.estimate_pose());
+        let estimate = self.with(|filter, _| filter.estimate_pose());
         estimate.map(Pose::from).ok_or_else(not_started)
     }
 
     /// The features that stand still, of the heaviest particle.
     fn map(&mut self) -> PyResult<Map> {
-        let detector = self.seen_by.take().map_or_else(|| blind().map_err(Refusal::raised), Ok)?;
-        let map = Map::of(self.with(|filter| all(|room| filter.estimate_map(&detector, room))));
-        self.seen_by = Some(detector);
-        Ok(map)
+        let detector = polar(&self.seen_by.unwrap_or(Described::BLIND))?;
+        Ok(Map::of(self.with(|filter, _| all(|room| filter.estimate_map(&detector, room)))))
     }
 
     /// The features that move, of the heaviest particle, where they are by now.
     fn movers(&mut self) -> Movers {
-        Movers::of(self.with(|filter| all(|room| filter.estimate_moving(room))))
+        Movers::of(self.with(|filter, _| all(|room| filter.estimate_moving(room))))
     }
 
     /// The report of the last scan; None before the first.
     fn report(&self) -> Option<ScanReport> {
-        self.last.map(ScanReport::from)
+        self.last
+    }
+
+    /// Puts the vehicle to a pose with this covariance, shape (3, 3), of (x m, y m, heading rad): the map stays.
+    fn relocate(&mut self, x_m: f32, y_m: f32, heading_rad: f32, covariance: &Bound<'_, PyAny>) -> PyResult<()> {
+        let (pose, spread) = (PlanarPose::new(x_m, y_m, heading_rad), array::covariance("covariance", covariance)?);
+        self.with(|filter, _| filter.relocate(pose, &spread)).map_err(Refusal::raised)
+    }
+
+    /// Makes the pose uncertain by a further covariance, shape (3, 3), of (x m, y m, heading rad).
+    fn scatter(&mut self, covariance: &Bound<'_, PyAny>) -> PyResult<()> {
+        let spread = array::covariance("covariance", covariance)?;
+        self.with(|filter, _| filter.scatter(&spread)).map_err(Refusal::raised)
+    }
+
+    /// Puts a map in the place of the one that there is: of another filter, or of an earlier drive.
+    fn load_map(&mut self, map: &Map) -> PyResult<()> {
+        let features = map.components();
+        self.with(|filter, _| filter.load_map(&features)).map_err(Refusal::raised)
     }
 
     /// A hash of all that the filter knows, to the last bit: the same inputs give the same on every machine and in every language.
     fn digest(&mut self) -> u64 {
-        self.with(|filter| filter.digest())
+        self.with(|filter, _| filter.digest())
     }
 
     /// All that decides how the filter goes on, as bytes: `docs/snapshot.md` has the format, which the firmware's is.
@@ -226,7 +262,7 @@ impl Filter {
             bytes.extend_from_slice(chunk);
             Ok::<(), Infallible>(())
         };
-        self.with(|filter| filter.save(kind, sink)).map_err(Refusal::raised)?;
+        self.with(|filter, _| filter.save(kind, sink)).map_err(Refusal::raised)?;
         Ok(PyBytes::new(py, &bytes))
     }
 
@@ -235,8 +271,21 @@ impl Filter {
     /// Raises SnapshotError where the bytes are no snapshot of such a filter; then the filter is as it was.
     #[pyo3(signature = (snapshot, *, kind=0))]
     fn restore(&mut self, snapshot: &[u8], kind: u32) -> PyResult<()> {
-        self.with(|filter| filter.restore(kind, from_slice(snapshot))).map_err(Refusal::raised)?;
+        self.with(|filter, _| filter.restore(kind, from_slice(snapshot))).map_err(Refusal::raised)?;
         self.last = None;
         Ok(())
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        self.made.written(py, "Filter")
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Parts<'py>> {
+        let snapshot = match slf.borrow_mut().snapshot(slf.py(), 0) {
+            Ok(snapshot) => Some(snapshot),
+            Err(error) if error.is_instance_of::<NotStartedError>(slf.py()) => None,
+            Err(error) => return Err(error),
+        };
+        slf.borrow().made.parts(slf.get_type(), snapshot)
     }
 }

@@ -1,10 +1,14 @@
 //! Fixes: the pose itself is measured.
 
-use crate::array::row;
-use crate::error::{InputError, of_model, wrong_type};
-use nalgebra::{Vector1, Vector2};
+use crate::array::{Number, row};
+use crate::error::{InputError, SettingError, of_model, wrong_type};
+use crate::keywords::{Keywords, object};
+use nalgebra::Vector2;
 use pyo3::prelude::*;
-use scphd::models::PlanarPose;
+use scphd::Real;
+use scphd::fixes::FixRule;
+use scphd::models::{HeadingFix as Compass, ModelError, PlanarPose, PositionFix as Receiver};
+use scphd_vehicle::FixSpec;
 
 /// A receiver that measures the position (x, y m) of its antenna.
 ///
@@ -16,23 +20,13 @@ use scphd::models::PlanarPose;
 ///     Squared Mahalanobis distance beyond which a fix is an outlier; left out: none is.
 /// antenna_forward_m, antenna_left_m : float
 ///     Where the antenna is, seen from the pose, m.
+/// watch_patience_s : float, optional
+///     Of a JointFilter: outliers that agree with each other for so long, s, show that the filter is wrong, which is moved to them then;
+///     left out: it never is.
+/// watch_fewest : int
+///     So many must be refused in a row.
 #[pyclass(frozen, module = "scphd")]
-pub struct PositionFix(scphd::models::PositionFix<f32>);
-
-#[pymethods]
-impl PositionFix {
-    #[new]
-    #[pyo3(signature = (*, sigma_m, gate=None, antenna_forward_m=0.0, antenna_left_m=0.0))]
-    fn new(sigma_m: f32, gate: Option<f32>, antenna_forward_m: f32, antenna_left_m: f32) -> PyResult<Self> {
-        let fix = || {
-            let fix = scphd::models::PositionFix::new(sigma_m)?.gated(gate.unwrap_or(f32::INFINITY))?;
-            let at_the_pose = [antenna_forward_m, antenna_left_m] == [0.0; 2];
-            if at_the_pose { Ok(fix) } else { fix.mounted(antenna_forward_m, antenna_left_m) }
-        };
-        let names = [("forward_m", "antenna_forward_m"), ("left_m", "antenna_left_m")];
-        fix().map(Self).map_err(|error| of_model(error, &names))
-    }
-}
+pub struct PositionFix(FixSpec<f64>);
 
 /// A compass: measures the heading, rad, from the x axis towards the y axis.
 ///
@@ -40,42 +34,141 @@ impl PositionFix {
 /// ----------
 /// sigma_rad : float
 ///     Standard deviation, rad.
-/// gate : float, optional
+/// gate, watch_patience_s, watch_fewest
 ///     As of a `PositionFix`.
 #[pyclass(frozen, module = "scphd")]
-pub struct HeadingFix(scphd::models::HeadingFix<PlanarPose<f32>>);
+pub struct HeadingFix(FixSpec<f64>);
+
+/// When outliers are right.
+fn watch(patience_s: Option<f64>, fewest: u16) -> PyResult<Option<FixRule<f64>>> {
+    let Some(patience_s) = patience_s else { return Ok(None) };
+    if patience_s.is_nan() || patience_s < 0.0 {
+        return Err(SettingError::new_err("watch_patience_s must be at least 0, or infinite"));
+    }
+    if !(3..=1000).contains(&fewest) {
+        return Err(SettingError::new_err("watch_fewest must be between 3 and 1000"));
+    }
+    Ok(Some(FixRule { patience_s, fewest }))
+}
+
+/// Fixes as they are described, in the precision of a filter.
+pub fn cast<T: Real>(of: &FixSpec<f64>) -> FixSpec<T> {
+    FixSpec {
+        sigma: T::from_f64(of.sigma),
+        antenna_m: of.antenna_m.map(T::from_f64),
+        gate: T::from_f64(of.gate),
+        watch: of.watch.map(|rule| FixRule { patience_s: T::from_f64(rule.patience_s), fewest: rule.fewest }),
+    }
+}
+
+/// The model of positions.
+fn receiver(spec: &FixSpec<f32>) -> Result<Receiver<f32>, ModelError> {
+    let [forward_m, left_m] = spec.antenna_m;
+    let fix = Receiver::new(spec.sigma)?.gated(spec.gate)?;
+    if spec.antenna_m == [0.0; 2] { Ok(fix) } else { fix.mounted(forward_m, left_m) }
+}
+
+/// The model of headings.
+fn compass(spec: &FixSpec<f32>) -> Result<Compass<PlanarPose<f32>>, ModelError> {
+    Compass::new(spec.sigma).and_then(|fix| fix.gated(spec.gate))
+}
+
+/// Refuses a model by the names of Python.
+fn named(error: ModelError) -> PyErr {
+    of_model(error, &[("forward_m", "antenna_forward_m"), ("left_m", "antenna_left_m")])
+}
+
+#[pymethods]
+impl PositionFix {
+    #[new]
+    #[pyo3(signature = (*, sigma_m, gate=None, antenna_forward_m=0.0, antenna_left_m=0.0, watch_patience_s=None, watch_fewest=5))]
+    fn new(
+        sigma_m: f64,
+        gate: Option<f64>,
+        antenna_forward_m: f64,
+        antenna_left_m: f64,
+        watch_patience_s: Option<f64>,
+        watch_fewest: u16,
+    ) -> PyResult<Self> {
+        let antenna_m = [antenna_forward_m, antenna_left_m];
+        let watch = watch(watch_patience_s, watch_fewest)?;
+        let spec = FixSpec { sigma: sigma_m, antenna_m, gate: gate.unwrap_or(f64::INFINITY), watch };
+        receiver(&cast(&spec)).map_err(named)?;
+        Ok(Self(spec))
+    }
+}
 
 #[pymethods]
 impl HeadingFix {
     #[new]
-    #[pyo3(signature = (*, sigma_rad, gate=None))]
-    fn new(sigma_rad: f32, gate: Option<f32>) -> PyResult<Self> {
-        let fix = scphd::models::HeadingFix::new(sigma_rad).and_then(|fix| fix.gated(gate.unwrap_or(f32::INFINITY)));
-        fix.map(Self).map_err(|error| of_model(error, &[]))
+    #[pyo3(signature = (*, sigma_rad, gate=None, watch_patience_s=None, watch_fewest=5))]
+    fn new(sigma_rad: f64, gate: Option<f64>, watch_patience_s: Option<f64>, watch_fewest: u16) -> PyResult<Self> {
+        let watch = watch(watch_patience_s, watch_fewest)?;
+        let spec = FixSpec { sigma: sigma_rad, antenna_m: [0.0; 2], gate: gate.unwrap_or(f64::INFINITY), watch };
+        compass(&cast(&spec)).map_err(named)?;
+        Ok(Self(spec))
     }
 }
 
-/// A fix with what it has measured.
-pub enum Measured {
-    /// A position, m.
-    Position(scphd::models::PositionFix<f32>, Vector2<f32>),
-    /// A heading, rad.
-    Heading(scphd::models::HeadingFix<PlanarPose<f32>>, Vector1<f32>),
+/// The keywords of the gate and the watch.
+fn of_rule(keywords: Keywords, spec: &FixSpec<f64>) -> Keywords {
+    let keywords = if spec.gate.is_finite() { keywords.number("gate", spec.gate) } else { keywords };
+    match spec.watch {
+        Some(rule) => keywords.number("watch_patience_s", rule.patience_s).count("watch_fewest", rule.fewest),
+        None => keywords,
+    }
 }
 
-impl Measured {
+object! { PositionFix, |spec| {
+    let [forward_m, left_m] = spec.antenna_m;
+    let keywords = Keywords::default().number("sigma_m", spec.sigma);
+    of_rule(keywords.number("antenna_forward_m", forward_m).number("antenna_left_m", left_m), spec)
+} }
+object! { HeadingFix, |spec| of_rule(Keywords::default().number("sigma_rad", spec.sigma), spec) }
+
+/// Fixes with what they have measured.
+pub enum Measured<T> {
+    /// A position, m.
+    Position(FixSpec<T>, Vector2<T>),
+    /// A heading, rad.
+    Heading(FixSpec<T>, T),
+}
+
+impl<T: Number> Measured<T> {
     /// What two objects of Python are.
     pub fn of(fix: &Bound<'_, PyAny>, measurement: &Bound<'_, PyAny>) -> PyResult<Self> {
         if let Ok(position) = fix.cast::<PositionFix>() {
-            let measured: [f32; 2] = row("measurement (x_m, y_m)", measurement)?;
-            return Ok(Self::Position(position.get().0, measured.into()));
+            let measured: [T; 2] = row("measurement (x_m, y_m)", measurement)?;
+            return Ok(Self::Position(cast(&position.get().0), measured.into()));
         }
         if let Ok(heading) = fix.cast::<HeadingFix>() {
-            let measured: f32 = measurement
+            let measured: f64 = measurement
                 .extract()
                 .map_err(|_| InputError::new_err("measurement of a heading must be a number, rad"))?;
-            return Ok(Self::Heading(heading.get().0, [measured].into()));
+            return Ok(Self::Heading(cast(&heading.get().0), T::from_f64(measured)));
         }
         Err(wrong_type("fix", "a PositionFix or a HeadingFix", fix))
+    }
+}
+
+/// A fix of a mixture.
+pub enum Single {
+    /// Of positions.
+    Position(Receiver<f32>),
+    /// Of headings.
+    Heading(Compass<PlanarPose<f32>>),
+}
+
+impl Measured<f32> {
+    /// The model, of fixes without a watch.
+    pub fn model(&self) -> PyResult<Single> {
+        let (Self::Position(spec, _) | Self::Heading(spec, _)) = self;
+        if spec.watch.is_some() {
+            return Err(SettingError::new_err("watch_patience_s is of a JointFilter alone"));
+        }
+        match self {
+            Self::Position(spec, _) => receiver(spec).map(Single::Position).map_err(named),
+            Self::Heading(spec, _) => compass(spec).map(Single::Heading).map_err(named),
+        }
     }
 }

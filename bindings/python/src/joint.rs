@@ -1,101 +1,237 @@
 //! The joint map.
 
-use crate::detector::{RangeBearing, polar_scan};
-use crate::error::{Refusal, not_started, wrong_type};
-use crate::estimate::{Map, Pose};
+use crate::array::{Number, covariance};
+use crate::detector::{Described, RangeBearing, polar_scan};
+use crate::error::{NotStartedError, Refusal, SettingError, not_started, wrong_type};
+use crate::estimate::{Map, Movers, Odometry, Pose, all};
 use crate::fix::Measured;
-use crate::memory::{JointCell, JointMap, joint_map};
+use crate::joint_memory::{Cell, double, single};
+use crate::made::{Made, Parts};
 use crate::report::{FixReport, JointReport, PredictReport};
 use crate::tuning;
-use crate::vehicle::Vehicle;
+use crate::vehicle::{control, driven};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use scphd::models::PlanarPose;
-use scphd::snapshot::from_slice;
-use std::convert::Infallible;
-use std::sync::Mutex;
+use scphd_vehicle::{Description, FixSpec, Measurements, Scanned, Sensor, Services, Start, StartError, Watched};
+use std::sync::{Mutex, PoisonError};
 
-/// One Gaussian over the pose and a map of features that stand still (`JointSlam`). Single precision; the same inputs give the same bits
-/// as in firmware, in C and in Rust.
+/// A filter of one precision, with the sensors and fixes that it has met so far.
+struct Running<T: Number> {
+    description: Description<T>,
+    /// Nobody ever waits for it: every call has the filter to itself. It makes the cell one that threads may share.
+    cell: Mutex<Box<dyn Cell<T>>>,
+    /// The sensor that is forgotten where another is new and there is no place left.
+    oldest: usize,
+}
+
+impl<T: Number> Running<T> {
+    fn new(description: Description<T>, cell: Box<dyn Cell<T>>) -> Box<Self> {
+        Box::new(Self { description, cell: Mutex::new(cell), oldest: 0 })
+    }
+
+    fn with<R: Send>(&mut self, work: impl FnOnce(&mut dyn Services<T>) -> R + Send) -> PyResult<R> {
+        let cell = self.cell.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let (mut work, mut done) = (Some(work), None);
+        cell.enter(&mut |slam| done = work.take().map(|work| work(slam)));
+        done.ok_or_else(|| SettingError::new_err("the filter was not entered"))
+    }
+
+    /// Goes on by a changed description.
+    fn change(&mut self, description: Description<T>) -> PyResult<()> {
+        self.with(|slam| slam.configure(&description))?.map_err(StartError::raised)?;
+        self.description = description;
+        Ok(())
+    }
+
+    /// The place of a sensor in the description, which has it from now on.
+    fn place(&mut self, sensor: Sensor<T>) -> PyResult<usize> {
+        let sensors = &self.description.sensors;
+        if let Some(place) = sensors.iter().position(|known| *known == Some(sensor)) {
+            return Ok(place);
+        }
+        let place = sensors.iter().position(Option::is_none).unwrap_or(self.oldest);
+        let mut description = self.description;
+        description.sensors[place] = Some(sensor);
+        self.change(description)?;
+        self.oldest = (place + 1) % description.sensors.len();
+        Ok(place)
+    }
+
+    fn predict(&mut self, py: Python<'_>, array: &Bound<'_, PyAny>, dt_s: f64) -> PyResult<PredictReport> {
+        let control = control(self.description.vehicle.kind, array)?;
+        let report = py.detach(|| self.with(|slam| slam.predict(control, T::from_f64(dt_s))))?;
+        report.map(PredictReport::from).map_err(Refusal::raised)
+    }
+
+    fn scan(
+        &mut self,
+        py: Python<'_>,
+        sensor: &Described,
+        scan: &Bound<'_, PyAny>,
+        fixed: bool,
+    ) -> PyResult<Scanned<T>> {
+        let measurements = polar_scan(scan)?;
+        let place = self.place(sensor.sensor())?;
+        let scan = Measurements::RangeBearing(&measurements);
+        let take = |slam: &mut dyn Services<T>| if fixed { slam.localise(place, scan) } else { slam.scan(place, scan) };
+        py.detach(|| self.with(take))?.map_err(Refusal::raised)
+    }
+
+    fn observe(&mut self, fix: &Bound<'_, PyAny>, measurement: &Bound<'_, PyAny>) -> PyResult<Watched<T>> {
+        let measured = Measured::of(fix, measurement)?;
+        let mut description = self.description;
+        let (known, now): (&mut Option<FixSpec<T>>, _) = match measured {
+            Measured::Position(spec, _) => (&mut description.position, spec),
+            Measured::Heading(spec, _) => (&mut description.heading, spec),
+        };
+        if known.replace(now) != Some(now) {
+            self.change(description)?;
+        }
+        let watched = self.with(|slam| match measured {
+            Measured::Position(_, position) => slam.watch_position(position.x, position.y),
+            Measured::Heading(_, heading) => slam.watch_heading(heading),
+        })?;
+        watched.map_err(Refusal::raised)
+    }
+
+    fn reset(&mut self, pose: [f64; 3], position_sigma_m: f64, heading_sigma_rad: f64) -> PyResult<()> {
+        let [x_m, y_m, heading_rad] = pose.map(T::from_f64);
+        let start = Start {
+            pose: PlanarPose::new(x_m, y_m, heading_rad),
+            position_sigma_m: T::from_f64(position_sigma_m),
+            heading_sigma_rad: T::from_f64(heading_sigma_rad),
+            seed: 1,
+        };
+        self.with(|slam| slam.reset(&start))?.map_err(Refusal::raised)
+    }
+
+    fn relocate(&mut self, pose: [f64; 3], spread: &Bound<'_, PyAny>) -> PyResult<()> {
+        let [x_m, y_m, heading_rad] = pose.map(T::from_f64);
+        let (pose, spread) = (PlanarPose::new(x_m, y_m, heading_rad), covariance("covariance", spread)?);
+        self.with(|slam| slam.relocate(pose, &spread))?.map_err(Refusal::raised)
+    }
+
+    fn scatter(&mut self, spread: &Bound<'_, PyAny>) -> PyResult<()> {
+        let spread = covariance("covariance", spread)?;
+        self.with(|slam| slam.scatter(&spread))?.map_err(Refusal::raised)
+    }
+
+    fn snapshot(&mut self, kind: u32) -> PyResult<Vec<u8>> {
+        let mut bytes = Vec::new();
+        let sink = &mut |chunk: &[u8]| {
+            bytes.extend_from_slice(chunk);
+            Ok(())
+        };
+        self.with(|slam| slam.save(kind, sink))?.map_err(Refusal::raised)?;
+        Ok(bytes)
+    }
+
+    fn restore(&mut self, snapshot: &[u8], kind: u32) -> PyResult<()> {
+        let mut source = scphd::snapshot::from_slice(snapshot);
+        self.with(|slam| slam.restore(kind, &mut source))?.map(drop).map_err(Refusal::raised)
+    }
+}
+
+/// A filter of either precision.
+enum Either {
+    Single(Box<Running<f32>>),
+    Double(Box<Running<f64>>),
+}
+
+/// Does the same with a filter of either precision.
+macro_rules! each {
+    ($either:expr, |$running:ident| $done:expr) => {
+        match $either {
+            Either::Single($running) => $done,
+            Either::Double($running) => $done,
+        }
+    };
+}
+
+/// One Gaussian over the pose and a map of features that stand still (`JointSlam`), and features that move beside it where they are asked
+/// for. In single precision the same inputs give the same bits as in firmware, in C and in Rust.
 ///
-/// One thread at a time may work with a filter; different filters work in different threads at the same time.
+/// One thread at a time may work with a filter; different filters work in different threads at the same time. A filter can be copied and
+/// pickled; the watches over its fixes begin anew then.
 ///
 /// Parameters
 /// ----------
-/// vehicle : Unicycle, Ackermann, Holonomic or KnownPose
+/// vehicle : Unicycle, Ackermann or Holonomic
 ///     How it moves.
 /// memory : str
-///     How much room there is: 'DESK' (512 features, scans of 256 measurements), or as much as a set of the C interface has:
-///     'JOINT_40', 'JOINT_100' (scans of 32).
-/// birth_probability_min : float
-///     A measurement gives birth where nothing else explains at least this share of it.
-/// gate : float
-///     Squared Mahalanobis distance beyond which a measurement says nothing of a feature.
-/// visible_s, occluded_s, lifetime_s : float
-///     Mean times that a landmark stays in sight before something hides it, that it stays hidden, and until it is taken away, s;
-///     infinite: for ever.
-/// occlusion_factor : float
-///     Share of the probability of detection that is left behind a nearer detection.
-/// least_existence, least_tentative : float
-///     A feature is dropped below this probability that it is there; the second while it was detected less than twice.
-/// extraction_existence : float
-///     A feature is part of the estimate from this probability on.
-/// merge_distance : float
-///     Squared Mahalanobis distance within which two features are one.
-/// step_max_s, speed_max_mps, turn_rate_max_radps, jump_max_m : float
-///     What no vehicle does: a prediction beyond is refused.
+///     How much room there is: 'DESK' (512 features and 128 that move, scans of 256 measurements; with an archive 200 and 10 000), or as much
+///     as a set of the C interface has: 'JOINT_40', 'JOINT_100', 'JOINT_60_MOVERS', 'JOINT_100_MOVERS', 'JOINT_40_ARCHIVE',
+///     'JOINT_60_LEARNING'.
+/// precision : str
+///     'single' or, with the memory 'DESK', 'double'.
 #[pyclass(module = "scphd")]
 pub struct JointFilter {
-    vehicle: Vehicle,
-    /// As of a `Filter`.
-    cell: Mutex<JointCell>,
-    last: Option<scphd::JointReport<f32>>,
-}
-
-impl JointFilter {
-    fn with<R>(&mut self, work: impl FnOnce(&mut JointMap<'_>) -> R) -> R {
-        let cell = self.cell.get_mut().unwrap_or_else(|poisoned| poisoned.into_inner());
-        cell.with_dependent_mut(|_, filter| work(filter))
-    }
+    running: Either,
+    last: Option<JointReport>,
+    made: Made,
 }
 
 #[pymethods]
 impl JointFilter {
     #[new]
-    #[pyo3(signature = (vehicle, *, memory="DESK", **settings))]
-    fn new(vehicle: &Bound<'_, PyAny>, memory: &str, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let vehicle = Vehicle::of(vehicle)?;
-        let config = tuning::of_joint_map(settings)?;
-        Ok(Self { vehicle, cell: Mutex::new(joint_map(memory, vehicle, config)?), last: None })
+    #[pyo3(signature = (vehicle, *, memory="DESK", precision="single", **settings))]
+    fn new(
+        vehicle: &Bound<'_, PyAny>,
+        memory: &str,
+        precision: &str,
+        settings: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let motion =
+            driven(vehicle).ok_or_else(|| wrong_type("vehicle", "a Unicycle, an Ackermann or a Holonomic", vehicle))?;
+        let description = tuning::of_joint_map(motion, settings)?;
+        let running = match precision {
+            "single" => {
+                let description = tuning::cast(&description)?;
+                Either::Single(Running::new(description, single(memory, &description)?))
+            }
+            "double" => Either::Double(Running::new(description, double(memory, &description)?)),
+            other => {
+                return Err(SettingError::new_err(format!("precision must be 'single' or 'double', not '{other}'")));
+            }
+        };
+        let made = Made::of(vehicle, settings)?;
+        made.keep(vehicle.py(), "memory", memory)?;
+        made.keep(vehicle.py(), "precision", precision)?;
+        Ok(Self { running, last: None, made })
     }
 
-    /// Puts the vehicle to a pose, certain of it, with an empty map.
+    /// Puts the vehicle to a pose, with an empty map. Without standard deviations, m and rad, it is certain of the pose.
     ///
     /// Raises InputError where the pose is not finite or farther away than 1e8 m.
-    #[pyo3(signature = (x_m=0.0, y_m=0.0, heading_rad=0.0))]
-    fn reset(&mut self, x_m: f32, y_m: f32, heading_rad: f32) -> PyResult<()> {
-        let pose = PlanarPose::new(x_m, y_m, heading_rad);
-        self.with(|filter| filter.reset(pose)).map_err(Refusal::raised)?;
+    #[pyo3(signature = (x_m=0.0, y_m=0.0, heading_rad=0.0, *, position_sigma_m=0.0, heading_sigma_rad=0.0))]
+    fn reset(
+        &mut self,
+        x_m: f64,
+        y_m: f64,
+        heading_rad: f64,
+        position_sigma_m: f64,
+        heading_sigma_rad: f64,
+    ) -> PyResult<()> {
+        let pose = [x_m, y_m, heading_rad];
+        each!(&mut self.running, |running| running.reset(pose, position_sigma_m, heading_sigma_rad))?;
         self.last = None;
         Ok(())
     }
 
     /// Moves the vehicle for `dt_s` seconds, as `Filter.predict` does.
-    fn predict(&mut self, py: Python<'_>, control: &Bound<'_, PyAny>, dt_s: f32) -> PyResult<PredictReport> {
-        let control = self.vehicle.control(control)?;
-        py.detach(|| self.with(|filter| filter.predict(&control, dt_s)))
-            .map(PredictReport::from)
-            .map_err(Refusal::raised)
+    fn predict(&mut self, py: Python<'_>, control: &Bound<'_, PyAny>, dt_s: f64) -> PyResult<PredictReport> {
+        each!(&mut self.running, |running| running.predict(py, control, dt_s))
     }
 
-    /// Takes in one scan of one of the vehicle's detectors, of which there may be any number.
+    /// Takes in one scan of one of the vehicle's detectors, of which there may be any number; the filter has up to four at hand.
     ///
     /// Parameters
     /// ----------
     /// detector : RangeBearing
-    ///     Whose scan it is. Its births that move are left out: all features stand still.
+    ///     Whose scan it is. Its births that move are left out where the filter has no movers.
     /// measurements : array_like, shape (n, 2)
-    ///     Range m and bearing rad, in single precision.
+    ///     Range m and bearing rad.
     ///
     /// Raises InputError where a measurement is not finite or there are more than the memory holds; the filter is as it was.
     fn scan(
@@ -104,57 +240,78 @@ impl JointFilter {
         detector: &Bound<'_, PyAny>,
         measurements: &Bound<'_, PyAny>,
     ) -> PyResult<JointReport> {
-        let Ok(detector) = detector.cast::<RangeBearing>() else {
-            return Err(wrong_type("detector", "a RangeBearing", detector));
-        };
-        let (scan, detector) = (polar_scan(measurements)?, detector.try_borrow()?.0.detector()?);
-        let report = py.detach(|| self.with(|filter| filter.scan(&detector, &scan))).map_err(Refusal::raised)?;
-        self.last = Some(report);
-        Ok(report.into())
+        self.take(py, detector, measurements, false)
     }
 
-    /// Takes in a measurement of the pose itself, as `Filter.observe` does.
+    /// Takes in a scan for the pose alone: the map stays as it is.
+    fn localise(
+        &mut self,
+        py: Python<'_>,
+        detector: &Bound<'_, PyAny>,
+        measurements: &Bound<'_, PyAny>,
+    ) -> PyResult<JointReport> {
+        self.take(py, detector, measurements, true)
+    }
+
+    /// Takes in a measurement of the pose itself, as `Filter.observe` does. Where the fix has a watch, it may move the filter.
     fn observe(&mut self, fix: &Bound<'_, PyAny>, measurement: &Bound<'_, PyAny>) -> PyResult<FixReport> {
-        let measured = Measured::of(fix, measurement)?;
-        let report = self.with(|filter| match &measured {
-            Measured::Position(fix, position) => filter.observe(fix, position),
-            Measured::Heading(fix, heading) => filter.observe(fix, heading),
-        });
-        report.map(FixReport::from).map_err(Refusal::raised)
+        each!(&mut self.running, |running| running.observe(fix, measurement).map(FixReport::from))
     }
 
     /// Where the vehicle is.
     ///
     /// Raises NotStartedError before the first reset.
     fn estimate(&mut self) -> PyResult<Pose> {
-        self.with(|filter| filter.estimate_pose()).map(Pose::from).ok_or_else(not_started)
+        each!(&mut self.running, |running| running.with(|slam| slam.pose())?.map(Pose::from)).ok_or_else(not_started)
+    }
+
+    /// What the odometry is off by, of a filter that learns it (`odometry=True`); None of others and before the first reset.
+    fn odometry(&mut self) -> PyResult<Option<Odometry>> {
+        Ok(each!(&mut self.running, |running| running.with(|slam| slam.odometry())?.map(Odometry::from)))
     }
 
     /// The features that are there and were detected twice.
-    fn map(&mut self) -> Map {
-        Map::of(self.with(|filter| (filter.features().collect(), filter.expected_features())))
+    fn map(&mut self) -> PyResult<Map> {
+        each!(&mut self.running, |running| running.with(|slam| all(|room| slam.features(room))).map(Map::of))
+    }
+
+    /// The features that move, where they are by now.
+    fn movers(&mut self) -> PyResult<Movers> {
+        each!(&mut self.running, |running| running.with(|slam| all(|room| slam.movers(room))).map(Movers::of))
+    }
+
+    /// Puts the vehicle to a pose with this covariance, shape (3, 3), of (x m, y m, heading rad): the map stays.
+    fn relocate(&mut self, x_m: f64, y_m: f64, heading_rad: f64, covariance: &Bound<'_, PyAny>) -> PyResult<()> {
+        each!(&mut self.running, |running| running.relocate([x_m, y_m, heading_rad], covariance))
+    }
+
+    /// Makes the pose uncertain by a further covariance, shape (3, 3), of (x m, y m, heading rad).
+    fn scatter(&mut self, covariance: &Bound<'_, PyAny>) -> PyResult<()> {
+        each!(&mut self.running, |running| running.scatter(covariance))
+    }
+
+    /// Puts a map in the place of the one that there is: of another filter, or of an earlier drive.
+    fn load_map(&mut self, map: &Map) -> PyResult<()> {
+        each!(&mut self.running, |running| {
+            let features = map.components();
+            running.with(|slam| slam.load_map(&features))?.map_err(Refusal::raised)
+        })
     }
 
     /// The report of the last scan; None before the first.
     fn report(&self) -> Option<JointReport> {
-        self.last.map(JointReport::from)
+        self.last
     }
 
     /// A hash of all that the filter knows, to the last bit: the same inputs give the same on every machine and in every language.
-    fn digest(&mut self) -> u64 {
-        self.with(|filter| filter.digest())
+    fn digest(&mut self) -> PyResult<u64> {
+        each!(&mut self.running, |running| running.with(|slam| slam.digest()))
     }
 
-    /// All that decides how the filter goes on, as bytes, as `Filter.snapshot`.
+    /// All that decides how the filter goes on, as bytes, as `Filter.snapshot`; the watches over fixes are not part of it.
     #[pyo3(signature = (*, kind=0))]
     fn snapshot<'py>(&mut self, py: Python<'py>, kind: u32) -> PyResult<Bound<'py, PyBytes>> {
-        let mut bytes = Vec::new();
-        let sink = |chunk: &[u8]| {
-            bytes.extend_from_slice(chunk);
-            Ok::<(), Infallible>(())
-        };
-        self.with(|filter| filter.save(kind, sink)).map_err(Refusal::raised)?;
-        Ok(PyBytes::new(py, &bytes))
+        each!(&mut self.running, |running| running.snapshot(kind)).map(|bytes| PyBytes::new(py, &bytes))
     }
 
     /// Goes on from a snapshot, as if nothing had been.
@@ -162,8 +319,42 @@ impl JointFilter {
     /// Raises SnapshotError where the bytes are no snapshot of such a filter; then the filter is as it was.
     #[pyo3(signature = (snapshot, *, kind=0))]
     fn restore(&mut self, snapshot: &[u8], kind: u32) -> PyResult<()> {
-        self.with(|filter| filter.restore(kind, from_slice(snapshot))).map_err(Refusal::raised)?;
+        each!(&mut self.running, |running| running.restore(snapshot, kind))?;
         self.last = None;
         Ok(())
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        self.made.written(py, "JointFilter")
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Parts<'py>> {
+        let snapshot = match slf.borrow_mut().snapshot(slf.py(), 0) {
+            Ok(snapshot) => Some(snapshot),
+            Err(error) if error.is_instance_of::<NotStartedError>(slf.py()) => None,
+            Err(error) => return Err(error),
+        };
+        slf.borrow().made.parts(slf.get_type(), snapshot)
+    }
+}
+
+impl JointFilter {
+    fn take(
+        &mut self,
+        py: Python<'_>,
+        detector: &Bound<'_, PyAny>,
+        measurements: &Bound<'_, PyAny>,
+        fixed: bool,
+    ) -> PyResult<JointReport> {
+        let Ok(detector) = detector.cast::<RangeBearing>() else {
+            return Err(wrong_type("detector", "a RangeBearing", detector));
+        };
+        let sensor = &detector.get().0;
+        let report = each!(&mut self.running, |running| match running.scan(py, sensor, measurements, fixed)? {
+            Scanned::Joint(report) => JointReport::from(report),
+            Scanned::Mixture(_) => return Err(SettingError::new_err("this is no joint map")),
+        });
+        self.last = Some(report);
+        Ok(report)
     }
 }

@@ -2,18 +2,30 @@
 
 use crate::error::{Refusal, SettingError};
 use crate::vehicle::Vehicle;
-use nalgebra::Vector2;
+use nalgebra::{Vector1, Vector2};
 use pyo3::PyResult;
 use pyo3::exceptions::PyRuntimeError;
 use scphd::errors::SetupError;
 use scphd::models::PlanarPose;
 use scphd::storage::{Dynamic, MapStorage, Static};
-use scphd::{Config, JointConfig, JointSlam, JointState, ScPhd, State, joint_memory, memory};
+use scphd::{Config, DetectorMemory, ScPhd, State, memory};
 use self_cell::{MutBorrow, self_cell};
 
-/// Sets of capacities. Those of the C interface have its names, and a filter does in them what it does there, even where room runs short.
+/// The most measurements of a scan of a mixture.
+const MEASUREMENTS: usize = 1024;
+
+/// The scratch of a mixture's scans.
+pub struct ScanMemory {
+    /// Of range and bearing.
+    pub polar: DetectorMemory<Vector2<f32>, MEASUREMENTS>,
+    /// Of bearings.
+    pub direction: DetectorMemory<Vector1<f32>, MEASUREMENTS>,
+}
+
+/// Sets of capacities of a mixture. Those of the C interface have its names, and a filter does in them what it does there, even where room
+/// runs short.
 mod sets {
-    use super::{Vector2, joint_memory, memory};
+    use super::memory;
     use scphd::models::Unicycle;
 
     memory! {
@@ -39,15 +51,6 @@ mod sets {
             moving { pages: 64, pages_per_map: 16, in_view: 128 },
         }
     }
-    joint_memory! {
-        pub type JointDesk: Unicycle<f32> { measurement: Vector2<f32>, features: 512, measurements: 256 }
-    }
-    joint_memory! {
-        pub type Joint40: Unicycle<f32> { measurement: Vector2<f32>, features: 40, measurements: 32 }
-    }
-    joint_memory! {
-        pub type Joint100: Unicycle<f32> { measurement: Vector2<f32>, features: 100, measurements: 32 }
-    }
 }
 
 /// Memory of a mixture, of whatever capacities.
@@ -66,24 +69,8 @@ where
     }
 }
 
-/// Memory of a joint map, of whatever capacities.
-pub trait JointRoom: Send {
-    /// A filter in it.
-    fn start(&mut self, motion: Vehicle, config: JointConfig<f32>) -> Result<JointMap<'_>, SetupError>;
-}
-
-impl<const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize> JointRoom
-    for JointState<PlanarPose<f32>, Vector2<f32>, FEATURES, NUMBERS, MEASUREMENTS>
-{
-    fn start(&mut self, motion: Vehicle, config: JointConfig<f32>) -> Result<JointMap<'_>, SetupError> {
-        JointSlam::new(motion, config, self)
-    }
-}
-
 /// A mixture over its memory.
 pub type Mixture<'m> = ScPhd<'m, Vehicle>;
-/// A joint map over its memory.
-pub type JointMap<'m> = JointSlam<'m, Vehicle, Vector2<f32>>;
 
 self_cell!(
     /// A mixture and its memory.
@@ -94,22 +81,18 @@ self_cell!(
     }
 );
 
-self_cell!(
-    /// A joint map and its memory.
-    pub struct JointCell {
-        owner: MutBorrow<Box<dyn JointRoom>>,
-        #[not_covariant]
-        dependent: JointMap,
-    }
-);
-
 /// What is made, on the heap. It may pass a stack on its way there, and those of threads that Python starts are small.
-fn made<T: Send>(make: fn() -> T) -> PyResult<Box<T>> {
+pub fn made<T: Send>(make: fn() -> T) -> PyResult<Box<T>> {
     let stack = size_of::<T>().saturating_mul(4).saturating_add(1 << 20);
     std::thread::scope(|scope| {
         let maker = std::thread::Builder::new().stack_size(stack).spawn_scoped(scope, || Box::new(make()))?;
         maker.join().map_err(|_| PyRuntimeError::new_err("making the memory of a filter ended with a panic"))
     })
+}
+
+/// The scratch of a mixture's scans.
+pub fn scan_memory() -> PyResult<Box<ScanMemory>> {
+    made(|| ScanMemory { polar: DetectorMemory::new(), direction: DetectorMemory::new() })
 }
 
 /// A mixture in memory of this name.
@@ -124,17 +107,7 @@ pub fn mixture(set: &str, motion: Vehicle, config: Config<f32>) -> PyResult<Mixt
     MixtureCell::try_new(MutBorrow::new(room), |room| room.borrow_mut().start(motion, config)).map_err(Refusal::raised)
 }
 
-/// A joint map in memory of this name.
-pub fn joint_map(set: &str, motion: Vehicle, config: JointConfig<f32>) -> PyResult<JointCell> {
-    let room: Box<dyn JointRoom> = match set {
-        "DESK" => made(sets::JointDesk::new)?,
-        "JOINT_40" => made(sets::Joint40::new)?,
-        "JOINT_100" => made(sets::Joint100::new)?,
-        _ => return Err(no_such(set, "DESK, JOINT_40, JOINT_100")),
-    };
-    JointCell::try_new(MutBorrow::new(room), |room| room.borrow_mut().start(motion, config)).map_err(Refusal::raised)
-}
-
-fn no_such(set: &str, known: &str) -> pyo3::PyErr {
+/// There is no memory of this name.
+pub fn no_such(set: &str, known: &str) -> pyo3::PyErr {
     SettingError::new_err(format!("memory must be one of {known}, not '{set}'"))
 }

@@ -1,6 +1,7 @@
 //! Where a sensor sits.
 
 use crate::error::Refusal;
+use crate::keywords::{Keywords, object};
 use pyo3::prelude::*;
 
 /// Where a sensor sits on its vehicle, seen from where the pose is, and how it is turned.
@@ -11,25 +12,28 @@ use pyo3::prelude::*;
 ///     Ahead and to the left, m.
 /// yaw_rad : float
 ///     Turned to the left, rad.
-#[pyclass(frozen, module = "scphd")]
-pub struct Mounting {
-    seat: scphd::models::Mounting<f32>,
-    is_none: bool,
+#[pyclass(frozen, from_py_object, module = "scphd")]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mounting(pub [f64; 3]);
+
+impl Mounting {
+    /// Where the pose is.
+    pub const NONE: Self = Self([0.0; 3]);
 }
 
 #[pymethods]
 impl Mounting {
     #[new]
     #[pyo3(signature = (*, forward_m=0.0, left_m=0.0, yaw_rad=0.0))]
-    fn new(forward_m: f32, left_m: f32, yaw_rad: f32) -> PyResult<Self> {
-        let seat = scphd::models::Mounting::in_plane(forward_m, left_m, yaw_rad).map_err(Refusal::raised)?;
-        Ok(Self { seat, is_none: [forward_m, left_m, yaw_rad] == [0.0; 3] })
+    fn new(forward_m: f64, left_m: f64, yaw_rad: f64) -> PyResult<Self> {
+        let seat = [forward_m, left_m, yaw_rad];
+        let [forward, left, yaw] = seat.map(|number| number as f32);
+        scphd::models::Mounting::in_plane(forward, left, yaw).map_err(Refusal::raised)?;
+        Ok(Self(seat))
     }
 }
 
-impl Mounting {
-    /// `None` where the sensor's pose is the vehicle's, which spares the filter some work.
-    pub fn seat(&self) -> Option<scphd::models::Mounting<f32>> {
-        (!self.is_none).then_some(self.seat)
-    }
-}
+object! { Mounting, |seat| Keywords::default()
+.number("forward_m", seat[0])
+.number("left_m", seat[1])
+.number("yaw_rad", seat[2]) }

@@ -2,11 +2,20 @@
 
 use crate::error::InputError;
 use pyo3::prelude::*;
+use scphd::Real;
+use scphd_vehicle::Watched;
+use std::fmt;
 
 /// The conditions that a report tells of.
 #[pyclass(frozen, eq, hash, module = "scphd")]
-#[derive(PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Health(u16);
+
+impl fmt::Debug for Health {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Health({})", self.names().join(", "))
+    }
+}
 
 impl From<scphd::Health> for Health {
     fn from(health: scphd::Health) -> Self {
@@ -49,37 +58,30 @@ impl Health {
     }
 
     fn __repr__(&self) -> String {
-        format!("Health({})", self.names().join(", "))
+        format!("{self:?}")
     }
 }
 
-/// A class that shows the fields of a report of the library.
+/// A class that shows the fields of a report of the library, in either precision.
 macro_rules! report {
     (
-        $(#[doc = $about:literal])+ $name:ident of $report:ty { $($(#[doc = $text:literal])+ $field:ident: $kind:ty,)+ }
+        $(#[doc = $about:literal])+ $name:ident [$($scalar:tt)*] of $report:ty { $($(#[doc = $text:literal])+ $field:ident: $kind:ty,)+ }
     ) => {
         $(#[doc = $about])+
-        #[pyclass(frozen, module = "scphd")]
-        pub struct $name($report);
+        #[pyclass(frozen, get_all, module = "scphd")]
+        #[derive(Debug, Clone, Copy)]
+        pub struct $name { $($(#[doc = $text])+ $field: $kind,)+ }
 
-        impl From<$report> for $name {
+        impl<$($scalar)*> From<$report> for $name {
             fn from(report: $report) -> Self {
-                Self(report)
+                Self { $($field: report.$field.into(),)+ }
             }
         }
 
         #[pymethods]
         impl $name {
-            $(
-                $(#[doc = $text])+
-                #[getter]
-                fn $field(&self) -> $kind {
-                    self.0.$field.into()
-                }
-            )+
-
             fn __repr__(&self) -> String {
-                format!("{:?}", self.0)
+                format!("{self:?}")
             }
         }
     };
@@ -87,7 +89,7 @@ macro_rules! report {
 
 report! {
     /// What a prediction did.
-    PredictReport of scphd::PredictReport {
+    PredictReport [] of scphd::PredictReport {
         /// int: candidates after it.
         candidates: usize,
         /// int: candidates that stayed where they were, for their pose left the range of single precision.
@@ -101,7 +103,7 @@ report! {
 
 report! {
     /// What a scan of a mixture did.
-    ScanReport of scphd::ScanReport<f32> {
+    ScanReport [T: Real + Into<f64>] of scphd::ScanReport<T> {
         /// int: measurements in the scan.
         measurements: usize,
         /// int: measurements that could not give birth.
@@ -131,15 +133,15 @@ report! {
         /// int: pages of moving features in all.
         moving_pages: usize,
         /// float: effective number of candidates before any resampling.
-        n_eff: f32,
+        n_eff: f64,
         /// float: logarithm of the scan's likelihood, up to a constant; minus infinity where no candidate explains it.
-        ln_evidence: f32,
+        ln_evidence: f64,
         /// float: detections to be expected of the features in view.
-        expected_detections: f32,
+        expected_detections: f64,
         /// float: measurements that the features in view explain.
-        detections: f32,
+        detections: f64,
         /// float: mean squared innovation by its covariance, per dimension; about 1 for a consistent filter.
-        innovation: f32,
+        innovation: f64,
         /// Health: the conditions that hold.
         health: Health,
     }
@@ -147,7 +149,7 @@ report! {
 
 report! {
     /// What a scan of a joint map did.
-    JointReport of scphd::JointReport<f32> {
+    JointReport [T: Real + Into<f64>] of scphd::JointReport<T> {
         /// int: measurements in the scan.
         measurements: usize,
         /// int: features in view before it.
@@ -167,28 +169,44 @@ report! {
         /// int: features after the scan.
         features: usize,
         /// float: logarithm of the scan's likelihood, up to a constant.
-        ln_evidence: f32,
+        ln_evidence: f64,
         /// float: detections to be expected of the features in view.
-        expected_detections: f32,
+        expected_detections: f64,
         /// float: measurements that the features in view explain.
-        detections: f32,
+        detections: f64,
         /// float: mean squared innovation by its covariance, per dimension; about 1 for a consistent filter.
-        innovation: f32,
+        innovation: f64,
         /// Health: the conditions that hold.
         health: Health,
     }
 }
 
-report! {
-    /// What a fix did.
-    FixReport of scphd::FixReport<f32> {
-        /// bool: whether it was taken in; it is not where it lies beyond the gate.
-        accepted: bool,
-        /// float: its squared Mahalanobis distance from what the filter expected.
-        distance: f32,
-        /// float: logarithm of its likelihood; 0 where it was not taken in.
-        ln_evidence: f32,
-        /// float: effective number of candidates after it.
-        n_eff: f32,
+/// What a fix did.
+#[pyclass(frozen, get_all, module = "scphd")]
+#[derive(Debug, Clone, Copy)]
+pub struct FixReport {
+    /// bool: whether it was taken in; it is not where it lies beyond the gate.
+    accepted: bool,
+    /// float: its squared Mahalanobis distance from what the filter expected.
+    distance: f64,
+    /// float: logarithm of its likelihood; 0 where it was not taken in.
+    ln_evidence: f64,
+    /// float: effective number of candidates after it.
+    n_eff: f64,
+    /// bool: whether outliers that agree with each other have moved the filter to where they say.
+    relocated: bool,
+}
+
+impl<T: Real> From<Watched<T>> for FixReport {
+    fn from(Watched { report, relocated }: Watched<T>) -> Self {
+        let [distance, ln_evidence, n_eff] = [report.distance, report.ln_evidence, report.n_eff].map(Real::to_f64);
+        Self { accepted: report.accepted, distance, ln_evidence, n_eff, relocated }
+    }
+}
+
+#[pymethods]
+impl FixReport {
+    fn __repr__(&self) -> String {
+        format!("{self:?}")
     }
 }

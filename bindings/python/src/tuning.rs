@@ -1,11 +1,13 @@
 //! Settings of the filters, as keywords.
 
-use crate::error::SettingError;
+use crate::error::{Refusal, SettingError};
+use crate::vehicle::{self, Driven};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use scphd::settings::{Extraction, Informed, Plausible, Proposal};
-use scphd::{Config, JointConfig};
+use scphd::{Config, Real};
+use scphd_vehicle::{Description, Setting, StartError};
 
 /// A number in the place of a setting.
 fn number<'py, T>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<T>
@@ -79,7 +81,7 @@ fn set(config: &mut Config<f32>, name: &str, value: &Bound<'_, PyAny>) -> PyResu
         "extraction_weight" => config.extraction_weight = number(name, value)?,
         "births_wait" => config.births_wait = truth(name, value)?,
         "moving_velocity_sigma_mps" => moving.velocity_sigma_mps = number(name, value)?,
-        "moving_acceleration_psd_m2ps3" => moving.motion.acceleration_psd = number(name, value)?,
+        "moving_acceleration_psd" => moving.motion.acceleration_psd = number(name, value)?,
         "moving_lifetime_s" => moving.motion.lifetime_s = number(name, value)?,
         "moving_spread_max_m" => moving.spread_max_m = number(name, value)?,
         "moving_extraction_weight" => moving.extraction_weight = number(name, value)?,
@@ -109,28 +111,73 @@ fn informed<'c>(config: &'c mut Config<f32>, name: &str) -> PyResult<&'c mut Inf
     }
 }
 
-/// The settings of a joint map.
-pub fn of_joint_map(tuning: Option<&Bound<'_, PyDict>>) -> PyResult<JointConfig<f32>> {
-    let mut config = JointConfig::default();
-    for (name, value) in tuning.iter().flat_map(|tuning| tuning.iter()) {
-        let (name, value) = (&*name.to_string(), &value);
-        if set_plausible(&mut config.plausible, name, value)? {
-            continue;
+/// A setting of a joint map as the keyword of Python that it is: without the part that it is of, and with underscores.
+fn keyword_of(setting: Setting) -> Option<String> {
+    let name = setting.name();
+    let own = ["joint.", "plausible."].iter().find_map(|part| name.strip_prefix(part));
+    let moving = name.starts_with("moving.").then_some(name);
+    own.or(moving).map(|name| name.replace('.', "_"))
+}
+
+/// How Python calls a setting.
+pub fn keyword(setting: Setting) -> String {
+    keyword_of(setting).unwrap_or_else(|| setting.name().to_owned())
+}
+
+/// The keywords of a joint map: name, range, unit and meaning of each.
+#[pyfunction]
+pub fn _joint_settings() -> Vec<(String, &'static str, &'static str, &'static str)> {
+    let known = |setting| keyword_of(setting).map(|name| (name, setting.range(), setting.unit(), setting.about()));
+    Setting::all().filter_map(known).collect()
+}
+
+/// What a keyword sets a setting to.
+fn value(name: &str, setting: Setting, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    match setting.choices() {
+        [] => number(name, value),
+        ["no", "yes"] => truth(name, value).map(f64::from),
+        choices => {
+            let word = word(name, value)?;
+            let place = choices.iter().position(|choice| *choice == word);
+            place
+                .map(|place| place as f64)
+                .ok_or_else(|| SettingError::new_err(format!("{name} must be {}, not '{word}'", setting.range())))
         }
-        let field = match name {
-            "birth_probability_min" => &mut config.birth_probability_min,
-            "gate" => &mut config.gate,
-            "visible_s" => &mut config.persistence.visible_s,
-            "occluded_s" => &mut config.persistence.occluded_s,
-            "lifetime_s" => &mut config.persistence.lifetime_s,
-            "occlusion_factor" => &mut config.occlusion_factor,
-            "least_existence" => &mut config.least_existence,
-            "least_tentative" => &mut config.least_tentative,
-            "extraction_existence" => &mut config.extraction_existence,
-            "merge_distance" => &mut config.merge_distance,
-            _ => return Err(unknown(name)),
-        };
-        *field = number(name, value)?;
     }
-    Ok(config)
+}
+
+/// The description of a joint map, from its keywords.
+pub fn of_joint_map(vehicle: Driven<f64>, keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Description<f64>> {
+    let mut description = Description { vehicle, ..Description::robot() };
+    let mut chosen = Vec::new();
+    for (name, object) in keywords.iter().flat_map(|keywords| keywords.iter()) {
+        let name = name.to_string();
+        let setting = Setting::all().find(|setting| keyword_of(*setting).is_some_and(|known| known == name));
+        let setting = setting.ok_or_else(|| unknown(&name))?;
+        chosen.push((setting, value(&name, setting, &object)?, name));
+    }
+    // A part is there or not before it has settings.
+    chosen.sort_by_key(|(setting, ..)| (setting.choices().is_empty(), setting.number()));
+    for (setting, number, name) in chosen {
+        if description.get(setting, 0).is_none() {
+            let part = name.split('_').next().unwrap_or_default();
+            let part = if part == "moving" { "movers" } else { part };
+            return Err(SettingError::new_err(format!("{name} takes {part}=True")));
+        }
+        description
+            .set(setting, 0, number)
+            .map_err(|invalid| SettingError::new_err(format!("{name} must be {}", invalid.setting.range())))?;
+    }
+    Ok(description)
+}
+
+/// A description in the precision of a filter, but for its sensors and fixes.
+pub fn cast<T: Real>(of: &Description<f64>) -> PyResult<Description<T>> {
+    let mut description = Description { vehicle: vehicle::cast(&of.vehicle), ..Description::robot() };
+    for setting in Setting::all().filter(|setting| keyword_of(*setting).is_some()) {
+        if let Some(number) = of.get(setting, 0) {
+            description.set(setting, 0, T::from_f64(number)).map_err(|invalid| StartError::from(invalid).raised())?;
+        }
+    }
+    Ok(description)
 }

@@ -1,21 +1,61 @@
 //! Vehicles in the plane: what Python makes of them, and all of them as one motion.
 
-use crate::array::row;
+use crate::array::{Number, row};
 use crate::error::{SettingError, of_model, wrong_type};
+use crate::keywords::{Keywords, object};
 use nalgebra::{Matrix3, Vector3};
 use pyo3::prelude::*;
+use scphd::Real;
 use scphd::models::{
-    AckermannControl, AckermannGeometry, ControlNoise, HolonomicControl, Linearised, Motion, PlanarControl,
-    PlanarMotion, PlanarPose, Rates, Step, UnicycleControl,
+    AckermannGeometry, ControlNoise, Linearised, Motion, PlanarControl, PlanarMotion, PlanarPose, Rates,
 };
 use scphd::numerics::{Noise, Symmetric};
+use scphd_vehicle::VehicleKind;
 
-/// Odometry is never exact, and a filter that takes it to be follows it blindly.
-fn some_noise(noise: &ControlNoise<f32>) -> PyResult<()> {
+/// A vehicle that moves by its odometry, as it is described.
+pub type Driven<T> = scphd_vehicle::Vehicle<T>;
+
+/// A vehicle in the precision of a filter.
+pub fn cast<T: Real>(of: &Driven<f64>) -> Driven<T> {
+    let Driven { kind, geometry, noise } = *of;
+    let [wheelbase_m, encoder_offset_m, sensor_forward_m, sensor_left_m] =
+        [geometry.wheelbase_m, geometry.encoder_offset_m, geometry.sensor_forward_m, geometry.sensor_left_m]
+            .map(T::from_f64);
+    let [speed_sigma_mps, speed_sigma_ratio, turn_sigma, turn_sigma_ratio, interval_s] =
+        [noise.speed_sigma_mps, noise.speed_sigma_ratio, noise.turn_sigma, noise.turn_sigma_ratio, noise.interval_s]
+            .map(T::from_f64);
+    Driven {
+        kind,
+        geometry: AckermannGeometry { wheelbase_m, encoder_offset_m, sensor_forward_m, sensor_left_m },
+        noise: ControlNoise { speed_sigma_mps, speed_sigma_ratio, turn_sigma, turn_sigma_ratio, interval_s },
+    }
+}
+
+/// Other vehicles than cars have no lengths.
+const NO_LENGTHS: AckermannGeometry<f64> =
+    AckermannGeometry { wheelbase_m: 1.0, encoder_offset_m: 0.0, sensor_forward_m: 0.0, sensor_left_m: 0.0 };
+
+/// A vehicle whose numbers are in their ranges, in single precision too. Odometry is never exact, and a filter that takes it to be follows
+/// it blindly.
+fn checked(kind: VehicleKind, geometry: AckermannGeometry<f64>, noise: ControlNoise<f64>) -> PyResult<Driven<f64>> {
     if noise.is_none() {
         return Err(SettingError::new_err("odometry without any noise: a sigma or a ratio must be above zero"));
     }
-    Ok(())
+    let names =
+        [("sensor_forward_m", "pose_forward_m"), ("sensor_left_m", "pose_left_m"), ("interval_s", "noise_interval_s")];
+    let vehicle = Driven { kind, geometry, noise };
+    cast::<f32>(&vehicle).drive().map_err(|error| of_model(error, &names))?;
+    Ok(vehicle)
+}
+
+/// The keywords that every vehicle has.
+fn of_noise(noise: &ControlNoise<f64>) -> Keywords {
+    Keywords::default()
+        .number("speed_sigma_mps", noise.speed_sigma_mps)
+        .number("speed_sigma_ratio", noise.speed_sigma_ratio)
+        .number("turn_sigma", noise.turn_sigma)
+        .number("turn_sigma_ratio", noise.turn_sigma_ratio)
+        .number("noise_interval_s", noise.interval_s)
 }
 
 /// A robot that turns in place: its control is its speed (m/s) and its turn rate (rad/s, to the left).
@@ -37,7 +77,7 @@ fn some_noise(noise: &ControlNoise<f32>) -> PyResult<()> {
 /// step : str
 ///     'arc': it goes along the exact arc. 'euler': straight ahead, and turns then.
 #[pyclass(frozen, module = "scphd")]
-pub struct Unicycle(scphd::models::Unicycle<f32>);
+pub struct Unicycle(Driven<f64>);
 
 #[pymethods]
 impl Unicycle {
@@ -45,16 +85,16 @@ impl Unicycle {
     #[pyo3(signature = (*, speed_sigma_mps=0.02, speed_sigma_ratio=0.1, turn_sigma=0.02, turn_sigma_ratio=0.1,
                         noise_interval_s=0.5, step="arc"))]
     fn new(
-        speed_sigma_mps: f32,
-        speed_sigma_ratio: f32,
-        turn_sigma: f32,
-        turn_sigma_ratio: f32,
-        noise_interval_s: f32,
+        speed_sigma_mps: f64,
+        speed_sigma_ratio: f64,
+        turn_sigma: f64,
+        turn_sigma_ratio: f64,
+        noise_interval_s: f64,
         step: &str,
     ) -> PyResult<Self> {
-        let step = match step {
-            "arc" => Step::Arc,
-            "euler" => Step::Euler,
+        let kind = match step {
+            "arc" => VehicleKind::Unicycle,
+            "euler" => VehicleKind::UnicycleEuler,
             other => return Err(SettingError::new_err(format!("step must be 'arc' or 'euler', not '{other}'"))),
         };
         let noise = ControlNoise {
@@ -64,9 +104,7 @@ impl Unicycle {
             turn_sigma_ratio,
             interval_s: noise_interval_s,
         };
-        let names = [("interval_s", "noise_interval_s")];
-        some_noise(&noise)?;
-        scphd::models::Unicycle::new(step, noise).map(Self).map_err(|error| of_model(error, &names))
+        checked(kind, NO_LENGTHS, noise).map(Self)
     }
 }
 
@@ -91,7 +129,7 @@ impl Unicycle {
 /// noise_interval_s : float
 ///     How long an error lasts, s; 0: it is drawn anew in every prediction.
 #[pyclass(frozen, module = "scphd")]
-pub struct Ackermann(scphd::models::Ackermann<f32>);
+pub struct Ackermann(Driven<f64>);
 
 #[pymethods]
 impl Ackermann {
@@ -100,15 +138,15 @@ impl Ackermann {
                         speed_sigma_ratio=0.1, turn_sigma=0.02, turn_sigma_ratio=0.1, noise_interval_s=0.5))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn new(
-        wheelbase_m: f32,
-        encoder_offset_m: f32,
-        pose_forward_m: f32,
-        pose_left_m: f32,
-        speed_sigma_mps: f32,
-        speed_sigma_ratio: f32,
-        turn_sigma: f32,
-        turn_sigma_ratio: f32,
-        noise_interval_s: f32,
+        wheelbase_m: f64,
+        encoder_offset_m: f64,
+        pose_forward_m: f64,
+        pose_left_m: f64,
+        speed_sigma_mps: f64,
+        speed_sigma_ratio: f64,
+        turn_sigma: f64,
+        turn_sigma_ratio: f64,
+        noise_interval_s: f64,
     ) -> PyResult<Self> {
         let geometry = AckermannGeometry {
             wheelbase_m,
@@ -123,13 +161,7 @@ impl Ackermann {
             turn_sigma_ratio,
             interval_s: noise_interval_s,
         };
-        let names = [
-            ("sensor_forward_m", "pose_forward_m"),
-            ("sensor_left_m", "pose_left_m"),
-            ("interval_s", "noise_interval_s"),
-        ];
-        some_noise(&noise)?;
-        scphd::models::Ackermann::new(geometry, noise).map(Self).map_err(|error| of_model(error, &names))
+        checked(VehicleKind::Ackermann, geometry, noise).map(Self)
     }
 }
 
@@ -149,7 +181,7 @@ impl Ackermann {
 /// noise_interval_s : float
 ///     How long an error lasts, s; 0: it is drawn anew in every prediction.
 #[pyclass(frozen, module = "scphd")]
-pub struct Holonomic(scphd::models::Holonomic<f32>);
+pub struct Holonomic(Driven<f64>);
 
 #[pymethods]
 impl Holonomic {
@@ -157,11 +189,11 @@ impl Holonomic {
     #[pyo3(signature = (*, speed_sigma_mps=0.02, speed_sigma_ratio=0.1, turn_sigma=0.02, turn_sigma_ratio=0.1,
                         noise_interval_s=0.5))]
     fn new(
-        speed_sigma_mps: f32,
-        speed_sigma_ratio: f32,
-        turn_sigma: f32,
-        turn_sigma_ratio: f32,
-        noise_interval_s: f32,
+        speed_sigma_mps: f64,
+        speed_sigma_ratio: f64,
+        turn_sigma: f64,
+        turn_sigma_ratio: f64,
+        noise_interval_s: f64,
     ) -> PyResult<Self> {
         let noise = ControlNoise {
             speed_sigma_mps,
@@ -170,9 +202,7 @@ impl Holonomic {
             turn_sigma_ratio,
             interval_s: noise_interval_s,
         };
-        some_noise(&noise)?;
-        let names = [("interval_s", "noise_interval_s")];
-        scphd::models::Holonomic::new(noise).map(Self).map_err(|error| of_model(error, &names))
+        checked(VehicleKind::Holonomic, NO_LENGTHS, noise).map(Self)
     }
 }
 
@@ -189,11 +219,44 @@ impl KnownPose {
     }
 }
 
+object! { Unicycle, |vehicle| {
+    let step = if vehicle.kind == VehicleKind::UnicycleEuler { "euler" } else { "arc" };
+    of_noise(&vehicle.noise).word("step", step)
+} }
+object! { Ackermann, |vehicle| of_noise(&vehicle.noise)
+.number("wheelbase_m", vehicle.geometry.wheelbase_m)
+.number("encoder_offset_m", vehicle.geometry.encoder_offset_m)
+.number("pose_forward_m", vehicle.geometry.sensor_forward_m)
+.number("pose_left_m", vehicle.geometry.sensor_left_m) }
+object! { Holonomic, |vehicle| of_noise(&vehicle.noise) }
+
+/// A vehicle that moves by its odometry, if it is one.
+pub fn driven(object: &Bound<'_, PyAny>) -> Option<Driven<f64>> {
+    let unicycle = object.cast::<Unicycle>().ok().map(|robot| robot.get().0);
+    let ackermann = || object.cast::<Ackermann>().ok().map(|car| car.get().0);
+    let holonomic = || object.cast::<Holonomic>().ok().map(|vehicle| vehicle.get().0);
+    unicycle.or_else(ackermann).or_else(holonomic)
+}
+
+/// The control of such a vehicle that an array stands for.
+pub fn control<T: Number>(kind: VehicleKind, array: &Bound<'_, PyAny>) -> PyResult<scphd_vehicle::Control<T>> {
+    let what = match kind {
+        VehicleKind::Ackermann => "control (speed_mps, steering_rad)",
+        VehicleKind::Unicycle | VehicleKind::UnicycleEuler => "control (speed_mps, turn_rate_radps)",
+        VehicleKind::Holonomic => {
+            let [speed_mps, left_mps, turn] = row("control (forward_mps, left_mps, turn_rate_radps)", array)?;
+            return Ok(scphd_vehicle::Control { speed_mps, left_mps, turn });
+        }
+    };
+    let [speed_mps, turn] = row(what, array)?;
+    Ok(scphd_vehicle::Control { speed_mps, left_mps: T::ZERO, turn })
+}
+
 /// Any of them.
 #[derive(Debug, Clone, Copy)]
 pub enum Vehicle {
     /// One that moves by its odometry.
-    Driven(PlanarMotion<f32>),
+    Driven(VehicleKind, PlanarMotion<f32>),
     /// One whose pose is known.
     Known(scphd::models::KnownPose<PlanarPose<f32>>),
 }
@@ -210,14 +273,9 @@ pub enum Control {
 impl Vehicle {
     /// What an object of Python is.
     pub fn of(object: &Bound<'_, PyAny>) -> PyResult<Self> {
-        if let Ok(robot) = object.cast::<Unicycle>() {
-            return Ok(Self::Driven(PlanarMotion::Unicycle(robot.get().0)));
-        }
-        if let Ok(car) = object.cast::<Ackermann>() {
-            return Ok(Self::Driven(PlanarMotion::Ackermann(car.get().0)));
-        }
-        if let Ok(vehicle) = object.cast::<Holonomic>() {
-            return Ok(Self::Driven(PlanarMotion::Holonomic(vehicle.get().0)));
+        if let Some(vehicle) = driven(object) {
+            let motion = cast(&vehicle).drive().map_err(|error| of_model(error, &[]))?;
+            return Ok(Self::Driven(vehicle.kind, motion));
         }
         if object.cast::<KnownPose>().is_ok() {
             return Ok(Self::Known(scphd::models::KnownPose::new()));
@@ -228,19 +286,7 @@ impl Vehicle {
     /// The control that an array stands for.
     pub fn control(&self, array: &Bound<'_, PyAny>) -> PyResult<Control> {
         Ok(match self {
-            Self::Driven(PlanarMotion::Unicycle(_)) => {
-                let [speed_mps, rate_radps] = row("control (speed_mps, turn_rate_radps)", array)?;
-                Control::Driven(PlanarControl::Unicycle(UnicycleControl { speed_mps, rate_radps }))
-            }
-            Self::Driven(PlanarMotion::Ackermann(_)) => {
-                let [speed_mps, steering_rad] = row("control (speed_mps, steering_rad)", array)?;
-                Control::Driven(PlanarControl::Ackermann(AckermannControl { speed_mps, steering_rad }))
-            }
-            Self::Driven(PlanarMotion::Holonomic(_)) => {
-                let [forward_mps, left_mps, rate_radps] =
-                    row("control (forward_mps, left_mps, turn_rate_radps)", array)?;
-                Control::Driven(PlanarControl::Holonomic(HolonomicControl { forward_mps, left_mps, rate_radps }))
-            }
+            Self::Driven(kind, _) => Control::Driven(kind.control(&control(*kind, array)?)),
             Self::Known(_) => {
                 let [x_m, y_m, heading_rad] = row("control (x_m, y_m, heading_rad)", array)?;
                 Control::Known(PlanarPose::new(x_m, y_m, heading_rad))
@@ -253,7 +299,7 @@ impl Vehicle {
 macro_rules! each {
     ($vehicle:expr, $control:expr, |$motion:ident, $of_kind:ident| $done:expr, else $other:expr) => {
         match ($vehicle, $control) {
-            (Self::Driven($motion), Control::Driven($of_kind)) => $done,
+            (Self::Driven(_, $motion), Control::Driven($of_kind)) => $done,
             (Self::Known($motion), Control::Known($of_kind)) => $done,
             _ => $other,
         }

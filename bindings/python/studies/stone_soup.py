@@ -64,7 +64,7 @@ def by_scphd(scans):
     )
     tracker = scphd.Filter(
         scphd.KnownPose(), proposal="blind", particles=1, prune_weight=PRUNE_WEIGHT, merge_distance=MERGE_DISTANCE,
-        moving_velocity_sigma_mps=VELOCITY_SIGMA_MPS, moving_acceleration_psd_m2ps3=ACCELERATION_PSD,
+        moving_velocity_sigma_mps=VELOCITY_SIGMA_MPS, moving_acceleration_psd=ACCELERATION_PSD,
         moving_lifetime_s=LIFETIME_S, moving_extraction_weight=EXTRACTION_WEIGHT, moving_spread_max_m=20.0,
     )
     tracker.reset()

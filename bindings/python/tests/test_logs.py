@@ -86,6 +86,12 @@ def test_a_run(folder, kind):
     assert run.digest == again.digest and np.array_equal(run.poses, again.poses)
 
 
+def test_a_run_with_features_that_move(folder):
+    log = scphd.logs.read(folder)
+    with_movers = log.run({**SETTINGS, "moving": {**SETTINGS["moving"], "birth_intensity": 0.1}})
+    assert with_movers.digest != log.run(SETTINGS).digest
+
+
 @pytest.mark.parametrize(
     ("name", "text", "message"),
     [
@@ -117,8 +123,6 @@ def test_settings_that_python_does_not_have(folder):
     log = scphd.logs.read(folder)
     with pytest.raises(LogError, match="other likelihoods"):
         log.run({**SETTINGS, "filter": {**SETTINGS["filter"], "likelihood": "rb-empty"}})
-    with pytest.raises(LogError, match="no moving features"):
-        log.run({**SETTINGS, "moving": {**SETTINGS["moving"], "birth_intensity": 0.1}})
     with pytest.raises(LogError, match="how good these fixes are"):
         log.run({**SETTINGS, "fixes": {}})
     with pytest.raises(ValueError, match="kind must be"):

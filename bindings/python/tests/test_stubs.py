@@ -38,13 +38,22 @@ def test_every_keyword_has_a_type(name):
         assert [one for one in parameters if one != "settings"] == arguments
 
 
-@pytest.mark.parametrize(("filter_class", "settings"), [("Filter", "_MixtureSettings"), ("JointFilter", "_JointSettings")])
-def test_every_setting_has_a_type_and_a_text(filter_class, settings):
-    """And each is one that the filter knows."""
+def keywords(*names):
+    """The keywords that types are written for."""
     dicts = {node.name: node for node in STUBS.body if isinstance(node, ast.ClassDef)}
-    names = {line.target.id: line for one in ("_Plausible", settings) for line in dicts[one].body}
-    there = getattr(scphd, filter_class)
-    for name in names:
-        assert name in there.__doc__, name
+    return [line.target.id for name in names for line in dicts[name].body]
+
+
+def test_every_setting_of_a_mixture_has_a_type_and_a_text():
+    """And each is one that the filter knows."""
+    for name in keywords("_Plausible", "_MixtureSettings"):
+        assert name in scphd.Filter.__doc__, name
         others = {"extraction": "confirmed", "informed_rounds": 1, "max_components": 9, "confirming_detections": 2.0}
-        there(scphd.Unicycle(), **{name: others.get(name, 0.5)})
+        scphd.Filter(scphd.Unicycle(), **{name: others.get(name, 0.5)})
+
+
+def test_every_setting_of_a_joint_map_has_a_type_and_a_text():
+    """They are those of the list that C and the firmware have too: what is added there shows here."""
+    known = {name for name, *_ in scphd._native._joint_settings()}
+    assert known == set(keywords("_Plausible", "_JointSettings"))
+    assert all(f"\n{name} : " in scphd.JointFilter.__doc__ for name in known)

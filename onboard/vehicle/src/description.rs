@@ -52,10 +52,10 @@ pub struct Start<T> {
 }
 
 impl<T: Real> Start<T> {
-    /// The covariance of the pose, if it is not certain.
+    /// The covariance of the pose, if it is not certain: one that is no number is refused where it is used.
     pub(crate) fn covariance(&self) -> Option<Symmetric<Vector3<T>>> {
         let [place, heading] = [self.position_sigma_m, self.heading_sigma_rad].map(|sigma| sigma * sigma);
-        (place + heading > T::ZERO).then(|| Symmetric::from_diagonal([place, place, heading]))
+        (place + heading != T::ZERO).then(|| Symmetric::from_diagonal([place, place, heading]))
     }
 }
 

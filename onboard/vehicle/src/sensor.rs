@@ -88,8 +88,11 @@ impl<T: Real> Sensor<T> {
         elsewhere.then(|| Mounting::in_plane(forward_m, left_m, self.yaw_rad)).transpose()
     }
 
-    /// The detector of range and bearing.
-    pub(crate) fn polar<P: PlanarState<Scalar = T>>(&self) -> Result<Polar<P, T>, ModelError> {
+    /// The detector of range and bearing, for a program that has more detectors than a description.
+    ///
+    /// # Errors
+    /// A number is out of range.
+    pub fn polar<P: PlanarState<Scalar = T>>(&self) -> Result<Polar<P, T>, ModelError> {
         let field_of_view = RangeBearingWindow::new(self.window)?;
         let sensor = P::seen(RangeBearing::new(self.range_sigma_m, self.bearing_sigma_rad)?);
         let clutter = UniformClutter::of_scan(self.clutter_per_scan, field_of_view.measure())?;
@@ -101,7 +104,10 @@ impl<T: Real> Sensor<T> {
     }
 
     /// The detector of bearings.
-    pub(crate) fn direction<P: PlanarState<Scalar = T>>(&self) -> Result<Direction<P, T>, ModelError> {
+    ///
+    /// # Errors
+    /// A number is out of range.
+    pub fn direction<P: PlanarState<Scalar = T>>(&self) -> Result<Direction<P, T>, ModelError> {
         let field_of_view = RangeBearingWindow::new(self.window)?;
         let sensor = P::seen(BearingOnly::new(self.bearing_sigma_rad, PolarBirths::new(self.grid)?)?);
         let half_width_rad = self.window.bearing_half_width_rad.at_most(T::PI);

@@ -11,6 +11,7 @@ const VEHICLE: &str = "onboard/vehicle/tests/assembled.rs";
 const C: &str = "bindings/capi/tests/c/replay.c";
 const C_SERVICES: &str = "bindings/capi/tests/c/all_that_a_filter_can.c";
 const PYTHON: &str = "bindings/python/tests/test_filters.py";
+const PYTHON_JOINT: &str = "bindings/python/tests/test_joint.py";
 const PYTHON_DIGESTS: &str = "bindings/python/tests/test_digests.py";
 const BLACK_BOX: &str = "tests/tests/black_box.rs";
 const MIXTURE: &str = "tests/lockstep/mixture.rs";
@@ -31,21 +32,27 @@ const FEATURES: [(&str, [Test; 5]); 21] = [
         [
             (VEHICLE, "a_joint_map"),
             (C, "start_filters"),
-            (PYTHON_DIGESTS, "test_three_filters_over_300_scans"),
+            (PYTHON_DIGESTS, "test_six_filters_over_300_scans"),
             (BLACK_BOX, "cut_at_every_50th_scan_the_joint_map_ends_alike"),
             (JOINT, "survey_in_single_precision"),
         ],
     ),
     (
         "its moving-object tracks",
-        [(VEHICLE, "a_joint_map_with_movers"), (C_SERVICES, "movers"), NO, NO, (JOINT, "what_moves")],
+        [
+            (VEHICLE, "a_joint_map_with_movers"),
+            (C_SERVICES, "movers"),
+            (PYTHON_JOINT, "test_features_that_move"),
+            NO,
+            (JOINT, "what_moves"),
+        ],
     ),
     (
         "its odometry calibration",
         [
             (VEHICLE, "a_joint_map_that_learns_its_odometry"),
             (C_SERVICES, "learning"),
-            NO,
+            (PYTHON_JOINT, "test_learnt_odometry"),
             NO,
             ("host-sim/tests/cli.rs", "a_log_gets_a_joint_map_where_nothing_asks_for_what_it_has_not"),
         ],
@@ -55,7 +62,7 @@ const FEATURES: [(&str, [Test; 5]); 21] = [
         [
             ("core/src/joint/window_tests.rs", "a_window_of_forty_is_consistent_over_three_rounds"),
             (C_SERVICES, "movers"),
-            NO,
+            (PYTHON_JOINT, "test_an_archive_keeps_what_the_window_cannot"),
             NO,
             NO,
         ],
@@ -65,7 +72,7 @@ const FEATURES: [(&str, [Test; 5]); 21] = [
         [
             (VEHICLE, "a_mixture"),
             (C, "start_filters"),
-            (PYTHON_DIGESTS, "test_three_filters_over_300_scans"),
+            (PYTHON_DIGESTS, "test_six_filters_over_300_scans"),
             (BLACK_BOX, "cut_at_every_50th_scan_the_mixture_ends_alike"),
             (MIXTURE, "survey_in_single_precision"),
         ],
@@ -145,7 +152,7 @@ const FEATURES: [(&str, [Test; 5]); 21] = [
         [
             (VEHICLE, "a_watch_moves_a_vehicle_that_is_elsewhere"),
             (C_SERVICES, "watch"),
-            NO,
+            (PYTHON_JOINT, "test_a_watch_moves_a_filter_that_is_wrong"),
             NO,
             (SEVERAL, "a_filter_that_is_wrong_is_put_to_fixes_that_agree_and_only_if_it_may_be"),
         ],
@@ -155,7 +162,7 @@ const FEATURES: [(&str, [Test; 5]); 21] = [
         [
             ("core/tests/lost/reports.rs", "a_joint_map"),
             (C_SERVICES, "maps_and_snapshots"),
-            NO,
+            (PYTHON_JOINT, "test_what_to_do_when_lost"),
             (BLACK_BOX, "every_input_that_changes_the_state_is_replayed"),
             (SEVERAL, "a_filter_that_is_wrong_is_put_to_fixes_that_agree_and_only_if_it_may_be"),
         ],
@@ -165,7 +172,7 @@ const FEATURES: [(&str, [Test; 5]); 21] = [
         [
             ("core/tests/lost/reports.rs", "a_surveyed_map_is_known_at_once"),
             (C_SERVICES, "maps_and_snapshots"),
-            NO,
+            (PYTHON_JOINT, "test_the_map_of_an_earlier_drive"),
             (BLACK_BOX, "every_input_that_changes_the_state_is_replayed"),
             (MAPS, "a_second_drive_finds_itself_in_the_map_of_the_first"),
         ],
@@ -195,7 +202,7 @@ const FEATURES: [(&str, [Test; 5]); 21] = [
         [
             ("core/src/joint/tests.rs", "both_precisions_agree_and_a_full_state_goes_on"),
             NO,
-            NO,
+            (PYTHON_JOINT, "test_double_precision"),
             (BLACK_BOX, "cut_at_every_50th_scan_the_joint_map_ends_alike"),
             (JOINT, "survey_in_double_precision"),
         ],

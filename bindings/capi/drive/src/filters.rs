@@ -3,12 +3,14 @@
 use crate::Event;
 use nalgebra::{Vector1, Vector2, Vector3};
 use scphd::models::{
-    Auv, AuvControl, AuvPose, BearingOnly, ControlNoise, HeadingFix, HeightFix, Mounting, PlanarPose, PolarBirths,
-    PolarGrid, PositionFix, RangeBearing, RangeBearingElevation, RangeBearingLimits, RangeBearingWindow, Reading,
-    Sensing, SonarLimits, SonarWindow, Step, Unicycle, UnicycleControl, UniformClutter,
+    Auv, AuvControl, AuvPose, BearingOnly, Calibrated, CalibratedPose, ControlNoise, HeadingFix, HeightFix, Mounting,
+    OdometryCorrection, OdometryPrior, PlanarPose, PolarBirths, PolarGrid, PositionFix, RangeBearing,
+    RangeBearingElevation, RangeBearingLimits, RangeBearingWindow, Reading, SelfCalibrating, Sensing, SonarLimits,
+    SonarWindow, Step, Unicycle, UnicycleControl, UniformClutter,
 };
 use scphd::numerics::Symmetric;
-use scphd::storage::ScanRoom;
+use scphd::settings::MovingConfig;
+use scphd::storage::{Archived, JointArchive, JointMovers, ScanRoom, Tracked};
 use scphd::{Births, Config, Detector, DetectorMemory, JointConfig, JointSlam, Real, ScPhd, joint_memory, memory};
 use std::error::Error;
 
@@ -30,7 +32,13 @@ memory! {
     }
 }
 joint_memory! { type Joint: Unicycle<f32> { measurement: Vector2<f32>, features: 40, measurements: 32 } }
+joint_memory! { type Joint60: Unicycle<f32> { measurement: Vector2<f32>, features: 60, measurements: 32 } }
+joint_memory! { type Learning: Learner { measurement: Vector2<f32>, features: 60, measurements: 32 } }
 
+/// A robot that learns what its odometry is off by.
+type Learner = SelfCalibrating<Unicycle<f32>, f32>;
+/// A joint map with movers, and what is behind it.
+type WithMovers<'m, A> = JointSlam<'m, Unicycle<f32>, Vector2<f32>, A, Tracked<'m, PlanarPose<f32>>>;
 type Polar = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
 type Direction = Sensing<BearingOnly<f32, PolarBirths<f32>>, RangeBearingWindow<f32>, UniformClutter<f32>>;
 type Spherical = Sensing<RangeBearingElevation<f32>, SonarWindow<f32>, UniformClutter<f32>>;
@@ -42,6 +50,9 @@ pub struct Memory {
     blind: Blind,
     informed: Informed,
     joint: Joint,
+    movers: (Joint60, JointMovers<PlanarPose<f32>, 16>),
+    archive: (Joint, JointMovers<PlanarPose<f32>, 16>, JointArchive<PlanarPose<f32>, 1000>),
+    learning: Learning,
     water: Water,
     lidar: DetectorMemory<Vector2<f32>, 32>,
     radar: DetectorMemory<Vector2<f32>, 128>,
@@ -55,6 +66,9 @@ impl Memory {
         blind: Blind::new(),
         informed: Informed::new(),
         joint: Joint::new(),
+        movers: (Joint60::new(), JointMovers::new()),
+        archive: (Joint::new(), JointMovers::new(), JointArchive::new()),
+        learning: Learning::new(),
         water: Water::new(),
         lidar: DetectorMemory::new(),
         radar: DetectorMemory::new(),
@@ -63,12 +77,16 @@ impl Memory {
     };
 }
 
-/// Four filters and their detectors.
+/// The filters and their detectors.
 #[derive(Debug)]
 pub struct Filters<'m> {
     blind: ScPhd<'m, Unicycle<f32>>,
     informed: ScPhd<'m, Unicycle<f32>>,
     joint: JointSlam<'m, Unicycle<f32>, Vector2<f32>>,
+    movers: WithMovers<'m, scphd::storage::NoArchive>,
+    archive: WithMovers<'m, Archived<'m, PlanarPose<f32>>>,
+    learning: JointSlam<'m, Learner, Vector2<f32>>,
+    learners: [Detector<Sensing<Calibrated<RangeBearing<f32>>, RangeBearingWindow<f32>, UniformClutter<f32>>>; 2],
     water: ScPhd<'m, Auv<f32>>,
     lidar: Over<'m, Polar, Vector2<f32>>,
     radar: Over<'m, Polar, Vector2<f32>>,
@@ -119,26 +137,45 @@ impl<'m> Filters<'m> {
     /// None: what is configured is in range.
     pub fn new(memory: &'m mut Memory) -> Result<Self, Box<dyn Error>> {
         let motion = Unicycle::new(Step::Arc, ControlNoise::wheeled())?;
-        let births = Births { of_static: 0.002, of_moving: 0.001 };
-        let lidar = Detector::new(polar(12.0, 2.0, [0.05, 0.01], 2.0)?, births)?;
-        let radar = Detector::new(polar(20.0, 0.8, [0.2, 0.03], 1.0)?, Births::of_static(0.003))?;
+        let births = [Births { of_static: 0.002, of_moving: 0.001 }, Births::of_static(0.003)];
+        let views = [polar(12.0, 2.0, [0.05, 0.01], 2.0)?, polar(20.0, 0.8, [0.2, 0.03], 1.0)?];
+        let seats = [Mounting::in_plane(0.22, 0.0, 0.5)?, Mounting::in_plane(-0.3, 0.1, 3.0)?];
+        let seat = |place: usize| Detector::new(views[place], births[place])?.mounted(seats[place]);
+        let learner = |place: usize| {
+            let Sensing { sensor, field_of_view, clutter } = views[place];
+            let view = Sensing { sensor: Calibrated(sensor), field_of_view, clutter };
+            Detector::new(view, births[place])?.mounted(seats[place])
+        };
+        let sigma = OdometryCorrection { speed_scale: 0.05, turn_scale: 0.05, turn_offset: 0.02 };
+        let learns = SelfCalibrating::new(motion, OdometryPrior { sigma, lasts_s: 3600.0 })?;
+        let (of_map, tracks, pages) = (&mut memory.archive.0, &mut memory.archive.1, &mut memory.archive.2);
         let informed = Config { prune_weight: 1e-3, ..Config::informed(4) };
         let mut filters = Self {
             blind: ScPhd::new(motion, Config::blind(32, 2), &mut memory.blind)?,
             informed: ScPhd::new(motion, informed, &mut memory.informed)?,
             joint: JointSlam::new(motion, JointConfig::default(), &mut memory.joint)?,
+            movers: JointSlam::new(motion, JointConfig::default(), &mut memory.movers.0)?
+                .with_movers(&mut memory.movers.1, MovingConfig::walkers())?,
+            archive: JointSlam::new(motion, JointConfig::default(), of_map)?
+                .with_archive(pages, 12.0)?
+                .with_movers(tracks, MovingConfig::walkers())?,
+            learning: JointSlam::new(learns, JointConfig::default(), &mut memory.learning)?,
+            learners: [learner(0)?, learner(1)?],
             water: ScPhd::new(Auv::new(0.1, 1.0)?, Config::informed(16), &mut memory.water)?,
-            lidar: lidar.mounted(Mounting::in_plane(0.22, 0.0, 0.5)?)?.over(&mut memory.lidar)?,
-            radar: radar.mounted(Mounting::in_plane(-0.3, 0.1, 3.0)?)?.over(&mut memory.radar)?,
-            camera: Detector::new(direction()?, Births::NONE)?
-                .mounted(Mounting::in_plane(0.22, 0.0, 0.5)?)?
-                .over(&mut memory.camera)?,
+            lidar: seat(0)?.over(&mut memory.lidar)?,
+            radar: seat(1)?.over(&mut memory.radar)?,
+            camera: Detector::new(direction()?, Births::NONE)?.mounted(seats[0])?.over(&mut memory.camera)?,
             sonar: Detector::new(spherical()?, Births::of_static(0.001))?.over(&mut memory.sonar)?,
         };
         let start = PlanarPose::new(5.0, 0.0, 1.5);
         filters.blind.reset(start, 7)?;
         filters.informed.reset(start, 8)?;
         filters.joint.reset(start)?;
+        filters.movers.reset(start)?;
+        filters.archive.reset(start)?;
+        let of_odometry = learns.prior();
+        let certain = Symmetric::from_fn(|row, column| if column < 3 { 0.0 } else { of_odometry.get(row, column) });
+        filters.learning.reset_within(CalibratedPose::at(start), &certain)?;
         filters.water.reset(AuvPose::new(2.0, 0.0, -1.0, 1.5), 9)?;
         Ok(filters)
     }
@@ -154,18 +191,27 @@ impl<'m> Filters<'m> {
                 self.blind.predict(&control, *dt)?;
                 self.informed.predict(&control, *dt)?;
                 self.joint.predict(&control, *dt)?;
+                self.movers.predict(&control, *dt)?;
+                self.archive.predict(&control, *dt)?;
+                self.learning.predict(&control, *dt)?;
             }
             Event::Lidar(scan) => {
                 let scan: Vec<Vector2<f32>> = scan.iter().map(|&z| z.into()).collect();
                 self.blind.scan(&mut self.lidar, &scan)?;
                 self.informed.scan(&mut self.lidar, &scan)?;
                 self.joint.scan(&self.lidar, &scan)?;
+                self.movers.scan(&self.lidar, &scan)?;
+                self.archive.scan(&self.lidar, &scan)?;
+                self.learning.scan(&self.learners[0], &scan)?;
             }
             Event::Radar(scan) => {
                 let scan: Vec<Vector2<f32>> = scan.iter().map(|&z| z.into()).collect();
                 self.blind.scan(&mut self.radar, &scan)?;
                 self.informed.scan(&mut self.radar, &scan)?;
                 self.joint.scan(&self.radar, &scan)?;
+                self.movers.scan(&self.radar, &scan)?;
+                self.archive.scan(&self.radar, &scan)?;
+                self.learning.scan(&self.learners[1], &scan)?;
             }
             Event::Camera(scan) => {
                 let scan: Vec<Vector1<f32>> = scan.iter().map(|&z| Vector1::new(z)).collect();
@@ -176,12 +222,18 @@ impl<'m> Filters<'m> {
                 self.blind.observe(&fix, &(*position).into())?;
                 self.informed.observe(&fix, &(*position).into())?;
                 self.joint.observe(&fix, &(*position).into())?;
+                self.movers.observe(&fix, &(*position).into())?;
+                self.archive.observe(&fix, &(*position).into())?;
+                self.learning.observe(&Calibrated(fix), &(*position).into())?;
             }
             Event::Heading(heading) => {
-                let heading = Vector1::new(*heading);
-                self.blind.observe(&HeadingFix::new(0.05)?, &heading)?;
-                self.informed.observe(&HeadingFix::new(0.05)?, &heading)?;
-                self.joint.observe(&HeadingFix::new(0.05)?, &heading)?;
+                let (fix, heading) = (HeadingFix::new(0.05)?, Vector1::new(*heading));
+                self.blind.observe(&fix, &heading)?;
+                self.informed.observe(&fix, &heading)?;
+                self.joint.observe(&fix, &heading)?;
+                self.movers.observe(&fix, &heading)?;
+                self.archive.observe(&fix, &heading)?;
+                self.learning.observe(&Calibrated(fix), &heading)?;
             }
             Event::Dive([x, y, z, rate, height, dt]) => {
                 let control = AuvControl {
@@ -206,9 +258,18 @@ impl<'m> Filters<'m> {
         Ok(())
     }
 
-    /// The states: of the blind mixture, the informed one, the joint map, the diver.
+    /// The states: of the blind mixture, the informed one, the joint map, the diver, and the joint maps with movers, with an archive behind
+    /// them, and with learnt odometry.
     #[must_use]
-    pub fn digests(&self) -> [u64; 4] {
-        [self.blind.digest(), self.informed.digest(), self.joint.digest(), self.water.digest()]
+    pub fn digests(&self) -> [u64; 7] {
+        [
+            self.blind.digest(),
+            self.informed.digest(),
+            self.joint.digest(),
+            self.water.digest(),
+            self.movers.digest(),
+            self.archive.digest(),
+            self.learning.digest(),
+        ]
     }
 }

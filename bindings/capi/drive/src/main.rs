@@ -10,7 +10,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         match event {
             Event::Compare => {
                 let states: String = filters.digests().iter().map(|state| format!(" {state:016x}")).collect();
-                println!("= 4{states}");
+                println!("= 7{states}");
             }
             _ => println!("{}", event.line()),
         }

@@ -18,11 +18,16 @@ enum { NUMBERS = 128 };
 static SCPHD_MEMORY(blind_memory, SCPHD_SIZE_MIXTURE_32X2);
 static SCPHD_MEMORY(informed_memory, SCPHD_SIZE_MIXTURE_INFORMED_4_MOVING);
 static SCPHD_MEMORY(joint_memory, SCPHD_SIZE_JOINT_40);
+static SCPHD_MEMORY(movers_memory, SCPHD_SIZE_JOINT_60_MOVERS);
+static SCPHD_MEMORY(archive_memory, SCPHD_SIZE_JOINT_40_ARCHIVE);
+static SCPHD_MEMORY(learning_memory, SCPHD_SIZE_JOINT_60_LEARNING);
 static SCPHD_MEMORY(water_memory, SCPHD_SIZE_WATER_INFORMED_16);
 static SCPHD_MEMORY(sonar_memory, SCPHD_SIZE_SONAR_64);
 static SCPHD_MEMORY(about_memory, SCPHD_SIZE_DESCRIPTION);
 
-static scphd_slam *blind, *informed, *joint;
+/* The filters in the plane, in the order of their states in the file; between the third and the fourth is the diver. */
+enum { BLIND, INFORMED, JOINT, MOVERS, ARCHIVE, LEARNING, PLANAR };
+static scphd_slam *planar[PLANAR];
 static scphd_water *water;
 static scphd_sonar_detector *sonar;
 static scphd_description *about;
@@ -89,16 +94,34 @@ static void start_filters(void) {
     set(SCPHD_HEADING_SIGMA, 0, 0.05f);
     set(SCPHD_START_X_M, 0, 5.0f);
     set(SCPHD_START_HEADING_RAD, 0, 1.5f);
-    OK(scphd_start_joint_40(SCPHD_ABI_VERSION, joint_memory, sizeof joint_memory, about, NULL, &joint));
-    OK(scphd_services_joint_40(joint));
-    OK(scphd_slam_reset(joint, about));
+    OK(scphd_start_joint_40(SCPHD_ABI_VERSION, joint_memory, sizeof joint_memory, about, NULL, &planar[JOINT]));
+    OK(scphd_services_joint_40(planar[JOINT]));
+    OK(scphd_slam_reset(planar[JOINT], about));
+
+    set(SCPHD_JOINT_MOVERS, 0, SCPHD_JOINT_MOVERS_YES);
+    OK(scphd_start_joint_60_movers(SCPHD_ABI_VERSION, movers_memory, sizeof movers_memory, about, NULL, &planar[MOVERS]));
+    OK(scphd_services_joint_60_movers(planar[MOVERS]));
+    OK(scphd_slam_reset(planar[MOVERS], about));
+
+    set(SCPHD_JOINT_ARCHIVE, 0, SCPHD_JOINT_ARCHIVE_YES);
+    set(SCPHD_JOINT_ARCHIVE_REACH_M, 0, 12.0f);
+    OK(scphd_start_joint_40_archive(SCPHD_ABI_VERSION, archive_memory, sizeof archive_memory, about, NULL, &planar[ARCHIVE]));
+    OK(scphd_services_joint_40_archive(planar[ARCHIVE]));
+    OK(scphd_slam_reset(planar[ARCHIVE], about));
+
+    set(SCPHD_JOINT_MOVERS, 0, SCPHD_JOINT_MOVERS_NO);
+    set(SCPHD_JOINT_ARCHIVE, 0, SCPHD_JOINT_ARCHIVE_NO);
+    set(SCPHD_JOINT_ODOMETRY, 0, SCPHD_JOINT_ODOMETRY_YES);
+    OK(scphd_start_joint_60_learning(SCPHD_ABI_VERSION, learning_memory, sizeof learning_memory, about, NULL, &planar[LEARNING]));
+    OK(scphd_services_joint_60_learning(planar[LEARNING]));
+    OK(scphd_slam_reset(planar[LEARNING], about));
 
     set(SCPHD_FILTER, 0, SCPHD_FILTER_MIXTURE);
     set(SCPHD_MIXTURE_PRUNE_WEIGHT, 0, 1e-3f);
     set(SCPHD_START_SEED, 0, 8);
-    OK(scphd_start_mixture_informed_4_moving(SCPHD_ABI_VERSION, informed_memory, sizeof informed_memory, about, NULL, &informed));
-    OK(scphd_services_mixture_informed_4_moving(informed));
-    OK(scphd_slam_reset(informed, about));
+    OK(scphd_start_mixture_informed_4_moving(SCPHD_ABI_VERSION, informed_memory, sizeof informed_memory, about, NULL, &planar[INFORMED]));
+    OK(scphd_services_mixture_informed_4_moving(planar[INFORMED]));
+    OK(scphd_slam_reset(planar[INFORMED], about));
 
     /* Another filter than before has its defaults. */
     set(SCPHD_FILTER, 0, SCPHD_FILTER_JOINT);
@@ -113,9 +136,9 @@ static void start_filters(void) {
     set(SCPHD_MIXTURE_PARTICLES, 0, 32);
     set(SCPHD_MIXTURE_SAMPLES, 0, 2);
     set(SCPHD_START_SEED, 0, 7);
-    OK(scphd_start_mixture_32x2(SCPHD_ABI_VERSION, blind_memory, sizeof blind_memory, about, NULL, &blind));
-    OK(scphd_services_mixture_32x2(blind));
-    OK(scphd_slam_reset(blind, about));
+    OK(scphd_start_mixture_32x2(SCPHD_ABI_VERSION, blind_memory, sizeof blind_memory, about, NULL, &planar[BLIND]));
+    OK(scphd_services_mixture_32x2(planar[BLIND]));
+    OK(scphd_slam_reset(planar[BLIND], about));
 
     scphd_sonar_config spherical;
     spherical.struct_size = sizeof spherical;
@@ -134,30 +157,28 @@ static void take(char letter, const float *numbers, size_t count) {
     scphd_water_control control;
     switch (letter) {
     case 'p':
-        OK(scphd_slam_predict(blind, numbers[0], 0.0f, numbers[1], numbers[2], NULL));
-        OK(scphd_slam_predict(informed, numbers[0], 0.0f, numbers[1], numbers[2], NULL));
-        OK(scphd_slam_predict(joint, numbers[0], 0.0f, numbers[1], numbers[2], NULL));
+        for (int each = 0; each < PLANAR; each++) {
+            OK(scphd_slam_predict(planar[each], numbers[0], 0.0f, numbers[1], numbers[2], NULL));
+        }
         break;
     case 'l':
-    case 'r': {
-        const size_t sensor = letter == 'l' ? LIDAR : RADAR;
-        OK(scphd_slam_scan_range_bearing(blind, sensor, polar, count / 2, NULL));
-        OK(scphd_slam_scan_range_bearing(informed, sensor, polar, count / 2, NULL));
-        OK(scphd_slam_scan_range_bearing(joint, sensor, polar, count / 2, NULL));
+    case 'r':
+        for (int each = 0; each < PLANAR; each++) {
+            OK(scphd_slam_scan_range_bearing(planar[each], letter == 'l' ? LIDAR : RADAR, polar, count / 2, NULL));
+        }
         break;
-    }
     case 'c':
-        OK(scphd_slam_scan_bearing(blind, CAMERA, numbers, count, NULL));
+        OK(scphd_slam_scan_bearing(planar[BLIND], CAMERA, numbers, count, NULL));
         break;
     case 'g':
-        OK(scphd_slam_observe_position(blind, numbers[0], numbers[1], NULL));
-        OK(scphd_slam_observe_position(informed, numbers[0], numbers[1], NULL));
-        OK(scphd_slam_observe_position(joint, numbers[0], numbers[1], NULL));
+        for (int each = 0; each < PLANAR; each++) {
+            OK(scphd_slam_observe_position(planar[each], numbers[0], numbers[1], NULL));
+        }
         break;
     case 'h':
-        OK(scphd_slam_observe_heading(blind, numbers[0], NULL));
-        OK(scphd_slam_observe_heading(informed, numbers[0], NULL));
-        OK(scphd_slam_observe_heading(joint, numbers[0], NULL));
+        for (int each = 0; each < PLANAR; each++) {
+            OK(scphd_slam_observe_heading(planar[each], numbers[0], NULL));
+        }
         break;
     case 'd':
         memset(&control, 0, sizeof control);
@@ -183,14 +204,22 @@ static void take(char letter, const float *numbers, size_t count) {
     }
 }
 
-static void compare(const uint64_t wanted[4], int scan) {
-    uint64_t got[4] = {0, 0, 0, 0};
-    OK(scphd_slam_digest(blind, &got[0]));
-    OK(scphd_slam_digest(informed, &got[1]));
-    OK(scphd_slam_digest(joint, &got[2]));
-    OK(scphd_water_digest(water, &got[3]));
-    if (memcmp(got, wanted, sizeof got) != 0) {
-        printf("scan %d: %016" PRIx64 " %016" PRIx64 " %016" PRIx64 " %016" PRIx64 "\n", scan, got[0], got[1], got[2], got[3]);
+enum { STATES = PLANAR + 1 };
+
+static void compare(const uint64_t wanted[STATES], int scan) {
+    for (int each = 0; each < PLANAR; each++) {
+        uint64_t got = 0;
+        const int place = each <= JOINT ? each : each + 1;
+        OK(scphd_slam_digest(planar[each], &got));
+        if (got != wanted[place]) {
+            printf("scan %d, state %d: %016" PRIx64 "\n", scan, place, got);
+            failures++;
+        }
+    }
+    uint64_t dive = 0;
+    OK(scphd_water_digest(water, &dive));
+    if (dive != wanted[JOINT + 1]) {
+        printf("scan %d, the diver: %016" PRIx64 "\n", scan, dive);
         failures++;
     }
 }
@@ -208,8 +237,8 @@ int main(int count_of_words, char **words) {
     unsigned length;
     while (failures == 0 && scans < REPLAY_SCANS && fscanf(file, " %c %u", &letter, &length) == 2) {
         if (letter == '=') {
-            uint64_t wanted[4];
-            for (unsigned at = 0; at < 4; at++) {
+            uint64_t wanted[STATES];
+            for (unsigned at = 0; at < STATES; at++) {
                 HOLDS(fscanf(file, "%" SCNx64, &wanted[at]) == 1);
             }
             compare(wanted, scans);

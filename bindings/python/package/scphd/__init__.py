@@ -34,6 +34,7 @@ from ._native import (
     Mounting,
     Movers,
     NotStartedError,
+    Odometry,
     Pose,
     PositionFix,
     PredictReport,
@@ -42,7 +43,16 @@ from ._native import (
     SettingError,
     SnapshotError,
     Unicycle,
+    _joint_settings,
 )
+
+
+def _text(name: str, range: str, unit: str, about: str) -> str:
+    return f"{name} : {range}{', ' + unit if unit else ''}\n    {about}\n"
+
+
+# The settings are those of the list that C and the firmware have too.
+JointFilter.__doc__ = f"{JointFilter.__doc__}\n" + "".join(_text(*setting) for setting in _joint_settings())
 
 __all__ = [
     "Ackermann",
@@ -60,6 +70,7 @@ __all__ = [
     "Mounting",
     "Movers",
     "NotStartedError",
+    "Odometry",
     "Pose",
     "PositionFix",
     "PredictReport",

@@ -147,9 +147,8 @@ class Log:
             slam = _mixture(vehicle, recursion, moving)
             slam.reset(*self.initial_pose, seed=seed)
         elif kind == "joint":
-            if moving["birth_intensity"] > 0.0:
-                raise LogError("settings: a joint map has no moving features; kind='mixture' has")
-            slam = JointFilter(vehicle, **chosen["joint"])
+            movers = {"movers": True, **_movers(moving)} if moving["birth_intensity"] > 0.0 else {}
+            slam = JointFilter(vehicle, **movers, **chosen["joint"])
             slam.reset(*self.initial_pose)
         else:
             raise ValueError(f"kind must be 'joint' or 'mixture', not {kind!r}")
@@ -217,15 +216,11 @@ def _mixture(vehicle: Unicycle | Ackermann, recursion: dict[str, Any], moving: d
     if recursion["proposal"] == "informed":
         for key in ("rounds", "sampled_fraction", "min_responsibility"):
             chosen[f"informed_{key}"] = recursion[f"proposal_{key}"]
-    return Filter(
-        vehicle,
-        moving_velocity_sigma_mps=moving["velocity_sigma_mps"],
-        moving_acceleration_psd_m2ps3=moving["acceleration_psd"],
-        moving_lifetime_s=moving["lifetime_s"],
-        moving_spread_max_m=moving["spread_max_m"],
-        moving_extraction_weight=moving["extraction_weight"],
-        **chosen,
-    )
+    return Filter(vehicle, **_movers(moving), **chosen)
+
+
+def _movers(moving: dict[str, float]) -> dict[str, Any]:
+    return {f"moving_{key}": value for key, value in moving.items() if key != "birth_intensity"}
 
 
 def _detector(section: dict[str, float], recursion: dict[str, Any], moving: dict[str, float]) -> RangeBearing:
@@ -247,9 +242,11 @@ def _detector(section: dict[str, float], recursion: dict[str, Any], moving: dict
 def _fixes(noise: dict[str, float]) -> tuple[PositionFix | None, HeadingFix | None]:
     position, heading = noise.get("position_sigma_m"), noise.get("heading_sigma_rad")
     gate = noise.get("gate", 25.0)
-    antenna = {"antenna_forward_m": noise.get("forward_m", 0.0), "antenna_left_m": noise.get("left_m", 0.0)}
+    forward, left = noise.get("forward_m", 0.0), noise.get("left_m", 0.0)
     return (
-        None if position is None else PositionFix(sigma_m=position, gate=gate, **antenna),
+        None
+        if position is None
+        else PositionFix(sigma_m=position, gate=gate, antenna_forward_m=forward, antenna_left_m=left),
         None if heading is None else HeadingFix(sigma_rad=heading, gate=gate),
     )
 

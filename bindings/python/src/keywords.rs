@@ -1,0 +1,106 @@
+//! Objects of Python that are made of keywords: printed, compared, copied and pickled by these.
+
+use crate::mounting::Mounting;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+/// What a keyword is given.
+enum Value {
+    Number(f64),
+    Count(u16),
+    Word(&'static str),
+    Seat(Mounting),
+}
+
+/// The keywords that an object is made of.
+#[derive(Default)]
+pub struct Keywords(Vec<(&'static str, Value)>);
+
+/// What `copy` and `pickle` make an object anew from.
+pub type NewArguments<'py> = (Bound<'py, PyTuple>, Bound<'py, PyDict>);
+
+impl Keywords {
+    /// And a number.
+    pub fn number(mut self, name: &'static str, number: f64) -> Self {
+        self.0.push((name, Value::Number(number)));
+        self
+    }
+
+    /// And a count.
+    pub fn count(mut self, name: &'static str, count: u16) -> Self {
+        self.0.push((name, Value::Count(count)));
+        self
+    }
+
+    /// And a word.
+    pub fn word(mut self, name: &'static str, word: &'static str) -> Self {
+        self.0.push((name, Value::Word(word)));
+        self
+    }
+
+    /// And where a sensor sits, unless it is where the pose is.
+    pub fn seat(mut self, seat: Mounting) -> Self {
+        if seat != Mounting::NONE {
+            self.0.push(("mounting", Value::Seat(seat)));
+        }
+        self
+    }
+
+    /// As Python has them.
+    pub fn arguments<'py>(&self, py: Python<'py>) -> PyResult<NewArguments<'py>> {
+        let keywords = PyDict::new(py);
+        for (name, value) in &self.0 {
+            match value {
+                Value::Number(number) => keywords.set_item(name, number)?,
+                Value::Count(count) => keywords.set_item(name, count)?,
+                Value::Word(word) => keywords.set_item(name, word)?,
+                Value::Seat(seat) => keywords.set_item(name, *seat)?,
+            }
+        }
+        Ok((PyTuple::empty(py), keywords))
+    }
+
+    /// As it is written.
+    pub fn call(&self, class: &str) -> String {
+        let texts: Vec<String> = self
+            .0
+            .iter()
+            .map(|(name, value)| match value {
+                Value::Number(number) => format!("{name}={number:?}"),
+                Value::Count(count) => format!("{name}={count}"),
+                Value::Word(word) => format!("{name}='{word}'"),
+                Value::Seat(seat) => format!("{name}={}", seat.__repr__()),
+            })
+            .collect();
+        format!("{class}({})", texts.join(", "))
+    }
+}
+
+/// Prints, compares, copies and pickles the objects of a class by the keywords that they are made of.
+macro_rules! object {
+    ($class:ident, |$of:ident| $keywords:expr) => {
+        #[pymethods]
+        impl $class {
+            pub(crate) fn __repr__(&self) -> String {
+                let $of = &self.0;
+                $keywords.call(stringify!($class))
+            }
+
+            fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+                other.cast::<Self>().is_ok_and(|other| other.get().0 == self.0)
+            }
+
+            fn __hash__(&self) -> u64 {
+                let mut hasher = std::hash::DefaultHasher::new();
+                std::hash::Hash::hash(&self.__repr__(), &mut hasher);
+                std::hash::Hasher::finish(&hasher)
+            }
+
+            fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<$crate::keywords::NewArguments<'py>> {
+                let $of = &self.0;
+                $keywords.arguments(py)
+            }
+        }
+    };
+}
+pub(crate) use object;
