@@ -11,9 +11,8 @@ pub(crate) struct Reader<'b>(pub &'b [u8]);
 impl Reader<'_> {
     fn take<const N: usize>(&mut self) -> [u8; N] {
         let mut bytes = [0; N];
-        let (mine, rest) = self.0.split_at(N.min(self.0.len()));
-        bytes.iter_mut().zip(mine).for_each(|(slot, byte)| *slot = *byte);
-        self.0 = rest;
+        bytes.iter_mut().zip(self.0).for_each(|(slot, byte)| *slot = *byte);
+        self.skip(N);
         bytes
     }
 

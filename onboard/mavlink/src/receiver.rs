@@ -174,7 +174,9 @@ impl Receiver {
 
     fn drop(&mut self, bytes: usize) {
         self.follows = true;
-        self.held.copy_within(bytes.min(self.len)..self.len, 0);
+        if let Some(held) = self.held.get_mut(..self.len) {
+            held.copy_within(bytes.min(held.len()).., 0);
+        }
         self.len = self.len.saturating_sub(bytes);
     }
 
