@@ -9,6 +9,7 @@ use crate::firmware;
 use crate::gpu;
 use crate::lint;
 use crate::logs;
+use crate::mavlink;
 use crate::msrv;
 use crate::options::Options;
 use crate::outcome::{Outcome, Tally};
@@ -42,7 +43,7 @@ pub const STEPS: &[Step] = &[
     },
     Step {
         name: "target",
-        what: "core, sequencer, link and lidar build for a Cortex-M without std and without alloc",
+        what: "core and what is on board beside it build for a Cortex-M without std and without alloc",
         run: |_| target::step(),
     },
     Step {
@@ -69,6 +70,11 @@ pub const STEPS: &[Step] = &[
         name: "logs",
         what: "what a run writes is read by rosbags and evo as it was meant; `logs --all`: by rerun too",
         run: |options| logs::step(options.studies),
+    },
+    Step {
+        name: "mavlink",
+        what: "pymavlink reads what is sent to flight stacks, writes what is read, and drives a vehicle over UDP",
+        run: |_| mavlink::step(),
     },
     Step { name: "budget", what: "flash, RAM, stack and instructions are within budgets.toml", run: budget::step },
     Step {

@@ -67,9 +67,7 @@ fn drive(seed: u64, takes_motion_out: bool, damage: f64) -> [f64; 4] {
     };
     let view = RangeBearingWindow::new(limits).unwrap();
     // The worst noise within view; and the motion that is taken out is that of the odometry, which is wrong by a few percent.
-    let ranges = || (1..=16).map(|k| 0.5 * k as f32);
-    let range_sigma_m = ranges().map(|range| Resolution::LD06.post_range_sigma_m(&posts, range)).fold(0.0, f32::max);
-    let bearing_sigma_rad = ranges().map(|range| Resolution::LD06.bearing_sigma_rad(&posts, range)).fold(0.0, f32::max);
+    let [range_sigma_m, bearing_sigma_rad] = Resolution::LD06.worst_sigmas(&posts);
     let sensing = Sensing {
         sensor: RangeBearing::new(range_sigma_m.max(0.02), bearing_sigma_rad).unwrap(),
         field_of_view: view,
