@@ -56,12 +56,8 @@ pub(super) fn function(name: &str, kinds: &str) -> Option<Function> {
             // In a register of twice the width.
             ("mul", "wide") => by_kind!(kind, Two, 2 * BITS, |a, b| n(a).wrapping_mul(n(b))),
             ("mad", "lo") => by_kind!(kind, Three, BITS, |a, b, c| n(a).wrapping_mul(n(b)).wrapping_add(n(c))),
-            ("mad", "wide") => {
-                by_kind!(kind, Three, 2 * BITS, |a, b, c| n(a).wrapping_mul(n(b)).wrapping_add(i128::from(c)))
-            }
             ("setp", _) => return comparison(form, kind),
             ("shf", "l") if kind == "wrap.b32" => Three(funnel_left),
-            ("shf", "r") if kind == "wrap.b32" => Three(funnel_right),
             _ => return None,
         });
     }
@@ -84,7 +80,6 @@ pub(super) fn function(name: &str, kinds: &str) -> Option<Function> {
         "shr" => by_kind!(kinds, Two, BITS, |a, places| n(a) >> (places as u32).min(BITS)),
         "selp" => by_kind!(kinds, Three, BITS, |a, b, first| if first != 0 { n(a) } else { n(b) }),
         "popc" => by_kind!(kinds, One, BITS, |a| bits(n(a), BITS).count_ones().into()),
-        "clz" => by_kind!(kinds, One, BITS, |a| (bits(n(a), BITS).leading_zeros() - (u64::BITS - BITS)).into()),
         "bfe" if kinds == "u32" => Three(|a, from, count| field(a & 0xffff_ffff, from, count)),
         "bfe" if kinds == "u64" => Three(field),
         "prmt" if kinds == "b32" => Three(permute),
@@ -98,7 +93,6 @@ fn of_predicates(name: &str) -> Option<Function> {
         "not" => One(|a| predicate(a == 0)),
         "and" => Two(|a, b| a & b),
         "or" => Two(|a, b| a | b),
-        "xor" => Two(|a, b| a ^ b),
         _ => return None,
     })
 }
@@ -107,38 +101,21 @@ fn comparison(name: &str, kind: &str) -> Option<Function> {
     Some(match name {
         "eq" => by_kind!(kind, Two, 1, |a, b| i128::from(n(a) == n(b))),
         "ne" => by_kind!(kind, Two, 1, |a, b| i128::from(n(a) != n(b))),
-        "lt" | "lo" => by_kind!(kind, Two, 1, |a, b| i128::from(n(a) < n(b))),
-        "le" | "ls" => by_kind!(kind, Two, 1, |a, b| i128::from(n(a) <= n(b))),
-        "gt" | "hi" => by_kind!(kind, Two, 1, |a, b| i128::from(n(a) > n(b))),
-        "ge" | "hs" => by_kind!(kind, Two, 1, |a, b| i128::from(n(a) >= n(b))),
+        "lt" => by_kind!(kind, Two, 1, |a, b| i128::from(n(a) < n(b))),
+        "le" => by_kind!(kind, Two, 1, |a, b| i128::from(n(a) <= n(b))),
+        "gt" => by_kind!(kind, Two, 1, |a, b| i128::from(n(a) > n(b))),
+        "ge" => by_kind!(kind, Two, 1, |a, b| i128::from(n(a) >= n(b))),
         _ => return None,
     })
 }
 
-/// From one type to another: the sign of the first goes on.
+/// From one type without a sign to another.
 pub(super) fn conversion(to: &str, from: &str) -> Option<Function> {
-    macro_rules! to {
-        ($bits:literal, $signed:literal) => {
-            match to {
-                "u8" | "s8" => One(|a| bits(number::<$bits, $signed>(a), 8)),
-                "u16" | "s16" => One(|a| bits(number::<$bits, $signed>(a), 16)),
-                "u32" | "s32" => One(|a| bits(number::<$bits, $signed>(a), 32)),
-                "u64" | "s64" => One(|a| bits(number::<$bits, $signed>(a), 64)),
-                _ => return None,
-            }
-        };
-    }
-    Some(match from {
-        "u8" => to!(8, false),
-        "s8" => to!(8, true),
-        "u16" => to!(16, false),
-        "s16" => to!(16, true),
-        "u32" => to!(32, false),
-        "s32" => to!(32, true),
-        "u64" => to!(64, false),
-        "s64" => to!(64, true),
+    Some(One(match (to, from) {
+        ("u16", "u32" | "u64") | ("u32" | "u64", "u16") => |a| a & 0xffff,
+        ("u32", "u64") | ("u64", "u32") => |a| a & 0xffff_ffff,
         _ => return None,
-    })
+    }))
 }
 
 /// So many bits from a place on, without sign.
@@ -151,12 +128,6 @@ fn field(a: u64, from: u64, count: u64) -> u64 {
 fn funnel_left(low: u64, high: u64, places: u64) -> u64 {
     let both = (high & 0xffff_ffff) << 32 | low & 0xffff_ffff;
     (both << (places & 31)) >> 32
-}
-
-/// The lower word of both, shifted to the right.
-fn funnel_right(low: u64, high: u64, places: u64) -> u64 {
-    let both = (high & 0xffff_ffff) << 32 | low & 0xffff_ffff;
-    both >> (places & 31) & 0xffff_ffff
 }
 
 /// Four bytes of the eight of both words; one that is told to is but its sign, eight times.
