@@ -257,5 +257,5 @@ fn the_head_says_what_the_stream_holds() {
     assert_eq!((header.scans as usize, header.most_measurements as usize), (SCANS, most));
     assert_eq!((header.particles, header.samples, header.seed), (32, 2, SEED));
     assert!((header.scan_interval_s - 0.1).abs() < 1e-9);
-    assert_eq!(header.models.range_sigma_m.to_bits(), settings.sensor.range_sigma_m.to_bits());
+    assert_eq!(header.models.sensor.range_sigma_m.to_bits(), settings.sensor.range_sigma_m.to_bits());
 }

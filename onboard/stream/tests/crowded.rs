@@ -91,9 +91,7 @@ fn ends_crowded(scans: &[Seen], count: usize, view: u32) {
 
 #[test]
 fn scans_of_a_planar_vehicle() {
-    let numbers = planar::Models {
-        speed_sigma_mps: 0.01,
-        turn_sigma: 0.01,
+    let sensor = planar::SensorModels {
         range_sigma_m: 0.02,
         bearing_sigma_rad: 0.02,
         range_max_m: 1.5,
@@ -101,8 +99,9 @@ fn scans_of_a_planar_vehicle() {
         detection_near: 0.5,
         detection_far: 0.5,
         clutter_per_scan: 1.0,
-        ..planar::Models::ZERO
+        ..planar::SensorModels::ZERO
     };
+    let numbers = planar::Models { speed_sigma_mps: 0.01, turn_sigma: 0.01, sensor, ..planar::Models::ZERO };
     let header = Header::<Planar> {
         vehicle: Vehicle::UnicycleArc,
         proposal: Proposal::Informed,
