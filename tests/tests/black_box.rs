@@ -34,12 +34,6 @@ struct Told {
 }
 
 impl Monitor for Told {
-    fn start(&mut self) {}
-
-    fn elapsed(&mut self) -> u64 {
-        0
-    }
-
     fn scanned(&mut self, cost: &ScanCost, _seen: &Seen, digest: u64) {
         self.digests.push((cost.scan, digest));
     }
@@ -226,12 +220,6 @@ fn several_sensors_and_fixes_end_where_the_session_ends() {
 struct Strict;
 
 impl Monitor for Strict {
-    fn start(&mut self) {}
-
-    fn elapsed(&mut self) -> u64 {
-        0
-    }
-
     fn scanned(&mut self, _: &ScanCost, _: &Seen, _: u64) {}
 }
 

@@ -205,12 +205,6 @@ struct Fullness {
 }
 
 impl Monitor for Fullness {
-    fn start(&mut self) {}
-
-    fn elapsed(&mut self) -> u64 {
-        0
-    }
-
     fn scanned(&mut self, cost: &ScanCost, seen: &Seen, _: u64) {
         assert_eq!(cost.measurements as usize, planar::MEASUREMENTS);
         self.scans += usize::from((self.is_full)(seen));

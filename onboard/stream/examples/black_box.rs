@@ -141,12 +141,6 @@ struct Digests {
 }
 
 impl Monitor for Digests {
-    fn start(&mut self) {}
-
-    fn elapsed(&mut self) -> u64 {
-        0
-    }
-
     fn scanned(&mut self, cost: &ScanCost, _: &Seen, digest: u64) {
         self.all.push((cost.scan, digest));
     }

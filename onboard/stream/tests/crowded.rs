@@ -23,12 +23,6 @@ const STACK_BYTES: usize = 64 << 20;
 struct Scans(Vec<Seen>);
 
 impl Monitor for Scans {
-    fn start(&mut self) {}
-
-    fn elapsed(&mut self) -> u64 {
-        0
-    }
-
     fn scanned(&mut self, _: &ScanCost, seen: &Seen, _: u64) {
         self.0.push(*seen);
     }
