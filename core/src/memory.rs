@@ -37,6 +37,7 @@ macro_rules! memory {
     ($(#[$about:meta])* $public:vis type $name:ident: $motion:ty {
         particles: $particles:expr, samples: $samples:expr,
         features { pages: $pages:expr, pages_per_map: $map_pages:expr, in_view: $view:expr $(,)? }
+        $(, moving { pages: $moving_pages:expr, pages_per_map: $moving_map_pages:expr, in_view: $moving_view:expr $(,)? })?
         $(, waiting: $waiting:expr)? $(,)?
     }) => {
         $(#[$about])*
@@ -44,44 +45,22 @@ macro_rules! memory {
             <$motion as $crate::models::Motion>::Pose,
             { $particles },
             { $particles * $samples },
-            $crate::storage::MapMemory<
-                $crate::storage::Static<$crate::models::PositionOf<<$motion as $crate::models::Motion>::Pose>>,
-                { $particles },
-                { $pages },
-                { $map_pages },
-                { $view },
-            >,
-            $crate::storage::NoMoving,
+            $crate::memory!(@maps Static of $motion: { $particles }, { $pages }, { $map_pages }, { $view }),
+            $crate::memory!(
+                @maps Dynamic of $motion: { $particles } $(, { $moving_pages }, { $moving_map_pages }, { $moving_view })?
+            ),
             $({ usize::div_ceil($waiting, 64) })?
         >;
     };
-    ($(#[$about:meta])* $public:vis type $name:ident: $motion:ty {
-        particles: $particles:expr, samples: $samples:expr,
-        features { pages: $pages:expr, pages_per_map: $map_pages:expr, in_view: $view:expr $(,)? },
-        moving { pages: $moving_pages:expr, pages_per_map: $moving_map_pages:expr, in_view: $moving_view:expr $(,)? }
-        $(, waiting: $waiting:expr)? $(,)?
-    }) => {
-        $(#[$about])*
-        $public type $name = $crate::State<
-            <$motion as $crate::models::Motion>::Pose,
-            { $particles },
-            { $particles * $samples },
-            $crate::storage::MapMemory<
-                $crate::storage::Static<$crate::models::PositionOf<<$motion as $crate::models::Motion>::Pose>>,
-                { $particles },
-                { $pages },
-                { $map_pages },
-                { $view },
-            >,
-            $crate::storage::MapMemory<
-                $crate::storage::Dynamic<$crate::models::PositionOf<<$motion as $crate::models::Motion>::Pose>>,
-                { $particles },
-                { $moving_pages },
-                { $moving_map_pages },
-                { $moving_view },
-            >,
-            $({ usize::div_ceil($waiting, 64) })?
-        >;
+    (@maps Dynamic of $motion:ty: $particles:block) => { $crate::storage::NoMoving };
+    (@maps $kind:ident of $motion:ty: $particles:block, $pages:block, $map_pages:block, $view:block) => {
+        $crate::storage::MapMemory<
+            $crate::storage::$kind<$crate::models::PositionOf<<$motion as $crate::models::Motion>::Pose>>,
+            $particles,
+            $pages,
+            $map_pages,
+            $view,
+        >
     };
 }
 

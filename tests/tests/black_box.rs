@@ -34,12 +34,6 @@ struct Told {
 }
 
 impl Monitor for Told {
-    fn start(&mut self) {}
-
-    fn elapsed(&mut self) -> u64 {
-        0
-    }
-
     fn scanned(&mut self, cost: &ScanCost, _seen: &Seen, digest: u64) {
         self.digests.push((cost.scan, digest));
     }
@@ -226,12 +220,6 @@ fn several_sensors_and_fixes_end_where_the_session_ends() {
 struct Strict;
 
 impl Monitor for Strict {
-    fn start(&mut self) {}
-
-    fn elapsed(&mut self) -> u64 {
-        0
-    }
-
     fn scanned(&mut self, _: &ScanCost, _: &Seen, _: u64) {}
 }
 
@@ -282,18 +270,18 @@ fn with_everything(of: &Stream, localising: bool) -> Vec<u8> {
                         }
                         11 => {
                             let mut sensor = planar::Sensor::first(&header);
-                            (sensor.mounted_forward_m, sensor.range_max_m) = (0.5, 12.0);
+                            (sensor.models.mounted_forward_m, sensor.models.range_max_m) = (0.5, 12.0);
                             log.detector(second, &sensor)?;
                         }
                         12..=15 => log.scan_of(second, &measurements)?,
                         16 => {
                             let mut sensor = planar::Sensor::first(&header);
-                            (sensor.mounted_forward_m, sensor.clutter_per_scan) = (0.5, 7.0);
+                            (sensor.models.mounted_forward_m, sensor.models.clutter_per_scan) = (0.5, 7.0);
                             log.detector(second, &sensor)?;
                         }
                         18 => {
                             let mut retuned = header;
-                            retuned.models.range_sigma_m *= 1.5;
+                            retuned.models.sensor.range_sigma_m *= 1.5;
                             retuned.models.speed_sigma_mps *= 2.0;
                             (retuned.recursion.merge_distance, retuned.joint.occlusion_factor) = (3.0, 0.25);
                             log.retune(&retuned)?;

@@ -13,12 +13,6 @@ const SEEDS: std::ops::Range<u64> = 0..30;
 struct NoClock;
 
 impl Monitor for NoClock {
-    fn start(&mut self) {}
-
-    fn elapsed(&mut self) -> u64 {
-        0
-    }
-
     fn scanned(&mut self, _: &ScanCost, _: &Seen, _: u64) {}
 }
 

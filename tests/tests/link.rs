@@ -185,12 +185,6 @@ fn noise_is_no_frame() {
 struct Digests(Vec<u64>);
 
 impl Monitor for Digests {
-    fn start(&mut self) {}
-
-    fn elapsed(&mut self) -> u64 {
-        0
-    }
-
     fn scanned(&mut self, _: &ScanCost, _: &Seen, digest: u64) {
         self.0.push(digest);
     }

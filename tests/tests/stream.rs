@@ -205,12 +205,6 @@ struct Fullness {
 }
 
 impl Monitor for Fullness {
-    fn start(&mut self) {}
-
-    fn elapsed(&mut self) -> u64 {
-        0
-    }
-
     fn scanned(&mut self, cost: &ScanCost, seen: &Seen, _: u64) {
         assert_eq!(cost.measurements as usize, planar::MEASUREMENTS);
         self.scans += usize::from((self.is_full)(seen));
@@ -257,5 +251,5 @@ fn the_head_says_what_the_stream_holds() {
     assert_eq!((header.scans as usize, header.most_measurements as usize), (SCANS, most));
     assert_eq!((header.particles, header.samples, header.seed), (32, 2, SEED));
     assert!((header.scan_interval_s - 0.1).abs() < 1e-9);
-    assert_eq!(header.models.range_sigma_m.to_bits(), settings.sensor.range_sigma_m.to_bits());
+    assert_eq!(header.models.sensor.range_sigma_m.to_bits(), settings.sensor.range_sigma_m.to_bits());
 }

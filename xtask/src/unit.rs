@@ -89,10 +89,13 @@ fn counted(tests: impl FnOnce(&Path) -> Result<(), String>) -> Result<Outcome, S
 
 fn test() -> Result<Outcome, Stop> {
     counted(|list| {
-        let mut cargo = process::cargo();
-        // Not with defmt: a test program has no logger to link with.
-        cargo.args(["test", "--no-fail-fast"]).args(PACKAGES);
-        process::run(cargo.env(scphd_shared_data::SKIPPED, list))?;
+        // Not with defmt: a test program has no logger to link with. One after the other: without `--tests`, examples that are tests are
+        // compiled a second time, as programs that nobody runs.
+        for kind in ["--tests", "--doc"] {
+            let mut cargo = process::cargo();
+            cargo.args(["test", "--no-fail-fast", kind]).args(PACKAGES);
+            process::run(cargo.env(scphd_shared_data::SKIPPED, list))?;
+        }
         let mut own = process::cargo();
         own.args(["test", "--package", "xtask", "--profile", "dev"]);
         process::run(own.env(scphd_shared_data::SKIPPED, list))?;

@@ -1,7 +1,6 @@
 //! Whether a filter finds out that its vehicle was carried away, and how often it says so of one that was not.
 //!
-//! The watch was made on the seeds 0 to 199 (`--ignored the_same_on_the_seeds`), what is claimed is measured on those from 2000 on
-//! (`--ignored two_hundred`).
+//! The watch was made on the seeds 0 to 199, what is claimed is measured on those from 2000 on (`--ignored two_hundred`).
 
 mod reports;
 mod world;
@@ -169,30 +168,20 @@ fn in_troubled_worlds_nobody_cries_wolf() {
     }
 }
 
-/// 200 vehicles carried away, and some 100 000 scans undisturbed, for every filter.
-fn the_whole(seeds: [Range<u64>; 2]) {
+/// And some 100 000 scans undisturbed, for every filter.
+#[test]
+#[ignore = "a few minutes; the seeds of judgement"]
+fn two_hundred_are_carried_away_and_the_others_left_alone() {
     let (mut alarms, mut all) = ([0; 4], Vec::new());
     for filter in FILTERS {
-        let [found, trials] = carried_away(filter, seeds[0].clone());
+        let [found, trials] = carried_away(filter, 2000..2200);
         println!("{filter:?}: {found} of {trials}");
         all.push((filter, found, trials));
-        let of_filter = left_alone(filter, seeds[1].clone(), 600);
+        let of_filter = left_alone(filter, 2000..2020, 600);
         (0..4).for_each(|k| alarms[k] += of_filter[k]);
     }
     let [suspected, lost, truly, scans] = alarms;
     println!("suspected {suspected}, lost {lost} times in {scans} scans, and truly {truly}");
     assert!(all.iter().all(|(_, found, trials)| 100 * found >= 95 * trials), "{all:?}");
     assert!(lost * 10_000 <= scans, "{alarms:?}");
-}
-
-#[test]
-#[ignore = "a few minutes; the seeds of judgement"]
-fn two_hundred_are_carried_away_and_the_others_left_alone() {
-    the_whole([2000..2200, 2000..2020]);
-}
-
-#[test]
-#[ignore = "a few minutes; the seeds of choice"]
-fn the_same_on_the_seeds_on_which_the_watch_was_chosen() {
-    the_whole([0..200, 0..20]);
 }

@@ -40,12 +40,6 @@ static MEMORY: ConstStaticCell<<Kind as Aboard<Scalar>>::Memory> =
 struct Witness;
 
 impl Monitor for Witness {
-    fn start(&mut self) {}
-
-    fn elapsed(&mut self) -> u64 {
-        0
-    }
-
     fn scanned(&mut self, cost: &ScanCost, seen: &Seen, digest: u64) {
         black_box((cost, seen, digest));
         #[cfg(feature = "planted-panic")]

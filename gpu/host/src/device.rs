@@ -134,7 +134,7 @@ impl Launch {
 
     /// Those that start filters of a size, those of a prediction, those of a scan, and that of a digest.
     pub(crate) fn all<M: Size>() -> [Vec<Self>; 4] {
-        [&Stage::<M>::STARTING[..], &Stage::PREDICTING, &Stage::SCANNING, &[Stage::DIGEST]]
+        [Stage::<M>::STARTING, Stage::PREDICTING, Stage::SCANNING, Stage::DIGESTING]
             .map(|stages| stages.iter().map(Self::of).collect())
     }
 

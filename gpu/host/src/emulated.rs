@@ -113,7 +113,7 @@ impl Emulated {
         Stage::STARTING.iter().try_for_each(|stage| launch(stage, 0))?;
         let (started, mut digests_s) = (Instant::now(), 0.0);
         for scan in 0..batch.most_scans() {
-            of_scan(batch, scan, [&Stage::PREDICTING, &Stage::SCANNING]).try_for_each(|stage| launch(stage, scan))?;
+            of_scan(batch, scan, [Stage::PREDICTING, Stage::SCANNING]).try_for_each(|stage| launch(stage, scan))?;
             if batch.asks_for_digest(scan, digest_every) {
                 let begun = Instant::now();
                 launch(&Stage::DIGEST, scan)?;

@@ -63,6 +63,114 @@ impl Places {
     }
 }
 
+/// Hands the launches to another macro, in their order: each with its name, its threads for a filter, and what one of them does.
+macro_rules! launches {
+    ($then:ident! { $($with:tt)* }) => {
+        $then! {
+            $($with)*
+            /// The launches that start the filters.
+            STARTING {
+                /// Starts the filters.
+                START = "start", One, start;
+                /// Makes a draft over every desk.
+                DESKS = "desks", Particles, desks;
+            }
+            /// The launches of every prediction before a scan.
+            PREDICTING {
+                /// Begins the next prediction before a scan.
+                PREDICT = "predict", One, predict;
+                /// Moves the candidates (5.12).
+                SAMPLE = "sample", Candidates, sample;
+            }
+            /// The launches of a scan, in order.
+            SCANNING {
+                /// Sorts the measurements.
+                OPEN = "open", One, open;
+                /// Moves the moving features (5.14), and counts no page as held.
+                DRIFT = "drift", Pages, drift;
+                /// Draws candidates of an informed proposal.
+                PROPOSE = "propose", One, propose;
+                /// Weighs the candidates (4.52).
+                WEIGH = "weigh", Candidates, weigh;
+                /// Sums ζ L over parts of the candidates.
+                PRODUCTS = "products", CandidateParts, select::products;
+                /// Sums these.
+                EVIDENCE = "evidence", One, select::evidence;
+                /// Multiplies the weights by the likelihoods (5.23).
+                MULTIPLY = "multiply", CandidateParts, select::multiply;
+                /// Finds what they are still to be divided by.
+                REST = "rest", One, select::rest;
+                /// Divides them by that, and cumulates them in parts.
+                CUMULATE = "cumulate", CandidateParts, select::cumulate;
+                /// Decides whether all particles are drawn anew.
+                DECIDE = "decide", One, select::decide;
+                /// Draws the survivors (5.2.2).
+                DRAW = "draw", Particles, select::draw;
+                /// Counts those that differ, and finds the heaviest, in parts.
+                RUNS = "runs", ParticleParts, select::runs;
+                /// Begins the update of the survivors' maps.
+                SETTLE = "settle", One, select::settle;
+                /// Gives every survivor that differs a draft.
+                ASSIGN = "assign", ParticleParts, select::assign;
+                /// Updates their maps (5.17–5.22), each in its draft.
+                MAKE = "make", Particles, store::make;
+                /// Sums the labels and pages that drafts take, in parts.
+                CLAIM = "claim", ParticleParts, store::claim;
+                /// Counts the pages that no map holds any more, in parts.
+                UNHELD = "unheld", PageParts, store::unheld;
+                /// Adds up these sums.
+                ADD_UP = "add_up", One, store::add_up;
+                /// Finds the places of every draft's labels and pages, and whether there are enough pages.
+                JUDGE = "judge", ParticleParts, store::judge;
+                /// Lends the lists of pages; where there are not enough, stores the drafts one after the other.
+                COMMIT = "commit", One, store::commit;
+                /// Lists the free pages.
+                LIST = "list", PageParts, store::list;
+                /// Takes pages and labels for the drafts.
+                TAKE = "take", Particles, store::take;
+                /// Writes the pages.
+                FILL = "fill", Lanes, store::fill;
+                /// Gives every particle the list of its pages, and its candidate the particle's place.
+                SHARE = "share", Particles, store::share;
+                /// Sums over drafts and particles.
+                SUM = "sum", Columns, tell::sum;
+                /// The terms of the mean pose.
+                CENTRE = "centre", Particles, tell::centre;
+                /// Sums them.
+                SUM_CENTRE = "sum_centre", Columns, tell::sum_centre;
+                /// The terms of its covariance.
+                SPREAD = "spread", Particles, tell::spread;
+                /// Sums them.
+                SUM_SPREAD = "sum_spread", Columns, tell::sum_spread;
+                /// Estimates and report.
+                CLOSE = "close", One, tell::close;
+            }
+            /// The launch of a digest, after a scan for which it is asked.
+            DIGESTING {
+                /// The digest of the state after a scan, where it is asked for.
+                DIGEST = "digest", One, tell::digest;
+            }
+        }
+    };
+}
+#[cfg(target_arch = "nvptx64")]
+pub(crate) use launches;
+
+/// A constant for every launch, and lists of them.
+macro_rules! constants {
+    ($($(#[$about:meta])* $list:ident {
+        $($(#[$does:meta])* $stage:ident = $name:literal, $places:ident, $body:path;)+
+    })+) => { $(
+        $(
+            $(#[$does])*
+            pub const $stage: Self = Self { name: $name, places: Places::$places, body: $body };
+        )+
+
+        $(#[$about])*
+        pub const $list: &[Self] = &[$(Self::$stage),+];
+    )+ };
+}
+
 /// What a thread does in a launch: its place among those of its filter, the filter's buffers, the scan, and after how many scans a digest is
 /// asked for.
 pub(crate) type Body<M> = unsafe fn(usize, &Group<M>, u32, u32);
@@ -78,118 +186,7 @@ pub struct Stage<M: Size> {
 }
 
 impl<M: Size> Stage<M> {
-    const fn new(name: &'static str, places: Places, body: Body<M>) -> Self {
-        Self { name, places, body }
-    }
-
-    /// Makes a draft over every desk.
-    pub const DESKS: Self = Self::new("desks", Places::Particles, desks);
-    /// Starts the filters.
-    pub const START: Self = Self::new("start", Places::One, start);
-    /// Begins the next prediction before a scan.
-    pub const PREDICT: Self = Self::new("predict", Places::One, predict);
-    /// Moves the candidates (5.12).
-    pub const SAMPLE: Self = Self::new("sample", Places::Candidates, sample);
-    /// Sorts the measurements.
-    pub const OPEN: Self = Self::new("open", Places::One, open);
-    /// Moves the moving features (5.14), and counts no page as held.
-    pub const DRIFT: Self = Self::new("drift", Places::Pages, drift);
-    /// Draws candidates of an informed proposal.
-    pub const PROPOSE: Self = Self::new("propose", Places::One, propose);
-    /// Weighs the candidates (4.52).
-    pub const WEIGH: Self = Self::new("weigh", Places::Candidates, weigh);
-    /// Sums ζ L over parts of the candidates.
-    pub const PRODUCTS: Self = Self::new("products", Places::CandidateParts, select::products);
-    /// Sums these.
-    pub const EVIDENCE: Self = Self::new("evidence", Places::One, select::evidence);
-    /// Multiplies the weights by the likelihoods (5.23).
-    pub const MULTIPLY: Self = Self::new("multiply", Places::CandidateParts, select::multiply);
-    /// Finds what they are still to be divided by.
-    pub const REST: Self = Self::new("rest", Places::One, select::rest);
-    /// Divides them by that, and cumulates them in parts.
-    pub const CUMULATE: Self = Self::new("cumulate", Places::CandidateParts, select::cumulate);
-    /// Decides whether all particles are drawn anew.
-    pub const DECIDE: Self = Self::new("decide", Places::One, select::decide);
-    /// Draws the survivors (5.2.2).
-    pub const DRAW: Self = Self::new("draw", Places::Particles, select::draw);
-    /// Counts those that differ, and finds the heaviest, in parts.
-    pub const RUNS: Self = Self::new("runs", Places::ParticleParts, select::runs);
-    /// Begins the update of the survivors' maps.
-    pub const SETTLE: Self = Self::new("settle", Places::One, select::settle);
-    /// Gives every survivor that differs a draft.
-    pub const ASSIGN: Self = Self::new("assign", Places::ParticleParts, select::assign);
-    /// Updates their maps (5.17–5.22), each in its draft.
-    pub const MAKE: Self = Self::new("make", Places::Particles, store::make);
-    /// Sums the labels and pages that drafts take, in parts.
-    pub const CLAIM: Self = Self::new("claim", Places::ParticleParts, store::claim);
-    /// Counts the pages that no map holds any more, in parts.
-    pub const UNHELD: Self = Self::new("unheld", Places::PageParts, store::unheld);
-    /// Adds up these sums.
-    pub const ADD_UP: Self = Self::new("add_up", Places::One, store::add_up);
-    /// Finds the places of every draft's labels and pages, and whether there are enough pages.
-    pub const JUDGE: Self = Self::new("judge", Places::ParticleParts, store::judge);
-    /// Lends the lists of pages; where there are not enough, stores the drafts one after the other.
-    pub const COMMIT: Self = Self::new("commit", Places::One, store::commit);
-    /// Lists the free pages.
-    pub const LIST: Self = Self::new("list", Places::PageParts, store::list);
-    /// Takes pages and labels for the drafts.
-    pub const TAKE: Self = Self::new("take", Places::Particles, store::take);
-    /// Writes the pages.
-    pub const FILL: Self = Self::new("fill", Places::Lanes, store::fill);
-    /// Gives every particle the list of its pages, and its candidate the particle's place.
-    pub const SHARE: Self = Self::new("share", Places::Particles, store::share);
-    /// Sums over drafts and particles.
-    pub const SUM: Self = Self::new("sum", Places::Columns, tell::sum);
-    /// The terms of the mean pose.
-    pub const CENTRE: Self = Self::new("centre", Places::Particles, tell::centre);
-    /// Sums them.
-    pub const SUM_CENTRE: Self = Self::new("sum_centre", Places::Columns, tell::sum_centre);
-    /// The terms of its covariance.
-    pub const SPREAD: Self = Self::new("spread", Places::Particles, tell::spread);
-    /// Sums them.
-    pub const SUM_SPREAD: Self = Self::new("sum_spread", Places::Columns, tell::sum_spread);
-    /// Estimates and report.
-    pub const CLOSE: Self = Self::new("close", Places::One, tell::close);
-    /// The digest of the state after a scan, where it is asked for.
-    pub const DIGEST: Self = Self::new("digest", Places::One, tell::digest);
-
-    /// The launches that start the filters.
-    pub const STARTING: [Self; 2] = [Self::START, Self::DESKS];
-    /// The launches of every prediction before a scan.
-    pub const PREDICTING: [Self; 2] = [Self::PREDICT, Self::SAMPLE];
-    /// The launches of a scan, in order.
-    pub const SCANNING: [Self; 30] = [
-        Self::OPEN,
-        Self::DRIFT,
-        Self::PROPOSE,
-        Self::WEIGH,
-        Self::PRODUCTS,
-        Self::EVIDENCE,
-        Self::MULTIPLY,
-        Self::REST,
-        Self::CUMULATE,
-        Self::DECIDE,
-        Self::DRAW,
-        Self::RUNS,
-        Self::SETTLE,
-        Self::ASSIGN,
-        Self::MAKE,
-        Self::CLAIM,
-        Self::UNHELD,
-        Self::ADD_UP,
-        Self::JUDGE,
-        Self::COMMIT,
-        Self::LIST,
-        Self::TAKE,
-        Self::FILL,
-        Self::SHARE,
-        Self::SUM,
-        Self::CENTRE,
-        Self::SUM_CENTRE,
-        Self::SPREAD,
-        Self::SUM_SPREAD,
-        Self::CLOSE,
-    ];
+    launches!(constants! {});
 
     /// What the thread of that place does. Places beyond the last have nothing to do; a run that has stopped stays as it is.
     ///

@@ -218,8 +218,9 @@ impl<'t> Decoder<'_, 't> {
             "bra" => {
                 let label = self.next();
                 self.targets.push((self.instructions.len(), label));
-                Action::Branch { to: 0, meet: 0 }
+                Action::Branch { guard, to: 0, meet: 0 }
             }
+            _ if guard.is_some() => return Err(self.wrong(format!("`{mnemonic}` for some threads is not known"))),
             "brx" => {
                 let index = self.operand()?;
                 self.expect(",")?;
@@ -244,7 +245,7 @@ impl<'t> Decoder<'_, 't> {
             _ => self.compute(mnemonic)?,
         };
         self.expect(";")?;
-        self.instructions.push(Instruction { guard, action, line });
+        self.instructions.push(Instruction { action, line });
         Ok(())
     }
 
@@ -305,14 +306,14 @@ impl<'t> Decoder<'_, 't> {
                 _ => return Err(self.wrong(format!("`{kinds}` is not known"))),
             }
         }
-        let (bytes, signed) = (self.bytes(kind)?, kind.starts_with('s'));
+        let bytes = self.bytes(kind)?;
         if loads {
             let to = self.list(count, Self::register_or_none)?;
             self.expect(",")?;
             return Ok(if parameters {
-                Action::LoadParameter { bytes, signed, to, from: self.parameter()? }
+                Action::LoadParameter { bytes, to, from: self.parameter()? }
             } else {
-                Action::Load { space, bytes, signed, to, from: self.address()? }
+                Action::Load { space, bytes, to, from: self.address()? }
             });
         }
         if parameters {
@@ -382,7 +383,6 @@ impl<'t> Decoder<'_, 't> {
             "%tid.x" => Some(Special::Thread),
             "%ctaid.x" => Some(Special::Block),
             "%ntid.x" => Some(Special::BlockThreads),
-            "%nctaid.x" => Some(Special::Blocks),
             _ => None,
         };
         if let Some(special) = special {

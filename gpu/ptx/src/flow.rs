@@ -16,17 +16,12 @@ pub(crate) fn find_meetings(instructions: &mut [Instruction]) {
 /// Where control goes from each of the instructions; the number of them is the end.
 fn successors(instructions: &[Instruction]) -> Vec<Vec<usize>> {
     let end = instructions.len();
-    let each = instructions.iter().enumerate().map(|(at, Instruction { guard, action, .. })| {
-        let mut all = match action {
-            Action::Branch { to, .. } => vec![*to],
-            Action::Switch { to, .. } => to.to_vec(),
-            Action::Return => vec![end],
-            _ => vec![at + 1],
-        };
-        if guard.is_some() && !all.contains(&(at + 1)) {
-            all.push(at + 1);
-        }
-        all
+    let each = instructions.iter().enumerate().map(|(at, Instruction { action, .. })| match action {
+        Action::Branch { guard: Some(_), to, .. } if *to != at + 1 => vec![*to, at + 1],
+        Action::Branch { to, .. } => vec![*to],
+        Action::Switch { to, .. } => to.to_vec(),
+        Action::Return => vec![end],
+        _ => vec![at + 1],
     });
     each.collect()
 }

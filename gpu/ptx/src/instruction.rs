@@ -25,8 +25,6 @@ pub(crate) enum Special {
     Block,
     /// Threads of a block.
     BlockThreads,
-    /// Number of blocks.
-    Blocks,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -44,7 +42,7 @@ pub(crate) enum Parameter {
     Outgoing(usize),
 }
 
-/// Only threads go on for which the register holds, or does not.
+/// Only threads take a branch for which the register holds, or does not.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Guard {
     pub(crate) register: Register,
@@ -72,7 +70,6 @@ pub(crate) enum Action {
     Load {
         space: Space,
         bytes: usize,
-        signed: bool,
         to: Box<[Option<Register>]>,
         from: Address,
     },
@@ -84,7 +81,6 @@ pub(crate) enum Action {
     },
     LoadParameter {
         bytes: usize,
-        signed: bool,
         to: Box<[Option<Register>]>,
         from: Parameter,
     },
@@ -103,6 +99,7 @@ pub(crate) enum Action {
     },
     /// `meet` is where the threads that go on and those that do not come together again.
     Branch {
+        guard: Option<Guard>,
         to: usize,
         meet: usize,
     },
@@ -119,7 +116,6 @@ pub(crate) enum Action {
 
 #[derive(Debug, Clone)]
 pub(crate) struct Instruction {
-    pub(crate) guard: Option<Guard>,
     pub(crate) action: Action,
     /// Its line in the text.
     pub(crate) line: usize,

@@ -74,7 +74,7 @@ impl Module {
         let mut threads = Warp::new(&self.functions, memory, warp);
         for block_number in 0..blocks {
             for first in (0..block).step_by(warp as usize) {
-                let place = Place { blocks, block: block_number, block_threads: block, first };
+                let place = Place { block: block_number, block_threads: block, first };
                 let of_warp = threads.run(number, place, arguments)?;
                 counts =
                     Counts { longest_warp: counts.longest_warp.max(of_warp.warp_instructions), ..counts.and(of_warp) };

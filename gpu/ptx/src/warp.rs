@@ -17,7 +17,6 @@ const STACK: usize = 1 << 16;
 /// Where a warp is in its grid.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Place {
-    pub(crate) blocks: u32,
     pub(crate) block: u32,
     pub(crate) block_threads: u32,
     /// Its first thread in the block.
@@ -68,7 +67,7 @@ fn threads(mut mask: Mask) -> impl Iterator<Item = usize> {
 impl<'m> Warp<'m> {
     pub(crate) fn new(functions: &'m [Code], memory: &'m mut Memory, width: u32) -> Self {
         let width = width as usize;
-        let place = Place { blocks: 0, block: 0, block_threads: 0, first: 0 };
+        let place = Place { block: 0, block_threads: 0, first: 0 };
         Self {
             functions,
             memory,
@@ -120,21 +119,20 @@ impl<'m> Warp<'m> {
                 paths.pop();
                 continue;
             };
-            let active = self.active(path.threads, instruction.guard, frame);
+            let active = path.threads;
             self.counts.warp_instructions += 1;
-            // Whether it goes there or on, a thread takes a branch in.
-            let taking = if matches!(instruction.action, Action::Branch { .. }) { path.threads } else { active };
-            self.counts.instructions += u64::from(taking.count_ones());
+            self.counts.instructions += u64::from(active.count_ones());
             match &instruction.action {
-                Action::Branch { to, meet } => {
-                    let (to, meet, rest) = (*to, *meet, path.threads & !active);
+                Action::Branch { guard, to, meet } => {
+                    let taking = self.taking(active, *guard, frame);
+                    let (to, meet, rest) = (*to, *meet, active & !taking);
                     if rest == 0 {
                         path.at = to;
-                    } else if active == 0 {
+                    } else if taking == 0 {
                         path.at += 1;
                     } else {
                         let on = path.at + 1;
-                        part(&mut paths, meet, [(on, rest), (to, active)]);
+                        part(&mut paths, meet, [(on, rest), (to, taking)]);
                     }
                 }
                 Action::Switch { index, to, meet } => {
@@ -161,9 +159,7 @@ impl<'m> Warp<'m> {
                 }
                 Action::Call { callee } => {
                     path.at += 1;
-                    if active != 0 {
-                        self.call(*callee, active, after, instruction.line)?;
-                    }
+                    self.call(*callee, active, after, instruction.line)?;
                 }
                 _ => {
                     path.at += 1;
@@ -174,8 +170,8 @@ impl<'m> Warp<'m> {
         Ok(())
     }
 
-    /// The threads for which the guard lets an instruction happen.
-    fn active(&self, mask: Mask, guard: Option<Guard>, frame: Frame) -> Mask {
+    /// The threads that the guard lets take a branch.
+    fn taking(&self, mask: Mask, guard: Option<Guard>, frame: Frame) -> Mask {
         let Some(Guard { register, holds }) = guard else { return mask };
         let holding = threads(mask).filter(|&thread| (self.register(register, thread, frame) != 0) == holds);
         holding.fold(0, |mask, thread| mask | 1 << thread)
@@ -197,7 +193,6 @@ impl<'m> Warp<'m> {
             Operand::Special(Special::Thread) => u64::from(self.place.first) + thread as u64,
             Operand::Special(Special::Block) => self.place.block.into(),
             Operand::Special(Special::BlockThreads) => self.place.block_threads.into(),
-            Operand::Special(Special::Blocks) => self.place.blocks.into(),
         }
     }
 
@@ -238,7 +233,7 @@ impl<'m> Warp<'m> {
                     self.set(*to, thread, frame, high << half | low);
                 }
             }
-            Action::Load { space, bytes, signed, to, from } => {
+            Action::Load { space, bytes, to, from } => {
                 self.count(*space, from, active, frame);
                 for thread in threads(active) {
                     let first = self.address(from, thread, frame);
@@ -248,7 +243,7 @@ impl<'m> Warp<'m> {
                         let read = self.read(*space, first + (bytes * place) as u64, *bytes, thread);
                         let value = read.map_err(|error| self.wrong(*line, thread, error))?;
                         if let Some(to) = to {
-                            self.set(*to, thread, frame, extended(value, *bytes, *signed));
+                            self.set(*to, thread, frame, value);
                         }
                     }
                 }
@@ -265,14 +260,14 @@ impl<'m> Warp<'m> {
                     }
                 }
             }
-            Action::LoadParameter { bytes, signed, to, from } => {
+            Action::LoadParameter { bytes, to, from } => {
                 let from = parameter(*from, frame, after);
                 for thread in threads(active) {
                     for (place, to) in to.iter().enumerate() {
                         let start = thread * PARAMETERS + from + bytes * place;
                         let value = number(&self.parameters[start..start + bytes]);
                         if let Some(to) = to {
-                            self.set(*to, thread, frame, extended(value, *bytes, *signed));
+                            self.set(*to, thread, frame, value);
                         }
                     }
                 }
@@ -363,7 +358,7 @@ impl<'m> Warp<'m> {
         if count > 0 {
             self.counts.accesses += 1;
             self.counts.sectors += count as u64;
-        } else if active != 0 {
+        } else {
             self.counts.local_accesses += 1;
         }
     }
@@ -395,10 +390,4 @@ fn parameter(parameter: Parameter, frame: Frame, after: Frame) -> usize {
 /// Several numbers at once must be aligned as one.
 fn check_aligned(address: u64, bytes: usize) -> Result<(), AccessError> {
     if address.is_multiple_of(bytes as u64) { Ok(()) } else { Err(AccessError::Unaligned { address, bytes }) }
-}
-
-/// A number of so many bytes in a register.
-fn extended(value: u64, bytes: usize, signed: bool) -> u64 {
-    let unused = u64::BITS - 8 * bytes as u32;
-    if signed { ((value << unused) as i64 >> unused) as u64 } else { value }
 }

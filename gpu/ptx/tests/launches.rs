@@ -110,8 +110,8 @@ fn threads_that_return_are_waited_for_by_nobody() {
     let (found, counts) = run(&text, grid(12));
     assert_eq!(found, [5, 5, 5, 5, 5, 5, 5, 5, 0, 0, 0, 0]);
     assert_eq!(counts.warp_instructions, BEFORE + 2 + 1 + 2);
-    // The same by a guard.
-    let text = kernel("setp.lt.u32 %p1, %r1, 8; @!%p1 ret; st.global.b32 [%rd1], 5; ret;");
+    // The same by a guard that must not hold.
+    let text = kernel("setp.lt.u32 %p1, %r1, 8; @!%p1 bra $end; st.global.b32 [%rd1], 5; $end: ret;");
     assert_eq!(run(&text, grid(12)).0, found);
 }
 
@@ -208,7 +208,7 @@ fn two_threads_at_one_place_are_refused_where_one_writes() {
     let of = |body: &str| refused(&kernel(body), grid(4), 16);
     let race = |error| matches!(error, LaunchError::Access { error: AccessError::Race { .. }, .. });
     assert!(race(of("st.global.b32 [%rd2], 5; ret;")));
-    assert!(race(of("ld.b32 %r5, [%rd2]; setp.eq.b32 %p1, %r1, 0; @%p1 st.b32 [%rd2], 1; ret;")));
+    assert!(race(of("ld.b32 %r5, [%rd2]; setp.eq.b32 %p1, %r1, 0; @%p1 bra $one; ret; $one: st.b32 [%rd2], 1; ret;")));
     // All may read one place, and change it in one go.
     let (found, _) = run(&kernel("atom.max.u32 %r5, [%rd2], %r1; ret;"), grid(4));
     assert_eq!(found, [3, 0, 0, 0]);
@@ -231,6 +231,7 @@ fn what_cannot_be_launched_is_refused() {
 fn what_is_not_known_is_refused_with_its_line() {
     for (body, line, what) in [
         ("fma.rn.f32 %r5, %r5, %r5, %r5;\nret;", 12, "fma.rn.f32"),
+        ("@%p1 ret;", 12, "ret"),
         ("bra $nowhere;", 12, "$nowhere"),
         ("mov.b32 %r99, 1;", 12, "%r99"),
         ("mov.b32 %r1, somewhere;", 12, "somewhere"),

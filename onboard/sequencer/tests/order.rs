@@ -1,13 +1,11 @@
 //! The order of arrival decides nothing.
 
-mod world;
-
+use crate::world::{Input, MS, Outcome, SETTINGS, STANDING, START_NS, STEPS, filtered, log, sequenced, truth_at};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use scphd::models::Pose;
 use scphd_sequencer::{Flags, Interval, Stamp};
-use world::{Input, MS, Outcome, SETTINGS, STANDING, START_NS, STEPS, filtered, log, sequenced, truth_at};
 
 /// Off the beat of the wheels, and the lidar and the receiver at the same time.
 const PHASES_MS: [u64; 3] = [37, 61, 37];

@@ -13,7 +13,7 @@ use scphd::numerics::{Noise, wrap};
 use scphd::settings::Persistence;
 use scphd::snapshot::into_slice;
 use scphd::{Births, Detector, JointConfig, JointSlam, joint_memory};
-use scphd_stream::planar::{BlackBoxJoint, Fix, Models, Odometry, Planar, Sensor, Vehicle};
+use scphd_stream::planar::{BlackBoxJoint, Fix, Models, Odometry, Planar, Sensor, SensorModels, Vehicle};
 use scphd_stream::{
     Aboard, Header, Joint, Monitor, Numbers, Part, Recursion, Scalar, ScanCost, Seen, Which, Writer,
     find_whole_snapshot, recover,
@@ -40,7 +40,7 @@ const BIRTHS: f32 = 0.005;
 
 /// The lidar in front; the other one is turned to the left.
 fn lidar() -> Sensor {
-    Sensor {
+    let models = SensorModels {
         mounted_forward_m: 0.5,
         range_sigma_m: 0.125,
         bearing_sigma_rad: 0.015625,
@@ -49,9 +49,9 @@ fn lidar() -> Sensor {
         detection_near: 0.9375,
         detection_far: 0.875,
         clutter_per_scan: 0.5,
-        birth_intensity: f64::from(BIRTHS),
-        ..Sensor::ZERO
-    }
+        ..SensorModels::ZERO
+    };
+    Sensor { models, birth_intensity: f64::from(BIRTHS), ..Sensor::ZERO }
 }
 
 /// What a lidar measures and sees.
@@ -60,7 +60,9 @@ type Lidar = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<
 type Driven = (Vec<u8>, Vec<(u32, u64)>);
 
 /// A detector of the robot, of the same numbers.
-fn detector(sensor: &Sensor) -> Result<Detector<Lidar>, scphd::models::ModelError> {
+fn detector(
+    Sensor { models: sensor, birth_intensity, .. }: &Sensor,
+) -> Result<Detector<Lidar>, scphd::models::ModelError> {
     let single = |number: f64| number as f32;
     let field_of_view = RangeBearingWindow::new(RangeBearingLimits {
         range_min_m: single(sensor.range_min_m),
@@ -82,7 +84,7 @@ fn detector(sensor: &Sensor) -> Result<Detector<Lidar>, scphd::models::ModelErro
         single(sensor.mounted_left_m),
         single(sensor.mounted_yaw_rad),
     )?;
-    Detector::new(sensing, Births::of_static(single(sensor.birth_intensity)))?.mounted(seat)
+    Detector::new(sensing, Births::of_static(single(*birth_intensity)))?.mounted(seat)
 }
 
 /// The head of the box: all that the filter was made of.
@@ -96,20 +98,7 @@ fn head(front: &Sensor) -> Header<Planar> {
             speed_sigma_mps: f64::from(SPEED_SIGMA),
             turn_sigma: f64::from(TURN_SIGMA),
             noise_interval_s: 0.0,
-            mounted_forward_m: front.mounted_forward_m,
-            mounted_left_m: front.mounted_left_m,
-            mounted_yaw_rad: front.mounted_yaw_rad,
-            range_sigma_m: front.range_sigma_m,
-            bearing_sigma_rad: front.bearing_sigma_rad,
-            range_min_m: front.range_min_m,
-            range_max_m: front.range_max_m,
-            range_edge_m: front.range_edge_m,
-            bearing_center_rad: front.bearing_center_rad,
-            bearing_half_width_rad: front.bearing_half_width_rad,
-            bearing_edge_rad: front.bearing_edge_rad,
-            detection_near: front.detection_near,
-            detection_far: front.detection_far,
-            clutter_per_scan: front.clutter_per_scan,
+            sensor: front.models,
             ..Models::ZERO
         },
         recursion: Recursion { birth_intensity: front.birth_intensity, ..Recursion::ZERO },
@@ -126,7 +115,7 @@ fn head(front: &Sensor) -> Header<Planar> {
 }
 
 /// What a lidar there sees of the posts.
-fn seen(pose: &PlanarPose<f32>, sensor: &Sensor, draws: &mut Noise) -> Vec<[f32; 2]> {
+fn seen(pose: &PlanarPose<f32>, sensor: &SensorModels, draws: &mut Noise) -> Vec<[f32; 2]> {
     let posts = (0..24).map(|k| {
         let angle = 0.7 * k as f32;
         [(6.0 + (k % 5) as f32) * angle.cos(), 4.0 + (6.0 + (k % 7) as f32) * angle.sin()]
@@ -152,12 +141,6 @@ struct Digests {
 }
 
 impl Monitor for Digests {
-    fn start(&mut self) {}
-
-    fn elapsed(&mut self) -> u64 {
-        0
-    }
-
     fn scanned(&mut self, cost: &ScanCost, _: &Seen, digest: u64) {
         self.all.push((cost.scan, digest));
     }
@@ -169,7 +152,8 @@ impl Monitor for Digests {
 
 /// Drives, records, and leaves with the box and the digest after every scan.
 fn drive() -> Result<Driven, Box<dyn std::error::Error>> {
-    let (front, left) = (lidar(), Sensor { mounted_yaw_rad: 1.5, ..lidar() });
+    let front = lidar();
+    let left = Sensor { models: SensorModels { mounted_yaw_rad: 1.5, ..front.models }, ..front };
     let head = head(&front);
     let second = Which::number(1).ok_or("a vehicle in the plane has four")?;
 
@@ -209,13 +193,14 @@ fn drive() -> Result<Driven, Box<dyn std::error::Error>> {
         }
         if scan == 120 {
             // Rain: more false measurements, and less is seen.
-            let rainy = Sensor { clutter_per_scan: 4.0, detection_far: 0.5, ..left };
+            let models = SensorModels { clutter_per_scan: 4.0, detection_far: 0.5, ..left.models };
+            let rainy = Sensor { models, ..left };
             log.detector(second, &rainy)?;
             lidars[1].adopt(detector(&rainy)?);
         }
 
         let which = scan % 2;
-        let measured = seen(&truth, [&front, &left][which], &mut draws);
+        let measured = seen(&truth, &[front, left][which].models, &mut draws);
         let of_box: Vec<[f64; 2]> = measured.iter().map(|z| z.map(f64::from)).collect();
         log.scan_of([Which::FIRST, second][which], &of_box)?;
         let measured: Vec<Vector2<f32>> = measured.into_iter().map(Vector2::from).collect();

@@ -6,12 +6,14 @@ use core::fmt;
 use scphd::Real;
 use scphd::diagnostics::Probe;
 
-/// Watches a replay: keeps the time, and is told of every scan.
+/// Watches a replay: keeps the time, if it has a clock, and is told of every scan.
 pub trait Monitor {
     /// Starts the clock.
-    fn start(&mut self);
+    fn start(&mut self) {}
     /// The time since the clock was started, in whatever the clock counts.
-    fn elapsed(&mut self) -> u64;
+    fn elapsed(&mut self) -> u64 {
+        0
+    }
     /// What is told of the stages of every scan.
     fn probe(&mut self) -> impl Probe {}
     /// A scan is done. Whatever this takes is not counted.

@@ -23,12 +23,6 @@ const STACK_BYTES: usize = 64 << 20;
 struct Scans(Vec<Seen>);
 
 impl Monitor for Scans {
-    fn start(&mut self) {}
-
-    fn elapsed(&mut self) -> u64 {
-        0
-    }
-
     fn scanned(&mut self, _: &ScanCost, seen: &Seen, _: u64) {
         self.0.push(*seen);
     }
@@ -91,9 +85,7 @@ fn ends_crowded(scans: &[Seen], count: usize, view: u32) {
 
 #[test]
 fn scans_of_a_planar_vehicle() {
-    let numbers = planar::Models {
-        speed_sigma_mps: 0.01,
-        turn_sigma: 0.01,
+    let sensor = planar::SensorModels {
         range_sigma_m: 0.02,
         bearing_sigma_rad: 0.02,
         range_max_m: 1.5,
@@ -101,8 +93,9 @@ fn scans_of_a_planar_vehicle() {
         detection_near: 0.5,
         detection_far: 0.5,
         clutter_per_scan: 1.0,
-        ..planar::Models::ZERO
+        ..planar::SensorModels::ZERO
     };
+    let numbers = planar::Models { speed_sigma_mps: 0.01, turn_sigma: 0.01, sensor, ..planar::Models::ZERO };
     let header = Header::<Planar> {
         vehicle: Vehicle::UnicycleArc,
         proposal: Proposal::Informed,

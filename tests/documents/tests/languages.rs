@@ -17,7 +17,7 @@ const BLACK_BOX: &str = "tests/tests/black_box.rs";
 const MIXTURE: &str = "tests/lockstep/mixture.rs";
 const JOINT: &str = "tests/lockstep/joint.rs";
 const SEVERAL: &str = "host-sim/run/src/session/several.rs";
-const MAPS: &str = "host-sim/tests/maps.rs";
+const MAPS: &str = "host-sim/tests/program/maps.rs";
 const UNDER_WATER: &str = "host-sim/run/src/compare/underwater.rs";
 
 /// A test: its file and its name.
@@ -54,7 +54,7 @@ const FEATURES: [(&str, [Test; 5]); 21] = [
             (C_SERVICES, "learning"),
             (PYTHON_JOINT, "test_learnt_odometry"),
             NO,
-            ("host-sim/tests/cli.rs", "a_log_gets_a_joint_map_where_nothing_asks_for_what_it_has_not"),
+            ("host-sim/tests/program/cli.rs", "a_log_gets_a_joint_map_where_nothing_asks_for_what_it_has_not"),
         ],
     ),
     (

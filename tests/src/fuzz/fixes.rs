@@ -1,7 +1,7 @@
 //! Measurements of the pose, drawn: of the position or the height, of the heading, of a beacon.
 
 use super::draw::Draw;
-use super::worlds::{FeatureOf, MeasurementOf, World};
+use super::worlds::{Drawn, FeatureOf, MeasurementOf, World};
 use nalgebra::{Vector1, Vector2};
 use scphd::errors::ObserveError;
 use scphd::models::{
@@ -124,7 +124,7 @@ pub(super) fn observe<T: Real, W: World<Scalar = T, Pose: Placed>>(
         }
         _ => {
             let place: FeatureOf<W> = W::feature(draw, pose);
-            let mounting: Option<Mounting<T>> = if draw.chance(0.5) { Some(W::mounting(draw)?) } else { None };
+            let mounting: Option<Mounting<T>> = if draw.chance(0.5) { Some(W::Pose::mounting(draw)?) } else { None };
             let fix = BeaconFix { sensor: *sensor, mounting, place, gate: gate(draw) };
             let measured: MeasurementOf<W> = match sensor.expect(&sensor.frame(pose), &place) {
                 Some(expected) => Vector::with(|axis| near(draw, expected.measurement.at(axis))),

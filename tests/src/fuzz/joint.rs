@@ -6,7 +6,7 @@ use super::draw::Draw;
 use super::fixes::{Placed, observe};
 use super::scans::seen;
 use super::session::Seeded;
-use super::worlds::{Car, Diver, FeatureOf, Listener, Models, ModelsOf, Rover, Tracker, World};
+use super::worlds::{Car, Diver, Drawn, FeatureOf, Listener, Models, ModelsOf, Rover, Tracker, World};
 use super::{Failure, Operations, Run, Watch};
 use nalgebra::{Vector2, Vector4};
 use scphd::diagnostics::Scrubber;
@@ -25,7 +25,7 @@ use std::marker::PhantomData;
 pub(super) trait Vehicle {
     const NAME: &'static str;
     type Scalar: Real;
-    type Pose: Placed<Scalar = Self::Scalar>;
+    type Pose: Placed<Scalar = Self::Scalar> + Drawn;
     type First: World<Scalar = Self::Scalar, Pose = Self::Pose>;
     type Second: World<Scalar = Self::Scalar, Pose = Self::Pose>;
     /// The wider of their measurements.
@@ -135,7 +135,7 @@ fn detector<W: World>(draw: &mut Draw, sensing: W::Sensing) -> Result<Detector<W
     // Without movers such births are none.
     let births = Births { of_static, of_moving: of_static * W::Scalar::from_f64(0.5) };
     let detector = Detector::new(sensing, births)?;
-    Ok(if draw.chance(0.5) { detector.mounted(W::mounting(draw)?)? } else { detector })
+    Ok(if draw.chance(0.5) { detector.mounted(W::Pose::mounting(draw)?)? } else { detector })
 }
 
 /// What a filter and its detectors are made of.
@@ -345,7 +345,7 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
         near: &V::Pose,
     ) -> Result<(), String> {
         let before = slam.digest();
-        let (pose, doubt) = (V::First::pose(draw), covariance(draw));
+        let (pose, doubt) = (V::Pose::drawn(draw), covariance(draw));
         let moved = draw.chance(0.5);
         let pose = if moved { pose } else { *near };
         let (name, outcome) = match draw.below(8) {

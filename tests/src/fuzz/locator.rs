@@ -3,7 +3,7 @@
 use super::counts::count;
 use super::draw::Draw;
 use super::session::Seeded;
-use super::worlds::{Rover, World};
+use super::worlds::{Drawn, Rover, World};
 use super::{Failure, Operations, Run, Watch};
 use nalgebra::Vector2;
 use scphd::errors::ConfigError;
@@ -41,7 +41,7 @@ fn eye<T: Real>(draw: &mut Draw) -> Option<Eye<T>> {
     if !draw.chance(0.5) {
         return Some(detector);
     }
-    let mounting: Mounting<T> = Rover::<T>::mounting(draw).ok()?;
+    let mounting: Mounting<T> = PlanarPose::<T>::mounting(draw).ok()?;
     detector.mounted(mounting).ok()
 }
 

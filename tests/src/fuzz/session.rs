@@ -6,7 +6,7 @@ use super::draw::Draw;
 use super::fixes::{Placed, observe};
 use super::scans::seen;
 use super::tuning::{Room, births, config};
-use super::worlds::{FeatureOf, MeasurementOf, Models, ModelsOf, World};
+use super::worlds::{Drawn, FeatureOf, MeasurementOf, Models, ModelsOf, World};
 use super::{Failure, Operations, Watch};
 use scphd::diagnostics::Scrubber;
 use scphd::errors::SetupError;
@@ -85,7 +85,7 @@ impl<W: World> Design<W> {
     fn draw(draw: &mut Draw, room: Room) -> Result<Self, SetupError> {
         let tuning = config(draw, room);
         let models = W::models(draw)?;
-        let mounting = if draw.chance(0.5) { Some(W::mounting(draw)?) } else { None };
+        let mounting = if draw.chance(0.5) { Some(W::Pose::mounting(draw)?) } else { None };
         let design = Self { models, mounting, births: births(draw, room), tuning };
         design.tuning.check()?;
         design.detector()?;
@@ -265,7 +265,7 @@ impl<T: Real, W: World<Scalar = T, Pose: Placed>> Session<W> {
     }
 
     fn reset(&mut self, filter: &mut Filter<'_, W>, draw: &mut Draw) -> Result<(), String> {
-        let (before, pose, seed) = (filter.digest(), W::pose(draw), draw.word());
+        let (before, pose, seed) = (filter.digest(), W::Pose::drawn(draw), draw.word());
         let outcome = filter.slam.reset(pose, seed);
         count("reset", &outcome);
         self.tell(format_args!("reset({pose:?}, {seed}): {outcome:?}"));
@@ -350,7 +350,7 @@ impl<T: Real, W: World<Scalar = T, Pose: Placed>> Session<W> {
 
     /// The pose is set from outside, or made uncertain.
     fn place(&mut self, filter: &mut Filter<'_, W>, draw: &mut Draw) -> Result<(), String> {
-        let (before, pose, seed) = (filter.digest(), W::pose(draw), draw.word());
+        let (before, pose, seed) = (filter.digest(), W::Pose::drawn(draw), draw.word());
         let variance = draw.magnitude(1e-6, 4.0);
         let doubt: Symmetric<TangentOf<W::Pose>> = Symmetric::from_fn(|row, column| {
             T::from_f64(draw.spoilt(if row == column { variance } else { 0.2 * variance }))

@@ -32,12 +32,6 @@ struct Told {
 }
 
 impl Monitor for Told {
-    fn start(&mut self) {}
-
-    fn elapsed(&mut self) -> u64 {
-        0
-    }
-
     fn scanned(&mut self, cost: &ScanCost, _: &Seen, digest: u64) {
         self.digests.push((cost.scan, digest));
     }
@@ -175,10 +169,11 @@ fn written<K: Kind>(header: &Header<K>, write: impl FnOnce(&mut Log<'_, K>) -> R
 fn drive<T: Real>(draw: &mut Draw) -> Vec<u8> {
     let mut models = planar::Models::ZERO;
     (models.speed_sigma_mps, models.turn_sigma, models.noise_interval_s) = (0.2, 0.05, 0.1);
-    (models.range_sigma_m, models.bearing_sigma_rad, models.range_max_m) = (0.1, 0.01, 12.0);
-    (models.bearing_half_width_rad, models.detection_near, models.detection_far) = (draw.even(1.0, 3.5), 0.9, 0.8);
-    models.clutter_per_scan = draw.even(0.1, 5.0);
-    (models.mounted_forward_m, models.wheelbase_m) = (draw.even(0.0, 1.0), 2.0);
+    let sensor = &mut models.sensor;
+    (sensor.range_sigma_m, sensor.bearing_sigma_rad, sensor.range_max_m) = (0.1, 0.01, 12.0);
+    (sensor.bearing_half_width_rad, sensor.detection_near, sensor.detection_far) = (draw.even(1.0, 3.5), 0.9, 0.8);
+    sensor.clutter_per_scan = draw.even(0.1, 5.0);
+    (sensor.mounted_forward_m, models.wheelbase_m) = (draw.even(0.0, 1.0), 2.0);
     let scalar = scalar::<T>(draw);
     let mut header: Header<Planar> = header(draw, models, scalar);
     header.vehicle =

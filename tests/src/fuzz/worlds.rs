@@ -36,7 +36,7 @@ pub trait World: Sized {
     /// `f32` or `f64`.
     type Scalar: Real;
     /// Where it is.
-    type Pose: Pose<Scalar = Self::Scalar>;
+    type Pose: Drawn<Scalar = Self::Scalar>;
     /// How it moves.
     type Motion: Motion<Pose = Self::Pose, Control: Debug> + Copy + Debug;
     /// What it measures, where it sees, what it measures though nothing is there.
@@ -47,13 +47,6 @@ pub trait World: Sized {
     /// # Errors
     /// What was drawn is refused.
     fn models(draw: &mut Draw) -> Result<ModelsOf<Self>, ModelError>;
-    /// Where the sensor sits.
-    ///
-    /// # Errors
-    /// What was drawn is refused.
-    fn mounting(draw: &mut Draw) -> Result<Mounting<Self::Scalar>, ModelError>;
-    /// A pose to start from.
-    fn pose(draw: &mut Draw) -> Self::Pose;
     /// What moves it on from a pose.
     fn control(draw: &mut Draw, from: &Self::Pose) -> <Self::Motion as Motion>::Control;
     /// A measurement of anything.
@@ -62,6 +55,45 @@ pub trait World: Sized {
     const SPREAD: &'static [f64];
     /// A feature near a pose.
     fn feature(draw: &mut Draw, near: &Self::Pose) -> FeatureOf<Self>;
+}
+
+/// Poses, in the plane or in space.
+pub trait Drawn: Pose {
+    /// One to start from.
+    fn drawn(draw: &mut Draw) -> Self;
+    /// Where a sensor sits on a vehicle with such poses.
+    ///
+    /// # Errors
+    /// What was drawn is refused.
+    fn mounting(draw: &mut Draw) -> Result<Mounting<Self::Scalar>, ModelError>;
+}
+
+impl<T: Real> Drawn for PlanarPose<T> {
+    fn drawn(draw: &mut Draw) -> Self {
+        let far = draw.magnitude(1.0, 1e5);
+        Self::new(draw.real(-far, far), draw.real(-far, far), draw.real(-3.2, 3.2))
+    }
+
+    fn mounting(draw: &mut Draw) -> Result<Mounting<T>, ModelError> {
+        Mounting::in_plane(draw.real(-4.0, 4.0), draw.real(-1.0, 1.0), draw.real(-3.2, 3.2))
+    }
+}
+
+impl<T: Real> Drawn for AuvPose<T> {
+    fn drawn(draw: &mut Draw) -> Self {
+        let far = draw.magnitude(1.0, 1e4);
+        Self {
+            yaw_rate_radps: draw.real(-0.2, 0.2),
+            roll_rad: draw.real(-0.3, 0.3),
+            pitch_rad: draw.real(-0.3, 0.3),
+            ..Self::new(draw.real(-far, far), draw.real(-far, far), draw.real(-50.0, 0.0), draw.real(-3.2, 3.2))
+        }
+    }
+
+    fn mounting(draw: &mut Draw) -> Result<Mounting<T>, ModelError> {
+        let place = [draw.real(-1.0, 1.0), draw.real(-1.0, 1.0), draw.real(-0.5, 0.5)];
+        Mounting::in_space(place, [draw.real(-0.3, 0.3), draw.real(-0.3, 0.3), draw.real(-3.2, 3.2)])
+    }
 }
 
 fn control_noise<T: Real>(draw: &mut Draw) -> ControlNoise<T> {
@@ -94,11 +126,6 @@ fn window<T: Real>(draw: &mut Draw) -> Result<RangeBearingWindow<T>, ModelError>
 fn clutter<T: Real>(draw: &mut Draw, measure: T) -> Result<UniformClutter<T>, ModelError> {
     let per_scan = if draw.chance(0.1) { T::ZERO } else { T::from_f64(draw.magnitude(1e-3, 20.0)) };
     UniformClutter::of_scan(T::from_f64(draw.spoilt(per_scan.to_f64())), measure)
-}
-
-fn planar_pose<T: Real>(draw: &mut Draw) -> PlanarPose<T> {
-    let far = draw.magnitude(1.0, 1e5);
-    PlanarPose::new(draw.real(-far, far), draw.real(-far, far), draw.real(-3.2, 3.2))
 }
 
 fn planar_feature<T: Real>(draw: &mut Draw, near: &PlanarPose<T>) -> Vector2<T> {
@@ -141,14 +168,6 @@ impl<T: Real> World for Rover<T> {
         })
     }
 
-    fn mounting(draw: &mut Draw) -> Result<Mounting<T>, ModelError> {
-        Mounting::in_plane(draw.real(-4.0, 4.0), draw.real(-1.0, 1.0), draw.real(-3.2, 3.2))
-    }
-
-    fn pose(draw: &mut Draw) -> PlanarPose<T> {
-        planar_pose(draw)
-    }
-
     fn control(draw: &mut Draw, _: &PlanarPose<T>) -> UnicycleControl<T> {
         UnicycleControl { speed_mps: draw.real(-1.0, 3.0), rate_radps: draw.real(-0.5, 0.5) }
     }
@@ -183,14 +202,6 @@ impl<T: Real> World for Car<T> {
             sensor_left_m: draw.real(-1.0, 1.0),
         };
         Ok(Models { motion: Ackermann::new(geometry, control_noise(draw))?, sensing })
-    }
-
-    fn mounting(draw: &mut Draw) -> Result<Mounting<T>, ModelError> {
-        Mounting::in_plane(draw.real(-4.0, 4.0), draw.real(-1.0, 1.0), draw.real(-3.2, 3.2))
-    }
-
-    fn pose(draw: &mut Draw) -> PlanarPose<T> {
-        planar_pose(draw)
     }
 
     fn control(draw: &mut Draw, _: &PlanarPose<T>) -> AckermannControl<T> {
@@ -238,14 +249,6 @@ impl<T: Real> World for Tracker<T> {
         })
     }
 
-    fn mounting(draw: &mut Draw) -> Result<Mounting<T>, ModelError> {
-        Mounting::in_plane(draw.real(-4.0, 4.0), draw.real(-1.0, 1.0), draw.real(-3.2, 3.2))
-    }
-
-    fn pose(draw: &mut Draw) -> PlanarPose<T> {
-        planar_pose(draw)
-    }
-
     fn control(draw: &mut Draw, from: &PlanarPose<T>) -> PlanarPose<T> {
         let mut near = |at: T| T::from_f64(draw.even(-1.0, 1.0)) + at;
         let (x, y) = (near(from.x_m), near(from.y_m));
@@ -262,16 +265,6 @@ impl<T: Real> World for Tracker<T> {
 
     fn feature(draw: &mut Draw, near: &PlanarPose<T>) -> Vector2<T> {
         planar_feature(draw, near)
-    }
-}
-
-fn auv_pose<T: Real>(draw: &mut Draw) -> AuvPose<T> {
-    let far = draw.magnitude(1.0, 1e4);
-    AuvPose {
-        yaw_rate_radps: draw.real(-0.2, 0.2),
-        roll_rad: draw.real(-0.3, 0.3),
-        pitch_rad: draw.real(-0.3, 0.3),
-        ..AuvPose::new(draw.real(-far, far), draw.real(-far, far), draw.real(-50.0, 0.0), draw.real(-3.2, 3.2))
     }
 }
 
@@ -332,15 +325,6 @@ impl<T: Real> World for Diver<T> {
         Ok(Models { motion, sensing: Sensing { sensor, field_of_view, clutter: clutter(draw, measure)? } })
     }
 
-    fn mounting(draw: &mut Draw) -> Result<Mounting<T>, ModelError> {
-        let place = [draw.real(-1.0, 1.0), draw.real(-1.0, 1.0), draw.real(-0.5, 0.5)];
-        Mounting::in_space(place, [draw.real(-0.3, 0.3), draw.real(-0.3, 0.3), draw.real(-3.2, 3.2)])
-    }
-
-    fn pose(draw: &mut Draw) -> AuvPose<T> {
-        auv_pose(draw)
-    }
-
     fn control(draw: &mut Draw, from: &AuvPose<T>) -> AuvControl<T> {
         auv_control(draw, from)
     }
@@ -390,15 +374,6 @@ impl<T: Real> World for Listener<T> {
                 clutter: clutter(draw, T::from_f64(200.0))?,
             },
         })
-    }
-
-    fn mounting(draw: &mut Draw) -> Result<Mounting<T>, ModelError> {
-        let place = [draw.real(-1.0, 1.0), draw.real(-1.0, 1.0), draw.real(-0.5, 0.5)];
-        Mounting::in_space(place, [draw.real(-0.3, 0.3), draw.real(-0.3, 0.3), draw.real(-3.2, 3.2)])
-    }
-
-    fn pose(draw: &mut Draw) -> AuvPose<T> {
-        auv_pose(draw)
     }
 
     fn control(draw: &mut Draw, from: &AuvPose<T>) -> AuvControl<T> {

@@ -5,7 +5,6 @@ mod apt;
 mod closure;
 mod package;
 mod tree;
-mod version;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -102,7 +101,7 @@ fn resolve(
 ) -> Result<Vec<package::Package>, String> {
     let chosen = closure::closure(packages, installed, archive)?;
     match chosen.first() {
-        Some(first) if version::compare(&first.version, bundle.oldest).is_lt() => {
+        Some(first) if deb_version::compare_versions(&first.version, bundle.oldest).is_lt() => {
             Err(format!("{} is offered in version {}, older than {}", first.name, first.version, bundle.oldest))
         }
         _ => Ok(chosen),

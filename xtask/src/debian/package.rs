@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use super::version;
+use deb_version::compare_versions;
 
 /// A package in one version.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -81,7 +81,7 @@ impl Relation {
 
     fn allows(&self, found: &str) -> bool {
         let Some((operator, wanted)) = &self.bound else { return true };
-        let order = version::compare(found, wanted);
+        let order = compare_versions(found, wanted);
         match operator.as_str() {
             "<<" => order == Ordering::Less,
             "<=" | "<" => order != Ordering::Greater,
@@ -136,5 +136,27 @@ mod tests {
         ] {
             assert_eq!(rustc.satisfies(&relation(text)), holds, "{text}");
         }
+    }
+
+    /// The answers are those of `dpkg --compare-versions`.
+    #[test]
+    fn versions_are_in_their_order() {
+        for (left, right) in [
+            ("7.2", "10.0"),
+            ("1:7.2+dfsg-7+deb12u18", "1:7.2+dfsg-7+deb12u18+b3"),
+            ("1:7.2+dfsg~", "1:7.2+dfsg-7"),
+            ("1:10.0.2+ds-2+deb13u1~bpo12+1", "1:10.0.2+ds-2+deb13u1"),
+            ("9.9", "1:0.1"),
+            ("1.0~rc1", "1.0"),
+            ("1.0", "1.0a"),
+            ("1.0a", "1.0+b"),
+            ("1.0-1", "1.0-1.1"),
+            ("2.36-9+deb12u9", "2.36-9+deb12u14"),
+        ] {
+            assert_eq!(compare_versions(left, right), Ordering::Less, "{left} {right}");
+            assert_eq!(compare_versions(right, left), Ordering::Greater, "{right} {left}");
+        }
+        assert_eq!(compare_versions("1.0", "0:1.00"), Ordering::Equal);
+        assert_eq!(compare_versions("1.0-0", "1.0"), Ordering::Equal);
     }
 }

@@ -142,12 +142,3 @@ fn fifty_thousand_bits_of_a_joint_map() {
 fn fifty_thousand_bits_of_a_mixture() {
     fifty_thousand("mixture", slam::mixture);
 }
-
-#[test]
-#[ignore = "minutes; the seeds of choice"]
-fn what_becomes_of_flips_without_and_with_a_guard() {
-    for guard in [Guard::Nothing, Guard::Scrub(PARTS), Guard::ScrubAndSeal(PARTS)] {
-        campaign("joint map", slam::joint, guard, 4000, 0..8);
-        campaign("mixture", slam::mixture, guard, 4000, 0..8);
-    }
-}

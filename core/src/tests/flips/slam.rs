@@ -52,6 +52,46 @@ fn coordinates(estimate: Option<PoseEstimate<PlanarPose<f32>>>) -> [f64; 3] {
     estimate.map_or([f64::NAN; 3], |estimate| of(estimate.mean))
 }
 
+/// What is asked of either filter in the same words.
+macro_rules! in_the_same_words {
+    () => {
+        fn predict(&mut self, passage: &Passage) -> Result<Health, Refused> {
+            self.slam.predict(&control(passage), DT_S).map(|report| report.health).map_err(|_| Refused)
+        }
+
+        fn scan(&mut self, passage: &Passage) -> Result<Health, Refused> {
+            self.slam.scan(&mut self.eyes, &passage.scan).map(|report| report.health).map_err(|_| Refused)
+        }
+
+        fn scrub(&mut self, scrubber: &mut Scrubber, parts: usize) -> Result<Scrubbed, Flaw> {
+            self.slam.scrub(scrubber, parts)
+        }
+
+        fn seal(&self) -> u64 {
+            self.slam.seal()
+        }
+
+        fn save(&mut self) -> Vec<u8> {
+            let mut bytes = vec![0; 100_000];
+            let len = self.slam.save(KIND, into_slice(&mut bytes)).unwrap();
+            bytes.truncate(len);
+            bytes
+        }
+
+        fn restore(&mut self, bytes: &[u8]) {
+            self.slam.restore(KIND, from_slice(bytes)).unwrap();
+        }
+
+        fn pose(&self) -> [f64; 3] {
+            coordinates(self.slam.estimate_pose())
+        }
+
+        fn flip(&mut self, draws: &mut Noise) -> (&'static str, usize) {
+            self.slam.flip_bit(draws)
+        }
+    };
+}
+
 /// A joint map.
 pub(crate) struct OfJoint<'s> {
     slam: JointSlam<'s, Unicycle<f32>, Vector2<f32>>,
@@ -67,43 +107,10 @@ pub(crate) fn joint() -> OfJoint<'static> {
 }
 
 impl Slam for OfJoint<'_> {
-    fn predict(&mut self, passage: &Passage) -> Result<Health, Refused> {
-        self.slam.predict(&control(passage), DT_S).map(|report| report.health).map_err(|_| Refused)
-    }
-
-    fn scan(&mut self, passage: &Passage) -> Result<Health, Refused> {
-        self.slam.scan(&self.eyes, &passage.scan).map(|report| report.health).map_err(|_| Refused)
-    }
-
-    fn scrub(&mut self, scrubber: &mut Scrubber, parts: usize) -> Result<Scrubbed, Flaw> {
-        self.slam.scrub(scrubber, parts)
-    }
-
-    fn seal(&self) -> u64 {
-        self.slam.seal()
-    }
-
-    fn save(&mut self) -> Vec<u8> {
-        let mut bytes = vec![0; 100_000];
-        let len = self.slam.save(KIND, into_slice(&mut bytes)).unwrap();
-        bytes.truncate(len);
-        bytes
-    }
-
-    fn restore(&mut self, bytes: &[u8]) {
-        self.slam.restore(KIND, from_slice(bytes)).unwrap();
-    }
-
-    fn pose(&self) -> [f64; 3] {
-        coordinates(self.slam.estimate_pose())
-    }
+    in_the_same_words!();
 
     fn map(&mut self) -> Vec<[f64; 2]> {
         self.slam.features().map(|feature| [feature.mean.x, feature.mean.y].map(f64::from)).collect()
-    }
-
-    fn flip(&mut self, draws: &mut Noise) -> (&'static str, usize) {
-        self.slam.flip_bit(draws)
     }
 }
 
@@ -122,44 +129,11 @@ pub(crate) fn mixture() -> OfMixture<'static> {
 }
 
 impl Slam for OfMixture<'_> {
-    fn predict(&mut self, passage: &Passage) -> Result<Health, Refused> {
-        self.slam.predict(&control(passage), DT_S).map(|report| report.health).map_err(|_| Refused)
-    }
-
-    fn scan(&mut self, passage: &Passage) -> Result<Health, Refused> {
-        self.slam.scan(&mut self.eyes, &passage.scan).map(|report| report.health).map_err(|_| Refused)
-    }
-
-    fn scrub(&mut self, scrubber: &mut Scrubber, parts: usize) -> Result<Scrubbed, Flaw> {
-        self.slam.scrub(scrubber, parts)
-    }
-
-    fn seal(&self) -> u64 {
-        self.slam.seal()
-    }
-
-    fn save(&mut self) -> Vec<u8> {
-        let mut bytes = vec![0; 100_000];
-        let len = self.slam.save(KIND, into_slice(&mut bytes)).unwrap();
-        bytes.truncate(len);
-        bytes
-    }
-
-    fn restore(&mut self, bytes: &[u8]) {
-        self.slam.restore(KIND, from_slice(bytes)).unwrap();
-    }
-
-    fn pose(&self) -> [f64; 3] {
-        coordinates(self.slam.estimate_pose())
-    }
+    in_the_same_words!();
 
     fn map(&mut self) -> Vec<[f64; 2]> {
         let mut features = vec![Component::ZERO; 200];
         let count = self.slam.estimate_map(&self.eyes, &mut features).features;
         features.iter().take(count).map(|feature| [feature.mean.x, feature.mean.y].map(f64::from)).collect()
-    }
-
-    fn flip(&mut self, draws: &mut Noise) -> (&'static str, usize) {
-        self.slam.flip_bit(draws)
     }
 }

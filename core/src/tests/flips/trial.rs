@@ -14,8 +14,6 @@ const TIMES: f64 = 3.0;
 /// How a vehicle guards its filter's memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Guard {
-    /// Not at all.
-    Nothing,
     /// It scrubs so many parts after every scan, and goes back to its snapshot where that cannot mend, or a step is refused.
     Scrub(usize),
     /// And compares seals before every step.
@@ -135,7 +133,7 @@ impl<'d> Start<'d> {
             match done {
                 Ok(health) => told |= health,
                 // Once is enough: what is restored is sound.
-                Err(Refused) if guard != Guard::Nothing && !restored => {
+                Err(Refused) if !restored => {
                     (found, restored) = (Some(End::Restored), true);
                     slam.restore(&self.snapshot);
                     passages[..=scan].iter().for_each(|passage| _ = slam.predict(passage));

@@ -21,7 +21,6 @@ pub(super) fn function(name: &str, form: &str) -> Option<Function> {
         ("mul", "rn") => Two(|a, b| bits(of(a) * of(b))),
         ("div", "rn") => Two(|a, b| bits(of(a) / of(b))),
         ("rcp", "rn") => One(|a| bits(1.0 / of(a))),
-        ("sqrt", "rn") => One(|a| bits(of(a).sqrt())),
         ("abs", "") => One(|a| bits(of(a).abs())),
         ("neg", "") => One(|a| bits(-of(a))),
         // The sign of the first on the second.
@@ -71,13 +70,8 @@ pub(super) fn conversion(kinds: &str) -> Option<Function> {
     Some(One(match kinds {
         "rn.f32.s32" => |a| bits(a as i32 as f32),
         "rn.f32.u32" => |a| bits(a as u32 as f32),
-        "rn.f32.s64" => |a| bits(a as i64 as f32),
         "rn.f32.u64" => |a| bits(a as f32),
-        "rn.f32.u16" => |a| bits(f32::from(a as u16)),
         "rzi.s32.f32" => |a| u64::from(of(a) as i32 as u32),
-        "rzi.u32.f32" => |a| u64::from(of(a) as u32),
-        "rzi.s64.f32" => |a| of(a) as i64 as u64,
-        "rzi.u64.f32" => |a| of(a) as u64,
         _ => return None,
     }))
 }

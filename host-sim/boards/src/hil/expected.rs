@@ -39,12 +39,6 @@ fn digests<A: Aboard<f32>>(stream: &[u8]) -> Result<Vec<Expected>, Refusal> {
 struct Digests(Vec<Expected>);
 
 impl Monitor for Digests {
-    fn start(&mut self) {}
-
-    fn elapsed(&mut self) -> u64 {
-        0
-    }
-
     fn scanned(&mut self, cost: &ScanCost, _: &Seen, digest: u64) {
         self.0.resize(cost.scan as usize, None);
         self.0.push(Some(digest));

@@ -5,7 +5,7 @@ use scphd_filters::settings::{SensorSettings, Settings};
 use scphd_filters::slam::contract::{Refusal, refusal};
 use scphd_log::events::{Event, events};
 use scphd_log::log::{FixNoise, Log, PoseFix, Vehicle};
-use scphd_stream::planar::{self, Fix, Models, Odometry, Planar};
+use scphd_stream::planar::{self, Fix, Models, Odometry, Planar, SensorModels};
 use scphd_stream::{Header, Joint, Kind, Moving, Numbers, Recursion, Scalar, Which};
 
 /// The first `scans` scans of `log` with all motion and all fixes before them, and in its head, or as records before them, whatever a
@@ -49,7 +49,7 @@ pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: u
             Vehicle::UnicycleArc => planar::Vehicle::UnicycleArc,
             Vehicle::Holonomic => return Err(Refusal("vehicle: a stream has no holonomic one".into())),
         },
-        models: models(log, settings, &first),
+        models: models(log, settings, first.models),
         moving: Moving {
             birth_intensity: first.moving_birth_intensity,
             velocity_sigma_mps: moving.velocity_sigma_mps,
@@ -93,7 +93,7 @@ fn fix(noise: &FixNoise, measured: PoseFix) -> Result<Fix, Refusal> {
 
 /// A sensor, with what it gives birth to.
 fn detector(settings: &Settings, sensor: &SensorSettings) -> planar::Sensor {
-    planar::Sensor {
+    let models = SensorModels {
         mounted_forward_m: sensor.forward_m,
         mounted_left_m: sensor.left_m,
         mounted_yaw_rad: sensor.yaw_rad,
@@ -108,15 +108,18 @@ fn detector(settings: &Settings, sensor: &SensorSettings) -> planar::Sensor {
         detection_near: sensor.detection_near,
         detection_far: sensor.detection_far,
         clutter_per_scan: sensor.clutter_per_scan,
+    };
+    planar::Sensor {
+        models,
         birth_intensity: sensor.birth_factor * settings.filter.birth_intensity,
         moving_birth_intensity: sensor.birth_factor * settings.moving.birth_intensity,
     }
 }
 
-fn models(log: &Log, settings: &Settings, first: &planar::Sensor) -> Models {
+fn models(log: &Log, settings: &Settings, sensor: SensorModels) -> Models {
     let vehicle = &settings.vehicle;
     let [start_x_m, start_y_m, start_heading_rad] = log.initial_pose;
-    let of_vehicle = Models {
+    let mut models = Models {
         start_x_m,
         start_y_m,
         start_heading_rad,
@@ -125,9 +128,9 @@ fn models(log: &Log, settings: &Settings, first: &planar::Sensor) -> Models {
         turn_sigma: vehicle.turn_sigma,
         turn_sigma_ratio: vehicle.turn_sigma_ratio,
         noise_interval_s: vehicle.noise_interval_s,
+        sensor,
         ..Models::ZERO
     };
-    let mut models = of_vehicle.with(first);
     if let Vehicle::Ackermann { wheelbase_m, encoder_offset_m, sensor_forward_m, sensor_left_m } = log.vehicle {
         models.wheelbase_m = wheelbase_m;
         models.encoder_offset_m = encoder_offset_m;

@@ -100,80 +100,61 @@ pub fn mixture(setting: Setting, short: bool) -> Box<dyn Slam> {
     Box::new(OfMixture { slam, eyes })
 }
 
-impl Slam for OfJoint {
-    fn predict(&mut self, control: &Control, dt: f32) -> Health {
-        self.slam.predict(control, dt).map_or(Health::PREDICTION_REFUSED, |report| report.health)
-    }
+/// What is asked of either filter in the same words.
+macro_rules! in_the_same_words {
+    () => {
+        fn predict(&mut self, control: &Control, dt: f32) -> Health {
+            self.slam.predict(control, dt).map_or(Health::PREDICTION_REFUSED, |report| report.health)
+        }
 
-    fn scan(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32) {
-        let report = self.slam.scan(&self.eyes, measurements).unwrap();
-        (report.health, share(report.detections, report.expected_detections))
-    }
+        fn scan(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32) {
+            let report = self.slam.scan(&mut self.eyes, measurements).unwrap();
+            (report.health, share(report.detections, report.expected_detections))
+        }
+
+        fn save(&mut self) -> Vec<u8> {
+            let mut bytes = vec![0; ROOM];
+            let len = self.slam.save(1, into_slice(&mut bytes)).unwrap();
+            bytes.truncate(len);
+            bytes
+        }
+
+        fn restore(&mut self, bytes: &[u8]) {
+            self.slam.restore(1, from_slice(bytes)).unwrap();
+        }
+
+        fn scatter(&mut self, covariance: &Symmetric<Vector3<f32>>) {
+            self.slam.scatter(covariance).unwrap();
+        }
+
+        fn relocate(&mut self, pose: PlanarPose<f32>, covariance: &Symmetric<Vector3<f32>>) {
+            self.slam.relocate(pose, covariance).unwrap();
+        }
+
+        fn pose(&self) -> PlanarPose<f32> {
+            self.slam.estimate_pose().unwrap().mean
+        }
+    };
+}
+
+impl Slam for OfJoint {
+    in_the_same_words!();
 
     fn look(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32) {
         let report = self.slam.localise(&self.eyes, measurements).unwrap();
         (report.health, share(report.detections, report.expected_detections))
     }
 
-    fn save(&mut self) -> Vec<u8> {
-        let mut bytes = vec![0; ROOM];
-        let len = self.slam.save(1, into_slice(&mut bytes)).unwrap();
-        bytes.truncate(len);
-        bytes
-    }
-
-    fn restore(&mut self, bytes: &[u8]) {
-        self.slam.restore(1, from_slice(bytes)).unwrap();
-    }
-
-    fn scatter(&mut self, covariance: &Symmetric<Vector3<f32>>) {
-        self.slam.scatter(covariance).unwrap();
-    }
-
-    fn relocate(&mut self, pose: PlanarPose<f32>, covariance: &Symmetric<Vector3<f32>>) {
-        self.slam.relocate(pose, covariance).unwrap();
-    }
-
     fn map(&self) -> Vec<Component<Vector2<f32>>> {
         self.slam.features().collect()
-    }
-
-    fn pose(&self) -> PlanarPose<f32> {
-        self.slam.estimate_pose().unwrap().mean
     }
 }
 
 impl Slam for OfMixture {
-    fn predict(&mut self, control: &Control, dt: f32) -> Health {
-        self.slam.predict(control, dt).map_or(Health::PREDICTION_REFUSED, |report| report.health)
-    }
-
-    fn scan(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32) {
-        let report = self.slam.scan(&mut self.eyes, measurements).unwrap();
-        (report.health, share(report.detections, report.expected_detections))
-    }
+    in_the_same_words!();
 
     fn look(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32) {
         self.scan(measurements)
-    }
-
-    fn save(&mut self) -> Vec<u8> {
-        let mut bytes = vec![0; ROOM];
-        let len = self.slam.save(1, into_slice(&mut bytes)).unwrap();
-        bytes.truncate(len);
-        bytes
-    }
-
-    fn restore(&mut self, bytes: &[u8]) {
-        self.slam.restore(1, from_slice(bytes)).unwrap();
-    }
-
-    fn scatter(&mut self, covariance: &Symmetric<Vector3<f32>>) {
-        self.slam.scatter(covariance).unwrap();
-    }
-
-    fn relocate(&mut self, pose: PlanarPose<f32>, covariance: &Symmetric<Vector3<f32>>) {
-        self.slam.relocate(pose, covariance).unwrap();
     }
 
     fn map(&self) -> Vec<Component<Vector2<f32>>> {
@@ -181,9 +162,5 @@ impl Slam for OfMixture {
         let known = self.slam.estimate_map(&self.eyes, &mut features).features;
         features.truncate(known);
         features
-    }
-
-    fn pose(&self) -> PlanarPose<f32> {
-        self.slam.estimate_pose().unwrap().mean
     }
 }

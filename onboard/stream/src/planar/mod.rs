@@ -12,7 +12,7 @@ mod vehicle;
 pub use black_box::{BlackBox, BlackBoxJoint};
 pub use fix::Fix;
 pub use joint::PlanarJoint;
-pub use models::{Models, Sensor};
+pub use models::{Models, Sensor, SensorModels};
 pub use onboard::{MEASUREMENTS, Memory};
 pub use vehicle::{Odometry, Planar, Vehicle};
 

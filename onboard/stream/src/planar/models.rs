@@ -31,9 +31,17 @@ numbers! {
         turn_sigma_ratio: f64,
         /// How long an odometry error lasts, s.
         noise_interval_s: f64,
-        /// How far ahead of where the pose is the sensor sits, m.
+        /// The first sensor.
+        sensor: SensorModels,
+    }
+}
+
+numbers! {
+    /// A sensor: where it sits, its noise and field of view.
+    SensorModels {
+        /// How far ahead of where the pose is it sits, m.
         mounted_forward_m: f64,
-        /// How far to its left, m.
+        /// How far to the left of that, m.
         mounted_left_m: f64,
         /// By how much it is turned to the left, rad.
         mounted_yaw_rad: f64,
@@ -63,36 +71,10 @@ numbers! {
 }
 
 numbers! {
-    /// A detector: where it sits, its noise and field of view, and what it gives birth to.
+    /// A detector: its sensor, and what it gives birth to.
     Sensor {
-        /// How far ahead of where the pose is it sits, m.
-        mounted_forward_m: f64,
-        /// How far to the left of that, m.
-        mounted_left_m: f64,
-        /// By how much it is turned to the left, rad.
-        mounted_yaw_rad: f64,
-        /// Standard deviation of the range, m.
-        range_sigma_m: f64,
-        /// Standard deviation of the bearing, rad.
-        bearing_sigma_rad: f64,
-        /// Least range, m.
-        range_min_m: f64,
-        /// Greatest range, m.
-        range_max_m: f64,
-        /// Half width of the soft edges in range, m.
-        range_edge_m: f64,
-        /// Middle of the bearing window, rad.
-        bearing_center_rad: f64,
-        /// Half width of the bearing window, rad; π and above is a full circle.
-        bearing_half_width_rad: f64,
-        /// Half width of the soft edges in bearing, rad.
-        bearing_edge_rad: f64,
-        /// p_D at range zero.
-        detection_near: f64,
-        /// p_D at the greatest range.
-        detection_far: f64,
-        /// λ, false measurements a scan.
-        clutter_per_scan: f64,
+        /// Where the sensor sits, its noise and field of view.
+        models: SensorModels,
         /// w_b of static features, 1/(m·rad).
         birth_intensity: f64,
         /// w_m of moving features, 1/(m·rad).
@@ -100,45 +82,14 @@ numbers! {
     }
 }
 
-/// What a head and the record of a detector both have of a sensor.
-macro_rules! in_both {
-    ($($field:ident)+) => {
-        impl Sensor {
-            /// The first detector, which is that of the head.
-            #[must_use]
-            pub fn first(header: &Header<Planar>) -> Self {
-                let Header { models, recursion, moving, .. } = header;
-                Self {
-                    $($field: models.$field,)+
-                    birth_intensity: recursion.birth_intensity,
-                    moving_birth_intensity: moving.birth_intensity,
-                }
-            }
+impl Sensor {
+    /// The first detector, which is that of the head.
+    #[must_use]
+    pub fn first(header: &Header<Planar>) -> Self {
+        Self {
+            models: header.models.sensor,
+            birth_intensity: header.recursion.birth_intensity,
+            moving_birth_intensity: header.moving.birth_intensity,
         }
-
-        impl Models {
-            /// With the sensor of the first detector.
-            #[must_use]
-            pub fn with(self, first: &Sensor) -> Self {
-                Self { $($field: first.$field,)+ ..self }
-            }
-        }
-    };
-}
-
-in_both! {
-    mounted_forward_m
-    mounted_left_m
-    mounted_yaw_rad
-    range_sigma_m
-    bearing_sigma_rad
-    range_min_m
-    range_max_m
-    range_edge_m
-    bearing_center_rad
-    bearing_half_width_rad
-    bearing_edge_rad
-    detection_near
-    detection_far
-    clutter_per_scan
+    }
 }

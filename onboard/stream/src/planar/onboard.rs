@@ -1,6 +1,6 @@
 //! The filter of a planar vehicle on board: its capacities, and its models from the head of the stream.
 
-use super::{Odometry, Planar, Sensor, Vehicle};
+use super::{Odometry, Planar, Sensor, SensorModels, Vehicle};
 use crate::Header;
 use crate::onboard::{self, Aboard, Capacities, Helm, Onboard, Ram, RamPart, Refusal, config};
 use core::marker::PhantomData;
@@ -271,15 +271,15 @@ pub(super) fn detector<T: Real>(sensor: &Sensor) -> Result<Detector<PlanarSensin
         of_static: T::from_f64(sensor.birth_intensity),
         of_moving: T::from_f64(sensor.moving_birth_intensity),
     };
-    let detector = Detector::new(sensing(sensor)?, births)?;
-    match mounting(sensor)? {
+    let detector = Detector::new(sensing(&sensor.models)?, births)?;
+    match mounting(&sensor.models)? {
         Some(mounting) => detector.mounted(mounting),
         None => Ok(detector),
     }
 }
 
 /// Where the sensor sits; `None` where the pose is.
-fn mounting<T: Real>(sensor: &Sensor) -> Result<Option<Mounting<T>>, ModelError> {
+fn mounting<T: Real>(sensor: &SensorModels) -> Result<Option<Mounting<T>>, ModelError> {
     place([sensor.mounted_forward_m, sensor.mounted_left_m, sensor.mounted_yaw_rad])
 }
 
@@ -292,7 +292,7 @@ pub(super) fn place<T: Real>(place: [f64; 3]) -> Result<Option<Mounting<T>>, Mod
     Mounting::in_plane(forward, left, yaw).map(Some)
 }
 
-fn sensing<T: Real>(sensor: &Sensor) -> Result<PlanarSensing<T>, ModelError> {
+fn sensing<T: Real>(sensor: &SensorModels) -> Result<PlanarSensing<T>, ModelError> {
     let limits = RangeBearingLimits {
         range_min_m: T::from_f64(sensor.range_min_m),
         range_max_m: T::from_f64(sensor.range_max_m),

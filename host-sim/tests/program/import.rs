@@ -1,5 +1,6 @@
 //! Recordings become logs, a run that was written becomes the log that it was of, and what is wrong is told in one line.
 
+use crate::place::Place;
 use scphd_log::log::{FixNoise, Log, PoseFix};
 use scphd_log::log_folder;
 use scphd_ros::messages::{
@@ -8,49 +9,14 @@ use scphd_ros::messages::{
 };
 use scphd_ros::{Message, Time, Writer, cloud};
 use scphd_worlds::scenario;
-use serde_json::Value;
 use std::fs;
 use std::io::Cursor;
-use std::path::PathBuf;
-use std::process::{Command, Output};
-use tempfile::TempDir;
 
-struct Place(TempDir);
-
-impl Place {
-    fn new() -> Self {
-        Self(TempDir::new().unwrap())
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn run(&self, args: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_scphd-sim")).args(args).current_dir(self.0.path()).output().unwrap()
-    }
-
-    /// What is told on stderr.
-    fn succeeds(&self, args: &[&str]) -> String {
-        let output = self.run(args);
-        assert!(output.status.success(), "{args:?}: {output:?}");
-        String::from_utf8(output.stderr).unwrap()
-    }
-
-    fn fails(&self, args: &[&str]) -> String {
-        let output = self.run(args);
-        assert_eq!(output.status.code(), Some(2), "{args:?}: {output:?}");
-        let error = String::from_utf8(output.stderr).unwrap();
-        error.lines().last().unwrap_or_default().to_owned()
-    }
-
-    fn write(&self, name: &str, bytes: &[u8]) {
-        fs::write(self.path(name), bytes).unwrap();
-    }
-
-    fn json(&self, name: &str) -> Value {
-        serde_json::from_str(&fs::read_to_string(self.path(name)).unwrap()).unwrap()
-    }
+/// The last line of what it tells where it has to fail for bad input.
+fn fails(place: &Place, args: &[&str]) -> String {
+    let output = place.run(args);
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {output:?}");
+    String::from_utf8(output.stderr).unwrap().lines().last().unwrap_or_default().to_owned()
 }
 
 /// Times as a recorder has them: whole nanoseconds.
@@ -72,8 +38,8 @@ fn a_run_that_was_written_is_read_as_the_log_that_it_was_of() {
         log.scans.truncate(130);
         decimal(&mut log);
         log_folder::write(&log, &place.path("log")).unwrap();
-        place.succeeds(&["replay", "log", "--mcap", "run.mcap", "--json", "then.json"]);
-        place.succeeds(&["import", "run.mcap", "--out", "back"]);
+        place.tells(&["replay", "log", "--mcap", "run.mcap", "--json", "then.json"]);
+        place.tells(&["import", "run.mcap", "--out", "back"]);
         let back = log_folder::read(&place.path("back")).unwrap();
         // To the bit, but true headings, which come through quaternions, and tracks of movers, which no message has.
         let near = |a: Option<f64>, b: Option<f64>| match (a, b) {
@@ -85,7 +51,7 @@ fn a_run_that_was_written_is_read_as_the_log_that_it_was_of() {
             assert!(a.t_s == b.t_s && a.position == b.position && near(a.heading_rad, b.heading_rad), "{name}");
         }
         assert_eq!(Log { truth: log.truth.clone(), moving: log.moving.clone(), ..back }, log, "{name}");
-        place.succeeds(&["replay", "back", "--json", "now.json"]);
+        place.tells(&["replay", "back", "--json", "now.json"]);
         let (then, now) = (place.json("then.json"), place.json("now.json"));
         assert_eq!((&then["digest"], &then["position_rmse_m"]), (&now["digest"], &now["position_rmse_m"]), "{name}");
         assert!(then["digest"].is_string(), "{name}");
@@ -145,8 +111,8 @@ fn a_radar_and_its_seat_are_found() {
     link.transform.rotation = Quaternion::of_yaw(0.25);
     let recording = Recording::new().with_odometry().with("/radar/scan", radar);
     let recording = recording.with("/tf_static", |_| TFMessage { transforms: vec![link.clone()] });
-    place.write("drive.mcap", &recording.bytes());
-    let told = place.succeeds(&["import", "drive.mcap", "--out", "log"]);
+    place.write("drive.mcap", recording.bytes());
+    let told = place.tells(&["import", "drive.mcap", "--out", "log"]);
     for words in [
         "odometry: /robot/odom, 30 messages",
         "detections: /radar/scan",
@@ -164,7 +130,7 @@ fn a_radar_and_its_seat_are_found() {
     assert!((level - 8.0 * 0.5_f64.cos()).abs() < 1e-6);
     assert!((log.sensor.mounting.forward_m, log.sensor.mounting.left_m) == (1.5, 0.0));
     assert!((log.sensor.mounting.yaw_rad - 0.25).abs() < 1e-12);
-    place.succeeds(&["replay", "log"]);
+    place.tells(&["replay", "log"]);
 }
 
 #[test]
@@ -194,7 +160,7 @@ fn landmarks_of_images_and_clouds_are_seen_from_above() {
     ];
     for (k, bytes) in bytes.iter().enumerate() {
         place.write("a.mcap", bytes);
-        let told = place.succeeds(&["import", "a.mcap", "--out", &k.to_string()]);
+        let told = place.tells(&["import", "a.mcap", "--out", &k.to_string()]);
         let log = log_folder::read(&place.path(&k.to_string())).unwrap();
         let [[range, bearing]] = log.scans[3].detections[..] else { panic!("{log:?}") };
         assert!((range - 5.0_f64.sqrt()).abs() < 1e-6 && (bearing - 0.5_f64.atan()).abs() < 1e-6, "{range} {bearing}");
@@ -221,8 +187,8 @@ fn fixes_and_truth_are_read() {
     };
     let both =
         Recording::new().with_odometry().with("/radar", radar).with("/gps/fix", gps).with("/ground_truth", truth);
-    place.write("a.mcap", &both.bytes());
-    let told = place.succeeds(&["import", "a.mcap", "--out", "gps"]);
+    place.write("a.mcap", both.bytes());
+    let told = place.tells(&["import", "a.mcap", "--out", "gps"]);
     assert!(told.contains("1 fixes without a place") && told.contains("47.000000000°"), "{told}");
     let log = log_folder::read(&place.path("gps")).unwrap();
     assert_eq!((log.fixes.len(), log.fix_noise.position_sigma_m), (29, Some(2.0)));
@@ -230,14 +196,14 @@ fn fixes_and_truth_are_read() {
     assert!(east.abs() < 1e-6 && (north / 29.0 - 30.88).abs() < 0.01, "{east} {north}");
     assert_eq!((log.truth.len(), log.truth[2].position, log.initial_pose[0]), (30, [2.0, 0.0], 0.0));
     assert!((log.initial_pose[2] - 1.0).abs() < 1e-12);
-    place.succeeds(&["import", "a.mcap", "--out", "none", "--fixes", "none", "--truth", "none"]);
+    place.tells(&["import", "a.mcap", "--out", "none", "--fixes", "none", "--truth", "none"]);
     let log = log_folder::read(&place.path("none")).unwrap();
     assert!(log.fixes.is_empty() && log.truth.is_empty() && log.fix_noise == FixNoise::default());
 
     // Poses that say nothing of their quality need a head that does.
     let poses = |k| PoseWithCovarianceStamped { header: header(k, "map"), ..PoseWithCovarianceStamped::default() };
-    place.write("b.mcap", &Recording::new().with_odometry().with("/radar", radar).with("/pose", poses).bytes());
-    let error = place.fails(&["import", "b.mcap", "--out", "b", "--fixes", "/pose"]);
+    place.write("b.mcap", Recording::new().with_odometry().with("/radar", radar).with("/pose", poses).bytes());
+    let error = fails(&place, &["import", "b.mcap", "--out", "b", "--fixes", "/pose"]);
     assert!(error.contains("position_sigma_m") && !place.path("b").exists(), "{error}");
 }
 
@@ -256,15 +222,15 @@ fn cars_need_a_head_and_poses_make_velocities() {
         velocity: vec![0.0, 2.5],
         effort: vec![],
     };
-    place.write("car.mcap", &Recording::new().with("/drive", drive).with("/radar", radar).bytes());
-    place.write("joints.mcap", &Recording::new().with("/joints", joints).with("/radar", radar).bytes());
-    let error = place.fails(&["import", "car.mcap", "--out", "log"]);
+    place.write("car.mcap", Recording::new().with("/drive", drive).with("/radar", radar).bytes());
+    place.write("joints.mcap", Recording::new().with("/joints", joints).with("/radar", radar).bytes());
+    let error = fails(&place, &["import", "car.mcap", "--out", "log"]);
     assert!(error.contains("/drive needs --head") && error.contains("ackermann"), "{error}");
     log_folder::write(&scenario::survey(1), &place.path("like")).unwrap();
     let head = place.path("like/log.toml");
     let head = head.to_str().unwrap();
     for (file, control) in [("car.mcap", [2.0, 0.125, 0.0]), ("joints.mcap", [2.5, 0.1, 0.0])] {
-        place.succeeds(&["import", file, "--out", file.trim_end_matches(".mcap"), "--head", head]);
+        place.tells(&["import", file, "--out", file.trim_end_matches(".mcap"), "--head", head]);
         let log = log_folder::read(&place.path(file.trim_end_matches(".mcap"))).unwrap();
         assert_eq!((log.odometry[3].control, log.vehicle), (control, scenario::survey(1).vehicle));
     }
@@ -276,8 +242,8 @@ fn cars_need_a_head_and_poses_make_velocities() {
         message.pose.pose.position.x = 0.5 * f64::from(k.min(20));
         message
     };
-    place.write("poses.mcap", &Recording::new().with("/odom", poses).with("/radar", radar).bytes());
-    let told = place.succeeds(&["import", "poses.mcap", "--out", "poses"]);
+    place.write("poses.mcap", Recording::new().with("/odom", poses).with("/radar", radar).bytes());
+    let told = place.tells(&["import", "poses.mcap", "--out", "poses"]);
     assert!(told.contains("made of its poses"), "{told}");
     let log = log_folder::read(&place.path("poses")).unwrap();
     assert!((log.odometry[3].control[0] - 5.0).abs() < 1e-6 && log.odometry[25].control == [0.0; 3]);
@@ -291,22 +257,22 @@ fn what_is_missing_or_wrong_is_told_in_one_line() {
     place.write("torn.mcap", &good[..good.len() / 2]);
     place.write("text.mcap", b"no recording at all");
     place.write("empty.mcap", b"");
-    place.write("still.mcap", &Recording::new().with_odometry().bytes());
-    place.write("blind.mcap", &Recording::new().with("/radar", radar).bytes());
+    place.write("still.mcap", Recording::new().with_odometry().bytes());
+    place.write("blind.mcap", Recording::new().with("/radar", radar).bytes());
     place.write(
         "two.mcap",
-        &Recording::new().with("/a/odom", odometry).with("/b/odom", odometry).with("/radar", radar).bytes(),
+        Recording::new().with("/a/odom", odometry).with("/b/odom", odometry).with("/radar", radar).bytes(),
     );
     let nan = |k| {
         let mut message = odometry(k);
         message.twist.twist.linear.x = if k == 9 { f64::NAN } else { 1.0 };
         message
     };
-    place.write("nan.mcap", &Recording::new().with("/odom", nan).with("/radar", radar).bytes());
+    place.write("nan.mcap", Recording::new().with("/odom", nan).with("/radar", radar).bytes());
     let big = |k| PointCloud2 { width: 9, height: 9, ..cloud(header(k, ""), ["x", "y"], [], [([1.0, 1.0], [])]) };
-    place.write("cloud.mcap", &Recording::new().with_odometry().with("/landmarks", big).bytes());
+    place.write("cloud.mcap", Recording::new().with_odometry().with("/landmarks", big).bytes());
     let unnamed = |k| cloud(header(k, ""), ["a"], [], [([1.0], [])]);
-    place.write("fields.mcap", &Recording::new().with_odometry().with("/landmarks", unnamed).bytes());
+    place.write("fields.mcap", Recording::new().with_odometry().with("/landmarks", unnamed).bytes());
     let cases: &[(&[&str], &[&str])] = &[
         (&["gone.mcap"], &["gone.mcap"]),
         (&["text.mcap"], &["text.mcap: no MCAP file"]),
@@ -325,14 +291,14 @@ fn what_is_missing_or_wrong_is_told_in_one_line() {
         (&["good.mcap", "--head", "text.mcap"], &["text.mcap: log.toml"]),
     ];
     for (words, expected) in cases {
-        let error = place.fails(&[&["import", "--out", "log"], *words].concat());
+        let error = fails(&place, &[&["import", "--out", "log"], *words].concat());
         assert!(error.starts_with("error: "), "{error}");
         expected.iter().for_each(|part| assert!(error.contains(part), "{words:?}: {error}"));
         assert!(!place.path("log").exists(), "{words:?}");
     }
-    let told = place.succeeds(&["import", "good.mcap", "--out", "log", "--clock", "log"]);
+    let told = place.tells(&["import", "good.mcap", "--out", "log", "--clock", "log"]);
     assert!(told.contains("odometry: /robot/odom"), "{told}");
-    assert!(place.fails(&["import", "good.mcap", "--out", "log"]).contains("not empty"));
+    assert!(fails(&place, &["import", "good.mcap", "--out", "log"]).contains("not empty"));
 }
 
 /// Wherever a recording is damaged, the program ends by itself and says so, or reads the same log.
@@ -394,7 +360,7 @@ fn the_files_of_mrclam_are_read() {
     // Two of one image, and a barcode that nobody has.
     let seen = format!("{0} 63 2.5 -0.25\n{0} 14 1.0 0.5\n{1} 99 2.0 0.1\n", times[20], times[40]);
     put("Robot1_Measurement.dat", format!("# Time barcode r b\n{seen}"));
-    let told = place.succeeds(&["import", "data", "--out", "log"]);
+    let told = place.tells(&["import", "data", "--out", "log"]);
     assert!(told.contains("1248272263 s on") && told.contains("1 detections have a barcode"), "{told}");
     let log = log_folder::read(&place.path("log")).unwrap();
     assert_eq!((log.odometry.len(), log.truth.len(), log.landmarks.len(), log.moving.len()), (200, 200, 2, 200));
@@ -402,15 +368,15 @@ fn the_files_of_mrclam_are_read() {
     let found: Vec<_> = log.scans.iter().map(|scan| (scan.t_s, scan.detections.clone(), scan.labels.clone())).collect();
     assert_eq!(found, [(0.403, vec![[2.5, -0.25], [1.0, 0.5]], vec![6, 2]), (0.703, vec![[2.0, 0.1]], vec![-1])]);
     assert_eq!((log.name.as_str(), log.nominal.range_sigma_m), ("UTIAS MRCLAM robot 1", Some(0.16)));
-    place.succeeds(&["replay", "log"]);
+    place.tells(&["replay", "log"]);
 
-    assert!(place.fails(&["import", "data", "--robot", "3", "--out", "no"]).contains("Robot3_Odometry.dat"));
+    assert!(fails(&place, &["import", "data", "--robot", "3", "--out", "no"]).contains("Robot3_Odometry.dat"));
     put("Robot1_Measurement.dat", format!("# Time barcode r b\n{} 63 far -0.25\n", times[20]));
-    let error = place.fails(&["import", "data", "--out", "no"]);
+    let error = fails(&place, &["import", "data", "--out", "no"]);
     assert!(error.contains("Robot1_Measurement.dat, line 2, column 2: not a finite number: 'far'"), "{error}");
     fs::create_dir(place.path("other")).unwrap();
-    assert!(place.fails(&["import", "other", "--out", "no"]).contains("neither the files of MRCLAM"));
-    assert!(place.fails(&["import", "data", "--out", "no", "--truth", "none"]).contains("of MCAP files alone"));
+    assert!(fails(&place, &["import", "other", "--out", "no"]).contains("neither the files of MRCLAM"));
+    assert!(fails(&place, &["import", "data", "--out", "no", "--truth", "none"]).contains("of MCAP files alone"));
 }
 
 /// A MAT-file of level 4 with matrices of doubles, column by column, and one of 16 bits.
@@ -459,7 +425,7 @@ fn the_files_of_victoria_park_are_read() {
             ("La_m", 9, list(9, |_| -41.0)),
         ]),
     );
-    let told = place.succeeds(&["import", "park", "--out", "log"]);
+    let told = place.tells(&["import", "park", "--out", "log"]);
     assert!(told.contains("80 rows of odometry, 8 scans"), "{told}");
     let log = log_folder::read(&place.path("log")).unwrap();
     assert_eq!((log.odometry[1].t_s, log.odometry[1].control), (21.965, [1.5, -0.003, 0.0]));
@@ -469,13 +435,15 @@ fn the_files_of_victoria_park_are_read() {
         assert!((range - 8.0 - 0.5 * thick).abs() < 1e-12 && bearing == 0.0, "{range} {bearing}");
     }
     assert_eq!((log.truth.len(), log.initial_pose), (9, [-67.0, -41.0, 0.6196]));
-    place.succeeds(&["replay", "log"]);
+    place.tells(&["replay", "log"]);
 
     put("aa3_dr.mat", mat(&dr[..2]));
-    let error = place.fails(&["import", "park", "--out", "no"]);
+    let error = fails(&place, &["import", "park", "--out", "no"]);
     assert!(error.contains("aa3_dr.mat: no matrix steering; there are speed, time"), "{error}");
     put("aa3_dr.mat", mat(&dr)[..300].to_vec());
-    assert!(place.fails(&["import", "park", "--out", "no"]).contains("aa3_dr.mat: it ends in the middle of a matrix"));
+    assert!(
+        fails(&place, &["import", "park", "--out", "no"]).contains("aa3_dr.mat: it ends in the middle of a matrix")
+    );
 }
 
 #[test]
@@ -514,7 +482,7 @@ y = "n"
 heading = { column = "h", unit = "deg" }
 "#;
     place.write("map.toml", map.as_bytes());
-    place.succeeds(&["import", "map.toml", "--out", "log"]);
+    place.tells(&["import", "map.toml", "--out", "log"]);
     let log = log_folder::read(&place.path("log")).unwrap();
     assert_eq!((log.name.as_str(), log.odometry[3].t_s), ("mine", 1.3));
     let [speed, rate, _] = log.odometry[3].control;
@@ -538,7 +506,7 @@ heading = { column = "h", unit = "deg" }
     ];
     for (old, new, expected) in wrong {
         place.write("wrong.toml", map.replacen(old, new, 1).as_bytes());
-        let error = place.fails(&["import", "wrong.toml", "--out", "no"]);
+        let error = fails(&place, &["import", "wrong.toml", "--out", "no"]);
         assert!(error.contains(expected), "{expected}: {error}");
     }
 }
@@ -667,8 +635,8 @@ fn a_twist_that_contradicts_its_poses_is_made_of_them() {
         ("no turn rate", &|_, message| message.twist.twist.angular.z = 0.0),
     ];
     for (k, (words, change)) in cases.iter().enumerate() {
-        place.write("a.mcap", &drive.with_odometry(change));
-        let told = place.succeeds(&["import", "a.mcap", "--out", &k.to_string()]);
+        place.write("a.mcap", drive.with_odometry(change));
+        let told = place.tells(&["import", "a.mcap", "--out", &k.to_string()]);
         assert_eq!(told.contains("made of its poses"), !words.is_empty(), "{words}: {told}");
         assert!(told.contains(words) && !told.contains("warning"), "{words}: {told}");
         let log = log_folder::read(&place.path(&k.to_string())).unwrap();
@@ -710,12 +678,12 @@ fn points_come_to_the_vehicle_whatever_frame_they_are_in() {
     ];
     for (name, words, bytes) in cases {
         place.write("a.mcap", &bytes);
-        let told = place.succeeds(&["import", "a.mcap", "--out", name]);
+        let told = place.tells(&["import", "a.mcap", "--out", name]);
         assert!(told.contains(words) && !told.contains("warning"), "{name}: {told}");
         drive.fits(&log_folder::read(&place.path(name)).unwrap(), name);
     }
-    place.write("a.mcap", &drive.with_detections(&[], in_odom("map", 7.0)));
-    let error = place.fails(&["import", "a.mcap", "--out", "no"]);
+    place.write("a.mcap", drive.with_detections(&[], in_odom("map", 7.0)));
+    let error = fails(&place, &["import", "a.mcap", "--out", "no"]);
     assert!(
         error.contains("detections are in the frame 'map'") && error.contains("neither /tf nor /tf_static"),
         "{error}"
@@ -740,7 +708,7 @@ fn stamps_that_go_back_divide_a_recording() {
         },
     ]);
     place.write("a.mcap", &bytes);
-    let error = place.fails(&["import", "a.mcap", "--out", "no"]);
+    let error = fails(&place, &["import", "a.mcap", "--out", "no"]);
     for words in [
         "/odom by 2.900 s back at message 301 (from 2023-11-14 22:13:49.900 UTC to 2023-11-14 22:13:47 UTC)",
         "/landmarks by 2.900 s back at message 301",
@@ -750,16 +718,16 @@ fn stamps_that_go_back_divide_a_recording() {
     }
     assert!(!error.contains("--clock") && !place.path("no").exists(), "{error}");
     for part in ["1", "2"] {
-        let told = place.succeeds(&["import", "a.mcap", "--out", part, "--part", part]);
+        let told = place.tells(&["import", "a.mcap", "--out", part, "--part", part]);
         assert!(told.contains(&format!("part {part} of 2 is taken")), "{told}");
         let log = log_folder::read(&place.path(part)).unwrap();
         assert_eq!((log.odometry.len(), log.scans.len()), (300, 300));
         let first = 300 * (part.parse::<usize>().unwrap() - 1);
         assert_eq!(log.odometry[0].control, drive.controls[first]);
     }
-    assert!(place.fails(&["import", "a.mcap", "--out", "no", "--part", "3"]).contains("into 2 parts"));
-    place.write("good.mcap", &drive.with_odometry(|_, _| {}));
-    let told = place.succeeds(&["import", "good.mcap", "--out", "good"]);
+    assert!(fails(&place, &["import", "a.mcap", "--out", "no", "--part", "3"]).contains("into 2 parts"));
+    place.write("good.mcap", drive.with_odometry(|_, _| {}));
+    let told = place.tells(&["import", "good.mcap", "--out", "good"]);
     assert!(told.contains("counted from 1700000000 s on (2023-11-14 22:13:20 UTC)"), "{told}");
 }
 
@@ -843,8 +811,8 @@ fn places_that_are_none_are_no_origin() {
         ),
     ];
     for (name, words, fix, count) in cases {
-        place.write("a.mcap", &recording(fix, true));
-        let told = place.succeeds(&["import", "a.mcap", "--out", name]);
+        place.write("a.mcap", recording(fix, true));
+        let told = place.tells(&["import", "a.mcap", "--out", name]);
         assert!(told.contains(words) && told.contains("lie on the true positions"), "{name}: {told}");
         let log = log_folder::read(&place.path(name)).unwrap();
         assert_eq!(log.fixes.len(), count, "{name}");
@@ -854,7 +822,7 @@ fn places_that_are_none_are_no_origin() {
     // Without a truth the way by odometry tells where the vehicle starts in the frame of the fixes.
     place.write(
         "a.mcap",
-        &recording(
+        recording(
             &|k| {
                 let mut fix = fix_at(k, [-at(k)[1], at(k)[0]]);
                 fix.status.status = if k < 100 { -1 } else { 0 };
@@ -863,7 +831,7 @@ fn places_that_are_none_are_no_origin() {
             false,
         ),
     );
-    let told = place.succeeds(&["import", "a.mcap", "--out", "start"]);
+    let told = place.tells(&["import", "a.mcap", "--out", "start"]);
     assert!(told.contains("the vehicle starts at"), "{told}");
     let log = log_folder::read(&place.path("start")).unwrap();
     let [x, y, heading] = log.initial_pose;
@@ -884,16 +852,16 @@ fn folders_of_bags_and_compressed_recordings_are_read() {
         }])
     };
     place.write("whole.mcap", &whole);
-    place.succeeds(&["import", "whole.mcap", "--out", "log"]);
+    place.tells(&["import", "whole.mcap", "--out", "log"]);
     let right = log_folder::read(&place.path("log")).unwrap();
     fs::create_dir(place.path("bag")).unwrap();
-    place.write("bag/bag_10.mcap", &part(400, 600));
-    place.write("bag/bag_9.mcap", &part(0, 400));
-    place.succeeds(&["import", "bag", "--out", "by_numbers"]);
+    place.write("bag/bag_10.mcap", part(400, 600));
+    place.write("bag/bag_9.mcap", part(0, 400));
+    place.tells(&["import", "bag", "--out", "by_numbers"]);
     let list =
         "rosbag2_bagfile_information:\n  relative_file_paths:\n    - bag/bag_9.mcap\n    - bag_10.mcap\n  duration:\n";
     place.write("bag/metadata.yaml", list.as_bytes());
-    place.succeeds(&["import", "bag", "--out", "listed"]);
+    place.tells(&["import", "bag", "--out", "listed"]);
     for name in ["by_numbers", "listed"] {
         let log = log_folder::read(&place.path(name)).unwrap();
         assert_eq!(Log { name: right.name.clone(), ..log }, right, "{name}");
@@ -909,14 +877,14 @@ fn folders_of_bags_and_compressed_recordings_are_read() {
         let (folder, out) = (format!("bag_{end}"), format!("of_{end}"));
         fs::create_dir(place.path(&folder)).unwrap();
         place.write(&format!("{folder}/bag_0.mcap.{end}"), &whole);
-        place.succeeds(&["import", &folder, "--out", &out]);
+        place.tells(&["import", &folder, "--out", &out]);
         let log = log_folder::read(&place.path(&out)).unwrap();
         assert_eq!(Log { name: right.name.clone(), ..log }, right, "{end}");
     }
     place.write("a.db3", b"SQLite format 3\0and more");
     place.write("a.bag", b"#ROSBAG V2.0\nand more");
     for (name, words) in [("a.db3", "a recording in SQLite"), ("a.bag", "a recording of ROS 1")] {
-        let error = place.fails(&["import", name, "--out", "no"]);
+        let error = fails(&place, &["import", name, "--out", "no"]);
         assert!(error.contains(words) && error.contains("rosbags-convert"), "{error}");
     }
 }
@@ -939,10 +907,10 @@ fn bearings_and_ranges_that_are_none_are_mended_or_named() {
             writer.write("/landmarks", stamp(k), &rays(k)).unwrap()
         }]);
     place.write("a.mcap", &bytes);
-    let told = place.succeeds(&["import", "a.mcap", "--out", "named"]);
+    let told = place.tells(&["import", "a.mcap", "--out", "named"]);
     assert!(told.contains("have bearings beyond half a turn") && told.contains("2400 of "), "{told}");
     assert!(told.contains("--range-below 29.997"), "{told}");
-    let told = place.succeeds(&["import", "a.mcap", "--out", "log", "--range-below", "29.997"]);
+    let told = place.tells(&["import", "a.mcap", "--out", "log", "--range-below", "29.997"]);
     assert!(told.contains("2400 detections are left out whose range is not below 29.997 m"), "{told}");
     let log = log_folder::read(&place.path("log")).unwrap();
     assert!(
@@ -966,7 +934,7 @@ fn tables_of_windows_and_of_other_languages_are_read() {
                time = \"t\"\nrange = \"r\"\nbearing = \"b\"\n";
     place.write("map.toml", map.as_bytes());
     place.write("o.csv", odometry("0,1").as_bytes());
-    let told = place.succeeds(&["import", "map.toml", "--out", "log"]);
+    let told = place.tells(&["import", "map.toml", "--out", "log"]);
     assert!(told.contains("o.csv: numbers have decimal commas") && told.contains("d.csv: numbers"), "{told}");
     let log = log_folder::read(&place.path("log")).unwrap();
     assert_eq!(
@@ -974,13 +942,13 @@ fn tables_of_windows_and_of_other_languages_are_read() {
         (1.2, [1.5, 0.1, 0.0], [5.5, -0.25])
     );
     place.write("o.csv", odometry("abc").as_bytes());
-    let error = place.fails(&["import", "map.toml", "--out", "no"]);
+    let error = fails(&place, &["import", "map.toml", "--out", "no"]);
     assert!(error.contains("o.csv, line 50, column w: not a finite number: 'abc'"), "{error}");
     place.write("o.csv", odometry("0,1").replacen("5,0;", "3,0;", 1).as_bytes());
-    let error = place.fails(&["import", "map.toml", "--out", "no"]);
+    let error = fails(&place, &["import", "map.toml", "--out", "no"]);
     assert!(error.contains("o.csv, line 52, column t: time goes back by 1.900 s"), "{error}");
     place.write("map.toml", map.replace("speed", "sped").replace("range", "rage").as_bytes());
-    let error = place.fails(&["import", "map.toml", "--out", "no"]);
+    let error = fails(&place, &["import", "map.toml", "--out", "no"]);
     for words in ["no key 'sped'", "no key 'rage'", "missing field `speed`"] {
         assert!(error.contains(words), "{words}: {error}");
     }

@@ -1,59 +1,27 @@
 //! Where the program's results go, as its users see it: files, the standard output, and what is neither.
 
-use scphd_log::log_folder;
-use scphd_worlds::scenario;
+use crate::place::Place;
 use serde_json::Value;
 use std::fs;
-use std::path::PathBuf;
-use std::process::{Command, Output};
-use tempfile::TempDir;
 
 /// A folder with a log of one second.
-struct Workplace(TempDir);
+fn workplace() -> Place {
+    Place::with_log(11)
+}
 
-impl Workplace {
-    fn new() -> Self {
-        let mut log = scenario::survey(3);
-        log.scans.truncate(11);
-        log.truth.truncate(11);
-        log.odometry.truncate(21);
-        let dir = TempDir::new().unwrap();
-        log_folder::write(&log, &dir.path().join("log")).unwrap();
-        Self(dir)
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn run(&self, args: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_scphd-sim")).args(args).current_dir(self.0.path()).output().unwrap()
-    }
-
-    /// Standard output and standard error of what has to succeed.
-    fn succeeds(&self, args: &[&str]) -> (Vec<u8>, String) {
-        let output = self.run(args);
-        assert!(output.status.success(), "{args:?}: {output:?}");
-        (output.stdout, String::from_utf8(output.stderr).unwrap())
-    }
-
-    /// The line of what has to fail for bad input.
-    fn fails(&self, args: &[&str]) -> String {
-        let output = self.run(args);
-        assert_eq!(output.status.code(), Some(2), "{args:?}: {output:?}");
-        let error = String::from_utf8(output.stderr).unwrap();
-        assert!(error.starts_with("error: ") && error.lines().count() == 1, "{args:?}: {error}");
-        error
-    }
+/// Standard output and standard error of what has to succeed.
+fn said(place: &Place, args: &[&str]) -> (Vec<u8>, String) {
+    let output = place.succeeds(args);
+    (output.stdout, String::from_utf8(output.stderr).unwrap())
 }
 
 const REPLAY: [&str; 4] = ["replay", "log", "--particles", "2"];
 
 #[test]
 fn a_dash_is_the_standard_output_and_tables_go_to_stderr() {
-    let place = Workplace::new();
+    let place = workplace();
     let json = |args: &[&str]| -> (Value, String) {
-        let (stdout, stderr) = place.succeeds(args);
+        let (stdout, stderr) = said(&place, args);
         (serde_json::from_slice(&stdout).unwrap_or_else(|error| panic!("{args:?}: {error}")), stderr)
     };
     let (run, table) = json(&[&REPLAY[..], &["--json", "-"]].concat());
@@ -68,12 +36,12 @@ fn a_dash_is_the_standard_output_and_tables_go_to_stderr() {
     let (study, _) = json(&["monte-carlo", "log", "--particles", "2", "--shard", "1/1", "--out", "-"]);
     assert!(study["results"].is_array());
 
-    let (settings, table) = place.succeeds(&["tune", "log", "--particles", "2", "--rounds", "1", "--out", "-"]);
+    let (settings, table) = said(&place, &["tune", "log", "--particles", "2", "--rounds", "1", "--out", "-"]);
     assert!(table.contains("proposed"), "{table}");
     fs::write(place.path("tuned.toml"), &settings).unwrap();
     place.succeeds(&[&REPLAY[..], &["--settings", "tuned.toml"]].concat());
     place.succeeds(&["stream", "log", "log.bin"]);
-    let (bytes, said) = place.succeeds(&["stream", "log", "-"]);
+    let (bytes, said) = said(&place, &["stream", "log", "-"]);
     assert_eq!(bytes, fs::read(place.path("log.bin")).unwrap());
     assert!(said.contains("11 scans"), "{said}");
     assert!(!place.path("-").exists());
@@ -81,7 +49,7 @@ fn a_dash_is_the_standard_output_and_tables_go_to_stderr() {
 
 #[test]
 fn what_must_not_be_replaced_is_refused_before_the_run() {
-    let place = Workplace::new();
+    let place = workplace();
     fs::create_dir(place.path("folder")).unwrap();
     fs::write(place.path("guarded"), "kept").unwrap();
     let mut permissions = fs::metadata(place.path("guarded")).unwrap().permissions();
@@ -108,34 +76,36 @@ fn what_must_not_be_replaced_is_refused_before_the_run() {
 mod unix {
     use super::*;
     use std::os::unix::fs::{FileTypeExt, PermissionsExt, symlink};
+    use std::path::PathBuf;
+    use std::process::Command;
     use std::thread;
 
     #[test]
     fn the_name_of_the_standard_output_is_the_standard_output() {
-        let place = Workplace::new();
+        let place = workplace();
         let args = [&REPLAY[..], &["--json", "/dev/stdout"]].concat();
-        let (stdout, stderr) = place.succeeds(&args);
+        let (stdout, stderr) = said(&place, &args);
         let run: Value = serde_json::from_slice(&stdout).unwrap();
         assert_eq!(run["scans"], 11);
         assert!(stderr.contains("position RMSE (m)"), "{stderr}");
         // A file that the standard output goes to, by its own name.
         let file = fs::File::create(place.path("run.json")).unwrap();
-        let mut command = Command::new(env!("CARGO_BIN_EXE_scphd-sim"));
-        command.args(&args).current_dir(place.0.path()).stdout(file).stderr(std::process::Stdio::null());
+        let mut command = place.command(&args);
+        command.stdout(file).stderr(std::process::Stdio::null());
         assert!(command.status().unwrap().success());
-        let run: Value = serde_json::from_slice(&fs::read(place.path("run.json")).unwrap()).unwrap();
+        let run: Value = place.json("run.json");
         assert_eq!(run["scans"], 11);
     }
 
     #[test]
     fn links_stay_and_lead_to_the_results() {
-        let place = Workplace::new();
+        let place = workplace();
         fs::create_dir(place.path("far")).unwrap();
         fs::write(place.path("far/run.json"), "old").unwrap();
         symlink("far/run.json", place.path("run.json")).unwrap();
         symlink("gone", place.path("nowhere")).unwrap();
         place.succeeds(&[&REPLAY[..], &["--json", "run.json"]].concat());
-        let run: Value = serde_json::from_slice(&fs::read(place.path("far/run.json")).unwrap()).unwrap();
+        let run: Value = place.json("far/run.json");
         assert_eq!(run["scans"], 11);
         assert!(fs::symlink_metadata(place.path("run.json")).unwrap().is_symlink());
         let error = place.fails(&[&REPLAY[..], &["--json", "nowhere"]].concat());
@@ -164,7 +134,7 @@ mod unix {
 
     #[test]
     fn a_fifo_is_written_through() {
-        let place = Workplace::new();
+        let place = workplace();
         let path = place.path("fifo");
         assert!(Command::new("mkfifo").arg(&path).status().unwrap().success());
         let reader = {
@@ -179,7 +149,7 @@ mod unix {
 
     #[test]
     fn a_device_is_written_through() {
-        let place = Workplace::new();
+        let place = workplace();
         let path = place.path("null");
         // A device of our own, so that a failure does no harm. Only the superuser can make one, and only the superuser can
         // replace one.
@@ -187,7 +157,7 @@ mod unix {
         let device = if made.is_ok_and(|made| made.success()) { path } else { PathBuf::from("/dev/null") };
         let device = device.to_str().unwrap();
         for args in [[&REPLAY[..], &["--json", device]].concat(), vec!["stream", "log", device]] {
-            let (stdout, _) = place.succeeds(&args);
+            let (stdout, _) = said(&place, &args);
             assert!(!stdout.is_empty(), "{args:?}");
             assert!(fs::symlink_metadata(device).unwrap().file_type().is_char_device(), "{args:?}");
         }

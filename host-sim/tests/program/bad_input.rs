@@ -1,66 +1,30 @@
 //! Input that makes no sense is refused with exit code 2 and one line that names file, row and key.
 
+use crate::folders::{self, stereo};
+use crate::place::{Place, survey_of, timeless};
 use scphd_log::log_folder;
 use scphd_worlds::scenario;
 use serde_json::Value;
 use std::fs;
-use std::path::PathBuf;
-use std::process::{Command, Output};
 use tempfile::TempDir;
 
-mod folders;
-use folders::stereo;
+/// A folder with a log in the plane in `log`, one of a unicycle in `robot` and one of a stereo camera in `stereo`.
+fn workplace() -> Place {
+    let place = Place::with_log(41);
+    let mut log = survey_of(41);
+    log.vehicle = scphd_log::log::Vehicle::UnicycleArc;
+    (log.nominal.rate_sigma_radps, log.nominal.steering_sigma_rad) = (Some(0.1), None);
+    log_folder::write(&log, &place.path("robot")).unwrap();
+    folders::put(&place.path("stereo"), &stereo());
+    place
+}
 
-/// A folder to work in, with a log in the plane in `log`, one of a unicycle in `robot` and one of a stereo camera in `stereo`.
-struct Workplace(TempDir);
-
-impl Workplace {
-    fn new() -> Self {
-        let dir = TempDir::new().unwrap();
-        let mut log = scenario::survey(3);
-        log.scans.truncate(41);
-        log.truth.truncate(41);
-        log.odometry.truncate(82);
-        log_folder::write(&log, &dir.path().join("log")).unwrap();
-        log.vehicle = scphd_log::log::Vehicle::UnicycleArc;
-        (log.nominal.rate_sigma_radps, log.nominal.steering_sigma_rad) = (Some(0.1), None);
-        log_folder::write(&log, &dir.path().join("robot")).unwrap();
-        folders::put(&dir.path().join("stereo"), &stereo());
-        Self(dir)
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn run(&self, args: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_scphd-sim")).args(args).current_dir(self.0.path()).output().unwrap()
-    }
-
-    fn succeeds(&self, args: &[&str]) -> Output {
-        let output = self.run(args);
-        assert!(output.status.success(), "{args:?}: {output:?}");
-        output
-    }
-
-    /// The line on stderr.
-    fn fails(&self, args: &[&str]) -> String {
-        let output = self.run(args);
-        assert_eq!(output.status.code(), Some(2), "{args:?}: {output:?}");
-        assert!(output.stdout.is_empty(), "{args:?}: {output:?}");
-        let error = String::from_utf8(output.stderr).unwrap();
-        assert!(error.starts_with("error: ") && error.lines().count() == 1, "{args:?}: {error}");
-        error
-    }
-
-    /// Changes a file of a log.
-    fn change(&self, file: &str, change: impl FnOnce(String) -> String) {
-        let path = self.path(file);
-        let old = fs::read_to_string(&path).unwrap();
-        let new = change(old.clone());
-        assert_ne!(new, old, "{file}");
-        fs::write(path, new).unwrap();
-    }
+/// Changes a file of a log.
+fn change(place: &Place, file: &str, change: impl FnOnce(String) -> String) {
+    let old = fs::read_to_string(place.path(file)).unwrap();
+    let new = change(old.clone());
+    assert_ne!(new, old, "{file}");
+    place.write(file, new);
 }
 
 /// The rows below the header with a column changed.
@@ -170,8 +134,8 @@ fn logs_that_make_no_sense_are_refused() {
         ("stereo", "odometry.csv", late, &["odometry.csv, row 2", "column t_s", "after the last scan"]),
     ];
     for (log, file, change, parts) in cases {
-        let place = Workplace::new();
-        place.change(&format!("{log}/{file}"), change);
+        let place = workplace();
+        self::change(&place, &format!("{log}/{file}"), change);
         let error = place.fails(&["replay", log, "--json", "run.json", "--out", "out"]);
         assert!(parts.iter().all(|part| error.contains(part)), "{error}");
         assert!(!place.path("run.json").exists() && !place.path("out").exists(), "{error}");
@@ -180,7 +144,7 @@ fn logs_that_make_no_sense_are_refused() {
 
 #[test]
 fn settings_with_which_nothing_can_be_mapped_are_refused() {
-    let place = Workplace::new();
+    let place = workplace();
     let cases = [
         (
             "log",
@@ -197,7 +161,7 @@ fn settings_with_which_nothing_can_be_mapped_are_refused() {
         ("stereo", "[filter]\nbirth_intensity = 1e-30", ["filter.birth_intensity = ", "no feature is ever born"]),
     ];
     for (log, text, parts) in cases {
-        fs::write(place.path("bad.toml"), text).unwrap();
+        place.write("bad.toml", text);
         let error = place.fails(&["replay", log, "--settings", "bad.toml", "--json", "run.json"]);
         assert!(parts.iter().all(|part| error.contains(part)), "{text}: {error}");
     }
@@ -205,7 +169,7 @@ fn settings_with_which_nothing_can_be_mapped_are_refused() {
 
 #[test]
 fn an_estimate_worse_than_dead_reckoning_is_told() {
-    let place = Workplace::new();
+    let place = workplace();
     // Odometry is the truth, and the filter is told that it is worth nothing.
     let mut log = scenario::survey(1);
     log.scans.truncate(41);
@@ -227,7 +191,7 @@ fn an_estimate_worse_than_dead_reckoning_is_told() {
         told.starts_with("warning: survey by scphd f32: the estimate is worse than dead reckoning (seed 1: "),
         "{told}"
     );
-    let json = |file: &str| -> Value { serde_json::from_slice(&fs::read(place.path(file)).unwrap()).unwrap() };
+    let json = |file: &str| -> Value { place.json(file) };
     assert_eq!(json("run.json")["worse_than_dead_reckoning"], true);
     let output = place.succeeds(&[&args[..], &["--repeat", "2"]].concat());
     assert!(String::from_utf8(output.stderr).unwrap().contains("worse than dead reckoning in 2 of 2 runs"));
@@ -243,7 +207,7 @@ fn an_estimate_worse_than_dead_reckoning_is_told() {
 
 #[test]
 fn unknown_names_list_all_scenarios() {
-    let place = Workplace::new();
+    let place = workplace();
     let cases: [&[&str]; 7] = [
         &["run", "nosuch"],
         &["export", "nosuch", "dir"],
@@ -265,12 +229,12 @@ fn unknown_names_list_all_scenarios() {
 /// Every command takes a scenario before a folder of its name, and `./NAME` for the folder.
 #[test]
 fn a_scenario_goes_before_a_folder_of_its_name() {
-    let place = Workplace::new();
+    let place = workplace();
     for name in ["survey", "girona-tank"] {
         // Not even a log: a command that looks at the folder fails.
         fs::create_dir(place.path(name)).unwrap();
     }
-    fs::write(place.path("few.toml"), "[filter]\nmax_components = 5\n").unwrap();
+    place.write("few.toml", "[filter]\nmax_components = 5\n");
     let few = ["--particles", "1", "--settings", "few.toml"];
     let commands: [&[&str]; 5] = [
         &["settings", "survey"],
@@ -294,7 +258,7 @@ fn a_scenario_goes_before_a_folder_of_its_name() {
 
 #[test]
 fn numbers_that_are_none_are_named() {
-    let place = Workplace::new();
+    let place = workplace();
     let cases: [(&[&str], &[&str]); 9] = [
         (&["run", "survey", "--particles", "-1"], &["'-1'", "--particles", "must be a whole number and not negative"]),
         (&["run", "survey", "--particles", "1.5"], &["'1.5'", "--particles", "must be a whole number"]),
@@ -312,20 +276,14 @@ fn numbers_that_are_none_are_named() {
     }
 }
 
-/// The figures of a run without the times, which no two runs share.
-fn timeless(mut run: Value) -> Value {
-    run.as_object_mut().unwrap().retain(|key, _| !key.starts_with("scan_us"));
-    run
-}
-
 #[test]
 fn the_job_without_a_command_has_the_settings_of_its_scenario() {
-    let place = Workplace::new();
+    let place = workplace();
     // As many particles as it has by default, and so few components that this is quick.
-    fs::write(place.path("quick.toml"), "[filter]\nmax_components = 3\n").unwrap();
+    place.write("quick.toml", "[filter]\nmax_components = 3\n");
     let line = "settings: those that `scphd-sim settings survey --settings quick.toml` prints";
     let quick = ["--settings", "quick.toml", "--json", "run.json"];
-    let json = || -> Value { serde_json::from_slice(&fs::read(place.path("run.json")).unwrap()).unwrap() };
+    let json = || -> Value { place.json("run.json") };
     let output = place.succeeds(&[&["run", "survey", "--filter", "core"][..], &quick].concat());
     assert_eq!(String::from_utf8(output.stdout).unwrap().lines().last(), Some(line));
     let run = json();
@@ -338,11 +296,11 @@ fn the_job_without_a_command_has_the_settings_of_its_scenario() {
 
 #[test]
 fn threads_weigh_in_space_too() {
-    let place = Workplace::new();
+    let place = workplace();
     let run = |threads: &str| -> Value {
         let sizes = ["--particles", "12", "--samples", "2", "--json", "run.json"];
         place.succeeds(&[&["replay", "stereo", "--threads", threads][..], &sizes].concat());
-        timeless(serde_json::from_slice(&fs::read(place.path("run.json")).unwrap()).unwrap())
+        timeless(place.json("run.json"))
     };
     let alone = run("1");
     assert!(alone["digest"].is_string());
@@ -355,11 +313,11 @@ fn threads_weigh_in_space_too() {
 
 #[test]
 fn a_joint_map_works_in_space_too() {
-    let place = Workplace::new();
+    let place = workplace();
     let run = |precision: &str| {
         let args = ["replay", "stereo", "--filter", "joint", "--precision", precision, "--json", "run.json"];
         place.succeeds(&args);
-        serde_json::from_slice::<Value>(&fs::read(place.path("run.json")).unwrap()).unwrap()
+        place.json("run.json")
     };
     let (single, double) = (run("f32"), run("f64"));
     assert_eq!((&single["filter"], &single["particles"]), (&"joint".into(), &1.into()));
@@ -370,11 +328,11 @@ fn a_joint_map_works_in_space_too() {
 
 #[test]
 fn studies_of_stereo_logs_work() {
-    let place = Workplace::new();
+    let place = workplace();
     let with = |json: &str, more: &[&str]| {
         let study = ["monte-carlo", "stereo", "--particles", "3", "--json", json];
         place.succeeds(&[&study[..], more].concat());
-        serde_json::from_slice::<Value>(&fs::read(place.path(json)).unwrap()).unwrap()
+        place.json(json)
     };
     let one = with("one.json", &[]);
     assert_eq!((&one["runs"], &one["filter"]), (&1.into(), &"scphd".into()));
@@ -382,7 +340,7 @@ fn studies_of_stereo_logs_work() {
     assert_eq!((&both[0]["runs"], &both[1]["filter"]), (&4.into(), &"joint".into()));
     // A single run is the first of a study.
     place.succeeds(&["replay", "stereo", "--particles", "3", "--seed", "0", "--json", "run.json"]);
-    let run: Value = serde_json::from_slice(&fs::read(place.path("run.json")).unwrap()).unwrap();
+    let run: Value = place.json("run.json");
     let [error, expected] =
         [&one["position_error_final_m"], &run["final_position_error_m"]].map(|value| value.as_f64().unwrap());
     assert!((error - expected).abs() < 1e-12, "{error} {expected}");
@@ -403,12 +361,12 @@ fn studies_of_stereo_logs_work() {
 
 #[test]
 fn stereo_logs_are_compared_with_the_reference_too() {
-    let place = Workplace::new();
+    let place = workplace();
     let args = ["compare", "stereo", "--precision", "f64", "--particles", "3", "--json", "compared.json"];
     place.succeeds(&[&args[..], &["--out", "tables"]].concat());
     let rows = fs::read_to_string(place.path("tables/compare-f64.csv")).unwrap();
     assert_eq!(rows.lines().count(), 1 + folders::FRAMES, "{rows}");
-    let list: Value = serde_json::from_slice(&fs::read(place.path("compared.json")).unwrap()).unwrap();
+    let list: Value = place.json("compared.json");
     for field in ["ln_likelihood", "component_weight", "mean"] {
         assert!(list[0][field].as_f64().unwrap() < 1e-9, "{field}: {list}");
     }
@@ -417,7 +375,7 @@ fn stereo_logs_are_compared_with_the_reference_too() {
 /// Commands that once knew the plane alone.
 #[test]
 fn stereo_logs_are_tuned_and_studied_in_variants() {
-    let place = Workplace::new();
+    let place = workplace();
     let few = ["--rounds", "1", "--runs", "1", "--truth", "--out", "tuned.toml"];
     let printed = place.succeeds(&[&["tune", "stereo"][..], &few].concat());
     let printed = String::from_utf8(printed.stdout).unwrap();
@@ -428,9 +386,9 @@ fn stereo_logs_are_tuned_and_studied_in_variants() {
     assert!(place.fails(&["tune", "stereo", "--filter", "reference"]).contains("in space"));
 
     let variants = "[[variant]]\nname = 'as it is'\n[[variant]]\nname = 'coarse'\nset.camera = { detection = 0.5 }\n";
-    fs::write(place.path("v.toml"), variants).unwrap();
+    place.write("v.toml", variants);
     place.succeeds(&["monte-carlo", "stereo", "--particles", "3", "--variants", "v.toml", "--json", "v.json"]);
-    let list: Value = serde_json::from_slice(&fs::read(place.path("v.json")).unwrap()).unwrap();
+    let list: Value = place.json("v.json");
     assert_eq!((&list[0]["filter"], &list[1]["filter"]), (&"as it is".into(), &"coarse".into()));
     assert_eq!(list[1]["settings"]["camera"]["detection"], 0.5);
 }

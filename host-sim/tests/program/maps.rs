@@ -1,21 +1,6 @@
 //! A map that one drive leaves, and others that start in it.
 
-use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
-use tempfile::TempDir;
-
-/// Runs the program in a folder.
-fn run(dir: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_scphd-sim")).args(args).current_dir(dir).output().unwrap()
-}
-
-/// What it prints.
-fn succeeds(dir: &Path, args: &[&str]) -> String {
-    let output = run(dir, args);
-    assert!(output.status.success(), "{args:?}: {output:?}");
-    String::from_utf8(output.stdout).unwrap()
-}
+use crate::place::Place;
 
 /// The line of what it prints that tells the digest.
 fn digest(printed: &str) -> &str {
@@ -24,10 +9,9 @@ fn digest(printed: &str) -> &str {
 
 #[test]
 fn a_second_drive_finds_itself_in_the_map_of_the_first() {
-    let place = TempDir::new().unwrap();
-    let dir = place.path();
+    let place = Place::new();
     let of = |seed, more: &[&str]| {
-        succeeds(dir, &[&["run", "survey", "--filter", "joint", "--scenario-seed", seed], more].concat())
+        place.prints(&[&["run", "survey", "--filter", "joint", "--scenario-seed", seed], more].concat())
     };
     let first = of("1", &["--save-map", "survey.map"]);
     assert_eq!(digest(&first), digest(&of("1", &[])), "to save a map changes nothing");
@@ -41,9 +25,8 @@ fn a_second_drive_finds_itself_in_the_map_of_the_first() {
 
 #[test]
 fn what_is_no_map_is_refused() {
-    let place = TempDir::new().unwrap();
-    let dir = place.path();
-    fs::write(dir.join("no.map"), "no map").unwrap();
+    let place = Place::new();
+    place.write("no.map", "no map");
     let cases: [(&[&str], &str); 6] = [
         (&["run", "survey", "--filter", "joint", "--map", "nowhere.map"], "nowhere.map"),
         (&["run", "survey", "--filter", "joint", "--map", "no.map"], "the map of another drive"),
@@ -53,9 +36,7 @@ fn what_is_no_map_is_refused() {
         (&["run", "survey", "--filter", "joint", "--repeat", "2", "--save-map", "a.map"], "single run"),
     ];
     for (args, part) in cases {
-        let output = run(dir, args);
-        let error = String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.code() == Some(2) && error.contains(part), "{args:?}: {error}");
-        assert!(!dir.join("a.map").exists());
+        let error = place.fails(args);
+        assert!(error.contains(part), "{args:?}: {error}");
     }
 }

@@ -1,13 +1,8 @@
 //! The program as its users see it: exit codes, messages, files.
 
-use scphd_log::log::Log;
-use scphd_log::log_folder;
-use scphd_worlds::scenario;
+use crate::place::{Place, names, timeless};
 use serde_json::Value;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-use tempfile::TempDir;
 
 /// What `--out` leaves for a single run.
 const FILES: [&str; 9] = [
@@ -22,93 +17,32 @@ const FILES: [&str; 9] = [
     "truth.tum",
 ];
 
-/// The first four seconds of the survey.
-fn short_log() -> Log {
-    let mut log = scenario::survey(3);
-    log.scans.truncate(41);
-    log.truth.truncate(41);
-    log.odometry.truncate(80);
-    log
+/// The first four seconds of the survey in `log`, and an empty folder `results`.
+fn workplace() -> Place {
+    let place = Place::with_log(41);
+    fs::create_dir(place.path("results")).unwrap();
+    place
 }
 
-/// A folder to work in, with the short log in `log` and an empty folder `results`.
-struct Workplace(TempDir);
-
-impl Workplace {
-    fn new() -> Self {
-        let dir = TempDir::new().unwrap();
-        log_folder::write(&short_log(), &dir.path().join("log")).unwrap();
-        fs::create_dir(dir.path().join("results")).unwrap();
-        Self(dir)
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    /// Runs the program in here.
-    fn run(&self, args: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_scphd-sim")).args(args).current_dir(self.0.path()).output().unwrap()
-    }
-
-    /// What it prints.
-    fn succeeds(&self, args: &[&str]) -> String {
-        let output = self.run(args);
-        assert!(output.status.success(), "{args:?}: {output:?}");
-        String::from_utf8(output.stdout).unwrap()
-    }
-
-    /// The line it tells on stderr when it has to fail for bad input, without leaving anything anywhere.
-    fn fails(&self, args: &[&str]) -> String {
-        let before = names(self.0.path());
-        let output = self.run(args);
-        assert_eq!(output.status.code(), Some(2), "{args:?}: {output:?}");
-        assert!(output.stdout.is_empty(), "{args:?}: {output:?}");
-        let error = String::from_utf8(output.stderr).unwrap();
-        assert!(error.starts_with("error: ") && error.lines().count() == 1, "{args:?}: {error}");
-        assert_eq!(names(&self.path("results")), [""; 0], "{args:?}");
-        assert_eq!(names(self.0.path()), before, "{args:?}");
-        println!("{args:?}: {error}");
-        error
-    }
-
-    /// The JSON object of a replay of the log.
-    fn replay(&self, more: &[&str]) -> Value {
-        let mut args = vec!["replay", "log", "--particles", "4", "--json", "results/run.json"];
-        args.extend(more);
-        self.succeeds(&args);
-        serde_json::from_slice(&fs::read(self.path("results/run.json")).unwrap()).unwrap()
-    }
-}
-
-/// Names in a folder, sorted.
-fn names(dir: &Path) -> Vec<String> {
-    let mut names: Vec<String> =
-        fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
-}
-
-/// The object without the times, which no two runs share.
-fn timeless(mut summary: Value) -> Value {
-    let fields = summary.as_object_mut().unwrap();
-    fields.retain(|key, _| !key.starts_with("scan_us"));
-    summary
+/// The JSON object of a replay of the log.
+fn replay(place: &Place, more: &[&str]) -> Value {
+    place.succeeds(&[&["replay", "log", "--particles", "4", "--json", "results/run.json"], more].concat());
+    place.json("results/run.json")
 }
 
 #[test]
 fn errors_are_held_against_the_covariance_of_the_truth_too() {
-    let place = Workplace::new();
-    let exact = place.replay(&[]);
-    let noisy = place.replay(&["--truth-sigma", "1"]);
+    let place = workplace();
+    let exact = replay(&place, &[]);
+    let noisy = replay(&place, &["--truth-sigma", "1"]);
     let nees = |run: &Value| run["nees_median"].as_f64().unwrap();
     assert!(nees(&noisy) < 0.1 * nees(&exact), "{} {}", nees(&noisy), nees(&exact));
     assert_eq!((&noisy["digest"], &noisy["position_rmse_m"]), (&exact["digest"], &exact["position_rmse_m"]));
     // The log may say so itself.
     let head = fs::read_to_string(place.path("log/log.toml")).unwrap();
     fs::write(place.path("log/log.toml"), format!("truth_sigma_m = 1\n{head}")).unwrap();
-    assert_eq!(place.replay(&[])["nees_median"], noisy["nees_median"]);
-    assert_eq!(place.replay(&["--truth-sigma", "0"])["nees_median"], exact["nees_median"]);
+    assert_eq!(replay(&place, &[])["nees_median"], noisy["nees_median"]);
+    assert_eq!(replay(&place, &["--truth-sigma", "0"])["nees_median"], exact["nees_median"]);
     fs::remove_file(place.path("results/run.json")).unwrap();
     let error = place.fails(&["replay", "log", "--truth-sigma", "-1"]);
     assert!(error.contains("--truth-sigma"), "{error}");
@@ -131,7 +65,7 @@ fn bad_logs_are_refused_by_file_row_and_column() {
         ("log.toml", "ackermann", "tricycle", &["log.toml", "vehicle.model", "tricycle"]),
     ];
     for (file, from, to, parts) in cases {
-        let place = Workplace::new();
+        let place = workplace();
         let path = place.path("log").join(file);
         let good = fs::read_to_string(&path).unwrap();
         assert!(good.contains(from), "{file}: {from}");
@@ -140,7 +74,7 @@ fn bad_logs_are_refused_by_file_row_and_column() {
         assert!(parts.iter().all(|part| error.contains(part)), "{error}");
     }
     for file in ["log.toml", "odometry.csv", "scans.csv", "detections.csv"] {
-        let place = Workplace::new();
+        let place = workplace();
         fs::remove_file(place.path("log").join(file)).unwrap();
         let error = place.fails(&["replay", "log", "--out", "results/out"]);
         assert!(error.contains(&format!("{file}: missing")), "{error}");
@@ -149,7 +83,7 @@ fn bad_logs_are_refused_by_file_row_and_column() {
 
 #[test]
 fn bad_settings_are_refused_by_file_field_and_range() {
-    let place = Workplace::new();
+    let place = workplace();
     let cases: [(&str, &[&str]); 8] = [
         ("[filter]\nparticles = 0", &["filter.particles", "1 to 65536"]),
         ("[filter]\nparticles = 5000", &["5000 particles", "1024"]),
@@ -173,7 +107,7 @@ fn bad_settings_are_refused_by_file_field_and_range() {
 
 #[test]
 fn bad_arguments_are_refused() {
-    let place = Workplace::new();
+    let place = workplace();
     fs::write(place.path("file"), "").unwrap();
     let cases: [(&[&str], &[&str]); 28] = [
         (&["replay", "nowhere"], &["nowhere", "missing"]),
@@ -213,9 +147,9 @@ fn bad_arguments_are_refused() {
 
 #[test]
 fn a_replay_leaves_its_figures_tables_and_plots() {
-    let place = Workplace::new();
+    let place = workplace();
     let args = ["replay", "log", "--particles", "4", "--json", "results/run.json", "--out", "results/a/b"];
-    let printed = place.succeeds(&args);
+    let printed = place.prints(&args);
     for part in ["survey", "scphd", "f32", "position RMSE (m)", "health, scphd f32: "] {
         assert!(printed.contains(part), "{printed}");
     }
@@ -236,55 +170,55 @@ fn a_replay_leaves_its_figures_tables_and_plots() {
 
 #[test]
 fn the_seed_decides_everything_but_the_time() {
-    let place = Workplace::new();
+    let place = workplace();
     for precision in ["f32", "f64"] {
-        let first = place.replay(&["--precision", precision, "--seed", "7"]);
-        let second = place.replay(&["--precision", precision, "--seed", "7"]);
-        let other = place.replay(&["--precision", precision, "--seed", "8"]);
+        let first = replay(&place, &["--precision", precision, "--seed", "7"]);
+        let second = replay(&place, &["--precision", precision, "--seed", "7"]);
+        let other = replay(&place, &["--precision", precision, "--seed", "8"]);
         assert!(first["digest"].is_string());
         assert_eq!(timeless(first.clone()), timeless(second));
         assert_ne!(first["digest"], other["digest"]);
         assert_eq!(first["precision"], precision);
     }
-    let first = place.replay(&["--filter", "reference", "--seed", "7"]);
-    assert_eq!(timeless(first.clone()), timeless(place.replay(&["--filter", "reference", "--seed", "7"])));
+    let first = replay(&place, &["--filter", "reference", "--seed", "7"]);
+    assert_eq!(timeless(first.clone()), timeless(replay(&place, &["--filter", "reference", "--seed", "7"])));
     assert!(first["digest"].is_null() && first["state_bytes"].is_null());
     assert_eq!(first["filter"], "reference");
 }
 
 #[test]
 fn threads_change_nothing_but_the_time() {
-    let place = Workplace::new();
-    let alone = place.replay(&["--seed", "7"]);
-    assert_eq!(timeless(alone), timeless(place.replay(&["--seed", "7", "--threads", "3"])));
+    let place = workplace();
+    let alone = replay(&place, &["--seed", "7"]);
+    assert_eq!(timeless(alone), timeless(replay(&place, &["--seed", "7", "--threads", "3"])));
 }
 
 #[test]
 fn an_exported_scenario_replays_as_it_runs() {
-    let place = Workplace::new();
+    let place = workplace();
     // A scenario runs the recursion of the thesis by default, a log what goes beyond it too.
     let few = "[filter]\nparticles = 2\nproposal = \"informed\"\nunconfirmed_weight = 0.5\nextraction = \"peaks\"\n\
         [sensor]\nclutter_per_scan = 25\n";
     fs::write(place.path("few.toml"), few).unwrap();
     let tuned = ["--settings", "few.toml", "--seed", "5", "--json", "run.json"];
-    let summary = || -> Value { serde_json::from_slice(&fs::read(place.path("run.json")).unwrap()).unwrap() };
-    place.succeeds(&[&["run", "survey", "--scenario-seed", "9"][..], &tuned].concat());
+    let summary = || -> Value { place.json("run.json") };
+    place.prints(&[&["run", "survey", "--scenario-seed", "9"][..], &tuned].concat());
     let run = summary();
-    place.succeeds(&["export", "survey", "exported", "--seed", "9"]);
-    place.succeeds(&[&["replay", "exported", "--filter", "core"][..], &tuned].concat());
+    place.prints(&["export", "survey", "exported", "--seed", "9"]);
+    place.prints(&[&["replay", "exported", "--filter", "core"][..], &tuned].concat());
     assert_eq!(timeless(summary()), timeless(run.clone()));
     assert_eq!((&run["seed"], &run["particles"]), (&5.into(), &2.into()));
     // Without a seed of its own the scenario takes the filter's.
-    place.succeeds(&[&["run", "survey"][..], &tuned].concat());
+    place.prints(&[&["run", "survey"][..], &tuned].concat());
     assert_ne!(summary()["dead_reckoning_rmse_m"], run["dead_reckoning_rmse_m"]);
 }
 
 #[test]
 fn a_log_gets_a_joint_map_where_nothing_asks_for_what_it_has_not() {
-    let place = Workplace::new();
+    let place = workplace();
     let filter = |args: &[&str]| {
-        place.succeeds(&[&["replay", "log", "--json", "run.json"][..], args].concat());
-        let run: Value = serde_json::from_slice(&fs::read(place.path("run.json")).unwrap()).unwrap();
+        place.prints(&[&["replay", "log", "--json", "run.json"][..], args].concat());
+        let run: Value = place.json("run.json");
         (run["filter"].as_str().unwrap().to_owned(), run["particles"].as_u64().unwrap())
     };
     assert_eq!(filter(&[]), ("joint".into(), 1));
@@ -304,7 +238,7 @@ fn a_log_gets_a_joint_map_where_nothing_asks_for_what_it_has_not() {
 /// Every option, and a setting of every section, with every filter: it is used, or refused by its name. Nothing is ignored.
 #[test]
 fn what_a_filter_does_not_use_is_refused_by_name() {
-    let place = Workplace::new();
+    let place = workplace();
     let files = [
         ("filter.prune_weight", "[filter]\nprune_weight = 0.004", "core reference"),
         ("filter.proposal_rounds", "[filter]\nproposal_rounds = 2", "core"),
@@ -327,7 +261,7 @@ fn what_a_filter_does_not_use_is_refused_by_name() {
         let check = |args: &[&str], what: &str, users: &str| {
             let args = [&["replay", "log", "--filter", filter], args].concat();
             if users.split(' ').any(|user| user == filter) {
-                place.succeeds(&args);
+                place.prints(&args);
             } else {
                 let error = place.fails(&args);
                 assert!(error.contains(what) && error.contains("not used by --filter"), "{filter} {what}: {error}");
@@ -347,15 +281,15 @@ fn what_a_filter_does_not_use_is_refused_by_name() {
         }
     }
     // A file with all settings as they are asks for nothing.
-    let all = place.succeeds(&["settings", "log"]);
+    let all = place.prints(&["settings", "log"]);
     assert!(all.contains("for --filter core, reference alone"), "{all}");
     fs::write(place.path("all.toml"), all).unwrap();
     for filter in ["core", "joint", "ekf"] {
-        place.succeeds(&["replay", "log", "--filter", filter, "--settings", "all.toml"]);
+        place.prints(&["replay", "log", "--filter", filter, "--settings", "all.toml"]);
     }
     // Of several filters one is enough.
     fs::write(place.path("one.toml"), files[3].1).unwrap();
-    place.succeeds(&[
+    place.prints(&[
         "monte-carlo",
         "log",
         "--filter",
@@ -371,30 +305,30 @@ fn what_a_filter_does_not_use_is_refused_by_name() {
 
 #[test]
 fn what_tune_proposes_can_be_replayed() {
-    let place = Workplace::new();
-    place.succeeds(&["export", "survey", "exported"]);
+    let place = workplace();
+    place.prints(&["export", "survey", "exported"]);
     let few = ["--rounds", "1", "--runs", "1", "--particles", "2", "--truth"];
-    let printed = place.succeeds(&[&["tune", "exported", "--out", "tuned.toml"][..], &few].concat());
+    let printed = place.prints(&[&["tune", "exported", "--out", "tuned.toml"][..], &few].concat());
     for part in ["sensor.range_sigma_m", "proposed", "nats a measurement", "held-out RMSE (m)"] {
         assert!(printed.contains(part), "{printed}");
     }
     let tuned = fs::read_to_string(place.path("tuned.toml")).unwrap();
     let particles = tuned.lines().find(|line| line.starts_with("particles = 2 ")).unwrap();
     assert!(particles.ends_with("# command line, --particles"), "{tuned}");
-    let printed = place.succeeds(&[&["tune", "survey", "--count", "2"][..], &few].concat());
+    let printed = place.prints(&[&["tune", "survey", "--count", "2"][..], &few].concat());
     assert!(printed.contains("2 logs, proposals in ") && printed.lines().count() == 3, "{printed}");
     assert!(place.fails(&["tune", "exported", "--count", "2"]).contains("--count"));
     assert!(place.fails(&["tune", "exported", "--until", "0"]).contains("--until"));
     assert!(place.fails(&["tune", "exported", "--filter", "ekf"]).contains("--filter"));
-    place.succeeds(&["replay", "exported", "--filter", "core", "--settings", "tuned.toml"]);
+    place.prints(&["replay", "exported", "--filter", "core", "--settings", "tuned.toml"]);
     place.fails(&["tune", "nowhere"]);
     place.fails(&["tune", "exported", "--rounds", "0"]);
 }
 
 #[test]
 fn the_job_without_a_command_shows_the_recommended_filter_first() {
-    let place = Workplace::new();
-    let printed = place.succeeds(&["--particles", "2", "--json", "results/all.json"]);
+    let place = workplace();
+    let printed = place.prints(&["--particles", "2", "--json", "results/all.json"]);
     assert!(printed.contains("reference"), "{printed}");
     let folders = ["joint-f32", "reference-f64", "scphd-f32"];
     let plots = ["error.png", "error.svg", "report.html", "trajectory.png", "trajectory.svg"];
@@ -405,7 +339,7 @@ fn the_job_without_a_command_shows_the_recommended_filter_first() {
         let folder = place.path("out").join(folder);
         assert_eq!(names(&folder), ["estimate.tum", "map.csv", "moving.csv", "scans.csv", "truth.tum"]);
     }
-    let list: Value = serde_json::from_slice(&fs::read(place.path("results/all.json")).unwrap()).unwrap();
+    let list: Value = place.json("results/all.json");
     let list = list.as_array().unwrap();
     let filters: Vec<&Value> = list.iter().map(|run| &run["filter"]).collect();
     assert_eq!(filters, ["joint", "scphd", "reference"]);
@@ -417,9 +351,9 @@ fn the_job_without_a_command_shows_the_recommended_filter_first() {
 
 #[test]
 fn filter_and_reference_agree_in_lockstep() {
-    let place = Workplace::new();
+    let place = workplace();
     let sizes = ["compare", "log", "--particles", "4", "--samples", "3", "--seed", "5"];
-    let printed = place.succeeds(&[&sizes[..], &["--json", "results/c.json", "--out", "results/out"]].concat());
+    let printed = place.prints(&[&sizes[..], &["--json", "results/c.json", "--out", "results/out"]].concat());
     for part in ["f32", "f64", "4 × 3", "predicted position (m)", "scans short of room"] {
         assert!(printed.contains(part), "{printed}");
     }
@@ -428,7 +362,7 @@ fn filter_and_reference_agree_in_lockstep() {
     assert!(rows.starts_with("t_s,scans,predicted_position_m,"), "{rows}");
     assert_eq!(rows.lines().count(), 42);
 
-    let list: Value = serde_json::from_slice(&fs::read(place.path("results/c.json")).unwrap()).unwrap();
+    let list: Value = place.json("results/c.json");
     let list = list.as_array().unwrap();
     assert_eq!(list.len(), 2);
     for (object, precision) in list.iter().zip(["f32", "f64"]) {
@@ -441,39 +375,39 @@ fn filter_and_reference_agree_in_lockstep() {
         let difference = list[1][field].as_f64().unwrap();
         assert!(difference < 1e-9, "{field}: {difference}");
     }
-    place.succeeds(&["compare", "log", "--precision", "f64", "--particles", "2", "--json", "results/one.json"]);
-    let list: Value = serde_json::from_slice(&fs::read(place.path("results/one.json")).unwrap()).unwrap();
+    place.prints(&["compare", "log", "--precision", "f64", "--particles", "2", "--json", "results/one.json"]);
+    let list: Value = place.json("results/one.json");
     assert_eq!(list.as_array().unwrap().len(), 1);
     assert_eq!(list[0]["precision"], "f64");
 }
 
 #[test]
 fn repeated_runs_are_single_runs_with_consecutive_seeds() {
-    let place = Workplace::new();
+    let place = workplace();
     let list = |args: &[&str]| -> Vec<Value> {
-        place.succeeds(&[args, &["--particles", "4", "--json", "results/list.json"]].concat());
-        let list: Value = serde_json::from_slice(&fs::read(place.path("results/list.json")).unwrap()).unwrap();
+        place.prints(&[args, &["--particles", "4", "--json", "results/list.json"]].concat());
+        let list: Value = place.json("results/list.json");
         list.as_array().unwrap().iter().cloned().map(timeless).collect()
     };
     let three = list(&["replay", "log", "--seed", "7", "--repeat", "3"]);
-    let singly = ["7", "8", "9"].map(|seed| timeless(place.replay(&["--seed", seed])));
+    let singly = ["7", "8", "9"].map(|seed| timeless(replay(&place, &["--seed", seed])));
     assert_eq!(three, singly);
     assert_eq!(list(&["replay", "log", "--seed", "7", "--repeat", "3", "--jobs", "2"]), three);
 
     let logs = list(&["replay", "log", "log", "--seed", "7", "--repeat", "2", "--jobs", "3"]);
     assert_eq!(logs, [&three[..2], &three[..2]].concat());
-    let printed = place.succeeds(&["replay", "log", "log", "--particles", "4"]);
+    let printed = place.prints(&["replay", "log", "log", "--particles", "4"]);
     assert_eq!(printed.lines().filter(|line| line.trim_start().starts_with("survey")).count(), 2, "{printed}");
     assert!(printed.contains("mean over logs"), "{printed}");
 }
 
 #[test]
 fn a_repeated_scenario_takes_its_noise_from_the_seed_of_the_run() {
-    let place = Workplace::new();
+    let place = workplace();
     let dead_reckoning = |more: &[&str]| -> Vec<Value> {
         let args = ["run", "survey", "--particles", "2", "--repeat", "2", "--json", "results/list.json"];
-        place.succeeds(&[&args[..], more].concat());
-        let list: Value = serde_json::from_slice(&fs::read(place.path("results/list.json")).unwrap()).unwrap();
+        place.prints(&[&args[..], more].concat());
+        let list: Value = place.json("results/list.json");
         list.as_array().unwrap().iter().map(|run| run["dead_reckoning_rmse_m"].clone()).collect()
     };
     let own = dead_reckoning(&[]);
@@ -483,15 +417,15 @@ fn a_repeated_scenario_takes_its_noise_from_the_seed_of_the_run() {
 }
 
 /// The figures of a study without the times.
-fn figures(place: &Workplace, file: &str) -> Value {
-    timeless(serde_json::from_slice(&fs::read(place.path(file)).unwrap()).unwrap())
+fn figures(place: &Place, file: &str) -> Value {
+    timeless(place.json(file))
 }
 
 #[test]
 fn a_study_is_the_same_on_any_number_of_threads_and_in_parts() {
-    let place = Workplace::new();
+    let place = workplace();
     let study = ["monte-carlo", "log", "--runs", "5", "--particles", "4"];
-    let with = |more: &[&str]| place.succeeds(&[&study[..], more].concat());
+    let with = |more: &[&str]| place.prints(&[&study[..], more].concat());
     let printed = with(&["--jobs", "1", "--json", "results/one.json", "--out", "results/study"]);
     for part in ["survey", "scphd", "4 × 1", "position error, mean (m)", "OSPA (c 10 m), last third (m)"] {
         assert!(printed.contains(part), "{printed}");
@@ -503,28 +437,28 @@ fn a_study_is_the_same_on_any_number_of_threads_and_in_parts() {
 
     with(&["--shard", "1/2", "--out", "results/1"]);
     with(&["--shard", "2/2", "--out", "results/2"]);
-    place.succeeds(&["merge", "results/2", "results/1", "--json", "results/merged.json"]);
+    place.prints(&["merge", "results/2", "results/1", "--json", "results/merged.json"]);
     assert_eq!(figures(&place, "results/merged.json"), whole);
     assert_eq!((&whole["runs"], &whole["samples"]), (&5.into(), &1.into()));
     assert!(whole["ospa_last_third_m"].is_number() && whole["moving_hit_rate"].is_null());
     // Run 0 has the study's seed.
-    place.succeeds(&["monte-carlo", "log", "--particles", "4", "--seed", "7", "--json", "results/first.json"]);
-    let run = place.replay(&["--seed", "7"]);
+    place.prints(&["monte-carlo", "log", "--particles", "4", "--seed", "7", "--json", "results/first.json"]);
+    let run = replay(&place, &["--seed", "7"]);
     let error = figures(&place, "results/first.json")["position_error_final_m"].as_f64().unwrap();
     assert!((error - run["final_position_error_m"].as_f64().unwrap()).abs() < 1e-12);
 }
 
 #[test]
 fn a_study_under_water_is_the_same_in_parts() {
-    let place = Workplace::new();
+    let place = workplace();
     let study = ["monte-carlo", "girona-tank", "--runs", "2", "--particles", "1", "--filter", "core,joint"];
-    let with = |more: &[&str]| place.succeeds(&[&study[..], more].concat());
+    let with = |more: &[&str]| place.prints(&[&study[..], more].concat());
     with(&["--json", "results/one.json"]);
     with(&["--shard", "1/2", "--out", "results/1"]);
     with(&["--shard", "2/2", "--out", "results/2"]);
-    place.succeeds(&["merge", "results/2", "results/1", "--json", "results/merged.json"]);
-    let whole: Value = serde_json::from_slice(&fs::read(place.path("results/one.json")).unwrap()).unwrap();
-    let merged: Value = serde_json::from_slice(&fs::read(place.path("results/merged.json")).unwrap()).unwrap();
+    place.prints(&["merge", "results/2", "results/1", "--json", "results/merged.json"]);
+    let whole: Value = place.json("results/one.json");
+    let merged: Value = place.json("results/merged.json");
     let runs = |list: Value| list.as_array().unwrap().iter().cloned().map(timeless).collect::<Vec<_>>();
     let (whole, merged) = (runs(whole), runs(merged));
     assert_eq!(merged, whole);
@@ -533,8 +467,8 @@ fn a_study_under_water_is_the_same_in_parts() {
 
 #[test]
 fn filters_are_compared_on_the_same_inputs() {
-    let place = Workplace::new();
-    let printed = place.succeeds(&[
+    let place = workplace();
+    let printed = place.prints(&[
         "monte-carlo",
         "log",
         "log",
@@ -548,24 +482,24 @@ fn filters_are_compared_on_the_same_inputs() {
         "results/both.json",
     ]);
     assert!(printed.contains("better than rb-single in") && printed.contains("of 4 runs"), "{printed}");
-    let list: Value = serde_json::from_slice(&fs::read(place.path("results/both.json")).unwrap()).unwrap();
+    let list: Value = place.json("results/both.json");
     assert_eq!((&list[0]["filter"], &list[1]["filter"]), (&"scphd".into(), &"rb-single".into()));
     assert_eq!(list[0]["dead_reckoning_error_mean_m"], list[1]["dead_reckoning_error_mean_m"]);
-    let summary = place.replay(&["--filter", "rb-empty"]);
+    let summary = replay(&place, &["--filter", "rb-empty"]);
     assert_eq!(summary["filter"], "rb-empty");
 }
 
 #[test]
 fn variants_of_the_settings_run_beside_each_other() {
-    let place = Workplace::new();
+    let place = workplace();
     let variants = "[[variant]]\nname = 'as they are'\n\
         [[variant]]\nname = 'noise x 2'\ntimes.sensor = { range_sigma_m = 2 }\n\
         [[variant]]\nname = 'few'\nfilter = 'rb-multi'\nset.filter = { particles = 2 }\n";
     fs::write(place.path("variants.toml"), variants).unwrap();
     let study = |filters: &str| {
         let args = ["--runs", "2", "--particles", "3", "--variants", "variants.toml", "--json", "results/list.json"];
-        let printed = place.succeeds(&[&["monte-carlo", "log", "--filter", filters], &args[..]].concat());
-        let list: Value = serde_json::from_slice(&fs::read(place.path("results/list.json")).unwrap()).unwrap();
+        let printed = place.prints(&[&["monte-carlo", "log", "--filter", filters], &args[..]].concat());
+        let list: Value = place.json("results/list.json");
         let names: Vec<String> =
             list.as_array().unwrap().iter().map(|one| one["filter"].as_str().unwrap().to_owned()).collect();
         (printed, list, names)
@@ -587,7 +521,7 @@ fn variants_of_the_settings_run_beside_each_other() {
 
 #[test]
 fn bad_studies_are_refused() {
-    let place = Workplace::new();
+    let place = workplace();
     fs::write(place.path("part"), "{}").unwrap();
     fs::write(place.path("hopeless.toml"), "[[variant]]\nname = 'none'\nset.filter = { particles = 0 }\n").unwrap();
     fs::write(place.path("unknown.toml"), "[[variant]]\nname = 'one'\nfilter = 'kalman'\n").unwrap();
@@ -615,29 +549,29 @@ fn bad_studies_are_refused() {
 
 #[test]
 fn figures_are_listed_and_drawn() {
-    let place = Workplace::new();
-    let list = place.succeeds(&["figure"]);
+    let place = workplace();
+    let list = place.prints(&["figure"]);
     for number in ["5.3", "5.4", "5.5", "5.6", "5.7", "5.8", "5.9"] {
         assert!(list.lines().any(|line| line.starts_with(number)), "{list}");
     }
-    place.succeeds(&["figure", "5.3", "--out", "results/f"]);
-    place.succeeds(&["figure", "5.5", "--runs", "2", "--particles", "2", "--out", "results/f"]);
+    place.prints(&["figure", "5.3", "--out", "results/f"]);
+    place.prints(&["figure", "5.5", "--runs", "2", "--particles", "2", "--out", "results/f"]);
     assert_eq!(
         names(&place.path("results/f")),
         ["5.3a.png", "5.3a.svg", "5.3b.png", "5.3b.svg", "5.5.png", "5.5.svg"].map(|name| format!("figure-{name}"))
     );
-    let place = Workplace::new();
+    let place = workplace();
     assert!(place.fails(&["figure", "9.9"]).contains("no figure 9.9"));
 }
 
 #[test]
 fn printed_settings_are_a_settings_file() {
-    let place = Workplace::new();
-    let printed = place.succeeds(&["settings", "log", "--particles", "9"]);
+    let place = workplace();
+    let printed = place.prints(&["settings", "log", "--particles", "9"]);
     assert!(printed.contains("particles = 9"), "{printed}");
     fs::write(place.path("all.toml"), &printed).unwrap();
     // The same settings; where they are from has changed.
-    let again = place.succeeds(&["settings", "survey", "--settings", "all.toml"]);
+    let again = place.prints(&["settings", "survey", "--settings", "all.toml"]);
     let values =
         |text: &str| text.lines().map(|line| line.split("  #").next().unwrap().trim().to_owned()).collect::<Vec<_>>();
     assert_eq!(values(&again), values(&printed));
@@ -647,9 +581,9 @@ fn printed_settings_are_a_settings_file() {
 /// Every kind of origin, in the plane and in space.
 #[test]
 fn settings_say_where_they_are_from() {
-    let place = Workplace::new();
+    let place = workplace();
     let origin = |args: &[&str], key: &str| {
-        let text = place.succeeds(&[&["settings"], args].concat());
+        let text = place.prints(&[&["settings"], args].concat());
         let line = text.lines().find(|line| line.starts_with(&format!("{key} = "))).unwrap();
         line.split_once("  # ").unwrap().1.to_owned()
     };
@@ -678,28 +612,28 @@ fn settings_say_where_they_are_from() {
 
 #[test]
 fn help_version_and_lists() {
-    let place = Workplace::new();
+    let place = workplace();
     let version = format!("scphd-sim {}\n", env!("CARGO_PKG_VERSION"));
-    assert_eq!(place.succeeds(&["--version"]), version);
+    assert_eq!(place.prints(&["--version"]), version);
     // Where its lines break depends on the terminal.
-    let help = place.succeeds(&["--help"]).split_whitespace().collect::<Vec<_>>().join(" ");
+    let help = place.prints(&["--help"]).split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(help.contains("OSPA (order 1, cut-off 10 m)"), "{help}");
     for command in ["replay", "run", "monte-carlo", "merge", "figure", "compare", "export", "settings", "tune"] {
-        assert!(place.succeeds(&[command, "--help"]).contains("Usage: scphd-sim"), "{command}");
+        assert!(place.prints(&[command, "--help"]).contains("Usage: scphd-sim"), "{command}");
     }
-    let list = place.succeeds(&["scenarios"]);
+    let list = place.prints(&["scenarios"]);
     assert!(list.starts_with("survey "), "{list}");
-    assert_eq!(place.succeeds(&["run", "--list"]), list);
+    assert_eq!(place.prints(&["run", "--list"]), list);
 }
 
 #[test]
 fn a_reader_that_goes_away_is_no_failure() {
-    let place = Workplace::new();
+    let place = workplace();
     for args in [&["settings", "log"][..], &["scenarios"], &["--help"], &["replay", "log", "--particles", "2"]] {
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
-        let mut command = Command::new(env!("CARGO_BIN_EXE_scphd-sim"));
-        let child = command.args(args).current_dir(place.0.path()).stdout(writer).stderr(std::process::Stdio::piped());
+        let mut command = place.command(args);
+        let child = command.stdout(writer).stderr(std::process::Stdio::piped());
         let output = child.spawn().unwrap().wait_with_output().unwrap();
         assert!(output.status.success() && output.stderr.is_empty(), "{args:?}: {output:?}");
     }
@@ -708,10 +642,10 @@ fn a_reader_that_goes_away_is_no_failure() {
 #[test]
 fn a_published_log_replays() {
     let Some(log) = scphd_shared_data::find("car_park") else { return };
-    let place = Workplace::new();
+    let place = workplace();
     let args = ["replay", log.to_str().unwrap(), "--filter", "reference", "--particles", "4", "--json", "run.json"];
-    place.succeeds(&args);
-    let summary: Value = serde_json::from_slice(&fs::read(place.path("run.json")).unwrap()).unwrap();
+    place.prints(&args);
+    let summary: Value = place.json("run.json");
     assert_eq!((&summary["log"], &summary["scans"]), (&"Car park".into(), &506.into()));
     assert!(summary["heading_rmse_deg"].is_null() && summary["gospa_m"].is_number());
     assert!((summary["dead_reckoning_rmse_m"].as_f64().unwrap() - 2.51).abs() < 0.01);
@@ -719,21 +653,21 @@ fn a_published_log_replays() {
 
 #[test]
 fn a_quiet_run_writes_its_files_and_tells_nothing() {
-    let place = Workplace::new();
+    let place = workplace();
     assert!(place.fails(&["replay", "missing", "-q"]).contains("missing"));
     let args = ["replay", "log", "--particles", "2", "--json", "results/run.json", "--out", "results/out", "--quiet"];
     let output = place.run(&args);
     assert!(output.status.success() && output.stdout.is_empty() && output.stderr.is_empty(), "{output:?}");
     assert_eq!(names(&place.path("results")), ["out", "run.json"]);
-    assert!(!place.succeeds(&["scenarios", "-q"]).is_empty());
-    assert!(!place.succeeds(&["check", "log", "-q"]).is_empty());
+    assert!(!place.prints(&["scenarios", "-q"]).is_empty());
+    assert!(!place.prints(&["check", "log", "-q"]).is_empty());
 }
 
 #[test]
 fn completions_know_the_commands() {
-    let place = Workplace::new();
+    let place = workplace();
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
-        let text = place.succeeds(&["completions", shell]);
+        let text = place.prints(&["completions", shell]);
         assert!(text.contains("monte-carlo") && text.contains("html"), "{shell}");
     }
     assert!(place.fails(&["completions", "abacus"]).contains("abacus"));
@@ -741,7 +675,7 @@ fn completions_know_the_commands() {
 
 #[test]
 fn nothing_that_is_told_has_colours() {
-    let place = Workplace::new();
+    let place = workplace();
     for args in [&["--help"][..], &["replay", "log", "--particles", "2"], &["check", "log"], &["replay", "missing"]] {
         let output = place.run(args);
         assert!(![output.stdout, output.stderr].concat().contains(&0x1b), "{args:?}");

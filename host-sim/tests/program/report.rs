@@ -1,11 +1,10 @@
 //! A run as a page: its numbers are those of the JSON output and of the tables of the same run.
 
+use crate::place::Place;
 use serde_json::Value;
 use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
-use std::process::Command;
-use tempfile::TempDir;
 
 /// A page and what else the same run wrote.
 struct Written {
@@ -19,15 +18,9 @@ struct Written {
 }
 
 fn written(args: &[&str]) -> Written {
-    let place = TempDir::new().unwrap();
-    let output = Command::new(env!("CARGO_BIN_EXE_scphd-sim"))
-        .args(args)
-        .args(["--html", "page.html", "--json", "run.json", "--out", "out"])
-        .current_dir(place.path())
-        .output()
-        .unwrap();
-    assert!(output.status.success(), "{output:?}");
-    let text = |name: &str| fs::read_to_string(place.path().join(name)).unwrap();
+    let place = Place::new();
+    place.succeeds(&[args, &["--html", "page.html", "--json", "run.json", "--out", "out"]].concat());
+    let text = |name: &str| fs::read_to_string(place.path(name)).unwrap();
     let page = text("page.html");
     let begin = "<script type=\"application/json\" id=\"data\">";
     let data = page.split_once(begin).unwrap().1.split_once("</script>").unwrap().0;
@@ -37,12 +30,7 @@ fn written(args: &[&str]) -> Written {
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
     let column = |k: usize| rows.iter().map(|row| row[k].to_owned()).collect();
     let scans = titles.iter().enumerate().map(|(k, title)| ((*title).to_owned(), column(k))).collect();
-    Written {
-        data: serde_json::from_str(data).unwrap(),
-        summary: serde_json::from_str(&text("run.json")).unwrap(),
-        page,
-        scans,
-    }
+    Written { data: serde_json::from_str(data).unwrap(), summary: place.json("run.json"), page, scans }
 }
 
 /// Every number of the page that another output has too.
@@ -143,7 +131,7 @@ fn of_thesis_dynamic() {
     assert!((0.25..0.6).contains(&share), "{share}");
 }
 
-/// Long runs: `cargo test --release -p scphd-sim --test report -- --ignored`.
+/// Long runs: `cargo test --release -p scphd-sim --test program -- --ignored`.
 #[test]
 #[ignore = "takes minutes"]
 fn of_long_runs() {
@@ -157,9 +145,5 @@ fn of_long_runs() {
 
 #[test]
 fn a_page_is_of_a_single_run() {
-    let output = Command::new(env!("CARGO_BIN_EXE_scphd-sim"))
-        .args(["run", "survey", "--repeat", "2", "--html", "page.html"])
-        .output()
-        .unwrap();
-    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    Place::new().fails(&["run", "survey", "--repeat", "2", "--html", "page.html"]);
 }

@@ -1,0 +1,111 @@
+//! A folder that the program runs in.
+
+use scphd_log::log::Log;
+use scphd_log::log_folder;
+use scphd_worlds::scenario;
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+/// A folder, which goes away with the test.
+pub struct Place(TempDir);
+
+impl Place {
+    /// An empty one.
+    pub fn new() -> Self {
+        Self(TempDir::new().unwrap())
+    }
+
+    /// One with the first scans of the survey in `log`.
+    pub fn with_log(scans: usize) -> Self {
+        let place = Self::new();
+        log_folder::write(&survey_of(scans), &place.path("log")).unwrap();
+        place
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
+        fs::write(self.path(name), bytes).unwrap();
+    }
+
+    /// What a file of JSON says.
+    pub fn json(&self, name: &str) -> Value {
+        serde_json::from_slice(&fs::read(self.path(name)).unwrap()).unwrap()
+    }
+
+    /// The program, to be run in here.
+    pub fn command(&self, args: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_scphd-sim"));
+        command.args(args).current_dir(self.0.path());
+        command
+    }
+
+    pub fn run(&self, args: &[&str]) -> Output {
+        self.command(args).output().unwrap()
+    }
+
+    pub fn succeeds(&self, args: &[&str]) -> Output {
+        let output = self.run(args);
+        assert!(output.status.success(), "{args:?}: {output:?}");
+        output
+    }
+
+    /// What it prints.
+    pub fn prints(&self, args: &[&str]) -> String {
+        String::from_utf8(self.succeeds(args).stdout).unwrap()
+    }
+
+    /// What it tells on stderr, though it succeeds.
+    pub fn tells(&self, args: &[&str]) -> String {
+        String::from_utf8(self.succeeds(args).stderr).unwrap()
+    }
+
+    /// The line on stderr where it has to fail for bad input, without leaving anything anywhere.
+    pub fn fails(&self, args: &[&str]) -> String {
+        let before = all_names(self.0.path());
+        let output = self.run(args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {output:?}");
+        assert!(output.stdout.is_empty(), "{args:?}: {output:?}");
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(error.starts_with("error: ") && error.lines().count() == 1, "{args:?}: {error}");
+        assert_eq!(all_names(self.0.path()), before, "{args:?}");
+        error
+    }
+}
+
+/// The first scans of the survey.
+pub fn survey_of(scans: usize) -> Log {
+    let mut log = scenario::survey(3);
+    log.scans.truncate(scans);
+    log.truth.truncate(scans);
+    log.odometry.truncate(2 * scans);
+    log
+}
+
+/// Names in a folder, sorted.
+pub fn names(dir: &Path) -> Vec<String> {
+    let mut names: Vec<String> =
+        fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+/// Names in a folder, and in those in it.
+fn all_names(dir: &Path) -> Vec<PathBuf> {
+    let paths: Vec<PathBuf> = names(dir).into_iter().map(|name| dir.join(name)).collect();
+    let inside = |path: &PathBuf| if path.is_dir() { all_names(path) } else { Vec::new() };
+    let mut all: Vec<PathBuf> = paths.iter().flat_map(inside).collect();
+    all.extend(paths);
+    all
+}
+
+/// The object without the times, which no two runs share.
+pub fn timeless(mut figures: Value) -> Value {
+    figures.as_object_mut().unwrap().retain(|key, _| !key.starts_with("scan_us"));
+    figures
+}
