@@ -15,6 +15,7 @@ use crate::outcome::{Outcome, Tally};
 use crate::package;
 use crate::process;
 use crate::python;
+use crate::ros2;
 use crate::target;
 use crate::unit;
 use crate::web;
@@ -69,6 +70,11 @@ pub const STEPS: &[Step] = &[
         name: "logs",
         what: "what a run writes is read by rosbags and evo as it was meant; `logs --all`: by rerun too",
         run: |options| logs::step(options.studies),
+    },
+    Step {
+        name: "ros2",
+        what: "the node of ROS 2: another DDS, in Python, receives the poses of a replay, to the bit",
+        run: |_| ros2::step(),
     },
     Step { name: "budget", what: "flash, RAM, stack and instructions are within budgets.toml", run: budget::step },
     Step {

@@ -65,7 +65,8 @@ impl<T: Real> Vehicle<T> {
 
 impl VehicleKind {
     /// A control as the motion takes it. One that moves a vehicle sideways which cannot is of another kind than its motion, which refuses it.
-    pub(crate) fn control<T: Real>(self, control: &Control<T>) -> PlanarControl<T> {
+    #[must_use]
+    pub fn control<T: Real>(self, control: &Control<T>) -> PlanarControl<T> {
         let &Control { speed_mps, left_mps, turn } = control;
         match self {
             Self::Ackermann if left_mps == T::ZERO => {

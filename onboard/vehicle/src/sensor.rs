@@ -89,7 +89,10 @@ impl<T: Real> Sensor<T> {
     }
 
     /// The detector of range and bearing.
-    pub(crate) fn polar<P: PlanarState<Scalar = T>>(&self) -> Result<Polar<P, T>, ModelError> {
+    ///
+    /// # Errors
+    /// A number is out of range.
+    pub fn polar<P: PlanarState<Scalar = T>>(&self) -> Result<Polar<P, T>, ModelError> {
         let field_of_view = RangeBearingWindow::new(self.window)?;
         let sensor = P::seen(RangeBearing::new(self.range_sigma_m, self.bearing_sigma_rad)?);
         let clutter = UniformClutter::of_scan(self.clutter_per_scan, field_of_view.measure())?;
