@@ -23,17 +23,18 @@ pub fn need_clippy() -> Result<(), Missing> {
     need("clippy")
 }
 
-/// The step `fmt`: firmware, C interface, Python package and page are workspaces of their own.
+/// The step `fmt`: firmware, C interface, Python package, page and node are workspaces of their own.
 pub fn fmt() -> Outcome {
     let firmware = ["fmt", "--manifest-path", "firmware/Cargo.toml", "--", "--check"];
     let rtos = ["fmt", "--manifest-path", "firmware/rtos/Cargo.toml", "--", "--check"];
     let capi = ["fmt", "--all", "--manifest-path", "bindings/capi/Cargo.toml", "--", "--check"];
     let python = ["fmt", "--manifest-path", "bindings/python/Cargo.toml", "--", "--check"];
     let web = ["fmt", "--manifest-path", "bindings/web/Cargo.toml", "--", "--check"];
+    let ros2 = ["fmt", "--manifest-path", "bindings/ros2/Cargo.toml", "--", "--check"];
     let workspace = ["fmt", "--all", "--check"];
     let check = || -> Result<(), Stop> {
         need("fmt")?;
-        let each = [&workspace[..], &firmware[..], &rtos[..], &capi[..], &python[..], &web[..]];
+        let each = [&workspace[..], &firmware[..], &rtos[..], &capi[..], &python[..], &web[..], &ros2[..]];
         let results = each.map(|arguments| process::run(process::cargo().args(arguments)));
         Ok(results.into_iter().collect::<Result<(), String>>()?)
     };

@@ -21,6 +21,7 @@ mod package;
 mod process;
 mod python;
 mod quick;
+mod ros2;
 mod steps;
 mod target;
 mod toolchain;

@@ -16,6 +16,7 @@ use crate::outcome::{Outcome, Tally};
 use crate::package;
 use crate::process;
 use crate::python;
+use crate::ros2;
 use crate::target;
 use crate::unit;
 use crate::web;
@@ -75,6 +76,11 @@ pub const STEPS: &[Step] = &[
         name: "mavlink",
         what: "pymavlink reads what is sent to flight stacks, writes what is read, and drives a vehicle over UDP",
         run: |_| mavlink::step(),
+    },
+    Step {
+        name: "ros2",
+        what: "the node of ROS 2: another DDS, in Python, receives the poses of a replay, to the bit",
+        run: |_| ros2::step(),
     },
     Step { name: "budget", what: "flash, RAM, stack and instructions are within budgets.toml", run: budget::step },
     Step {

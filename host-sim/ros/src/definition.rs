@@ -48,8 +48,8 @@ mod tests {
     use crate::messages::{ALL, TRANSFORM_STAMPED};
     use std::collections::BTreeSet;
 
-    const PRIMITIVES: [&str; 9] =
-        ["bool", "uint8", "int8", "uint16", "int32", "uint32", "float32", "float64", "string"];
+    const PRIMITIVES: [&str; 10] =
+        ["bool", "byte", "uint8", "int8", "uint16", "int32", "uint32", "float32", "float64", "string"];
 
     #[test]
     fn every_field_is_of_a_type_that_is_given() {

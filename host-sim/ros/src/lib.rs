@@ -29,5 +29,5 @@ pub use cloud::{Cloud, CloudError, cloud};
 pub use definition::{Definition, Message, full_text};
 pub use read::{Channel, ReadError, ReadProblem, Reader, Record};
 pub use time::{Duration, Time, TimeError};
-pub use unpack::unpacked;
+pub use unpack::{message as unpacked_message, unpacked};
 pub use write::{WriteError, Writer};

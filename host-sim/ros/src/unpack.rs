@@ -33,7 +33,7 @@ pub(crate) fn unpack(compression: &str, packed: &[u8], size: u64) -> Result<Vec<
 }
 
 /// The bytes of a message, which `ros2 bag record --compression-mode message` compresses one by one.
-pub(crate) fn message(data: &[u8]) -> Result<Cow<'_, [u8]>, String> {
+pub fn message(data: &[u8]) -> Result<Cow<'_, [u8]>, String> {
     if !(data.starts_with(&ZSTD) || data.starts_with(&LZ4)) {
         return Ok(Cow::Borrowed(data));
     }

@@ -182,6 +182,15 @@ impl<C: Copy, E, const CONTROLS: usize, const EVENTS: usize> Sequencer<C, E, CON
         }
     }
 
+    /// Tells that no input is to come any more that is not newer than this stamp: what is due until then is handed out before its window
+    /// ends, as where the newest odometry shows that all before has come. What comes nevertheless is late.
+    pub fn close_until(&mut self, stamp_ns: u64) {
+        if !self.held.is_empty() {
+            self.timeline.close_until(stamp_ns);
+            self.watch_for_gap();
+        }
+    }
+
     /// Has everything handed out that waits, as at the end of a log. What is not newer than it comes too late from then
     /// on.
     pub fn flush(&mut self) {

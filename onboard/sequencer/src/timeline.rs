@@ -185,6 +185,12 @@ impl Timeline {
         }
     }
 
+    /// Nothing that is not newer than this stamp needs to wait any longer, nor is to come any more.
+    pub(crate) fn close_until(&mut self, stamp: u64) {
+        let time = self.time_of(stamp).map_or(0, |time| time.min(self.newest));
+        self.closed = self.closed.max(time.saturating_add(1));
+    }
+
     /// Nothing that has come needs to wait any longer.
     pub(crate) fn close(&mut self) {
         if let Some(Lead { time, stamp }) = self.lead.take() {

@@ -65,6 +65,7 @@ impl<T: Real> Vehicle<T> {
 
 impl VehicleKind {
     /// A control as the motion takes it. One that moves a vehicle sideways which cannot is of another kind than its motion, which refuses it.
+    #[must_use]
     pub fn control<T: Real>(self, control: &Control<T>) -> PlanarControl<T> {
         let &Control { speed_mps, left_mps, turn } = control;
         match self {

@@ -8,35 +8,35 @@
 
 mod kind;
 mod run;
-mod shape;
+pub mod shape;
 
 pub use kind::Exported;
-pub use run::{Attached, ExportError, check, write};
+pub use run::{Attached, ExportError, check, features, inputs, write};
 
 /// The frame of the map.
-pub(crate) const MAP: &str = "map";
+pub const MAP: &str = "map";
 /// The frame of the smooth odometry.
-pub(crate) const ODOM: &str = "odom";
+pub const ODOM: &str = "odom";
 /// The frame of the vehicle's pose.
-pub(crate) const BASE: &str = "base_link";
+pub const BASE: &str = "base_link";
 /// A variance that says that a number is unknown, m² or rad².
-pub(crate) const UNKNOWN: f64 = 1e6;
+pub const UNKNOWN: f64 = 1e6;
 
 /// Topics.
-pub(crate) mod topic {
-    pub(crate) const ESTIMATE: &str = "/scphd/estimate";
-    pub(crate) const ODOMETRY: &str = "/scphd/odometry";
-    pub(crate) const TRUTH: &str = "/scphd/truth";
-    pub(crate) const FEATURES: &str = "/scphd/features";
-    pub(crate) const MAP: &str = "/scphd/map";
-    pub(crate) const LANDMARKS: &str = "/scphd/landmarks";
-    pub(crate) const DETECTIONS: &str = "/scphd/detections";
-    pub(crate) const INPUT_ODOMETRY: &str = "/scphd/input/odometry";
-    pub(crate) const INPUT_WHEELS: &str = "/scphd/input/wheels";
-    pub(crate) const INPUT_FIX: &str = "/scphd/input/fix";
-    pub(crate) const TF: &str = "/tf";
-    pub(crate) const TF_STATIC: &str = "/tf_static";
+pub mod topic {
+    pub const ESTIMATE: &str = "/scphd/estimate";
+    pub const ODOMETRY: &str = "/scphd/odometry";
+    pub const TRUTH: &str = "/scphd/truth";
+    pub const FEATURES: &str = "/scphd/features";
+    pub const MAP: &str = "/scphd/map";
+    pub const LANDMARKS: &str = "/scphd/landmarks";
+    pub const DETECTIONS: &str = "/scphd/detections";
+    pub const INPUT_ODOMETRY: &str = "/scphd/input/odometry";
+    pub const INPUT_WHEELS: &str = "/scphd/input/wheels";
+    pub const INPUT_FIX: &str = "/scphd/input/fix";
+    pub const TF: &str = "/tf";
+    pub const TF_STATIC: &str = "/tf_static";
 }
 
 /// Joints of [`topic::INPUT_WHEELS`]: the speed of the first, m/s, and the angle of the second, rad.
-pub(crate) const JOINTS: [&str; 2] = ["drive", "steering"];
+pub const JOINTS: [&str; 2] = ["drive", "steering"];

@@ -3,14 +3,16 @@
 use super::kind::Exported;
 use super::shape::{between, covariance, ellipse, point, pose, transform};
 use super::{BASE, MAP, ODOM, UNKNOWN, topic};
-use scphd_log::dimensions::{Coordinates, Dimensions};
+use scphd_filters::settings::Settings;
+use scphd_log::dimensions::{Coordinates, Dimensions, Planar};
+use scphd_log::log::Log;
 use scphd_ros::messages::{
     ColorRGBA, Header, Marker, MarkerArray, Odometry, PointCloud2, Pose, PoseStamped, TFMessage, TransformStamped,
     Vector3,
 };
 use scphd_ros::{Time, TimeError, WriteError, Writer, cloud};
 use scphd_run::film::{Film, Frame};
-use scphd_score::record::ScanRecord;
+use scphd_score::record::{MapFeature, MovingFeature, ScanRecord};
 use std::io::Cursor;
 
 /// Colours of static and moving features.
@@ -106,10 +108,41 @@ pub fn write<K: Exported>(
                 let detections = K::detections(log, settings, k, &scans[k].pose, at);
                 file.write(&K::topic(log, k), at, &detections)?;
                 if let Some(frame) = frames.next_if(|frame| frame.scan == k) {
-                    file.write(topic::FEATURES, at, &features(frame, at))?;
+                    file.write(topic::FEATURES, at, &features(&frame.map, &frame.moving, MAP, at))?;
                     file.write(topic::MAP, at, &map(frame, at))?;
                 }
             }
+        }
+    }
+    Ok(file.finish()?.into_inner())
+}
+
+/// The bytes of a file with what the log of a vehicle in the plane has for a filter: odometry, fixes and detections of all sensors, and where these sit.
+///
+/// # Errors
+/// [`ExportError`].
+pub fn inputs(log: &Log, settings: &Settings) -> Result<Vec<u8>, ExportError> {
+    let stamp = |t_s: f64| Time::from_seconds(t_s).map(|at| at.nanoseconds());
+    let told = Planar::told_at(log).into_iter().enumerate().map(|(k, t_s)| Ok((stamp(t_s)?, What::Told(k))));
+    let scans = log.scans.iter().enumerate().map(|(k, scan)| Ok((stamp(scan.t_s)?, What::Scan(k))));
+    let mut events = told.chain(scans).collect::<Result<Vec<_>, TimeError>>()?;
+    events.sort_unstable();
+    let begin = Time::from_nanoseconds(events.first().map_or(0, |(ns, _)| *ns));
+    let mut file = Writer::new(Cursor::new(Vec::new()), concat!("scphd ", env!("CARGO_PKG_VERSION")))?;
+    Planar::topics(log, &mut file)?;
+    let sensors = Planar::sensors(log);
+    if !sensors.is_empty() {
+        file.topic::<TFMessage>(topic::TF_STATIC, true)?;
+        file.write(topic::TF_STATIC, begin, &TFMessage { transforms: sensors })?;
+    }
+    for (ns, what) in events {
+        let at = Time::from_nanoseconds(ns);
+        match what {
+            What::Told(k) => Planar::tell(log, k, at, &mut file)?,
+            What::Scan(k) => {
+                file.write(&Planar::topic(log, k), at, &Planar::detections(log, settings, k, &[0.0; 3], at))?;
+            }
+            What::Truth(_) => {}
         }
     }
     Ok(file.finish()?.into_inner())
@@ -160,10 +193,15 @@ fn scan<K: Exported>(scan: &ScanRecord<K>, at: Time, file: &mut Writer<Cursor<Ve
     file.write(topic::TF, at, &TFMessage { transforms })
 }
 
-/// Features as ellipses that hold 95 %, all former ones removed.
-fn features<D: Dimensions>(frame: &Frame<D>, at: Time) -> MarkerArray {
+/// Static and moving features as ellipses that hold 95 %, all former ones removed.
+pub fn features<D: Dimensions>(
+    map: &[MapFeature<D>],
+    moving: &[MovingFeature<D>],
+    frame: &str,
+    at: Time,
+) -> MarkerArray {
     let marker = |ns: &str, id: u32, shape: i32, pose: Pose, scale: Vector3, [r, g, b]: [f32; 3], a: f64| Marker {
-        header: Header::new(at, MAP),
+        header: Header::new(at, frame),
         ns: ns.to_owned(),
         // A name from scan to scan, whatever its sign.
         id: id.cast_signed(),
@@ -180,13 +218,13 @@ fn features<D: Dimensions>(frame: &Frame<D>, at: Time) -> MarkerArray {
         marker(ns, id, Marker::SPHERE, pose, scale, color, weight)
     };
     let clear =
-        Marker { header: Header::new(at, MAP), action: Marker::DELETE_ALL, ns: "static".into(), ..Marker::default() };
+        Marker { header: Header::new(at, frame), action: Marker::DELETE_ALL, ns: "static".into(), ..Marker::default() };
     let mut markers = vec![clear];
-    for feature in &frame.map {
+    for feature in map {
         let covariance = feature.covariance.as_ref();
         markers.push(sphere("static", feature.id, &feature.mean, covariance, STATIC, feature.weight));
     }
-    for feature in &frame.moving {
+    for feature in moving {
         let covariance = feature.covariance.as_ref();
         markers.push(sphere("moving", feature.id, &feature.position, covariance, MOVING, feature.weight));
         let velocity = feature.velocity.as_ref();

@@ -9,32 +9,37 @@ const FLAT_M: f64 = 0.05;
 const GATES: [f64; 2] = [5.991, 7.815];
 
 /// A place of two or three coordinates.
-pub(super) fn point(place: &[f64]) -> Point {
+#[must_use]
+pub fn point(place: &[f64]) -> Point {
     let at = |k: usize| place.get(k).copied().unwrap_or(0.0);
     Point { x: at(0), y: at(1), z: at(2) }
 }
 
 /// A place and a heading.
-pub(super) fn pose(place: &[f64], heading_rad: f64) -> Pose {
+#[must_use]
+pub fn pose(place: &[f64], heading_rad: f64) -> Pose {
     Pose { position: point(place), orientation: Quaternion::of_yaw(heading_rad) }
 }
 
 /// The same as a shift and a turn.
-pub(super) fn transform(place: &[f64], heading_rad: f64) -> Transform {
+#[must_use]
+pub fn transform(place: &[f64], heading_rad: f64) -> Transform {
     let Point { x, y, z } = point(place);
     Transform { translation: Vector3 { x, y, z }, rotation: Quaternion::of_yaw(heading_rad) }
 }
 
 /// Where the frame of `b` sits in the frame of `a`, if the same vehicle is at `a` in the one and at `b` in the other: x m, y m,
 /// heading rad.
-pub(super) fn between(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+#[must_use]
+pub fn between(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     let turn = a[2] - b[2];
     let (sine, cosine) = turn.sin_cos();
     [a[0] - cosine * b[0] + sine * b[1], a[1] - sine * b[0] - cosine * b[1], turn]
 }
 
 /// The covariance of a place of so many coordinates and the heading behind it, as messages order it.
-pub(super) fn covariance(count: usize, entry: impl Fn(usize, usize) -> f64) -> Covariance6 {
+#[must_use]
+pub fn covariance(count: usize, entry: impl Fn(usize, usize) -> f64) -> Covariance6 {
     let own = |k: usize| match k {
         k if k < count => Some(k),
         5 => Some(count),
@@ -46,7 +51,8 @@ pub(super) fn covariance(count: usize, entry: impl Fn(usize, usize) -> f64) -> C
 }
 
 /// The turn and the axes (m, from end to end) of the ellipse that holds 95 %.
-pub(super) fn ellipse(covariance: &[&[f64]]) -> (Quaternion, Vector3) {
+#[must_use]
+pub fn ellipse(covariance: &[&[f64]]) -> (Quaternion, Vector3) {
     let count = covariance.len();
     let flat = count < 3;
     let gate = GATES[usize::from(!flat)];

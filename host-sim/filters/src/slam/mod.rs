@@ -29,7 +29,7 @@ pub use filter::{Filter, Precision};
 pub(crate) use fix_watch::{NoFixes, PlanarWatch};
 pub use fix_watch::{Taken, WatchesFixes};
 pub use joint_filter::OpenJoint;
-pub use models::full;
+pub use models::{feature_of, full, moving_of};
 pub(crate) use nearby::started_nearby;
 pub use planar::range_bearing;
 pub use planar::{core_filter, joint_filter};

@@ -58,7 +58,8 @@ pub(super) fn pose_of<D: Dimensions, P: Pose>(estimate: &PoseEstimate<P>) -> Pos
 }
 
 /// An estimated static feature.
-pub(super) fn feature_of<D: Dimensions, V: Vector>(feature: &Component<V>) -> MapFeature<D> {
+#[must_use]
+pub fn feature_of<D: Dimensions, V: Vector>(feature: &Component<V>) -> MapFeature<D> {
     MapFeature {
         id: feature.label,
         weight: feature.ln_weight.exp().to_f64(),
@@ -68,7 +69,8 @@ pub(super) fn feature_of<D: Dimensions, V: Vector>(feature: &Component<V>) -> Ma
 }
 
 /// An estimated moving feature.
-pub(super) fn moving_of<D: Dimensions, V: Vector>(feature: &Component<V>) -> MovingFeature<D> {
+#[must_use]
+pub fn moving_of<D: Dimensions, V: Vector>(feature: &Component<V>) -> MovingFeature<D> {
     MovingFeature {
         id: feature.label,
         weight: feature.ln_weight.exp().to_f64(),

@@ -1,6 +1,7 @@
 //! Messages, by the packages that define them.
 
 mod ackermann;
+mod diagnostic;
 mod geometry;
 mod navigation;
 mod radar;
@@ -11,6 +12,7 @@ mod vision;
 mod visualization;
 
 pub use ackermann::*;
+pub use diagnostic::*;
 pub use geometry::*;
 pub use navigation::*;
 pub use radar::*;
@@ -23,10 +25,13 @@ pub use visualization::*;
 use crate::definition::{Definition, Message};
 
 /// The definitions of all messages that are sent on their own.
-pub const ALL: [&Definition; 12] = [
+pub const ALL: [&Definition; 15] = [
     AckermannDriveStamped::DEFINITION,
     Detection3DArray::DEFINITION,
+    DiagnosticArray::DEFINITION,
+    Imu::DEFINITION,
     JointState::DEFINITION,
+    LaserScan::DEFINITION,
     MarkerArray::DEFINITION,
     NavSatFix::DEFINITION,
     Odometry::DEFINITION,

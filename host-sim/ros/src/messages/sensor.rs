@@ -1,5 +1,6 @@
 //! `sensor_msgs`.
 
+use super::geometry::{QUATERNION, Quaternion, VECTOR3, Vector3};
 use super::message;
 use super::standard::{HEADER, Header};
 use crate::definition::Definition;
@@ -55,6 +56,67 @@ message!(
     "std_msgs/Header header\nuint32 height\nuint32 width\nsensor_msgs/PointField[] fields\n\
      bool is_bigendian\nuint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n",
     [HEADER, POINT_FIELD]
+);
+
+/// A turn of a scanner in its plane.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct LaserScan {
+    /// When the first beam was measured, in which frame.
+    pub header: Header,
+    /// The direction of the first beam, rad, growing to the left.
+    pub angle_min: f32,
+    /// That of the last, rad.
+    pub angle_max: f32,
+    /// From beam to beam, rad.
+    pub angle_increment: f32,
+    /// From beam to beam, s.
+    pub time_increment: f32,
+    /// From scan to scan, s.
+    pub scan_time: f32,
+    /// Least range, m.
+    pub range_min: f32,
+    /// Greatest range, m.
+    pub range_max: f32,
+    /// Of each beam, m; what is beyond the limits is none.
+    pub ranges: Vec<f32>,
+    /// How strong each came back; empty where unknown.
+    pub intensities: Vec<f32>,
+}
+
+message!(
+    /// `sensor_msgs/msg/LaserScan`.
+    LaserScan, LASER_SCAN = "sensor_msgs/msg/LaserScan",
+    "std_msgs/Header header\nfloat32 angle_min\nfloat32 angle_max\nfloat32 angle_increment\nfloat32 time_increment\n\
+     float32 scan_time\nfloat32 range_min\nfloat32 range_max\nfloat32[] ranges\nfloat32[] intensities\n",
+    [HEADER]
+);
+
+/// What an inertial measurement unit says.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Imu {
+    /// When, in which frame.
+    pub header: Header,
+    /// How it is turned.
+    pub orientation: Quaternion,
+    /// Its covariance, row by row, rad²; the first number is -1 where the turn is unknown.
+    pub orientation_covariance: [f64; 9],
+    /// Rates of turn, rad/s.
+    pub angular_velocity: Vector3,
+    /// Their covariance, likewise.
+    pub angular_velocity_covariance: [f64; 9],
+    /// Acceleration, m/s².
+    pub linear_acceleration: Vector3,
+    /// Its covariance, likewise.
+    pub linear_acceleration_covariance: [f64; 9],
+}
+
+message!(
+    /// `sensor_msgs/msg/Imu`.
+    Imu, IMU = "sensor_msgs/msg/Imu",
+    "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n\
+     geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n\
+     geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n",
+    [HEADER, QUATERNION, VECTOR3]
 );
 
 /// Joints of a vehicle.

@@ -24,7 +24,12 @@ mod topics;
 mod twist;
 
 pub use files::is_bag;
+pub use motion::{Moved, moved};
 pub use options::{Clock, Options};
+pub use seat::{Seats, View};
+pub use sight::{Seen, Sight, of as sight};
+pub use told::Told;
+pub use twist::Sample;
 
 use super::{Draft, ImportError, Imported};
 use crate::calendar;
@@ -36,10 +41,7 @@ use scphd_log::log::{Log, Mounting, Odometry, Scan, TruePose, Vehicle};
 use scphd_log::{log_folder, truth};
 use scphd_ros::messages::{PointCloud2, TFMessage};
 use scphd_ros::{Channel, Cloud, Record, Time};
-use seat::{Seats, View};
-use sight::Seen;
 use std::path::Path;
-use told::Told;
 use topics::{Chosen, Content};
 use twist::Rows;
 
@@ -165,7 +167,7 @@ impl<'c> Gathered<'c> {
             self.motion.at(ns);
         }
         if let Some(sensor) = self.chosen.detections.iter().position(|(_, of)| of == topic) {
-            let sight::Sight { stamp, frame, seen, labels, left_out } = sight::of(&told)?;
+            let Sight { stamp, frame, seen, labels, left_out } = sight(&told)?;
             self.left_out += left_out;
             let ns = self.time(&told, stamp, &mut time);
             self.scans.push(Raw { ns, message: number - 1, sensor, frame, seen, labels });

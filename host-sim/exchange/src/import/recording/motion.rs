@@ -4,7 +4,7 @@ use super::sight::frame;
 use super::told::Told;
 use super::twist::{self, Sample};
 use crate::import::ImportError;
-use crate::mcap::{BASE, JOINTS};
+use crate::mcap::{BASE, JOINTS, UNKNOWN};
 use scphd_log::angle::wrap;
 use scphd_log::log::Vehicle;
 use scphd_ros::Time;
@@ -18,52 +18,80 @@ pub(super) struct Motion {
     world: Option<String>,
 }
 
+/// A message of odometry.
+#[derive(Debug, Default)]
+pub struct Moved {
+    /// When.
+    pub stamp: Time,
+    /// What it says.
+    pub sample: Sample,
+    /// The frame of the vehicle; empty where the message does not name it.
+    pub base: String,
+    /// The frame of the pose, likewise.
+    pub world: String,
+    /// Whether the covariance says that the pose is unknown.
+    pub unplaced: bool,
+}
+
+/// Reads a message of odometry: `Odometry`, `JointState` or `AckermannDriveStamped`.
+///
+/// # Errors
+/// The bytes are no such message, or a number in it is none.
+pub fn moved(told: &Told) -> Result<Moved, ImportError> {
+    match told.channel.kind.as_str() {
+        "nav_msgs/msg/Odometry" => {
+            let message: Odometry = told.decode()?;
+            let (twist, pose) = (message.twist.twist, message.pose.pose);
+            let speed = told.finite("twist.linear.x", twist.linear.x)?;
+            // Most vehicles have none, and some drivers then write what is no number.
+            let left_mps = if twist.linear.y.is_finite() { twist.linear.y } else { 0.0 };
+            let rate = told.finite("twist.angular.z", twist.angular.z)?;
+            let turn = pose.orientation.unit().map(|turn| turn.yaw_rad());
+            let pose = turn.map(|turn| [pose.position.x, pose.position.y, turn]);
+            let pose = pose.filter(|pose| pose.iter().all(|number| number.is_finite()));
+            let [base, world] = [&message.child_frame_id, &message.header.frame_id].map(|name| frame(name).to_owned());
+            let sample = Sample { control: [speed, rate, left_mps], pose };
+            let unplaced = message.pose.covariance[0][0] >= UNKNOWN;
+            Ok(Moved { stamp: message.header.stamp, sample, base, world, unplaced })
+        }
+        "sensor_msgs/msg/JointState" => {
+            let message: JointState = told.decode()?;
+            let number = |joint: &str, numbers: &[f64]| {
+                let place = message.name.iter().position(|name| name == joint);
+                let number = place.and_then(|place| numbers.get(place)).copied();
+                let number = number.ok_or_else(|| {
+                    told.error(format_args!(
+                        "no velocity of a joint '{}' and position of a joint '{}'",
+                        JOINTS[0], JOINTS[1]
+                    ))
+                })?;
+                told.finite(joint, number)
+            };
+            let control = [number(JOINTS[0], &message.velocity)?, number(JOINTS[1], &message.position)?, 0.0];
+            let sample = Sample { control, ..Sample::default() };
+            Ok(Moved { stamp: message.header.stamp, sample, ..Moved::default() })
+        }
+        _ => {
+            let message: AckermannDriveStamped = told.decode()?;
+            let speed = told.finite("speed", f64::from(message.drive.speed))?;
+            let steering = told.finite("steering_angle", f64::from(message.drive.steering_angle))?;
+            let sample = Sample { control: [speed, steering, 0.0], ..Sample::default() };
+            Ok(Moved { stamp: message.header.stamp, sample, ..Moved::default() })
+        }
+    }
+}
+
 impl Motion {
     /// Takes a message; its time is told by [`at`](Self::at).
     pub(super) fn take(&mut self, told: &Told) -> Result<Time, ImportError> {
-        let (stamp, sample) = match told.channel.kind.as_str() {
-            "nav_msgs/msg/Odometry" => {
-                let message: Odometry = told.decode()?;
-                let (twist, pose) = (message.twist.twist, message.pose.pose);
-                let speed = told.finite("twist.linear.x", twist.linear.x)?;
-                // Most vehicles have none, and some drivers then write what is no number.
-                let left_mps = if twist.linear.y.is_finite() { twist.linear.y } else { 0.0 };
-                let rate = told.finite("twist.angular.z", twist.angular.z)?;
-                let turn = pose.orientation.unit().map(|turn| turn.yaw_rad());
-                let pose = turn.map(|turn| [pose.position.x, pose.position.y, turn]);
-                let pose = pose.filter(|pose| pose.iter().all(|number| number.is_finite()));
-                let named = |known: &mut Option<String>, name: &str| {
-                    if known.is_none() && !frame(name).is_empty() {
-                        *known = Some(frame(name).to_owned());
-                    }
-                };
-                named(&mut self.base, &message.child_frame_id);
-                named(&mut self.world, &message.header.frame_id);
-                (message.header.stamp, Sample { control: [speed, rate, left_mps], pose })
-            }
-            "sensor_msgs/msg/JointState" => {
-                let message: JointState = told.decode()?;
-                let number = |joint: &str, numbers: &[f64]| {
-                    let place = message.name.iter().position(|name| name == joint);
-                    let number = place.and_then(|place| numbers.get(place)).copied();
-                    let number = number.ok_or_else(|| {
-                        told.error(format_args!(
-                            "no velocity of a joint '{}' and position of a joint '{}'",
-                            JOINTS[0], JOINTS[1]
-                        ))
-                    })?;
-                    told.finite(joint, number)
-                };
-                let control = [number(JOINTS[0], &message.velocity)?, number(JOINTS[1], &message.position)?, 0.0];
-                (message.header.stamp, Sample { control, ..Sample::default() })
-            }
-            _ => {
-                let message: AckermannDriveStamped = told.decode()?;
-                let speed = told.finite("speed", f64::from(message.drive.speed))?;
-                let steering = told.finite("steering_angle", f64::from(message.drive.steering_angle))?;
-                (message.header.stamp, Sample { control: [speed, steering, 0.0], ..Sample::default() })
+        let Moved { stamp, sample, base, world, .. } = moved(told)?;
+        let named = |known: &mut Option<String>, name: String| {
+            if known.is_none() && !name.is_empty() {
+                *known = Some(name);
             }
         };
+        named(&mut self.base, base);
+        named(&mut self.world, world);
         self.rows.push((0, sample));
         Ok(stamp)
     }

@@ -23,7 +23,7 @@ struct Link {
 
 /// By frame: the frame that it sits in, and how.
 #[derive(Debug, Default)]
-pub(super) struct Seats {
+pub struct Seats {
     fixed: BTreeMap<String, Link>,
     /// Links of `/tf`, with the places of their messages among all, and their times, ns.
     moving: BTreeMap<String, Vec<(usize, u64, Link)>>,
@@ -31,7 +31,7 @@ pub(super) struct Seats {
 
 impl Seats {
     /// Takes links that hold for ever.
-    pub(super) fn take(&mut self, message: &TFMessage) {
+    pub fn take(&mut self, message: &TFMessage) {
         links(message).for_each(|(child, _, link)| {
             self.fixed.insert(child, link);
         });
@@ -71,14 +71,14 @@ impl Seats {
     }
 
     /// Where a frame sits in another; `None` where links that hold for ever do not say.
-    pub(super) fn between(&self, base: &str, frame: &str) -> Option<Isometry3<f64>> {
+    pub fn between(&self, base: &str, frame: &str) -> Option<Isometry3<f64>> {
         let ((top, base), (other, frame)) = (self.root(base)?, self.root(frame)?);
         let place = if base == Isometry3::identity() { frame } else { base.inv_mul(&frame) };
         (top == other && place.to_homogeneous().iter().all(|number| number.is_finite())).then_some(place)
     }
 
     /// The frame at the end of a sensor's links, and where the sensor sits there, for vehicles that call themselves by another name.
-    pub(super) fn above(&self, frame: &str) -> Option<(String, Isometry3<f64>)> {
+    pub fn above(&self, frame: &str) -> Option<(String, Isometry3<f64>)> {
         self.root(frame).filter(|(top, _)| top != frame)
     }
 
@@ -121,9 +121,9 @@ fn links(message: &TFMessage) -> impl Iterator<Item = (String, u64, Link)> + '_ 
 
 /// How points of a frame are seen from above, from a place on the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct View {
+pub struct View {
     /// From where, and which direction is ahead.
-    pub(super) mounting: Mounting,
+    pub mounting: Mounting,
     /// From the axes of the frame to ahead, left and up; `None` where these are the frame's own.
     turn: Option<Rotation3<f64>>,
     /// Where the frame's origin is from there, m.
@@ -143,13 +143,13 @@ fn image() -> Rotation3<f64> {
 
 impl View {
     /// Points in axes of the vehicle, or of a sensor that nobody says anything of; by the name of the frame alone.
-    pub(super) fn unknown(frame: &str) -> Self {
+    pub fn unknown(frame: &str) -> Self {
         let turn = is_optical(frame).then(image);
         Self { mounting: Mounting::NONE, turn, origin: Vector3::zeros() }
     }
 
     /// From where the frame sits on the vehicle. Whether the name of the frame says other axes than its place.
-    pub(super) fn of(frame: &str, place: &Isometry3<f64>) -> (Self, bool) {
+    pub fn of(frame: &str, place: &Isometry3<f64>) -> (Self, bool) {
         let mut turn = place.rotation.to_rotation_matrix();
         // Of a body z is upright, of an image y is: one that is called optical and is not turned has points of an image all the same.
         let unlike = is_optical(frame) && turn[(2, 1)].abs() < turn[(2, 2)].abs();
@@ -173,12 +173,12 @@ impl View {
     }
 
     /// Whether points are turned by more than about the vertical.
-    pub(super) fn is_tilted(&self) -> bool {
+    pub fn is_tilted(&self) -> bool {
         self.turn.is_some()
     }
 
     /// Range, m, and bearing, rad, over ground.
-    pub(super) fn see(&self, seen: Seen) -> [f64; 2] {
+    pub fn see(&self, seen: Seen) -> [f64; 2] {
         match (seen, &self.turn) {
             // The way over ground.
             (Seen::Ray([range, bearing, elevation]), None) => [range * elevation.cos(), bearing],

@@ -7,18 +7,22 @@ use scphd_ros::{Cloud, Time};
 
 /// A scan.
 #[derive(Debug)]
-pub(super) struct Sight {
-    pub(super) stamp: Time,
-    pub(super) frame: String,
-    pub(super) seen: Vec<Seen>,
-    pub(super) labels: Vec<i64>,
+pub struct Sight {
+    /// When it was taken.
+    pub stamp: Time,
+    /// The frame of its detections.
+    pub frame: String,
+    /// Its detections.
+    pub seen: Vec<Seen>,
+    /// What each is of, where the message says so.
+    pub labels: Vec<i64>,
     /// Points that are nowhere.
-    pub(super) left_out: usize,
+    pub left_out: usize,
 }
 
 /// A detection.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Seen {
+pub enum Seen {
     /// A place, m.
     Place([f64; 3]),
     /// Range, m, bearing to the left and elevation, rad.
@@ -26,7 +30,7 @@ pub(super) enum Seen {
 }
 
 /// The name of a frame; those of ROS 1 began with a slash.
-pub(super) fn frame(name: &str) -> &str {
+pub fn frame(name: &str) -> &str {
     name.trim_start_matches('/')
 }
 
@@ -52,7 +56,10 @@ impl Sight {
 }
 
 /// The scan in a message.
-pub(super) fn of(told: &Told) -> Result<Sight, ImportError> {
+///
+/// # Errors
+/// The bytes are no such message, or points have no place.
+pub fn of(told: &Told) -> Result<Sight, ImportError> {
     match told.channel.kind.as_str() {
         "radar_msgs/msg/RadarScan" => {
             let message: RadarScan = told.decode()?;

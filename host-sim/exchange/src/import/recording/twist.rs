@@ -38,11 +38,11 @@ const NOTHING: f64 = 0.01;
 
 /// What a message says.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct Sample {
+pub struct Sample {
     /// Speed, m/s, turn rate, rad/s, or steering angle, rad, and speed to the left, m/s.
-    pub(super) control: [f64; 3],
+    pub control: [f64; 3],
     /// x m, y m, heading rad, where the message has a pose.
-    pub(super) pose: Option<[f64; 3]>,
+    pub pose: Option<[f64; 3]>,
 }
 
 /// The odometry of messages.

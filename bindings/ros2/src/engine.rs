@@ -1,0 +1,432 @@
+//! The filter behind a sequencer: inputs as they come, estimates after every scan and fix. Nothing here knows of the middleware.
+
+use crate::maps::{self, Search};
+use crate::setup::{Order, Setup};
+use nalgebra::{Vector1, Vector2};
+use scphd::models::{PlanarMotion, PlanarPose};
+use scphd::{Health, PoseEstimate};
+use scphd_sequencer::{
+    Action, Flags, MapFromOdom, PushError, Sequencer, Settings, SettingsError, SmoothOdometry, Stamp,
+};
+use scphd_vehicle::{Control, Measurements, Scanned, SensorModel, Services, Start, StartError};
+
+/// Nanoseconds that double precision counts exactly; later ones are counted from the first input on, as an import does.
+const EXACT_NS: u64 = 1 << 53;
+const SECOND_NS: u64 = 1_000_000_000;
+/// Rows of odometry and events that can wait.
+const CONTROLS: usize = 1024;
+const EVENTS: usize = 128;
+/// Sources of fixes come before the sensors, as they do in a log.
+const FIXES: u8 = 1;
+const SENSORS: u8 = 2;
+
+/// What happens beside odometry.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Event {
+    /// A scan of a sensor: ranges, m, and bearings, rad.
+    Scan(usize, Vec<Vector2<f32>>),
+    /// A measured position, m.
+    Position([f32; 2]),
+    /// A measured heading, rad.
+    Heading(f32),
+}
+
+/// What is known after a scan or a fix.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// The time of the input, ns.
+    pub stamp_ns: u64,
+    /// Whether it was a scan.
+    pub of_scan: bool,
+    /// The pose.
+    pub pose: PoseEstimate<PlanarPose<f32>>,
+    /// The pose by odometry alone at that time.
+    pub smooth: PlanarPose<f32>,
+    /// Where the frame of that odometry lies in the map.
+    pub map_from_odom: MapFromOdom<PlanarPose<f32>>,
+    /// The motion in force.
+    pub control: Control<f32>,
+    /// Conditions of the scan.
+    pub health: Health,
+}
+
+/// What has happened since the start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counts {
+    /// Scans that were taken in.
+    pub scans: u64,
+    /// Fixes that were taken in.
+    pub fixes: u64,
+    /// Fixes that were outliers.
+    pub outliers: u64,
+    /// Inputs that the filter refused.
+    pub refused: u64,
+    /// Inputs that came too late, twice, or from beyond a jump of the clock.
+    pub dropped: u64,
+    /// Times that odometry was silent for too long.
+    pub gaps: u64,
+}
+
+/// Why an engine cannot start.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum EngineError {
+    /// By the description.
+    #[error("{0}")]
+    Start(StartError),
+    /// By how long inputs are waited for.
+    #[error("order: {0}")]
+    Order(#[from] SettingsError),
+    /// By the pose at the start.
+    #[error("the pose at the start: {0}")]
+    Reset(#[from] scphd::errors::ResetError),
+    /// By the vehicle.
+    #[error("{0}")]
+    Model(#[from] scphd::models::ModelError),
+}
+
+impl From<StartError> for EngineError {
+    fn from(error: StartError) -> Self {
+        Self::Start(error)
+    }
+}
+
+type Queue = Sequencer<Option<Control<f32>>, Event, CONTROLS, EVENTS>;
+
+/// A filter with what brings its inputs into order.
+pub struct Engine {
+    setup: Setup,
+    slam: Box<dyn Services<f32>>,
+    motion: PlanarMotion<f32>,
+    queue: Box<Queue>,
+    smooth: SmoothOdometry<PlanarPose<f32>>,
+    /// Where the seconds of the filter begin; `None` before the first input.
+    origin_ns: Option<u64>,
+    control: Control<f32>,
+    newest_ns: u64,
+    /// The newest stamp of odometry.
+    driven_ns: Option<u64>,
+    /// Stamps of events that wait.
+    pending: Vec<u64>,
+    number: u32,
+    search: Option<Search>,
+    counts: Counts,
+    flags: Flags,
+    health: Health,
+}
+
+impl std::fmt::Debug for Engine {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Engine").field("setup", &self.setup).field("counts", &self.counts).finish_non_exhaustive()
+    }
+}
+
+fn ns(seconds: f64) -> u64 {
+    // At most 10⁹ s.
+    (seconds * 1e9).round() as u64
+}
+
+fn settings(order: &Order) -> Settings {
+    let window_ns = ns(order.window_s.max(order.wait_s));
+    let jump_ns = ns(order.jump_s).max(window_ns + 1);
+    Settings { window_ns, gap_ns: ns(order.gap_s), jump_ns, ..Settings::DEFAULT }
+}
+
+impl Engine {
+    /// A filter at its start.
+    ///
+    /// # Errors
+    /// The setup is out of range.
+    pub fn new(setup: Setup) -> Result<Self, EngineError> {
+        settings(&setup.wiring.order).check()?;
+        let mut slam = crate::memory::start(&setup.description)?;
+        slam.reset(&setup.description.start)?;
+        Ok(Self {
+            motion: setup.description.vehicle.drive()?,
+            smooth: SmoothOdometry::new(setup.description.start.pose),
+            setup,
+            slam,
+            queue: Box::new(Queue::new()),
+            origin_ns: None,
+            control: Control::STILL,
+            newest_ns: 0,
+            driven_ns: None,
+            pending: Vec::new(),
+            number: 0,
+            search: None,
+            counts: Counts::default(),
+            flags: Flags::NONE,
+            health: Health::GOOD,
+        })
+    }
+
+    /// Starts again, without a feature and with no input that waits.
+    ///
+    /// # Errors
+    /// The pose at the start is out of range.
+    pub fn reset(&mut self) -> Result<(), EngineError> {
+        self.slam.reset(&self.setup.description.start)?;
+        self.smooth = SmoothOdometry::new(self.setup.description.start.pose);
+        (self.origin_ns, self.driven_ns, self.newest_ns) = (None, None, 0);
+        (self.flags, self.health, self.control) = (Flags::NONE, Health::GOOD, Control::STILL);
+        self.pending.clear();
+        self.search = None;
+        Ok(())
+    }
+
+    /// How many features the map has, and the bytes of a file with them.
+    ///
+    /// # Errors
+    /// A feature is none.
+    pub fn map(&mut self) -> Result<(usize, Vec<u8>), maps::Refused> {
+        let features = maps::known(&mut *self.slam);
+        Ok((features.len(), maps::bytes(&features)?))
+    }
+
+    /// Puts the map of a file in the place of that which there is; the pose stays. How many features it has.
+    ///
+    /// # Errors
+    /// The file is damaged, or the filter refuses.
+    pub fn load_map(&mut self, bytes: &[u8]) -> Result<usize, maps::Refused> {
+        let features = maps::features(bytes)?;
+        self.slam.load_map(&features).map_err(|error| error.to_string())?;
+        Ok(features.len())
+    }
+
+    /// Looks for the vehicle's place in the map of a file: until it is found the filter maps in a frame of its own, then it goes on in
+    /// that of the file.
+    ///
+    /// # Errors
+    /// The file is damaged, or has too few landmarks.
+    pub fn locate(&mut self, bytes: &[u8]) -> Result<(), maps::Refused> {
+        let search = Search::new(maps::features(bytes)?)?;
+        self.slam.configure(&maps::careful(&self.setup.description)).map_err(|error| error.to_string())?;
+        self.slam
+            .reset(&Start { pose: PlanarPose::new(0.0, 0.0, 0.0), ..self.setup.description.start })
+            .map_err(|error| error.to_string())?;
+        self.search = Some(search);
+        Ok(())
+    }
+
+    /// Whether the vehicle's place in a map is looked for.
+    #[must_use]
+    pub fn is_searching(&self) -> bool {
+        self.search.is_some()
+    }
+
+    /// Takes in all that waits: nothing has come for so long that nothing is waited for any more.
+    pub fn flush(&mut self, tell: &mut dyn FnMut(&Estimate)) {
+        if !self.pending.is_empty() {
+            self.queue.flush();
+            self.work(tell);
+        }
+    }
+
+    /// Whether a scan or fix waits.
+    #[must_use]
+    pub fn is_waiting(&self) -> bool {
+        !self.pending.is_empty()
+    }
+
+    /// Goes on with a search after a scan of a sensor.
+    fn look(&mut self, sensor: usize) {
+        let Some(search) = &mut self.search else { return };
+        let Some(described) = self.setup.description.sensors.get(sensor).and_then(Option::as_ref) else { return };
+        let Some(place) = search.look(described, &mut *self.slam) else { return };
+        let Some(search) = self.search.take() else { return };
+        let start = Start { pose: place.mean, ..self.setup.description.start };
+        let moved = self.slam.reset(&start).and_then(|()| self.slam.relocate(place.mean, &place.covariance));
+        let loaded = self.slam.load_map(&search.into_map());
+        self.counts.refused += u64::from(moved.is_err()) + u64::from(loaded.is_err());
+    }
+
+    /// What the setup says.
+    #[must_use]
+    pub fn setup(&self) -> &Setup {
+        &self.setup
+    }
+
+    /// Has the sensor sit elsewhere: how far ahead of the pose and to its left, m, and where it looks, to the left, rad.
+    ///
+    /// # Errors
+    /// A number is none, or there is no such sensor.
+    pub fn seat(&mut self, sensor: usize, [forward_m, left_m, yaw_rad]: [f32; 3]) -> Result<(), StartError> {
+        let mut description = self.setup.description;
+        if let Some(sensor) = description.sensors.get_mut(sensor).and_then(Option::as_mut) {
+            (sensor.seat_m, sensor.yaw_rad) = ([forward_m, left_m], yaw_rad);
+        }
+        self.slam.configure(&description)?;
+        self.setup.description = description;
+        Ok(())
+    }
+
+    /// The filter.
+    pub fn slam(&mut self) -> &mut dyn Services<f32> {
+        &mut *self.slam
+    }
+
+    /// What has happened.
+    #[must_use]
+    pub fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    /// Warnings of stamps and conditions of scans since the last call.
+    pub fn take_conditions(&mut self) -> (Flags, Health) {
+        (std::mem::take(&mut self.flags), std::mem::replace(&mut self.health, Health::GOOD))
+    }
+
+    /// Takes odometry: a motion that holds from its stamp on.
+    pub fn control(&mut self, stamp_ns: u64, control: Control<f32>) {
+        self.begin(stamp_ns);
+        self.driven_ns = Some(self.driven_ns.map_or(stamp_ns, |newest| newest.max(stamp_ns)));
+        let taken = self.queue.push_control(Stamp::new(0, stamp_ns), Some(control));
+        self.account(stamp_ns, taken);
+    }
+
+    /// Takes a scan or a fix.
+    pub fn event(&mut self, stamp_ns: u64, event: Event) {
+        self.begin(stamp_ns);
+        let source = match &event {
+            // There are few sensors.
+            Event::Scan(sensor, _) => SENSORS.saturating_add(*sensor as u8),
+            Event::Position(_) | Event::Heading(_) => FIXES,
+        };
+        self.number = self.number.wrapping_add(1);
+        // Scans of one time are one that came twice; a fix may come with another of its time.
+        let number = if source == FIXES { self.number } else { 0 };
+        let taken = self.queue.push_event(Stamp::new(source, stamp_ns).numbered(number), event);
+        if taken.is_ok() {
+            self.pending.push(stamp_ns);
+        }
+        self.account(stamp_ns, taken);
+    }
+
+    fn begin(&mut self, stamp_ns: u64) {
+        if self.origin_ns.is_some() {
+            return;
+        }
+        self.origin_ns = Some(if stamp_ns > EXACT_NS { stamp_ns / SECOND_NS * SECOND_NS } else { 0 });
+        let settings = settings(&self.setup.wiring.order);
+        // Others may be earlier than what came first.
+        let start_ns = stamp_ns.saturating_sub(settings.window_ns);
+        // Was checked when the engine was made.
+        let _started = self.queue.start(settings, start_ns, None);
+    }
+
+    fn account(&mut self, stamp_ns: u64, taken: Result<(), PushError>) {
+        match taken {
+            Ok(()) => self.newest_ns = self.newest_ns.max(stamp_ns),
+            Err(_) => self.counts.dropped += 1,
+        }
+    }
+
+    /// The time of a stamp as the filter counts it, s.
+    fn seconds(&self, stamp_ns: u64) -> f64 {
+        let origin_ns = self.origin_ns.unwrap_or(0);
+        // Both are whole numbers that double precision has.
+        if stamp_ns < origin_ns { -((origin_ns - stamp_ns) as f64 / 1e9) } else { (stamp_ns - origin_ns) as f64 / 1e9 }
+    }
+
+    /// Takes in all that is due, and tells every estimate.
+    pub fn work(&mut self, tell: &mut dyn FnMut(&Estimate)) {
+        // Odometry comes in the order of its stamps: what is not newer than it has all that it needs.
+        let wait_ns = ns(self.setup.wiring.order.wait_s);
+        let until_ns = self.driven_ns.map(|driven| driven.min(self.newest_ns.saturating_sub(wait_ns)));
+        if let Some(event_ns) =
+            self.pending.iter().copied().filter(|at| until_ns.is_some_and(|until| *at <= until)).max()
+        {
+            self.queue.close_until(event_ns);
+        }
+        loop {
+            let before_ns = self.queue.time_ns();
+            // What an action holds is the queue's, which is asked for its time once the action is done.
+            let event = match self.queue.next_action() {
+                None => break,
+                Some(Action::Predict { control, .. }) => Err((control, false)),
+                Some(Action::Gap { control, .. }) => Err((control, true)),
+                Some(Action::Event(event)) => Ok(event.clone()),
+            };
+            match event {
+                Err((control, is_gap)) => {
+                    self.counts.gaps += u64::from(is_gap);
+                    self.drive(control, before_ns);
+                }
+                Ok(event) => self.take(&event, tell),
+            }
+        }
+        let done_ns = self.queue.time_ns();
+        if self.pending.len() > self.queue.waiting().1 {
+            self.pending.retain(|at| *at > done_ns);
+        }
+        let report = self.queue.take_report();
+        self.flags |= report.flags;
+    }
+
+    /// Moves from a time to that of the queue. Before the first odometry nothing is known to move.
+    fn drive(&mut self, control: Option<Control<f32>>, from_ns: u64) {
+        let Some(control) = control else { return };
+        self.control = control;
+        let dt_s = (self.seconds(self.queue.time_ns()) - self.seconds(from_ns)) as f32;
+        if self.slam.predict(control, dt_s).is_err() {
+            self.counts.refused += 1;
+            return;
+        }
+        let control = self.setup.description.vehicle.kind.control(&control);
+        // What the filter takes its motion takes, too.
+        let _moved = self.smooth.predict(&self.motion, &control, dt_s);
+    }
+
+    fn take(&mut self, event: &Event, tell: &mut dyn FnMut(&Estimate)) {
+        let (of_scan, health) = match event {
+            Event::Scan(sensor, detections) => {
+                let sensors = &self.setup.description.sensors;
+                let model = sensors.get(*sensor).and_then(|sensor| Some(sensor.as_ref()?.model));
+                let bearings: Vec<Vector1<f32>>;
+                let measurements = if model == Some(SensorModel::Bearing) {
+                    bearings = detections.iter().map(|seen| Vector1::new(seen.y)).collect();
+                    Measurements::Bearing(&bearings)
+                } else {
+                    Measurements::RangeBearing(detections)
+                };
+                match self.slam.scan(*sensor, measurements).as_ref().map(Scanned::health) {
+                    Ok(health) => {
+                        self.counts.scans += 1;
+                        self.health |= health;
+                        self.look(*sensor);
+                        (true, Ok(health))
+                    }
+                    Err(_) => (true, Err(())),
+                }
+            }
+            Event::Position([x_m, y_m]) => (false, self.fix(|slam| slam.watch_position(*x_m, *y_m))),
+            Event::Heading(heading_rad) => (false, self.fix(|slam| slam.watch_heading(*heading_rad))),
+        };
+        let (Ok(health), Some(pose)) = (health, self.slam.pose()) else {
+            self.counts.refused += 1;
+            return;
+        };
+        if self.smooth.correct(&pose.mean).is_err() {
+            return;
+        }
+        tell(&Estimate {
+            stamp_ns: self.queue.time_ns(),
+            of_scan,
+            pose,
+            smooth: self.smooth.pose(),
+            map_from_odom: self.smooth.map_from_odom(),
+            control: self.control,
+            health,
+        });
+    }
+
+    fn fix<E>(
+        &mut self,
+        show: impl FnOnce(&mut dyn Services<f32>) -> Result<scphd_vehicle::Watched<f32>, E>,
+    ) -> Result<Health, ()> {
+        let watched = show(&mut *self.slam).map_err(drop)?;
+        self.counts.fixes += 1;
+        self.counts.outliers += u64::from(!watched.report.accepted);
+        Ok(Health::GOOD)
+    }
+}

@@ -1,0 +1,175 @@
+//! Messages as inputs of the filter.
+
+use crate::engine::{Engine, Event};
+use crate::setup::{Setup, Topic};
+use nalgebra::Vector2;
+use scphd_exchange::import::recording::{Moved, Seats, Sight, Told, View, moved, sight};
+use scphd_exchange::mcap::UNKNOWN;
+use scphd_ros::messages::{PoseWithCovarianceStamped, TFMessage};
+use scphd_ros::{Channel, Time};
+use scphd_vehicle::{Control, VehicleKind};
+
+/// What a topic is read for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// How the vehicle moves.
+    Odometry,
+    /// Detections of the sensor in this place of the description.
+    Scan(usize),
+    /// Measurements of the pose.
+    Fixes,
+    /// Where frames sit.
+    Seats,
+}
+
+/// A topic that a node reads.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Input {
+    /// What for.
+    pub role: Role,
+    /// Topic, type and encoding.
+    pub channel: Channel,
+}
+
+/// A pose as odometry has it: its time, ns, and x m, y m, heading rad.
+pub type Placed = (u64, [f64; 3]);
+
+/// Reads messages, and hands them to an engine.
+#[derive(Debug)]
+pub struct Inputs {
+    /// What is read.
+    pub topics: Vec<Input>,
+    seats: Seats,
+    base: String,
+    /// Of every sensor: whether parameters say where it sits; the frame that its view is of, and the view.
+    seated: Vec<bool>,
+    views: Vec<Option<(String, View)>>,
+    counts: Vec<usize>,
+}
+
+/// The frames where no transform leads to, and other reasons that a message is left out for.
+pub type Refused = String;
+
+impl Inputs {
+    /// The inputs of a setup.
+    #[must_use]
+    pub fn new(setup: &Setup) -> Self {
+        let wiring = &setup.wiring;
+        let channel = |Topic { name, kind }: &Topic| {
+            let (topic, kind) = (name.clone(), kind.clone());
+            Channel { topic, kind, encoding: "cdr".into() }
+        };
+        let mut topics = vec![Input { role: Role::Odometry, channel: channel(&wiring.odometry) }];
+        for (place, source) in wiring.sensors.iter().enumerate() {
+            topics.push(Input { role: Role::Scan(place), channel: channel(&source.topic) });
+        }
+        topics.extend(wiring.fixes.iter().map(|fixes| Input { role: Role::Fixes, channel: channel(fixes) }));
+        let seats = Topic::new("/tf_static", "tf2_msgs/msg/TFMessage");
+        topics.push(Input { role: Role::Seats, channel: channel(&seats) });
+        Self {
+            counts: vec![0; topics.len()],
+            topics,
+            seats: Seats::default(),
+            base: wiring.frames[2].clone(),
+            seated: wiring.sensors.iter().map(|source| source.seated).collect(),
+            views: vec![None; wiring.sensors.len()],
+        }
+    }
+
+    /// Takes a message of the topic in this place; where odometry knows a pose, that.
+    ///
+    /// # Errors
+    /// The message is not taken, and why.
+    pub fn take(&mut self, place: usize, data: &[u8], engine: &mut Engine) -> Result<Option<Placed>, Refused> {
+        let Some(Input { role, channel }) = self.topics.get(place) else { return Err("no such topic".into()) };
+        let count = self.counts.get_mut(place);
+        let number = count.map_or(0, |count| {
+            *count += 1;
+            *count
+        });
+        let told = Told { channel, data, log_time_ns: 0, number };
+        let said = |error: scphd_exchange::import::ImportError| error.to_string();
+        match *role {
+            Role::Odometry => {
+                let Moved { stamp, sample, unplaced, .. } = moved(&told).map_err(said)?;
+                let stamp_ns = checked(stamp)?;
+                let [speed, turn, left] = sample.control;
+                let aside = engine.setup().description.vehicle.kind == VehicleKind::Holonomic;
+                let left_mps = if aside { left as f32 } else { 0.0 };
+                engine.control(stamp_ns, Control { speed_mps: speed as f32, left_mps, turn: turn as f32 });
+                Ok(sample.pose.filter(|_| !unplaced).map(|pose| (stamp_ns, pose)))
+            }
+            Role::Scan(sensor) => {
+                let scan = sight(&told).map_err(said)?;
+                let stamp_ns = checked(scan.stamp)?;
+                let detections = self.detections(sensor, &scan, engine)?;
+                engine.event(stamp_ns, Event::Scan(sensor, detections));
+                Ok(None)
+            }
+            Role::Fixes => {
+                let message: PoseWithCovarianceStamped = told.decode().map_err(said)?;
+                let stamp_ns = checked(message.header.stamp)?;
+                let (pose, covariance) = (message.pose.pose, message.pose.covariance);
+                let description = &engine.setup().description;
+                let has = [description.position.is_some(), description.heading.is_some()];
+                if has[0] && covariance[0][0] < UNKNOWN {
+                    engine.event(stamp_ns, Event::Position([pose.position.x as f32, pose.position.y as f32]));
+                }
+                if let Some(turn) = pose.orientation.unit().filter(|_| has[1] && covariance[5][5] < UNKNOWN) {
+                    engine.event(stamp_ns, Event::Heading(turn.yaw_rad() as f32));
+                }
+                Ok(None)
+            }
+            Role::Seats => {
+                self.seats.take(&told.decode::<TFMessage>().map_err(said)?);
+                self.views.fill(None);
+                Ok(None)
+            }
+        }
+    }
+
+    /// Range and bearing of what a scan has, from where the sensor sits.
+    fn detections(&mut self, sensor: usize, scan: &Sight, engine: &mut Engine) -> Result<Vec<Vector2<f32>>, Refused> {
+        let known = self.views.get(sensor).and_then(Option::as_ref).filter(|(frame, _)| *frame == scan.frame);
+        let view = match known {
+            Some((_, view)) => *view,
+            None => {
+                let view = self.view(sensor, &scan.frame, engine)?;
+                self.views.get_mut(sensor).into_iter().for_each(|place| *place = Some((scan.frame.clone(), view)));
+                view
+            }
+        };
+        let see = |seen| {
+            let [range, bearing] = view.see(seen);
+            Vector2::new(range as f32, bearing as f32)
+        };
+        Ok(scan.seen.iter().copied().map(see).collect())
+    }
+
+    /// How points of a frame are seen; has the filter know where the sensor sits, if parameters do not say.
+    fn view(&self, sensor: usize, frame: &str, engine: &mut Engine) -> Result<View, Refused> {
+        let seated = self.seated.get(sensor).copied().unwrap_or(true);
+        let Some(place) = self.seats.between(&self.base, frame) else {
+            return if seated || frame.is_empty() {
+                Ok(View::unknown(frame))
+            } else {
+                Err(format!(
+                    "no transform from {} to {frame} on /tf_static; parameters of the sensor can say where it sits, too",
+                    self.base
+                ))
+            };
+        };
+        let (view, _) = View::of(frame, &place);
+        if !seated {
+            let seat = [view.mounting.forward_m, view.mounting.left_m, view.mounting.yaw_rad];
+            engine.seat(sensor, seat.map(|number| number as f32)).map_err(|error| error.to_string())?;
+        }
+        Ok(view)
+    }
+}
+
+/// A stamp that is one.
+fn checked(stamp: Time) -> Result<u64, Refused> {
+    let good = stamp.sec >= 0 && stamp.nanosec < 1_000_000_000;
+    if good { Ok(stamp.nanoseconds()) } else { Err(format!("{stamp:?} is no time")) }
+}

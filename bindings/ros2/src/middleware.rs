@@ -1,0 +1,198 @@
+//! Topics of ROS 2, and their qualities of service.
+
+use crate::parameters::{ParameterError, Parameters};
+use ros2_client::qos::{Durability, History, WhenFull};
+use ros2_client::{Context, ContextOptions, MessageTypeName, Name, Node, NodeName, NodeOptions, QosProfile};
+use scphd_ros::Message;
+use std::collections::BTreeMap;
+use std::env;
+use std::fmt::Display;
+use std::fs;
+
+/// What went wrong with the middleware or on a command line.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct Failure(pub String);
+
+impl From<ParameterError> for Failure {
+    fn from(error: ParameterError) -> Self {
+        Self(error.to_string())
+    }
+}
+
+/// Messages that wait for a reader, or for the program.
+const DEPTH: usize = 256;
+
+/// Of sensors: what is lost is lost (REP 2003).
+#[must_use]
+pub fn sensor_data() -> QosProfile {
+    QosProfile::subscription_default().reliability_best_effort().history(History::KeepLast { depth: DEPTH })
+}
+
+/// What is lost is sent again.
+#[must_use]
+pub fn reliable() -> QosProfile {
+    QosProfile::publisher_default().reliability_reliable(WhenFull::DEFAULT).history(History::KeepLast { depth: DEPTH })
+}
+
+/// The same, and late readers get the last message.
+#[must_use]
+pub fn latched() -> QosProfile {
+    reliable().durability(Durability::TransientLocal).history(History::KeepLast { depth: 1 })
+}
+
+/// The name of a type, as in `nav_msgs/msg/Odometry`.
+///
+/// # Errors
+/// It is none.
+pub fn type_name(kind: &str) -> Result<MessageTypeName, Failure> {
+    match kind.split('/').collect::<Vec<_>>()[..] {
+        [package, "msg", name] => Ok(MessageTypeName::new(package, name)),
+        _ => Err(Failure(format!("'{kind}' is no type of messages"))),
+    }
+}
+
+/// What a command line of ROS 2 says: `--ros-args -r FROM:=TO -p NAME:=VALUE --params-file FILE`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Arguments {
+    /// The node's own name.
+    pub name: String,
+    /// Its namespace.
+    pub namespace: String,
+    /// Other names of topics and services.
+    pub remapped: BTreeMap<String, String>,
+    /// Parameters.
+    pub parameters: Parameters,
+    /// The words that are not of ROS 2.
+    pub rest: Vec<String>,
+}
+
+impl Arguments {
+    /// Reads a command line.
+    ///
+    /// # Errors
+    /// A word lacks what has to follow, or a file cannot be read.
+    pub fn of(words: impl Iterator<Item = String>, name: &str) -> Result<Self, Failure> {
+        let mut found = Self {
+            name: name.to_owned(),
+            namespace: "/".into(),
+            remapped: BTreeMap::new(),
+            parameters: Parameters::default(),
+            rest: Vec::new(),
+        };
+        let (mut files, mut assigned) = (Vec::new(), Vec::new());
+        let mut words = words;
+        while let Some(word) = words.next() {
+            let mut next = || words.next().ok_or_else(|| Failure(format!("{word} needs a value")));
+            match word.as_str() {
+                "--ros-args" | "--" => {}
+                "-p" | "--param" => assigned.push(next()?),
+                "--params-file" => files.push(next()?),
+                "-r" | "--remap" => {
+                    let word = next()?;
+                    let (from, to) =
+                        word.split_once(":=").ok_or_else(|| Failure(format!("'{word}' is not FROM:=TO")))?;
+                    match from {
+                        "__node" | "__name" => found.name = to.to_owned(),
+                        "__ns" => found.namespace = to.to_owned(),
+                        _ => drop(found.remapped.insert(from.to_owned(), to.to_owned())),
+                    }
+                }
+                _ => found.rest.push(word),
+            }
+        }
+        for file in files {
+            let text = fs::read_to_string(&file).map_err(|error| Failure(format!("{file}: {error}")))?;
+            let read = found.parameters.read(&text, &found.name);
+            read.map_err(|error| Failure(format!("{file}: {error}")))?;
+        }
+        assigned.iter().try_for_each(|word| found.parameters.assign(word))?;
+        Ok(found)
+    }
+
+    /// The whole name of a topic or service: `~/pose` is in the node's own namespace, `scan` in that of the node, `/scan` in none.
+    #[must_use]
+    pub fn resolved(&self, name: &str) -> String {
+        let name = self.remapped.get(name).map_or(name, String::as_str);
+        let namespace = self.namespace.trim_end_matches('/');
+        match (name.strip_prefix("~/"), name.starts_with('/')) {
+            (Some(own), _) => {
+                let whole = format!("{namespace}/{}/{own}", self.name);
+                self.remapped.get(&whole).cloned().unwrap_or(whole)
+            }
+            (None, true) => name.to_owned(),
+            (None, false) => format!("{namespace}/{name}"),
+        }
+    }
+}
+
+/// A node in the domain of `ROS_DOMAIN_ID`.
+///
+/// # Errors
+/// The middleware refuses.
+pub fn node(arguments: &Arguments, options: NodeOptions) -> Result<Node, Failure> {
+    let domain = match env::var("ROS_DOMAIN_ID") {
+        Ok(text) if !text.is_empty() => {
+            text.parse().map_err(|_| Failure(format!("ROS_DOMAIN_ID is '{text}', not a number")))?
+        }
+        _ => 0,
+    };
+    let context = Context::with_options(ContextOptions::new().domain_id(domain));
+    let context = context.map_err(|error| Failure(format!("the middleware does not start: {error:?}")))?;
+    let name = NodeName::new(&arguments.namespace, &arguments.name);
+    let name = name.map_err(|error| Failure(format!("the name of the node: {error}")))?;
+    context.new_node(name, options).map_err(|error| Failure(format!("the node does not start: {error:?}")))
+}
+
+/// A name in parts.
+///
+/// # Errors
+/// It is none.
+pub fn parted(whole: &str) -> Result<Name, Failure> {
+    let bad = |error: &dyn Display| Failure(format!("the name '{whole}': {error}"));
+    let (space, name) = whole.rsplit_once('/').ok_or_else(|| bad(&"it has no /"))?;
+    Name::new(if space.is_empty() { "/" } else { space }, name).map_err(|error| bad(&error))
+}
+
+/// A publisher of messages of a type.
+///
+/// # Errors
+/// The middleware refuses.
+pub fn publisher<M: Message>(
+    node: &mut Node,
+    name: &str,
+    quality: &QosProfile,
+) -> Result<ros2_client::Publisher<M>, Failure> {
+    any_publisher(node, name, M::DEFINITION.name, quality)
+}
+
+/// A publisher of what is put into bytes as messages of a type are.
+///
+/// # Errors
+/// The middleware refuses.
+pub fn any_publisher<M: serde::Serialize>(
+    node: &mut Node,
+    name: &str,
+    kind: &str,
+    quality: &QosProfile,
+) -> Result<ros2_client::Publisher<M>, Failure> {
+    let refused = |error: &dyn std::fmt::Debug| Failure(format!("{name}: {error:?}"));
+    let topic = node.create_topic(&parted(name)?, type_name(kind)?, quality).map_err(|error| refused(&error))?;
+    node.create_publisher(&topic, Some(quality.clone())).map_err(|error| refused(&error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_resolved_as_ros_does() {
+        let words = "-r __ns:=/car --ros-args -r scan:=/lidar/points -r __node:=slam -p order.wait_s:=0.5 log --flag";
+        let found = Arguments::of(words.split(' ').map(str::to_owned), "scphd").unwrap();
+        assert_eq!((found.resolved("scan"), found.resolved("odom")), ("/lidar/points".into(), "/car/odom".into()));
+        assert_eq!((found.resolved("~/pose"), found.resolved("/tf")), ("/car/slam/pose".into(), "/tf".into()));
+        assert_eq!(found.rest, ["log", "--flag"]);
+        assert!(found.parameters.0.contains_key("order.wait_s"));
+        assert!(Arguments::of(["-p".to_owned()].into_iter(), "scphd").is_err());
+    }
+}

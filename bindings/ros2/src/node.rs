@@ -1,0 +1,222 @@
+//! The node: reads topics, runs the filter, publishes what it estimates.
+
+use crate::engine::{Engine, Estimate};
+use crate::inputs::{Inputs, Placed, Role};
+use crate::middleware::{Arguments, Failure, latched, node, parted, publisher, reliable, sensor_data, type_name};
+use crate::outputs;
+use crate::raw::Raw;
+use crate::services::Services;
+use crate::setup::Setup;
+use ros2_client::dds::rustdds::mio1::{Events, Interest, Poll, Token};
+use ros2_client::{Node, NodeOptions, Publisher, Subscription};
+use scphd_ros::Time;
+use scphd_ros::messages::{DiagnosticArray, MarkerArray, Odometry, PoseWithCovarianceStamped, TFMessage};
+use std::collections::VecDeque;
+use std::fmt::Debug;
+use std::path::PathBuf;
+use std::thread;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+/// From one message of diagnostics to the next.
+const DIAGNOSTICS: Duration = Duration::from_secs(1);
+/// From one picture of the map to the next, ns of the stamps.
+const FEATURES_NS: u64 = 200_000_000;
+/// Poses of odometry that are kept until a scan of their time comes.
+const PLACED: usize = 256;
+
+/// What is published.
+struct Outputs {
+    pose: Publisher<PoseWithCovarianceStamped>,
+    odometry: Publisher<Odometry>,
+    features: Publisher<MarkerArray>,
+    transforms: Publisher<TFMessage>,
+    diagnostics: Publisher<DiagnosticArray>,
+}
+
+impl Outputs {
+    fn new(node: &mut Node, arguments: &Arguments) -> Result<Self, Failure> {
+        let name = |name: &str| arguments.resolved(name);
+        Ok(Self {
+            pose: publisher(node, &name("~/pose"), &reliable())?,
+            odometry: publisher(node, &name("~/odometry"), &reliable())?,
+            features: publisher(node, &name("~/features"), &latched())?,
+            transforms: publisher(node, &name("/tf"), &reliable())?,
+            diagnostics: publisher(node, &name("/diagnostics"), &reliable())?,
+        })
+    }
+}
+
+/// What a reader could not take in time is lost; the next message comes.
+fn sent<E: Debug>(name: &str, result: Result<(), E>) {
+    if let Err(error) = result {
+        eprintln!("{name}: not published: {error:?}");
+    }
+}
+
+/// Runs a node until the program ends.
+///
+/// # Errors
+/// Parameters, or the middleware.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if let Some(word) = arguments.rest.first() {
+        return Err(Failure(format!(
+            "'{word}' is not understood; parameters are -p NAME:=VALUE or --params-file FILE"
+        )));
+    }
+    let setup = Setup::of(&arguments.parameters)?;
+    let run = || serve(arguments, setup);
+    scphd_run::session::with_roomy_stack(run).map_err(|error| Failure(format!("a thread does not start: {error}")))?
+}
+
+fn serve(arguments: &Arguments, setup: Setup) -> Result<(), Failure> {
+    let mut engine = Engine::new(setup).map_err(|error| Failure(error.to_string()))?;
+    let mut inputs = Inputs::new(engine.setup());
+    let mut node = node(arguments, NodeOptions::new().enable_rosout(false))?;
+    let spinner = node.spinner().map_err(|error| Failure(format!("{error:?}")))?;
+    thread::spawn(move || {
+        if let Err(error) = futures::executor::block_on(spinner.spin()) {
+            eprintln!("the services of parameters end: {error:?}");
+        }
+    });
+    let outputs = Outputs::new(&mut node, arguments)?;
+    let mut readers = readers(&mut node, arguments, &inputs, engine.setup().wiring.reliable)?;
+    let mut poll = Poll::new().map_err(|error| Failure(error.to_string()))?;
+    for (place, reader) in readers.iter_mut().enumerate() {
+        let registered = poll.registry().register(reader, Token(place), Interest::READABLE);
+        registered.map_err(|error| Failure(error.to_string()))?;
+    }
+    let services = Services::new(&mut node, arguments, poll.registry(), readers.len())?;
+    let (map, window) =
+        (PathBuf::from(&engine.setup().wiring.map), Duration::from_secs_f64(engine.setup().wiring.order.window_s));
+    println!("{}: reads {}", node.fully_qualified_name(), {
+        let topics = inputs.topics.iter().map(|input| arguments.resolved(&input.channel.topic));
+        topics.collect::<Vec<_>>().join(", ")
+    });
+
+    let mut events = Events::with_capacity(64);
+    let mut state = State::default();
+    let (mut told, mut heard) = (Instant::now(), Instant::now());
+    loop {
+        let mut wait = DIAGNOSTICS.saturating_sub(told.elapsed());
+        if engine.is_waiting() {
+            wait = wait.min(window.saturating_sub(heard.elapsed()));
+        }
+        if let Err(error) = poll.poll(&mut events, Some(wait))
+            && error.kind() != std::io::ErrorKind::Interrupted
+        {
+            return Err(Failure(error.to_string()));
+        }
+        // Until nothing more is there: of what came earlier on another topic nothing is left then.
+        while take_all(&readers, &mut inputs, &mut engine, &mut state) {
+            heard = Instant::now();
+        }
+        services.answer(&mut engine, &map);
+        let mut estimates = Vec::new();
+        let mut tell = |estimate: &Estimate| estimates.push(estimate.clone());
+        if heard.elapsed() >= window {
+            engine.flush(&mut tell);
+        } else {
+            engine.work(&mut tell);
+        }
+        for estimate in &estimates {
+            publish(estimate, &mut engine, &outputs, &mut state);
+        }
+        if told.elapsed() >= DIAGNOSTICS {
+            told = Instant::now();
+            let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+            let at = Time::from_nanoseconds(u64::try_from(now.as_nanos()).unwrap_or(0));
+            let refused = state.refused.take();
+            if let Some(refused) = &refused {
+                eprintln!("left out: {refused}");
+            }
+            let conditions = engine.take_conditions();
+            let refused =
+                refused.or_else(|| engine.is_searching().then(|| "looks for its place in the map".to_owned()));
+            let message = outputs::diagnostics(&arguments.name, at, conditions, &engine.counts(), refused.as_deref());
+            sent("diagnostics", outputs.diagnostics.publish(message));
+        }
+    }
+}
+
+/// What is kept between messages.
+#[derive(Default)]
+struct State {
+    placed: VecDeque<Placed>,
+    refused: Option<String>,
+    shown_ns: Option<u64>,
+}
+
+/// One for each topic, in their order.
+fn readers(
+    node: &mut Node,
+    arguments: &Arguments,
+    inputs: &Inputs,
+    must_be_reliable: bool,
+) -> Result<Vec<Subscription<Raw>>, Failure> {
+    let reader = |input: &crate::inputs::Input| {
+        let quality = match input.role {
+            Role::Seats => latched().history(ros2_client::qos::History::KeepLast { depth: 64 }),
+            _ if must_be_reliable => reliable(),
+            _ => sensor_data(),
+        };
+        let name = arguments.resolved(&input.channel.topic);
+        let refused = |error: &dyn Debug| Failure(format!("{name}: {error:?}"));
+        let topic = node
+            .create_topic(&parted(&name)?, type_name(&input.channel.kind)?, &quality)
+            .map_err(|error| refused(&error))?;
+        node.create_subscription(&topic, Some(quality)).map_err(|error| refused(&error))
+    };
+    inputs.topics.iter().map(reader).collect()
+}
+
+/// Takes what has come; whether there was anything.
+fn take_all(readers: &[Subscription<Raw>], inputs: &mut Inputs, engine: &mut Engine, state: &mut State) -> bool {
+    let mut any = false;
+    for (place, reader) in readers.iter().enumerate() {
+        loop {
+            match reader.take() {
+                Ok(Some((message, _))) => {
+                    any = true;
+                    match inputs.take(place, &message.0, engine) {
+                        Ok(None) => {}
+                        Ok(Some(placed)) => {
+                            state.placed.push_back(placed);
+                            if state.placed.len() > PLACED {
+                                state.placed.pop_front();
+                            }
+                        }
+                        Err(refused) => state.refused = Some(refused),
+                    }
+                }
+                Ok(None) => break,
+                Err(error) => {
+                    state.refused = Some(format!("{error:?}"));
+                    break;
+                }
+            }
+        }
+    }
+    any
+}
+
+fn publish(estimate: &Estimate, engine: &mut Engine, outputs: &Outputs, state: &mut State) {
+    let wiring = &engine.setup().wiring;
+    if !estimate.of_scan && !wiring.sensors.is_empty() {
+        return;
+    }
+    let (frames, kind) = (wiring.frames.clone(), engine.setup().description.vehicle.kind);
+    // The pose of the odometry that was the last at the time of the estimate.
+    while state.placed.get(1).is_some_and(|(next_ns, _)| *next_ns <= estimate.stamp_ns) {
+        state.placed.pop_front();
+    }
+    let placed = state.placed.front().copied();
+    sent("pose", outputs.pose.publish(outputs::stamped(estimate, &frames)));
+    sent("odometry", outputs.odometry.publish(outputs::odometry(estimate, &frames, kind)));
+    sent("tf", outputs.transforms.publish(outputs::transforms(estimate, &frames, placed)));
+    let due = state.shown_ns.is_none_or(|shown| estimate.stamp_ns.abs_diff(shown) >= FEATURES_NS);
+    if due {
+        state.shown_ns = Some(estimate.stamp_ns);
+        let markers = outputs::features(engine.slam(), estimate.stamp_ns, &frames[0]);
+        sent("features", outputs.features.publish(markers));
+    }
+}

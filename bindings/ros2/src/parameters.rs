@@ -1,0 +1,169 @@
+//! Parameters of a node: files as ROS 2 has them, and words of a command line.
+
+use serde_yaml_ng::Value as Yaml;
+use std::collections::BTreeMap;
+use std::fmt::{self, Write as _};
+
+/// A parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Value {
+    /// Yes or no.
+    Bool(bool),
+    /// A number.
+    Number(f64),
+    /// A word.
+    Text(String),
+    /// Words.
+    Texts(Vec<String>),
+}
+
+impl fmt::Display for Value {
+    /// As a file has it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bool(is) => write!(f, "{is}"),
+            Self::Number(number) if number.is_infinite() => f.write_str(if *number > 0.0 { ".inf" } else { "-.inf" }),
+            // With a point, as a parameter of ROS 2 keeps its type.
+            Self::Number(number) => write!(f, "{number:?}"),
+            Self::Text(text) => write!(f, "'{}'", text.replace('\'', "''")),
+            Self::Texts(texts) => {
+                let texts: Vec<String> = texts.iter().map(|text| Self::Text(text.clone()).to_string()).collect();
+                write!(f, "[{}]", texts.join(", "))
+            }
+        }
+    }
+}
+
+/// Why parameters cannot be read.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ParameterError {
+    /// The file is none of parameters.
+    #[error("{0}")]
+    File(String),
+    /// A parameter that nobody knows.
+    #[error("there is no parameter '{0}'{1}")]
+    Unknown(String, String),
+    /// A value that is none for it.
+    #[error("parameter '{name}' is {found}: it must be {range}")]
+    Invalid {
+        /// Its name.
+        name: String,
+        /// What it is.
+        found: String,
+        /// What it must be.
+        range: String,
+    },
+}
+
+/// Parameters by name.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Parameters(pub BTreeMap<String, Value>);
+
+impl Parameters {
+    /// Reads those of a node in a file, over these: of `/**` and of the node's own name.
+    ///
+    /// # Errors
+    /// The text is no such file.
+    pub fn read(&mut self, text: &str, node: &str) -> Result<(), ParameterError> {
+        let root: Yaml = serde_yaml_ng::from_str(text).map_err(|error| ParameterError::File(error.to_string()))?;
+        let Yaml::Mapping(nodes) = root else {
+            return Err(ParameterError::File("there is no node in the file".into()));
+        };
+        let mut found = false;
+        for (name, content) in &nodes {
+            let name = name.as_str().unwrap_or_default();
+            if name != "/**" && name.trim_start_matches('/') != node {
+                continue;
+            }
+            let parameters = content.get("ros__parameters");
+            let parameters =
+                parameters.ok_or_else(|| ParameterError::File(format!("{name} has no ros__parameters")))?;
+            self.take("", parameters)?;
+            found = true;
+        }
+        if found { Ok(()) } else { Err(ParameterError::File(format!("neither '{node}' nor '/**' is in the file"))) }
+    }
+
+    /// Takes a word of a command line, `name:=value`.
+    ///
+    /// # Errors
+    /// It is none.
+    pub fn assign(&mut self, word: &str) -> Result<(), ParameterError> {
+        let Some((name, value)) = word.split_once(":=") else {
+            return Err(ParameterError::File(format!("'{word}' is not NAME:=VALUE")));
+        };
+        let value = serde_yaml_ng::from_str(value).map_err(|error| ParameterError::File(error.to_string()))?;
+        self.take(name, &value)
+    }
+
+    fn take(&mut self, name: &str, value: &Yaml) -> Result<(), ParameterError> {
+        let invalid = || ParameterError::Invalid {
+            name: name.to_owned(),
+            found: format!("{value:?}"),
+            range: "a number, a word, a list of words or yes or no".to_owned(),
+        };
+        let value = match value {
+            Yaml::Mapping(parts) => {
+                for (key, value) in parts {
+                    let key = key.as_str().ok_or_else(invalid)?;
+                    let name = if name.is_empty() { key.to_owned() } else { format!("{name}.{key}") };
+                    self.take(&name, value)?;
+                }
+                return Ok(());
+            }
+            Yaml::Bool(is) => Value::Bool(*is),
+            Yaml::Number(number) => Value::Number(number.as_f64().ok_or_else(invalid)?),
+            Yaml::String(text) => Value::Text(text.clone()),
+            Yaml::Sequence(list) => {
+                let texts = list.iter().map(|text| text.as_str().map(str::to_owned));
+                Value::Texts(texts.collect::<Option<_>>().ok_or_else(invalid)?)
+            }
+            _ => return Err(invalid()),
+        };
+        self.0.insert(name.to_owned(), value);
+        Ok(())
+    }
+
+    /// The text of a file for this node.
+    #[must_use]
+    pub fn text(&self, node: &str) -> String {
+        let mut text = format!("{node}:\n  ros__parameters:\n");
+        for (name, value) in &self.0 {
+            // Writing to a text cannot fail.
+            let _ = writeln!(text, "    {name}: {value}");
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_words_and_nested_names_are_read_and_come_back() {
+        let mut read = Parameters::default();
+        let text = "/**:\n  ros__parameters:\n    a: 1\nscphd:\n  ros__parameters:\n    a: 2.5\n    b: {c: yes, d: [x, y]}\n\
+                    other:\n  ros__parameters: {a: 3}\n";
+        read.read(text, "scphd").unwrap();
+        read.assign("e.f:=.inf").unwrap();
+        read.assign("g:='a word'").unwrap();
+        assert_eq!(read.0["a"], Value::Number(2.5));
+        assert_eq!(read.0["b.d"], Value::Texts(vec!["x".into(), "y".into()]));
+        assert_eq!(read.0["e.f"], Value::Number(f64::INFINITY));
+        let mut again = Parameters::default();
+        again.read(&read.text("scphd"), "scphd").unwrap();
+        assert_eq!(again, read);
+    }
+
+    #[test]
+    fn what_is_no_file_of_parameters_is_an_error() {
+        for text in
+            ["", "[1]", "scphd: 3", "other:\n  ros__parameters: {a: 1}", "scphd:\n  ros__parameters: {a: [1]}", "a: ["]
+        {
+            assert!(Parameters::default().read(text, "scphd").is_err(), "{text}");
+        }
+        assert!(Parameters::default().assign("a=1").is_err());
+    }
+}

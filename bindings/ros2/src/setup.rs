@@ -1,0 +1,348 @@
+//! What parameters say: a description of the vehicle, and where the node reads and writes.
+
+use crate::parameters::{ParameterError, Parameters, Value};
+use scphd_vehicle::{Description, SENSORS, Setting};
+
+/// The types of messages that are read as odometry.
+pub const ODOMETRY: [&str; 3] =
+    ["nav_msgs/msg/Odometry", "sensor_msgs/msg/JointState", "ackermann_msgs/msg/AckermannDriveStamped"];
+/// The types of messages that are read as detections.
+pub const DETECTIONS: [&str; 4] = [
+    "sensor_msgs/msg/PointCloud2",
+    "vision_msgs/msg/Detection3DArray",
+    "geometry_msgs/msg/PoseArray",
+    "radar_msgs/msg/RadarScan",
+];
+/// The types of messages that are read as fixes.
+pub const FIXES: [&str; 2] = ["geometry_msgs/msg/PoseWithCovarianceStamped", "sensor_msgs/msg/NavSatFix"];
+
+/// A topic and the type of its messages.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Topic {
+    /// Its name.
+    pub name: String,
+    /// The type, as in `nav_msgs/msg/Odometry`.
+    pub kind: String,
+}
+
+impl Topic {
+    /// A topic.
+    #[must_use]
+    pub fn new(name: &str, kind: &str) -> Self {
+        Self { name: name.to_owned(), kind: kind.to_owned() }
+    }
+}
+
+/// Where the scans of a sensor come from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Source {
+    /// The name of the sensor; empty where it is the only one.
+    pub name: String,
+    /// The topic.
+    pub topic: Topic,
+    /// Whether parameters say where the sensor sits; otherwise `/tf_static` has to.
+    pub seated: bool,
+}
+
+/// How long inputs are waited for, s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Order {
+    /// A scan or fix is taken in when the odometry has come to its time, and so much later by the newest stamp: for sensors whose
+    /// messages take longer than those of others.
+    pub wait_s: f64,
+    /// Without odometry, so much later.
+    pub window_s: f64,
+    /// Longer than this without odometry is a gap.
+    pub gap_s: f64,
+    /// A stamp that is farther from the newest is a jump of the clock.
+    pub jump_s: f64,
+}
+
+/// What a node reads, and the names of its frames.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wiring {
+    /// Odometry.
+    pub odometry: Topic,
+    /// The sensors, in the places of the description.
+    pub sensors: Vec<Source>,
+    /// Fixes, if there are such.
+    pub fixes: Option<Topic>,
+    /// The frames of the map, of the smooth odometry and of the vehicle's pose.
+    pub frames: [String; 3],
+    /// How long inputs are waited for.
+    pub order: Order,
+    /// The file of a map that services save, load and look for the vehicle's place in.
+    pub map: String,
+    /// Whether publishers of inputs must send again what was lost; sensors usually do not (REP 2003).
+    pub reliable: bool,
+}
+
+impl Default for Wiring {
+    fn default() -> Self {
+        Self {
+            odometry: Topic::new("odom", ODOMETRY[0]),
+            sensors: Vec::new(),
+            fixes: None,
+            frames: ["map", "odom", "base_link"].map(str::to_owned),
+            order: Order { wait_s: 0.0, window_s: 0.2, gap_s: 0.5, jump_s: 10.0 },
+            map: "map.scphd".to_owned(),
+            reliable: false,
+        }
+    }
+}
+
+/// All that parameters say.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setup {
+    /// The vehicle and its filter.
+    pub description: Description<f32>,
+    /// Where the node reads and writes.
+    pub wiring: Wiring,
+}
+
+/// The parameter of a setting, of the sensor of this name where it is one of a sensor.
+fn name_of(setting: Setting, sensor: &str) -> String {
+    match setting.name().strip_prefix("sensor.") {
+        Some(rest) if !sensor.is_empty() => format!("sensor.{sensor}.{rest}"),
+        _ => setting.name().to_owned(),
+    }
+}
+
+/// Parameters that have not been looked at yet.
+struct Rest(Parameters);
+
+impl Rest {
+    fn text(&mut self, name: &str, place: &mut String) -> Result<(), ParameterError> {
+        match self.0.0.remove(name) {
+            Some(Value::Text(text)) => *place = text,
+            Some(other) => return Err(invalid(name, &other, "a word")),
+            None => {}
+        }
+        Ok(())
+    }
+
+    fn seconds(&mut self, name: &str, place: &mut f64) -> Result<(), ParameterError> {
+        match self.0.0.remove(name) {
+            Some(Value::Number(number)) if (0.0..=1e9).contains(&number) => *place = number,
+            Some(other) => return Err(invalid(name, &other, "between 0 and 1000000000")),
+            None => {}
+        }
+        Ok(())
+    }
+
+    fn yes(&mut self, name: &str, place: &mut bool) -> Result<(), ParameterError> {
+        match self.0.0.remove(name) {
+            Some(Value::Bool(is)) => *place = is,
+            Some(other) => return Err(invalid(name, &other, "true or false")),
+            None => {}
+        }
+        Ok(())
+    }
+
+    fn topic(&mut self, part: &str, known: &[&str], place: &mut Topic) -> Result<(), ParameterError> {
+        self.text(&format!("{part}.topic"), &mut place.name)?;
+        let name = format!("{part}.type");
+        self.text(&name, &mut place.kind)?;
+        if known.contains(&place.kind.as_str()) {
+            return Ok(());
+        }
+        Err(invalid(&name, &Value::Text(place.kind.clone()), &format!("one of {}", known.join(", "))))
+    }
+}
+
+fn invalid(name: &str, found: &Value, range: &str) -> ParameterError {
+    ParameterError::Invalid { name: name.to_owned(), found: found.to_string(), range: range.to_owned() }
+}
+
+/// The number of a setting that a parameter says; of one of several its place.
+fn number_of(setting: Setting, name: &str, value: &Value) -> Result<f64, ParameterError> {
+    let choices = setting.choices();
+    let found = match value {
+        Value::Number(number) if choices.is_empty() => Some(*number),
+        Value::Text(text) => choices.iter().position(|choice| choice == text).map(|place| place as f64),
+        // A file may say no without quotes.
+        Value::Bool(is) if choices == ["no", "yes"] => Some(f64::from(*is)),
+        _ => None,
+    };
+    found.ok_or_else(|| invalid(name, value, setting.range()))
+}
+
+impl Setup {
+    /// What parameters say, over the defaults: a robot without a sensor.
+    ///
+    /// # Errors
+    /// A parameter that there is not, or whose value is none for it.
+    pub fn of(parameters: &Parameters) -> Result<Self, ParameterError> {
+        let mut rest = Rest(parameters.clone());
+        let (mut description, mut wiring) = (Description::robot(), Wiring::default());
+        let mut sensors = match rest.0.0.remove("sensors") {
+            Some(Value::Texts(names)) => names,
+            Some(other) => return Err(invalid("sensors", &other, "a list of names")),
+            None => Vec::new(),
+        };
+        if sensors.is_empty() && rest.0.0.keys().any(|name| name.starts_with("sensor.")) {
+            sensors.push(String::new());
+        }
+        if sensors.len() > SENSORS {
+            return Err(invalid("sensors", &Value::Texts(sensors), &format!("at most {SENSORS} names")));
+        }
+        for (place, sensor) in sensors.iter().enumerate() {
+            let model = Setting::of_name("sensor.model");
+            // One that is named is there.
+            if let Some(model) = model {
+                let _in_range = description.set(model, place, 1.0);
+            }
+            let part = if sensor.is_empty() { "sensor".to_owned() } else { format!("sensor.{sensor}") };
+            let default = if sensor.is_empty() { "detections".to_owned() } else { format!("detections/{sensor}") };
+            let mut topic = Topic::new(&default, DETECTIONS[0]);
+            rest.topic(&part, &DETECTIONS, &mut topic)?;
+            let seated = ["forward_m", "left_m", "yaw_rad"]
+                .iter()
+                .any(|number| rest.0.0.contains_key(&format!("{part}.{number}")));
+            wiring.sensors.push(Source { name: sensor.clone(), topic, seated });
+        }
+        for setting in Setting::all() {
+            let of_sensor = setting.name().starts_with("sensor.");
+            let places = if of_sensor { sensors.len() } else { 1 };
+            for place in 0..places {
+                let name = name_of(setting, sensors.get(place).map_or("", String::as_str));
+                let Some(value) = rest.0.0.remove(&name) else { continue };
+                let number = number_of(setting, &name, &value)?;
+                description.set(setting, place, number as f32).map_err(|_| invalid(&name, &value, setting.range()))?;
+            }
+        }
+        rest.topic("odometry", &ODOMETRY, &mut wiring.odometry)?;
+        if description.position.is_some() || description.heading.is_some() {
+            let mut topic = Topic::new("fix", FIXES[0]);
+            rest.topic("fixes", &FIXES[..1], &mut topic)?;
+            wiring.fixes = Some(topic);
+        }
+        let [map, odom, base] = &mut wiring.frames;
+        for (name, place) in [("frames.map", map), ("frames.odom", odom), ("frames.base", base)] {
+            rest.text(name, place)?;
+        }
+        let Order { wait_s, window_s, gap_s, jump_s } = &mut wiring.order;
+        let order =
+            [("order.wait_s", wait_s), ("order.window_s", window_s), ("order.gap_s", gap_s), ("order.jump_s", jump_s)];
+        for (name, place) in order {
+            rest.seconds(name, place)?;
+        }
+        rest.text("map", &mut wiring.map)?;
+        rest.yes("reliable", &mut wiring.reliable)?;
+        if let Some(name) = rest.0.0.keys().next() {
+            let hint = if name.starts_with("sensor.") { ": 'sensors' has the names of sensors" } else { "" };
+            return Err(ParameterError::Unknown(name.clone(), hint.to_owned()));
+        }
+        Ok(Self { description, wiring })
+    }
+
+    /// The parameters that say a wiring, and a description in double precision, whose numbers are shorter to write.
+    #[must_use]
+    pub fn parameters(description: &Description<f64>, wiring: &Wiring) -> Parameters {
+        let mut all = Parameters::default();
+        let mut put = |name: String, value: Value| drop(all.0.insert(name, value));
+        let names: Vec<String> = wiring.sensors.iter().map(|source| source.name.clone()).collect();
+        if names.iter().any(|name| !name.is_empty()) {
+            put("sensors".into(), Value::Texts(names.clone()));
+        }
+        let mut topic = |part: String, topic: &Topic| {
+            put(format!("{part}.topic"), Value::Text(topic.name.clone()));
+            put(format!("{part}.type"), Value::Text(topic.kind.clone()));
+        };
+        topic("odometry".into(), &wiring.odometry);
+        for Source { name, topic: of, .. } in &wiring.sensors {
+            topic(if name.is_empty() { "sensor".into() } else { format!("sensor.{name}") }, of);
+        }
+        wiring.fixes.iter().for_each(|fixes| topic("fixes".into(), fixes));
+        for (name, frame) in ["frames.map", "frames.odom", "frames.base"].into_iter().zip(&wiring.frames) {
+            put(name.into(), Value::Text(frame.clone()));
+        }
+        let Order { wait_s, window_s, gap_s, jump_s } = wiring.order;
+        for (name, number) in
+            [("order.wait_s", wait_s), ("order.window_s", window_s), ("order.gap_s", gap_s), ("order.jump_s", jump_s)]
+        {
+            put(name.into(), Value::Number(number));
+        }
+        put("map".into(), Value::Text(wiring.map.clone()));
+        put("reliable".into(), Value::Bool(wiring.reliable));
+        for setting in Setting::all() {
+            let of_sensor = setting.name().starts_with("sensor.");
+            let places = if of_sensor { names.len() } else { 1 };
+            for place in 0..places {
+                let Some(number) = description.get(setting, place) else { continue };
+                let name = name_of(setting, names.get(place).map_or("", String::as_str));
+                // Choices are few.
+                let choice = setting.choices().get(number as usize);
+                put(name, choice.map_or(Value::Number(number), |choice| Value::Text((*choice).to_owned())));
+            }
+        }
+        all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn setup(words: &[&str]) -> Result<Setup, ParameterError> {
+        let mut parameters = Parameters::default();
+        words.iter().try_for_each(|word| parameters.assign(word))?;
+        Setup::of(&parameters)
+    }
+
+    #[test]
+    fn settings_are_taken_by_their_names_in_any_order() {
+        let said = setup(&[
+            "sensors:=[front, rear]",
+            "sensor.front.range_max_m:=12.5",
+            "sensor.rear.yaw_rad:=3.0",
+            "sensor.rear.topic:=/rear/clusters",
+            "joint.movers:=yes",
+            "noise.speed_sigma_mps:=0.25",
+        ])
+        .unwrap();
+        let [front, rear, ..] = said.description.sensors;
+        assert_eq!((front.unwrap().window.range_max_m, rear.unwrap().yaw_rad), (12.5, 3.0));
+        assert_eq!(said.description.vehicle.noise.speed_sigma_mps, 0.25);
+        assert_eq!(said.wiring.sensors[0].topic.name, "detections/front");
+        assert_eq!(said.wiring.sensors[1].topic.name, "/rear/clusters");
+        assert!(said.description.check().is_ok());
+        assert_eq!([0, 1].map(|place: usize| said.wiring.sensors[place].seated), [false, true]);
+    }
+
+    #[test]
+    fn what_is_written_is_what_is_read() {
+        let said = setup(&[
+            "sensor.model:=range_bearing",
+            "sensor.left_m:=0.5",
+            "position:=yes",
+            "order.wait_s:=0.1",
+            "joint.movers:=yes",
+        ])
+        .unwrap();
+        let mut description = Description::<f64>::robot();
+        for setting in Setting::all() {
+            if let Some(number) = said.description.get(setting, 0) {
+                description.set(setting, 0, f64::from(number)).unwrap();
+            }
+        }
+        let mut written = Parameters::default();
+        written.read(&Setup::parameters(&description, &said.wiring).text("scphd"), "scphd").unwrap();
+        assert_eq!(Setup::of(&written).unwrap(), said);
+    }
+
+    #[test]
+    fn what_is_not_understood_is_named() {
+        for (word, part) in [
+            ("sensor.range_max_m:=-1", "above 0"),
+            ("vehicle.kind:=boat", "one of ackermann"),
+            ("speed:=1", "no parameter 'speed'"),
+            ("odometry.type:=std_msgs/msg/String", "nav_msgs/msg/Odometry"),
+            ("order.gap_s:=-1", "between 0"),
+            ("sensor.left.range_max_m:=1", "'sensors' has the names"),
+        ] {
+            let error = setup(&[word]).unwrap_err().to_string();
+            assert!(error.contains(part), "{word}: {error}");
+        }
+    }
+}

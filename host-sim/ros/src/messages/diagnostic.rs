@@ -1,0 +1,56 @@
+//! `diagnostic_msgs`.
+
+use super::message;
+use super::standard::{HEADER, Header};
+use crate::definition::Definition;
+use serde::{Deserialize, Serialize};
+
+/// A value with its name.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[expect(missing_docs, reason = "the fields are said above")]
+pub struct KeyValue {
+    pub key: String,
+    pub value: String,
+}
+
+/// `diagnostic_msgs/msg/KeyValue`.
+pub static KEY_VALUE: Definition =
+    Definition { name: "diagnostic_msgs/msg/KeyValue", text: "string key\nstring value\n", parts: &[] };
+
+/// How a part of a vehicle is.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct DiagnosticStatus {
+    /// 0 where it is well, 1 a warning, 2 an error, 3 where nothing is heard of it.
+    pub level: u8,
+    /// Which part.
+    pub name: String,
+    /// How it is.
+    pub message: String,
+    /// The device.
+    pub hardware_id: String,
+    /// Figures.
+    pub values: Vec<KeyValue>,
+}
+
+/// `diagnostic_msgs/msg/DiagnosticStatus`.
+pub static DIAGNOSTIC_STATUS: Definition = Definition {
+    name: "diagnostic_msgs/msg/DiagnosticStatus",
+    text: "byte OK=0\nbyte WARN=1\nbyte ERROR=2\nbyte STALE=3\nbyte level\nstring name\nstring message\nstring hardware_id\n\
+           diagnostic_msgs/KeyValue[] values\n",
+    parts: &[&KEY_VALUE],
+};
+
+/// How the parts of a vehicle are.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct DiagnosticArray {
+    /// When.
+    pub header: Header,
+    /// One a part.
+    pub status: Vec<DiagnosticStatus>,
+}
+
+message!(
+    /// `diagnostic_msgs/msg/DiagnosticArray`.
+    DiagnosticArray, DIAGNOSTIC_ARRAY = "diagnostic_msgs/msg/DiagnosticArray",
+    "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n", [HEADER, DIAGNOSTIC_STATUS]
+);

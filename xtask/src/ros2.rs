@@ -1,0 +1,67 @@
+//! The node of ROS 2: its tests, and another implementation of DDS as its peer, over loopback.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use crate::outcome::{Missing, Outcome, Stop};
+use crate::process;
+use crate::python::{self, Environment};
+
+/// The peer, and what knows the definitions of messages.
+const PEER: [&str; 2] = ["cyclonedds>=11,<12", "rosbags>=0.10,<0.12"];
+/// The peer's exit code where it and the node do not find each other.
+const NO_DISCOVERY: i32 = 77;
+/// What is played: logs that the simulator has written, then scenarios, each so many times as fast as it was.
+const LOGS: [&str; 2] = ["survey", "thesis-compare"];
+const SCENARIOS: [&str; 2] = ["two-sensors@16", "survey-fixes@16"];
+const LOG_RATE: u32 = 16;
+
+/// The step.
+pub fn step() -> Outcome {
+    check().into()
+}
+
+/// cargo, in the workspace of the node.
+fn cargo(command: &str) -> Command {
+    let mut cargo = process::cargo();
+    cargo.args([command, "--quiet", "--locked", "--release", "--manifest-path", "bindings/ros2/Cargo.toml"]);
+    cargo.arg("--target-dir").arg(process::own_target_dir("ros2"));
+    cargo
+}
+
+/// clippy on the node, warnings are errors.
+pub fn clippy() -> Command {
+    let mut clippy = cargo("clippy");
+    clippy.args(["--all-targets", "--", "-D", "warnings"]);
+    clippy
+}
+
+fn check() -> Result<Outcome, Stop> {
+    let version = python::interpreter()?;
+    let environment = Environment::of(&version)?;
+    environment.equip(&PEER)?;
+    process::run(&mut clippy())?;
+    process::run(cargo("test").args(["--lib", "--bins", "--tests", "--examples"]))?;
+    process::run(cargo("build").args(["--bins", "--example", "reencode"]))?;
+    let program = |name: &str| process::own_target_dir("ros2").join("release").join(name);
+    let folder = process::own_target_dir("ros2").join("played");
+    let mut sources = Vec::new();
+    for log in LOGS {
+        let place = folder.join(format!("{log}-log"));
+        let written =
+            process::run(Command::new(program("scphd-publish")).args([log, "--no-play", "--log"]).arg(&place));
+        written?;
+        sources.push(PathBuf::from(format!("{}@{LOG_RATE}", place.display())));
+    }
+    sources.extend(SCENARIOS.map(PathBuf::from));
+    let mut peer = process::command(environment.program());
+    peer.arg("bindings/ros2/tests/peer.py").arg(program("")).arg(&folder).args(sources);
+    peer.env("PYTHONDONTWRITEBYTECODE", "1");
+    println!("$ python bindings/ros2/tests/peer.py");
+    let status = peer.status().map_err(|error| error.to_string())?;
+    match status.code() {
+        Some(0) => Ok(Outcome::Passed(format!("Python {version}"))),
+        Some(NO_DISCOVERY) => Err(Missing("DDS finds nobody over loopback here".into()).into()),
+        _ => Err(format!("the peer: {status}").into()),
+    }
+}
