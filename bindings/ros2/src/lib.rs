@@ -3,7 +3,7 @@
 //! | file | |
 //! |---|---|
 //! | `parameters.rs`, `setup.rs` | files and words of parameters, and what they say |
-//! | `describe.rs` | the parameters for a log |
+//! | `describe.rs` | the topics of a log |
 //! | `memory.rs`, `maps.rs` | filters on the heap; maps of earlier drives |
 //! | `engine.rs` | a filter behind a sequencer |
 //! | `inputs.rs`, `outputs.rs` | messages as inputs, estimates as messages |

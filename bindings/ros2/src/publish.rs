@@ -105,7 +105,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             written.map_err(|error| Failure(format!("{dir}: {error}")))?;
         }
         if let Some(file) = &task.params {
-            let (description, wiring) = (describe::description(&log, &settings), describe::wiring(&log));
+            let (description, wiring) = (scphd_filters::describe::description(&log, &settings), describe::wiring(&log));
             write(file, &Setup::parameters(&description, &wiring).text("scphd"))?;
         }
         if let Some(file) = &task.poses {

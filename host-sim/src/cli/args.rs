@@ -192,6 +192,9 @@ pub enum Command {
         /// Name of a scenario, or folder of a log.
         #[arg(value_name = "SCENARIO|DIR")]
         source: PathBuf,
+        /// Prints them for a firmware instead: a table of constants with which the joint map is described there.
+        #[arg(long = "as", value_name = "LANGUAGE")]
+        language: Option<Language>,
         #[command(flatten)]
         tuning: Tuning,
     },
@@ -613,6 +616,13 @@ pub enum FilterName {
     Ekf,
     /// The same told the associations by the log's label columns: a bound, never an estimate.
     EkfKnown,
+}
+
+/// A language that settings are printed in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Language {
+    C,
+    Rust,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

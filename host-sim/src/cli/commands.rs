@@ -1,6 +1,7 @@
 //! What the commands do.
 
 use super::args::{Choice, Cli, Command, FilterName, MainJob, RunArgs, Tuning};
+use super::constants::constants;
 use super::failure::{Failure, be_quiet, note_innovations, print, warn_of_errors, warning};
 use super::folder::export;
 use super::maps::{Maps, told};
@@ -78,8 +79,16 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
         Some(Command::Stream(args)) => stream::stream(args),
         Some(Command::Hil(args)) => hil::hil(&args),
         Some(Command::Tune(args)) => tune::tune(args),
-        Some(Command::Settings { source, tuning }) => {
+        Some(Command::Settings { source, language: None, tuning }) => {
             either!(Found::find(&source, None)?, source => settings(&source, &tuning))
+        }
+        Some(Command::Settings { source: name, language: Some(language), tuning }) => {
+            let OfKind::Planar(source) = Found::find(&name, None)? else {
+                return Err(Failure::input("--as: only vehicles in the plane are described by settings"));
+            };
+            let log = &*source.log(0)?;
+            let settings = source.tuned_from(&mut source.origins(log), log, &tuning, &[])?;
+            print(&constants(log, &settings, &name.display().to_string(), language)?)
         }
     }
 }

@@ -4,6 +4,7 @@ mod args;
 mod check;
 mod commands;
 mod compare;
+mod constants;
 mod contender;
 mod diff;
 mod failure;

@@ -163,3 +163,35 @@ mod unix {
         }
     }
 }
+
+/// The table of settings that is printed for a firmware describes the joint map that a replay has, in C and in Rust.
+#[test]
+fn settings_are_printed_as_constants() {
+    use scphd_vehicle::{Description, Setting};
+    let place = Place::with_log(5);
+    let rust = place.prints(&["settings", "log", "--as", "rust"]);
+    let mut described = Description::<f32>::robot();
+    let rows: Vec<Vec<&str>> =
+        rust.lines().filter_map(|line| line.trim().strip_prefix('(')).map(|row| row.split([',', ')']).collect()).collect();
+    assert!(rows.len() > 10, "{rust}");
+    for row in &rows {
+        let [name, sensor, number] = [row[0].trim_matches('"'), row[1].trim(), row[2].trim()];
+        let number = if number == "f32::INFINITY" { f32::INFINITY } else { number.parse().unwrap() };
+        described.set(Setting::of_name(name).unwrap(), sensor.parse().unwrap(), number).unwrap();
+    }
+    let log = scphd_log::log_folder::read(&place.path("log")).unwrap();
+    let whole = scphd_filters::describe::description(&log, &scphd_filters::settings::Settings::for_log(&log));
+    for setting in Setting::all() {
+        let of = |description: &Description<f64>| description.get(setting, 0).map(|number| number as f32);
+        assert_eq!(described.get(setting, 0), of(&whole), "{}", setting.name());
+    }
+    let c = place.prints(&["settings", "log", "--as", "c"]);
+    let header = include_str!("../../../bindings/capi/include/scphd.h");
+    let names = c.split(|letter: char| !(letter.is_ascii_alphanumeric() || letter == '_'));
+    let names: Vec<&str> = names.filter(|word| word.starts_with("SCPHD_")).collect();
+    assert!(names.len() >= rows.len());
+    for name in names {
+        assert!(header.contains(&format!("#define {name} ")), "{name}");
+    }
+    place.fails(&["settings", "girona-tank", "--as", "c"]);
+}
