@@ -14,7 +14,7 @@ pub struct Found<const POSTS: usize> {
     pub beyond: u32,
     /// Clusters of too few beams.
     pub small: u32,
-    /// Clusters that are too wide or too narrow, or a part of something with a hole in it.
+    /// Clusters that are too wide or too narrow.
     pub misshapen: u32,
     /// Clusters beside which something nearer stands, which may hide a part of them.
     pub hidden: u32,
@@ -28,7 +28,7 @@ pub struct PostFinder {
     settings: PostSettings,
 }
 
-/// How many beams beside a cluster may have come back with nothing before that is taken for the end of what is there.
+/// How many beams side by side may have come back with nothing before that is taken for the end of what is there.
 const HOLES: usize = 3;
 
 /// On which side of a beam, in the order of the scan.
@@ -38,11 +38,13 @@ enum Side {
     After,
 }
 
-/// Beams side by side that are of one thing.
+/// Beams side by side that are of one thing, but for some between that came back with nothing.
 struct Cluster {
     first: usize,
     last: usize,
-    len: usize,
+    beams: usize,
+    /// How many came back.
+    readings: usize,
     /// Of their ranges.
     sum_m: f32,
     /// Of the brightest.
@@ -54,8 +56,6 @@ struct Cluster {
 enum Beside {
     /// Something farther away, or nothing.
     Free,
-    /// The same thing goes on, with a hole in it.
-    Same,
     /// Something nearer.
     Nearer,
 }
@@ -93,32 +93,34 @@ impl PostFinder {
     pub fn find<const POSTS: usize, S: Scan>(&self, scan: &S) -> Found<POSTS> {
         let mut found = Found::default();
         let beams = scan.beams();
-        // A circle without ends is walked from the end of a cluster on, so that none is taken for two.
+        // A circle without ends is walked from the begin of a cluster on, so that none is taken for two.
         let begins = |&number: &usize| {
-            let [before, beam] = [neighbour(scan, number, Side::Before), Some(number)]
-                .map(|number| number.and_then(|number| scan.beam(number)).filter(|beam| self.is_of_post(*beam)));
-            before.zip(beam).is_none_or(|(before, beam)| !self.go_together(before, beam))
+            scan.beam(number).filter(|beam| self.is_of_post(*beam)).is_some_and(|beam| {
+                !matches!(near(scan, number, Side::Before), Near::Reading { beam: before, .. }
+                    if self.is_of_post(before) && self.go_together(before, beam))
+            })
         };
         let mut first = if scan.is_closed() { (0..beams).find(begins).unwrap_or(0) } else { 0 };
         let mut walked = 0;
         while walked < beams {
-            let Some(mut beam) = scan.beam(first) else { break };
-            let mut cluster = Cluster { first, last: first, len: 1, sum_m: beam.range_m, intensity: beam.intensity };
-            if self.is_of_post(beam) {
-                while walked + cluster.len < beams
-                    && let Some(number) = neighbour(scan, cluster.last, Side::After)
-                    && let Some(next) = scan.beam(number)
-                    && self.go_together(beam, next)
+            let Some(mut last) = scan.beam(first) else { break };
+            let mut cluster =
+                Cluster { first, last: first, beams: 1, readings: 1, sum_m: last.range_m, intensity: last.intensity };
+            if self.is_of_post(last) {
+                while let Near::Reading { number, beam, steps } = near(scan, cluster.last, Side::After)
+                    && walked + cluster.beams + steps <= beams
+                    && self.go_together(last, beam)
                 {
-                    beam = next;
+                    last = beam;
                     cluster.last = number;
-                    cluster.len += 1;
-                    cluster.sum_m += next.range_m;
-                    cluster.intensity = cluster.intensity.max(next.intensity);
+                    cluster.beams += steps;
+                    cluster.readings += 1;
+                    cluster.sum_m += beam.range_m;
+                    cluster.intensity = cluster.intensity.max(beam.intensity);
                 }
                 found.add(self.judge(scan, &cluster));
             }
-            walked += cluster.len;
+            walked += cluster.beams;
             first = after(scan, cluster.last);
         }
         found
@@ -132,33 +134,38 @@ impl PostFinder {
 
     /// Whether two neighbours are of one thing, of which the first may be of a post.
     fn go_together(&self, last: Beam, next: Beam) -> bool {
-        (last.range_m - next.range_m).abs() <= self.settings.gap_m && self.is_of_post(next)
+        self.adjoin(last, next) && self.is_of_post(next)
+    }
+
+    fn adjoin(&self, one: Beam, other: Beam) -> bool {
+        (one.range_m - other.range_m).abs() <= self.settings.gap_m
     }
 
     fn judge<S: Scan>(&self, scan: &S, cluster: &Cluster) -> Verdict {
         let Self { settings } = self;
-        let &Cluster { first, last, len, sum_m, intensity } = cluster;
-        let mean_m = sum_m / len as f32;
+        let &Cluster { first, last, beams, readings, sum_m, intensity } = cluster;
+        let mean_m = sum_m / readings as f32;
         let (span_rad, step_rad) = (scan.between_rad(first, last), scan.step_rad().abs());
-        let range_m = mean_m + settings.depth_m(len, span_rad, mean_m + settings.radius_m, step_rad);
+        let diameter = 2.0 * settings.radius_m;
+        // What is too wide before its depth is known, as walls are, is so with it.
+        let is_wide = mean_m * span_rad > diameter + settings.tolerance_m;
+        let depth_m =
+            if is_wide { 0.0 } else { settings.depth_m(beams, span_rad, mean_m + settings.radius_m, step_rad) };
+        let range_m = mean_m + depth_m;
         if !(range_m >= settings.range_min_m && range_m <= settings.range_max_m) {
             return Verdict::Outside;
         }
-        let sides = [self.beside(scan, first, Side::Before), self.beside(scan, last, Side::After)];
-        let [Some(before), Some(after)] = sides else { return Verdict::Cut };
-        let sides = [before, after];
-        if sides.contains(&Beside::Nearer) {
+        let edges = [(first, Side::Before), (last, Side::After)];
+        let [before, after] = edges.map(|(edge, side)| self.beside(scan, edge, side));
+        let (Some(before), Some(after)) = (before, after) else { return Verdict::Cut };
+        if before == Beside::Nearer || after == Beside::Nearer {
             return Verdict::Hidden;
         }
-        if sides.contains(&Beside::Same) {
-            return Verdict::Misshapen;
-        }
-        if len < usize::from(settings.min_points) {
+        if readings < usize::from(settings.min_points) {
             return Verdict::Small;
         }
         // The edges lie up to a step farther out on either side.
         let (narrowest, widest) = (range_m * span_rad, range_m * (span_rad + 2.0 * step_rad));
-        let diameter = 2.0 * settings.radius_m;
         if narrowest > diameter + settings.tolerance_m || widest < diameter - settings.tolerance_m {
             return Verdict::Misshapen;
         }
@@ -166,32 +173,45 @@ impl PostFinder {
         let bearing_rad = wrap(first_rad + 0.5 * span_rad.copysign(scan.step_rad()));
         // Where a post lies across the ends of a circle, half of it was seen first and half last.
         let before_end_s = 0.5 * (scan.before_end_s(first) + scan.before_end_s(last));
-        let points = u16::try_from(len).unwrap_or(u16::MAX);
+        let points = u16::try_from(readings).unwrap_or(u16::MAX);
         Verdict::Post(Post { range_m, bearing_rad, before_end_s, points, intensity })
     }
 
-    /// What the first beams beside the edge of a cluster met that did come back; `None` where the view ends before one did.
+    /// What is beside the edge of a cluster; `None` where the view ends before a beam came back.
     fn beside<S: Scan>(&self, scan: &S, edge: usize, side: Side) -> Option<Beside> {
-        let edge_m = scan.beam(edge)?.range_m;
-        let mut at = edge;
-        for _ in 0..=HOLES {
-            at = neighbour(scan, at, side)?;
-            let range_m = scan.beam(at)?.range_m;
-            if range_m > 0.0 {
-                let farther = range_m - edge_m;
-                // A dark reading as far away as a reflector is of what that is fixed to.
-                let is_same = farther <= self.settings.gap_m && self.settings.min_intensity <= 0.0;
-                return Some(if farther < -self.settings.gap_m {
-                    Beside::Nearer
-                } else if is_same {
-                    Beside::Same
-                } else {
-                    Beside::Free
-                });
+        let last = scan.beam(edge)?;
+        match near(scan, edge, side) {
+            Near::End => None,
+            // A dark reading as far away as a reflector is of what that is fixed to.
+            Near::Reading { beam, .. } if beam.range_m < last.range_m && !self.adjoin(last, beam) => {
+                Some(Beside::Nearer)
             }
+            Near::Reading { .. } | Near::Nothing => Some(Beside::Free),
         }
-        Some(Beside::Free)
     }
+}
+
+/// The first beam beside one that came back.
+enum Near {
+    /// The beam, its number, and how many beams on it is.
+    Reading { number: usize, beam: Beam, steps: usize },
+    /// None came back before it was plain that nothing goes on here.
+    Nothing,
+    /// The view ends before.
+    End,
+}
+
+fn near<S: Scan>(scan: &S, from: usize, side: Side) -> Near {
+    let mut at = from;
+    for steps in 1..=1 + HOLES {
+        let Some(number) = neighbour(scan, at, side) else { return Near::End };
+        let Some(beam) = scan.beam(number) else { return Near::End };
+        if beam.range_m > 0.0 {
+            return Near::Reading { number, beam, steps };
+        }
+        at = number;
+    }
+    Near::Nothing
 }
 
 /// The next beam, after the last the first.

@@ -27,17 +27,17 @@ impl Resolution {
     }
 
     /// The probability that a post at this range, m, which nothing hides, is detected. The rays fall where they will: a post `w` steps
-    /// wide has `⌊w⌋` of them, and one more with the probability of what is left of `w`. One that does not come back ends
-    /// the cluster: all but those at the ends must come back, and at least as many as a post must have.
+    /// wide has `⌊w⌋` of them, and one more with the probability of what is left of `w`. As many must come back as a post must have:
+    /// with a ray more on it than that, it is all but certain.
     #[must_use]
     pub fn detection_probability(&self, settings: &PostSettings, range_m: f32) -> f32 {
         if !(range_m >= settings.range_min_m && range_m <= settings.range_max_m) {
             return 0.0;
         }
-        let wide = self.steps_wide(settings, range_m);
-        let needed = f32::from(settings.min_points);
-        let enough = (wide - (needed - 1.0)).clamp(0.0, 1.0);
-        enough * libm::powf(self.returned, needed.max(wide - 2.0))
+        let spare = self.steps_wide(settings, range_m) - f32::from(settings.min_points);
+        let enough = (spare + 1.0).clamp(0.0, 1.0);
+        let missed = 1.0 - libm::powf(self.returned, f32::from(settings.min_points));
+        enough * (1.0 - missed * (1.0 - spare).clamp(0.0, 1.0))
     }
 
     /// The farthest range, m, at which a post is detected with at least this probability, but for rays that do not come back.

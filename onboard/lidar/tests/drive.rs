@@ -149,8 +149,8 @@ fn bytes_of_a_lidar_keep_a_robot_in_its_place() {
     let [damaged, ..] = drives(true, 1e-3);
     println!("without taking the motion of a revolution out:");
     let [blurred, ..] = drives(false, 0.0);
-    assert!(clean < 0.1 && reckoning > 10.0 * clean, "{clean} {reckoning}");
+    assert!(clean < 0.0132 && reckoning > 10.0 * clean, "{clean} {reckoning}");
     assert!(nees < 3.0 && known > 0.9, "{nees} {known}");
     assert!(damaged < 1.5 * clean + 0.01, "{damaged}");
-    assert!(blurred > clean, "{blurred}");
+    assert!((0.074..0.107).contains(&blurred), "{blurred}");
 }

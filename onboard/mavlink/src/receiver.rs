@@ -67,9 +67,11 @@ enum Held {
     Message(usize, Received),
     /// A frame of so many bytes that says nothing to us.
     Other(usize),
+    /// A frame of so many bytes whose message is of no use.
     Unusable(usize),
     /// The first byte is not the begin of a frame.
     None,
+    /// A frame whose check is wrong.
     Damaged,
 }
 
@@ -137,14 +139,9 @@ impl Receiver {
         if mark != MARK || flags > 1 {
             return Held::None;
         }
+        let [_, _, _, _, _, system, component, n0, n1, n2, ..] = *held else { return Held::Part };
         let end = HEAD + usize::from(len);
         let whole = end + CHECK + if flags == 1 { SIGNATURE } else { 0 };
-        let (Some(covered), Some(&[.., c0, c1]), Some(payload)) =
-            (held.get(1..end), held.get(..end + CHECK), held.get(HEAD..end))
-        else {
-            return Held::Part;
-        };
-        let [_, _, _, _, system, component, n0, n1, n2, ..] = *covered else { return Held::None };
         let number = u32::from_le_bytes([n0, n1, n2, 0]);
         // The check of a message that is not known here cannot be made: it may be a frame where one is due, and nowhere else.
         let Some((_, extra)) = KNOWN.into_iter().find(|(known, _)| *known == number) else {
@@ -155,6 +152,11 @@ impl Receiver {
             } else {
                 Held::Other(whole)
             };
+        };
+        let (Some(covered), Some(&[.., c0, c1]), Some(payload)) =
+            (held.get(1..end), held.get(..end + CHECK), held.get(HEAD..end))
+        else {
+            return Held::Part;
         };
         if check(covered, extra) != u16::from_le_bytes([c0, c1]) {
             return Held::Damaged;
