@@ -19,22 +19,22 @@
 #define SCPHD_MEMORY(name, bytes) uint64_t name[(bytes) / 8]
 
 /* Joint map: 40 features, scans of 32 measurements. */
-#define SCPHD_SIZE_JOINT_40 21504
+#define SCPHD_SIZE_JOINT_40 23552
 
 /* Joint map: 100 features, scans of 32 measurements. */
-#define SCPHD_SIZE_JOINT_100 94208
+#define SCPHD_SIZE_JOINT_100 99328
 
 /* Joint map: 60 features and 16 that move, scans of 32 measurements. */
-#define SCPHD_SIZE_JOINT_60_MOVERS 40960
+#define SCPHD_SIZE_JOINT_60_MOVERS 44032
 
 /* Joint map: 100 features and 32 that move, scans of 32 measurements. */
-#define SCPHD_SIZE_JOINT_100_MOVERS 97280
+#define SCPHD_SIZE_JOINT_100_MOVERS 102400
 
 /* Joint map: 40 features and 16 that move, and 1000 features that are far away in an archive; scans of 32 measurements. */
-#define SCPHD_SIZE_JOINT_40_ARCHIVE 366592
+#define SCPHD_SIZE_JOINT_40_ARCHIVE 368640
 
 /* Joint map that learns what the odometry is off by: 60 features, scans of 32 measurements. */
-#define SCPHD_SIZE_JOINT_60_LEARNING 40960
+#define SCPHD_SIZE_JOINT_60_LEARNING 44032
 
 /* Mixture: 32 particles of two samples, 320 pages of features, 32 to a map, 256 in view; 128 pages of moving ones; scans of 128 measurements, of range and bearing or of bearings alone. */
 #define SCPHD_SIZE_MIXTURE_32X2 206848

@@ -58,17 +58,17 @@ macro_rules! table {
     ($then:ident) => {
         $then! {
             /// Joint map: 40 features, scans of 32 measurements.
-            JOINT_40 = 101, 21_504 bytes of Joint40: scphd_start_joint_40, scphd_resume_joint_40, scphd_services_joint_40;
+            JOINT_40 = 101, 23_552 bytes of Joint40: scphd_start_joint_40, scphd_resume_joint_40, scphd_services_joint_40;
             /// Joint map: 100 features, scans of 32 measurements.
-            JOINT_100 = 102, 94_208 bytes of Joint100: scphd_start_joint_100, scphd_resume_joint_100, scphd_services_joint_100;
+            JOINT_100 = 102, 99_328 bytes of Joint100: scphd_start_joint_100, scphd_resume_joint_100, scphd_services_joint_100;
             /// Joint map: 60 features and 16 that move, scans of 32 measurements.
-            JOINT_60_MOVERS = 103, 40_960 bytes of Joint60Movers: scphd_start_joint_60_movers, scphd_resume_joint_60_movers, scphd_services_joint_60_movers;
+            JOINT_60_MOVERS = 103, 44_032 bytes of Joint60Movers: scphd_start_joint_60_movers, scphd_resume_joint_60_movers, scphd_services_joint_60_movers;
             /// Joint map: 100 features and 32 that move, scans of 32 measurements.
-            JOINT_100_MOVERS = 104, 97_280 bytes of Joint100Movers: scphd_start_joint_100_movers, scphd_resume_joint_100_movers, scphd_services_joint_100_movers;
+            JOINT_100_MOVERS = 104, 102_400 bytes of Joint100Movers: scphd_start_joint_100_movers, scphd_resume_joint_100_movers, scphd_services_joint_100_movers;
             /// Joint map: 40 features and 16 that move, and 1000 features that are far away in an archive; scans of 32 measurements.
-            JOINT_40_ARCHIVE = 105, 366_592 bytes of Joint40Archive: scphd_start_joint_40_archive, scphd_resume_joint_40_archive, scphd_services_joint_40_archive;
+            JOINT_40_ARCHIVE = 105, 368_640 bytes of Joint40Archive: scphd_start_joint_40_archive, scphd_resume_joint_40_archive, scphd_services_joint_40_archive;
             /// Joint map that learns what the odometry is off by: 60 features, scans of 32 measurements.
-            JOINT_60_LEARNING = 106, 40_960 bytes of Joint60Learning: scphd_start_joint_60_learning, scphd_resume_joint_60_learning, scphd_services_joint_60_learning;
+            JOINT_60_LEARNING = 106, 44_032 bytes of Joint60Learning: scphd_start_joint_60_learning, scphd_resume_joint_60_learning, scphd_services_joint_60_learning;
             /// Mixture: 32 particles of two samples, 320 pages of features, 32 to a map, 256 in view; 128 pages of moving ones; scans of 128
             /// measurements, of range and bearing or of bearings alone.
             MIXTURE_32X2 = 111, 206_848 bytes of Mixture32x2: scphd_start_mixture_32x2, scphd_resume_mixture_32x2, scphd_services_mixture_32x2;

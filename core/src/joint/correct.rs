@@ -1,7 +1,7 @@
 //! The update of the joint Gaussian: feature by feature, with all measurements that are associated with it.
 
 use super::associations::detected;
-use super::covariance::{Common, symmetric};
+use super::covariance::symmetric;
 use super::innovation_statistics::{InnovationStatistics, innovation_statistics, is_informative_for_pose};
 use super::movers::Movers;
 use super::position_update::correct_position;
@@ -78,14 +78,14 @@ fn move_by<T, S, Z>(
         tally.left_out += 1;
         return;
     }
-    let Memory { header, joint, common, .. } = memory;
+    let Memory { header, joint, pending, .. } = memory;
     // Among as many coordinates as the widest measurement has; the others are zero.
     let by = Matrix::with(|row, column| by.get(row, column));
     let step = Z::with(|z| step.at(z));
-    if !(joint.may_add::<Z>(&pose, &by) && header.may_move::<Z>(&pose, &step)) {
+    if !(pending.may_push(joint, &by) && header.may_move::<Z>(&pose, &step)) {
         tally.left_out += 1;
         return;
     }
-    joint.add_product::<Z>(&Common { pose, features: common }, &by, header.len);
     memory.inject_correction(&pose, &step);
+    memory.pending.push(&by);
 }

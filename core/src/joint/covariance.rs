@@ -17,7 +17,7 @@ pub const fn joint_numbers(pose: usize, dimension: usize, features: usize) -> us
 }
 
 /// Where a row of the triangle starts.
-const fn row_start(row: usize) -> usize {
+pub(super) const fn row_start(row: usize) -> usize {
     row * (row + 1) / 2
 }
 
@@ -25,35 +25,6 @@ const fn row_start(row: usize) -> usize {
 #[derive(Debug)]
 pub(super) struct Joint<'s, P: Pose> {
     pub(super) numbers: &'s mut [ScalarOf<P>],
-}
-
-/// Adds to two rows of the triangle, of the same length, the products of what is weighed for each with what goes with every column.
-#[inline]
-fn add_columns<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
-    [of_upper, of_lower]: &[Z; 2],
-    common: &Common<'_, P, Z>,
-    (upper, lower): (&mut [T], &mut [T]),
-) {
-    let add = |((upper, lower), of_column): ((&mut T, &mut T), &Z)| {
-        // Both before either is written, which for all that the compiler knows could change the column's part.
-        let (to_upper, to_lower) = (of_upper.dot(of_column), of_lower.dot(of_column));
-        *upper += to_upper;
-        *lower += to_lower;
-    };
-    let of_pose = P::Tangent::DIMENSION.min(upper.len());
-    let (pose_upper, upper) = upper.split_at_mut(of_pose);
-    let (pose_lower, lower) = lower.split_at_mut(of_pose.min(lower.len()));
-    pose_upper.iter_mut().zip(pose_lower).zip(common.pose.as_ref()).for_each(add);
-    let whole = upper.len() / P::Position::DIMENSION;
-    let (mut upper, mut lower) =
-        (upper.chunks_exact_mut(P::Position::DIMENSION), lower.chunks_exact_mut(P::Position::DIMENSION));
-    for ((upper, lower), columns) in upper.by_ref().zip(lower.by_ref()).zip(common.features.iter()) {
-        upper.iter_mut().zip(lower).zip(columns.as_ref()).for_each(add);
-    }
-    // Of the rows' own feature, the columns before their own.
-    if let Some(columns) = common.features.get(whole) {
-        upper.into_remainder().iter_mut().zip(lower.into_remainder()).zip(columns.as_ref()).for_each(add);
-    }
 }
 
 /// The covariances of a pose and one feature.
@@ -66,32 +37,8 @@ pub(super) struct Blocks<P: Pose> {
     pub(super) feature: Linear<PositionOf<P>, PositionOf<P>>,
 }
 
-/// P Hᵀ, row by row: what every coordinate has in common with a predicted measurement.
-#[derive(Debug)]
-pub(super) struct Common<'s, P: Pose, Z: Vector> {
-    pub(super) pose: RowsOf<TangentOf<P>, Z>,
-    /// The rows of one feature after the other.
-    pub(super) features: &'s mut [RowsOf<PositionOf<P>, Z>],
-}
-
 /// A row for every coordinate of an `N`.
 pub(super) type RowsOf<N, Z> = <N as Vector>::Array<Z>;
-
-impl<'s, P: Pose, Z: Vector> Common<'s, P, Z> {
-    /// Nothing yet, over borrowed rows.
-    pub(super) fn over(features: &'s mut [RowsOf<PositionOf<P>, Z>]) -> Self {
-        Self { pose: Zero::ZERO, features }
-    }
-
-    /// The row of every coordinate of the pose and of so many features.
-    pub(super) fn fill(&mut self, features: usize, of: impl Fn(usize) -> Z) {
-        self.pose.as_mut().iter_mut().enumerate().for_each(|(k, row)| *row = of(k));
-        for (feature, rows) in self.features.iter_mut().take(features).enumerate() {
-            let first = first::<P>(feature);
-            rows.as_mut().iter_mut().enumerate().for_each(|(d, row)| *row = of(first + d));
-        }
-    }
-}
 
 /// The first coordinate of a feature; of one behind so many, how many coordinates there are.
 pub(super) const fn first<P: Pose>(feature: usize) -> usize {
@@ -111,7 +58,7 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
 
     /// The covariances of a coordinate with some that follow each other: mostly a piece of one row.
     #[inline]
-    fn run<N: Vector<Scalar = T>>(&self, row: usize, column: usize) -> N {
+    pub(super) fn run<N: Vector<Scalar = T>>(&self, row: usize, column: usize) -> N {
         let start = row_start(row) + column;
         match self.numbers.get(start..start + N::DIMENSION) {
             Some(run) if row + 1 >= column + N::DIMENSION => N::with(|k| run.get(k).copied().unwrap_or(T::ZERO)),
@@ -182,23 +129,6 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         }
     }
 
-    /// P Hᵀ for a feature's Hx = ∂h/∂x and Hm = ∂h/∂m, over so many features.
-    pub(super) fn common<Y: Vector<Scalar = T>, Z: Vector<Scalar = T>>(
-        &self,
-        feature: usize,
-        by_pose: &Linear<Y, P::Tangent>,
-        by_feature: &Linear<Y, P::Position>,
-        features: usize,
-        into: &mut Common<'_, P, Z>,
-    ) {
-        let first = first::<P>(feature);
-        into.fill(features, |coordinate| {
-            let (pose, own) = (self.run::<P::Tangent>(coordinate, 0), self.run::<P::Position>(coordinate, first));
-            let of_measurement = applied::<Y, P::Tangent>(by_pose, &pose) + applied::<Y, P::Position>(by_feature, &own);
-            Z::with(|z| of_measurement.at(z))
-        });
-    }
-
     /// Adds a feature behind so many, independent of everything, and so far without a covariance.
     pub(super) fn put_alone(&mut self, features: usize) {
         let (first, behind) = (first::<P>(features), first::<P>(features + 1));
@@ -250,100 +180,6 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         }
     }
 
-    /// P Hᵀ for a measurement of the pose alone.
-    pub(super) fn common_with_pose<Y: Vector<Scalar = T>, Z: Vector<Scalar = T>>(
-        &self,
-        by_pose: &Linear<Y, P::Tangent>,
-        features: usize,
-        into: &mut Common<'_, P, Z>,
-    ) {
-        into.fill(features, |coordinate| {
-            let of_measurement = applied::<Y, P::Tangent>(by_pose, &self.run(coordinate, 0));
-            Z::with(|z| of_measurement.at(z))
-        });
-    }
-
-    /// Whether P + (P Hᵀ) B (P Hᵀ)ᵀ has variances of the pose that can be. Where rounding has spoilt the covariance they may come out
-    /// below zero, and all that follows would be worse.
-    pub(super) fn may_add<Z: Vector<Scalar = T>>(&self, pose: &RowsOf<P::Tangent, Z>, by: &Linear<Z, Z>) -> bool {
-        pose.as_ref().iter().enumerate().all(|(k, of_row)| {
-            let variance = self.get(k, k) + applied::<Z, Z>(by, of_row).dot(of_row);
-            variance >= T::ZERO && variance < T::INFINITY
-        })
-    }
-
-    /// P ← P + (P Hᵀ) B (P Hᵀ)ᵀ over so many features, B symmetric. A variance keeps what rounding may have taken from it: without
-    /// that the matrix would lose its definiteness in the course of a hundred thousand updates.
-    pub(super) fn add_product<Z: Vector<Scalar = T>>(
-        &mut self,
-        common: &Common<'_, P, Z>,
-        by: &Linear<Z, Z>,
-        features: usize,
-    ) {
-        let rounding = T::ONE + T::EPSILON * T::from_f64(4.0);
-        let of_features = common.features.iter().take(features).flat_map(|rows| rows.as_ref());
-        let mut rows = common.pose.as_ref().iter().chain(of_features).enumerate();
-        // Two rows at a time, so that what goes with a column is fetched once for both; of an odd number, the first one is the shortest.
-        if first::<P>(features) % 2 == 1
-            && let Some(((_, of_row), variance)) = rows.next().zip(self.numbers.first_mut())
-        {
-            *variance = (*variance + applied::<Z, Z>(by, of_row).dot(of_row)) * rounding;
-        }
-        while let Some(((row, of_upper), (_, of_lower))) = rows.next().zip(rows.next()) {
-            let numbers = self.numbers.get_mut(row_start(row)..row_start(row + 2));
-            let Some((upper, lower)) = numbers.and_then(|numbers| numbers.split_at_mut_checked(row + 1)) else {
-                return;
-            };
-            let weighed = [of_upper, of_lower].map(|of_row| applied::<Z, Z>(by, of_row));
-            let Some(before) = lower.get_mut(..=row) else { return };
-            add_columns(&weighed, common, (upper, before));
-            if let Some(variance) = upper.last_mut() {
-                *variance *= rounding;
-            }
-            if let Some(variance) = lower.last_mut() {
-                *variance = (*variance + weighed[1].dot(of_lower)) * rounding;
-            }
-        }
-    }
-
-    /// P ← (I + c eᵀ) P (I + c eᵀ)ᵀ over so many features, with e the direction of the coordinate `heading` and c the `levers` of the
-    /// pose's other coordinates (0 of the heading itself) and of each feature's: what an uncertain heading means where things have been moved to.
-    pub(super) fn turn(
-        &mut self,
-        heading: usize,
-        (of_pose, of_feature): (&P::Tangent, impl Fn(usize) -> P::Position),
-        features: usize,
-    ) {
-        let variance = self.get(heading, heading);
-        let lever = |row: usize| match row.checked_sub(Self::K) {
-            None => of_pose.at(row),
-            Some(behind) => of_feature(behind / Self::D).at(behind % Self::D),
-        };
-        for row in (0..first::<P>(features)).filter(|&row| row != heading) {
-            let (of_row, with_row) = (lever(row), self.get(row, heading));
-            let grown =
-                |of_column: T, with_column: T| of_row * (with_column + of_column * variance) + with_row * of_column;
-            for column in (0..Self::K.min(row + 1)).filter(|&column| column != heading) {
-                let more = grown(of_pose.at(column), self.get(column, heading));
-                self.set(row, column, self.get(row, column) + more);
-            }
-            let Some((before, numbers)) = self.numbers.split_at_mut_checked(row_start(row)) else { return };
-            let with_features = numbers.get_mut(Self::K..=row).unwrap_or(&mut []);
-            // Where the covariances of the columns' coordinates with the heading are: one a row.
-            let (mut index, mut next) = (row_start(Self::K) + heading, Self::K + 1);
-            for (feature, numbers) in with_features.chunks_mut(Self::D).enumerate() {
-                let of_columns = of_feature(feature);
-                for (number, &of_column) in numbers.iter_mut().zip(of_columns.as_slice()) {
-                    *number += grown(of_column, before.get(index).copied().unwrap_or(with_row));
-                    (index, next) = (index + next, next + 1);
-                }
-            }
-        }
-        for row in (0..first::<P>(features)).filter(|&row| row != heading) {
-            self.set(row, heading, self.get(row, heading) + lever(row) * variance);
-        }
-    }
-
     /// Takes a coordinate of the pose whose variance rounding has made negative, or no number at all, for certain and for
     /// independent of the rest; how many.
     pub(super) fn repair_pose(&mut self, features: usize) -> usize {
@@ -366,9 +202,15 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         features: usize,
     ) {
         let first = first::<P>(features);
+        let Some((before, rows)) = self.numbers.split_at_mut_checked(row_start(first)) else { return };
+        let before = Joint::<P> { numbers: before };
         for column in 0..first {
-            let cross = applied::<P::Position, P::Tangent>(by_pose, &self.run(column, 0));
-            (0..Self::D).for_each(|d| self.set(first + d, column, cross.at(d)));
+            let cross = applied::<P::Position, P::Tangent>(by_pose, &before.run(column, 0));
+            for (d, &number) in cross.as_slice().iter().enumerate() {
+                if let Some(slot) = rows.get_mut(row_start(first + d) - row_start(first) + column) {
+                    *slot = number;
+                }
+            }
         }
         let block = sandwiched::<P::Position, P::Tangent, P::Tangent>(by_pose, &self.pose(), by_pose) + *own;
         for row in 0..Self::D {
@@ -385,8 +227,19 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
             return;
         }
         let (to, from) = (first::<P>(feature), first::<P>(last));
-        for other in (0..from).filter(|other| !(to..to + Self::D).contains(other)) {
-            (0..Self::D).for_each(|d| self.set(to + d, other, self.get(from + d, other)));
+        let Some((before, last)) = self.numbers.split_at_mut_checked(row_start(from)) else { return };
+        for d in 0..Self::D {
+            let moved = last.get(row_start(from + d) - row_start(from)..).unwrap_or(&[]);
+            let row = before.get_mut(row_start(to + d)..).unwrap_or(&mut []);
+            row.iter_mut().zip(moved).take(to).for_each(|(slot, &number)| *slot = number);
+            // With what is between the two: one number a row.
+            let mut index = row_start(to + Self::D) + to + d;
+            for (other, &number) in moved.iter().enumerate().take(from).skip(to + Self::D) {
+                if let Some(slot) = before.get_mut(index) {
+                    *slot = number;
+                }
+                index += other + 1;
+            }
         }
         for row in 0..Self::D {
             (0..=row).for_each(|column| self.set(to + row, to + column, self.get(from + row, from + column)));

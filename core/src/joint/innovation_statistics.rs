@@ -3,7 +3,8 @@
 use super::ambiguity::is_ambiguous;
 use super::associate::Predicted;
 use super::associations::{AssociationRow, probabilities};
-use super::covariance::{Common, RowsOf, symmetric};
+use super::covariance::{RowsOf, symmetric};
+use super::pending::h_times;
 use super::report::Tally;
 use super::state::Memory;
 use crate::models::OwnNoise;
@@ -62,16 +63,18 @@ where
     S: Sensor<Pose: Pose<Scalar = T>>,
     Z: Vector<Scalar = T>,
 {
-    let Memory { header, landmarks, joint, common, association_table, .. } = memory;
+    memory.make_room();
+    let Memory { header, landmarks, joint, pending, association_table, .. } = memory;
     let landmark = landmarks.get(index)?;
     let Predicted { measurement, by_pose, by_feature } =
         Predicted::of(sensor, &sensor.frame(&header.pose), &landmark.mean)?;
     let by_pose = header.in_invariant_error::<S::Measurement>(&by_pose, &by_feature, landmark);
-    let mut common = Common::over(common);
-    joint.common::<S::Measurement, Z>(index, &by_pose, &by_feature, header.len, &mut common);
-    let own = common.features.get(index).map_or(&[][..], |rows| rows.as_ref());
-    let full = rows::<S::Measurement, TangentOf<S::Pose>, Z>(&by_pose, common.pose.as_ref())
-        + rows::<S::Measurement, PositionOf<S::Pose>, Z>(&by_feature, own);
+    pending.measure::<S::Measurement>(joint, index, &by_pose, &by_feature, header.len);
+    let (pose, own) = (pending.pose(), pending.feature(index).map_or(&[][..], |rows| rows.as_ref()));
+    let full = h_times::<S::Measurement, TangentOf<S::Pose>, Z>(&by_pose, pose.as_ref())
+        + h_times::<S::Measurement, PositionOf<S::Pose>, Z>(&by_feature, own);
+    // Among as many coordinates as the measurement has; the others are zero.
+    let full = Matrix::with(|row, column| full.at(row, column));
     let noise = mean_noise(sensor, &measurement, probabilities(association_table, index, measurements));
     let Some(factor) = symmetric::<S::Measurement>(&full).plus(&noise).factor() else {
         tally.left_out += 1;
@@ -98,7 +101,7 @@ where
     let sandwich = product::<S::Measurement, S::Measurement, S::Measurement>;
     let spread = sandwich(&sandwich(&inverse, &open), &inverse);
     let step = applied::<S::Measurement, S::Measurement>(&inverse, &mean);
-    Some(InnovationStatistics { pose: common.pose, inverse, step, spread, detected })
+    Some(InnovationStatistics { pose, inverse, step, spread, detected })
 }
 
 /// R in the mean over measurements with these association probabilities, where it is not the same for all.
@@ -123,15 +126,4 @@ fn mean_noise<'m, T: Real, S: Sensor<Pose: Pose<Scalar = T>, Measurement: 'm>>(
 /// v vᵀ.
 fn outer<Y: Vector>(v: &Y) -> Linear<Y, Y> {
     Matrix::with(|row, column| v.at(row) * v.at(column))
-}
-
-/// H times the rows of (P Hᵀ) of what it is by.
-fn rows<Y, N, Z>(h: &Linear<Y, N>, common: &[Z]) -> Linear<Y, Y>
-where
-    Y: Vector,
-    N: Vector<Scalar = Y::Scalar>,
-    Z: Vector<Scalar = Y::Scalar>,
-{
-    let rows = || common.iter().take(N::DIMENSION).enumerate();
-    Matrix::with(|row, column| rows().fold(Zero::ZERO, |sum, (k, of)| sum + h.at(row, k) * of.at(column)))
 }

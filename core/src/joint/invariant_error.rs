@@ -53,11 +53,11 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     /// Moves pose and features by their rows of P Hᵀ, times `step`: of a measurement of which all was taken in at once.
     pub(super) fn inject_correction(&mut self, pose: &RowsOf<P::Tangent, Z>, step: &Z) {
         let turn = turn_of::<P, Z>(pose, step);
-        let Self { header, landmarks, common, .. } = self;
+        let Self { header, landmarks, pending, .. } = self;
         let by = header.step_of(pose, step, turn);
         header.pose = header.pose.displaced(&by);
         header.moved.iter_mut().zip(by.as_slice()).for_each(|(moved, &by)| *moved += by);
-        for (landmark, rows) in landmarks.iter_mut().take(header.len).zip(common.iter()) {
+        for (landmark, rows) in landmarks.iter_mut().take(header.len).zip(pending.features()) {
             let counted = P::Position::with(|d| rows.as_ref().get(d).map_or(T::ZERO, |row| row.dot(step)));
             let by = turned(counted, turn, landmark.moved.as_slice());
             landmark.mean += by;
@@ -65,23 +65,33 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         }
     }
 
-    /// Makes the covariance one of errors as they are, where corrections have moved pose and features.
-    pub(super) fn reset_error_frame(&mut self) {
-        let Self { header, landmarks, joint, .. } = self;
-        let Some(heading) = P::HEADING else { return };
-        let unmoved = |moved: &[T]| moved.iter().all(|&by| by == T::ZERO);
-        if unmoved(&header.moved)
-            && landmarks.iter().take(header.len).all(|landmark| unmoved(landmark.moved.as_slice()))
-        {
-            return;
+    /// Applies the pending terms of the covariance if there is no room for another.
+    pub(super) fn make_room(&mut self) {
+        if self.pending.is_full() {
+            self.joint.apply(&mut self.pending, self.header.len);
         }
+    }
+
+    /// Applies what is pending, and makes the covariance one of errors as they are, where corrections have moved pose and features.
+    pub(super) fn reset_error_frame(&mut self) {
+        self.make_room();
+        let Self { header, landmarks, joint, pending, .. } = self;
+        let unmoved = |moved: &[T]| moved.iter().all(|&by| by == T::ZERO);
+        let all = || landmarks.iter().take(header.len);
+        let Some(heading) = P::HEADING
+            .filter(|_| !(unmoved(&header.moved) && all().all(|landmark| unmoved(landmark.moved.as_slice()))))
+        else {
+            joint.apply(pending, header.len);
+            return;
+        };
         let of = |moved: &[T], coordinate: usize| lever(moved).get(coordinate).copied().unwrap_or(T::ZERO);
         let of_pose = P::Tangent::with(|k| of(&header.moved, k));
         let of_feature = |feature: usize| {
             let moved = landmarks.get(feature).map_or(P::Position::ZERO, |landmark| landmark.moved);
             P::Position::with(|d| of(moved.as_slice(), d))
         };
-        joint.turn(heading, (&of_pose, of_feature), header.len);
+        pending.push_turn(joint, heading, (&of_pose, of_feature), header.len);
+        joint.apply(pending, header.len);
         header.moved = [T::ZERO; 2];
         landmarks.iter_mut().take(header.len).for_each(|landmark| landmark.moved = Zero::ZERO);
     }

@@ -7,11 +7,12 @@
 use super::archive::NoArchive;
 use super::associate::{Associated, associate};
 use super::associations::detected;
-use super::covariance::{Common, Joint, first, symmetric};
+use super::covariance::{Joint, first, symmetric};
 use super::filter::JointSlam;
 use super::innovation_statistics::{InnovationStatistics, innovation_statistics, is_informative_for_pose};
 use super::map_management::{Initiated, initiate};
 use super::movers::Movers;
+use super::pending::Pending;
 use super::report::{JointReport, Tally};
 use super::state::Memory;
 use crate::numerics::vector::applied;
@@ -103,16 +104,16 @@ fn move_pose_by<T, S, Z>(
         tally.left_out += 1;
         return;
     }
-    let Memory { header, joint, common, .. } = memory;
+    let Memory { header, joint, pending, .. } = memory;
     // Among as many coordinates as the widest measurement has; the others are zero.
     let learnt = Matrix::with(|row, column| -inverse.at(row, column) * detected);
     let spread = Matrix::with(|row, column| spread.get(row, column));
     let step = Z::with(|z| step.at(z));
-    if !(joint.may_add::<Z>(&pose, &(learnt + spread)) && header.may_move::<Z>(&pose, &step)) {
+    if !(pending.may_push(joint, &(learnt + spread)) && header.may_move::<Z>(&pose, &step)) {
         tally.left_out += 1;
         return;
     }
-    joint.tell_pose::<Z>(&Common { pose, features: common }, &learnt, &spread, header.len);
+    joint.tell_pose::<Z>(pending, &learnt, &spread, header.len);
     header.pose = header.moved_by::<Z>(&pose, &step);
 }
 
@@ -121,13 +122,14 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
     /// known better, and V = `spread`, what not knowing the cause leaves open. Features do not move, and so all of it is the pose's.
     fn tell_pose<Z: Vector<Scalar = T>>(
         &mut self,
-        common: &Common<'_, P, Z>,
+        common: &Pending<'_, P, Z>,
         learnt: &Linear<Z, Z>,
         spread: &Linear<Z, Z>,
         features: usize,
     ) {
         let rounding = T::ONE + T::EPSILON * T::from_f64(4.0);
-        let of_pose = common.pose.as_ref();
+        let pose = common.pose();
+        let of_pose = pose.as_ref();
         for (row, of_row) in of_pose.iter().enumerate() {
             let weighed = applied::<Z, Z>(learnt, of_row) + applied::<Z, Z>(spread, of_row);
             for (column, of_column) in of_pose.iter().enumerate().take(row + 1) {
@@ -135,7 +137,7 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
                 self.set(row, column, if row == column { statistics * rounding } else { statistics });
             }
         }
-        for (feature, rows) in common.features.iter().enumerate().take(features) {
+        for (feature, rows) in common.features().enumerate().take(features) {
             for (row, of_row) in rows.as_ref().iter().enumerate() {
                 let (row, weighed) = (first::<P>(feature) + row, applied::<Z, Z>(learnt, of_row));
                 for (column, of_column) in of_pose.iter().enumerate() {

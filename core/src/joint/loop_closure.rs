@@ -167,7 +167,7 @@ impl<T: Real, P: Pose<Scalar = T>> Pair<P> {
             };
             let by: P::Position = self.fusion.moves(&memory.joint, &self.apart, first::<P>(index));
             let moved = landmark.mean + by;
-            let Some(rows) = memory.common.get_mut(index) else { break };
+            let Some(rows) = memory.pending.features.get_mut(index).map(|[rows, ..]| rows) else { break };
             for (d, row) in rows.as_mut().iter_mut().enumerate() {
                 *row = Z::with(|z| if z == 0 { moved.at(d) } else { T::ZERO });
             }
@@ -231,7 +231,7 @@ fn difference_after<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     other: usize,
 ) -> P::Position {
     let at = |index: usize, d: usize| {
-        let row = memory.common.get(index).and_then(|rows| rows.as_ref().get(d));
+        let row = memory.pending.features.get(index).and_then(|[rows, ..]| rows.as_ref().get(d));
         row.map_or(T::ZERO, |row| row.at(0))
     };
     P::Position::with(|d| at(other, d) - at(one, d))

@@ -1,7 +1,7 @@
 //! Map management: landmarks are initiated, merged and pruned.
 
 use super::config::JointConfig;
-use super::covariance::{Common, first};
+use super::covariance::first;
 use super::difference::{Difference, Fusion};
 use super::existence::Existence;
 use super::movers::Movers;
@@ -266,7 +266,7 @@ fn constrain_equal<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     indices: [usize; 2],
     of: usize,
 ) {
-    let Memory { header, joint, common, .. } = memory;
+    let Memory { header, joint, pending, .. } = memory;
     let features = header.len;
     let [first, second] = indices.map(|index| first::<P>(index) + of);
     // The first coordinate of `Z` has the value, the others are zero.
@@ -277,8 +277,7 @@ fn constrain_equal<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     if !(variance > joint.get(first, first) * T::EPSILON) {
         return;
     }
-    let mut common = Common::over(common);
-    common.fill(features, of_row);
-    let by = Matrix::with(|r, c| if r == 0 && c == 0 { -T::ONE / variance } else { T::ZERO });
-    joint.add_product::<Z>(&common, &by, features);
+    pending.fill(features, of_row);
+    pending.push(&Matrix::with(|r, c| if r == 0 && c == 0 { -T::ONE / variance } else { T::ZERO }));
+    joint.apply(pending, features);
 }

@@ -31,6 +31,7 @@ mod movers;
 #[cfg(test)]
 mod movers_tests;
 mod observe;
+mod pending;
 mod position_update;
 mod reactivation;
 mod relocate;

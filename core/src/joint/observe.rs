@@ -1,13 +1,13 @@
 //! Fixes, measurements of the pose itself: with a joint map they correct the features too.
 
 use super::archive::Archive;
-use super::covariance::Common;
 use super::filter::JointSlam;
 use super::map_management::drop_degenerate;
 use super::movers::Movers;
 use super::state::Memory;
 use crate::filter::observe::FixInnovation;
-use crate::{Fix, FixReport, Linear, Matrix, Motion, ObserveError, Pose, PoseEstimate, Real, Vector};
+use crate::numerics::vector::applied;
+use crate::{Fix, FixReport, Linear, Matrix, Motion, ObserveError, Pose, PoseEstimate, Real, TangentOf, Vector};
 
 impl<T, M, Z, A, V> JointSlam<'_, M, Z, A, V>
 where
@@ -42,20 +42,23 @@ where
             Err(distance) => return Ok(FixReport::left_out(distance, T::ONE)),
         };
         self.memory.clamp();
-        let Memory { header, joint, common, .. } = &mut self.memory;
-        let mut common = Common::over(common);
-        joint.common_with_pose::<F::Measurement, Z>(&fix_innovation.by_pose, header.len, &mut common);
-        let pose = common.pose;
+        let Memory { header, joint, pending, .. } = &mut self.memory;
+        pending.fill(header.len, |coordinate| {
+            let with_pose = joint.run::<TangentOf<M::Pose>>(coordinate, 0);
+            let of_measurement = applied::<F::Measurement, TangentOf<M::Pose>>(&fix_innovation.by_pose, &with_pose);
+            Z::with(|z| of_measurement.at(z))
+        });
+        let pose = pending.pose();
         let step = Z::with(|z| fix_innovation.weighed.at(z));
         let by: Linear<F::Measurement, F::Measurement> =
             Matrix::with(|row, column| -fix_innovation.information.at(row, column));
         // Among as many coordinates as the widest measurement has; the others are zero.
         let by = Matrix::with(|row, column| by.at(row, column));
-        if !(joint.may_add::<Z>(&pose, &by) && header.may_move::<Z>(&pose, &step)) {
+        if !(pending.may_push(joint, &by) && header.may_move::<Z>(&pose, &step)) {
             return Ok(FixReport::left_out(fix_innovation.distance, T::ONE));
         }
-        joint.add_product::<Z>(&common, &by, header.len);
         self.memory.inject_correction(&pose, &step);
+        self.memory.pending.push(&by);
         self.memory.reset_error_frame();
         // A feature may have been taken farther than the pose.
         drop_degenerate(&mut self.memory);

@@ -5,8 +5,9 @@
 //! weights s (1/e − 1) are applied with a gain for this position only (Schmidt 1966).
 
 use super::ambiguity::is_ambiguous;
-use super::covariance::{Common, Joint, first, symmetric};
+use super::covariance::{Joint, first, symmetric};
 use super::innovation_statistics::{InnovationStatistics, LEAST_DETECTED, innovation_statistics};
+use super::pending::Pending;
 use super::report::Tally;
 use super::state::Memory;
 use crate::numerics::range::is_within_range;
@@ -36,13 +37,13 @@ pub(super) fn correct_position<T, S, Z>(
     // The first correction has counted the innovations.
     let mut counted = Tally::NOTHING;
     let statistics = innovation_statistics(sensor, memory, index, measurements, rest, gate, &mut counted);
-    let Some(InnovationStatistics { pose, inverse, step, spread, detected }) = statistics else { return };
+    let Some(InnovationStatistics { inverse, step, spread, detected, .. }) = statistics else { return };
     let spread = symmetric::<S::Measurement>(&spread);
     if !(spread.is_finite() && step.as_slice().iter().all(|x| x.is_finite())) {
         return;
     }
-    let Memory { header, landmarks, joint, common, .. } = memory;
-    let Some((landmark, rows)) = landmarks.get_mut(index).zip(common.get(index).copied()) else { return };
+    let Memory { header, landmarks, joint, pending, .. } = memory;
+    let Some((landmark, rows)) = landmarks.get_mut(index).zip(pending.feature(index).copied()) else { return };
     // Among as many coordinates as the widest measurement has; the others are zero.
     let learnt = Matrix::with(|row, column| -inverse.at(row, column) * detected);
     let spread = Matrix::with(|row, column| spread.get(row, column));
@@ -51,7 +52,7 @@ pub(super) fn correct_position<T, S, Z>(
     if !is_within_range(&(landmark.mean + by)) {
         return;
     }
-    joint.tell_place::<Z>(index, &Common { pose, features: common }, &learnt, &spread, header.len);
+    joint.tell_place::<Z>(index, pending, &learnt, &spread, header.len);
     landmark.mean += by;
     landmark.moved += by;
 }
@@ -62,17 +63,17 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
     fn tell_place<Z: Vector<Scalar = T>>(
         &mut self,
         index: usize,
-        common: &Common<'_, P, Z>,
+        common: &Pending<'_, P, Z>,
         learnt: &Linear<Z, Z>,
         spread: &Linear<Z, Z>,
         features: usize,
     ) {
         let rounding = T::ONE + T::EPSILON * T::from_f64(4.0);
-        let Some(own) = common.features.get(index) else { return };
+        let (pose, Some(own)) = (common.pose(), common.feature(index)) else { return };
         for (row, of_row) in own.as_ref().iter().enumerate() {
             let (at, learnt) = (first::<P>(index) + row, applied::<Z, Z>(learnt, of_row));
-            let of_features = common.features.iter().take(features).flat_map(|rows| rows.as_ref());
-            for (other, of_other) in common.pose.as_ref().iter().chain(of_features).enumerate() {
+            let of_features = common.features().take(features).flat_map(|rows| rows.as_ref());
+            for (other, of_other) in pose.as_ref().iter().chain(of_features).enumerate() {
                 if other < first::<P>(index) || other >= first::<P>(index + 1) {
                     self.set(at, other, self.get(at, other) + learnt.dot(of_other));
                 }

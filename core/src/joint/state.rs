@@ -1,8 +1,9 @@
 //! The state of the joint filter, in memory of a fixed size.
 
 use super::associations::AssociationRow;
-use super::covariance::{Joint, RowsOf, joint_numbers};
+use super::covariance::{Joint, joint_numbers};
 use super::existence::Existence;
+use super::pending::{FeatureRows, Pending, TERMS};
 use crate::report::watch::Watch;
 use crate::{Pose, PositionOf, Real, ScalarOf, Symmetric, TangentOf, Vector, Zero};
 
@@ -37,7 +38,7 @@ pub struct JointState<P: Pose, Z: Vector, const FEATURES: usize, const NUMBERS: 
     header: Header<P>,
     landmarks: [Landmark<PositionOf<P>>; FEATURES],
     covariance: [ScalarOf<P>; NUMBERS],
-    common: [RowsOf<PositionOf<P>, Z>; FEATURES],
+    pending: [FeatureRows<P, Z>; FEATURES],
     association_table: [AssociationRow<ScalarOf<P>>; MEASUREMENTS],
 }
 
@@ -69,7 +70,7 @@ pub(super) struct Memory<'s, P: Pose, Z: Vector> {
     pub(super) header: &'s mut Header<P>,
     pub(super) landmarks: &'s mut [Landmark<PositionOf<P>>],
     pub(super) joint: Joint<'s, P>,
-    pub(super) common: &'s mut [RowsOf<PositionOf<P>, Z>],
+    pub(super) pending: Pending<'s, P, Z>,
     pub(super) association_table: &'s mut [AssociationRow<ScalarOf<P>>],
 }
 
@@ -104,7 +105,7 @@ where
             header,
             landmarks: [Landmark::ZERO; FEATURES],
             covariance: [T::ZERO; NUMBERS],
-            common: [Zero::ZERO; FEATURES],
+            pending: [[Zero::ZERO; TERMS]; FEATURES],
             association_table: [AssociationRow::ZERO; MEASUREMENTS],
         }
     }
@@ -120,7 +121,7 @@ where
             header: &mut self.header,
             landmarks: &mut self.landmarks,
             joint: Joint { numbers: &mut self.covariance },
-            common: &mut self.common,
+            pending: Pending::over(&mut self.pending),
             association_table: &mut self.association_table,
         }
     }

@@ -16,7 +16,7 @@ impl<M: Motion<Pose = PlanarPose<f32>>> JointSlam<'_, M, Vector2<f32>> {
     }
 
     fn words(&mut self, each: &mut Each<'_>) {
-        let Memory { header, landmarks, joint, common, association_table } = &mut self.memory;
+        let Memory { header, landmarks, joint, pending, association_table } = &mut self.memory;
         let Header { started, pose, remainder, moved, len, waited_s, motion_noise, refused, next_label, watch } =
             &mut **header;
         each("counts", Word::Truth(started));
@@ -45,8 +45,8 @@ impl<M: Motion<Pose = PlanarPose<f32>>> JointSlam<'_, M, Vector2<f32>> {
         for (index, number) in joint.used_mut(features).iter_mut().enumerate() {
             each(if index < 6 { "pose covariance" } else { "covariance" }, Word::Real(number));
         }
-        for rows in common.iter_mut().take(features) {
-            rows.iter_mut().flat_map(|row| row.iter_mut()).for_each(|number| each("scratch", Word::Real(number)));
+        for row in pending.features.iter_mut().take(features).flatten().flatten() {
+            row.iter_mut().for_each(|number| each("scratch", Word::Real(number)));
         }
         association_table.iter_mut().for_each(|row| row.words(each));
     }

@@ -6,6 +6,7 @@ pub(crate) mod alone;
 mod drafts;
 mod faults;
 pub(crate) mod flips;
+mod identical;
 pub(crate) mod linear;
 mod lying;
 mod prior;

@@ -1,0 +1,294 @@
+//! Corrections of the joint covariance that are not applied yet: P + Σ_t C_t B_t C_tᵀ, with C_t = P Hᵀ.
+//!
+//! A correction reads few columns of P and changes all of it. Several corrections are therefore applied in one pass, and columns that
+//! are read before it are corrected as they are read. The terms of an element are summed before they are added to it, so that it is
+//! rounded once for all of them.
+
+use super::covariance::{Joint, RowsOf, first, row_start};
+use crate::numerics::vector::applied;
+use crate::{Linear, Matrix, Pose, PositionOf, Real, ScalarOf, TangentOf, Vector, Zero};
+
+/// Terms of one pass, at most: a Cortex-M has registers for the weights that four of them have for two rows.
+pub(super) const TERMS: usize = 4;
+
+/// A feature's rows of C_t for every term.
+pub(super) type FeatureRows<P, Z> = [RowsOf<PositionOf<P>, Z>; TERMS];
+
+/// A matrix for every term.
+type EachBy<Z> = [Linear<Z, Z>; TERMS];
+
+/// The terms that are pending, and the next one.
+#[derive(Debug)]
+pub(super) struct Pending<'s, P: Pose, Z: Vector> {
+    /// The features' rows of C_t.
+    pub(super) features: &'s mut [FeatureRows<P, Z>],
+    /// The pose's rows.
+    pose: [RowsOf<TangentOf<P>, Z>; TERMS],
+    /// B_t.
+    by: EachBy<Z>,
+    count: usize,
+}
+
+impl<'s, T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Pending<'s, P, Z> {
+    /// None, over borrowed rows.
+    pub(super) fn over(features: &'s mut [FeatureRows<P, Z>]) -> Self {
+        Self { features, pose: Zero::ZERO, by: [Zero::ZERO; TERMS], count: 0 }
+    }
+
+    pub(super) fn is_full(&self) -> bool {
+        self.count == TERMS
+    }
+
+    /// The pose's rows of the next term.
+    pub(super) fn pose(&self) -> RowsOf<P::Tangent, Z> {
+        self.pose.get(self.count).copied().unwrap_or(Zero::ZERO)
+    }
+
+    /// The features' rows of the next term.
+    pub(super) fn features(&self) -> impl Iterator<Item = &RowsOf<P::Position, Z>> + Clone {
+        self.features.iter().filter_map(|rows| rows.get(self.count))
+    }
+
+    /// The rows of one feature of the next term.
+    pub(super) fn feature(&self, index: usize) -> Option<&RowsOf<P::Position, Z>> {
+        self.features.get(index)?.get(self.count)
+    }
+
+    /// Sets the next term's rows of the pose and of so many features.
+    pub(super) fn fill(&mut self, features: usize, of: impl Fn(usize) -> Z) {
+        self.fill_with(features, &[], of);
+    }
+
+    /// The same with the rows of the first terms times `gains` added.
+    fn fill_with(&mut self, features: usize, gains: &[Linear<Z, Z>], of: impl Fn(usize) -> Z) {
+        set_rows(&mut self.pose, self.count, gains, &of);
+        for (feature, rows) in self.features.iter_mut().take(features).enumerate() {
+            let first = first::<P>(feature);
+            set_rows(rows, self.count, gains, |d| of(first + d));
+        }
+    }
+
+    /// Sets the next term's rows to P Hᵀ for a feature's Hx = ∂h/∂x and Hm = ∂h/∂m, over so many features.
+    pub(super) fn measure<Y: Vector<Scalar = T>>(
+        &mut self,
+        joint: &Joint<'_, P>,
+        index: usize,
+        by_pose: &Linear<Y, P::Tangent>,
+        by_feature: &Linear<Y, P::Position>,
+        features: usize,
+    ) {
+        let own = self.features.get(index).copied().unwrap_or([Zero::ZERO; TERMS]);
+        let mut gains: EachBy<Z> = [Zero::ZERO; TERMS];
+        for (((gain, by), pose), own) in gains.iter_mut().zip(&self.by).zip(&self.pose).zip(&own).take(self.count) {
+            let of_measurement: Linear<Y, Z> = h_times::<Y, P::Tangent, Z>(by_pose, pose.as_ref())
+                + h_times::<Y, P::Position, Z>(by_feature, own.as_ref());
+            *gain = Matrix::with(|y, z| {
+                (0..Z::DIMENSION).fold(T::ZERO, |sum, k| sum + of_measurement.at(y, k) * by.at(k, z))
+            });
+        }
+        let first = first::<P>(index);
+        self.fill_with(features, gains.get(..self.count).unwrap_or(&[]), |coordinate| {
+            let (pose, own) = (joint.run::<P::Tangent>(coordinate, 0), joint.run::<P::Position>(coordinate, first));
+            let of_measurement = applied::<Y, P::Tangent>(by_pose, &pose) + applied::<Y, P::Position>(by_feature, &own);
+            Z::with(|z| of_measurement.at(z))
+        });
+    }
+
+    /// Adds the next term for P ← (I + c eᵀ) P (I + c eᵀ)ᵀ over so many features, with e the direction of the coordinate `heading`
+    /// and c the `levers` of the pose's other coordinates (0 of the heading itself) and of each feature's: what an uncertain heading
+    /// means where things have been moved to. With w = P e + c eᵀ P e/2 that is P + c wᵀ + w cᵀ.
+    pub(super) fn push_turn(
+        &mut self,
+        joint: &Joint<'_, P>,
+        heading: usize,
+        (of_pose, of_feature): (&P::Tangent, impl Fn(usize) -> P::Position),
+        features: usize,
+    ) {
+        let (mut variance, mut gains) = (joint.get(heading, heading), [Zero::ZERO; TERMS]);
+        for ((gain, by), pose) in gains.iter_mut().zip(&self.by).zip(&self.pose).take(self.count) {
+            let Some(of_heading) = pose.as_ref().get(heading) else { return };
+            let weighed = applied::<Z, Z>(by, of_heading);
+            variance += weighed.dot(of_heading);
+            *gain = Matrix::with(|row, column| if row == 1 { weighed.at(column) } else { T::ZERO });
+        }
+        let half = variance * T::from_f64(0.5);
+        self.fill_with(features, gains.get(..self.count).unwrap_or(&[]), |row| {
+            let lever = match row.checked_sub(P::Tangent::DIMENSION) {
+                None => of_pose.at(row),
+                Some(behind) => of_feature(behind / P::Position::DIMENSION).at(behind % P::Position::DIMENSION),
+            };
+            let with_heading = joint.get(row, heading) + lever * half;
+            Z::with(|z| [lever, with_heading].get(z).copied().unwrap_or(T::ZERO))
+        });
+        self.push(&Matrix::with(|row, column| if row + column == 1 { T::ONE } else { T::ZERO }));
+    }
+
+    /// Whether the pose has variances that can be after the next term, with B = `by`. Where rounding has spoilt the covariance they
+    /// may come out below zero, and all that follows would be worse.
+    pub(super) fn may_push(&self, joint: &Joint<'_, P>, by: &Linear<Z, Z>) -> bool {
+        (0..P::Tangent::DIMENSION).all(|k| {
+            let by = self.by.iter().take(self.count).chain(core::iter::once(by));
+            let variance = by.zip(&self.pose).fold(joint.get(k, k), |variance, (by, rows)| {
+                rows.as_ref().get(k).map_or(variance, |row| variance + applied::<Z, Z>(by, row).dot(row))
+            });
+            variance >= T::ZERO && variance < T::INFINITY
+        })
+    }
+
+    /// Adds the next term, with B = `by`, symmetric.
+    pub(super) fn push(&mut self, by: &Linear<Z, Z>) {
+        if let Some(slot) = self.by.get_mut(self.count) {
+            *slot = *by;
+            self.count += 1;
+        }
+    }
+
+    /// The first terms' rows of a coordinate.
+    fn rows_of<const N: usize>(&self, coordinate: usize) -> [Z; N] {
+        core::array::from_fn(|term| {
+            let row = match coordinate.checked_sub(P::Tangent::DIMENSION) {
+                None => self.pose.get(term).and_then(|rows| rows.as_ref().get(coordinate)),
+                Some(behind) => {
+                    let rows = self.features.get(behind / P::Position::DIMENSION).and_then(|rows| rows.get(term));
+                    rows.and_then(|rows| rows.as_ref().get(behind % P::Position::DIMENSION))
+                }
+            };
+            row.copied().unwrap_or(Z::ZERO)
+        })
+    }
+}
+
+/// Sets the rows of the term `next`.
+#[inline]
+fn set_rows<Z: Vector, R: AsRef<[Z]> + AsMut<[Z]>>(
+    rows: &mut [R; TERMS],
+    next: usize,
+    gains: &[Linear<Z, Z>],
+    of: impl Fn(usize) -> Z,
+) {
+    let Some((rows, before)) = rows.get_mut(..=next).and_then(|rows| rows.split_last_mut()) else { return };
+    for (k, row) in rows.as_mut().iter_mut().enumerate() {
+        let parts = gains.iter().zip(&*before).filter_map(|(gain, rows)| rows.as_ref().get(k).map(|row| (gain, row)));
+        *row = parts.fold(of(k), |sum, (gain, row)| sum + applied::<Z, Z>(gain, row));
+    }
+}
+
+/// H times the rows of (P Hᵀ) of what it is by.
+pub(super) fn h_times<Y, N, Z>(h: &Linear<Y, N>, rows: &[Z]) -> Linear<Y, Z>
+where
+    Y: Vector,
+    N: Vector<Scalar = Y::Scalar>,
+    Z: Vector<Scalar = Y::Scalar>,
+{
+    let rows = || rows.iter().take(N::DIMENSION).enumerate();
+    Matrix::with(|row, column| rows().fold(Zero::ZERO, |sum, (k, of)| sum + h.at(row, k) * of.at(column)))
+}
+
+impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
+    /// Applies the pending terms over so many features, so that none is pending. A variance keeps what rounding may have taken from
+    /// it: without that the matrix would lose its definiteness in the course of a hundred thousand updates.
+    pub(super) fn apply<Z: Vector<Scalar = T>>(&mut self, pending: &mut Pending<'_, P, Z>, features: usize) {
+        match pending.count {
+            0 => {}
+            1 => self.apply_first::<Z, 1>(pending, features),
+            2 => self.apply_first::<Z, 2>(pending, features),
+            _ => {
+                if !pending.is_full() {
+                    pending.fill(features, |_| Z::ZERO);
+                }
+                self.apply_first::<Z, TERMS>(pending, features);
+            }
+        }
+        pending.count = 0;
+    }
+
+    fn apply_first<Z: Vector<Scalar = T>, const N: usize>(&mut self, pending: &Pending<'_, P, Z>, features: usize) {
+        let rounding = T::ONE + T::EPSILON * T::from_f64(4.0);
+        let weighed = |rows: &[Z; N]| -> [Z; N] {
+            let mut parts = pending.by.iter().zip(rows);
+            core::array::from_fn(|_| parts.next().map_or(Z::ZERO, |(by, row)| applied::<Z, Z>(by, row)))
+        };
+        let (mut row, behind) = (0, first::<P>(features));
+        // Two rows at a time, so that what goes with a column is fetched once for both; of an odd number, the first one is the shortest.
+        if behind % 2 == 1
+            && let Some(variance) = self.numbers.first_mut()
+        {
+            let rows = pending.rows_of::<N>(0);
+            *variance = (*variance + products(&weighed(&rows), &rows)) * rounding;
+            row = 1;
+        }
+        while row < behind {
+            let numbers = self.numbers.get_mut(row_start(row)..row_start(row + 2));
+            let Some((upper, lower)) = numbers.and_then(|numbers| numbers.split_at_mut_checked(row + 1)) else {
+                return;
+            };
+            let (of_upper, of_lower) = (pending.rows_of::<N>(row), pending.rows_of::<N>(row + 1));
+            let weights = [weighed(&of_upper), weighed(&of_lower)];
+            let Some(before) = lower.get_mut(..=row) else { return };
+            add_columns(&weights, pending, (upper, before));
+            if let Some(variance) = upper.last_mut() {
+                *variance *= rounding;
+            }
+            if let Some(variance) = lower.last_mut() {
+                *variance = (*variance + products(&weights[1], &of_lower)) * rounding;
+            }
+            row += 2;
+        }
+    }
+}
+
+/// Adds to two rows of the triangle, of the same length, the products of their weights with what goes with every column.
+#[inline]
+fn add_columns<P: Pose, Z: Vector<Scalar = ScalarOf<P>>, const N: usize>(
+    weights: &[[Z; N]; 2],
+    pending: &Pending<'_, P, Z>,
+    (upper, lower): (&mut [ScalarOf<P>], &mut [ScalarOf<P>]),
+) {
+    let of_pose = P::Tangent::DIMENSION.min(upper.len());
+    let (pose_upper, upper) = upper.split_at_mut(of_pose);
+    let (pose_lower, lower) = lower.split_at_mut(of_pose.min(lower.len()));
+    add_block(weights, &pending.pose, pose_upper, pose_lower);
+    // Two features at a time, for the sake of the loop's own instructions.
+    let (pairs, _) = pending.features.as_chunks::<2>();
+    let pair = 2 * P::Position::DIMENSION;
+    let rest = pending.features.get(upper.len() / pair * 2..).unwrap_or(&[]);
+    let (mut upper, mut lower) = (upper.chunks_exact_mut(pair), lower.chunks_exact_mut(pair));
+    for ((upper, lower), [one, other]) in upper.by_ref().zip(lower.by_ref()).zip(pairs) {
+        let (upper_one, upper_other) = upper.split_at_mut(P::Position::DIMENSION);
+        let (lower_one, lower_other) = lower.split_at_mut(P::Position::DIMENSION);
+        add_block(weights, one, upper_one, lower_one);
+        add_block(weights, other, upper_other, lower_other);
+    }
+    // The last ones, and of the rows' own feature the columns before their own.
+    let upper = upper.into_remainder().chunks_mut(P::Position::DIMENSION);
+    for ((upper, lower), columns) in upper.zip(lower.into_remainder().chunks_mut(P::Position::DIMENSION)).zip(rest) {
+        add_block(weights, columns, upper, lower);
+    }
+}
+
+/// The part of it that goes with some columns.
+#[inline]
+fn add_block<Z: Vector, R: AsRef<[Z]>, const N: usize>(
+    [of_upper, of_lower]: &[[Z; N]; 2],
+    columns: &[R; TERMS],
+    upper: &mut [Z::Scalar],
+    lower: &mut [Z::Scalar],
+) {
+    for (k, (upper, lower)) in upper.iter_mut().zip(lower).enumerate() {
+        let mut terms = columns.iter();
+        let of_column: [Z; N] =
+            core::array::from_fn(|_| terms.next().and_then(|rows| rows.as_ref().get(k)).copied().unwrap_or(Z::ZERO));
+        // Both before either is written, which for all that the compiler knows could change the column's part.
+        let (to_upper, to_lower) = (products(of_upper, &of_column), products(of_lower, &of_column));
+        *upper += to_upper;
+        *lower += to_lower;
+    }
+}
+
+/// Σ_t w_tᵀ c_t, product by product.
+#[inline]
+fn products<Z: Vector, const N: usize>(weights: &[Z; N], of_column: &[Z; N]) -> Z::Scalar {
+    let pairs =
+        weights.iter().zip(of_column).flat_map(|(weight, of)| (0..Z::DIMENSION).map(|z| (weight.at(z), of.at(z))));
+    pairs.map(|(weight, of)| weight * of).reduce(|sum, product| sum + product).unwrap_or(Zero::ZERO)
+}
