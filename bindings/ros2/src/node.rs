@@ -86,8 +86,7 @@ fn serve(arguments: &Arguments, setup: Setup) -> Result<(), Failure> {
         registered.map_err(|error| Failure(error.to_string()))?;
     }
     let services = Services::new(&mut node, arguments, poll.registry(), readers.len())?;
-    let (map, window) =
-        (PathBuf::from(&engine.setup().wiring.map), Duration::from_secs_f64(engine.setup().wiring.order.window_s));
+    let map = PathBuf::from(&engine.setup().wiring.map);
     println!("{}: reads {}", node.fully_qualified_name(), {
         let topics = inputs.topics.iter().map(|input| arguments.resolved(&input.channel.topic));
         topics.collect::<Vec<_>>().join(", ")
@@ -95,11 +94,11 @@ fn serve(arguments: &Arguments, setup: Setup) -> Result<(), Failure> {
 
     let mut events = Events::with_capacity(64);
     let mut state = State::default();
-    let (mut told, mut heard) = (Instant::now(), Instant::now());
+    let mut told = Instant::now();
     loop {
         let mut wait = DIAGNOSTICS.saturating_sub(told.elapsed());
-        if engine.is_waiting() {
-            wait = wait.min(window.saturating_sub(heard.elapsed()));
+        if let Some(patience) = engine.patience() {
+            wait = wait.min(patience);
         }
         if let Err(error) = poll.poll(&mut events, Some(wait))
             && error.kind() != std::io::ErrorKind::Interrupted
@@ -107,17 +106,10 @@ fn serve(arguments: &Arguments, setup: Setup) -> Result<(), Failure> {
             return Err(Failure(error.to_string()));
         }
         // Until nothing more is there: of what came earlier on another topic nothing is left then.
-        while take_all(&readers, &mut inputs, &mut engine, &mut state) {
-            heard = Instant::now();
-        }
+        while take_all(&readers, &mut inputs, &mut engine, &mut state) {}
         services.answer(&mut engine, &map);
         let mut estimates = Vec::new();
-        let mut tell = |estimate: &Estimate| estimates.push(estimate.clone());
-        if heard.elapsed() >= window {
-            engine.flush(&mut tell);
-        } else {
-            engine.work(&mut tell);
-        }
+        engine.work(&mut |estimate| estimates.push(estimate.clone()));
         for estimate in &estimates {
             publish(estimate, &mut engine, &outputs, &mut state);
         }

@@ -50,7 +50,7 @@ pub struct Order {
     /// A scan or fix is taken in when the odometry has come to its time, and so much later by the newest stamp: for sensors whose
     /// messages take longer than those of others.
     pub wait_s: f64,
-    /// Without odometry, so much later.
+    /// Without odometry, so long after it came.
     pub window_s: f64,
     /// Longer than this without odometry is a gap.
     pub gap_s: f64,

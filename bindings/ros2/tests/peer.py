@@ -115,15 +115,20 @@ def play(node, publish, folder, source):
     subprocess.run([publish, source, "--params", params, "--poses", table, "--no-play"], check=True)
     peer = Peer()
     poses = peer.reader("/scphd/pose", "geometry_msgs/msg/PoseWithCovarianceStamped")
+    diagnostics = peer.reader("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
     scans = [peer.reader(topic, "sensor_msgs/msg/PointCloud2") for topic in topics(params)]
-    running = subprocess.Popen([node, "--ros-args", "--params-file", params])
+    words = [node, "--ros-args", "--params-file", params]
+    if len(scans) > 1:
+        # Topics may overtake each other: by so much at this speed.
+        words += ["-p", f"order.wait_s:={0.05 * float(rate or 1)}"]
+    running = subprocess.Popen(words)
     try:
         if not matched(poses):
             print("the node and the peer do not find each other: no multicast over loopback?")
             sys.exit(SKIPPED)
         player = subprocess.Popen([publish, source, "--rate", rate or "1"])
-        sent, came, taken, ended = {}, [], [], None
-        while ended is None or time.monotonic() < ended + 1.0:
+        sent, came, taken, ended, state = {}, [], [], None, {}
+        while ended is None or time.monotonic() < ended + 1.5:
             idle = True
             for reader in scans:
                 for sample in taken_of(reader):
@@ -135,6 +140,8 @@ def play(node, publish, folder, source):
                 at = sent.get(tuple(came[-1][:2]))
                 if at is not None:
                     taken.append((time.time_ns() - at) / 1e9)
+            for sample in taken_of(diagnostics):
+                state = {value.key: value.value for value in sample.status[0].values} | {"said": sample.status[0].message}
             if ended is None and player.poll() is not None:
                 assert player.returncode == 0, "publishing failed"
                 ended = time.monotonic()
@@ -144,7 +151,7 @@ def play(node, publish, folder, source):
         running.terminate()
         running.wait()
     expected = replayed(table)
-    assert len(came) == len(expected), f"{source}: {len(came)} poses of {len(expected)}"
+    assert len(came) == len(expected), f"{source}: {len(came)} poses of {len(expected)}; {state}"
     for k, (pose, right) in enumerate(zip(came, expected)):
         assert pose == right, f"{source}: pose {k} is {pose}, not {right}"
     middle = 1e3 * statistics.median(taken) if taken else float("nan")
