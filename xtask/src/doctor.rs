@@ -78,7 +78,7 @@ fn lines() -> Vec<Line> {
     let [_, soft] = capi::TARGETS;
     lines.push(Line { what: soft, found: has_target(soft), steps: "capi" });
     let python = python::interpreter().map_err(|Missing(reason)| reason);
-    lines.push(Line { what: "python3", found: python, steps: "python, logs" });
+    lines.push(Line { what: "python3", found: python, steps: "python, logs, mavlink" });
     let toolchain = toolchain::here(&[web::TARGET]).map(|found| found.name().to_owned());
     lines.push(Line { what: web::TARGET, found: toolchain, steps: "web" });
     let [ptx] = gpu::TARGETS;

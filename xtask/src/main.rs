@@ -12,6 +12,7 @@ mod gpu;
 mod install;
 mod lint;
 mod logs;
+mod mavlink;
 mod msrv;
 mod noalloc;
 mod options;

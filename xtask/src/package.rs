@@ -7,11 +7,12 @@ use crate::outcome::{Outcome, Stop};
 use crate::process;
 
 /// Name and folder of each crate that is a library for others.
-const LIBRARIES: [(&str, &str); 7] = [
+const LIBRARIES: [(&str, &str); 8] = [
     ("scphd", "core"),
     ("scphd-stream", "onboard/stream"),
     ("scphd-link", "onboard/link"),
     ("scphd-lidar", "onboard/lidar"),
+    ("scphd-mavlink", "onboard/mavlink"),
     ("scphd-sequencer", "onboard/sequencer"),
     ("scphd-store", "onboard/store"),
     ("scphd-vehicle", "onboard/vehicle"),

@@ -9,6 +9,7 @@ use crate::firmware;
 use crate::gpu;
 use crate::lint;
 use crate::logs;
+use crate::mavlink;
 use crate::msrv;
 use crate::options::Options;
 use crate::outcome::{Outcome, Tally};
@@ -43,7 +44,7 @@ pub const STEPS: &[Step] = &[
     },
     Step {
         name: "target",
-        what: "core, sequencer, link and lidar build for a Cortex-M without std and without alloc",
+        what: "core and what is on board beside it build for a Cortex-M without std and without alloc",
         run: |_| target::step(),
     },
     Step {
@@ -75,6 +76,11 @@ pub const STEPS: &[Step] = &[
         name: "ros2",
         what: "the node of ROS 2: another DDS, in Python, receives the poses of a replay, to the bit",
         run: |_| ros2::step(),
+    },
+    Step {
+        name: "mavlink",
+        what: "pymavlink reads what is sent to flight stacks, writes what is read, and drives a vehicle over UDP",
+        run: |_| mavlink::step(),
     },
     Step { name: "budget", what: "flash, RAM, stack and instructions are within budgets.toml", run: budget::step },
     Step {

@@ -14,9 +14,9 @@ pub fn step() -> Outcome {
     check().into()
 }
 
-/// The filter, what sorts its inputs, what brings them, what finds posts, and what assembles a filter. The dependencies heapless, cobs and embedded-io have an `alloc` of their own, which
+/// The filter, what sorts its inputs, what brings them, what finds posts, what speaks to flight stacks, and what assembles a filter. The dependencies heapless, cobs and embedded-io have an `alloc` of their own, which
 /// must be off.
-const PACKAGES: [&str; 5] = ["scphd", "scphd-sequencer", "scphd-link", "scphd-lidar", "scphd-vehicle"];
+const PACKAGES: [&str; 6] = ["scphd", "scphd-sequencer", "scphd-link", "scphd-lidar", "scphd-mavlink", "scphd-vehicle"];
 
 /// Builds them where there is no `alloc`, and looks at the libraries.
 fn build(toolchain: &Toolchain) -> Result<String, String> {

@@ -20,7 +20,7 @@ pub fn step() -> Outcome {
 
 /// What the quick run tests: the libraries that vehicles link, the reference in lockstep with the filters, digests, and documents. The
 /// rest of the simulator, studies on a GPU and measurements are left to the whole run.
-const QUICK: [&str; 24] = [
+const QUICK: [&str; 26] = [
     "--features",
     "scphd/embedded-hal",
     "--package",
@@ -29,6 +29,8 @@ const QUICK: [&str; 24] = [
     "scphd-lidar",
     "--package",
     "scphd-link",
+    "--package",
+    "scphd-mavlink",
     "--package",
     "scphd-sequencer",
     "--package",

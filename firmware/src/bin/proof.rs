@@ -1,7 +1,8 @@
 //! Links only if no panic can be reached from setting up, predicting, scanning and estimating: whoever panics calls a function that
 //! does not exist. In single precision or, with the feature `double`, in double; for a planar vehicle or, with the feature
 //! `underwater`, for an underwater one; with the feature `joint`, for a planar vehicle with a joint map. With the feature `black-box` what is
-//! left of a black box is replayed, and recorded once more.
+//! left of a black box is replayed, and recorded once more. With the feature `sensors` posts are found, and messages of flight stacks read and
+//! written.
 #![no_std]
 #![no_main]
 
@@ -54,8 +55,56 @@ impl Monitor for Witness {
     }
 }
 
+/// Posts in the bytes of a lidar and in ranges, and messages there and back.
+#[cfg(feature = "sensors")]
+fn sensors(mut bytes: &[u8]) -> Option<()> {
+    use scphd_lidar::{Assembler, LaserScan, PostFinder, PostSettings, Sweep};
+    use scphd_mavlink::{Clock, Heartbeat, Incoming, Origin, ResetCounter, Sender, VisionPosition};
+
+    let (mut lidar, mut assembler) = (scphd_lidar::Receiver::new(), Assembler::<512>::new());
+    let finder = PostFinder::new(black_box(PostSettings::of_radius(0.1))).ok()?;
+    while let Ok(Some(packet)) = lidar.read(&mut bytes) {
+        if let Some(revolution) = assembler.push(&packet) {
+            black_box(finder.find::<32, _>(revolution));
+        }
+    }
+    let range_max_m = black_box(12.0);
+    let sweep = Sweep { start_rad: -3.0, increment_rad: 0.01, range_min_m: 0.1, range_max_m, duration_s: 0.1 };
+    let found = finder.find::<32, _>(&LaserScan::new(black_box(sweep), &black_box([1.0; 600])[..], &[]).ok()?);
+    black_box(found.posts.first().map(|post| post.at_end(black_box(1.0), 0.1)));
+
+    let mut bytes = board::stream();
+    let (mut receiver, mut sender, mut clock) = (scphd_mavlink::Receiver::new(), Sender::new(1, 197), Clock::default());
+    let mut resets = ResetCounter::new(0.5, 0.1);
+    while let Some(received) = receiver.read(&mut bytes) {
+        match received.message {
+            Incoming::Odometry(odometry) => {
+                let (pose, time_us) = (odometry.pose, odometry.time_us);
+                resets.between(pose.position_m, pose.attitude_rad);
+                let reset_counter = resets.value();
+                let vision = VisionPosition { time_us, frame: odometry.frame, pose, reset_counter };
+                black_box((sender.frame(&odometry), sender.frame(&vision), sender.frame(&Heartbeat)));
+                black_box(clock.ours_ns(time_us));
+            }
+            Incoming::TimeSync(answer) => {
+                black_box((clock.take(&answer, black_box(7)), answer.answer(9).map(|answer| sender.frame(&answer))));
+            }
+            Incoming::Satellite(satellite) => {
+                black_box(Origin::new(black_box(1), 2).place(&satellite));
+            }
+            Incoming::Target(target) => {
+                black_box(target.in_plane());
+            }
+            _ => {}
+        }
+    }
+    Some(())
+}
+
 #[entry]
 fn main() -> ! {
+    #[cfg(feature = "sensors")]
+    black_box(sensors(board::stream()));
     if let Some(memory) = MEMORY.try_take() {
         let _ = black_box(replay::<Kind, Scalar>(board::stream(), memory, u32::MAX, &mut Witness));
         #[cfg(feature = "black-box")]

@@ -1,10 +1,8 @@
 //! Packets to revolutions.
 
 use crate::packet::{FULL_CIRCLE, Packet, Point};
+use crate::scan::{Beam, MISSING_STEPS, Scan};
 use heapless::Vec;
-
-/// Two steps and a half without a point, and what is between was not received.
-const MISSING_STEPS: f32 = 2.5;
 
 /// One turn of the lidar: its points in the order of time.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,14 +25,47 @@ impl<const POINTS: usize> Revolution<POINTS> {
     const EMPTY: Self =
         Self { points: Vec::new(), beyond: 0, speed_degps: 0, step_cdeg: 0.0, missing_cdeg: 0, time_ms: 0 };
 
-    /// Whether the points on both sides are neighbours: nothing was lost between them.
-    pub(crate) fn adjoin(&self, first: Point, second: Point) -> bool {
-        clockwise(first.angle_cdeg, second.angle_cdeg) as f32 <= MISSING_STEPS * self.step_cdeg
+    fn angle_cdeg(&self, number: usize) -> u16 {
+        self.points.get(number).map_or(0, |point| point.angle_cdeg)
     }
 }
 
+/// The view has its ends at the seam: what is on both sides of it was seen a revolution apart.
+impl<const POINTS: usize> Scan for Revolution<POINTS> {
+    fn beams(&self) -> usize {
+        self.points.len()
+    }
+
+    fn beam(&self, number: usize) -> Option<Beam> {
+        let Point { angle_cdeg, reading } = *self.points.get(number)?;
+        Some(Beam {
+            bearing_rad: -radians(f32::from(angle_cdeg)),
+            range_m: f32::from(reading.range_mm) * 1e-3,
+            intensity: f32::from(reading.intensity),
+        })
+    }
+
+    fn step_rad(&self) -> f32 {
+        -radians(self.step_cdeg)
+    }
+
+    fn between_rad(&self, from: usize, to: usize) -> f32 {
+        radians(clockwise(self.angle_cdeg(from), self.angle_cdeg(to)) as f32)
+    }
+
+    fn before_end_s(&self, number: usize) -> f32 {
+        let end = self.points.len().saturating_sub(1);
+        let left_cdeg = clockwise(self.angle_cdeg(number), self.angle_cdeg(end));
+        if self.speed_degps > 0 { left_cdeg as f32 / (100.0 * f32::from(self.speed_degps)) } else { 0.0 }
+    }
+}
+
+fn radians(cdeg: f32) -> f32 {
+    cdeg * (core::f32::consts::PI / 18_000.0)
+}
+
 /// From one angle on to another, hundredths of a degree.
-pub(crate) fn clockwise(from: u16, to: u16) -> u32 {
+fn clockwise(from: u16, to: u16) -> u32 {
     (u32::from(to) + FULL_CIRCLE - u32::from(from) % FULL_CIRCLE) % FULL_CIRCLE
 }
 

@@ -1,25 +1,24 @@
-//! Posts and reflectors in a revolution.
+//! Posts and reflectors in a scan.
 
-use crate::assembler::{Revolution, clockwise};
-use crate::packet::Point;
 use crate::post::{Post, wrap};
+use crate::scan::{Beam, MISSING_STEPS, Scan};
 use crate::settings::{PostSettings, SettingsError};
 use heapless::Vec;
 
-/// What was found, and why the other clusters of points are no posts.
+/// What was found, and why the other clusters of beams are no posts.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Found<const POSTS: usize> {
     /// The posts; where there are more than there is room for, the nearest.
     pub posts: Vec<Post, POSTS>,
     /// Posts that there was no room for.
     pub beyond: u32,
-    /// Clusters with too few points.
+    /// Clusters of too few beams.
     pub small: u32,
     /// Clusters that are too wide or too narrow, or a part of something with a hole in it.
     pub misshapen: u32,
     /// Clusters beside which something nearer stands, which may hide a part of them.
     pub hidden: u32,
-    /// Clusters at the seam, or beside a part of the circle that was not received.
+    /// Clusters at the ends of the view, or beside a part of it that was not received.
     pub cut: u32,
 }
 
@@ -29,14 +28,25 @@ pub struct PostFinder {
     settings: PostSettings,
 }
 
-/// How many rays beside a cluster may have come back with nothing before that is taken for the end of what is there.
+/// How many beams beside a cluster may have come back with nothing before that is taken for the end of what is there.
 const HOLES: usize = 3;
 
-/// Points one beside the other that are of one thing, and what is on either side.
-struct Cluster<'r> {
-    before: &'r [Point],
-    points: &'r [Point],
-    after: &'r [Point],
+/// On which side of a beam, in the order of the scan.
+#[derive(Clone, Copy)]
+enum Side {
+    Before,
+    After,
+}
+
+/// Beams side by side that are of one thing.
+struct Cluster {
+    first: usize,
+    last: usize,
+    len: usize,
+    /// Of their ranges.
+    sum_m: f32,
+    /// Of the brightest.
+    intensity: f32,
 }
 
 /// What is beside a cluster.
@@ -77,69 +87,73 @@ impl PostFinder {
         &self.settings
     }
 
-    /// Finds the posts in a revolution. Looks at every point a fixed number of times, and at all that were found once for each that there
-    /// is no room for.
+    /// Finds the posts in a scan. Looks at every beam a fixed number of times, and at all that were found once for each that there is no
+    /// room for.
     #[must_use]
-    pub fn find<const POSTS: usize, const POINTS: usize>(&self, revolution: &Revolution<POINTS>) -> Found<POSTS> {
+    pub fn find<const POSTS: usize, S: Scan>(&self, scan: &S) -> Found<POSTS> {
         let mut found = Found::default();
-        let (mut before, mut rest) = revolution.points.split_at(0);
-        while let Some((&first, others)) = rest.split_first() {
-            let len = if self.is_of_post(first) {
-                let pairs = rest.iter().zip(others);
-                1 + pairs.take_while(|&(&last, &next)| self.go_together(revolution, last, next)).count()
-            } else {
-                1
-            };
-            let Some((points, after)) = rest.split_at_checked(len) else { break };
-            if self.is_of_post(first) {
-                found.add(self.judge(&Cluster { before, points, after }, revolution));
+        let beams = scan.beams();
+        // A circle without ends is walked from the end of a cluster on, so that none is taken for two.
+        let begins = |&number: &usize| {
+            let [before, beam] = [neighbour(scan, number, Side::Before), Some(number)]
+                .map(|number| number.and_then(|number| scan.beam(number)).filter(|beam| self.is_of_post(*beam)));
+            before.zip(beam).is_none_or(|(before, beam)| !self.go_together(before, beam))
+        };
+        let mut first = if scan.is_closed() { (0..beams).find(begins).unwrap_or(0) } else { 0 };
+        let mut walked = 0;
+        while walked < beams {
+            let Some(mut beam) = scan.beam(first) else { break };
+            let mut cluster = Cluster { first, last: first, len: 1, sum_m: beam.range_m, intensity: beam.intensity };
+            if self.is_of_post(beam) {
+                while walked + cluster.len < beams
+                    && let Some(number) = neighbour(scan, cluster.last, Side::After)
+                    && let Some(next) = scan.beam(number)
+                    && self.go_together(beam, next)
+                {
+                    beam = next;
+                    cluster.last = number;
+                    cluster.len += 1;
+                    cluster.sum_m += next.range_m;
+                    cluster.intensity = cluster.intensity.max(next.intensity);
+                }
+                found.add(self.judge(scan, &cluster));
             }
-            before = revolution.points.get(..before.len() + len).unwrap_or(before);
-            rest = after;
+            walked += cluster.len;
+            first = after(scan, cluster.last);
         }
         found
     }
 
     /// Whether a reading may be of a post.
-    fn is_of_post(&self, point: Point) -> bool {
-        point.reading.range_mm > 0 && point.reading.intensity >= self.settings.min_intensity
+    fn is_of_post(&self, beam: Beam) -> bool {
+        let least = self.settings.min_intensity;
+        beam.range_m > 0.0 && (least <= 0.0 || beam.intensity >= least)
     }
 
-    /// Whether two readings, one after the other, are of one thing.
-    fn go_together<const POINTS: usize>(&self, revolution: &Revolution<POINTS>, last: Point, next: Point) -> bool {
-        let apart = (metres(last) - metres(next)).abs() <= self.settings.gap_m;
-        apart && self.is_of_post(next) && revolution.adjoin(last, next)
+    /// Whether two neighbours are of one thing, of which the first may be of a post.
+    fn go_together(&self, last: Beam, next: Beam) -> bool {
+        (last.range_m - next.range_m).abs() <= self.settings.gap_m && self.is_of_post(next)
     }
 
-    fn judge<const POINTS: usize>(&self, cluster: &Cluster<'_>, revolution: &Revolution<POINTS>) -> Verdict {
+    fn judge<S: Scan>(&self, scan: &S, cluster: &Cluster) -> Verdict {
         let Self { settings } = self;
-        let [Some(&first), Some(&last)] = [cluster.points.first(), cluster.points.last()] else {
-            return Verdict::Small;
-        };
-        let count = cluster.points.len() as f32;
-        let mean_m = cluster.points.iter().map(|&point| metres(point)).sum::<f32>() / count;
-        let radians = |cdeg: f32| cdeg * (core::f32::consts::PI / 18_000.0);
-        let span_cdeg = clockwise(first.angle_cdeg, last.angle_cdeg) as f32;
-        let (span_rad, step_rad) = (radians(span_cdeg), radians(revolution.step_cdeg));
-        let range_m = mean_m + settings.depth_m(cluster.points.len(), span_rad, mean_m + settings.radius_m, step_rad);
+        let &Cluster { first, last, len, sum_m, intensity } = cluster;
+        let mean_m = sum_m / len as f32;
+        let (span_rad, step_rad) = (scan.between_rad(first, last), scan.step_rad().abs());
+        let range_m = mean_m + settings.depth_m(len, span_rad, mean_m + settings.radius_m, step_rad);
         if !(range_m >= settings.range_min_m && range_m <= settings.range_max_m) {
             return Verdict::Outside;
         }
-        let (Some(&before), Some(&after)) = (cluster.before.last(), cluster.after.first()) else { return Verdict::Cut };
-        if !(revolution.adjoin(before, first) && revolution.adjoin(last, after)) {
-            return Verdict::Cut;
-        }
-        let sides = [
-            self.beside(first, cluster.before.iter().rev(), revolution),
-            self.beside(last, cluster.after.iter(), revolution),
-        ];
+        let sides = [self.beside(scan, first, Side::Before), self.beside(scan, last, Side::After)];
+        let [Some(before), Some(after)] = sides else { return Verdict::Cut };
+        let sides = [before, after];
         if sides.contains(&Beside::Nearer) {
             return Verdict::Hidden;
         }
         if sides.contains(&Beside::Same) {
             return Verdict::Misshapen;
         }
-        if count < f32::from(settings.min_points) {
+        if len < usize::from(settings.min_points) {
             return Verdict::Small;
         }
         // The edges lie up to a step farther out on either side.
@@ -148,50 +162,59 @@ impl PostFinder {
         if narrowest > diameter + settings.tolerance_m || widest < diameter - settings.tolerance_m {
             return Verdict::Misshapen;
         }
-        // Clockwise from the arrow; bearings are to the left.
-        let bearing_rad = wrap(-radians(f32::from(first.angle_cdeg) + 0.5 * span_cdeg));
-        let end = revolution.points.last().map_or(0, |end| clockwise(first.angle_cdeg, end.angle_cdeg));
-        let speed_cdegps = 100.0 * f32::from(revolution.speed_degps);
-        let before_end_s = if speed_cdegps > 0.0 { (end as f32 - 0.5 * span_cdeg) / speed_cdegps } else { 0.0 };
-        let intensity = cluster.points.iter().map(|point| point.reading.intensity).max().unwrap_or(0);
-        let points = u16::try_from(cluster.points.len()).unwrap_or(u16::MAX);
+        let first_rad = scan.beam(first).unwrap_or_default().bearing_rad;
+        let bearing_rad = wrap(first_rad + 0.5 * span_rad.copysign(scan.step_rad()));
+        // Where a post lies across the ends of a circle, half of it was seen first and half last.
+        let before_end_s = 0.5 * (scan.before_end_s(first) + scan.before_end_s(last));
+        let points = u16::try_from(len).unwrap_or(u16::MAX);
         Verdict::Post(Post { range_m, bearing_rad, before_end_s, points, intensity })
     }
 
-    /// What the first rays beside the edge of a cluster met that did come back.
-    fn beside<'r, const POINTS: usize>(
-        &self,
-        edge: Point,
-        beside: impl Iterator<Item = &'r Point>,
-        revolution: &Revolution<POINTS>,
-    ) -> Beside {
-        let mut last = edge;
-        for &point in beside.take(1 + HOLES) {
-            // On either side, whichever way round.
-            if !(revolution.adjoin(last, point) || revolution.adjoin(point, last)) {
-                return Beside::Free;
+    /// What the first beams beside the edge of a cluster met that did come back; `None` where the view ends before one did.
+    fn beside<S: Scan>(&self, scan: &S, edge: usize, side: Side) -> Option<Beside> {
+        let edge_m = scan.beam(edge)?.range_m;
+        let mut at = edge;
+        for _ in 0..=HOLES {
+            at = neighbour(scan, at, side)?;
+            let range_m = scan.beam(at)?.range_m;
+            if range_m > 0.0 {
+                let farther = range_m - edge_m;
+                // A dark reading as far away as a reflector is of what that is fixed to.
+                let is_same = farther <= self.settings.gap_m && self.settings.min_intensity <= 0.0;
+                return Some(if farther < -self.settings.gap_m {
+                    Beside::Nearer
+                } else if is_same {
+                    Beside::Same
+                } else {
+                    Beside::Free
+                });
             }
-            last = point;
-            if point.reading.range_mm == 0 {
-                continue;
-            }
-            let farther = metres(point) - metres(edge);
-            // A dark reading as far away as a reflector is of what that is fixed to.
-            let is_same = farther <= self.settings.gap_m && self.settings.min_intensity == 0;
-            return if farther < -self.settings.gap_m {
-                Beside::Nearer
-            } else if is_same {
-                Beside::Same
-            } else {
-                Beside::Free
-            };
         }
-        Beside::Free
+        Some(Beside::Free)
     }
 }
 
-fn metres(point: Point) -> f32 {
-    f32::from(point.reading.range_mm) * 1e-3
+/// The next beam, after the last the first.
+fn after<S: Scan>(scan: &S, beam: usize) -> usize {
+    if beam + 1 < scan.beams() { beam + 1 } else { 0 }
+}
+
+/// The beam beside one; `None` where the view ends, or what was between them was not received.
+fn neighbour<S: Scan>(scan: &S, beam: usize, side: Side) -> Option<usize> {
+    let (next, last) = match side {
+        Side::Before => (beam.checked_sub(1), scan.beams().saturating_sub(1)),
+        Side::After => (Some(beam + 1).filter(|next| *next < scan.beams()), 0),
+    };
+    let next = match next {
+        Some(next) => next,
+        None if scan.is_closed() => last,
+        None => return None,
+    };
+    let between_rad = match side {
+        Side::Before => scan.between_rad(next, beam),
+        Side::After => scan.between_rad(beam, next),
+    };
+    (between_rad <= MISSING_STEPS * scan.step_rad().abs()).then_some(next)
 }
 
 impl<const POSTS: usize> Found<POSTS> {

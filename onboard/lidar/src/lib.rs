@@ -1,11 +1,28 @@
-//! From the bytes of a turning lidar to posts and reflectors, as range and bearing.
+//! From a planar laser scan, or the bytes of a turning lidar, to posts and reflectors, as range and bearing.
 //!
-//! [`Receiver`] finds the packets of an LD06 or LD19 in a stream of bytes and refuses those that are damaged; [`Assembler`] makes
-//! revolutions of them; [`PostFinder`] finds what stands alone and is as thick as a post, or reflects as a reflector does. The
-//! detections go to a filter with the noise and the probability that [`Resolution`] says of such posts.
+//! [`PostFinder`] finds in a [`Scan`] what stands alone and is as thick as a post, or reflects as a reflector does. The detections go to
+//! a filter with the noise and the probability that [`Resolution`] says of such posts. A [`LaserScan`] is a scan of ranges at equal
+//! steps. [`Receiver`] finds the packets of an LD06 or LD19 in a stream of bytes and refuses those that are damaged; [`Assembler`] makes
+//! revolutions of them, which are scans too.
 //!
-//! Angles of the lidar run clockwise, seen from above, from the arrow on its housing; all bearings here are the field's, rad to the
-//! left. Every loop ends after as many rounds as there are points, and what there is no room for is counted.
+//! Angles of an LD06 run clockwise, seen from above, from the arrow on its housing; all bearings here are the field's, rad to the
+//! left. Every loop ends after as many rounds as there are beams, and what there is no room for is counted.
+//!
+//! ```
+//! use scphd_lidar::{LaserScan, PostFinder, PostSettings, Sweep};
+//!
+//! // 270° from the right to the left in 25 ms, a beam every quarter of a degree; a post on the left, 3 m away.
+//! let step = 0.25_f32.to_radians();
+//! let sweep = Sweep { start_rad: -540.0 * step, increment_rad: step, range_min_m: 0.05, range_max_m: 30.0, duration_s: 0.025 };
+//! let mut ranges = [f32::INFINITY; 1081];
+//! ranges[896..=904].fill(2.91);
+//! let finder = PostFinder::new(PostSettings::of_radius(0.06))?;
+//! let found = finder.find::<32, _>(&LaserScan::new(sweep, &ranges, &[])?);
+//! assert!((found.posts[0].bearing_rad.to_degrees() - 90.0).abs() < 0.1 && (found.posts[0].range_m - 2.96).abs() < 0.02);
+//! # Ok::<(), scphd_lidar::SettingsError>(())
+//! ```
+//!
+//! Bytes of an LD06:
 //!
 //! ```
 //! use scphd_lidar::{Assembler, PostFinder, PostSettings, Receiver};
@@ -45,16 +62,20 @@ extern crate std;
 
 mod assembler;
 mod finder;
+mod laser_scan;
 mod packet;
 mod post;
 mod receiver;
 mod resolution;
+mod scan;
 mod settings;
 
 pub use assembler::{Assembler, Revolution};
 pub use finder::{Found, PostFinder};
+pub use laser_scan::{LaserScan, Sweep};
 pub use packet::{Packet, PacketError, Point, Reading};
 pub use post::Post;
 pub use receiver::{Receiver, ReceiverReport};
 pub use resolution::Resolution;
+pub use scan::{Beam, Scan};
 pub use settings::{PostSettings, SettingsError};

@@ -5,19 +5,19 @@
 pub struct Post {
     /// Range of its axis, m.
     pub range_m: f32,
-    /// Bearing of its axis, rad to the left of the lidar's arrow, from −π to π.
+    /// Bearing of its axis, rad to the left of the lidar's axis (the arrow on an LD06), from −π to π.
     pub bearing_rad: f32,
-    /// How long before the end of the revolution it was seen, s.
+    /// How long before the end of the scan it was seen, s.
     pub before_end_s: f32,
-    /// Points on it.
+    /// Beams on it.
     pub points: u16,
     /// The brightest of them.
-    pub intensity: u8,
+    pub intensity: f32,
 }
 
 impl Post {
-    /// Range (m) and bearing (rad) at the end of the revolution, on a vehicle that since moved with this speed (m/s, of the lidar, in the
-    /// direction of its arrow) and turn rate (rad/s): so that all posts of a revolution are of one time.
+    /// Range (m) and bearing (rad) at the end of the scan, on a vehicle that since moved with this speed (m/s, of the lidar, in the
+    /// direction of its axis) and turn rate (rad/s): so that all posts of a scan are of one time.
     #[must_use]
     pub fn at_end(&self, speed_mps: f32, rate_radps: f32) -> [f32; 2] {
         let turned = rate_radps * self.before_end_s;

@@ -73,8 +73,10 @@ impl Receiver {
     /// Leaves out the first byte, and what follows up to where a packet may begin.
     fn skip(&mut self) {
         let begin = (1..self.len).find(|&at| self.may_begin(at)).unwrap_or(self.len);
-        self.held.copy_within(begin..self.len, 0);
-        self.len -= begin;
+        if let Some(held) = self.held.get_mut(..self.len) {
+            held.copy_within(begin.min(held.len()).., 0);
+        }
+        self.len = self.len.saturating_sub(begin);
         count(&mut self.report.skipped, begin as u32);
     }
 

@@ -5,7 +5,8 @@ use crate::settings::PostSettings;
 /// How fine the lidar looks, and how noisy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resolution {
-    /// From a ray to the next, rad: above 0. At 4 500 points a second and 10 Hz it is 0.8°.
+    /// From a ray to the next, rad, [`Scan::step_rad`](crate::Scan::step_rad) without its sign: above 0. At 4 500 points a second and
+    /// 10 Hz it is 0.8°.
     pub step_rad: f32,
     /// Noise of a single range, m, standard deviation.
     pub range_sigma_m: f32,
@@ -73,7 +74,25 @@ impl Resolution {
         let front = SHAPE * settings.radius_m;
         libm::sqrtf((self.range_sigma_m * self.range_sigma_m + front * front) / rays)
     }
+
+    /// The greatest standard deviations of range (m) and bearing (rad) of posts within the ranges that are looked for: for a filter
+    /// whose sensor has the same noise at every range.
+    #[must_use]
+    pub fn worst_sigmas(&self, settings: &PostSettings) -> [f32; 2] {
+        let PostSettings { range_min_m, range_max_m, .. } = *settings;
+        let far = range_max_m.min(self.reach_m(settings, 0.0));
+        let mut worst = [0.0_f32; 2];
+        for place in 1..=WITHIN_VIEW {
+            let range_m = range_min_m + (far - range_min_m) * f32::from(place) / f32::from(WITHIN_VIEW);
+            let here = [self.post_range_sigma_m(settings, range_m), self.bearing_sigma_rad(settings, range_m)];
+            worst.iter_mut().zip(here).for_each(|(worst, here)| *worst = worst.max(here));
+        }
+        worst
+    }
 }
+
+/// How many ranges of the view the worst noise is taken of.
+const WITHIN_VIEW: u16 = 16;
 
 /// What a round front leaves open for a single ray, as a share of the radius.
 const SHAPE: f32 = 0.1;

@@ -16,8 +16,9 @@ pub struct PostSettings {
     /// Points that a post must have: at least 1. More keep single false readings out, and let the view end sooner:
     /// [`Resolution::detection_probability`](crate::Resolution::detection_probability).
     pub min_points: u16,
-    /// Readings darker than this are of no post: 0 for posts that do not reflect, about 200 for reflectors.
-    pub min_intensity: u8,
+    /// Readings darker than this, in the lidar's own unit, are of no post: 0 for posts that do not reflect, about 200 for reflectors of an
+    /// LD06.
+    pub min_intensity: f32,
     /// The nearest post, m: at least 0.
     pub range_min_m: f32,
     /// The farthest post, m: above the nearest.
@@ -33,7 +34,7 @@ impl PostSettings {
             tolerance_m: 0.5 * radius_m,
             gap_m: 0.15,
             min_points: 2,
-            min_intensity: 0,
+            min_intensity: 0.0,
             range_min_m: 0.1,
             range_max_m: 12.0,
         }
@@ -45,7 +46,7 @@ impl PostSettings {
     /// Names the field that is out of range.
     pub fn check(&self) -> Result<(), SettingsError> {
         let wrong = |field, range| Err(SettingsError { field, range });
-        let Self { radius_m, tolerance_m, gap_m, min_points, range_min_m, range_max_m, .. } = *self;
+        let Self { radius_m, tolerance_m, gap_m, min_points, min_intensity, range_min_m, range_max_m } = *self;
         // What is not a number fails every comparison.
         if !(radius_m > 0.0 && radius_m.is_finite()) {
             wrong("radius_m", "above 0")
@@ -55,6 +56,8 @@ impl PostSettings {
             wrong("gap_m", "above 0")
         } else if min_points == 0 {
             wrong("min_points", "at least 1")
+        } else if !(min_intensity >= 0.0 && min_intensity.is_finite()) {
+            wrong("min_intensity", "at least 0")
         } else if !(range_min_m >= 0.0 && range_min_m.is_finite()) {
             wrong("range_min_m", "at least 0")
         } else if !(range_max_m > range_min_m && range_max_m.is_finite()) {
@@ -71,17 +74,25 @@ impl PostSettings {
         let open = (width - span).max(0.0);
         let aside = 0.5 * open.min(2.0 * step - open).max(0.0);
         let (mut sum, mut count) = (0.0, 0.0);
-        for ray in 0..rays {
-            let across = if rays > 1 { span * (ray as f32 / (rays - 1) as f32 - 0.5) } else { 0.0 };
+        let places = rays.min(ENOUGH_RAYS);
+        // Each ray stands in the middle of a step.
+        let covered = if rays > 1 { span * rays as f32 / (rays - 1) as f32 } else { 0.0 };
+        for place in 0..places {
+            let across = covered * ((place as f32 + 0.5) / places as f32 - 0.5);
             for shift in SHIFTS {
                 let x = across + shift * aside;
                 sum += libm::sqrtf((self.radius_m * self.radius_m - x * x).max(0.0));
                 count += 1.0;
             }
         }
-        if count > 0.0 { sum / count } else { 0.0 }
+        // Rays beside the axis are longer than what lies along it, by the mean of range · (1 − cos).
+        let slant = range_m * span_rad * span_rad / 24.0;
+        if count > 0.0 { sum / count + slant } else { 0.0 }
     }
 }
+
+/// As many places as stand for more rays.
+const ENOUGH_RAYS: usize = 16;
 
 /// Places that stand for all between −1 and 1.
 const SHIFTS: [f32; 4] = [-0.75, -0.25, 0.25, 0.75];
@@ -118,6 +129,8 @@ mod tests {
             (PostSettings { tolerance_m: f32::NAN, ..good }, "tolerance_m"),
             (PostSettings { gap_m: -1.0, ..good }, "gap_m"),
             (PostSettings { min_points: 0, ..good }, "min_points"),
+            (PostSettings { min_points: 0, ..good }, "min_points"),
+            (PostSettings { min_intensity: f32::NAN, ..good }, "min_intensity"),
             (PostSettings { range_min_m: -0.1, ..good }, "range_min_m"),
             (PostSettings { range_max_m: 0.1, ..good }, "range_max_m"),
         ] {

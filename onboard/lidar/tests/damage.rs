@@ -75,7 +75,7 @@ proptest! {
     ) {
         let mut receiver = Receiver::new();
         let mut assembler = Assembler::<64>::with_seam(u16::from(min_intensity) * 250);
-        let finder = PostFinder::new(PostSettings { min_points, min_intensity, ..PostSettings::of_radius(radius) }).unwrap();
+        let finder = PostFinder::new(PostSettings { min_points, min_intensity: f32::from(min_intensity), ..PostSettings::of_radius(radius) }).unwrap();
         let all = bytes.into_iter().chain(packets.iter().flat_map(Packet::to_bytes));
         for packet in all.filter_map(|byte| receiver.push(byte)) {
             let Some(revolution) = assembler.push(&packet) else { continue };

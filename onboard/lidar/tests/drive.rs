@@ -67,9 +67,7 @@ fn drive(seed: u64, takes_motion_out: bool, damage: f64) -> [f64; 4] {
     };
     let view = RangeBearingWindow::new(limits).unwrap();
     // The worst noise within view; and the motion that is taken out is that of the odometry, which is wrong by a few percent.
-    let ranges = || (1..=16).map(|k| 0.5 * k as f32);
-    let range_sigma_m = ranges().map(|range| Resolution::LD06.post_range_sigma_m(&posts, range)).fold(0.0, f32::max);
-    let bearing_sigma_rad = ranges().map(|range| Resolution::LD06.bearing_sigma_rad(&posts, range)).fold(0.0, f32::max);
+    let [range_sigma_m, bearing_sigma_rad] = Resolution::LD06.worst_sigmas(&posts);
     let sensing = Sensing {
         sensor: RangeBearing::new(range_sigma_m.max(0.02), bearing_sigma_rad).unwrap(),
         field_of_view: view,
@@ -151,8 +149,8 @@ fn bytes_of_a_lidar_keep_a_robot_in_its_place() {
     let [damaged, ..] = drives(true, 1e-3);
     println!("without taking the motion of a revolution out:");
     let [blurred, ..] = drives(false, 0.0);
-    assert!(clean < 0.1 && reckoning > 10.0 * clean, "{clean} {reckoning}");
+    assert!(clean < 0.0132 && reckoning > 10.0 * clean, "{clean} {reckoning}");
     assert!(nees < 3.0 && known > 0.9, "{nees} {known}");
     assert!(damaged < 1.5 * clean + 0.01, "{damaged}");
-    assert!(blurred > clean, "{blurred}");
+    assert!((0.074..0.107).contains(&blurred), "{blurred}");
 }

@@ -6,7 +6,7 @@ use super::guide;
 use super::hil;
 use super::image::{self, Extra, Image};
 use super::precision::Precision;
-use super::rig::{BLACK_BOXES, JOINT, PLANAR, Rig, UNDERWATER};
+use super::rig::{BLACK_BOXES, JOINT, PLANAR, Rig, SENSORS, UNDERWATER};
 use crate::noalloc;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
@@ -45,7 +45,7 @@ fn prove() -> Result<Outcome, Stop> {
     for (rig, precision) in of_reference {
         checks.push(Box::new(move || proves(toolchain, &REFERENCE, rig, precision)));
     }
-    for features in BLACK_BOXES {
+    for features in BLACK_BOXES.into_iter().chain([SENSORS]) {
         checks.push(Box::new(move || proves_with(toolchain, &REFERENCE, features)));
     }
     let images =

@@ -77,6 +77,9 @@ pub const UNDERWATER: Rig = Rig {
 /// The black boxes of the three, in `proof`.
 pub const BLACK_BOXES: [&[&str]; 3] = [&["black-box"], &["black-box", "joint"], &["black-box", "underwater"]];
 
+/// What stands beside the filters, in `proof`.
+pub const SENSORS: &[&str] = &["sensors"];
+
 /// Scenarios of underwater vehicles.
 const DIVES: [&str; 1] = ["girona-tank"];
 

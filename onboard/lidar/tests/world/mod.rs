@@ -1,7 +1,7 @@
 //! A yard with walls and round posts, and a lidar that turns in it, ray by ray, while its vehicle moves.
 #![allow(dead_code)]
 
-use scphd_lidar::{Packet, Reading};
+use scphd_lidar::{Packet, Reading, Sweep};
 use std::f64::consts::TAU;
 
 /// Draws that are the same everywhere.
@@ -135,4 +135,23 @@ impl Lidar {
 /// An angle between −π and π.
 pub fn wrap(angle: f64) -> f64 {
     angle - TAU * (angle / TAU).round()
+}
+
+/// A scan by another lidar from where the vehicle is at each beam's time, with the noise of the one above; nothing is `empty_m`.
+pub fn scan(
+    world: &World,
+    draws: &mut Draws,
+    sweep: &Sweep,
+    beams: usize,
+    empty_m: f32,
+    pose: impl Fn(f64) -> [f64; 3],
+) -> Vec<f32> {
+    let time = |beam: usize| f64::from(sweep.duration_s) * beam as f64 / (beams - 1) as f64;
+    let beam = |beam: usize| {
+        let [x, y, heading] = pose(time(beam));
+        let bearing = f64::from(sweep.start_rad) + f64::from(sweep.increment_rad) * beam as f64;
+        let noisy = world.ray([x, y], heading + bearing).0 + SIGMA_M * draws.normal();
+        if draws.uniform() < RETURNED && noisy < REACH_M { noisy as f32 } else { empty_m }
+    };
+    (0..beams).map(beam).collect()
 }

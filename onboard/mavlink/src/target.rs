@@ -1,0 +1,56 @@
+//! LANDING_TARGET: something that a camera has found, as range and bearing.
+
+use crate::bytes::Reader;
+
+/// `MAV_FRAME_BODY_FRD`.
+const BODY: u8 = 12;
+
+/// A target, seen from the vehicle, or from the sensor where its place is not known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Target {
+    /// When it was seen, µs, by the sender's clock.
+    pub time_us: u64,
+    /// Its number, where the sender tells several apart.
+    pub number: u8,
+    /// Direction in the horizontal plane, rad to the left.
+    pub bearing_rad: f32,
+    /// Direction above the horizontal plane, rad.
+    pub elevation_rad: f32,
+    /// How far away it is, m; `None` where that is not known.
+    pub distance_m: Option<f32>,
+}
+
+impl Target {
+    /// Range in the horizontal plane (m) and bearing (rad), as a scan of a filter has them; `None` where the distance is not known.
+    #[must_use]
+    pub fn in_plane(&self) -> Option<[f32; 2]> {
+        self.distance_m.map(|distance_m| [distance_m * libm::cosf(self.elevation_rad), self.bearing_rad])
+    }
+
+    /// By its place in the vehicle's axes where the sender has one, else by the angles from the middle of an image that looks ahead.
+    pub(crate) fn read(mut payload: Reader<'_>) -> Option<Self> {
+        let time_us = payload.u64();
+        let [right_rad, down_rad, distance_m] = payload.floats();
+        payload.skip(8);
+        let (number, frame) = (payload.u8(), payload.u8());
+        let place = payload.floats::<3>();
+        payload.skip(16 + 1);
+        let has_place = payload.u8() != 0 && frame == BODY && place.iter().all(|number| number.is_finite());
+        let ([ahead, right, down], distance_m) = if has_place {
+            let [x, y, z] = place;
+            (place, libm::sqrtf(x * x + y * y + z * z))
+        } else {
+            ([1.0, libm::tanf(right_rad), libm::tanf(down_rad)], distance_m)
+        };
+        let bearing_rad = libm::atan2f(-right, ahead);
+        let elevation_rad = libm::atan2f(-down, libm::hypotf(ahead, right));
+        let distance_m = Some(distance_m).filter(|distance_m| *distance_m > 0.0 && distance_m.is_finite());
+        (bearing_rad.is_finite() && elevation_rad.is_finite()).then_some(Self {
+            time_us,
+            number,
+            bearing_rad,
+            elevation_rad,
+            distance_m,
+        })
+    }
+}

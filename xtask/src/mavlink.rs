@@ -1,0 +1,25 @@
+//! The messages of flight stacks, read and written by pymavlink in the environment of the project's own.
+
+use crate::outcome::{Outcome, Stop};
+use crate::process;
+use crate::python::{self, Environment};
+use crate::unit;
+
+/// pymavlink and what it needs.
+const PEER: [&str; 3] = ["pymavlink>=2.4.41,<3", "fastcrc>=0.3", "lxml>=5"];
+
+/// The step.
+pub fn step() -> Outcome {
+    check().into()
+}
+
+fn check() -> Result<Outcome, Stop> {
+    let version = python::interpreter()?;
+    let environment = Environment::of(&version)?;
+    environment.equip_alone(&PEER)?;
+    let mut cargo = process::cargo();
+    // The step `unit` has built it.
+    cargo.arg("test").args(unit::PACKAGES).args(["--test", "pymavlink", "--", "--ignored", "--nocapture"]);
+    process::run(cargo.env("SCPHD_MAVLINK_PYTHON", environment.program()))?;
+    Ok(Outcome::Passed(format!("Python {version}")))
+}
