@@ -7,6 +7,7 @@ use scphd::settings::Persistence;
 use scphd_exchange::mcap::topic;
 use scphd_filters::settings::Settings;
 use scphd_filters::slam::{PlanarNumbers, PlanarVehicle};
+use scphd_lidar::PostSettings;
 use scphd_log::log::{FixNoise, Log, Vehicle};
 use scphd_vehicle::{Description, Filter, FixSpec, JointFilter, Sensor, VehicleKind};
 
@@ -86,7 +87,7 @@ pub fn wiring(log: &Log) -> Wiring {
     let sensor = |name: &str| {
         let topic =
             if name.is_empty() { topic::DETECTIONS.to_owned() } else { format!("{}/{name}", topic::DETECTIONS) };
-        Source { name: name.to_owned(), topic: Topic::new(&topic, DETECTIONS[0]), seated: true }
+        Source { name: name.to_owned(), topic: Topic::new(&topic, DETECTIONS[0]), seated: true, posts: PostSettings::of_radius(0.05) }
     };
     let times = || log.odometry.iter().map(|row| row.t_s).chain(log.scans.last().map(|scan| scan.t_s));
     let gap_s = times().zip(times().skip(1)).map(|(from, to)| to - from).fold(0.0, f64::max);

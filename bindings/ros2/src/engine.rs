@@ -8,7 +8,7 @@ use scphd::{Health, PoseEstimate};
 use scphd_sequencer::{
     Action, Flags, MapFromOdom, PushError, Sequencer, Settings, SettingsError, SmoothOdometry, Stamp,
 };
-use scphd_vehicle::{Control, Measurements, Scanned, SensorModel, Services, Start, StartError};
+use scphd_vehicle::{Control, Measurements, Scanned, SensorModel, Services, Start, StartError, VehicleKind};
 use std::time::{Duration, Instant};
 
 /// Nanoseconds that double precision counts exactly; later ones are counted from the first input on, as an import does.
@@ -230,7 +230,16 @@ impl Engine {
     #[must_use]
     pub fn patience(&self) -> Option<Duration> {
         let window = Duration::from_secs_f64(self.setup.wiring.order.window_s);
-        self.pending.iter().map(|(_, since)| window.saturating_sub(since.elapsed())).min()
+        let left = self.pending.iter().map(|(_, since)| window.saturating_sub(since.elapsed())).min();
+        // What is ahead of all others waits for one that agrees.
+        left.map(|left| left.max(Duration::from_millis(5)))
+    }
+
+    /// The speed, m/s, and the turn rate, rad/s, in force; of a car, whose second control is an angle, no turn.
+    #[must_use]
+    pub fn motion(&self) -> [f32; 2] {
+        let is_car = self.setup.description.vehicle.kind == VehicleKind::Ackermann;
+        [self.control.speed_mps, if is_car { 0.0 } else { self.control.turn }]
     }
 
     /// Goes on with a search after a scan of a sensor.
@@ -380,6 +389,12 @@ impl Engine {
         }
         let report = self.queue.take_report();
         self.flags |= report.flags;
+        if self.queue.waiting().1 == 0 || report.flags.contains(Flags::CLOCK_SET) {
+            self.pending.clear();
+        }
+        if report.flags.contains(Flags::CLOCK_SET) {
+            (self.driven_ns, self.newest_ns) = (None, 0);
+        }
     }
 
     /// Moves from a time to that of the queue. Before the first odometry nothing is known to move.

@@ -21,6 +21,8 @@ use std::time::{Duration, Instant};
 
 /// How long readers are waited for, and messages on their way once all are sent.
 const READERS: Duration = Duration::from_secs(10);
+/// Readers that this side has found may not yet have found it.
+const SETTLE: Duration = Duration::from_secs(1);
 const LINGER: Duration = Duration::from_millis(500);
 
 /// What the command line asks for.
@@ -217,6 +219,7 @@ fn wait(node: &Node, publishers: &[Publisher<Raw>], channels: &[Channel]) {
             publishers.iter().zip(channels).filter(|(publisher, _)| publisher.get_subscription_count(node) == 0);
         let lonely: Vec<&str> = lonely.map(|(_, channel)| channel.topic.as_str()).collect();
         if lonely.is_empty() {
+            thread::sleep(SETTLE);
             return;
         }
         if begun.elapsed() > READERS {
