@@ -13,8 +13,8 @@ const PEER: [&str; 2] = ["cyclonedds>=11,<12", "rosbags>=0.10,<0.12"];
 const NO_DISCOVERY: i32 = 77;
 /// What is played: logs that the simulator has written, then scenarios, each so many times as fast as it was.
 const LOGS: [&str; 2] = ["survey", "thesis-compare"];
-const SCENARIOS: [&str; 2] = ["two-sensors@16", "survey-fixes@16"];
-const LOG_RATE: u32 = 16;
+const SCENARIOS: [&str; 2] = ["two-sensors@8", "survey-fixes@8"];
+const LOG_RATE: u32 = 8;
 
 /// The step.
 pub fn step() -> Outcome {

@@ -87,7 +87,12 @@ pub fn wiring(log: &Log) -> Wiring {
     let sensor = |name: &str| {
         let topic =
             if name.is_empty() { topic::DETECTIONS.to_owned() } else { format!("{}/{name}", topic::DETECTIONS) };
-        Source { name: name.to_owned(), topic: Topic::new(&topic, DETECTIONS[0]), seated: true, posts: PostSettings::of_radius(0.05) }
+        Source {
+            name: name.to_owned(),
+            topic: Topic::new(&topic, DETECTIONS[0]),
+            seated: true,
+            posts: PostSettings::of_radius(0.05),
+        }
     };
     let times = || log.odometry.iter().map(|row| row.t_s).chain(log.scans.last().map(|scan| scan.t_s));
     let gap_s = times().zip(times().skip(1)).map(|(from, to)| to - from).fold(0.0, f64::max);

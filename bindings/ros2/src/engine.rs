@@ -18,7 +18,7 @@ const SECOND_NS: u64 = 1_000_000_000;
 const LATEST_NS: u64 = 2 * SECOND_NS;
 /// Rows of odometry and events that can wait.
 const CONTROLS: usize = 4096;
-const EVENTS: usize = 128;
+const EVENTS: usize = 1024;
 /// Sources of fixes come before the sensors, as they do in a log.
 const FIXES: u8 = 1;
 const SENSORS: u8 = 2;

@@ -158,7 +158,8 @@ impl Inputs {
                 if self.earth.origin.iter().any(|number| number.is_nan()) {
                     self.earth.origin = place;
                 }
-                let radians = |[latitude, longitude, height]: [f64; 3]| [latitude.to_radians(), longitude.to_radians(), height];
+                let radians =
+                    |[latitude, longitude, height]: [f64; 3]| [latitude.to_radians(), longitude.to_radians(), height];
                 let [east, north] = east_north(radians(self.earth.origin), radians(place));
                 let (sine, cosine) = self.earth.turn_rad.sin_cos();
                 let [x, y] = [cosine * east + sine * north, cosine * north - sine * east];

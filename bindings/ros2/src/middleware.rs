@@ -21,7 +21,7 @@ impl From<ParameterError> for Failure {
 }
 
 /// Messages that wait for a reader, or for the program.
-const DEPTH: usize = 256;
+const DEPTH: usize = 1024;
 
 /// Of sensors: what is lost is lost (REP 2003).
 #[must_use]

@@ -278,7 +278,12 @@ impl Setup {
             let mut topic = Topic::new("fix", FIXES[0]);
             rest.topic("fixes", &FIXES, &mut topic)?;
             let Earth { origin: [latitude, longitude, altitude], turn_rad } = &mut wiring.earth;
-            let earth = [("latitude_deg", latitude), ("longitude_deg", longitude), ("altitude_m", altitude), ("turn_rad", turn_rad)];
+            let earth = [
+                ("latitude_deg", latitude),
+                ("longitude_deg", longitude),
+                ("altitude_m", altitude),
+                ("turn_rad", turn_rad),
+            ];
             for (name, place) in earth {
                 rest.number(&format!("fixes.{name}"), place)?;
             }
