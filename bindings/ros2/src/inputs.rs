@@ -154,13 +154,12 @@ impl Inputs {
                 if message.status.status < 0 || !place.iter().take(2).all(|angle| angle.is_finite()) {
                     return Err("the satellite receiver does not know where it is".into());
                 }
-                let place = [place[0], place[1], if place[2].is_finite() { place[2] } else { self.earth.origin[2] }];
-                if self.earth.origin.iter().any(|number| number.is_nan()) {
-                    self.earth.origin = place;
-                }
+                let height = self.earth.origin.map_or(0.0, |[.., height]| height);
+                let place = [place[0], place[1], if place[2].is_finite() { place[2] } else { height }];
+                let origin = *self.earth.origin.get_or_insert(place);
                 let radians =
                     |[latitude, longitude, height]: [f64; 3]| [latitude.to_radians(), longitude.to_radians(), height];
-                let [east, north] = east_north(radians(self.earth.origin), radians(place));
+                let [east, north] = east_north(radians(origin), radians(place));
                 let (sine, cosine) = self.earth.turn_rad.sin_cos();
                 let [x, y] = [cosine * east + sine * north, cosine * north - sine * east];
                 if engine.setup().description.position.is_some() {

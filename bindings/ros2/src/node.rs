@@ -2,12 +2,13 @@
 
 use crate::engine::{Engine, Estimate};
 use crate::inputs::{Inputs, Placed, Role};
-use crate::middleware::{Arguments, Failure, latched, node, parted, publisher, reliable, sensor_data, type_name};
+use crate::middleware::{Arguments, Failure, IN, latched, node, parted, publisher, reliable, sensor_data, type_name};
 use crate::outputs;
 use crate::raw::Raw;
 use crate::services::Services;
 use crate::setup::Setup;
 use ros2_client::dds::rustdds::mio1::{Events, Interest, Poll, Token};
+use ros2_client::qos::History;
 use ros2_client::{Node, NodeOptions, Publisher, Subscription};
 use scphd_ros::Time;
 use scphd_ros::messages::{DiagnosticArray, MarkerArray, Odometry, PoseWithCovarianceStamped, TFMessage};
@@ -39,7 +40,8 @@ impl Outputs {
         Ok(Self {
             pose: publisher(node, &name("~/pose"), &reliable())?,
             odometry: publisher(node, &name("~/odometry"), &reliable())?,
-            features: publisher(node, &name("~/features"), &latched())?,
+            // Large, and there is soon another one: a reader that comes late is not sent the last.
+            features: publisher(node, &name("~/features"), &reliable().history(History::KeepLast { depth: 4 }))?,
             transforms: publisher(node, &name("/tf"), &reliable())?,
             diagnostics: publisher(node, &name("/diagnostics"), &reliable())?,
         })
@@ -147,8 +149,8 @@ fn readers(
 ) -> Result<Vec<Subscription<Raw>>, Failure> {
     let reader = |input: &crate::inputs::Input| {
         let quality = match input.role {
-            Role::Seats => latched().history(ros2_client::qos::History::KeepLast { depth: 64 }),
-            _ if must_be_reliable => reliable(),
+            Role::Seats => latched().history(History::KeepLast { depth: 64 }),
+            _ if must_be_reliable => reliable().history(History::KeepLast { depth: IN }),
             _ => sensor_data(),
         };
         let name = arguments.resolved(&input.channel.topic);

@@ -1,9 +1,10 @@
 //! Plays logs, scenarios of the simulator and MCAP files as messages.
 
 use crate::describe;
-use crate::middleware::{Arguments, Failure, any_publisher, latched, node, reliable};
+use crate::middleware::{Arguments, Failure, IN, any_publisher, latched, node, reliable};
 use crate::raw::{HEAD, Raw};
 use crate::setup::Setup;
+use ros2_client::qos::History;
 use ros2_client::{Node, NodeOptions, Publisher};
 use scphd_exchange::mcap::shape::{covariance, pose};
 use scphd_filters::settings::Settings;
@@ -193,7 +194,11 @@ fn play(arguments: &Arguments, channels: &[Channel], messages: Vec<Message>, rat
     let spinner = node.spinner().map_err(|error| Failure(format!("{error:?}")))?;
     thread::spawn(move || futures::executor::block_on(spinner.spin()));
     let publishers = channels.iter().map(|channel| {
-        let quality = if channel.topic.ends_with("tf_static") { latched() } else { reliable() };
+        let quality = if channel.topic.ends_with("tf_static") {
+            latched()
+        } else {
+            reliable().history(History::KeepLast { depth: IN })
+        };
         any_publisher(&mut node, &arguments.resolved(&channel.topic), &channel.kind, &quality)
     });
     let publishers: Vec<Publisher<Raw>> = publishers.collect::<Result<_, _>>()?;

@@ -53,8 +53,8 @@ pub struct Source {
 /// Where latitude and longitude are x and y.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Earth {
-    /// The origin of the map, in degrees to the north and to the east, and m above the ellipsoid; where either is NaN, the first fix.
-    pub origin: [f64; 3],
+    /// The origin of the map, in degrees to the north and to the east, and m above the ellipsoid; `None`: the first fix.
+    pub origin: Option<[f64; 3]>,
     /// The direction of x, to the left of the east, rad.
     pub turn_rad: f64,
 }
@@ -102,7 +102,7 @@ impl Default for Wiring {
             odometry: Topic::new("odom", ODOMETRY[0]),
             sensors: Vec::new(),
             fixes: None,
-            earth: Earth { origin: [f64::NAN, f64::NAN, 0.0], turn_rad: 0.0 },
+            earth: Earth { origin: None, turn_rad: 0.0 },
             imu: String::new(),
             frames: ["map", "odom", "base_link"].map(str::to_owned),
             order: Order { wait_s: 0.0, window_s: 0.2, gap_s: 0.5, jump_s: 10.0 },
@@ -277,16 +277,15 @@ impl Setup {
         if description.position.is_some() || description.heading.is_some() {
             let mut topic = Topic::new("fix", FIXES[0]);
             rest.topic("fixes", &FIXES, &mut topic)?;
-            let Earth { origin: [latitude, longitude, altitude], turn_rad } = &mut wiring.earth;
-            let earth = [
-                ("latitude_deg", latitude),
-                ("longitude_deg", longitude),
-                ("altitude_m", altitude),
-                ("turn_rad", turn_rad),
-            ];
-            for (name, place) in earth {
-                rest.number(&format!("fixes.{name}"), place)?;
+            let names = ["latitude_deg", "longitude_deg", "altitude_m", "turn_rad"].map(|name| format!("fixes.{name}"));
+            let is_said = rest.0.0.contains_key(&names[0]) || rest.0.0.contains_key(&names[1]);
+            let mut numbers = [0.0; 4];
+            for (name, number) in names.iter().zip(&mut numbers) {
+                rest.number(name, number)?;
             }
+            let [latitude, longitude, altitude, turn_rad] = numbers;
+            let origin = is_said.then_some([latitude, longitude, altitude]);
+            wiring.earth = Earth { origin, turn_rad };
             wiring.fixes = Some(topic);
         }
         let [map, odom, base] = &mut wiring.frames;

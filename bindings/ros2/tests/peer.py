@@ -298,7 +298,7 @@ def soak(node, publish, folder, restarts=6, seconds=2.0):
             sizes.append(memory(running))
             counts.append(count)
         assert min(counts) > 0, f"poses: {counts}"
-        assert sizes[-1] < sizes[1] + 8.0, f"memory, MB: {sizes}"
+        assert sizes[-1] < sizes[1] + 3.0, f"memory, MB: {sizes}"
     finally:
         running.terminate()
         running.wait()
