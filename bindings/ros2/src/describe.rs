@@ -2,6 +2,7 @@
 
 use crate::setup::{DETECTIONS, FIXES, ODOMETRY, Order, Source, Topic, Wiring};
 use scphd_exchange::mcap::topic;
+use scphd_lidar::PostSettings;
 use scphd_log::log::{Log, Vehicle};
 
 /// The topics on which a log is published, and waits that are long enough for it.
@@ -14,7 +15,12 @@ pub fn wiring(log: &Log) -> Wiring {
     let sensor = |name: &str| {
         let topic =
             if name.is_empty() { topic::DETECTIONS.to_owned() } else { format!("{}/{name}", topic::DETECTIONS) };
-        Source { name: name.to_owned(), topic: Topic::new(&topic, DETECTIONS[0]), seated: true }
+        Source {
+            name: name.to_owned(),
+            topic: Topic::new(&topic, DETECTIONS[0]),
+            seated: true,
+            posts: PostSettings::of_radius(0.05),
+        }
     };
     let times = || log.odometry.iter().map(|row| row.t_s).chain(log.scans.last().map(|scan| scan.t_s));
     let gap_s = times().zip(times().skip(1)).map(|(from, to)| to - from).fold(0.0, f64::max);

@@ -8,14 +8,17 @@ use scphd::{Health, PoseEstimate};
 use scphd_sequencer::{
     Action, Flags, MapFromOdom, PushError, Sequencer, Settings, SettingsError, SmoothOdometry, Stamp,
 };
-use scphd_vehicle::{Control, Measurements, Scanned, SensorModel, Services, Start, StartError};
+use scphd_vehicle::{Control, Measurements, Scanned, SensorModel, Services, Start, StartError, VehicleKind};
+use std::time::{Duration, Instant};
 
 /// Nanoseconds that double precision counts exactly; later ones are counted from the first input on, as an import does.
 const EXACT_NS: u64 = 1 << 53;
 const SECOND_NS: u64 = 1_000_000_000;
+/// So much earlier than others an input may come last, ns.
+const LATEST_NS: u64 = 2 * SECOND_NS;
 /// Rows of odometry and events that can wait.
-const CONTROLS: usize = 1024;
-const EVENTS: usize = 128;
+const CONTROLS: usize = 4096;
+const EVENTS: usize = 1024;
 /// Sources of fixes come before the sensors, as they do in a log.
 const FIXES: u8 = 1;
 const SENSORS: u8 = 2;
@@ -29,6 +32,12 @@ pub enum Event {
     Position([f32; 2]),
     /// A measured heading, rad.
     Heading(f32),
+}
+
+/// An input that has arrived.
+enum Input {
+    Control(Control<f32>),
+    Event(Event),
 }
 
 /// What is known after a scan or a fix.
@@ -106,8 +115,9 @@ pub struct Engine {
     newest_ns: u64,
     /// The newest stamp of odometry.
     driven_ns: Option<u64>,
-    /// Stamps of events that wait.
-    pending: Vec<u64>,
+    /// Stamps of events that wait, and since when.
+    pending: Vec<(u64, Instant)>,
+    arrived: Vec<(u64, Input)>,
     number: u32,
     search: Option<Search>,
     counts: Counts,
@@ -127,7 +137,7 @@ fn ns(seconds: f64) -> u64 {
 }
 
 fn settings(order: &Order) -> Settings {
-    let window_ns = ns(order.window_s.max(order.wait_s));
+    let window_ns = ns(order.wait_s).max(LATEST_NS);
     let jump_ns = ns(order.jump_s).max(window_ns + 1);
     Settings { window_ns, gap_ns: ns(order.gap_s), jump_ns, ..Settings::DEFAULT }
 }
@@ -152,6 +162,7 @@ impl Engine {
             newest_ns: 0,
             driven_ns: None,
             pending: Vec::new(),
+            arrived: Vec::new(),
             number: 0,
             search: None,
             counts: Counts::default(),
@@ -170,6 +181,7 @@ impl Engine {
         (self.origin_ns, self.driven_ns, self.newest_ns) = (None, None, 0);
         (self.flags, self.health, self.control) = (Flags::NONE, Health::GOOD, Control::STILL);
         self.pending.clear();
+        self.arrived.clear();
         self.search = None;
         Ok(())
     }
@@ -214,18 +226,20 @@ impl Engine {
         self.search.is_some()
     }
 
-    /// Takes in all that waits: nothing has come for so long that nothing is waited for any more.
-    pub fn flush(&mut self, tell: &mut dyn FnMut(&Estimate)) {
-        if !self.pending.is_empty() {
-            self.queue.flush();
-            self.work(tell);
-        }
+    /// How long to wait for odometry until the next scan or fix is taken in without it; `None` where none waits.
+    #[must_use]
+    pub fn patience(&self) -> Option<Duration> {
+        let window = Duration::from_secs_f64(self.setup.wiring.order.window_s);
+        let left = self.pending.iter().map(|(_, since)| window.saturating_sub(since.elapsed())).min();
+        // What is ahead of all others waits for one that agrees.
+        left.map(|left| left.max(Duration::from_millis(5)))
     }
 
-    /// Whether a scan or fix waits.
+    /// The speed, m/s, and the turn rate, rad/s, in force; of a car, whose second control is an angle, no turn.
     #[must_use]
-    pub fn is_waiting(&self) -> bool {
-        !self.pending.is_empty()
+    pub fn motion(&self) -> [f32; 2] {
+        let is_car = self.setup.description.vehicle.kind == VehicleKind::Ackermann;
+        [self.control.speed_mps, if is_car { 0.0 } else { self.control.turn }]
     }
 
     /// Goes on with a search after a scan of a sensor.
@@ -278,15 +292,37 @@ impl Engine {
 
     /// Takes odometry: a motion that holds from its stamp on.
     pub fn control(&mut self, stamp_ns: u64, control: Control<f32>) {
-        self.begin(stamp_ns);
-        self.driven_ns = Some(self.driven_ns.map_or(stamp_ns, |newest| newest.max(stamp_ns)));
-        let taken = self.queue.push_control(Stamp::new(0, stamp_ns), Some(control));
-        self.account(stamp_ns, taken);
+        self.arrived.push((stamp_ns, Input::Control(control)));
     }
 
     /// Takes a scan or a fix.
     pub fn event(&mut self, stamp_ns: u64, event: Event) {
-        self.begin(stamp_ns);
+        self.arrived.push((stamp_ns, Input::Event(event)));
+    }
+
+    /// Puts what has arrived into the queue, in the order of its stamps: topics are read one after the other.
+    fn sort(&mut self) {
+        let mut arrived = std::mem::take(&mut self.arrived);
+        arrived.sort_by_key(|(stamp_ns, _)| *stamp_ns);
+        if let Some((first_ns, _)) = arrived.first() {
+            self.begin(*first_ns);
+        }
+        for (stamp_ns, input) in arrived {
+            let taken = match input {
+                Input::Control(control) => {
+                    self.driven_ns = self.driven_ns.max(Some(stamp_ns));
+                    self.queue.push_control(Stamp::new(0, stamp_ns), Some(control))
+                }
+                Input::Event(event) => self.push(stamp_ns, event),
+            };
+            match taken {
+                Ok(()) => self.newest_ns = self.newest_ns.max(stamp_ns),
+                Err(_) => self.counts.dropped += 1,
+            }
+        }
+    }
+
+    fn push(&mut self, stamp_ns: u64, event: Event) -> Result<(), PushError> {
         let source = match &event {
             // There are few sensors.
             Event::Scan(sensor, _) => SENSORS.saturating_add(*sensor as u8),
@@ -295,11 +331,9 @@ impl Engine {
         self.number = self.number.wrapping_add(1);
         // Scans of one time are one that came twice; a fix may come with another of its time.
         let number = if source == FIXES { self.number } else { 0 };
-        let taken = self.queue.push_event(Stamp::new(source, stamp_ns).numbered(number), event);
-        if taken.is_ok() {
-            self.pending.push(stamp_ns);
-        }
-        self.account(stamp_ns, taken);
+        self.queue.push_event(Stamp::new(source, stamp_ns).numbered(number), event)?;
+        self.pending.push((stamp_ns, Instant::now()));
+        Ok(())
     }
 
     fn begin(&mut self, stamp_ns: u64) {
@@ -314,13 +348,6 @@ impl Engine {
         let _started = self.queue.start(settings, start_ns, None);
     }
 
-    fn account(&mut self, stamp_ns: u64, taken: Result<(), PushError>) {
-        match taken {
-            Ok(()) => self.newest_ns = self.newest_ns.max(stamp_ns),
-            Err(_) => self.counts.dropped += 1,
-        }
-    }
-
     /// The time of a stamp as the filter counts it, s.
     fn seconds(&self, stamp_ns: u64) -> f64 {
         let origin_ns = self.origin_ns.unwrap_or(0);
@@ -330,13 +357,14 @@ impl Engine {
 
     /// Takes in all that is due, and tells every estimate.
     pub fn work(&mut self, tell: &mut dyn FnMut(&Estimate)) {
+        self.sort();
         // Odometry comes in the order of its stamps: what is not newer than it has all that it needs.
-        let wait_ns = ns(self.setup.wiring.order.wait_s);
-        let until_ns = self.driven_ns.map(|driven| driven.min(self.newest_ns.saturating_sub(wait_ns)));
-        if let Some(event_ns) =
-            self.pending.iter().copied().filter(|at| until_ns.is_some_and(|until| *at <= until)).max()
-        {
-            self.queue.close_until(event_ns);
+        let Order { wait_s, window_s, .. } = self.setup.wiring.order;
+        let until_ns = self.driven_ns.map(|driven| driven.min(self.newest_ns.saturating_sub(ns(wait_s))));
+        let window = Duration::from_secs_f64(window_s);
+        let complete = |(at, since): &&(u64, Instant)| until_ns >= Some(*at) || since.elapsed() >= window;
+        if let Some((event_ns, _)) = self.pending.iter().filter(complete).max() {
+            self.queue.complete_until(*event_ns);
         }
         loop {
             let before_ns = self.queue.time_ns();
@@ -357,10 +385,16 @@ impl Engine {
         }
         let done_ns = self.queue.time_ns();
         if self.pending.len() > self.queue.waiting().1 {
-            self.pending.retain(|at| *at > done_ns);
+            self.pending.retain(|(at, _)| *at > done_ns);
         }
         let report = self.queue.take_report();
         self.flags |= report.flags;
+        if self.queue.waiting().1 == 0 || report.flags.contains(Flags::CLOCK_SET) {
+            self.pending.clear();
+        }
+        if report.flags.contains(Flags::CLOCK_SET) {
+            (self.driven_ns, self.newest_ns) = (None, 0);
+        }
     }
 
     /// Moves from a time to that of the queue. Before the first odometry nothing is known to move.

@@ -1,13 +1,18 @@
 //! Messages as inputs of the filter.
 
 use crate::engine::{Engine, Event};
-use crate::setup::{Setup, Topic};
+use crate::setup::{Earth, FIXES, LASER_SCAN, Setup, Topic};
 use nalgebra::Vector2;
-use scphd_exchange::import::recording::{Moved, Seats, Sight, Told, View, moved, sight};
+use scphd_exchange::import::recording::{Moved, Seats, Seen, Sight, Told, View, east_north, moved, sight};
 use scphd_exchange::mcap::UNKNOWN;
-use scphd_ros::messages::{PoseWithCovarianceStamped, TFMessage};
+use scphd_lidar::{Post, PostFinder, PostSettings, SettingsError, Sweep};
+use scphd_ros::messages::{Imu, LaserScan, NavSatFix, PoseWithCovarianceStamped, TFMessage};
 use scphd_ros::{Channel, Time};
 use scphd_vehicle::{Control, VehicleKind};
+use std::time::Duration;
+
+/// Posts of a laser scan at most, as many as a filter takes.
+const POSTS: usize = 256;
 
 /// What a topic is read for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,6 +21,8 @@ pub enum Role {
     Odometry,
     /// Detections of the sensor in this place of the description.
     Scan(usize),
+    /// Turn rates, which count in the place of those of the odometry.
+    Turns,
     /// Measurements of the pose.
     Fixes,
     /// Where frames sit.
@@ -45,6 +52,10 @@ pub struct Inputs {
     seated: Vec<bool>,
     views: Vec<Option<(String, View)>>,
     counts: Vec<usize>,
+    /// Of a vehicle with an inertial measurement unit: the last control.
+    control: Option<Control<f32>>,
+    posts: Vec<PostSettings>,
+    earth: Earth,
 }
 
 /// The frames where no transform leads to, and other reasons that a message is left out for.
@@ -64,9 +75,16 @@ impl Inputs {
             topics.push(Input { role: Role::Scan(place), channel: channel(&source.topic) });
         }
         topics.extend(wiring.fixes.iter().map(|fixes| Input { role: Role::Fixes, channel: channel(fixes) }));
+        if !wiring.imu.is_empty() {
+            let imu = Topic::new(&wiring.imu, "sensor_msgs/msg/Imu");
+            topics.push(Input { role: Role::Turns, channel: channel(&imu) });
+        }
         let seats = Topic::new("/tf_static", "tf2_msgs/msg/TFMessage");
         topics.push(Input { role: Role::Seats, channel: channel(&seats) });
         Self {
+            control: (!wiring.imu.is_empty()).then_some(Control::STILL),
+            posts: wiring.sensors.iter().map(|source| source.posts).collect(),
+            earth: wiring.earth,
             counts: vec![0; topics.len()],
             topics,
             seats: Seats::default(),
@@ -96,14 +114,57 @@ impl Inputs {
                 let [speed, turn, left] = sample.control;
                 let aside = engine.setup().description.vehicle.kind == VehicleKind::Holonomic;
                 let left_mps = if aside { left as f32 } else { 0.0 };
-                engine.control(stamp_ns, Control { speed_mps: speed as f32, left_mps, turn: turn as f32 });
+                let control = Control { speed_mps: speed as f32, left_mps, turn: turn as f32 };
+                match &mut self.control {
+                    // Until the next turn rate comes.
+                    Some(last) => *last = Control { turn: last.turn, ..control },
+                    None => engine.control(stamp_ns, control),
+                }
                 Ok(sample.pose.filter(|_| !unplaced).map(|pose| (stamp_ns, pose)))
             }
+            Role::Turns => {
+                let message: Imu = told.decode().map_err(said)?;
+                let stamp_ns = checked(message.header.stamp)?;
+                let rate = told.finite("angular_velocity.z", message.angular_velocity.z).map_err(said)?;
+                if let Some(control) = &mut self.control {
+                    control.turn = rate as f32;
+                    engine.control(stamp_ns, *control);
+                }
+                Ok(None)
+            }
             Role::Scan(sensor) => {
-                let scan = sight(&told).map_err(said)?;
-                let stamp_ns = checked(scan.stamp)?;
+                let (stamp_ns, scan) = match self.posts.get(sensor) {
+                    Some(posts) if channel.kind == LASER_SCAN => {
+                        let message: LaserScan = told.decode().map_err(said)?;
+                        laser(&message, posts, engine.motion())?
+                    }
+                    _ => {
+                        let scan = sight(&told).map_err(said)?;
+                        (checked(scan.stamp)?, scan)
+                    }
+                };
                 let detections = self.detections(sensor, &scan, engine)?;
                 engine.event(stamp_ns, Event::Scan(sensor, detections));
+                Ok(None)
+            }
+            Role::Fixes if channel.kind == FIXES[1] => {
+                let message: NavSatFix = told.decode().map_err(said)?;
+                let stamp_ns = checked(message.header.stamp)?;
+                let place = [message.latitude, message.longitude, message.altitude];
+                if message.status.status < 0 || !place.iter().take(2).all(|angle| angle.is_finite()) {
+                    return Err("the satellite receiver does not know where it is".into());
+                }
+                let height = self.earth.origin.map_or(0.0, |[.., height]| height);
+                let place = [place[0], place[1], if place[2].is_finite() { place[2] } else { height }];
+                let origin = *self.earth.origin.get_or_insert(place);
+                let radians =
+                    |[latitude, longitude, height]: [f64; 3]| [latitude.to_radians(), longitude.to_radians(), height];
+                let [east, north] = east_north(radians(origin), radians(place));
+                let (sine, cosine) = self.earth.turn_rad.sin_cos();
+                let [x, y] = [cosine * east + sine * north, cosine * north - sine * east];
+                if engine.setup().description.position.is_some() {
+                    engine.event(stamp_ns, Event::Position([x as f32, y as f32]));
+                }
                 Ok(None)
             }
             Role::Fixes => {
@@ -166,6 +227,37 @@ impl Inputs {
         }
         Ok(view)
     }
+}
+
+/// The posts of a laser scan, all of the time at which it ends, on a vehicle that moves with this speed, m/s, and turn rate, rad/s.
+fn laser(message: &LaserScan, posts: &PostSettings, [speed, rate]: [f32; 2]) -> Result<(u64, Sight), Refused> {
+    let begin_ns = checked(message.header.stamp)?;
+    let steps = message.ranges.len().saturating_sub(1) as f32;
+    let of_steps_s = message.time_increment * steps;
+    let duration_s = if of_steps_s.is_finite() { of_steps_s } else { 0.0 };
+    let sweep = Sweep {
+        start_rad: message.angle_min,
+        increment_rad: message.angle_increment,
+        range_min_m: message.range_min,
+        range_max_m: message.range_max,
+        duration_s,
+    };
+    let refused = |error: SettingsError| format!("the laser scan: {error}");
+    let scan = scphd_lidar::LaserScan::new(sweep, &message.ranges, &message.intensities).map_err(refused)?;
+    let found = PostFinder::new(*posts).map_err(refused)?.find::<POSTS, _>(&scan);
+    let ray = |post: &Post| {
+        let [range, bearing] = post.at_end(speed, rate);
+        Seen::Ray([f64::from(range), f64::from(bearing), 0.0])
+    };
+    let end_ns = begin_ns.saturating_add(Duration::from_secs_f32(duration_s.clamp(0.0, 10.0)).as_nanos() as u64);
+    let sight = Sight {
+        stamp: Time::from_nanoseconds(end_ns),
+        frame: message.header.frame_id.trim_start_matches('/').to_owned(),
+        seen: found.posts.iter().map(ray).collect(),
+        labels: Vec::new(),
+        left_out: 0,
+    };
+    Ok((end_ns, sight))
 }
 
 /// A stamp that is one.

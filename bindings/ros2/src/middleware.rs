@@ -20,19 +20,20 @@ impl From<ParameterError> for Failure {
     }
 }
 
-/// Messages that wait for a reader, or for the program.
-const DEPTH: usize = 256;
+/// Messages that wait for the program, and for a reader.
+pub(crate) const IN: usize = 1024;
+const OUT: usize = 64;
 
 /// Of sensors: what is lost is lost (REP 2003).
 #[must_use]
 pub fn sensor_data() -> QosProfile {
-    QosProfile::subscription_default().reliability_best_effort().history(History::KeepLast { depth: DEPTH })
+    QosProfile::subscription_default().reliability_best_effort().history(History::KeepLast { depth: IN })
 }
 
 /// What is lost is sent again.
 #[must_use]
 pub fn reliable() -> QosProfile {
-    QosProfile::publisher_default().reliability_reliable(WhenFull::DEFAULT).history(History::KeepLast { depth: DEPTH })
+    QosProfile::publisher_default().reliability_reliable(WhenFull::DEFAULT).history(History::KeepLast { depth: OUT })
 }
 
 /// The same, and late readers get the last message.

@@ -2,12 +2,13 @@
 
 use crate::engine::{Engine, Estimate};
 use crate::inputs::{Inputs, Placed, Role};
-use crate::middleware::{Arguments, Failure, latched, node, parted, publisher, reliable, sensor_data, type_name};
+use crate::middleware::{Arguments, Failure, IN, latched, node, parted, publisher, reliable, sensor_data, type_name};
 use crate::outputs;
 use crate::raw::Raw;
 use crate::services::Services;
 use crate::setup::Setup;
 use ros2_client::dds::rustdds::mio1::{Events, Interest, Poll, Token};
+use ros2_client::qos::History;
 use ros2_client::{Node, NodeOptions, Publisher, Subscription};
 use scphd_ros::Time;
 use scphd_ros::messages::{DiagnosticArray, MarkerArray, Odometry, PoseWithCovarianceStamped, TFMessage};
@@ -39,7 +40,8 @@ impl Outputs {
         Ok(Self {
             pose: publisher(node, &name("~/pose"), &reliable())?,
             odometry: publisher(node, &name("~/odometry"), &reliable())?,
-            features: publisher(node, &name("~/features"), &latched())?,
+            // Large, and there is soon another one: a reader that comes late is not sent the last.
+            features: publisher(node, &name("~/features"), &reliable().history(History::KeepLast { depth: 4 }))?,
             transforms: publisher(node, &name("/tf"), &reliable())?,
             diagnostics: publisher(node, &name("/diagnostics"), &reliable())?,
         })
@@ -86,8 +88,7 @@ fn serve(arguments: &Arguments, setup: Setup) -> Result<(), Failure> {
         registered.map_err(|error| Failure(error.to_string()))?;
     }
     let services = Services::new(&mut node, arguments, poll.registry(), readers.len())?;
-    let (map, window) =
-        (PathBuf::from(&engine.setup().wiring.map), Duration::from_secs_f64(engine.setup().wiring.order.window_s));
+    let map = PathBuf::from(&engine.setup().wiring.map);
     println!("{}: reads {}", node.fully_qualified_name(), {
         let topics = inputs.topics.iter().map(|input| arguments.resolved(&input.channel.topic));
         topics.collect::<Vec<_>>().join(", ")
@@ -95,11 +96,11 @@ fn serve(arguments: &Arguments, setup: Setup) -> Result<(), Failure> {
 
     let mut events = Events::with_capacity(64);
     let mut state = State::default();
-    let (mut told, mut heard) = (Instant::now(), Instant::now());
+    let mut told = Instant::now();
     loop {
         let mut wait = DIAGNOSTICS.saturating_sub(told.elapsed());
-        if engine.is_waiting() {
-            wait = wait.min(window.saturating_sub(heard.elapsed()));
+        if let Some(patience) = engine.patience() {
+            wait = wait.min(patience);
         }
         if let Err(error) = poll.poll(&mut events, Some(wait))
             && error.kind() != std::io::ErrorKind::Interrupted
@@ -107,17 +108,10 @@ fn serve(arguments: &Arguments, setup: Setup) -> Result<(), Failure> {
             return Err(Failure(error.to_string()));
         }
         // Until nothing more is there: of what came earlier on another topic nothing is left then.
-        while take_all(&readers, &mut inputs, &mut engine, &mut state) {
-            heard = Instant::now();
-        }
+        while take_all(&readers, &mut inputs, &mut engine, &mut state) {}
         services.answer(&mut engine, &map);
         let mut estimates = Vec::new();
-        let mut tell = |estimate: &Estimate| estimates.push(estimate.clone());
-        if heard.elapsed() >= window {
-            engine.flush(&mut tell);
-        } else {
-            engine.work(&mut tell);
-        }
+        engine.work(&mut |estimate| estimates.push(estimate.clone()));
         for estimate in &estimates {
             publish(estimate, &mut engine, &outputs, &mut state);
         }
@@ -155,8 +149,8 @@ fn readers(
 ) -> Result<Vec<Subscription<Raw>>, Failure> {
     let reader = |input: &crate::inputs::Input| {
         let quality = match input.role {
-            Role::Seats => latched().history(ros2_client::qos::History::KeepLast { depth: 64 }),
-            _ if must_be_reliable => reliable(),
+            Role::Seats => latched().history(History::KeepLast { depth: 64 }),
+            _ if must_be_reliable => reliable().history(History::KeepLast { depth: IN }),
             _ => sensor_data(),
         };
         let name = arguments.resolved(&input.channel.topic);

@@ -1,9 +1,10 @@
 //! Plays logs, scenarios of the simulator and MCAP files as messages.
 
 use crate::describe;
-use crate::middleware::{Arguments, Failure, any_publisher, latched, node, reliable};
+use crate::middleware::{Arguments, Failure, IN, any_publisher, latched, node, reliable};
 use crate::raw::{HEAD, Raw};
 use crate::setup::Setup;
+use ros2_client::qos::History;
 use ros2_client::{Node, NodeOptions, Publisher};
 use scphd_exchange::mcap::shape::{covariance, pose};
 use scphd_filters::settings::Settings;
@@ -21,6 +22,8 @@ use std::time::{Duration, Instant};
 
 /// How long readers are waited for, and messages on their way once all are sent.
 const READERS: Duration = Duration::from_secs(10);
+/// Readers that this side has found may not yet have found it.
+const SETTLE: Duration = Duration::from_secs(1);
 const LINGER: Duration = Duration::from_millis(500);
 
 /// What the command line asks for.
@@ -191,7 +194,11 @@ fn play(arguments: &Arguments, channels: &[Channel], messages: Vec<Message>, rat
     let spinner = node.spinner().map_err(|error| Failure(format!("{error:?}")))?;
     thread::spawn(move || futures::executor::block_on(spinner.spin()));
     let publishers = channels.iter().map(|channel| {
-        let quality = if channel.topic.ends_with("tf_static") { latched() } else { reliable() };
+        let quality = if channel.topic.ends_with("tf_static") {
+            latched()
+        } else {
+            reliable().history(History::KeepLast { depth: IN })
+        };
         any_publisher(&mut node, &arguments.resolved(&channel.topic), &channel.kind, &quality)
     });
     let publishers: Vec<Publisher<Raw>> = publishers.collect::<Result<_, _>>()?;
@@ -217,6 +224,7 @@ fn wait(node: &Node, publishers: &[Publisher<Raw>], channels: &[Channel]) {
             publishers.iter().zip(channels).filter(|(publisher, _)| publisher.get_subscription_count(node) == 0);
         let lonely: Vec<&str> = lonely.map(|(_, channel)| channel.topic.as_str()).collect();
         if lonely.is_empty() {
+            thread::sleep(SETTLE);
             return;
         }
         if begun.elapsed() > READERS {

@@ -1,18 +1,22 @@
 //! What parameters say: a description of the vehicle, and where the node reads and writes.
 
 use crate::parameters::{ParameterError, Parameters, Value};
+use scphd_lidar::PostSettings;
 use scphd_vehicle::{Description, SENSORS, Setting};
 
 /// The types of messages that are read as odometry.
 pub const ODOMETRY: [&str; 3] =
     ["nav_msgs/msg/Odometry", "sensor_msgs/msg/JointState", "ackermann_msgs/msg/AckermannDriveStamped"];
 /// The types of messages that are read as detections.
-pub const DETECTIONS: [&str; 4] = [
+pub const DETECTIONS: [&str; 5] = [
     "sensor_msgs/msg/PointCloud2",
     "vision_msgs/msg/Detection3DArray",
     "geometry_msgs/msg/PoseArray",
     "radar_msgs/msg/RadarScan",
+    LASER_SCAN,
 ];
+/// A type in which posts are found.
+pub const LASER_SCAN: &str = "sensor_msgs/msg/LaserScan";
 /// The types of messages that are read as fixes.
 pub const FIXES: [&str; 2] = ["geometry_msgs/msg/PoseWithCovarianceStamped", "sensor_msgs/msg/NavSatFix"];
 
@@ -34,7 +38,7 @@ impl Topic {
 }
 
 /// Where the scans of a sensor come from.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Source {
     /// The name of the sensor; empty where it is the only one.
     pub name: String,
@@ -42,6 +46,17 @@ pub struct Source {
     pub topic: Topic,
     /// Whether parameters say where the sensor sits; otherwise `/tf_static` has to.
     pub seated: bool,
+    /// What is a post in scans of ranges.
+    pub posts: PostSettings,
+}
+
+/// Where latitude and longitude are x and y.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Earth {
+    /// The origin of the map, in degrees to the north and to the east, and m above the ellipsoid; `None`: the first fix.
+    pub origin: Option<[f64; 3]>,
+    /// The direction of x, to the left of the east, rad.
+    pub turn_rad: f64,
 }
 
 /// How long inputs are waited for, s.
@@ -50,7 +65,7 @@ pub struct Order {
     /// A scan or fix is taken in when the odometry has come to its time, and so much later by the newest stamp: for sensors whose
     /// messages take longer than those of others.
     pub wait_s: f64,
-    /// Without odometry, so much later.
+    /// Without odometry, so long after it came.
     pub window_s: f64,
     /// Longer than this without odometry is a gap.
     pub gap_s: f64,
@@ -67,6 +82,10 @@ pub struct Wiring {
     pub sensors: Vec<Source>,
     /// Fixes, if there are such.
     pub fixes: Option<Topic>,
+    /// Where these are on earth.
+    pub earth: Earth,
+    /// The topic of an inertial measurement unit that counts for the turn rate; empty: the odometry does.
+    pub imu: String,
     /// The frames of the map, of the smooth odometry and of the vehicle's pose.
     pub frames: [String; 3],
     /// How long inputs are waited for.
@@ -83,6 +102,8 @@ impl Default for Wiring {
             odometry: Topic::new("odom", ODOMETRY[0]),
             sensors: Vec::new(),
             fixes: None,
+            earth: Earth { origin: None, turn_rad: 0.0 },
+            imu: String::new(),
             frames: ["map", "odom", "base_link"].map(str::to_owned),
             order: Order { wait_s: 0.0, window_s: 0.2, gap_s: 0.5, jump_s: 10.0 },
             map: "map.scphd".to_owned(),
@@ -128,6 +149,40 @@ impl Rest {
             None => {}
         }
         Ok(())
+    }
+
+    fn number(&mut self, name: &str, place: &mut f64) -> Result<(), ParameterError> {
+        match self.0.0.remove(name) {
+            Some(Value::Number(number)) => *place = number,
+            Some(other) => return Err(invalid(name, &other, "a number")),
+            None => {}
+        }
+        Ok(())
+    }
+
+    fn posts(&mut self, part: &str, range_m: [f32; 2]) -> Result<PostSettings, ParameterError> {
+        let usual = PostSettings::of_radius(0.05);
+        let mut numbers = [
+            ("radius_m", f64::from(usual.radius_m)),
+            ("tolerance_m", f64::from(usual.tolerance_m)),
+            ("gap_m", f64::from(usual.gap_m)),
+            ("min_points", f64::from(usual.min_points)),
+            ("min_intensity", f64::from(usual.min_intensity)),
+        ];
+        for (name, number) in &mut numbers {
+            self.number(&format!("{part}.posts.{name}"), number)?;
+        }
+        let [radius_m, tolerance_m, gap_m, min_points, min_intensity] = numbers.map(|(_, number)| number as f32);
+        let [range_min_m, range_max_m] = range_m;
+        // A number beyond its type is the greatest, and 0 is refused below.
+        let min_points = min_points as u16;
+        let posts = PostSettings { radius_m, tolerance_m, gap_m, min_points, min_intensity, range_min_m, range_max_m };
+        let refused = |error: scphd_lidar::SettingsError| ParameterError::Invalid {
+            name: format!("{part}.posts.{}", error.field),
+            found: "out of range".to_owned(),
+            range: error.range.to_owned(),
+        };
+        posts.check().map_err(refused).map(|()| posts)
     }
 
     fn yes(&mut self, name: &str, place: &mut bool) -> Result<(), ParameterError> {
@@ -199,7 +254,8 @@ impl Setup {
             let seated = ["forward_m", "left_m", "yaw_rad"]
                 .iter()
                 .any(|number| rest.0.0.contains_key(&format!("{part}.{number}")));
-            wiring.sensors.push(Source { name: sensor.clone(), topic, seated });
+            let posts = PostSettings::of_radius(0.05);
+            wiring.sensors.push(Source { name: sensor.clone(), topic, seated, posts });
         }
         for setting in Setting::all() {
             let of_sensor = setting.name().starts_with("sensor.");
@@ -211,10 +267,25 @@ impl Setup {
                 description.set(setting, place, number as f32).map_err(|_| invalid(&name, &value, setting.range()))?;
             }
         }
+        for (source, sensor) in wiring.sensors.iter_mut().zip(&description.sensors) {
+            let Some(sensor) = sensor.filter(|_| source.topic.kind == LASER_SCAN) else { continue };
+            let part = if source.name.is_empty() { "sensor".to_owned() } else { format!("sensor.{}", source.name) };
+            source.posts = rest.posts(&part, [sensor.window.range_min_m, sensor.window.range_max_m])?;
+        }
         rest.topic("odometry", &ODOMETRY, &mut wiring.odometry)?;
+        rest.text("imu.topic", &mut wiring.imu)?;
         if description.position.is_some() || description.heading.is_some() {
             let mut topic = Topic::new("fix", FIXES[0]);
-            rest.topic("fixes", &FIXES[..1], &mut topic)?;
+            rest.topic("fixes", &FIXES, &mut topic)?;
+            let names = ["latitude_deg", "longitude_deg", "altitude_m", "turn_rad"].map(|name| format!("fixes.{name}"));
+            let is_said = rest.0.0.contains_key(&names[0]) || rest.0.0.contains_key(&names[1]);
+            let mut numbers = [0.0; 4];
+            for (name, number) in names.iter().zip(&mut numbers) {
+                rest.number(name, number)?;
+            }
+            let [latitude, longitude, altitude, turn_rad] = numbers;
+            let origin = is_said.then_some([latitude, longitude, altitude]);
+            wiring.earth = Earth { origin, turn_rad };
             wiring.fixes = Some(topic);
         }
         let [map, odom, base] = &mut wiring.frames;

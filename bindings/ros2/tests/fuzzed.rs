@@ -5,8 +5,8 @@ use scphd_node::inputs::{Inputs, Role};
 use scphd_node::parameters::Parameters;
 use scphd_node::setup::{DETECTIONS, ODOMETRY, Setup};
 use scphd_ros::messages::{
-    AckermannDrive, AckermannDriveStamped, Detection3D, Detection3DArray, Header, JointState, Odometry, Pose,
-    PoseArray, PoseWithCovarianceStamped, RadarReturn, RadarScan, TFMessage, TransformStamped,
+    AckermannDrive, AckermannDriveStamped, Detection3D, Detection3DArray, Header, JointState, LaserScan, Odometry,
+    Pose, PoseArray, PoseWithCovarianceStamped, RadarReturn, RadarScan, TFMessage, TransformStamped,
 };
 use scphd_ros::{Time, cloud, encode};
 
@@ -50,6 +50,14 @@ fn good(kind: &str, at_ns: u64) -> Vec<u8> {
         "vision_msgs/msg/Detection3DArray" => {
             encode(&Detection3DArray { header, detections: vec![Detection3D::default(); 3] })
         }
+        "sensor_msgs/msg/LaserScan" => encode(&LaserScan {
+            header,
+            angle_min: -1.0,
+            angle_increment: 0.1,
+            range_max: 10.0,
+            ranges: (0..20_u8).map(|k| if k == 9 { 3.0 } else { 9.0 }).collect(),
+            ..LaserScan::default()
+        }),
         "geometry_msgs/msg/PoseArray" => encode(&PoseArray { header, poses: vec![Pose::default(); 3] }),
         "radar_msgs/msg/RadarScan" => {
             encode(&RadarScan { header, returns: vec![RadarReturn { range: 3.0, ..RadarReturn::default() }; 3] })
@@ -66,7 +74,7 @@ fn good(kind: &str, at_ns: u64) -> Vec<u8> {
 fn damaged_messages_never_stop_the_node() {
     let work = || {
         let mut random = Random(1);
-        for (odometry, detections) in [0, 1, 2, 0].into_iter().map(|of| ODOMETRY[of]).zip(DETECTIONS) {
+        for (odometry, detections) in [0, 1, 2, 0, 0].into_iter().map(|of| ODOMETRY[of]).zip(DETECTIONS) {
             let mut parameters = Parameters::default();
             let car = if odometry == ODOMETRY[0] { "unicycle" } else { "ackermann" };
             for word in [

@@ -182,11 +182,12 @@ impl<C: Copy, E, const CONTROLS: usize, const EVENTS: usize> Sequencer<C, E, CON
         }
     }
 
-    /// Tells that no input is to come any more that is not newer than this stamp: what is due until then is handed out before its window
-    /// ends, as where the newest odometry shows that all before has come. What comes nevertheless is late.
-    pub fn close_until(&mut self, stamp_ns: u64) {
+    /// Tells that no input is to come any more that is earlier than this stamp: what is not later is handed out before its window ends, as
+    /// where the newest odometry shows that all before has come. Inputs of just this time may still come, and follow in the order of
+    /// their arrival; earlier ones are late.
+    pub fn complete_until(&mut self, stamp_ns: u64) {
         if !self.held.is_empty() {
-            self.timeline.close_until(stamp_ns);
+            self.timeline.complete_until(stamp_ns);
             self.watch_for_gap();
         }
     }
@@ -215,9 +216,8 @@ impl<C: Copy, E, const CONTROLS: usize, const EVENTS: usize> Sequencer<C, E, CON
     fn due(&mut self) -> Option<Due<C>> {
         for _ in 0..=CONTROLS {
             self.watch_for_gap();
-            let closed = self.timeline.closed();
-            let control = self.controls.first().filter(|(key, _)| key.time < closed);
-            let event = self.events.first().map(|(key, _)| key).filter(|key| key.time < closed);
+            let control = self.controls.first().filter(|(key, _)| self.timeline.is_due(key.time));
+            let event = self.events.first().map(|(key, _)| key).filter(|key| self.timeline.is_due(key.time));
             match (control, event) {
                 (None, None) => return None,
                 (Some((key, &control)), event) if event.is_none_or(|event| key.time <= event.time) => {

@@ -15,6 +15,8 @@ pub(crate) struct Timeline {
     spacing: u64,
     /// Whatever is before this time has come, or comes too late.
     closed: u64,
+    /// Inputs up to this time, it included, are due before their window ends; more of just this time may come.
+    due: Option<u64>,
     /// Inputs since the newest, none of them newer.
     unmoved: u32,
     jumped: Jumped,
@@ -58,6 +60,7 @@ impl Timeline {
             newest_input: 0,
             spacing: 0,
             closed: 0,
+            due: None,
             unmoved: 0,
             jumped: Jumped::NONE,
             lead: None,
@@ -91,7 +94,7 @@ impl Timeline {
                 report.raise(Flags::FROZEN);
             }
         }
-        let Some(time) = time.filter(|&time| time >= self.closed) else {
+        let Some(time) = time.filter(|&time| time >= self.closed && self.due.is_none_or(|due| time >= due)) else {
             report.raise(Flags::LATE);
             return Err(PushError::Late);
         };
@@ -185,10 +188,15 @@ impl Timeline {
         }
     }
 
-    /// Nothing that is not newer than this stamp needs to wait any longer, nor is to come any more.
-    pub(crate) fn close_until(&mut self, stamp: u64) {
-        let time = self.time_of(stamp).map_or(0, |time| time.min(self.newest));
-        self.closed = self.closed.max(time.saturating_add(1));
+    /// Nothing up to this stamp needs to wait any longer, and nothing before it is to come any more.
+    pub(crate) fn complete_until(&mut self, stamp: u64) {
+        let time = self.time_of(stamp).map(|time| time.min(self.newest));
+        self.due = self.due.max(time);
+    }
+
+    /// Whether an input of this time is due.
+    pub(crate) fn is_due(&self, time: u64) -> bool {
+        time < self.closed || self.due.is_some_and(|due| time <= due)
     }
 
     /// Nothing that has come needs to wait any longer.

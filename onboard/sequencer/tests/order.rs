@@ -5,7 +5,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use scphd::models::Pose;
-use scphd_sequencer::{Flags, Interval, Stamp};
+use scphd_sequencer::{Action, Flags, Interval, PushError, Sequencer, Stamp};
 
 /// Off the beat of the wheels, and the lidar and the receiver at the same time.
 const PHASES_MS: [u64; 3] = [37, 61, 37];
@@ -113,4 +113,33 @@ fn what_is_later_than_the_window_is_left_out_and_counted() {
     assert!(clean.flags.is_empty());
     assert_eq!((report.flags, report.count(Flags::LATE)), (Flags::LATE, 1));
     assert_eq!(outcome, expected);
+}
+
+#[test]
+fn what_is_known_to_be_complete_comes_at_once_and_more_of_its_time_may_follow() {
+    let mut sequencer = Sequencer::<u8, u8, 8, 8>::new();
+    sequencer.start(SETTINGS, 0, 0).unwrap();
+    let mut seen = Vec::new();
+    let mut work = |sequencer: &mut Sequencer<u8, u8, 8, 8>| {
+        while let Some(action) = sequencer.next_action() {
+            seen.push(match action {
+                Action::Predict { control, dt } | Action::Gap { control, dt } => (control, dt.ns() / MS),
+                Action::Event(event) => (*event, 0),
+            });
+        }
+    };
+    sequencer.push_event(Stamp::new(2, 30 * MS), 20).unwrap();
+    sequencer.push_control(Stamp::new(0, 10 * MS), 1).unwrap();
+    work(&mut sequencer);
+    sequencer.push_control(Stamp::new(0, 40 * MS), 2).unwrap();
+    sequencer.complete_until(30 * MS);
+    work(&mut sequencer);
+    // Of the same time, of another source; and one before.
+    sequencer.push_event(Stamp::new(1, 30 * MS), 10).unwrap();
+    assert_eq!(sequencer.push_event(Stamp::new(1, 29 * MS), 11), Err(PushError::Late));
+    work(&mut sequencer);
+    sequencer.flush();
+    work(&mut sequencer);
+    assert_eq!(seen, [(0, 10), (1, 20), (20, 0), (10, 0), (1, 10)]);
+    assert!(sequencer.report().flags == Flags::LATE);
 }

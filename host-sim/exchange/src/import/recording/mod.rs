@@ -26,6 +26,7 @@ mod twist;
 pub use files::is_bag;
 pub use motion::{Moved, moved};
 pub use options::{Clock, Options};
+pub use place::east_north;
 pub use seat::{Seats, View};
 pub use sight::{Seen, Sight, of as sight};
 pub use told::Told;
