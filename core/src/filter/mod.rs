@@ -9,7 +9,6 @@ pub(crate) mod draft;
 pub(crate) mod executor;
 mod expected_map;
 pub(crate) mod extract;
-mod identical;
 pub(crate) mod newborn;
 pub(crate) mod observe;
 pub(crate) mod predict_moving;

@@ -18,24 +18,6 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         drafts: &mut [Draft<'_, PositionOf<M::Pose>>],
         probe: &mut impl Probe,
     ) -> Result<ScanReport<T>, ScanError> {
-        let particles = self.memory.join_identical(&self.config);
-        let report = self.step_of_different::<X, DRAFTS>(detector, measured, executor, drafts, probe);
-        self.memory.split_identical(particles);
-        report.map(|report| match particles > report.particles {
-            true => ScanReport { particles, candidates: particles, n_eff: T::from_usize(particles), ..report },
-            false => report,
-        })
-    }
-
-    /// The update of particles that differ.
-    fn step_of_different<X: MeasurementModel<Pose = M::Pose>, const DRAFTS: bool>(
-        &mut self,
-        detector: &mut Detector<X, ScanRoom<'_, X::Measurement>>,
-        measured: &[X::Measurement],
-        executor: &impl Executor,
-        drafts: &mut [Draft<'_, PositionOf<M::Pose>>],
-        probe: &mut impl Probe,
-    ) -> Result<ScanReport<T>, ScanError> {
         let Self { config, memory, .. } = self;
         let (mut scanning, eta, most_in_view) = Scanning::begin(config, memory, detector, measured)?;
         let workers = most_in_view.len();

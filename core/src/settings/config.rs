@@ -132,7 +132,7 @@ impl<T: Real> MovingConfig<T> {
 impl<T: Real> Config<T> {
     /// Few particles with the informed proposal: each is a Gaussian that is updated with the scan before sampling. For sensors
     /// whose scan determines the pose of the vehicle among its features. The samples are the means of the Gaussians, without
-    /// randomness, so that the estimate does not depend on the seed. Particles that are identical are updated as one.
+    /// randomness, so that the estimate does not depend on the seed.
     ///
     /// ```
     /// use scphd::settings::Proposal;

@@ -6,7 +6,6 @@ pub(crate) mod alone;
 mod drafts;
 mod faults;
 pub(crate) mod flips;
-mod identical;
 pub(crate) mod linear;
 mod lying;
 mod prior;

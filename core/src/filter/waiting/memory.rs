@@ -295,23 +295,6 @@ impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
         len
     }
 
-    /// Whether the births of two particles are the same, and seen from the same place.
-    pub(crate) fn are_alike(&self, one: usize, other: usize) -> bool {
-        self.noted.births(one) == self.noted.births(other)
-            && self.noted.weights.get(one) == self.noted.weights.get(other)
-            && self.birthplaces.get(one) == self.birthplaces.get(other)
-    }
-
-    /// Gives the births of a particle to another one too.
-    pub(crate) fn copy(&mut self, from: usize, to: usize) {
-        self.noted.copy(from, to);
-        if let Some(&birthplace) = self.birthplaces.get(from)
-            && let Some(slot) = self.birthplaces.get_mut(to)
-        {
-            *slot = birthplace;
-        }
-    }
-
     /// Notes from where a particle has seen the scan.
     pub(crate) fn place(&mut self, particle: usize, pose: P, covariance: Symmetric<TangentOf<P>>) {
         if let Some(slot) = self.birthplaces.get_mut(particle) {
