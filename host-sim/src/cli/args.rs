@@ -689,35 +689,25 @@ pub struct Choice {
 impl Choice {
     /// The filter asked for, or why there is none such.
     pub fn of(name: FilterName, precision: Option<PrecisionName>) -> Result<Self, &'static str> {
-        let filter = match (name, precision) {
-            (
-                FilterName::Reference | FilterName::RbEmpty | FilterName::RbSingle | FilterName::RbMulti,
-                Some(PrecisionName::F32),
-            ) => {
-                return Err("--precision f32: the reference is f64 only");
-            }
-            (FilterName::Reference | FilterName::RbEmpty | FilterName::RbSingle | FilterName::RbMulti, _) => {
-                Filter::Reference
-            }
-            (FilterName::Ekf | FilterName::EkfKnown, Some(PrecisionName::F32)) => {
-                return Err("--precision f32: the EKF is f64 only");
-            }
-            (FilterName::Ekf, _) => Filter::Ekf(Association::NearestNeighbour),
-            (FilterName::EkfKnown, _) => Filter::Ekf(Association::Known),
-            (FilterName::Joint, None | Some(PrecisionName::F32)) => Filter::Joint(Precision::F32),
-            (FilterName::Joint, Some(PrecisionName::F64)) => Filter::Joint(Precision::F64),
-            (FilterName::Core, None | Some(PrecisionName::F32)) => Filter::Core(Precision::F32),
-            (FilterName::Core, Some(PrecisionName::F64)) => Filter::Core(Precision::F64),
+        let of_core = match precision {
+            None | Some(PrecisionName::F32) => Precision::F32,
+            Some(PrecisionName::F64) => Precision::F64,
         };
-        let likelihood = match name {
-            FilterName::Core | FilterName::Joint | FilterName::Reference | FilterName::Ekf | FilterName::EkfKnown => {
-                None
-            }
-            FilterName::RbEmpty => Some(Likelihood::RbEmpty),
-            FilterName::RbSingle => Some(Likelihood::RbSingle),
-            FilterName::RbMulti => Some(Likelihood::RbMulti),
+        let (filter, likelihood) = match name {
+            FilterName::Core => (Filter::Core(of_core), None),
+            FilterName::Joint => (Filter::Joint(of_core), None),
+            FilterName::Reference => (Filter::Reference, None),
+            FilterName::RbEmpty => (Filter::Reference, Some(Likelihood::RbEmpty)),
+            FilterName::RbSingle => (Filter::Reference, Some(Likelihood::RbSingle)),
+            FilterName::RbMulti => (Filter::Reference, Some(Likelihood::RbMulti)),
+            FilterName::Ekf => (Filter::Ekf(Association::NearestNeighbour), None),
+            FilterName::EkfKnown => (Filter::Ekf(Association::Known), None),
         };
-        Ok(Self { filter, likelihood })
+        match (filter, precision) {
+            (Filter::Reference, Some(PrecisionName::F32)) => Err("--precision f32: the reference is f64 only"),
+            (Filter::Ekf(_), Some(PrecisionName::F32)) => Err("--precision f32: the EKF is f64 only"),
+            _ => Ok(Self { filter, likelihood }),
+        }
     }
 
     /// Its name on the command line.

@@ -5,7 +5,8 @@ use std::io;
 use std::path::PathBuf;
 
 /// Why a folder could not be read; displays as one line.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("{place}: {problem}")]
 pub struct LogError {
     /// Where.
     pub place: Place,
@@ -49,22 +50,32 @@ impl Faults {
 }
 
 /// What is wrong.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Problem {
     /// A folder, file, column or key is not there.
+    #[error("missing")]
     Missing,
     /// A file, or a table that needs rows, has nothing in it.
+    #[error("empty")]
     Empty,
     /// The file cannot be read.
+    #[error("cannot be read: {0}")]
     Unreadable(io::Error),
     /// The file is not UTF-8.
+    #[error("not UTF-8 text")]
     NotText,
     /// `log.toml` is not TOML, or a table is not CSV.
+    #[error("{}", Excerpt(.0))]
     Syntax(String),
     /// The header names a column twice.
+    #[error("named twice in the header")]
     Twice,
     /// A row has more or fewer fields than the header.
+    #[error(
+        "wrong number of fields: {found}, the header has {expected}{}",
+        if found > expected { ": commas in numbers?" } else { "" }
+    )]
     Fields {
         /// Fields in this row.
         found: u64,
@@ -72,12 +83,16 @@ pub enum Problem {
         expected: u64,
     },
     /// Not a number, or infinite or NaN.
+    #[error("not a finite number: '{}'", Excerpt(.0))]
     NotFinite(String),
     /// A number (finite) that single precision, in which filters count, does not hold.
+    #[error("{0:e}, expected a number of single precision, in which filters count: at most 3.4e38")]
     TooLarge(f64),
     /// Not a whole number.
+    #[error("not a whole number: '{}'", Excerpt(.0))]
     NotWhole(String),
     /// A key has a value of another type.
+    #[error("not {expected} but {}", Excerpt(.found))]
     Type {
         /// What it is.
         found: String,
@@ -85,6 +100,7 @@ pub enum Problem {
         expected: &'static str,
     },
     /// A number that makes no sense here.
+    #[error("{found}, expected {expected}")]
     Limits {
         /// The number.
         found: f64,
@@ -92,6 +108,7 @@ pub enum Problem {
         expected: &'static str,
     },
     /// A model that is not known, or not supported yet.
+    #[error("'{}' is not supported yet, only {supported}", Excerpt(.found))]
     Unsupported {
         /// The model.
         found: String,
@@ -99,11 +116,13 @@ pub enum Problem {
         supported: &'static str,
     },
     /// A key that the section does not have: a slip of the pen would leave a number out unseen.
+    #[error("unknown, there are {}", .known.join(", "))]
     Unknown {
         /// The keys of the section.
         known: &'static [&'static str],
     },
     /// A key that another model of the section has, and that decides nothing here.
+    #[error("not a key of the model {model}, which has {}", .known.join(", "))]
     Unused {
         /// The model.
         model: &'static str,
@@ -111,14 +130,19 @@ pub enum Problem {
         known: &'static [&'static str],
     },
     /// A key that only a folder, with its detections, has a use for.
+    #[error("detections are left out when a folder is read: write the key into its log.toml")]
     OfFolders,
     /// A `kind` that says neither real nor simulated.
+    #[error("'{}' says neither real nor simulated: say simulated = true or simulated = false", Excerpt(.0))]
     Kind(String),
     /// A name that no line, file or drawing can hold.
+    #[error("a name has 1 to {NAME_CHARS} characters, none of them a control character")]
     Name,
     /// A camera's rotation that is none.
+    #[error("not a rotation: its rows have to be right-angled, of length 1, right-handed")]
     NoRotation,
     /// A time (s) that is earlier than the row before.
+    #[error("time goes backwards from {before} to {after}")]
     Backwards {
         /// Time of the row before, s.
         before: f64,
@@ -126,6 +150,7 @@ pub enum Problem {
         after: f64,
     },
     /// A scan number that is out of order.
+    #[error("scan {found} out of order, expected {least} or more")]
     ScanOrder {
         /// The number.
         found: i64,
@@ -133,6 +158,10 @@ pub enum Problem {
         least: i128,
     },
     /// Rows that are too far apart, s, for a time in seconds.
+    #[error(
+        "rows are {} s apart in the median, expected at most {most_s} s: times are in seconds, these look like {unit}",
+        rounded(*.median_s)
+    )]
     FarApart {
         /// The median from row to row, s.
         median_s: f64,
@@ -142,6 +171,10 @@ pub enum Problem {
         unit: &'static str,
     },
     /// Angles that are no angles in radians.
+    #[error(
+        "{found}, expected -{most:.4} to {most:.4}: angles are in radians, {}",
+        if *degrees { "these look like degrees" } else { "take whole turns off, unless these are degrees" }
+    )]
     NotRadians {
         /// The first of them.
         found: f64,
@@ -151,6 +184,10 @@ pub enum Problem {
         degrees: bool,
     },
     /// Most ranges are far beyond what the sensor is said to reach.
+    #[error(
+        "{} m in the median, twice the sensor's greatest range is {most_m} m: ranges are in metres",
+        rounded(*.median_m)
+    )]
     OutOfReach {
         /// The median of the ranges, m.
         median_m: f64,
@@ -158,6 +195,11 @@ pub enum Problem {
         most_m: f64,
     },
     /// No two scans can show the same.
+    #[error(
+        "the vehicle drives {} m from scan to scan in the median, so that no two scans show the same (twice the \
+         sensor's range is {most_m} m): speeds are in metres a second, times in seconds",
+        rounded(*.median_m)
+    )]
     DrivesTooFar {
         /// The median of how far the vehicle drives from scan to scan, m.
         median_m: f64,
@@ -165,8 +207,10 @@ pub enum Problem {
         most_m: f64,
     },
     /// The log has no odometry at all.
+    #[error("no odometry")]
     NoOdometry,
     /// All odometry comes after the last scan.
+    #[error("the odometry begins at {first_s} s, after the last scan at {last_scan_s} s")]
     LateOdometry {
         /// Time of the first row, s.
         first_s: f64,
@@ -174,6 +218,11 @@ pub enum Problem {
         last_scan_s: f64,
     },
     /// Most scans are not from the time of the odometry.
+    #[error(
+        "a scan at {scan_s} s, and most scans are not between the first row of odometry at {} s and the last at {} s: \
+         both need the same clock, in seconds",
+        .odometry_s[0], .odometry_s[1]
+    )]
     OtherClock {
         /// Time of a scan, s.
         scan_s: f64,
@@ -181,18 +230,25 @@ pub enum Problem {
         odometry_s: [f64; 2],
     },
     /// A detection of a scan that `scans.csv` does not list.
+    #[error("scan {0} is not in scans.csv")]
     NoSuchScan(i64),
     /// A negative range (m) in a log that is not simulated.
+    #[error("negative range {0} in a log that is not simulated")]
     NegativeRange(f64),
     /// The log has no scan at all.
+    #[error("no scans")]
     NoScans,
     /// `[sensor]` beside `[[sensors]]`.
+    #[error("either one [sensor] or several [[sensors]]")]
     SensorAndSensors,
     /// A sensor's name that settings cannot name.
+    #[error("a sensor's name has 1 to {SENSOR_NAME_CHARS} letters, digits, dashes and underscores")]
     SensorName,
     /// A sensor's name that another has.
+    #[error("'{0}' is the name of two sensors")]
     SensorTwice(String),
     /// A scan of a sensor that `log.toml` does not have.
+    #[error("no sensor '{}', log.toml has {}", Excerpt(.found), .known.join(", "))]
     NoSuchSensor {
         /// Its name.
         found: String,
@@ -200,10 +256,13 @@ pub enum Problem {
         known: Vec<String>,
     },
     /// `fixes.csv` without `[fixes]`, which says how good they are.
+    #[error("missing: it says how good the fixes of fixes.csv are")]
     NoFixNoise,
     /// A row without any fix.
+    #[error("no fix: neither x_m and y_m nor heading_rad")]
     EmptyFix,
     /// A fix before the first row of odometry.
+    #[error("a fix at {t_s} s, before the odometry, which begins at {first_s} s")]
     EarlyFix {
         /// Its time, s.
         t_s: f64,
@@ -211,18 +270,15 @@ pub enum Problem {
         first_s: f64,
     },
     /// All fixes come after the last scan.
+    #[error(
+        "the first fix is at {first_s} s, after the last scan at {last_scan_s} s: both need the same clock, in seconds"
+    )]
     LateFixes {
         /// Time of the first, s.
         first_s: f64,
         /// Time of the last scan, s.
         last_scan_s: f64,
     },
-}
-
-impl fmt::Display for LogError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.place, self.problem)
-    }
 }
 
 impl fmt::Display for Place {
@@ -234,108 +290,6 @@ impl fmt::Display for Place {
             Self::Column(file, column) => write!(f, "{file}, column {column}"),
             Self::Cell(file, row, column) => write!(f, "{file}, row {row}, column {column}"),
             Self::Key(key) => write!(f, "log.toml, key {}", Excerpt(key)),
-        }
-    }
-}
-
-impl fmt::Display for Problem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Missing => write!(f, "missing"),
-            Self::Empty => write!(f, "empty"),
-            Self::Unreadable(error) => write!(f, "cannot be read: {error}"),
-            Self::NotText => write!(f, "not UTF-8 text"),
-            Self::Syntax(what) => write!(f, "{}", Excerpt(what)),
-            Self::Twice => write!(f, "named twice in the header"),
-            Self::Fields { found, expected } => {
-                let commas = if found > expected { ": commas in numbers?" } else { "" };
-                write!(f, "wrong number of fields: {found}, the header has {expected}{commas}")
-            }
-            Self::NotFinite(text) => write!(f, "not a finite number: '{}'", Excerpt(text)),
-            Self::TooLarge(number) => {
-                write!(f, "{number:e}, expected a number of single precision, in which filters count: at most 3.4e38")
-            }
-            Self::NotWhole(text) => write!(f, "not a whole number: '{}'", Excerpt(text)),
-            Self::Type { found, expected } => write!(f, "not {expected} but {}", Excerpt(found)),
-            Self::Limits { found, expected } => write!(f, "{found}, expected {expected}"),
-            Self::Unsupported { found, supported } => {
-                write!(f, "'{}' is not supported yet, only {supported}", Excerpt(found))
-            }
-            Self::Unknown { known } => write!(f, "unknown, there are {}", known.join(", ")),
-            Self::Unused { model, known } => {
-                write!(f, "not a key of the model {model}, which has {}", known.join(", "))
-            }
-            Self::OfFolders => {
-                write!(f, "detections are left out when a folder is read: write the key into its log.toml")
-            }
-            Self::Kind(found) => write!(
-                f,
-                "'{}' says neither real nor simulated: say simulated = true or simulated = false",
-                Excerpt(found)
-            ),
-            Self::Name => write!(f, "a name has 1 to {NAME_CHARS} characters, none of them a control character"),
-            Self::NoRotation => {
-                write!(f, "not a rotation: its rows have to be right-angled, of length 1, right-handed")
-            }
-            Self::Backwards { before, after } => {
-                write!(f, "time goes backwards from {before} to {after}")
-            }
-            Self::ScanOrder { found, least } => {
-                write!(f, "scan {found} out of order, expected {least} or more")
-            }
-            Self::NoSuchScan(scan) => write!(f, "scan {scan} is not in scans.csv"),
-            Self::NegativeRange(range) => {
-                write!(f, "negative range {range} in a log that is not simulated")
-            }
-            Self::NoScans => write!(f, "no scans"),
-            Self::SensorAndSensors => write!(f, "either one [sensor] or several [[sensors]]"),
-            Self::SensorName => {
-                write!(f, "a sensor's name has 1 to {SENSOR_NAME_CHARS} letters, digits, dashes and underscores")
-            }
-            Self::SensorTwice(name) => write!(f, "'{name}' is the name of two sensors"),
-            Self::NoSuchSensor { found, known } => {
-                write!(f, "no sensor '{}', log.toml has {}", Excerpt(found), known.join(", "))
-            }
-            Self::NoFixNoise => write!(f, "missing: it says how good the fixes of fixes.csv are"),
-            Self::EmptyFix => write!(f, "no fix: neither x_m and y_m nor heading_rad"),
-            Self::EarlyFix { t_s, first_s } => {
-                write!(f, "a fix at {t_s} s, before the odometry, which begins at {first_s} s")
-            }
-            Self::LateFixes { first_s, last_scan_s } => write!(
-                f,
-                "the first fix is at {first_s} s, after the last scan at {last_scan_s} s: both need the same clock, in seconds"
-            ),
-            Self::FarApart { median_s, most_s, unit } => write!(
-                f,
-                "rows are {} s apart in the median, expected at most {most_s} s: times are in seconds, these look like \
-                 {unit}",
-                rounded(*median_s)
-            ),
-            Self::NotRadians { found, most, degrees } => {
-                let advice =
-                    if *degrees { "these look like degrees" } else { "take whole turns off, unless these are degrees" };
-                write!(f, "{found}, expected -{most:.4} to {most:.4}: angles are in radians, {advice}")
-            }
-            Self::OutOfReach { median_m, most_m } => write!(
-                f,
-                "{} m in the median, twice the sensor's greatest range is {most_m} m: ranges are in metres",
-                rounded(*median_m)
-            ),
-            Self::DrivesTooFar { median_m, most_m } => write!(
-                f,
-                "the vehicle drives {} m from scan to scan in the median, so that no two scans show the same (twice the \
-                 sensor's range is {most_m} m): speeds are in metres a second, times in seconds",
-                rounded(*median_m)
-            ),
-            Self::NoOdometry => write!(f, "no odometry"),
-            Self::LateOdometry { first_s, last_scan_s } => {
-                write!(f, "the odometry begins at {first_s} s, after the last scan at {last_scan_s} s")
-            }
-            Self::OtherClock { scan_s, odometry_s: [first, last] } => write!(
-                f,
-                "a scan at {scan_s} s, and most scans are not between the first row of odometry at {first} s and the \
-                 last at {last} s: both need the same clock, in seconds"
-            ),
         }
     }
 }
@@ -368,14 +322,5 @@ impl fmt::Display for Excerpt<'_> {
             }
         }
         Ok(())
-    }
-}
-
-impl std::error::Error for LogError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        match &self.problem {
-            Problem::Unreadable(error) => Some(error),
-            _ => None,
-        }
     }
 }
