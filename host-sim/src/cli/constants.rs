@@ -15,7 +15,9 @@ type Number = (Setting, usize, f32);
 pub fn constants(log: &Log, settings: &Settings, source: &str, language: Language) -> Result<String, Failure> {
     let sensors = log.sensors().count();
     if sensors > SENSORS {
-        return Err(Failure::input(format_args!("a description has {SENSORS} sensors at most, {source} has {sensors}")));
+        return Err(Failure::input(format_args!(
+            "a description has {SENSORS} sensors at most, {source} has {sensors}"
+        )));
     }
     let numbers = numbers(&description(log, settings))?;
     let mut text = String::new();
@@ -42,7 +44,10 @@ fn numbers(of: &Description<f64>) -> Result<Vec<Number>, Failure> {
 }
 
 fn rust(text: &mut String, numbers: &[Number], source: &str) -> std::fmt::Result {
-    writeln!(text, "/// The joint map of {source}, for a `scphd_vehicle::Description::<f32>::robot()`: `description.set(")?;
+    writeln!(
+        text,
+        "/// The joint map of {source}, for a `scphd_vehicle::Description::<f32>::robot()`: `description.set("
+    )?;
     writeln!(text, "/// Setting::of_name(name)?, sensor, number)?` for each, in this order.")?;
     writeln!(text, "pub const SETTINGS: &[(&str, usize, f32)] = &[")?;
     for (setting, sensor, number) in numbers {
@@ -53,7 +58,10 @@ fn rust(text: &mut String, numbers: &[Number], source: &str) -> std::fmt::Result
 }
 
 fn c(text: &mut String, numbers: &[Number], source: &str) -> std::fmt::Result {
-    writeln!(text, "/* The joint map of {source}: scphd_description_set(description, one.setting, one.sensor, one.number, &reason) for")?;
+    writeln!(
+        text,
+        "/* The joint map of {source}: scphd_description_set(description, one.setting, one.sensor, one.number, &reason) for"
+    )?;
     writeln!(text, " * each, in this order, after scphd_description_start. */")?;
     writeln!(text, "static const struct {{ uint32_t setting; size_t sensor; float number; }} settings[] = {{")?;
     for (setting, sensor, number) in numbers {

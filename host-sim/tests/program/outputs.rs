@@ -171,8 +171,11 @@ fn settings_are_printed_as_constants() {
     let place = Place::with_log(5);
     let rust = place.prints(&["settings", "log", "--as", "rust"]);
     let mut described = Description::<f32>::robot();
-    let rows: Vec<Vec<&str>> =
-        rust.lines().filter_map(|line| line.trim().strip_prefix('(')).map(|row| row.split([',', ')']).collect()).collect();
+    let rows: Vec<Vec<&str>> = rust
+        .lines()
+        .filter_map(|line| line.trim().strip_prefix('('))
+        .map(|row| row.split([',', ')']).collect())
+        .collect();
     assert!(rows.len() > 10, "{rust}");
     for row in &rows {
         let [name, sensor, number] = [row[0].trim_matches('"'), row[1].trim(), row[2].trim()];
