@@ -1,6 +1,6 @@
 //! Building the images, and what is in them.
 
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -58,7 +58,7 @@ pub fn build(toolchain: &Toolchain, board: &Board, name: &str, extra: &Extra<'_>
 }
 
 /// The images that this run has built, each with its flags: several steps need the same ones, and nothing changes in between.
-static BUILT: Mutex<Option<HashSet<(PathBuf, Vec<String>)>>> = Mutex::new(None);
+static BUILT: Mutex<BTreeSet<(PathBuf, Vec<String>)>> = Mutex::new(BTreeSet::new());
 
 /// Builds one image of a workspace for a board, if this run has not built it yet.
 pub fn build_in(
@@ -72,7 +72,7 @@ pub fn build_in(
     let path = images(toolchain)?.join(format!("{}-{name}{features}.elf", board.name));
     let built = || BUILT.lock().unwrap_or_else(PoisonError::into_inner);
     let key = (path.clone(), extra.flags.iter().map(ToString::to_string).collect::<Vec<_>>());
-    if built().get_or_insert_default().contains(&key) {
+    if built().contains(&key) {
         return Image::read(path, board);
     }
     workbench::with(toolchain, |bench| {
@@ -84,7 +84,7 @@ pub fn build_in(
         kept.map_err(|error| format!("{}: {error}", built.display()))
     })?;
     let image = Image::read(path, board)?;
-    built().get_or_insert_default().insert(key);
+    built().insert(key);
     Ok(image)
 }
 

@@ -40,6 +40,7 @@ type Learner = SelfCalibrating<Unicycle<f32>, f32>;
 /// A joint map with movers, and what is behind it.
 type WithMovers<'m, A> = JointSlam<'m, Unicycle<f32>, Vector2<f32>, A, Tracked<'m, PlanarPose<f32>>>;
 type Polar = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
+type OfLearner = Sensing<Calibrated<RangeBearing<f32>>, RangeBearingWindow<f32>, UniformClutter<f32>>;
 type Direction = Sensing<BearingOnly<f32, PolarBirths<f32>>, RangeBearingWindow<f32>, UniformClutter<f32>>;
 type Spherical = Sensing<RangeBearingElevation<f32>, SonarWindow<f32>, UniformClutter<f32>>;
 type Over<'m, X, Z> = Detector<X, ScanRoom<'m, Z>>;
@@ -86,7 +87,7 @@ pub struct Filters<'m> {
     movers: WithMovers<'m, scphd::storage::NoArchive>,
     archive: WithMovers<'m, Archived<'m, PlanarPose<f32>>>,
     learning: JointSlam<'m, Learner, Vector2<f32>>,
-    learners: [Detector<Sensing<Calibrated<RangeBearing<f32>>, RangeBearingWindow<f32>, UniformClutter<f32>>>; 2],
+    learners: [Detector<OfLearner>; 2],
     water: ScPhd<'m, Auv<f32>>,
     lidar: Over<'m, Polar, Vector2<f32>>,
     radar: Over<'m, Polar, Vector2<f32>>,
