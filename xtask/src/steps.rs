@@ -77,11 +77,6 @@ pub const STEPS: &[Step] = &[
         what: "pymavlink reads what is sent to flight stacks, writes what is read, and drives a vehicle over UDP",
         run: |_| mavlink::step(),
     },
-    Step {
-        name: "ros2",
-        what: "the node of ROS 2: another DDS, in Python, receives the poses of a replay, to the bit",
-        run: |_| ros2::step(),
-    },
     Step { name: "budget", what: "flash, RAM, stack and instructions are within budgets.toml", run: budget::step },
     Step {
         name: "counts",
@@ -91,7 +86,7 @@ pub const STEPS: &[Step] = &[
     Step { name: "msrv", what: "nothing needs a newer Rust than the oldest supported", run: |_| msrv::step() },
 ];
 
-/// Steps that are not part of `test`: the times of one are of the machine and what else it does, one takes long, one installs.
+/// Steps that are not part of `test`: the times of one are of the machine and what else it does, some take long, one installs.
 pub const OTHERS: &[Step] = &[
     Step {
         name: "bench",
@@ -122,6 +117,11 @@ pub const OTHERS: &[Step] = &[
         name: "deny",
         what: "licences and sources of all dependencies are those of deny.toml; needs cargo-deny",
         run: |_| package::deny(),
+    },
+    Step {
+        name: "ros2",
+        what: "the node of ROS 2: another DDS, in Python, receives the poses of a replay, to the bit",
+        run: |_| ros2::step(),
     },
     Step {
         name: "web",
