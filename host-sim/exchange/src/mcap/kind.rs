@@ -1,7 +1,7 @@
 //! What a kind of vehicle adds to the file of its run.
 
+use super::names::{BASE, JOINTS, MAP, ODOM, UNKNOWN, topic};
 use super::shape::{covariance, pose, transform};
-use super::{BASE, JOINTS, MAP, ODOM, UNKNOWN, topic};
 use scphd_filters::kind::Kind;
 use scphd_log::dimensions::{Planar, PoseFix, Underwater};
 use scphd_log::log::{Log, Vehicle};

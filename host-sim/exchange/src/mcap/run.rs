@@ -1,8 +1,8 @@
 //! The file of a run.
 
 use super::kind::Exported;
+use super::names::{BASE, MAP, ODOM, UNKNOWN, topic};
 use super::shape::{between, covariance, ellipse, point, pose, transform};
-use super::{BASE, MAP, ODOM, UNKNOWN, topic};
 use scphd_filters::settings::Settings;
 use scphd_log::dimensions::{Coordinates, Dimensions, Planar};
 use scphd_log::log::Log;
