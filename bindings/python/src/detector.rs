@@ -99,7 +99,7 @@ impl Described {
             .number("probability", window.probability_near)
             .number("probability_far", window.probability_far)
             .number("clutter_per_scan", self.sensor.clutter_per_scan)
-            .seat(self.seat())
+            .object("mounting", Some(self.seat()).filter(|seat| *seat != Mounting::NONE))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Exceptions, and which of them a refusal of the library is.
 
-use crate::tuning::keyword;
+use crate::setting_name::keyword;
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::types::{PyAnyMethods, PyTypeMethods};
 use pyo3::{Bound, PyAny, PyErr, create_exception};

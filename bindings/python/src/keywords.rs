@@ -1,6 +1,5 @@
 //! Objects of Python that are made of keywords: printed, compared, copied and pickled by these.
 
-use crate::mounting::Mounting;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
@@ -9,7 +8,16 @@ enum Value {
     Number(f64),
     Count(u16),
     Word(&'static str),
-    Seat(Mounting),
+    Object(Box<dyn Printed>),
+}
+
+/// An object that is a keyword of another one.
+pub trait Printed {
+    /// The object in Python.
+    fn in_python<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>>;
+
+    /// Its text.
+    fn text(&self) -> String;
 }
 
 /// The keywords that an object is made of.
@@ -38,11 +46,9 @@ impl Keywords {
         self
     }
 
-    /// And where a sensor sits, unless it is where the pose is.
-    pub fn seat(mut self, seat: Mounting) -> Self {
-        if seat != Mounting::NONE {
-            self.0.push(("mounting", Value::Seat(seat)));
-        }
+    /// And an object, if there is one.
+    pub fn object(mut self, name: &'static str, object: Option<impl Printed + 'static>) -> Self {
+        self.0.extend(object.map(|object| (name, Value::Object(Box::new(object) as Box<dyn Printed>))));
         self
     }
 
@@ -54,7 +60,7 @@ impl Keywords {
                 Value::Number(number) => keywords.set_item(name, number)?,
                 Value::Count(count) => keywords.set_item(name, count)?,
                 Value::Word(word) => keywords.set_item(name, word)?,
-                Value::Seat(seat) => keywords.set_item(name, *seat)?,
+                Value::Object(object) => keywords.set_item(name, object.in_python(py)?)?,
             }
         }
         Ok((PyTuple::empty(py), keywords))
@@ -69,7 +75,7 @@ impl Keywords {
                 Value::Number(number) => format!("{name}={number:?}"),
                 Value::Count(count) => format!("{name}={count}"),
                 Value::Word(word) => format!("{name}='{word}'"),
-                Value::Seat(seat) => format!("{name}={}", seat.__repr__()),
+                Value::Object(object) => format!("{name}={}", object.text()),
             })
             .collect();
         format!("{class}({})", texts.join(", "))

@@ -19,6 +19,7 @@ mod mounting;
 
 mod estimate;
 mod report;
+mod setting_name;
 
 mod joint_memory;
 mod memory;

@@ -1,7 +1,8 @@
 //! Where a sensor sits.
 
 use crate::error::Refusal;
-use crate::keywords::{Keywords, object};
+use crate::keywords::{Keywords, Printed, object};
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 
 /// Where a sensor sits on its vehicle, seen from where the pose is, and how it is turned.
@@ -30,6 +31,16 @@ impl Mounting {
         let [forward, left, yaw] = seat.map(|number| number as f32);
         scphd::models::Mounting::in_plane(forward, left, yaw).map_err(Refusal::raised)?;
         Ok(Self(seat))
+    }
+}
+
+impl Printed for Mounting {
+    fn in_python<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        (*self).into_bound_py_any(py)
+    }
+
+    fn text(&self) -> String {
+        self.__repr__()
     }
 }
 

@@ -1,6 +1,7 @@
 //! Settings of the filters, as keywords.
 
 use crate::error::{Refusal, SettingError};
+use crate::setting_name::keyword_of;
 use crate::vehicle::{self, Driven};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -109,19 +110,6 @@ fn informed<'c>(config: &'c mut Config<f32>, name: &str) -> PyResult<&'c mut Inf
         Proposal::Informed(informed) => Ok(informed),
         Proposal::Blind => Err(SettingError::new_err(format!("{name} is of the proposal 'informed' alone"))),
     }
-}
-
-/// A setting of a joint map as the keyword of Python that it is: without the part that it is of, and with underscores.
-fn keyword_of(setting: Setting) -> Option<String> {
-    let name = setting.name();
-    let own = ["joint.", "plausible."].iter().find_map(|part| name.strip_prefix(part));
-    let moving = name.starts_with("moving.").then_some(name);
-    own.or(moving).map(|name| name.replace('.', "_"))
-}
-
-/// How Python calls a setting.
-pub fn keyword(setting: Setting) -> String {
-    keyword_of(setting).unwrap_or_else(|| setting.name().to_owned())
 }
 
 /// The keywords of a joint map: name, range, unit and meaning of each.
