@@ -6,17 +6,17 @@ use super::state::{Hypothesis, Memory, NONE};
 use crate::{Bounds, FieldOfView, MeasurementModel, PlanarPose, Real, Sensor};
 use nalgebra::Vector2;
 
-/// Steps of least squares for one hypothesis, with new pairs before each.
+/// Iterations of least squares for a hypothesis; landmarks are associated anew before each.
 const STEPS: usize = 2;
-/// A landmark that was found was not as unlikely to be found as this, whatever the view says.
+/// Least probability that a landmark of the vehicle would be found, because the model of the view is not exact.
 const LEAST_FOUND: f64 = 0.1;
-/// Squares of the grid over all that was looked at, along either side.
+/// Cells of the grid over the observed area, along each side.
 const SQUARES: usize = 16;
-/// How the area of the poses is larger than that of the landmarks: a quarter more on each side.
+/// Side of the area of poses divided by that of the landmarks: a quarter more on each side.
 const POSES: f64 = 2.25;
 
 impl<T: Real> Memory<'_, T> {
-    /// The laying moved to where it fits best, with what speaks for it; `None` where fewer than three landmarks are those of the map.
+    /// The alignment with the best fit and its log evidence; `None` with fewer than three associated landmarks.
     pub(super) fn weigh<X: MeasurementModel<Pose = PlanarPose<T>>>(
         &mut self,
         config: &LocatorConfig<T>,
@@ -38,7 +38,7 @@ impl<T: Real> Memory<'_, T> {
         ln_weight.is_finite().then_some(Hypothesis { laying, ln_weight, matched })
     }
 
-    /// ln of how much of the prior is within what is not known of the laying: p(x) (2π)^{3/2} |Σ|^{1/2}.
+    /// Logarithm of the prior density times the volume of the alignment's covariance, p(x) (2π)^{3/2} |Σ|^{1/2}.
     fn ln_prior(&self, config: &LocatorConfig<T>, laying: &Laying<T>) -> Option<T> {
         let real = T::from_f64;
         let ln_volume = -laying.covariance.factor()?.ln_peak();
@@ -46,7 +46,7 @@ impl<T: Real> Memory<'_, T> {
         Some((T::ONE - config.elsewhere).ln() - poses.ln() + ln_volume)
     }
 
-    /// ln of the likelihood of all landmarks that were found, and of all of the map that were not, over that of the same elsewhere.
+    /// Log likelihood ratio against the hypothesis "elsewhere": of all landmarks of the vehicle, and of the map's that it did not find.
     fn ln_likelihood<X: MeasurementModel<Pose = PlanarPose<T>>>(
         &mut self,
         config: &LocatorConfig<T>,
@@ -73,22 +73,22 @@ impl<T: Real> Memory<'_, T> {
             let ln_there = factor.ln_peak() - factor.mahalanobis(&off) * T::from_f64(0.5);
             let found = found.at_least(T::from_f64(LEAST_FOUND));
             let ln_same = (remains * found).ln() + ln_there - ln_density;
-            // Two landmarks that are near each other are not always one.
+            // Landmarks near each other are not always the same one.
             sum += ln_same.at_least(ln_missed + ln_new);
         }
         let new = self.pairs.iter().take(self.known.seen).filter(|&&pair| pair == NONE).count();
-        // Elsewhere, all landmarks are new ones.
+        // Under "elsewhere" all landmarks are new.
         let fewer_new = density * (T::ONE - config.new_share) * self.known.looked_at;
         Some(sum + T::from_usize(new) * ln_new + fewer_new)
     }
 
-    /// Landmarks on a square metre, in the map or where the vehicle has looked, whichever is more: elsewhere may be as dense.
+    /// Density of landmarks, 1/m²: that of the map or of the observed area, whichever is greater, because other places may be as dense.
     pub(super) fn density(&self) -> T {
         let of_map = T::from_usize(self.known.map) / self.known.area;
         of_map.at_least(T::from_usize(self.known.seen) / self.known.looked_at)
     }
 
-    /// The area, m², that the vehicle has looked at long enough to find what stands there: summed over the squares of a grid.
+    /// The area in which the vehicle would have found landmarks, m², summed over the cells of a grid.
     pub(super) fn looked_at<X: MeasurementModel<Pose = PlanarPose<T>>>(&self, models: &X) -> T {
         let sensor = models.sensor();
         let mut bounds = Bounds::<Vector2<T>>::EMPTY;
@@ -107,11 +107,11 @@ impl<T: Real> Memory<'_, T> {
             }
         }
         let area = found * step.x * step.y;
-        // A view without bounds, or none yet.
+        // An unbounded view, or no scan yet.
         if area.is_finite() { area } else { T::ZERO }
     }
 
-    /// The probability that what stands there was found, which takes two detections.
+    /// The probability that a landmark at this place was found, which takes two detections.
     fn found<X: MeasurementModel<Pose = PlanarPose<T>>>(&self, models: &X, place: &Vector2<T>) -> T {
         let (mut ln_never, mut odds) = (T::ZERO, T::ZERO);
         let sensor = models.sensor();
@@ -133,7 +133,7 @@ impl<T: Real> Memory<'_, T> {
     }
 }
 
-/// The area of a box; of one that is a line, as if it were a tenth as wide as long.
+/// The area of a box. If it is degenerate, its width is taken as a tenth of its length.
 pub(super) fn area<T: Real>(of: &Bounds<Vector2<T>>) -> T {
     let sides = of.high - of.low;
     let least = sides.x.at_least(sides.y) * T::from_f64(0.1);

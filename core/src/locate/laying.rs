@@ -6,10 +6,10 @@ use nalgebra::{Vector2, Vector3};
 /// A landmark in the plane.
 pub(super) type Landmark<T> = Component<Vector2<T>>;
 
-/// How a map lies in the vehicle's own frame.
+/// The alignment of a map: its pose in the vehicle's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Laying<T: Real> {
-    /// The pose of the map's middle.
+    /// The pose of the centre of the map.
     pub(super) at: PlanarPose<T>,
     pub(super) covariance: Symmetric<Vector3<T>>,
 }
@@ -30,7 +30,7 @@ impl<T: Real> Laying<T> {
         Turned { at: Vector2::new(self.at.x_m, self.at.y_m), sine, cosine }
     }
 
-    /// That which puts the line from `of_map` to the second of them on the line of `seen`, middle on middle.
+    /// The alignment of two landmarks of the map with two of the vehicle: directions and midpoints are equal.
     pub(super) fn of_lines(seen: [&Vector2<T>; 2], of_map: [&Vector2<T>; 2]) -> Self {
         let [along_seen, along_map] = [seen, of_map].map(|[from, to]| to - from);
         let heading = crate::wrap(along_seen.y.atan2(along_seen.x) - along_map.y.atan2(along_map.x));
@@ -40,8 +40,8 @@ impl<T: Real> Laying<T> {
         Self { at: PlanarPose::new(at.x, at.y, heading), covariance: Symmetric::ZERO }
     }
 
-    /// Moved to where the pairs `(seen, of the map)` fit best, by one step of least squares, with the covariance that they leave;
-    /// `None` where they do not tell all of it.
+    /// The alignment after an iteration of least squares over the pairs (landmark of the vehicle, of the map), with its covariance;
+    /// `None` if they do not determine it.
     pub(super) fn fitted<'a>(
         &self,
         inflation: T,
@@ -70,14 +70,14 @@ impl<T: Real> Laying<T> {
         (at.is_finite() && covariance.is_finite()).then_some(Self { at, covariance })
     }
 
-    /// Whether this and the other are the same but for what is not known of either.
+    /// Whether both alignments are equal within their covariances.
     pub(super) fn is_same(&self, other: &Self, gate: T) -> bool {
         let apart = self.at.difference(&other.at);
         let both = self.covariance.plus(&other.covariance).factor();
         both.is_some_and(|factor| factor.mahalanobis(&apart) <= gate)
     }
 
-    /// The vehicle's pose in the map, of its pose in its own frame; the map's middle is at `middle`.
+    /// Transforms a pose from the vehicle's frame into the map, whose centre is `middle`.
     pub(super) fn pose_in_map(&self, pose: &PlanarPose<T>, middle: &Vector2<T>) -> PlanarPose<T> {
         let turned = self.turned();
         let (dx, dy) = (pose.x_m - turned.at.x, pose.y_m - turned.at.y);
@@ -85,7 +85,7 @@ impl<T: Real> Laying<T> {
         PlanarPose::new(middle.x + x, middle.y + y, crate::wrap(pose.heading_rad - self.at.heading_rad))
     }
 
-    /// The covariance of that, from those of the laying and of the pose in its own frame.
+    /// The covariance of the transformed pose, from those of the alignment and of the pose in the vehicle's frame.
     pub(super) fn covariance_in_map(
         &self,
         pose: &PlanarPose<T>,
@@ -95,7 +95,7 @@ impl<T: Real> Laying<T> {
         let (dx, dy) = (pose.x_m - turned.at.x, pose.y_m - turned.at.y);
         let (s, c) = (turned.sine, turned.cosine);
         let (zero, one) = (T::ZERO, T::ONE);
-        // x = Rᵀ (p − t): to turn the map one way is to swing the pose the other.
+        // x = Rᵀ (p − t): its derivative by the map's heading has the opposite sign.
         let by_laying = nalgebra::Matrix3::new(-c, -s, c * dy - s * dx, s, -c, -c * dx - s * dy, zero, zero, -one);
         let by_pose = nalgebra::Matrix3::new(c, s, zero, -s, c, zero, zero, zero, one);
         self.covariance.congruence::<Vector3<T>>(&by_laying).plus(&covariance.congruence::<Vector3<T>>(&by_pose))
@@ -103,21 +103,21 @@ impl<T: Real> Laying<T> {
 }
 
 impl<T: Real> Turned<T> {
-    /// Where a place of the map is.
+    /// Transforms a position of the map into the vehicle's frame.
     #[inline]
     pub(super) fn of(&self, place: &Vector2<T>) -> Vector2<T> {
         let (x, y) = (place.x, place.y);
         self.at + Vector2::new(self.cosine * x - self.sine * y, self.sine * x + self.cosine * y)
     }
 
-    /// How it moves as the map turns.
+    /// Its derivative by the heading of the map.
     #[inline]
     pub(super) fn lever(&self, place: &Vector2<T>) -> Vector2<T> {
         let (x, y) = (place.x, place.y);
         Vector2::new(-self.sine * x - self.cosine * y, self.cosine * x - self.sine * y)
     }
 
-    /// The covariance of how far apart a landmark and one of the map are, but for how well the laying is known.
+    /// The covariance of the difference of a landmark of the vehicle and one of the map, without that of the alignment.
     pub(super) fn relative_covariance(&self, seen: &Landmark<T>, of_map: &Landmark<T>) -> Symmetric<Vector2<T>> {
         let turn = nalgebra::Matrix2::new(self.cosine, -self.sine, self.sine, self.cosine);
         seen.covariance.plus(&of_map.covariance.congruence::<Vector2<T>>(&turn))

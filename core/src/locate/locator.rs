@@ -142,7 +142,7 @@ impl<'s, T: Real> Locator<'s, T> {
         let sure = |place: &Located<T>| {
             let most = T::from_usize(place.matched) >= config.least_share * T::from_usize(memory.known.seen);
             let enough = place.matched >= config.least_matched && most && searched >= config.searched;
-            // A vehicle whose own pose is no number, or that would be beyond every range of the map, is nowhere.
+            // No result for a pose that is not finite, or far outside the map.
             let mean = &place.pose.mean;
             let placed = mean.is_finite() && is_within_range(&mean.coordinates()) && place.pose.covariance.is_finite();
             enough && placed && place.probability >= config.sure
@@ -168,7 +168,7 @@ impl<T: Real> Memory<'_, T> {
         known.views.clear(known.area.sqrt() * T::from_f64(0.05));
     }
 
-    /// Takes the landmarks that the vehicle has found; how many had no room.
+    /// Stores the landmarks of the vehicle. Returns the number that had no room.
     fn take(&mut self, landmarks: impl IntoIterator<Item = Component<Vector2<T>>>) -> usize {
         let mut left_out = 0;
         self.known.seen = 0;
@@ -184,7 +184,7 @@ impl<T: Real> Memory<'_, T> {
         left_out
     }
 
-    /// Drops a hypothesis; the last one takes its place.
+    /// Removes a hypothesis; the last one moves into its slot.
     fn drop_hypothesis(&mut self, place: usize) {
         let last = self.known.hypotheses.saturating_sub(1);
         if last < self.hypotheses.len() && place <= last {

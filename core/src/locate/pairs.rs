@@ -5,8 +5,8 @@ use super::state::{Memory, NONE};
 use crate::Real;
 
 impl<T: Real> Memory<'_, T> {
-    /// Gives every landmark the nearest of the map that is within the gate and not taken; how many have one. The gate has in it how well
-    /// the laying is known. Tries every landmark with every one of the map.
+    /// Associates each landmark with the nearest unassociated one of the map within the gate, by the Mahalanobis distance, which
+    /// includes the covariance of the alignment. Returns the number of pairs. Compares all landmarks with all of the map.
     pub(super) fn pair_up(&mut self, laying: &Laying<T>, inflation: T, gate: T) -> usize {
         let turned = laying.turned();
         let known = |row, column| laying.covariance.get(row, column);

@@ -5,12 +5,12 @@ use super::laying::{Landmark, Laying};
 use super::state::{Hypothesis, Memory, Sweep};
 use crate::{MeasurementModel, PlanarPose, Real};
 
-/// Two landmarks nearer to each other than so many standard deviations tell no direction.
+/// Two landmarks determine a direction if their distance is above this number of standard deviations.
 const FARTHER_THAN: f64 = 6.0;
 
 impl<T: Real> Memory<'_, T> {
-    /// Goes on with the sweep, and with the next one: at most `config.trials` layings, and twice as many comparisons of distances as the
-    /// map has ordered pairs.
+    /// Continues the search: at most `config.trials` trial alignments, and twice as many comparisons of distances as the map has
+    /// ordered pairs.
     pub(super) fn search<X: MeasurementModel<Pose = PlanarPose<T>>>(
         &mut self,
         config: &LocatorConfig<T>,
@@ -47,8 +47,8 @@ impl<T: Real> Memory<'_, T> {
         trials
     }
 
-    /// Takes the next two landmarks that are far enough apart; whether there are such. Goes round all pairs, first those that stand
-    /// next to each other in the list.
+    /// Selects the next two landmarks that are far enough apart; `false` if there are none. Cycles through all pairs, beginning with
+    /// neighbours in the list.
     fn next_pair(&mut self, inflation: T) -> bool {
         let seen = self.known.seen;
         if seen < 2 {
@@ -70,7 +70,7 @@ impl<T: Real> Memory<'_, T> {
         false
     }
 
-    /// Lays a pair over one of the map, and keeps what explains enough.
+    /// Aligns a pair with one of the map, and keeps the hypothesis if its evidence is sufficient.
     fn try_pair<X: MeasurementModel<Pose = PlanarPose<T>>>(
         &mut self,
         config: &LocatorConfig<T>,
@@ -80,7 +80,7 @@ impl<T: Real> Memory<'_, T> {
     ) {
         let laying = Laying::of_lines([&a.mean, &b.mean], [&first.mean, &second.mean]);
         let Some(laying) = laying.fitted(config.inflation, [(a, first), (b, second)].into_iter()) else { return };
-        // That it is known already takes no more than to see that.
+        // A hypothesis that is known already needs no evaluation.
         let same = |hypothesis: &Hypothesis<T>| hypothesis.laying.is_same(&laying, T::ONE);
         if self.hypotheses().iter().any(same) {
             return;
@@ -90,7 +90,7 @@ impl<T: Real> Memory<'_, T> {
         }
     }
 
-    /// Keeps a hypothesis, in the place of the same one, or of the least likely one where there is no room.
+    /// Stores a hypothesis; replaces an equal one, or the least probable one if the memory is full.
     pub(super) fn keep(&mut self, config: &LocatorConfig<T>, new: &Hypothesis<T>) {
         let len = self.known.hypotheses;
         let held = self.hypotheses.get_mut(..len).unwrap_or(&mut []);
@@ -112,7 +112,7 @@ impl<T: Real> Memory<'_, T> {
     }
 }
 
-/// Whether two of the map are as far apart as the pair, within what is known of either.
+/// Whether the distance of two landmarks of the map equals that of the pair, within both covariances.
 fn is_as_long<T: Real>(
     config: &LocatorConfig<T>,
     pair: &[Landmark<T>; 2],
@@ -135,7 +135,7 @@ mod tests {
     use crate::locate::state::LocatorState;
     use nalgebra::Vector2;
 
-    /// Wherever they are: two landmarks that are 0.1 m apart, each known to 0.1 m, tell no direction, and two that are 3 m apart do.
+    /// With standard deviations of 0.1 m, two landmarks 0.1 m apart do not determine a direction, and two 3 m apart do.
     #[test]
     fn only_landmarks_that_are_apart_are_laid() {
         for (apart, tells) in [(0.1, false), (3.0, true)] {

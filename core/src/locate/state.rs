@@ -8,27 +8,27 @@ use nalgebra::Vector2;
 /// No landmark of the map.
 pub(super) const NONE: u16 = 0;
 
-/// A place where the vehicle may be.
+/// A hypothesis of the alignment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Hypothesis<T: Real> {
     pub(super) laying: Laying<T>,
-    /// ln of prior and likelihood, over the likelihood of being elsewhere.
+    /// Logarithm of prior times likelihood, divided by the likelihood of "elsewhere".
     pub(super) ln_weight: T,
-    /// Landmarks that are those of the map.
+    /// Number of associated landmarks.
     pub(super) matched: usize,
 }
 
-/// Two landmarks that are laid over all pairs of the map, and how far that has come.
+/// Two landmarks that are compared with all pairs of the map, and the progress of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Sweep<T: Real> {
     /// Whether there is such a pair.
     pub(super) under_way: bool,
     pub(super) pair: [Landmark<T>; 2],
-    /// The next pair of the map, of all ordered ones.
+    /// Index of the next ordered pair of the map.
     pub(super) next: usize,
-    /// Which pair of landmarks comes next.
+    /// Index of the next pair of landmarks.
     pub(super) turn: usize,
-    /// Pairs that are done.
+    /// Number of pairs that have been compared with the whole map.
     pub(super) done: usize,
 }
 
@@ -44,33 +44,33 @@ pub struct LocatorState<T: Real, const FEATURES: usize, const HYPOTHESES: usize>
     hypotheses: [Hypothesis<T>; HYPOTHESES],
 }
 
-/// What is not an array of a length that the user chooses.
+/// The fields of fixed size.
 #[derive(Debug)]
 pub(super) struct Known<T: Real> {
-    /// Landmarks in the map.
+    /// Number of landmarks of the map.
     pub(super) map: usize,
-    /// Landmarks that the vehicle has found.
+    /// Number of landmarks of the vehicle.
     pub(super) seen: usize,
     pub(super) hypotheses: usize,
-    /// The middle of the map, m: its landmarks are held from there.
+    /// The centre of the map, m: its landmarks are stored relative to it.
     pub(super) middle: Vector2<T>,
-    /// The area that its landmarks lie in, m².
+    /// The area of its bounding box, m².
     pub(super) area: T,
-    /// The area that the vehicle has looked at since it began, m².
+    /// The area that the vehicle has observed since the start of the search, m².
     pub(super) looked_at: T,
     pub(super) views: Views<T>,
     pub(super) sweep: Sweep<T>,
 }
 
-/// A state of whatever capacity, borrowed.
+/// A borrowed state of any capacity.
 #[derive(Debug)]
 pub(super) struct Memory<'s, T: Real> {
     pub(super) known: &'s mut Known<T>,
     pub(super) map: &'s mut [Landmark<T>],
     pub(super) seen: &'s mut [Landmark<T>],
-    /// Of every landmark that the vehicle has found one more than the place of that of the map which it is; [`NONE`].
+    /// For each landmark of the vehicle, the index of its landmark of the map plus one, or [`NONE`].
     pub(super) pairs: &'s mut [u16],
-    /// Which of the map are taken.
+    /// Which landmarks of the map are associated.
     pub(super) taken: &'s mut [bool],
     pub(super) hypotheses: &'s mut [Hypothesis<T>],
 }
@@ -142,7 +142,7 @@ impl<T: Real> Memory<'_, T> {
         self.hypotheses.get(..self.known.hypotheses).unwrap_or(&[])
     }
 
-    /// The pairs of landmarks that are one.
+    /// The associated pairs.
     pub(super) fn paired(&self) -> impl Iterator<Item = (&Landmark<T>, &Landmark<T>)> {
         let map = self.map();
         self.seen().iter().zip(self.pairs.iter()).filter_map(move |(seen, &pair)| {

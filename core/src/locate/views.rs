@@ -2,24 +2,24 @@
 
 use crate::{PlanarPose, Pose, Real};
 
-/// Places that are remembered.
+/// Capacity for poses.
 pub(super) const VIEWS: usize = 12;
-/// A vehicle that has turned by more looks elsewhere, rad.
+/// A turn by more than this begins a new pose, rad.
 const TURN_RAD: f64 = 0.4;
 
-/// A place from where some scans were made.
+/// A pose with a number of scans.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct View<T> {
     pub(super) pose: PlanarPose<T>,
     pub(super) scans: T,
 }
 
-/// The places, in the order of time.
+/// The poses, in the order of time.
 #[derive(Debug)]
 pub(super) struct Views<T> {
     of: [View<T>; VIEWS],
     len: usize,
-    /// How far apart they are, m, and by how much of `TURN_RAD`.
+    /// Their spacing: in m, and in heading as a multiple of `TURN_RAD`.
     spacing_m: T,
     turns: T,
 }
@@ -32,7 +32,7 @@ impl<T: Real> Views<T> {
         turns: T::ZERO,
     };
 
-    /// None, and such a distance between those to come.
+    /// No poses, with this spacing for those to come.
     pub(super) fn clear(&mut self, spacing_m: T) {
         (self.len, self.spacing_m, self.turns) = (0, spacing_m, T::ONE);
     }
@@ -41,8 +41,8 @@ impl<T: Real> Views<T> {
         self.of.get(..self.len).unwrap_or(&[])
     }
 
-    /// One scan from there. Where there is no room, every other place is forgotten and the rest stand farther apart: then fewer
-    /// landmarks are missed, and the map is believed less.
+    /// Adds a scan. If the memory is full, every second pose is removed and the spacing doubled: fewer misses are then expected, so
+    /// that the evidence is weaker.
     pub(super) fn add(&mut self, pose: &PlanarPose<T>) {
         let turn = T::from_f64(TURN_RAD) * self.turns;
         let last = self.len.checked_sub(1).and_then(|last| self.of.get_mut(last));

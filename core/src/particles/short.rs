@@ -8,11 +8,11 @@
 
 use crate::{Linearised, Motion, Pose, Real, ScalarOf, TangentOf, Vector, Zero};
 
-/// A step of fewer spacings than this is short: a longer one is wrong by less than a 250th of its length.
+/// Steps of fewer spacings of floating-point numbers than this are short. The rounding error of a longer step is below 1/250 of it.
 const SPACINGS: f64 = 128.0;
 
-/// How far from the origin the steps of this control are short, m. Infinite where the vehicle stands, or moves in one place otherwise
-/// than in another.
+/// Distance from the origin beyond which steps with this control are short, m. Infinite for a vehicle that stands, or whose motion
+/// depends on its position.
 pub(crate) fn short_beyond<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(motion: &M, control: &M::Control, dt: T) -> T {
     if !M::TRANSLATION_INVARIANT || M::Pose::HEADING.is_none() {
         return T::INFINITY;
@@ -21,14 +21,14 @@ pub(crate) fn short_beyond<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(motion: &
     if step > T::ZERO { step / (T::EPSILON * T::from_f64(SPACINGS)) } else { T::INFINITY }
 }
 
-/// Whether a step that is short beyond so far from the origin is so here.
+/// Whether steps are short at this pose.
 #[inline]
 pub(crate) fn is_short<T: Real, P: Pose<Scalar = T>>(pose: &P, short_beyond: T) -> bool {
     let [x, y, _] = pose.on_ground();
     x.abs() > short_beyond || y.abs() > short_beyond
 }
 
-/// Where a short step takes the pose without noise, and the motion linearised there.
+/// The pose after a short step without noise, and the motion linearised there.
 #[cold]
 #[inline(never)]
 pub(crate) fn propagated<M: Motion>(
@@ -50,7 +50,8 @@ pub(crate) fn at_origin<T: Real, P: Pose<Scalar = T>>(pose: &P) -> P {
     pose.displaced(&on_ground::<P>([-x, -y]))
 }
 
-/// Where the pose comes to by a `step` that has been taken at the origin, with what rounding took from x and y so far; and what it takes now.
+/// Adds a `step`, computed at the origin, and the rounding errors of x and y so far to the pose. Returns the sum and its rounding
+/// errors.
 pub(crate) fn summed<T: Real, P: Pose<Scalar = T>>(pose: &P, [of_x, of_y]: [T; 2], step: &P) -> (P, [T; 2]) {
     let [x, y, _] = pose.on_ground();
     let short = step.displaced(&on_ground::<P>([held(of_x, x), held(of_y, y)]));
@@ -59,18 +60,17 @@ pub(crate) fn summed<T: Real, P: Pose<Scalar = T>>(pose: &P, [of_x, of_y]: [T; 2
     (moved, [rounded_off(x, dx, to_x), rounded_off(y, dy, to_y)])
 }
 
-/// A difference of poses in x and y alone, which are the first coordinates wherever there is a heading.
+/// A difference of poses in x and y, which are the first coordinates of every pose with a heading.
 fn on_ground<P: Pose>(by: [P::Scalar; 2]) -> TangentOf<P> {
     Vector::with(|k| by.get(k).copied().unwrap_or(P::Scalar::ZERO))
 }
 
-/// A remainder as it is, if it can be one of a sum that is not far from here; otherwise nothing, be it that the vehicle has long been elsewhere or that a bit has
-/// flipped.
+/// The rounding error if it can be one of a coordinate near `at`, otherwise zero: the pose was set since, or a bit has flipped.
 fn held<T: Real>(remainder: T, at: T) -> T {
     if remainder.abs() <= T::EPSILON * at.abs() { remainder } else { T::ZERO }
 }
 
-/// What `sum`, which is a + b rounded, lacks of it, without error (Knuth's two-sum).
+/// The rounding error of `sum` = a + b, exactly (Knuth's two-sum).
 fn rounded_off<T: Real>(a: T, b: T, sum: T) -> T {
     let of_b = sum - a;
     (a - (sum - of_b)) + (b - of_b)
@@ -81,9 +81,9 @@ mod tests {
     use super::{is_short, short_beyond, summed};
     use crate::{ControlNoise, KnownPose, PlanarPose, Pose, Step, Unicycle, UnicycleControl};
 
-    /// Of any two numbers, with the least of them the greatest that is rounded away.
+    /// For pairs of numbers up to those whose smaller one is rounded away.
     #[test]
-    fn nothing_is_lost_of_a_sum() {
+    fn sum_and_rounding_error_are_exact() {
         for (at, by) in
             [(5000.0_f32, 2e-4_f32), (-5000.0, 0.3), (32_768.0, -1.9e-3), (0.1, 7.0), (1e8, 4.0), (0.0, 0.0)]
         {
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_a_remainder_is_none() {
+    fn impossible_rounding_errors_are_ignored() {
         let pose = PlanarPose::new(5000.0_f32, 0.0, 0.0);
         for remainder in [[f32::NAN; 2], [f32::INFINITY; 2], [1e-3, 1e-9]] {
             let (moved, _) = summed(&pose, remainder, &PlanarPose::new(0.25, 0.25, 0.0));
@@ -105,9 +105,9 @@ mod tests {
         }
     }
 
-    /// Of a vehicle that stands, or whose pose comes with the control.
+    /// A vehicle that stands, and one whose pose is given by the control.
     #[test]
-    fn no_step_is_short_whose_length_is_not_known() {
+    fn steps_of_unknown_length_are_not_short() {
         let far = PlanarPose::new(1e7_f32, 0.0, 0.0);
         let known = short_beyond(&KnownPose::new(), &far, 0.1);
         let robot = Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap();

@@ -9,57 +9,58 @@
 
 use crate::{Health, Real};
 
-/// "Here" is at least this share of the usual detections, or at most the usual number of measurements that nothing known explains.
+/// Least share of the usual detections under the hypothesis "here".
 const STILL_DETECTED: f64 = 2.0 / 3.0;
-/// ln of how much rarer detections of what is known are where the vehicle is lost, ln 1/5: what lies by chance where it is expected, and
-/// one or two landmarks that the pose has come to follow.
+/// ln 1/5: logarithm of the rate of detections of known landmarks under "lost", divided by the usual rate. Some measurements lie by
+/// chance where a landmark is expected, and the pose may follow one or two landmarks.
 const LN_BY_CHANCE: f64 = -1.609_437_912_434_100_3;
-/// So many known landmarks may be missed scan after scan: one stands at the rim of the view, or is gone.
+/// Number of known landmarks that may be missed in every scan: one at the edge of the view, or one that was removed.
 const MISSED_IN_A_ROW: f64 = 1.0;
-/// Lost, the vehicle sees at least this share of as many landmarks as it expects.
+/// Least number of landmarks that a lost vehicle sees, divided by the number that it expects.
 const SEEN_ELSEWHERE: f64 = 0.5;
-/// What is unusual is counted beyond half a measurement a scan more than usual: the mean over the last scans is not known better.
+/// Added to the usual number of new measurements a scan, because the mean over the last scans is not known better.
 const SPARE_MEASUREMENTS: f64 = 0.5;
 
-/// ln 10⁴: a false alarm in ten thousand scans at most.
+/// Threshold of LOST, ln 10⁴: at most one false alarm in ten thousand scans.
 const LN_LOST: f64 = 9.210_340_371_976_184;
-/// ln 10²: a hundred scans at most.
+/// Threshold of DIVERGENCE_SUSPECTED, ln 10²: at most one false alarm in a hundred scans.
 const LN_SUSPECTED: f64 = 4.605_170_185_988_092;
-/// Known landmarks are those born before this many scans, or twice as many: long enough for the doubt to grow, where the vehicle is lost and
-/// maps what it takes for another place.
+/// A landmark is known once it is between this number of scans old and twice that: a lost vehicle maps the place where it is anew, and
+/// the sum must reach its threshold before these landmarks are known.
 const KNOWN_SCANS: u32 = 32;
-/// Scans over which what is usual is learnt.
+/// Time constant of the usual rates, scans.
 const USUAL_SCANS: u32 = 32;
-/// The least number of scans that a mean is over which begins anew.
+/// Least number of scans of a mean that is started again.
 const RESTART_SCANS: u32 = 4;
-/// Below this doubt all is as usual.
+/// The usual rates are learnt while the sum is below this value.
 const DOUBT_USUAL: f64 = 1.0;
-/// Scans after which 1/e is left of a doubt while nothing known is expected.
+/// Time constant with which the sum decays while no known landmark is expected, scans.
 const DOUBT_SCANS: f64 = 64.0;
-/// The same of landmarks that were given up for being missed: by then they would have left the view.
+/// Time constant with which removed landmarks are still expected, scans: later they would have left the view.
 const GIVEN_UP_SCANS: f64 = 20.0;
-/// A scan without a measurement is of a sensor that sees nothing, where so many detections were to be expected.
+/// An empty scan means a blocked sensor if at least this number of detections was expected.
 const BLIND: f64 = 3.0;
-/// So many landmarks in view that had no part in a scan are a doubt, and this much of one.
+/// Least number of expected detections, and of measurements, in a scan that was not associated because the pose is too uncertain.
 const ASIDE: f64 = 1.5;
+/// Added to the sum for each such scan.
 const ASIDE_DOUBT: f64 = 0.2;
-/// Measurements that nothing known explains are far more than usual beyond so many standard deviations of their number, and so many more.
+/// CLUTTER_HIGH: the number of new measurements is above the usual one by these many standard deviations and this number more.
 const CLUTTER_DEVIATIONS: f64 = 5.0;
 const CLUTTER_MORE: f64 = 3.0;
-/// Detections are low where this share of what is expected is missed.
+/// DETECTIONS_LOW: this share of the expected detections is missed.
 const MISSED_SHARE: f64 = 0.2;
-/// No scan for so many times the usual, and for so long, s: the input is lost.
+/// INPUT_LOST: no scan for this multiple of the usual time between scans, and for at least this time, s.
 const WAITED_TIMES: f64 = 8.0;
 const WAITED_S: f64 = 1.0;
 
-/// What became of the known landmarks in view in a scan, each by its probability of being there.
+/// Known landmarks in view in a scan, expected and detected, weighted with their existence probabilities w.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Recognised<T> {
     /// Σ p_D w.
     pub(crate) expected: T,
-    /// Detections.
+    /// Expected number of detections given the scan.
     pub(crate) detected: T,
-    /// Σ p_D (w − w⁺): by how much the scan has made one believe in them less.
+    /// Σ p_D (w − w⁺): decrease of the expected detections because the scan lowered existence probabilities.
     pub(crate) given_up: T,
 }
 
@@ -72,41 +73,40 @@ impl<T: Real> Recognised<T> {
         self.given_up += other.given_up;
     }
 
-    /// In the mean over so many maps.
+    /// Mean over this number of maps.
     pub(crate) fn over(self, maps: usize) -> Self {
         let maps = T::from_usize(maps.max(1));
         Self { expected: self.expected / maps, detected: self.detected / maps, given_up: self.given_up / maps }
     }
 }
 
-/// Whether a label is none of those given away from `known_below` on up to `next_label`. Labels run in a circle: after 2³² of them come the
-/// small ones again.
+/// Whether a label was not assigned between `known_below` and `next_label`. Labels wrap around after 2³².
 pub(crate) fn is_known(label: u32, known_below: u32, next_label: u32) -> bool {
     label.wrapping_sub(known_below) >= next_label.wrapping_sub(known_below)
 }
 
-/// What is usual, and how much speaks against it. All zero before the first scan.
+/// State of the monitor: the usual rates and the CUSUM sum. All zero before the first scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Watch<T> {
-    /// ln of the odds that the vehicle is lost.
+    /// The CUSUM sum of log likelihood ratios of "lost" and "here".
     pub(crate) doubt: T,
-    /// Whether it has been found lost, and since then not where it is taken to be.
+    /// Whether the sum has reached the threshold of LOST, and has not been zero since.
     pub(crate) lost: bool,
-    /// Expected detections of what was given up.
+    /// Expected detections of landmarks whose existence probability was lowered by misses.
     pub(crate) given_up: T,
-    /// Which share of what is expected is usually not detected.
+    /// Usual share of expected detections that are missed.
     pub(crate) usually_missed: T,
-    /// How many measurements nothing known usually explains.
+    /// Usual number of measurements a scan that are not of known landmarks.
     pub(crate) usually_new: T,
-    /// How many false ones of them the detectors usually state: λ, in the mean over the same scans.
+    /// Mean over the same scans of the number of false measurements that the detector states, λ.
     pub(crate) usually_stated: T,
     /// The usual time between scans, s.
     pub(crate) usually_waited_s: T,
-    /// Scans so far; stops at a number that does not matter.
+    /// Number of scans; saturates.
     pub(crate) scans: u32,
-    /// Landmarks are known that have no label from this one on.
+    /// Landmarks with labels from this one on are not known.
     pub(crate) known_below: u32,
-    /// The same from the next time on.
+    /// The value that `known_below` takes next.
     pub(crate) next_known_below: u32,
 }
 
@@ -124,29 +124,29 @@ impl<T: Real> Watch<T> {
         next_known_below: 0,
     };
 
-    /// Whether the landmark of this label is known, where the next one gets `next_label`.
+    /// Whether the landmark with this label is known; `next_label` is the label of the next birth.
     pub(crate) fn knows(&self, label: u32, next_label: u32) -> bool {
         is_known(label, self.known_below, next_label)
     }
 
-    /// All landmarks with lesser labels are known from now on.
+    /// Makes all landmarks with smaller labels known.
     pub(crate) fn know_below(&mut self, label: u32) {
         (self.known_below, self.next_known_below) = (label, label);
     }
 
-    /// Forgets the doubt: the pose was set, or made uncertain.
+    /// Resets the sum, because the pose was set or made uncertain.
     pub(crate) fn calm(&mut self) {
         (self.doubt, self.lost, self.given_up) = (T::ZERO, false, T::ZERO);
     }
 
-    /// Conditions of a vehicle that has waited for a scan for so long, s.
+    /// Health flags when no scan has come for `waited_s`.
     pub(crate) fn waiting(&self, waited_s: T) -> Health {
         let usual = self.usually_waited_s * T::from_f64(WAITED_TIMES);
         Health::INPUT_LOST.when(self.scans > 0 && waited_s > usual.at_least(T::from_f64(WAITED_S)))
     }
 
-    /// Landmarks in view, of which so many detections are to be expected, have no part in a scan of so many measurements: the pose is known too
-    /// badly to tell which measurement is of which of them. Until the vehicle has found its place among them, the doubt grows.
+    /// Increases the sum for a scan in which landmarks in view were not associated, because the pose is too uncertain. `expected` is
+    /// the number of their expected detections.
     pub(crate) fn exclude_expected(&mut self, expected: T, measurements: usize) {
         let enough = T::from_f64(ASIDE);
         if expected >= enough && T::from_usize(measurements) >= enough {
@@ -154,8 +154,8 @@ impl<T: Real> Watch<T> {
         }
     }
 
-    /// Takes in what a scan of so many measurements has shown, of which the detector states so many to be false, after a time, s; the
-    /// next landmark gets this label.
+    /// Updates the monitor with a scan: known landmarks, number of measurements and of false ones that the detector states, time since
+    /// the scan before, s, and label of the next birth.
     pub(crate) fn scanned(
         &mut self,
         seen: &Recognised<T>,
@@ -181,11 +181,11 @@ impl<T: Real> Watch<T> {
         self.lost = self.doubt >= lost || self.lost && self.doubt > T::ZERO;
 
         let faded = self.given_up * T::from_f64(1.0 - 1.0 / GIVEN_UP_SCANS) + seen.given_up;
-        // What is missed while nothing is seen is expected as soon as something is.
+        // Landmarks missed by a blocked sensor are expected again as soon as it sees anything.
         self.given_up = faded.at_least(if blind { self.given_up } else { T::ZERO });
         let crowded = self.is_crowded(usually_new, new);
         self.scans = self.scans.saturating_add(1);
-        // A sensor that sees nothing shows nothing of what is usual.
+        // Usual rates are not learnt from a blocked sensor.
         if self.doubt < T::from_f64(DOUBT_USUAL) && !blind {
             self.learn((expected, seen.detected), (new, stated), waited_s);
             if self.scans.is_multiple_of(KNOWN_SCANS) {
@@ -198,34 +198,34 @@ impl<T: Real> Watch<T> {
             | Health::DETECTIONS_LOW.when(blind || self.usually_missed > T::from_f64(MISSED_SHARE))
     }
 
-    /// How many measurements of a detector that states so many false ones nothing known usually explains: as many more or less than
-    /// stated as of all detectors. With one detector, that is what is usual.
+    /// Usual number of new measurements of a detector that states this number of false ones: the excess over the stated number is that
+    /// of all detectors. With one detector this is the mean itself.
     fn usually_new_of(&self, stated: T) -> T {
         (self.usually_new + (stated - self.usually_stated)).at_least(T::ZERO)
     }
 
-    /// Whether so many measurements that nothing known explains are far more than usual. Not before that is known.
+    /// Whether this number of new measurements is far above the usual one. False until the usual one is known.
     fn is_crowded(&self, usually_new: T, new: T) -> bool {
         let deviations = (usually_new + T::ONE).sqrt() * T::from_f64(CLUTTER_DEVIATIONS);
         self.scans >= USUAL_SCANS && new > usually_new + deviations + T::from_f64(CLUTTER_MORE)
     }
 
-    /// ln of the likelihood ratio of a scan.
+    /// Log likelihood ratio of "lost" and "here" for a scan.
     fn step(usual: T, usually_new: T, detected: T, new: T) -> T {
         let real = T::from_f64;
         // A share d of a detection lies between 0 and 1, and so E[exp(θ d)] ≤ 1 − (1 − exp θ) E[d] ≤ exp(−(1 − exp θ) E[d]), θ < 0.
         let ln_by_chance = real(LN_BY_CHANCE);
         let by_detections = ln_by_chance * detected + (T::ONE - ln_by_chance.exp()) * real(STILL_DETECTED) * usual;
-        // Poisson, at the greatest rate that is usual.
+        // Ratio of two Poisson distributions, with the greatest usual rate.
         let rate = usually_new + real(SPARE_MEASUREMENTS);
         let more = usual * real(SEEN_ELSEWHERE);
         let by_new = new * (T::ONE + more / rate).ln() - more;
         by_detections.at_most(by_new)
     }
 
-    /// Learns what is usual.
+    /// Updates the usual rates.
     fn learn(&mut self, (expected, detected): (T, T), (new, stated): (T, T), waited_s: T) {
-        // Until the first landmarks are known, every measurement is new: what is usual is learnt afresh from then on.
+        // Every measurement is new until the first landmarks are known. The means are then started again.
         let since_known = self.scans.saturating_sub(2 * KNOWN_SCANS);
         let over = if since_known > 0 { since_known.max(RESTART_SCANS) } else { self.scans };
         let rate = T::ONE / T::from_f64(f64::from(over.min(USUAL_SCANS)));
@@ -238,7 +238,7 @@ impl<T: Real> Watch<T> {
         }
     }
 
-    /// Whether every number is one that a scan can leave. One that is not was damaged, and the watch starts afresh.
+    /// Whether every number is in its range. Memory errors can change them; the monitor then starts again.
     fn is_sound(&self) -> bool {
         let Self { doubt, given_up, usually_missed, usually_new, usually_stated, usually_waited_s, .. } = *self;
         let numbers = [doubt, given_up, usually_missed, usually_new, usually_stated, usually_waited_s];
@@ -300,11 +300,11 @@ mod tests {
     }
 
     #[test]
-    fn who_misses_all_and_sees_others_is_lost_until_all_is_found_again() {
+    fn missing_all_landmarks_and_seeing_new_ones_is_lost_until_they_are_detected_again() {
         let mut watch = used_to_ten();
         let healths: std::vec::Vec<Health> = (0..6).map(|_| scan(&mut watch, 9.0, 0.0, 11)).collect();
         assert!(healths.contains(&Health::DIVERGENCE_SUSPECTED) && healths[5].contains(Health::LOST), "{healths:?}");
-        // However well the vehicle comes to know the other place, and wherever nothing is expected.
+        // It stays lost in a place mapped anew, and where nothing is expected.
         for _ in 0..1000 {
             scan(&mut watch, 9.0, 0.0, 11);
             assert_eq!(scan(&mut watch, 0.0, 0.0, 11), Health::LOST);
@@ -317,9 +317,9 @@ mod tests {
     }
 
     #[test]
-    fn hidden_blocked_burst_and_left_are_not_lost() {
+    fn occlusion_blocked_view_clutter_and_leaving_the_map_are_not_lost() {
         let troubles: [(f64, f64, usize); 5] = [
-            // Half of all is hidden; all of it is; clutter bursts; nothing known is in view; one landmark is left, and not seen.
+            // Half of the landmarks occluded; all of them; a burst of clutter; no known landmark in view; one in view, and missed.
             (9.0, 4.5, 13),
             (9.0, 0.0, 2),
             (9.0, 9.0, 60),
@@ -337,27 +337,27 @@ mod tests {
     }
 
     #[test]
-    fn a_burst_is_told_at_once_and_blindness_within_ten_scans() {
+    fn a_burst_of_clutter_is_reported_at_once_and_low_detections_within_ten_scans() {
         let mut watch = used_to_ten();
         assert_eq!(scan(&mut watch, 9.0, 9.0, 30), Health::CLUTTER_HIGH);
         assert!(scan(&mut watch, 9.0, 9.0, 15).is_good());
         let mut watch = used_to_ten();
         let told = (0..10).position(|_| scan(&mut watch, 9.0, 1.0, 3) == Health::DETECTIONS_LOW);
         assert!(matches!(told, Some(5..10)), "{told:?}");
-        // Who has only begun does not know what is usual.
+        // Not before the usual rate is known.
         let mut fresh = Watch::ZERO;
         assert!(scan(&mut fresh, 0.0, 0.0, 60).is_good());
     }
 
-    /// Two sensors by turns, each with as many false measurements as it states: neither is crowded, a burst of either is, and who is
-    /// lost is told by the one that sees clearly, however much the other one measures.
+    /// Two alternating sensors with as many false measurements as each states: CLUTTER_HIGH is raised only by a burst of one of them,
+    /// and LOST is raised although one of them has much clutter.
     #[test]
-    fn every_detector_is_held_against_what_it_states() {
+    fn clutter_is_compared_with_the_stated_rate_of_each_detector() {
         for crowd in [20.0, 30.0, 60.0, 100.0, 150.0_f64] {
             let mut watch = Watch::<f64>::ZERO;
             let mut noise = Noise::seeded(5);
             let mut turn = |watch: &mut Watch<f64>, stated: f64, detected: f64, more: f64| {
-                // Poisson, near enough.
+                // Approximately Poisson.
                 let clutter = (stated + stated.sqrt() * noise.normal::<f64>()).max(0.0).round() + more;
                 let seen = Recognised { expected: 9.0, detected, given_up: 0.0 };
                 watch.scanned(&seen, ((detected + clutter) as usize, stated), 0.1, 7)
@@ -377,7 +377,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_given_up_is_still_expected_for_a_while() {
+    fn removed_landmarks_are_still_expected_for_a_while() {
         let mut watch = used_to_ten();
         let gone = Recognised { expected: 9.0, detected: 0.0, given_up: 8.0 };
         watch.scanned(&gone, (11, 0.0), 0.1, 7);
@@ -385,20 +385,20 @@ mod tests {
         assert!(watch.doubt <= 2.0 * LN_LOST);
     }
 
-    /// A sensor that saw nothing for a minute, and then what nothing known explains.
+    /// A sensor is blocked for a minute, and then has new measurements.
     #[test]
-    fn what_was_missed_while_nothing_was_seen_is_expected_when_something_is() {
+    fn landmarks_missed_by_a_blocked_sensor_are_expected_again() {
         let mut watch = used_to_ten();
         let mut expected = 9.0;
         for _ in 0..600 {
             let seen = Recognised { expected, detected: 0.0, given_up: 0.2 * expected };
-            // Detections are low, and no more than that.
+            // No other flag than DETECTIONS_LOW.
             assert_eq!(watch.scanned(&seen, (0, 0.0), 0.1, 7), Health::DETECTIONS_LOW);
             expected *= 0.8;
         }
         assert!(watch.given_up > 5.0 && watch.given_up < 9.0, "{watch:?}");
         assert!((0..6).any(|_| scan(&mut watch, 0.0, 0.0, 11) == Health::LOST), "{watch:?}");
-        // What comes back where it was is found again.
+        // Landmarks detected again where they were: no flag.
         let mut watch = used_to_ten();
         (0..600).for_each(|_| {
             _ = watch.scanned(&Recognised { expected: 9.0, detected: 0.0, given_up: 0.0 }, (0, 0.0), 0.1, 7)
@@ -406,9 +406,9 @@ mod tests {
         assert!(scan(&mut watch, 9.0, 9.0, 11).is_good());
     }
 
-    /// A place that is not found among landmarks that are in view, for a pose that is known too badly.
+    /// Scans that are not associated because the pose is too uncertain.
     #[test]
-    fn landmarks_that_have_no_part_for_long_are_a_doubt() {
+    fn scans_that_are_not_associated_lead_to_lost() {
         let mut watch = used_to_ten();
         let mut aside = |expected, measurements, scans| -> std::vec::Vec<Health> {
             let one = |_| {
@@ -417,7 +417,7 @@ mod tests {
             };
             (0..scans).map(one).collect()
         };
-        // One alone, or none that is measured.
+        // One landmark, or one measurement, is not enough.
         assert!(aside(0.9, 11, 400).iter().all(|health| !health.contains(Health::LOST)));
         assert!(aside(9.0, 1, 400).iter().all(|health| !health.contains(Health::LOST)));
         let healths = aside(5.0, 11, 120);
@@ -428,7 +428,7 @@ mod tests {
     }
 
     #[test]
-    fn landmarks_are_known_for_having_been_there_for_a_while() {
+    fn landmarks_are_known_after_64_scans() {
         let mut watch = Watch::<f64>::ZERO;
         let mut known_since = None;
         for label in 0..90 {
@@ -438,7 +438,7 @@ mod tests {
             }
         }
         assert_eq!(known_since, Some(63));
-        // Not those that the vehicle comes to know while there is doubt.
+        // None becomes known while the sum is high.
         watch.doubt = 5.0;
         let below = watch.known_below;
         (0..40)
@@ -447,24 +447,24 @@ mod tests {
     }
 
     #[test]
-    fn landmarks_are_known_after_labels_have_begun_again() {
+    fn landmarks_are_known_after_labels_wrapped_around() {
         let born = u32::MAX - 500;
         let mut watch = Watch::<f64>::ZERO;
         watch.know_below(born);
         for scan in 1..=100 {
-            // Twenty a scan: labels begin again after 25.
+            // Twenty births a scan: labels wrap around after 25 scans.
             let next_label = born.wrapping_add(20 * scan);
             watch.scanned(&Recognised::NOTHING, (20, 0.0), 0.1, next_label);
-            assert!(watch.knows(born.wrapping_sub(1), next_label), "one that was loaded, in scan {scan}");
+            assert!(watch.knows(born.wrapping_sub(1), next_label), "a loaded landmark, in scan {scan}");
             assert_eq!(watch.knows(born, next_label), scan >= 64, "scan {scan}");
             assert!(!watch.knows(next_label.wrapping_sub(1), next_label), "scan {scan}");
         }
     }
 
     #[test]
-    fn scans_that_do_not_come_are_input_that_is_lost() {
+    fn input_is_lost_when_no_scan_comes() {
         let mut watch = Watch::<f64>::ZERO;
-        assert!(watch.waiting(100.0).is_good(), "no scan has been promised");
+        assert!(watch.waiting(100.0).is_good(), "no scan before");
         watch = used_to_ten();
         assert!(watch.waiting(0.99).is_good() && watch.waiting(1.01) == Health::INPUT_LOST);
         watch.usually_waited_s = 0.5;
@@ -472,7 +472,7 @@ mod tests {
     }
 
     #[test]
-    fn a_damaged_watch_starts_afresh() {
+    fn a_monitor_with_memory_errors_starts_again() {
         for spoil in [f64::NAN, f64::INFINITY, -1.0] {
             let mut watch = Watch { usually_new: spoil, ..used_to_ten() };
             assert!(scan(&mut watch, 9.0, 0.0, 11).bits() & !Health::DIVERGENCE_SUSPECTED.bits() == 0);
