@@ -1,5 +1,8 @@
 """Log folders: what is read, in which order a filter gets it, and what is wrong with others."""
 
+import json
+import sys
+
 import numpy as np
 import pytest
 
@@ -90,6 +93,41 @@ def test_a_run_with_features_that_move(folder):
     log = scphd.logs.read(folder)
     with_movers = log.run({**SETTINGS, "moving": {**SETTINGS["moving"], "birth_intensity": 0.1}})
     assert with_movers.digest != log.run(SETTINGS).digest
+
+
+def test_settings_by_default(folder, tmp_path, monkeypatch):
+    log = scphd.logs.read(folder)
+    monkeypatch.setenv("PATH", str(tmp_path / "bin"))
+    with pytest.raises(LogError, match="install scphd-sim"):
+        log.run()
+    written = "\n".join(f"[{name}]\n" + "\n".join(f"{key} = {json.dumps(value)}" for key, value in section.items())
+                        for name, section in SETTINGS.items())  # fmt: skip
+    program = tmp_path / "bin" / "scphd-sim"
+    program.parent.mkdir()
+    (tmp_path / "printed.toml").write_text(written)
+    program.write_text(f"#!{sys.executable}\nimport sys\nassert sys.argv[1:] == ['settings', {str(folder)!r}]\n"
+                       f"print(open({str(tmp_path / 'printed.toml')!r}).read())\n")  # fmt: skip
+    program.chmod(0o755)
+    assert log.run().digest == log.run(SETTINGS).digest
+    program.write_text(f"#!{sys.executable}\nimport sys\nsys.exit('no such log')\n")
+    with pytest.raises(LogError, match="settings: no such log"):
+        log.run()
+
+
+def test_a_holonomic_vehicle(folder):
+    (folder / "log.toml").write_text(HEAD.replace("unicycle_arc", "holonomic"))
+    (folder / "odometry.csv").write_text("t_s,vx_mps,vy_mps,omega_radps\n0.0,0.0,1.0,0.0\n")
+    (folder / "detections.csv").write_text("scan,range_m,bearing_rad\n")
+    (folder / "fixes.csv").unlink()
+    pose = scphd.logs.read(folder).run(SETTINGS).poses[-1]
+    assert pose == pytest.approx([1.0 - 1.5 * np.sin(0.5), 2.0 + 1.5 * np.cos(0.5), 0.5], abs=1e-5)
+
+
+def test_calibration(folder):
+    log = scphd.logs.read(folder)
+    chosen = {"speed_scale_sigma": 0.1, "turn_scale_sigma": 0.1, "turn_offset_sigma": 0.01, "lasts_s": 1e9}
+    slam, *_ = log.filter({**SETTINGS, "calibration": chosen})
+    assert slam.odometry() is not None and log.filter(SETTINGS)[0].odometry() is None
 
 
 @pytest.mark.parametrize(

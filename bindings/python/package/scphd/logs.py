@@ -1,11 +1,11 @@
 """Log folders of the simulator: read into arrays, and run by a filter.
 
 A log is a folder: `log.toml`, `odometry.csv`, `scans.csv`, `detections.csv` and perhaps `fixes.csv` and `truth.csv`, in metres, seconds and
-radians. `host-sim/log/src/log_folder.rs` has the details. `scphd-sim settings FOLDER > settings.toml` writes the settings that the
-simulator has for a log; with these a run in Python ends in the digest of `scphd-sim replay FOLDER`.
+radians. `docs/logs.md` has the details. The settings are those that `scphd-sim settings FOLDER` prints: a run in Python ends in the
+digest of `scphd-sim replay FOLDER`.
 
     log = scphd.logs.read("example")
-    run = log.run(settings="settings.toml")
+    run = log.run()
     run.poses, run.covariances, run.digest
 """
 
@@ -14,6 +14,8 @@ from __future__ import annotations
 import csv
 import math
 import pathlib
+import shutil
+import subprocess
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -26,6 +28,7 @@ from ._native import (
     Ackermann,
     Filter,
     HeadingFix,
+    Holonomic,
     JointFilter,
     Map,
     Mounting,
@@ -53,8 +56,8 @@ class LogError(ValueError):
 class Move:
     """The vehicle has moved."""
 
-    control: Vector  #: (2,): speed m/s, then steering angle rad or turn rate rad/s
-    dt_s: float  #: for so long, s
+    control: Vector  #: (2,): speed m/s, steering angle rad or turn rate rad/s; holonomic (3,): speeds ahead and to the left m/s, turn rate
+    dt_s: float  #: duration, s
 
 
 @dataclass(frozen=True)
@@ -97,11 +100,12 @@ class Log:
     initial_pose: Vector  #: (3,): x m, y m, heading rad
     vehicle: dict[str, Any]  #: the section of `log.toml`
     sensors: dict[str, dict[str, Any]]  #: sections by name; the only one has the name ''
-    odometry: Vector  #: (n, 3): t s, speed m/s, steering angle rad or turn rate rad/s
+    odometry: Vector  #: (n, 3) or (n, 4): t s, and the control as in `Move`
     scans: list[Scan]
     fixes: list[Fix] = field(default_factory=list)
     fix_noise: dict[str, Any] = field(default_factory=dict)
     truth: Vector | None = None  #: (n, 4): t s, x m, y m, heading rad (NaN where unknown)
+    folder: pathlib.Path | None = None  #: where it was read
 
     def events(self) -> Iterator[Move | Fix | Scan]:
         """Odometry, fixes and scans in the order in which a filter needs them, up to the last scan.
@@ -130,12 +134,15 @@ class Log:
                     yield Move(self.odometry[rows - 1, 1:], float(dt_s))
 
     def filter(
-        self, settings: PathLike | dict[str, Any], kind: Literal["joint", "mixture"] = "joint", seed: int = 0
+        self, settings: PathLike | dict[str, Any] | None = None, kind: Literal["joint", "mixture"] = "joint", seed: int = 0
     ) -> tuple[Filter | JointFilter, dict[str, RangeBearing], tuple[PositionFix | None, HeadingFix | None]]:
         """A filter at the start of this log, its detectors by name, and its fixes.
 
-        `settings` is a file as `scphd-sim settings` prints it, or what is in one. What the package does not have is an error.
+        `settings` is a file as `scphd-sim settings` prints it, or its content; by default that program is run. A setting that the
+        package does not have is an error.
         """
+        if settings is None:
+            settings = _default_settings(self.folder)
         chosen = settings if isinstance(settings, dict) else _toml(pathlib.Path(settings))
         recursion, moving = chosen["filter"], chosen["moving"]
         if recursion["likelihood"] != "single-cluster":
@@ -148,7 +155,7 @@ class Log:
             slam.reset(*self.initial_pose, seed=seed)
         elif kind == "joint":
             movers = {"movers": True, **_movers(moving)} if moving["birth_intensity"] > 0.0 else {}
-            slam = JointFilter(vehicle, **movers, **chosen["joint"])
+            slam = JointFilter(vehicle, **movers, **_calibration(chosen.get("calibration")), **chosen["joint"])
             slam.reset(*self.initial_pose)
         else:
             raise ValueError(f"kind must be 'joint' or 'mixture', not {kind!r}")
@@ -157,7 +164,7 @@ class Log:
         return slam, detectors, _fixes(chosen.get("fixes", {}))
 
     def run(
-        self, settings: PathLike | dict[str, Any], kind: Literal["joint", "mixture"] = "joint", seed: int = 0
+        self, settings: PathLike | dict[str, Any] | None = None, kind: Literal["joint", "mixture"] = "joint", seed: int = 0
     ) -> Run:
         """Runs a filter over the whole log: the joint map, or the mixture with the random numbers of a seed."""
         slam, detectors, (position, heading) = self.filter(settings, kind, seed)
@@ -189,7 +196,7 @@ class Log:
             np.array(times), np.array(poses), np.array(covariances), health, ln_evidence, refused, slam.map(), digest
         )
 
-    def _vehicle(self, noise: dict[str, float], margin: float) -> Unicycle | Ackermann:
+    def _vehicle(self, noise: dict[str, float], margin: float) -> Unicycle | Ackermann | Holonomic:
         known = {key: noise[key] for key in ("speed_sigma_mps", "speed_sigma_ratio", "turn_sigma", "turn_sigma_ratio")}
         known["noise_interval_s"] = noise["noise_interval_s"] * margin
         model = self.vehicle["model"]
@@ -201,11 +208,13 @@ class Log:
                 pose_left_m=self.vehicle.get("sensor_left_m", 0.0),
                 **known,
             )
+        if model == "holonomic":
+            return Holonomic(**known)
         step: Literal["arc", "euler"] = "arc" if model == "unicycle_arc" else "euler"
         return Unicycle(step=step, **known)
 
 
-def _mixture(vehicle: Unicycle | Ackermann, recursion: dict[str, Any], moving: dict[str, float]) -> Filter:
+def _mixture(vehicle: Unicycle | Ackermann | Holonomic, recursion: dict[str, Any], moving: dict[str, float]) -> Filter:
     same = (
         "particles samples resample_threshold prune_weight confirming_detections unconfirmed_weight confirmed_weight merge_distance "
         "extraction extraction_weight births_wait proposal"
@@ -221,6 +230,23 @@ def _mixture(vehicle: Unicycle | Ackermann, recursion: dict[str, Any], moving: d
 
 def _movers(moving: dict[str, float]) -> dict[str, Any]:
     return {f"moving_{key}": value for key, value in moving.items() if key != "birth_intensity"}
+
+
+def _calibration(chosen: dict[str, float] | None) -> dict[str, Any]:
+    if chosen is None:
+        return {}
+    sigmas = {f"odometry_{key}": chosen[f"{key}_sigma"] for key in ("speed_scale", "turn_scale", "turn_offset")}
+    return {"odometry": True, **sigmas, "odometry_lasts_s": chosen["lasts_s"]}
+
+
+def _default_settings(folder: pathlib.Path | None) -> dict[str, Any]:
+    program = shutil.which("scphd-sim")
+    if folder is None or program is None:
+        raise LogError("settings: give a file, or install scphd-sim, which has the default settings of a log")
+    printed = subprocess.run([program, "settings", str(folder)], capture_output=True, text=True, check=False)
+    if printed.returncode != 0:
+        raise LogError(f"scphd-sim settings: {printed.stderr.strip()}")
+    return tomllib.loads(printed.stdout)
 
 
 def _detector(section: dict[str, float], recursion: dict[str, Any], moving: dict[str, float]) -> RangeBearing:
@@ -251,17 +277,25 @@ def _fixes(noise: dict[str, float]) -> tuple[PositionFix | None, HeadingFix | No
     )
 
 
+_CONTROLS = {
+    "ackermann": ("speed_mps", "steering_rad"),
+    "unicycle": ("v_mps", "omega_radps"),
+    "unicycle_arc": ("v_mps", "omega_radps"),
+    "holonomic": ("vx_mps", "vy_mps", "omega_radps"),
+}
+
+
 def read(folder: PathLike) -> Log:
-    """Reads a folder. Raises LogError for what is missing or is no number; the simulator looks closer, at units and clocks too."""
+    """Reads a folder. Raises LogError if a file or key is missing or a cell is not a number; `scphd-sim check` finds wrong units."""
     folder = pathlib.Path(folder)
     head = _toml(folder / "log.toml")
     for key in ("initial_pose", "vehicle"):
         if key not in head:
             raise LogError(f"log.toml: {key}: missing")
     vehicle = head["vehicle"]
-    columns = {"ackermann": ("speed_mps", "steering_rad")}.get(vehicle.get("model"), ("v_mps", "omega_radps"))
-    if vehicle.get("model") not in ("ackermann", "unicycle", "unicycle_arc"):
-        raise LogError(f"log.toml: vehicle.model: {vehicle.get('model')!r} is none of ackermann, unicycle, unicycle_arc")
+    columns = _CONTROLS.get(vehicle.get("model"))
+    if columns is None:
+        raise LogError(f"log.toml: vehicle.model: {vehicle.get('model')!r} is none of {', '.join(_CONTROLS)}")
     if "sensors" in head:
         sensors = {section["name"]: section for section in head["sensors"]}
     elif "sensor" in head:
@@ -284,6 +318,7 @@ def read(folder: PathLike) -> Log:
         fixes=fixes,
         fix_noise=head.get("fixes", {}),
         truth=truth,
+        folder=folder,
     )
 
 
