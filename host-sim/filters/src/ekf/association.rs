@@ -5,7 +5,8 @@
 pub enum Association {
     /// By the nearest landmark within a gate; what is far from all is a new one.
     NearestNeighbour,
-    /// By the log's label columns: a bound on what any association can reach, never an estimate of it.
+    /// By the log's label columns, with the covariance in invariant error coordinates: a bound on what any association can reach,
+    /// never an estimate of it.
     Known,
 }
 

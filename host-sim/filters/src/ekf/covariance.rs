@@ -62,4 +62,15 @@ impl Covariance {
             }
         }
     }
+
+    /// P ← A P Aᵀ of errors e that become e + `by` e_k, with e_k the error of variable `of`, whose own entry of `by` is zero.
+    pub(super) fn shear(&mut self, of: usize, by: &[f64]) {
+        let cross: Vec<f64> = (0..self.side).map(|column| self.get(of, column)).collect();
+        for (row, by_row) in by.iter().enumerate() {
+            for (column, by_column) in by.iter().enumerate().skip(row) {
+                let more = by_row * cross[column] + cross[row] * by_column + by_row * by_column * cross[of];
+                self.set(row, column, self.get(row, column) + more);
+            }
+        }
+    }
 }

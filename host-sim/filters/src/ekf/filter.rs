@@ -158,11 +158,13 @@ impl Ekf {
             .map(|row| (jacobian * self.covariance.row(row, variables)).transpose())
             .collect();
         let gain: Vec<RowVector2<f64>> = cross.iter().map(|row| row * information).collect();
-        for (variable, gain) in self.state.iter_mut().zip(&gain) {
-            *variable += (gain * innovation).x;
-        }
+        let step: Vec<f64> = gain.iter().map(|gain| (gain * innovation).x).collect();
+        self.state.iter_mut().zip(&step).for_each(|(variable, step)| *variable += step);
         self.state[2] = wrap(self.state[2]);
         self.covariance.subtract(&gain, &cross);
+        if self.association == Association::Known {
+            self.covariance.shear(2, &turned(&step));
+        }
     }
 
     /// A new landmark where the detection says, with its covariances to all else.
@@ -203,6 +205,19 @@ impl Ekf {
         self.state = variables.iter().map(|&variable| self.state[variable]).collect();
         self.landmarks = kept.iter().map(|&k| self.landmarks[k]).collect();
     }
+}
+
+/// By how much a turn of vehicle and map about the origin moves each variable more after this step than before it, for each radian.
+///
+/// No measurement of landmarks observes such a turn. In the error coordinates of the invariant filter (Barrau & Bonnabel 2015) it
+/// stays unobserved after every step; a plain EKF takes each step for information on the heading.
+fn turned(step: &[f64]) -> Vec<f64> {
+    let mut by = vec![0.0; step.len()];
+    (by[0], by[1]) = (-step[1], step[0]);
+    for (by, step) in by[POSE..].chunks_exact_mut(2).zip(step[POSE..].chunks_exact(2)) {
+        (by[0], by[1]) = (-step[1], step[0]);
+    }
+    by
 }
 
 /// A matrix row by row.

@@ -166,3 +166,33 @@ fn what_the_truth_knows_to_move_is_no_landmark_of_a_known_association() {
     log.truth.clear();
     assert_eq!(run(&log).landmarks(), 2);
 }
+
+/// Landmarks are mapped relative to the vehicle, so that no scan has information on the initial heading of vehicle and map together.
+#[test]
+fn told_the_labels_it_gains_no_information_on_the_heading() {
+    let mut log = log(true);
+    let posts = [[4.0, 1.0], [1.0, 4.0], [-3.0, 2.0], [2.0, -3.0]];
+    log.scans = vec![Scan { t_s: 0.0, sensor: 0, detections: vec![], labels: vec![0, 1, 2, 3] }; 60];
+    let least_heading_variance = |association| {
+        let mut ekf = Ekf::start(&log, association).unwrap();
+        ekf.relocate(&[0.0; 3], &[[0.0; 3], [0.0; 3], [0.0, 0.0, 0.04]]).unwrap();
+        let mut pose = [0.0; 3];
+        let mut least = f64::INFINITY;
+        for scan in 0..60_u32 {
+            // The scale of the odometry is off by a fifth, so that every scan moves vehicle and map.
+            ekf.predict([0.6, 0.2, 0.0], 0.5).unwrap();
+            pose = log.vehicle.step(pose, [0.5, 0.2, 0.0], 0.5);
+            let off = if scan % 2 == 0 { 0.1 } else { -0.1 };
+            let seen = posts.map(|[x, y]| {
+                let (dx, dy) = (x - pose[0], y - pose[1]);
+                [libm::hypot(dx, dy) + off, scphd_log::angle::wrap(libm::atan2(dy, dx) - pose[2])]
+            });
+            ekf.scan(0, &seen).unwrap();
+            least = f64::min(least, ekf.pose().unwrap().1[2][2]);
+        }
+        least
+    };
+    let (told, plain) = [Association::Known, Association::NearestNeighbour].map(least_heading_variance).into();
+    assert!(told > 0.04 - 1e-9, "{told}");
+    assert!(plain < 0.039, "{plain}");
+}
