@@ -65,71 +65,71 @@
 #define SCPHD_VEHICLE_KIND_UNICYCLE_EULER 2
 #define SCPHD_VEHICLE_KIND_HOLONOMIC 3
 
-/* Of a car: wheelbase L. In m. Must be finite and above 0. */
+/* Wheelbase L of a car. In m. Must be finite and above 0. */
 #define SCPHD_VEHICLE_WHEELBASE_M 2
 
-/* Of a car: offset H of the wheel encoder from the centreline. In m. Must be finite. */
+/* Offset H of the wheel encoder of a car from the centreline. In m. Must be finite. */
 #define SCPHD_VEHICLE_ENCODER_OFFSET_M 3
 
-/* Of a car: how far ahead of the rear axle its pose is. In m. Must be finite. */
+/* Distance of the pose of a car ahead of the rear axle. In m. Must be finite. */
 #define SCPHD_VEHICLE_SENSOR_FORWARD_M 4
 
-/* Of a car: how far left of the centreline its pose is. In m. Must be finite. */
+/* Distance of the pose of a car to the left of the centreline. In m. Must be finite. */
 #define SCPHD_VEHICLE_SENSOR_LEFT_M 5
 
 /* Standard deviation of the speed. In m/s. Must be finite and at least 0. */
 #define SCPHD_NOISE_SPEED_SIGMA_MPS 6
 
-/* The same as a share of the speed; adds in quadrature. Must be finite and at least 0. */
+/* Standard deviation of the speed divided by the speed; adds in quadrature. Must be finite and at least 0. */
 #define SCPHD_NOISE_SPEED_SIGMA_RATIO 7
 
 /* Standard deviation of the turn rate, or of a car's steering angle, rad. In rad/s. Must be finite and at least 0. */
 #define SCPHD_NOISE_TURN_SIGMA 8
 
-/* The same as a share of it; adds in quadrature. Must be finite and at least 0. */
+/* Standard deviation of the turn rate or steering angle divided by its value; adds in quadrature. Must be finite and at least 0. */
 #define SCPHD_NOISE_TURN_SIGMA_RATIO 9
 
-/* How long an error lasts; 0: drawn anew in every prediction. In s. Must be finite and at least 0. */
+/* Correlation time of the errors; 0: independent in every prediction. In s. Must be finite and at least 0. */
 #define SCPHD_NOISE_INTERVAL_S 10
 
-/* Which filter; another one than before has its defaults. */
+/* The filter. A change sets its defaults. */
 #define SCPHD_FILTER 11
 #define SCPHD_FILTER_MIXTURE 0
 #define SCPHD_FILTER_JOINT 1
 
-/* Particles kept between scans. Must be between 1 and 65535. */
+/* Number of particles between scans. Must be between 1 and 65535. */
 #define SCPHD_MIXTURE_PARTICLES 12
 
-/* Samples of each in a prediction. Must be between 1 and 65535. */
+/* Number of samples of each particle in a prediction. Must be between 1 and 65535. */
 #define SCPHD_MIXTURE_SAMPLES 13
 
-/* Where samples are drawn from: the motion, or a Gaussian that the scan has been taken into. */
+/* Proposal density: the motion model, or a Gaussian that includes the scan. */
 #define SCPHD_MIXTURE_PROPOSAL 14
 #define SCPHD_MIXTURE_PROPOSAL_BLIND 0
 #define SCPHD_MIXTURE_PROPOSAL_INFORMED 1
 
-/* Informed: linearisations at most. Must be between 1 and 16. */
+/* Informed proposal: maximum number of linearisations. Must be between 1 and 16. */
 #define SCPHD_MIXTURE_INFORMED_ROUNDS 15
 
-/* Informed: share of the covariance that is drawn from. Must be between 0 and 1. */
+/* Informed proposal: share of its covariance that is sampled. Must be between 0 and 1. */
 #define SCPHD_MIXTURE_INFORMED_SAMPLED_FRACTION 16
 
-/* Informed: a component speaks for a measurement of which it explains this share. Must be above 0 and below 1. */
+/* Informed proposal: least association probability of a measurement that is used. Must be above 0 and below 1. */
 #define SCPHD_MIXTURE_INFORMED_MIN_RESPONSIBILITY 17
 
-/* Resampled where N_eff / N is below. Must be between 0 and 1. */
+/* Particles are resampled if N_eff / N is below this value. Must be between 0 and 1. */
 #define SCPHD_MIXTURE_RESAMPLE_THRESHOLD 18
 
-/* Components below this weight are dropped. Must be above 0 and below 1. */
+/* Components with a smaller weight are removed. Must be above 0 and below 1. */
 #define SCPHD_MIXTURE_PRUNE_WEIGHT 19
 
-/* A component is confirmed where it is better known than by so many measurements, at least 1. Must be finite and at least 0. */
+/* Number of measurements that confirm a component, judged by its covariance; at least 1. Must be finite and at least 0. */
 #define SCPHD_MIXTURE_CONFIRMING_DETECTIONS 20
 
-/* One that leaves the view lighter than this, not confirmed, is forgotten; 0: none is. Must be between 0 and 1. */
+/* An unconfirmed component with a smaller weight is removed when it leaves the view; 0: none is. Must be between 0 and 1. */
 #define SCPHD_MIXTURE_UNCONFIRMED_WEIGHT 21
 
-/* Misses take a confirmed component no further down; 0: they do. Must be between 0 and 1. */
+/* Least weight of a confirmed component after misses; 0: no limit. Must be between 0 and 1. */
 #define SCPHD_MIXTURE_CONFIRMED_WEIGHT 22
 
 /* Squared Mahalanobis distance within which components are merged. Must be finite and at least 0. */
@@ -138,103 +138,103 @@
 /* Least weight of an estimated feature. Must be between 0 and 1. */
 #define SCPHD_MIXTURE_EXTRACTION_WEIGHT 24
 
-/* Terms below this share of what explains a measurement without features are left out; at most prune_weight. Must be above 0 and below 1. */
+/* Terms of the update below this share of clutter and births are left out; at most prune_weight. Must be above 0 and below 1. */
 #define SCPHD_MIXTURE_NEGLIGIBLE 25
 
-/* Components that a reduction leaves in view at most. Must be finite and at least 1. */
+/* Maximum number of components in view after pruning and merging. Must be finite and at least 1. */
 #define SCPHD_MIXTURE_MAX_COMPONENTS 26
 
-/* Which components are the estimated features. */
+/* Selection of the components that are estimated features. */
 #define SCPHD_MIXTURE_EXTRACTION 27
 #define SCPHD_MIXTURE_EXTRACTION_HEAVIEST 0
 #define SCPHD_MIXTURE_EXTRACTION_PEAKS 1
 #define SCPHD_MIXTURE_EXTRACTION_CONFIRMED 2
 
-/* A measurement gives birth where nothing else explains at least this share of it. Must be between 0 and 1. */
+/* Least probability of a measurement to be from a new feature for it to start one. Must be between 0 and 1. */
 #define SCPHD_JOINT_BIRTH_PROBABILITY_MIN 28
 
-/* Squared Mahalanobis distance beyond which a measurement says nothing of a feature. Must be finite and at least 0. */
+/* Gate of the association: greatest squared Mahalanobis distance of a measurement. Must be finite and at least 0. */
 #define SCPHD_JOINT_GATE 29
 
-/* Share of the probability of detection that is left behind a nearer detection. Must be between 0 and 1. */
+/* Factor on the probability of detection behind a nearer detection. Must be between 0 and 1. */
 #define SCPHD_JOINT_OCCLUSION_FACTOR 30
 
-/* A feature is dropped below this probability that it is there. Must be between 0 and 1. */
+/* A feature with a smaller existence probability is removed. Must be between 0 and 1. */
 #define SCPHD_JOINT_LEAST_EXISTENCE 31
 
-/* The same while it was detected less than twice. Must be between 0 and 1. */
+/* The same for a feature that was detected less than twice. Must be between 0 and 1. */
 #define SCPHD_JOINT_LEAST_TENTATIVE 32
 
-/* A feature is part of the estimate from this probability on. Must be between 0 and 1. */
+/* Least existence probability of an estimated feature. Must be between 0 and 1. */
 #define SCPHD_JOINT_EXTRACTION_EXISTENCE 33
 
-/* Squared Mahalanobis distance within which two features are one. Must be finite and at least 0. */
+/* Squared Mahalanobis distance within which two features are merged. Must be finite and at least 0. */
 #define SCPHD_JOINT_MERGE_DISTANCE 34
 
-/* Mean time that a landmark stays in sight before something hides it; infinite: nothing does. In s. Must be above 0, or infinite. */
+/* Mean time until a visible landmark is occluded; infinite: never. In s. Must be above 0, or infinite. */
 #define SCPHD_JOINT_VISIBLE_S 35
 
-/* Mean time that it stays hidden. In s. Must be above 0, or infinite. */
+/* Mean time of an occlusion. In s. Must be above 0, or infinite. */
 #define SCPHD_JOINT_OCCLUDED_S 36
 
-/* Mean time until it is taken away; infinite: never. In s. Must be above 0, or infinite. */
+/* Mean time until a landmark is removed; infinite: never. In s. Must be above 0, or infinite. */
 #define SCPHD_JOINT_LIFETIME_S 37
 
-/* Whether features that move are kept beside the map. */
+/* Whether moving objects are tracked. */
 #define SCPHD_JOINT_MOVERS 38
 #define SCPHD_JOINT_MOVERS_NO 0
 #define SCPHD_JOINT_MOVERS_YES 1
 
-/* Whether what the odometry is off by is learnt. */
+/* Whether systematic errors of the odometry are estimated. */
 #define SCPHD_JOINT_ODOMETRY 39
 #define SCPHD_JOINT_ODOMETRY_NO 0
 #define SCPHD_JOINT_ODOMETRY_YES 1
 
-/* Whether features that are far away go to an archive. */
+/* Whether distant features are moved to an archive of submaps. */
 #define SCPHD_JOINT_ARCHIVE 40
 #define SCPHD_JOINT_ARCHIVE_NO 0
 #define SCPHD_JOINT_ARCHIVE_YES 1
 
-/* How far the farthest-looking sensor sees. In m. Must be finite and above 0. */
+/* Greatest range of all sensors. In m. Must be finite and above 0. */
 #define SCPHD_JOINT_ARCHIVE_REACH_M 41
 
-/* Standard deviation of what the speed is off by, as a share of it. Must be finite and at least 0. */
+/* Standard deviation of the scale error of the speed. Must be finite and at least 0. */
 #define SCPHD_JOINT_ODOMETRY_SPEED_SCALE 42
 
-/* The same of the turn rate or steering angle. Must be finite and at least 0. */
+/* Standard deviation of the scale error of the turn rate or steering angle. Must be finite and at least 0. */
 #define SCPHD_JOINT_ODOMETRY_TURN_SCALE 43
 
-/* Standard deviation of the offset of the turn rate, or of the steering angle, rad. In rad/s. Must be finite and at least 0. */
+/* Standard deviation of the offset of the turn rate, or of a car's steering angle, rad. In rad/s. Must be finite and at least 0. */
 #define SCPHD_JOINT_ODOMETRY_TURN_OFFSET 44
 
-/* How long it takes until it has walked as far as that; infinite: it never changes. In s. Must be above 0, or infinite. */
+/* Time in which the errors change by their standard deviations (random walk); infinite: they are constant. In s. Must be above 0, or infinite. */
 #define SCPHD_JOINT_ODOMETRY_LASTS_S 45
 
-/* Features that move: standard deviation of the velocity of a new one, along each axis. In m/s. Must be between 0.000001 and 1000000. */
+/* Moving features: initial standard deviation of the velocity, along each axis. In m/s. Must be between 0.000001 and 1000000. */
 #define SCPHD_MOVING_VELOCITY_SIGMA_MPS 46
 
-/* Features that move: power spectral density of their acceleration. In m^2/s^3. Must be finite and at least 0. */
+/* Moving features: power spectral density of the acceleration. In m^2/s^3. Must be finite and at least 0. */
 #define SCPHD_MOVING_ACCELERATION_PSD 47
 
-/* Features that move: mean time until one vanishes. In s. Must be above 0, or infinite. */
+/* Moving features: mean lifetime. In s. Must be above 0, or infinite. */
 #define SCPHD_MOVING_LIFETIME_S 48
 
-/* Features that move: one less certain than this is forgotten. In m. Must be finite and above 0. */
+/* Moving features: one with a greater standard deviation of the position is removed. In m. Must be finite and above 0. */
 #define SCPHD_MOVING_SPREAD_MAX_M 49
 
-/* Features that move: least weight of an estimated one. Must be between 0 and 1. */
+/* Moving features: least weight of an estimated one. Must be between 0 and 1. */
 #define SCPHD_MOVING_EXTRACTION_WEIGHT 50
 
-/* Longest step of a prediction. Beyond it a prediction is refused; infinite: no limit. In s. Must be above 0, or infinite. */
+/* Greatest time step. A longer prediction is refused; infinite: no limit. In s. Must be above 0, or infinite. */
 #define SCPHD_PLAUSIBLE_STEP_MAX_S 51
 
-/* Greatest speed. Beyond it a prediction is refused; infinite: no limit. In m/s. Must be above 0, or infinite. */
+/* Greatest speed. A faster prediction is refused; infinite: no limit. In m/s. Must be above 0, or infinite. */
 #define SCPHD_PLAUSIBLE_SPEED_MAX_MPS 52
 
-/* Greatest turn rate. Beyond it a prediction is refused; infinite: no limit. In rad/s. Must be above 0, or infinite. */
+/* Greatest turn rate. A faster prediction is refused; infinite: no limit. In rad/s. Must be above 0, or infinite. */
 #define SCPHD_PLAUSIBLE_TURN_RATE_MAX_RADPS 53
 
-/* Greatest distance of one step. Beyond it a prediction is refused; infinite: no limit. In m. Must be above 0, or infinite. */
+/* Greatest distance of a step. A longer prediction is refused; infinite: no limit. In m. Must be above 0, or infinite. */
 #define SCPHD_PLAUSIBLE_JUMP_MAX_M 54
 
 /* Whether the position is measured. */
@@ -245,24 +245,24 @@
 /* Standard deviation of a measured position. In m. Must be between 0.000001 and 1000000. */
 #define SCPHD_POSITION_SIGMA 56
 
-/* How far ahead of the pose the antenna is. In m. Must be finite. */
+/* Distance of the antenna ahead of the pose. In m. Must be finite. */
 #define SCPHD_POSITION_FORWARD_M 57
 
-/* How far left of the pose it is. In m. Must be finite. */
+/* Distance of the antenna to the left of the pose. In m. Must be finite. */
 #define SCPHD_POSITION_LEFT_M 58
 
-/* Squared Mahalanobis distance beyond which it is an outlier; infinite: none is. Must be above 0, or infinite. */
+/* Squared Mahalanobis distance beyond which a measurement is an outlier; infinite: none is. Must be above 0, or infinite. */
 #define SCPHD_POSITION_GATE 59
 
-/* Whether outliers that agree with each other show that the filter is wrong, which is moved then. */
+/* Whether the filter is moved if consecutive outliers agree with each other. */
 #define SCPHD_POSITION_WATCH 60
 #define SCPHD_POSITION_WATCH_NO 0
 #define SCPHD_POSITION_WATCH_YES 1
 
-/* So long is waited from the first outlier; infinite: for ever. In s. Must be at least 0, or infinite. */
+/* Time from the first outlier until the filter is moved; infinite: never. In s. Must be at least 0, or infinite. */
 #define SCPHD_POSITION_WATCH_PATIENCE_S 61
 
-/* So many must be refused in a row. Must be between 3 and 1000. */
+/* Least number of consecutive outliers. Must be between 3 and 1000. */
 #define SCPHD_POSITION_WATCH_FEWEST 62
 
 /* Whether the heading is measured. */
@@ -273,39 +273,39 @@
 /* Standard deviation of a measured heading. In rad. Must be between 0.000001 and 1000000. */
 #define SCPHD_HEADING_SIGMA 64
 
-/* Squared Mahalanobis distance beyond which it is an outlier; infinite: none is. Must be above 0, or infinite. */
+/* Squared Mahalanobis distance beyond which a measurement is an outlier; infinite: none is. Must be above 0, or infinite. */
 #define SCPHD_HEADING_GATE 65
 
-/* Whether outliers that agree with each other show that the filter is wrong, which is moved then. */
+/* Whether the filter is moved if consecutive outliers agree with each other. */
 #define SCPHD_HEADING_WATCH 66
 #define SCPHD_HEADING_WATCH_NO 0
 #define SCPHD_HEADING_WATCH_YES 1
 
-/* So long is waited from the first outlier; infinite: for ever. In s. Must be at least 0, or infinite. */
+/* Time from the first outlier until the filter is moved; infinite: never. In s. Must be at least 0, or infinite. */
 #define SCPHD_HEADING_WATCH_PATIENCE_S 67
 
-/* So many must be refused in a row. Must be between 3 and 1000. */
+/* Least number of consecutive outliers. Must be between 3 and 1000. */
 #define SCPHD_HEADING_WATCH_FEWEST 68
 
-/* Start: x. In m. Must be finite. */
+/* Initial x. In m. Must be finite. */
 #define SCPHD_START_X_M 69
 
-/* Start: y. In m. Must be finite. */
+/* Initial y. In m. Must be finite. */
 #define SCPHD_START_Y_M 70
 
-/* Start: heading, from x to y. In rad. Must be finite. */
+/* Initial heading, counterclockwise from the x axis. In rad. Must be finite. */
 #define SCPHD_START_HEADING_RAD 71
 
-/* Standard deviation of the position at the start; 0 with the next: certain. In m. Must be finite and at least 0. */
+/* Standard deviation of the initial position; 0 together with the heading's: the pose is certain. In m. Must be finite and at least 0. */
 #define SCPHD_START_POSITION_SIGMA_M 72
 
-/* Standard deviation of the heading at the start. In rad. Must be finite and at least 0. */
+/* Standard deviation of the initial heading. In rad. Must be finite and at least 0. */
 #define SCPHD_START_HEADING_SIGMA_RAD 73
 
 /* Seed of the random numbers of a mixture. Must be between 0 and 16777216. */
 #define SCPHD_START_SEED 74
 
-/* What the sensor measures; one that was none has defaults. */
+/* Measurement of the sensor. A change from none sets its defaults. */
 #define SCPHD_SENSOR_MODEL 75
 #define SCPHD_SENSOR_MODEL_NONE 0
 #define SCPHD_SENSOR_MODEL_RANGE_BEARING 1
@@ -317,61 +317,61 @@
 /* Standard deviation of the bearing. In rad. Must be between 0.000001 and 1000000. */
 #define SCPHD_SENSOR_BEARING_SIGMA_RAD 77
 
-/* Least range. In m. Must be finite and at least 0. */
+/* Least range of the view. In m. Must be finite and at least 0. */
 #define SCPHD_SENSOR_RANGE_MIN_M 78
 
-/* Greatest range. In m. Must be finite and above 0. */
+/* Greatest range of the view. In m. Must be finite and above 0. */
 #define SCPHD_SENSOR_RANGE_MAX_M 79
 
-/* Half width of the soft edge at either range. In m. Must be finite and at least 0. */
+/* Half width of the gradual edge at both ranges. In m. Must be finite and at least 0. */
 #define SCPHD_SENSOR_RANGE_EDGE_M 80
 
-/* Middle of the window. In rad. Must be finite. */
+/* Centre of the view. In rad. Must be finite. */
 #define SCPHD_SENSOR_BEARING_CENTER_RAD 81
 
-/* Half width of the window; pi or more for a full circle. In rad. Must be finite and above 0. */
+/* Half width of the view; pi or more for a full circle. In rad. Must be finite and above 0. */
 #define SCPHD_SENSOR_BEARING_HALF_WIDTH_RAD 82
 
-/* Half width of the soft edge at either side. In rad. Must be finite and at least 0. */
+/* Half width of the gradual edge at both sides. In rad. Must be finite and at least 0. */
 #define SCPHD_SENSOR_BEARING_EDGE_RAD 83
 
 /* Probability of detection at range zero. Must be at least 0 and below 1. */
 #define SCPHD_SENSOR_PROBABILITY_NEAR 84
 
-/* The same at the greatest range. Must be at least 0 and below 1. */
+/* Probability of detection at the greatest range. Must be at least 0 and below 1. */
 #define SCPHD_SENSOR_PROBABILITY_FAR 85
 
-/* False measurements to expect of a scan. Must be between 0 and 1000000000. */
+/* Expected number of false measurements in a scan. Must be between 0 and 1000000000. */
 #define SCPHD_SENSOR_CLUTTER_PER_SCAN 86
 
-/* Intensity of births of features that stand still. In 1/(m rad). Must be finite and at least 0. */
+/* Birth intensity of static features. In 1/(m rad). Must be finite and at least 0. */
 #define SCPHD_SENSOR_BIRTHS_STILL 87
 
-/* Intensity of births of features that move. In 1/(m rad). Must be finite and at least 0. */
+/* Birth intensity of moving features. In 1/(m rad). Must be finite and at least 0. */
 #define SCPHD_SENSOR_BIRTHS_MOVING 88
 
-/* Of bearings: range of the innermost ring of births. In m. Must be finite and above 0. */
+/* Bearing-only sensor: range of the nearest births. In m. Must be finite and above 0. */
 #define SCPHD_SENSOR_BIRTHS_NEAREST_M 89
 
-/* Of bearings: range of the outermost ring. In m. Must be finite and above 0. */
+/* Bearing-only sensor: range of the farthest births. In m. Must be finite and above 0. */
 #define SCPHD_SENSOR_BIRTHS_FARTHEST_M 90
 
-/* Of bearings: number of rings. Must be between 2 and 65535. */
+/* Bearing-only sensor: number of ranges with births. Must be between 2 and 65535. */
 #define SCPHD_SENSOR_BIRTHS_RINGS 91
 
-/* Of bearings: births in a ring. Must be between 1 and 65535. */
+/* Bearing-only sensor: number of births at each range. Must be between 1 and 65535. */
 #define SCPHD_SENSOR_BIRTHS_SECTORS 92
 
-/* Of bearings: weight of every birth. Must be finite and at least 0. */
+/* Bearing-only sensor: weight of each birth. Must be finite and at least 0. */
 #define SCPHD_SENSOR_BIRTHS_WEIGHT 93
 
-/* How far ahead of the pose the sensor sits. In m. Must be finite. */
+/* Distance of the sensor ahead of the pose. In m. Must be finite. */
 #define SCPHD_SENSOR_FORWARD_M 94
 
-/* How far left of the pose it sits. In m. Must be finite. */
+/* Distance of the sensor to the left of the pose. In m. Must be finite. */
 #define SCPHD_SENSOR_LEFT_M 95
 
-/* Where it looks, to the left. In rad. Must be finite. */
+/* Direction of the sensor, counterclockwise from that of the vehicle. In rad. Must be finite. */
 #define SCPHD_SENSOR_YAW_RAD 96
 
 
