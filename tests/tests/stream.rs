@@ -44,7 +44,7 @@ fn short_log() -> (Log, Settings) {
     log.scans.truncate(SCANS);
     let mut settings = Settings::for_log(&log);
     settings.restrict_to_reference();
-    // Features outside of the reference are off, so that the vehicle's capacities do not change the state.
+    // Few enough particles that the vehicle's capacities do not change the state.
     (settings.filter.particles, settings.filter.samples) = (32, 2);
     (log, settings)
 }

@@ -38,7 +38,7 @@ const NOISE: ControlNoise<f32> = ControlNoise {
 /// Ratio of clutter to birth intensity of static features, and of the birth intensities of moving and static features.
 const CLUTTER_OVER_BIRTH: f32 = 20.0;
 const MOVING_SHARE: f32 = 0.3;
-/// Least number of births in a scan, used if less clutter is expected.
+/// Least number of false measurements in a scan that the filter assumes; the birth intensity is proportional to it.
 const LEAST_CLUTTER: f32 = 1.0;
 
 /// An argument that is refused; the session is unchanged, or has to be started.

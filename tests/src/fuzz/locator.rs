@@ -49,7 +49,7 @@ struct Session<T: Real> {
     features: usize,
     hypotheses: usize,
     map: Vec<Landmark<T>>,
-    /// The transform from the vehicle's frame to the map, and the vehicle's pose in its frame.
+    /// The pose of the vehicle's frame in the map, and the vehicle's pose in its frame.
     offset: [f64; 3],
     here: [f64; 3],
     told: String,
@@ -239,7 +239,7 @@ impl<T: Real> Session<T> {
     }
 }
 
-/// Whether a pose is finite and within 1e8 m.
+/// Whether the numbers of a pose are finite and at most 1e8.
 trait Here {
     fn is_finite_here(&self) -> bool;
 }

@@ -125,8 +125,7 @@ struct Session<W: World> {
     room: Room,
     /// Landmarks that can be detected again.
     landmarks: Vec<FeatureOf<W>>,
-    /// The last snapshot, and the digest of the filter if the restored one must be equal; poses with covariances are not saved
-    /// without them.
+    /// The last snapshot and the digest of its filter; `None` after another filter took over, whose digest may differ.
     saved: Option<(Vec<u8>, Option<u64>)>,
     scrubber: Scrubber,
     /// Description of the last operation.

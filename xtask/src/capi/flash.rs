@@ -11,7 +11,7 @@ use crate::process;
 const MARGIN: f64 = 1.2;
 
 /// The sets of the page and their KB, with and without a floating-point unit. A set under water has other functions, and is not
-/// checked.
+/// checked here.
 fn claimed() -> Result<Vec<(String, [f64; 2])>, String> {
     let page = process::root().join("docs/c.md");
     let text = fs::read_to_string(&page).map_err(|error| format!("{}: {error}", page.display()))?;
