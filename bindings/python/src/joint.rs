@@ -270,7 +270,7 @@ impl JointFilter {
         Ok(each!(&mut self.running, |running| running.with(|slam| slam.odometry())?.map(Odometry::from)))
     }
 
-    /// The static features that were detected at least twice.
+    /// The static features detected at least twice, with an existence probability of at least `extraction_existence`.
     fn map(&mut self) -> PyResult<Map> {
         each!(&mut self.running, |running| running.with(|slam| all(|room| slam.features(room))).map(Map::of))
     }
