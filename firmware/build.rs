@@ -1,10 +1,10 @@
-//! Hands the linker the memory map of the board that the environment variable `SCPHD_BOARD` names: without it that of
-//! the reference board, `memory.x` at the top of the repository, otherwise one of `memory/`.
+//! Gives the linker the memory map of the board in the environment variable `SCPHD_BOARD`, one of `memory/`; by default that of
+//! the reference board, `memory.x` at the top of the repository.
 
 use std::path::PathBuf;
 use std::{env, fs};
 
-/// Images that log with defmt.
+/// Images that use defmt.
 const LOGGING: [&str; 8] = [
     "black-box",
     "flips",
@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("cargo:rerun-if-changed={}", map.display());
     println!("cargo:rustc-link-search={}", out.display());
     println!("cargo:rustc-link-arg-bins=-Tlink.x");
-    // The sections need no alignment to pages: there are none.
+    // The sections need not be aligned to pages, because there are none.
     println!("cargo:rustc-link-arg-bins=--nmagic");
     for image in LOGGING {
         println!("cargo:rustc-link-arg-bin={image}=-Tdefmt.x");

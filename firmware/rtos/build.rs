@@ -1,5 +1,5 @@
-//! Hands the linker the memory map of the board that the environment variable `SCPHD_BOARD` names, one of `../memory/`, and the
-//! names of the board's interrupts.
+//! Gives the linker the memory map of the board in the environment variable `SCPHD_BOARD`, one of `../memory/`, and the names of
+//! the board's interrupts.
 
 use std::path::PathBuf;
 use std::{env, fs};
@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     println!("cargo:rerun-if-env-changed=SCPHD_BOARD");
     println!("cargo:rustc-link-search={}", out.display());
-    // The sections need no alignment to pages: there are none.
+    // The sections need not be aligned to pages, because there are none.
     for argument in ["-Tlink.x", "-Tdefmt.x", "--nmagic"] {
         println!("cargo:rustc-link-arg-bins={argument}");
     }

@@ -1,4 +1,4 @@
-//! The memory map's symbols.
+//! Symbols of the memory map.
 
 use core::ptr::addr_of;
 use core::slice;
@@ -10,7 +10,7 @@ unsafe extern "C" {
     static _stack_end: u32;
 }
 
-/// The whole region that a stream is loaded into: by the debugger or flash tool on a board, by QEMU's loader otherwise.
+/// The region for a stream, which the debugger or flash tool loads on a board, and the loader in QEMU.
 #[must_use]
 pub fn stream() -> &'static [u8] {
     let (start, end) = (addr_of!(_stream_start), addr_of!(_stream_end));
@@ -18,13 +18,12 @@ pub fn stream() -> &'static [u8] {
     unsafe { slice::from_raw_parts(start, end as usize - start as usize) }
 }
 
-/// Bytes of the stack that have been in use since the start, at most: above the lowest word that has lost its paint.
+/// Greatest use of the stack since the start, bytes: from the lowest word whose paint was overwritten.
 #[must_use]
 pub fn stack_used() -> usize {
     let (end, start) = (addr_of!(_stack_end), addr_of!(_stack_start));
     let mut lowest = end;
-    // SAFETY: the words lie between the symbols, which bound the stack; volatile, because the frames in use there are
-    // the compiler's own.
+    // SAFETY: the words lie between the symbols, which bound the stack; volatile, because the compiler writes the frames there.
     while lowest < start && unsafe { lowest.read_volatile() } == cortex_m_rt::STACK_PAINT_VALUE {
         lowest = lowest.wrapping_add(1);
     }

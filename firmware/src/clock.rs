@@ -5,23 +5,23 @@ use cortex_m::Peripherals;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{DWT, SYST};
 
-/// SysTick counts down from here.
+/// Start value of SysTick, which counts down.
 const RELOAD: u32 = 0x00ff_ffff;
 
-/// How often SysTick has started over.
+/// Number of times that SysTick has wrapped around.
 static ROUNDS: AtomicU32 = AtomicU32::new(0);
 
-/// A clock that counts up, if with a step of several instructions in QEMU.
+/// A clock that counts up; in QEMU its resolution is several instructions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Clock {
-    /// Cycles, by the unit that boards have for it.
+    /// Cycles of the DWT unit, on boards.
     Dwt,
-    /// Ticks of SysTick: QEMU has no cycle counter, but with `-icount shift=0` its time is that of the instructions.
+    /// Ticks of SysTick: QEMU has no cycle counter, but with `-icount shift=0` its time is the number of instructions.
     SysTick,
 }
 
 impl Clock {
-    /// Starts the cycle counter or, where it does not count, SysTick.
+    /// Starts the cycle counter or, if it does not count, SysTick.
     #[must_use]
     pub fn start(peripherals: &mut Peripherals) -> Self {
         peripherals.DCB.enable_trace();
@@ -37,7 +37,7 @@ impl Clock {
         timer.clear_current();
         timer.enable_interrupt();
         timer.enable_counter();
-        // It stands at zero until its first tick, as it does at the end of a round. One that does not tick is not waited for.
+        // SysTick is zero until its first tick. The wait is bounded, in case it does not tick.
         for _ in 0..RELOAD {
             if SYST::get_current() != 0 {
                 break;
@@ -46,16 +46,16 @@ impl Clock {
         Self::SysTick
     }
 
-    /// The time now; only differences mean something. Cycles come around every 2³² of them.
+    /// The present time; only differences are meaningful. Cycles wrap around after 2³².
     #[must_use]
     pub fn now(self) -> u64 {
         match self {
             Self::Dwt => u64::from(DWT::cycle_count()),
-            // Twice at most: a second round cannot end at once after a first.
+            // At most two iterations: a wrap-around cannot follow directly after another.
             Self::SysTick => loop {
                 let rounds = ROUNDS.load(Ordering::Relaxed);
                 let left = SYST::get_current();
-                // A round that ends between the two would count for nothing or twice.
+                // A wrap-around between the two reads would be missed or counted twice.
                 if rounds == ROUNDS.load(Ordering::Relaxed) {
                     break u64::from(rounds) * (u64::from(RELOAD) + 1) + u64::from(RELOAD - left);
                 }
@@ -72,11 +72,11 @@ impl Clock {
         }
     }
 
-    /// What the clock counts while [`LOOP_INSTRUCTIONS`] instructions run.
+    /// Ticks of the clock during [`LOOP_INSTRUCTIONS`] instructions.
     #[must_use]
     pub fn of_known_loop(self) -> u64 {
         let then = self.now();
-        // SAFETY: counts a register down to zero, touches nothing else.
+        // SAFETY: decrements a register to zero; no other effect.
         unsafe {
             core::arch::asm!("2: subs {n}, {n}, #1", "bne 2b", n = inout(reg) LOOP_INSTRUCTIONS / 2 => _,
                 options(nomem, nostack));
@@ -84,7 +84,7 @@ impl Clock {
         self.since(then)
     }
 
-    /// Its name in the report.
+    /// Its name in reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -94,11 +94,11 @@ impl Clock {
     }
 }
 
-/// Instructions of the loop that tells how many of them a tick is.
+/// Number of instructions of the loop that determines the duration of a tick.
 pub const LOOP_INSTRUCTIONS: u32 = 2_000_000;
 
-/// To be called by the image's SysTick handler.
+/// Counts a wrap-around; to be called by the image's SysTick handler.
 pub fn round() {
-    // One core, and nothing else writes.
+    // There is one core and no other writer.
     ROUNDS.store(ROUNDS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
 }

@@ -1,4 +1,4 @@
-//! The images that replay a stream.
+//! Images that replay a stream.
 
 use crate::board;
 use crate::clock::{Clock, LOOP_INSTRUCTIONS};
@@ -8,8 +8,8 @@ use scphd::Real;
 use scphd_stream::planar::{BlackBox, BlackBoxJoint, Planar};
 use scphd_stream::{Aboard, Reader, replay};
 
-/// The whole of an image that replays streams of one kind in one precision and reports every scan. The filter is all zero, so that
-/// it takes no flash.
+/// Defines an image that replays streams of one kind in one precision and reports every scan. The filter's memory is all zero, so
+/// that it takes no flash.
 #[macro_export]
 macro_rules! replay_image {
     ($kind:ty, $scalar:ty) => {
@@ -27,7 +27,7 @@ macro_rules! replay_image {
     };
 }
 
-/// What an image does where something has gone wrong, and every time that SysTick starts over.
+/// Defines the handlers of faults and panics, and of SysTick.
 #[macro_export]
 macro_rules! handlers {
     () => {
@@ -48,7 +48,7 @@ macro_rules! handlers {
     };
 }
 
-/// Replays a black box of a planar vehicle, whole or from a snapshot on, by the filter that its first snapshot is of.
+/// Replays a black box of a planar vehicle, complete or from a snapshot on, with the filter of its first snapshot.
 pub fn replay_black_box<T: Real>(
     mixture: Option<&'static mut <BlackBox as Aboard<T>>::Memory>,
     joint: Option<&'static mut <BlackBoxJoint as Aboard<T>>::Memory>,
@@ -61,7 +61,7 @@ pub fn replay_black_box<T: Real>(
     }
 }
 
-/// Replays the stream that was loaded, tells of every scan, and ends the program.
+/// Replays the loaded stream, reports every scan, and ends the program.
 pub fn replay_and_report<K: Aboard<T>, T: Real>(memory: Option<&'static mut K::Memory>) -> ! {
     let (Some(memory), Some(mut peripherals)) = (memory, Peripherals::take()) else {
         defmt::error!("started twice");

@@ -1,20 +1,20 @@
-//! Tells over defmt what a replay does, scan by scan.
+//! Reports a replay over defmt, scan by scan.
 
 use crate::clock::Clock;
 use scphd::diagnostics::{Probe, Stage};
 use scphd_stream::{Monitor, ScanCost, Seen};
 
-/// The exit code of a program that failed, as QEMU passes it on.
+/// Exit code of a program that failed; QEMU passes it on.
 const FAILED: i32 = 1;
-/// The exit code after a fault of the processor.
+/// Exit code after a processor fault.
 const FAULT: i32 = 102;
-/// The exit code after a panic.
+/// Exit code after a panic.
 const PANIC: i32 = 101;
 
-/// Stages of a scan.
+/// Number of stages of a scan.
 const STAGES: usize = Stage::ALL.len();
 
-/// Keeps the time, and prints every scan.
+/// Measures the time, and prints every scan.
 #[derive(Debug)]
 pub struct Report {
     clock: Clock,
@@ -22,7 +22,7 @@ pub struct Report {
     stages: StageClock,
 }
 
-/// Adds up the time of every stage of a scan.
+/// Sums the time of every stage of a scan.
 #[derive(Debug)]
 struct StageClock {
     clock: Clock,
@@ -45,7 +45,7 @@ impl Probe for StageClock {
 }
 
 impl Report {
-    /// A report by this clock.
+    /// A report with this clock.
     #[must_use]
     pub fn new(clock: Clock) -> Self {
         let stages = StageClock { clock, entered: [0; STAGES], spent: [0; STAGES] };
@@ -94,24 +94,24 @@ impl Monitor for Report {
             predict,
             weigh,
             resample,
-            // Reduction is a part of it.
+            // The stage of updates includes that of reductions.
             update.saturating_sub(reduce),
             reduce,
         );
     }
 }
 
-/// Ends the program where it was to end.
+/// Ends the program after success.
 pub fn done() -> ! {
     semihosting::process::exit(0)
 }
 
-/// Ends the program for a reason that has been told.
+/// Ends the program after an error that was reported.
 pub fn failed() -> ! {
     semihosting::process::exit(FAILED)
 }
 
-/// Ends the program after a fault of the processor, an overflow of the stack among them.
+/// Ends the program after a processor fault, such as a stack overflow.
 pub fn fault() -> ! {
     semihosting::process::exit(FAULT)
 }

@@ -1,5 +1,4 @@
-//! The serial port of the boards that QEMU has: Arm's CMSDK UART. What comes is taken by an interrupt, so that nothing is lost while the
-//! filter works.
+//! The serial port of QEMU's boards: Arm's CMSDK UART. An interrupt receives bytes, so that none are lost while the filter runs.
 
 use core::cell::RefCell;
 use core::convert::Infallible;
@@ -8,7 +7,7 @@ use cortex_m::peripheral::NVIC;
 use embedded_io::{ErrorType, Read, Write};
 use heapless::Deque;
 
-/// The first of the board's UARTs, on mps2-an500 and mps2-an386.
+/// Base address of the first UART, on mps2-an500 and mps2-an386.
 const BASE: usize = 0x4000_4000;
 const DATA: *mut u32 = BASE as *mut u32;
 const STATE: *mut u32 = (BASE + 0x04) as *mut u32;
@@ -22,20 +21,20 @@ const BOTH_WAYS: u32 = 3;
 const INTERRUPT_ON_RECEIPT: u32 = 8;
 const RECEIVED: u32 = 2;
 
-/// The port's interrupt.
+/// Number of the port's receive interrupt.
 pub const IRQ: i16 = 0;
-/// Bytes that may wait: two scans of the most measurements.
+/// Capacity for received bytes: two scans with the maximum number of measurements.
 const WAITING: usize = 2048;
-/// 25 MHz by this are 115 200 baud.
+/// Divider of 25 MHz for 115 200 baud.
 const BAUD_DIVIDER: u32 = 217;
 
 static ARRIVED: Mutex<RefCell<Deque<u8, WAITING>>> = Mutex::new(RefCell::new(Deque::new()));
 
-/// The number of the interrupt, for the NVIC.
+/// The interrupt, for the NVIC.
 #[derive(Debug, Clone, Copy)]
 struct Interrupt;
 
-// SAFETY: the boards have it, and the number does not change.
+// SAFETY: the boards have this interrupt, and the number does not change.
 unsafe impl cortex_m::interrupt::InterruptNumber for Interrupt {
     fn number(self) -> u16 {
         IRQ as u16
@@ -47,10 +46,10 @@ unsafe impl cortex_m::interrupt::InterruptNumber for Interrupt {
 pub struct Uart(());
 
 impl Uart {
-    /// Sets it up, at 115 200 baud. Whoever does has an interrupt handler that calls [`received`].
+    /// Sets the port up, at 115 200 baud. The image must have an interrupt handler that calls [`received`].
     #[must_use]
     pub fn start(_nvic: &mut NVIC) -> Self {
-        // SAFETY: registers of the board; nobody else has them. The handler shares the queue within critical sections alone.
+        // SAFETY: registers of the board with one owner. The handler shares the queue only in critical sections.
         unsafe {
             DIVIDER.write_volatile(BAUD_DIVIDER);
             CONTROL.write_volatile(BOTH_WAYS | INTERRUPT_ON_RECEIPT);
@@ -60,9 +59,9 @@ impl Uart {
     }
 }
 
-/// To be called by the image's handler of [`IRQ`]. What there is no room for is lost, and its frame is told to be damaged.
+/// To be called by the image's handler of [`IRQ`]. Bytes beyond the capacity are lost; their frame is then reported as damaged.
 pub fn received() {
-    // SAFETY: registers of the board; reading the data is what takes the byte out.
+    // SAFETY: registers of the board; reading the data removes the byte.
     unsafe {
         INTERRUPT.write_volatile(RECEIVED);
         while STATE.read_volatile() & RECEIVER_FULL != 0 {
@@ -81,14 +80,14 @@ impl ErrorType for Uart {
 }
 
 impl Read for Uart {
-    /// Waits for the first byte.
+    /// Waits until there is at least one byte.
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
         let Some((first, _)) = buffer.split_first_mut() else { return Ok(0) };
         loop {
             let byte = free(|token| {
                 let byte = ARRIVED.borrow(token).try_borrow_mut().ok().and_then(|mut arrived| arrived.pop_front());
                 if byte.is_none() {
-                    // An interrupt that comes before this is pending here, and ends it at once.
+                    // An interrupt that arrives before this instruction is pending, and ends the wait at once.
                     cortex_m::asm::wfi();
                 }
                 byte

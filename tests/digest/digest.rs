@@ -11,24 +11,24 @@ use scphd_worlds::scenario;
 use std::f64::consts::PI;
 use std::fmt::Write;
 
-/// The committed digests, one line a case and precision: scenario precision particles samples seed scans digest.
+/// The committed digests, a line for each case and precision: scenario precision particles samples seed scans digest.
 const EXPECTED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../expected/digests.txt");
 
 /// Set to 1 to rewrite the committed digests.
 const BLESS: &str = "SCPHD_BLESS";
 
-/// Few enough for an unoptimised build, enough for births, merging, pruning and resampling.
+/// Number of scans: enough for births, merging, pruning and resampling, not too many for an unoptimised build.
 const SCANS: usize = 60;
-/// Enough for two states to differ.
+/// Number of scans: enough for different states.
 const FEW_SCANS: usize = 15;
 
-/// What is run.
+/// A case.
 struct Case {
     scenario: &'static str,
     settings: Settings,
 }
 
-/// The recursion of the thesis, a filter with everything that goes beyond it, and the first with births that wait.
+/// The recursion of the thesis, a filter with all extensions, and the first one with births that wait.
 fn cases() -> [Case; 3] {
     let mut options = thesis();
     options.filter = FilterSettings {
@@ -54,7 +54,7 @@ fn cases() -> [Case; 3] {
     ]
 }
 
-/// Field by field, so that another default elsewhere does not change a digest.
+/// All fields are set, so that a changed default does not change a digest.
 fn thesis() -> Settings {
     Settings {
         filter: FilterSettings {
@@ -124,7 +124,7 @@ fn thesis() -> Settings {
     }
 }
 
-/// The state after so many scans of the scenario of `scenario_seed`, by a filter of `seed`.
+/// The digest after this number of scans of the scenario of `scenario_seed`, with a filter of `seed`.
 fn digest(case: &Case, precision: Precision, scans: usize, scenario_seed: u64, seed: u64) -> u64 {
     let mut log = scenario::by_name(case.scenario, scenario_seed).expect("a built-in scenario");
     log.scans.truncate(scans);
@@ -161,7 +161,7 @@ fn digests_are_the_committed_ones() {
         return;
     }
     let committed = std::fs::read_to_string(EXPECTED).unwrap_or_default();
-    // Some systems check text files out with other line ends.
+    // Some systems check text files out with other line endings.
     let committed: Vec<&str> = committed.lines().collect();
     let mut changes = String::new();
     for line in found.lines().filter(|line| !committed.contains(line)) {

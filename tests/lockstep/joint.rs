@@ -1,4 +1,4 @@
-//! The joint filter against its reference, step by step: with equal numbers they must compute the same.
+//! The joint filter and its reference in lockstep: with equal inputs they must give equal results.
 
 use scphd_filters::settings::Settings;
 use scphd_filters::slam::Precision;
@@ -10,11 +10,11 @@ use scphd_run::session::with_roomy_stack;
 use scphd_shared_data::find as data_folder;
 use scphd_worlds::scenario;
 
-/// What double precision may lose in one step, and over all the steps of a log. Rounding alone is some 1e-13; a formula that
-/// differs at all is far above.
+/// Greatest difference in double precision, in one step and over all steps of a log. Rounding gives about 1e-13; a difference of
+/// formulas gives much more.
 const F64_BOUND: f64 = 1e-9;
 
-/// What single precision may lose in one step, and over all steps (m).
+/// Greatest differences in single precision, in one step and over all steps, m.
 const F32_POSITION_BOUND_M: f64 = 1e-4;
 const F32_OWN_WAY_BOUND_M: f64 = 5e-3;
 
@@ -54,7 +54,7 @@ fn assert_agreement(name: &str, overall: &JointDifferences, scans: usize) {
     assert_eq!((overall.unmatched, overall.other_views), (0, 0), "{name}: other features");
     assert_eq!(overall.capacity_events, 0, "{name}: scans without room");
     assert_eq!(overall.scans, scans, "{name}: scans compared");
-    // Empty maps would agree in everything.
+    // Empty maps would always agree.
     assert!(overall.features > 5 * scans, "{name}: only {} features were compared", overall.features);
 }
 
@@ -64,7 +64,7 @@ fn short(name: &str, seed: u64, scans: usize) -> Log {
     log
 }
 
-/// The first `scans` scans of a published log; `model` makes sure that it still stands for the motion model it was chosen for.
+/// Compares the first `scans` scans of a published log; `model` checks that the log has the expected motion model.
 fn agrees_on_excerpt(name: &str, scans: usize, model: fn(&Vehicle) -> bool) {
     let Some(folder) = data_folder(name) else { return };
     let mut log = log_folder::read(&folder).expect("a readable log");
@@ -85,12 +85,12 @@ fn survey_in_single_precision() {
     let overall = lockstep(&log, Precision::F32, |_| ()).overall;
     assert!(overall.estimated_position_m <= F32_POSITION_BOUND_M, "{overall:?}");
     assert!(overall.own_way_position_m <= F32_OWN_WAY_BOUND_M, "{overall:?}");
-    // It is the precision that differs, not the numbers alone.
+    // The filter really computed in single precision.
     assert!(overall.estimated_position_m > F64_BOUND, "{overall:?}");
 }
 
-/// Random worlds with landmarks near each other, so that measurements are shared and features merge; where things hide and are
-/// taken away, and nearer ones hide others.
+/// Random worlds with landmarks near each other, with shared measurements and merged features; landmarks are hidden, removed, or
+/// occluded by nearer ones.
 #[test]
 fn worlds() {
     for (name, seed) in [("worlds-exact", 1), ("worlds", 5), ("worlds-mounted", 2)] {
@@ -103,17 +103,17 @@ fn worlds() {
     }
 }
 
-/// The vehicle comes back to where it began with an error of some decimetres among features that it knows: for 33 and 40 scans some of
-/// them are loose, until what was born anew is made one with them.
+/// The vehicle returns to its start with an error of some decimetres among known features: for 33 and 40 scans some of them are
+/// too uncertain for association, until new features are merged with them (loop closure).
 #[test]
-fn what_is_laid_over_the_old_map() {
+fn loop_closure() {
     for seed in [900_016, 900_024] {
         let log = short("worlds", seed, 200);
         assert_agreement("worlds", &lockstep(&log, Precision::F64, |_| ()).overall, 200);
     }
 }
 
-/// Others move among the landmarks, and whatever is born may do either.
+/// Moving features among the landmarks; births may be of either kind.
 #[test]
 fn what_moves() {
     for seed in [1, 4] {

@@ -1,4 +1,4 @@
-//! The filter against the reference, step by step: with equal numbers they must compute the same.
+//! The mixture filter and its reference in lockstep: with equal inputs they must give equal results.
 
 use scphd_filters::settings::{Proposal, Settings};
 use scphd_filters::slam::Precision;
@@ -10,11 +10,11 @@ use scphd_run::session::with_roomy_stack;
 use scphd_shared_data::find as data_folder;
 use scphd_worlds::scenario;
 
-/// What double precision may lose in one step, relative or in m and rad. Rounding alone is some 1e-13; a formula
-/// that differs at all is far above.
+/// Greatest difference in double precision in one step, relative or in m and rad. Rounding gives about 1e-13; a difference of
+/// formulas gives much more.
 const F64_BOUND: f64 = 1e-9;
 
-/// What single precision may move the estimated pose in one step, m.
+/// Greatest difference of the estimated pose in single precision in one step, m.
 const F32_POSITION_BOUND_M: f64 = 0.01;
 
 const SEED: u64 = 1;
@@ -23,7 +23,7 @@ fn lockstep(log: &Log, particles: usize, samples: usize, precision: Precision) -
     lockstep_with(log, particles, samples, precision, |_| ())
 }
 
-/// Lockstep with other than the log's own settings.
+/// Lockstep with changed settings.
 fn lockstep_with(
     log: &Log,
     particles: usize,
@@ -62,12 +62,12 @@ fn assert_agreement(name: &str, overall: &Differences, scans: usize) {
     assert_eq!(overall.other_survivors, 0, "{name}: scans with other survivors");
     assert_eq!(overall.capacity_events, 0, "{name}: scans without room, which need not agree");
     assert_eq!(overall.scans, scans, "{name}: scans compared");
-    // Empty maps would agree in everything.
+    // Empty maps would always agree.
     assert!(overall.components > scans, "{name}: only {} components were compared", overall.components);
 }
 
-/// The first `scans` scans of a published log; there the filter must agree with the reference. `model` makes sure that
-/// the log still stands for the motion model it was chosen for.
+/// Compares the filter with the reference on the first `scans` scans of a published log. `model` checks that the log has the
+/// expected motion model.
 fn agrees_on_excerpt(name: &str, scans: usize, particles: usize, model: fn(&Vehicle) -> bool) {
     let Some(folder) = data_folder(name) else { return };
     let mut log = log_folder::read(&folder).expect("a readable log");
@@ -95,7 +95,7 @@ fn survey_in_single_precision() {
     }
 }
 
-/// Moving features beside static ones, over a whole scenario.
+/// Moving and static features, over a whole scenario.
 #[test]
 fn moving_features() {
     let log = scenario::by_name("thesis-dynamic", SEED).expect("a built-in scenario");
@@ -107,7 +107,7 @@ fn moving_features() {
     assert!(moving > log.scans.len(), "only {moving} moving components were compared");
 }
 
-/// What is confirmed and missed is remembered, as logs with sparse clutter have it by default.
+/// Confirmed features are kept after missed detections, as by default on logs with little clutter.
 #[test]
 fn remembered_features() {
     let mut log = scenario::by_name("survey", SEED).expect("a built-in scenario");
@@ -126,7 +126,7 @@ fn remembered_features() {
     assert!(remembered > forgotten, "{remembered} and {forgotten} components were compared");
 }
 
-/// A sensor that sits elsewhere than where the pose is, and is turned.
+/// A sensor with a mounting other than the vehicle's pose.
 #[test]
 fn mounted_sensor() {
     let mut log = scenario::by_name("survey", SEED).expect("a built-in scenario");
@@ -153,7 +153,7 @@ fn ackermann() {
     agrees_on_excerpt("thesis_cmp_a00", 40, 6, |vehicle| matches!(vehicle, Vehicle::Ackermann { .. }));
 }
 
-/// What the reference does not know is refused, not compared with something else.
+/// A setting without a counterpart in the reference is refused.
 #[test]
 fn an_informed_proposal_has_no_counterpart() {
     let log = scenario::by_name("survey", SEED).expect("a built-in scenario");

@@ -1,4 +1,4 @@
-//! A black box replayed from any of its snapshots ends in the state in which the whole of it ends, to the bit.
+//! A replay of a black box from any of its snapshots ends in the same state, bit for bit, as a replay of all of it.
 
 use nalgebra::Vector2;
 use scphd::models::{PlanarPose, Pose};
@@ -23,12 +23,12 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 const SEED: u64 = 5;
 
-/// What a replay tells.
+/// The results of a replay.
 #[derive(Debug, Default, PartialEq)]
 struct Told {
-    /// Scan and digest.
+    /// Index of the scan and digest.
     digests: Vec<(u32, u64)>,
-    /// Scans before, and whether the digest agrees.
+    /// Number of scans before the snapshot, and whether its digest agrees.
     snapshots: Vec<(u32, bool)>,
     refused: Vec<(u32, Refusal)>,
 }
@@ -48,13 +48,13 @@ impl Monitor for Told {
     }
 }
 
-/// Replays what there is of a black box.
+/// Replays the readable part of a black box.
 fn replayed<A: Aboard<T>, T: Real>(bytes: &[u8]) -> Result<(Recovered<A::Kind>, Told), ReplayError> {
     let (mut memory, mut told) = (Box::new(A::MEMORY), Told::default());
     recover::<A, T>(bytes, &mut memory, &mut told).map(|recovered| (recovered, told))
 }
 
-/// The same stream with snapshots.
+/// The stream with snapshots.
 fn recorded<A, T>(bytes: &[u8], every: u32) -> Vec<u8>
 where
     T: Real,
@@ -70,7 +70,7 @@ where
     with_snapshots
 }
 
-/// Replays all of a black box that has a snapshot after every `every` scans, and what is left of it from every one of these on.
+/// Replays a black box with snapshots every `every` scans, completely and from each snapshot on.
 fn ends_alike_from_every_snapshot<A: Aboard<T>, T: Real>(bytes: &[u8], every: u32) -> Told {
     let (whole, all) = replayed::<A, T>(bytes).unwrap();
     assert!(whole.ended && whole.gaps == 0);
@@ -94,7 +94,7 @@ fn ends_alike_from_every_snapshot<A: Aboard<T>, T: Real>(bytes: &[u8], every: u3
     all
 }
 
-/// A log with this many particles and the room of the filter aboard.
+/// A log and settings with this number of particles, which fit the capacities of the vehicle's filter.
 fn with_room(mut log: Log, scans: usize, particles: usize, samples: usize) -> (Log, Settings) {
     log.scans.truncate(scans);
     let mut settings = Settings::for_log(&log);
@@ -124,7 +124,7 @@ fn cut_at_every_50th_scan_the_joint_map_ends_alike() {
         let (log, settings) = with_room(scenario::survey(1), 401, 1, 1);
         let single = plain(&log, &settings, Scalar::F32).with_snapshots(Recorded::Joint, Scalar::F32, 50).unwrap();
         let told = ends_alike_from_every_snapshot::<BlackBoxJoint, f32>(&single.bytes, 50);
-        // Snapshots change nothing: the filter without a black box comes to the same states.
+        // Snapshots do not change the state: the filter without a black box has the same digests.
         let bare = replayed::<planar::PlanarJoint, f32>(&plain(&log, &settings, Scalar::F32).bytes).unwrap().1;
         assert_eq!(bare.digests, told.digests);
         let double = plain(&log, &settings, Scalar::F64).with_snapshots(Recorded::Joint, Scalar::F64, 50).unwrap();
@@ -132,11 +132,11 @@ fn cut_at_every_50th_scan_the_joint_map_ends_alike() {
     });
 }
 
-/// A dive of few frames for the room aboard, with the settings of the firmware's stream.
+/// A short dive that fits the capacities of the vehicle's filter, with the settings of the firmware's stream.
 fn dive(scans: usize) -> Stream {
     let mut log = tank::girona_tank(1);
     log.scans.truncate(scans);
-    // A frame between two rows of the instruments.
+    // A frame between two samples of the instruments.
     log.scans[7].t_s += 0.03;
     let settings = scphd_filters::underwater::settings::Settings::for_log(&log);
     let mut settings = settings.with_toml(include_str!("../../firmware/girona-tank.toml")).unwrap();
@@ -144,7 +144,7 @@ fn dive(scans: usize) -> Stream {
     stream::write_underwater(&log, &settings, SEED, Scalar::F32, usize::MAX).unwrap()
 }
 
-/// Under water the small filter of the velocity goes on, too.
+/// Snapshots under water include the velocity filter.
 #[test]
 fn a_dive_ends_alike_from_every_snapshot() {
     with_roomy_stack(|| {
@@ -153,7 +153,7 @@ fn a_dive_ends_alike_from_every_snapshot() {
     });
 }
 
-/// The survey as two sensors see it that look to the left and to the right, with fixes of position and heading.
+/// The survey with two sensors, which look to the left and to the right, and with fixes of position and heading.
 fn two_sensors_and_fixes(scans: usize) -> (Log, Settings) {
     let mut log = scenario::survey(1);
     log.scans.truncate(scans);
@@ -194,11 +194,11 @@ fn two_sensors_and_fixes(scans: usize) -> (Log, Settings) {
 fn several_sensors_and_fixes_end_where_the_session_ends() {
     with_roomy_stack(|| {
         let (log, mut settings) = two_sensors_and_fixes(25);
-        // So that the vehicle's memory is as good as the desk's.
+        // Features outside of the reference are off, so that the vehicle's capacities do not change the state.
         settings.restrict_to_reference();
         assert!(!log.fixes.is_empty());
         let plain = plain(&log, &settings, Scalar::F32);
-        // A filter aboard without a black box has one sensor, and says so.
+        // A vehicle's filter without a black box supports one sensor, and refuses a second one.
         let refusal = scphd_stream::replay::<Planar, f32>(
             &plain.bytes,
             &mut Box::new(<Planar as Aboard<f32>>::MEMORY),
@@ -234,8 +234,8 @@ fn map() -> Vec<Component<Vector2<f32>>> {
     (3..).zip([[4.0, 2.0], [8.0, -3.0], [2.0, 7.0]]).map(post).collect()
 }
 
-/// A stream with a record of every kind, of which the first scans and predictions are those of another. A prediction and a scan are
-/// such as filters refuse.
+/// A stream with all kinds of records, whose first scans and predictions are those of another stream. One prediction and one scan
+/// are such that filters refuse them.
 fn with_everything(of: &Stream, localising: bool) -> Vec<u8> {
     let mut reader = Reader::<Planar>::open(&of.bytes).unwrap();
     let header = reader.header();
@@ -260,7 +260,7 @@ fn with_everything(of: &Stream, localising: bool) -> Vec<u8> {
                         7 => {
                             let (pose, sigma_m) = (PlanarPose::new(0.5_f32, 0.25, 0.1), 0.0);
                             log.place(How::Relocate, &pose, &doubt, 0)?;
-                            // No noise at all: refused by the filter on the vehicle, and by that of the replay.
+                            // Without any noise: refused by the filter on the vehicle and by that of the replay.
                             log.fix(&planar::Fix::Position {
                                 place_m: [0.0; 2],
                                 sigma_m,
@@ -328,9 +328,9 @@ fn every_input_that_changes_the_state_is_replayed() {
     });
 }
 
-/// A record that is not there, one twice and two in the wrong order are seen, without a number in any record.
+/// Missing, duplicated and swapped records are detected, although records have no numbers.
 #[test]
-fn records_that_are_missing_doubled_or_out_of_order_are_seen() {
+fn missing_duplicated_and_swapped_records_are_detected() {
     let (log, settings) = with_room(scenario::survey(1), 2, 4, 1);
     let bytes = plain(&log, &settings, Scalar::F32).bytes;
     let mut reader = Reader::<Planar>::open(&bytes).unwrap();
@@ -353,7 +353,7 @@ fn records_that_are_missing_doubled_or_out_of_order_are_seen() {
         let doubled = [front, record(k), &bytes[places[k]..]].concat();
         let swapped = [front, record(k + 1), record(k), &bytes[places[k + 2]..]].concat();
         for (what, bytes) in [("missing", missing), ("doubled", doubled), ("swapped", swapped)] {
-            // Predictions by the same control are the same record, and may change places.
+            // Predictions with equal controls are equal records, so that swapping them changes nothing.
             let same =
                 what == "swapped" && record(k)[..record(k).len() - 4] == record(k + 1)[..record(k + 1).len() - 4];
             assert!(same || read(&bytes).is_err(), "{what} {k}");
@@ -361,7 +361,7 @@ fn records_that_are_missing_doubled_or_out_of_order_are_seen() {
     }
 }
 
-/// The survey with a joint map and a snapshot every ten scans, and the states it comes to.
+/// The survey with a joint map and a snapshot every ten scans, and its digests.
 fn small() -> (Vec<u8>, Told) {
     let (log, settings) = with_room(scenario::survey(1), 60, 1, 1);
     let bytes = recorded::<BlackBoxJoint, f32>(&plain(&log, &settings, Scalar::F32).bytes, 10);
@@ -369,7 +369,7 @@ fn small() -> (Vec<u8>, Told) {
     (bytes, told)
 }
 
-/// Where the snapshots begin.
+/// Positions of the snapshots.
 fn snapshots<K: Kind>(bytes: &[u8]) -> Vec<usize> {
     let mut places = Vec::new();
     let mut from = 0;
@@ -381,12 +381,12 @@ fn snapshots<K: Kind>(bytes: &[u8]) -> Vec<usize> {
 }
 
 #[test]
-fn a_torn_off_beginning_costs_no_more_than_up_to_the_next_snapshot() {
+fn a_torn_off_beginning_is_replayed_from_the_next_snapshot() {
     with_roomy_stack(|| {
         let (bytes, all) = small();
         let places = snapshots::<Planar>(&bytes);
         assert_eq!(places.len(), 6);
-        // From any byte on.
+        // Torn off at various bytes.
         for torn in (1..bytes.len()).step_by(997) {
             let next = places.iter().position(|&place| place >= torn);
             match (replayed::<BlackBoxJoint, f32>(&bytes[torn..]), next) {
@@ -402,18 +402,18 @@ fn a_torn_off_beginning_costs_no_more_than_up_to_the_next_snapshot() {
 }
 
 #[test]
-fn a_damaged_part_costs_no_more_than_up_to_the_next_snapshot() {
+fn after_damage_the_replay_continues_at_the_next_snapshot() {
     with_roomy_stack(|| {
         let (bytes, all) = small();
         let places = snapshots::<Planar>(&bytes);
         for damaged in (Header::<Planar>::LENGTH..bytes.len()).step_by(1499) {
             let mut bytes = bytes.clone();
-            // A burst, such as a page of flash that was not written.
+            // A burst error, such as a page of flash that was not written.
             bytes.iter_mut().skip(damaged).take(40).for_each(|byte| *byte = !*byte);
             let (left, told) = replayed::<BlackBoxJoint, f32>(&bytes).unwrap();
             let next = places.iter().position(|&place| place >= damaged + 40);
             let from = next.map_or(60, |next| 10 * (next as u32 + 1));
-            // Up to the damage, and from the next snapshot on: no state is wrong.
+            // Up to the damage, and from the next snapshot on, all states are correct.
             let (before, after): (Vec<_>, Vec<_>) = told.digests.iter().copied().partition(|(scan, _)| *scan < from);
             assert!(all.digests.starts_with(&before) && from < before.len() as u32 + 21, "damaged at {damaged}");
             assert_eq!(after, all.digests[from as usize..], "damaged at {damaged}");
@@ -433,7 +433,7 @@ fn a_snapshot_of_another_filter_is_refused_by_name() {
             error.to_string(),
             "the filter refuses the stream header: the snapshot is of another filter, scalar, pose or measurement"
         );
-        // From its beginning on another filter replays it, and tells that the states are others.
+        // From the start of the stream another filter can replay it, and reports that the states differ.
         let (whole, told) = replayed::<BlackBox, f32>(&bytes).unwrap();
         assert!(whole.ended && told.snapshots.iter().all(|&(_, agrees)| !agrees) && told.snapshots.len() == 6);
         let error = replayed::<underwater::BlackBox, f32>(&bytes).unwrap_err();

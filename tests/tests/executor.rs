@@ -1,4 +1,4 @@
-//! The filter's state does not depend on who weighs the candidates and updates the maps, nor on how many jobs that is divided into.
+//! The state of the filter does not depend on the executor of its jobs, or on their number.
 
 use nalgebra::Vector2;
 use scphd::diagnostics::{Probe, Stage};
@@ -16,9 +16,9 @@ use scphd_tests::with_roomy_stack;
 use scphd_worlds::scenario;
 use std::marker::PhantomData;
 
-/// Enough for two turns of the loop among moving features, and for resampling.
+/// Enough for two rounds of the loop among moving features, and for resampling.
 const SCANS: usize = 300;
-/// Enough to fill what is small.
+/// Enough to exceed small capacities.
 const FEW_SCANS: usize = 100;
 
 type Still<T, const N: usize, const PAGES: usize, const MAP_PAGES: usize, const VIEW: usize> =
@@ -26,18 +26,18 @@ type Still<T, const N: usize, const PAGES: usize, const MAP_PAGES: usize, const 
 type Moving<T, const N: usize, const PAGES: usize, const MAP_PAGES: usize, const VIEW: usize> =
     MapMemory<Dynamic<Vector2<T>>, N, PAGES, MAP_PAGES, VIEW>;
 
-/// Who does the jobs. One type for all, so that the filter is compiled but once.
+/// Executors. A single type, so that the filter is compiled only once.
 #[derive(Clone, Copy)]
 enum Hands<'t> {
-    /// One after the other.
+    /// In order.
     Serial,
-    /// The last job first.
+    /// In reverse order.
     Backwards,
     /// Threads of a pool.
     Threads(&'t Threads),
-    /// Every other job is left out.
+    /// Omits every other job.
     Careless,
-    /// Updates are left out, but for so many jobs of a round.
+    /// Omits updates, except for this number of jobs in a round.
     Tired(usize),
 }
 
@@ -54,7 +54,7 @@ impl Executor for Hands<'_> {
     }
 }
 
-/// A filter over a state with these maps.
+/// Parameters of a filter whose state has these maps.
 struct Rig<T: Real, S, V, const N: usize, const C: usize> {
     log: Log,
     config: Config<T>,
@@ -62,7 +62,7 @@ struct Rig<T: Real, S, V, const N: usize, const C: usize> {
     maps: PhantomData<fn() -> (S, V)>,
 }
 
-/// What there is to compare after every scan.
+/// The results to compare after every scan: digest and report.
 type Told<T> = Vec<(u64, ScanReport<T>)>;
 
 impl<T: Real, S, V, const N: usize, const C: usize> Rig<T, S, V, N, C>
@@ -77,7 +77,7 @@ where
         Self { log, config, births, maps: PhantomData }
     }
 
-    /// With this executor, so many jobs, and as many drafts; without a word of them where there is none.
+    /// Runs with this executor, and these numbers of jobs and drafts; without an executor in the plain call.
     fn told<const WORKERS: usize, const DRAFTS: usize>(&self, hands: Option<Hands<'_>>) -> Told<T> {
         with_roomy_stack(|| self.drive::<WORKERS, DRAFTS>(hands))
     }
@@ -136,7 +136,7 @@ where
         told
     }
 
-    /// Asserts that nothing depends on jobs and drafts, and returns the reports.
+    /// Asserts that the results do not depend on jobs and drafts, and returns the reports.
     fn agree(&self) -> Vec<ScanReport<T>> {
         let alone = self.alone();
         let threads = [2, 3].map(|threads| Threads::new(threads).unwrap());
@@ -196,7 +196,7 @@ fn a_lone_particle() {
     assert!(rig.agree().iter().all(|report| report.survivors == 1));
 }
 
-/// Pools that run short: what room one survivor has depends on all before it.
+/// Pools that are too small: the memory for a survivor depends on all survivors before it.
 fn short_of_pages<T: Real>() {
     let rig = Rig::<T, Still<T, 16, 60, 12, 512>, Moving<T, 16, 24, 6, 256>, 16, 32>::new(SCANS, 0.005, config(16, 2));
     let reports = rig.agree();
@@ -228,7 +228,7 @@ fn smallest_capacities() {
     assert!(rig.agree().iter().any(|report| report.tightened > 0 || report.not_updated > 0));
 }
 
-/// A sensor that sees 30 m around.
+/// A sensor with a range of 30 m.
 fn far_sighted() -> Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>> {
     let window = RangeBearingWindow::full_circle(30.0, 0.9).unwrap();
     Sensing {
@@ -239,8 +239,8 @@ fn far_sighted() -> Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformC
 }
 
 #[test]
-fn drafts_of_other_capacities_are_of_no_use_and_do_no_harm() {
-    // A state with less room in an update, and one with more, lend their drafts.
+fn drafts_of_other_capacities_are_ignored() {
+    // Drafts of a state with smaller capacity in an update, and of one with larger capacity.
     type Mine = State<PlanarPose<f32>, 4, 4, Still<f32, 4, 64, 16, 64>>;
     type Less = State<PlanarPose<f32>, 4, 4, Still<f32, 4, 64, 16, 32>>;
     type More = State<PlanarPose<f32>, 4, 4, Still<f32, 4, 64, 16, 96>>;
@@ -254,7 +254,7 @@ fn drafts_of_other_capacities_are_of_no_use_and_do_no_harm() {
         let mut filter = ScPhd::new(scphd::models::KnownPose::new(), config(4, 1), &mut *state).unwrap();
         let here = PlanarPose::new(0.0, 0.0, 0.0);
         filter.reset(here, 1).unwrap();
-        // More around the vehicle than the least of them have room for.
+        // More measurements than the least of these capacities.
         let scan: Vec<_> = (0..48).map(|k| Vector2::new(8.0 + (k % 5) as f32, 0.13 * k as f32 - 3.1)).collect();
         for _ in 0..5 {
             filter.predict(&here, 0.1).unwrap();
@@ -266,9 +266,9 @@ fn drafts_of_other_capacities_are_of_no_use_and_do_no_harm() {
     assert!(digests.iter().all(|digest| *digest == digests[0]), "{digests:x?}");
 }
 
-/// Left out while candidates are weighed, a job leaves a part of them as likely as they were: another state, and a sound one.
+/// If jobs of weighting are omitted, some candidates keep their weights: the state differs, but is valid.
 #[test]
-fn jobs_left_out_leave_a_sound_state() {
+fn omitted_jobs_leave_a_valid_state() {
     type Roomy = Rig<f32, Still<f32, 32, 512, 64, 512>, Moving<f32, 32, 256, 32, 256>, 32, 64>;
     let rig = Roomy::new(FEW_SCANS, 0.005, config(32, 2));
     let careless = rig.told::<4, 8>(Some(Hands::Careless));
@@ -276,7 +276,7 @@ fn jobs_left_out_leave_a_sound_state() {
     assert!(careless.iter().all(|(_, report)| report.particles == 32 && report.not_updated == 0));
 }
 
-/// Remembers which stages it was told of.
+/// Records the stages that it is notified of.
 #[derive(Default)]
 struct Listener {
     open: Vec<Stage>,
@@ -297,9 +297,9 @@ impl Probe for Listener {
     }
 }
 
-/// A probe is told on the calling core alone: of the reductions that drafts leave to it.
+/// The probe is called only on the calling core, for the reductions that drafts leave to it.
 #[test]
-fn a_probe_is_told_of_the_stages_of_the_calling_core() {
+fn a_probe_is_called_for_stages_on_the_calling_core() {
     type Memory = State<PlanarPose<f32>, 4, 4, Still<f32, 4, 64, 16, 64>>;
     let mut state = Box::new(Memory::new());
     let mut updates = Box::new(UpdateMemory::<Memory, 2>::new());

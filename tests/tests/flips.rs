@@ -1,4 +1,4 @@
-//! Bits of the state that flip under a replay, as the firmware's image `flips` has it: the filter goes on, and does the same every time.
+//! Bit flips in the state during a replay, as in the firmware's image `flips`: the filter continues, with reproducible results.
 
 use scphd_boards::stream;
 use scphd_filters::settings::Settings;
@@ -16,7 +16,7 @@ impl Monitor for NoClock {
     fn scanned(&mut self, _: &ScanCost, _: &Seen, _: u64) {}
 }
 
-/// What every round of a replay comes to.
+/// The outcome of every round of a replay.
 fn rounds<A>(stream: &[u8], seed: u64) -> Vec<Round>
 where
     A: Aboard<f32>,
@@ -35,7 +35,7 @@ where
     let all: Vec<Vec<Round>> = SEEDS.map(|seed| rounds::<A>(stream, seed)).collect();
     assert!(all.iter().all(|all| all.len() == 20 && all.iter().map(|round| round.flips).sum::<u32>() == 3200));
     assert!(all.iter().all(|all| all.iter().any(|round| round.mended > 0)), "{all:?}");
-    // Somewhere it is more than scrubbing can mend.
+    // Some flips are beyond what scrubbing can repair.
     assert!(all.iter().flatten().any(|round| round.refused > 0), "{all:?}");
     assert_eq!(rounds::<A>(stream, SEEDS.start), all[0]);
 }

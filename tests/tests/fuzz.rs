@@ -1,10 +1,10 @@
-//! Two million operations and more with plausible and with hostile numbers. Twenty million of all targets: `cargo xtask fuzz`.
+//! More than two million operations with plausible and hostile numbers. Twenty million of all targets: `cargo xtask fuzz`.
 
 use scphd_tests::fuzz::{self, Target, counts};
 use scphd_tests::with_roomy_stack;
 use std::collections::BTreeSet;
 
-/// So many operations, those of the sessions from the first seed on; and at least these outcomes must have come up.
+/// Runs this number of operations, from the first seed on, and requires that these outcomes occur.
 fn sound(target: Target, operations: u64, outcomes: &[(&str, &str)]) {
     with_roomy_stack(|| {
         counts::take();
@@ -116,9 +116,10 @@ fn no_stream_makes_a_replay_panic_or_lie() {
     );
 }
 
-/// Under water, the noise of the velocity filter goes on as a head among the records says: a replay from the next snapshot on has it.
+/// Under water, the noise of the velocity filter is that of a header among the records; a replay from the next snapshot on has to
+/// read it.
 #[test]
-fn sessions_that_once_failed_are_sound() {
+fn sessions_that_failed_before_pass() {
     let failed = [(Target::Streams, 685, &[175][..]), (Target::Mixture, 10_072, &[102, 103, 110, 119, 120, 126])];
     for (target, session, operations) in failed {
         with_roomy_stack(move || {

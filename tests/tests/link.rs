@@ -1,4 +1,4 @@
-//! Frames over a bad line: whatever is damaged is refused, and the filter ends in the state of one that never saw those frames.
+//! Frames over a faulty line: damaged ones are rejected, and the state of the filter is that of a run without those frames.
 
 use scphd_boards::hil::{Rates, Trouble};
 use scphd_boards::stream;
@@ -17,12 +17,12 @@ use std::convert::Infallible;
 const FRAMES: usize = 10_000;
 const LONGEST: usize = 1024;
 
-/// A line in memory: what one end writes, the other reads.
+/// A line in memory: one end writes, the other one reads.
 #[derive(Default)]
 struct Wire {
     bytes: Vec<u8>,
     read: usize,
-    /// What the reading end writes.
+    /// Bytes written by the reading end.
     back: Vec<u8>,
 }
 
@@ -51,28 +51,28 @@ impl embedded_io::Write for Wire {
     }
 }
 
-/// The frame of a record, or of the head, as it goes onto the line.
+/// The frame of a record or of the header, as bytes on the line.
 fn framed(sender: &mut Sender<{ line_bytes(LONGEST) }>, number: usize, content: &[u8]) -> Vec<u8> {
     let mut wire = Wire::default();
     sender.again(&mut wire, number as u32, content, None).unwrap();
     wire.back
 }
 
-/// What has arrived on a bad line, and which frames are as they were sent, in the order of their arrival.
+/// The bytes received from a faulty line, and the indices of intact frames in the order of arrival.
 struct Arrived {
     wire: Vec<u8>,
     intact: Vec<usize>,
 }
 
 impl Arrived {
-    /// Spans between zeros that are not a frame as it was sent.
+    /// Number of spans between zeros that are not intact frames.
     fn damaged(&self) -> usize {
         let spans = self.wire.split(|&byte| byte == 0).filter(|span| !span.is_empty());
         spans.count() - self.intact.len()
     }
 }
 
-/// Sends frames over a line of these rates, the first of them over a good one.
+/// Sends frames over a line with these error rates; the first frame is sent without errors.
 fn sent(session: u16, contents: &[impl AsRef<[u8]>], rates: Rates, seed: u64) -> Arrived {
     let (mut sender, mut trouble) = (Sender::new(session), Trouble::new(rates, seed));
     let mut arrived = Arrived { wire: Vec::new(), intact: Vec::new() };
@@ -86,14 +86,14 @@ fn sent(session: u16, contents: &[impl AsRef<[u8]>], rates: Rates, seed: u64) ->
         }
         trouble.pass(frame, |bytes| {
             arrived.wire.extend(bytes);
-            // One that is late is not the one that goes in now, and no two are the same.
+            // The frames are all different, so that a delayed one is identified by its bytes.
             arrived.intact.extend(frames.iter().position(|frame| frame == bytes));
         });
     }
     arrived
 }
 
-/// What a receiver has to take of these, by the numbers alone: the accepted ones and the counts.
+/// The frames that a receiver has to accept, and its counts, by their numbers only.
 fn model(arrived: &Arrived) -> (Vec<usize>, Report) {
     let (mut accepted, mut report) = (Vec::new(), Report::default());
     for &number in &arrived.intact {
@@ -102,7 +102,7 @@ fn model(arrived: &Arrived) -> (Vec<usize>, Report) {
                 report.lost += (number - last - 1) as u32;
                 accepted.push(number);
             }
-            // The line holds back for three frames: what was there is remembered.
+            // The line delays by at most three frames, which the receiver remembers.
             Some(_) if accepted.contains(&number) => report.doubled += 1,
             Some(_) => report.late += 1,
             None => accepted.push(number),
@@ -113,7 +113,7 @@ fn model(arrived: &Arrived) -> (Vec<usize>, Report) {
     (accepted, report)
 }
 
-/// Contents of all lengths, no two the same, with many zeros.
+/// Random contents of all lengths, all different, with many zeros.
 fn contents(seed: u64) -> Vec<Vec<u8>> {
     let mut noise = Noise::new(seed);
     let content = |number: usize| {
@@ -146,7 +146,7 @@ fn every_damaged_frame_is_refused_and_every_other_taken() {
 }
 
 #[test]
-fn what_is_too_long_is_refused_and_the_next_frame_taken() {
+fn a_frame_that_is_too_long_is_rejected_and_the_next_one_accepted() {
     let contents = [vec![1; 5], vec![2; 200], vec![3; 201], vec![4; 900], vec![5; 200]];
     let arrived = sent(3, &contents, Rates::default(), 1);
     let mut receiver = Receiver::<{ 200 + OVERHEAD }>::new(Gaps::Passed);
@@ -162,9 +162,9 @@ fn what_is_too_long_is_refused_and_the_next_frame_taken() {
     assert_eq!(receiver.report().refused(), 2);
 }
 
-/// Noise from end to end is refused, and the first frame behind it taken.
+/// Noise is rejected, and the first frame after it accepted.
 #[test]
-fn noise_is_no_frame() {
+fn noise_is_not_a_frame() {
     let mut noise = Noise::new(5);
     let mut wire: Vec<u8> = (0..200_000).map(|_| (noise.uniform() * 256.0) as u8).collect();
     wire.extend(framed(&mut Sender::new(9), 0, b"head"));
@@ -198,7 +198,7 @@ fn survey(seed: u64) -> Vec<u8> {
     stream::write(&log, &settings, seed, Scalar::F32, usize::MAX).unwrap().bytes
 }
 
-/// What a filter makes of these records of a stream, the head being number 0, read from the stream itself.
+/// The digests of a filter for these records, read from the stream directly; the header has number 0.
 fn fed<A: Aboard<f32, Kind = Planar>>(bytes: &[u8], accepted: &BTreeSet<usize>) -> Vec<u64> {
     let mut reader = Reader::<Planar>::open(bytes).unwrap();
     let mut memory = Box::new(A::MEMORY);
@@ -223,7 +223,8 @@ fn fed<A: Aboard<f32, Kind = Planar>>(bytes: &[u8], accepted: &BTreeSet<usize>) 
     digests
 }
 
-/// Surveys over a bad line to one target, each a session: how many frames and scans were sent, how many scans were taken.
+/// Sends surveys over a faulty line to a target, each as a session. Returns the numbers of frames and scans sent, and of scans
+/// accepted.
 fn state_is_that_of_what_was_taken<A: Aboard<f32, Kind = Planar>>(
     seeds: std::ops::Range<u64>,
     rates: Rates,
@@ -256,7 +257,7 @@ fn the_state_is_that_of_a_run_without_the_frames_that_were_hit() {
     let rates = Rates { lose: 0.01, flip: 0.01, ..Rates::default() };
     let [frames, scans, taken] = with_roomy_stack(|| state_is_that_of_what_was_taken::<BlackBoxJoint>(1..7, rates));
     assert!(frames >= FRAMES && taken > 0 && taken < scans, "{frames} frames, {taken} of {scans} scans");
-    // Where more of the scans come through, and by particles.
+    // With lower error rates, and for a mixture.
     let rates = Rates { lose: 0.01, flip: 0.001, double: 0.01, late: 0.01 };
     let [_, scans, taken] = with_roomy_stack(|| state_is_that_of_what_was_taken::<BlackBox>(7..8, rates));
     assert!(2 * taken > scans && taken < scans, "{taken} of {scans} scans");

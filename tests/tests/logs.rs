@@ -1,5 +1,5 @@
-//! The filter has room enough on a desk: on recorded logs it never prunes for want of memory. What accuracy is claimed on them is
-//! checked in `host-sim/tests/claims.rs`.
+//! The default capacities on a host are sufficient: on recorded logs the filter never prunes because of too little memory. The
+//! accuracy on them is tested in `host-sim/tests/claims.rs`.
 
 use scphd::Health;
 use scphd_filters::settings::Settings;
@@ -12,7 +12,7 @@ use scphd_tests::data_folder;
 const SEED: u64 = 1;
 
 #[test]
-fn room_enough() {
+fn capacities_are_sufficient() {
     for name in ["car_park", "mrclam_ds6_robot1", "phd_slam3_a04"] {
         let Some(folder) = data_folder(name) else { continue };
         let log = log_folder::read(&folder).expect("a readable log");

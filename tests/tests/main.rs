@@ -1,4 +1,4 @@
-//! Streams, black boxes and links of the filter on board, and whole runs of the simulator.
+//! Tests of streams, black boxes and links of the vehicle's filter, and of whole runs of the simulator.
 
 mod black_box;
 mod flips;

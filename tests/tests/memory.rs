@@ -1,4 +1,4 @@
-//! What a state costs in RAM: the total for a vehicle, and the price of each capacity.
+//! RAM of a state: the total for a vehicle, and the cost of each capacity.
 
 use nalgebra::{Vector2, Vector3};
 use scphd::models::PlanarPose;
@@ -15,7 +15,7 @@ const MAP_PAGES: usize = 32;
 const MEASUREMENTS: usize = 64;
 const VIEW: usize = 512;
 
-/// Size of the state and of its detector's scratch with these capacities more than the vehicle's, static features only.
+/// Size of the state and of its detector's scratch memory with capacities increased by these numbers, static features only.
 macro_rules! bytes {
     ($particles:expr, $candidates:expr, $pages:expr, $map_pages:expr, $measurements:expr, $view:expr) => {
         size_of::<
@@ -46,7 +46,7 @@ fn a_vehicle_fits_160_kib() {
     assert!(total < 160 * 1024, "{total} bytes");
 }
 
-/// Capacities grow by eight at a time: less would vanish in the padding of the index arrays, or come with it.
+/// Capacities grow by eight at a time, so that padding of the index arrays has no effect.
 #[test]
 fn every_capacity_costs_what_its_arrays_cost() {
     let total = bytes!(0, 0, 0, 0, 0, 0);
@@ -54,30 +54,31 @@ fn every_capacity_costs_what_its_arrays_cost() {
     assert_eq!(COMPONENT, size_of::<u32>() + 6 * SCALAR);
     let candidate = size_of::<Candidate<Pose>>();
 
-    // The one selected, the covariance of either and its survivor; a row of pages, with its length, how many of them are far,
-    // and the box they are far from; its row before and after an update, and a place in the list of free rows.
+    // The selected candidate, two covariances and the survivor's index; a row of pages, with its length, the number of distant
+    // pages and their bounding box; its row before and after an update, and a place in the list of free rows.
     let spread = size_of::<Symmetric<Vector3<f32>>>();
     let row = (MAP_PAGES + 2) * INDEX + size_of::<Bounds<Vector2<f32>>>();
-    // Of births that wait: on which measurements and their weights, from where they were seen, Σ p_D w of the missed ones, and which are met.
+    // Waiting births: words of their measurements, weights, the pose of the sensor and its covariance, Σ p_D w of missed ones,
+    // and two words of associated ones.
     let (pose, word) = (3 * SCALAR, size_of::<u64>());
     let waiting = (word + 2 * SCALAR) + (pose + spread) + SCALAR + 2 * word;
     let particle = candidate + 2 * spread + INDEX + row + 3 * INDEX + waiting;
     assert_eq!(bytes!(8, 0, 0, 0, 0, 0) - total, 8 * particle, "particles");
 
-    // The pose and its weight, and ln L; by how much its step differs, for the births that wait.
+    // The pose and its weight, and ln L; the difference of its step, for waiting births.
     assert_eq!(bytes!(0, 8, 0, 0, 0, 0) - total, 8 * (candidate + SCALAR + pose), "candidates");
 
-    // Components, their weights, their box and their number; then a reference count and a place in the list of free pages.
+    // Components, their weights, their bounding box and their number; a reference count and a place in the list of free pages.
     let page = (PAGE_LEN * (COMPONENT + SCALAR) + size_of::<Bounds<Vector2<f32>>>() + INDEX).next_multiple_of(SCALAR);
     assert_eq!(bytes!(0, 0, 8, 0, 0, 0) - total, 8 * (page + 2 * INDEX), "pages");
 
-    // An index in the row of every particle, and among those put aside.
+    // An index in the row of every particle, and in that of set-aside pages.
     assert_eq!(bytes!(0, 0, 0, 8, 0, 0) - total, 8 * (PARTICLES + 1) * INDEX, "pages of a map");
 
-    // Range, bearing and what explains it without a feature; and the sum η.
+    // Range, bearing and the intensity of clutter and births; and the sum η.
     assert_eq!(bytes!(0, 0, 0, 0, 8, 0) - total, 8 * (3 * SCALAR + size_of::<LnSum<f32>>()), "measurements");
 
-    // The component, where it comes from, its rank, and its links in the lists of the reduction.
+    // The component, its origin, its rank, and its links in the lists of the reduction.
     let (origin, ranked, linked) = (2 * SCALAR, SCALAR + 2 * INDEX, 3 * INDEX);
     assert_eq!(bytes!(0, 0, 0, 0, 0, 8) - total, 8 * (COMPONENT + origin + ranked + linked), "view");
 }
@@ -92,14 +93,14 @@ fn a_word_of_waiting_births_costs_what_its_documentation_says() {
         NoMoving,
         WAITING,
     >;
-    // 64 measurements: four coordinates, what they would be without features, p_D w of both kinds. For every particle on which of them its
-    // births wait, and which of both kinds are met.
+    // 64 measurements: four coordinates, the intensity without features, p_D w of both kinds. For every particle the measurements
+    // of its waiting births, and the associated ones of both kinds.
     let word = 64 * 7 * SCALAR + PARTICLES * 3 * size_of::<u64>();
     assert_eq!([size_of::<Of<2>>(), size_of::<Of<4>>()].map(|size| size - size_of::<Of<1>>()), [word, 3 * word]);
     assert_eq!(64 * 7 * SCALAR, 1792);
 }
 
-/// Size of one draft of an [`UpdateMemory`] with these capacities more.
+/// Size of a draft of an [`UpdateMemory`] with capacities increased by these numbers.
 macro_rules! draft_bytes {
     ($map_pages:expr, $view:expr) => {
         size_of::<
@@ -119,7 +120,7 @@ macro_rules! draft_bytes {
 #[test]
 fn a_draft_costs_what_its_documentation_says() {
     let total = draft_bytes!(0, 0);
-    // A page, and an index among those put aside and among those taken.
+    // A page, an index among the set-aside pages and one among the used ones.
     assert_eq!(draft_bytes!(8, 0) - total, 8 * (276 + 2 * INDEX));
     assert_eq!(draft_bytes!(0, 8) - total, 8 * 50);
 }

@@ -1,4 +1,4 @@
-//! What the program writes has the keys and columns of `docs/results.md`, all of them and in that order.
+//! The output of the program has all keys and columns of `docs/results.md`, in the same order.
 
 use scphd_check as check;
 use scphd_filters::settings::Settings;
@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 
 const FILTER: Filter = Filter::Core(Precision::F32);
 
-/// The names below the heading that begins so: those between fences, or in the first column of a table.
+/// The names below the heading with this beginning: those in a code block, or in the first column of a table.
 fn documented(heading: &str) -> Vec<String> {
     let text = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/results.md")).unwrap();
     let section = text.split("\n## ").find(|section| section.starts_with(heading));
@@ -33,18 +33,18 @@ fn documented(heading: &str) -> Vec<String> {
     section.lines().filter_map(cell).collect()
 }
 
-/// The columns of the table of a comparison: the time, and the keys from `scans` to before `settings`.
+/// Columns of the table of a comparison: the time, and the keys from `scans` to the one before `settings`.
 fn columns_of(heading: &str) -> Vec<String> {
     let keys = documented(heading).into_iter().skip_while(|key| key != "scans").take_while(|key| key != "settings");
     std::iter::once("t_s".to_owned()).chain(keys).collect()
 }
 
-/// The columns of a table.
+/// Columns of a table.
 fn columns(path: &Path) -> Vec<String> {
     fs::read_to_string(path).unwrap().lines().next().unwrap().split(',').map(str::to_owned).collect()
 }
 
-/// The keys of the objects that lie so deep in an indented JSON file, in order, each once.
+/// Keys of the objects at this depth of an indented JSON file, in order, without duplicates.
 fn keys(path: &Path, depth: usize) -> Vec<String> {
     let text = fs::read_to_string(path).unwrap();
     let mut keys: Vec<String> = Vec::new();
@@ -57,7 +57,7 @@ fn keys(path: &Path, depth: usize) -> Vec<String> {
     keys
 }
 
-/// A folder that goes with its owner.
+/// A folder that is deleted when this value is dropped.
 struct Folder(PathBuf);
 
 impl Folder {
@@ -121,10 +121,10 @@ fn a_run_in_space() {
 
     let summary = &session.summary;
     assert!(summary.settings["camera"]["detection"].is_number());
-    // What the filter says of itself, in space too.
+    // Figures that the filter computes itself, in space too.
     let (nis, nees) = (summary.nis_mean.unwrap(), summary.nees_median.unwrap());
     assert!((0.3..3.0).contains(&nis) && nees > 0.0 && summary.ln_evidence.unwrap() < 0.0, "{summary:?}");
-    // Most of the tank has not been in view yet: that is in one pair of figures only.
+    // Most of the tank has not been in view: only one pair of figures depends on that.
     assert!(summary.ospa_m.unwrap() > 9.0 && summary.ospa_seen_m.unwrap() < summary.ospa_m.unwrap(), "{summary:?}");
     assert!(summary.gospa_seen_m.unwrap() < 0.5 * summary.gospa_m.unwrap(), "{summary:?}");
 }

@@ -1,4 +1,4 @@
-//! A log replayed from a stream by the code that vehicles run ends in the state that the simulator's session ends in.
+//! A replay of a stream by the code of vehicles ends in the same state as the simulator's session with the log.
 
 use scphd::Real;
 use scphd_boards::stream;
@@ -15,7 +15,7 @@ use scphd_worlds::scenario;
 use scphd_worlds::underwater::tank;
 
 const SEED: u64 = 5;
-/// Few enough for every map to fit the smaller memory on board, in which case its capacities change nothing.
+/// Few enough for every map to fit the smaller memory on board, so that its capacities have no effect.
 const SCANS: usize = 40;
 
 /// Collects digests; its clock counts calls.
@@ -44,7 +44,7 @@ fn short_log() -> (Log, Settings) {
     log.scans.truncate(SCANS);
     let mut settings = Settings::for_log(&log);
     settings.restrict_to_reference();
-    // So that the vehicle's memory is as good as the desk's.
+    // Few enough particles that the vehicle's capacities do not change the state.
     (settings.filter.particles, settings.filter.samples) = (32, 2);
     (log, settings)
 }
@@ -64,7 +64,7 @@ where
     replayed_as::<Planar, T>(bytes, scans)
 }
 
-/// A short dive with the settings of the firmware's stream, and few enough particles and frames for the memory on board.
+/// A short dive with the settings of the firmware's stream, with few particles and frames that fit the memory on board.
 fn short_dive() -> (scphd_log::underwater::Log, scphd_filters::underwater::settings::Settings) {
     let mut log = tank::girona_tank(1);
     log.scans.truncate(25);
@@ -75,7 +75,7 @@ fn short_dive() -> (scphd_log::underwater::Log, scphd_filters::underwater::setti
 }
 
 #[test]
-fn a_replay_ends_where_the_session_ends() {
+fn a_replay_ends_in_the_state_of_the_session() {
     let (log, settings) = short_log();
     for (precision, scalar) in [(Precision::F32, Scalar::F32), (Precision::F64, Scalar::F64)] {
         let session =
@@ -92,9 +92,10 @@ fn a_replay_ends_where_the_session_ends() {
     }
 }
 
-/// A row beyond the limits of a vehicle that takes it nowhere far in its time: only speed tells, which the models on board have to say.
+/// An odometry row beyond the speed limit that moves the vehicle little in its short time: only the check of the speed can refuse
+/// it.
 #[test]
-fn a_row_that_no_vehicle_drives_is_left_out_on_board_as_in_the_session() {
+fn an_implausible_row_is_refused_on_board_and_in_the_session() {
     let drive = |speed: f64| {
         let (mut log, settings) = short_log();
         log.odometry[7].control = [speed, 0.0, 0.0];
@@ -106,18 +107,18 @@ fn a_row_that_no_vehicle_drives_is_left_out_on_board_as_in_the_session() {
         assert_eq!(mixture, session.summary.digest, "{speed} m/s");
         [mixture, last(replayed_as::<PlanarJoint, f32>(&bytes, u32::MAX).unwrap())]
     };
-    // Whatever is beyond the limit leaves the same state, and what is not another one.
+    // All speeds beyond the limit leave the same state, and others a different one.
     let left_out = drive(400.0);
     assert_eq!(drive(-600.0), left_out);
-    // Not so fast that all landmarks are born anew, for which the memory on board has less room than the desk's.
+    // Not so fast that all landmarks are new, for which the memory on board is too small.
     let taken = drive(10.0);
     assert!(taken[0] != left_out[0] && taken[1] != left_out[1]);
 }
 
 #[test]
-fn a_dive_ends_where_its_session_ends() {
+fn a_dive_ends_in_the_state_of_its_session() {
     let (mut log, settings) = short_dive();
-    // A frame between two rows of the instruments, and one before the first.
+    // A frame between two samples of the instruments, and one before the first.
     log.scans[10].t_s += 0.03;
     log.scans[0].t_s -= 0.5;
     for (precision, scalar) in [(Precision::F32, Scalar::F32), (Precision::F64, Scalar::F64)] {
@@ -155,7 +156,7 @@ fn a_dive_that_cannot_be_replayed_is_refused_by_name() {
     blind.camera.projections[1] = [[0.0; 4]; 3];
     let error = "the filter refuses the stream header: right must be finite, with a 3 x 3 part that is not singular";
     assert_eq!(refused(&blind, &settings).as_deref(), Some(error));
-    // Neither kind is taken for the other.
+    // Each kind refuses streams of the other.
     let bytes = stream::write_underwater(&log, &settings, SEED, Scalar::F32, 3).unwrap().bytes;
     let error = replayed::<f32>(&bytes, u32::MAX).err().unwrap().to_string();
     assert_eq!(error, "the stream is for another type of vehicle: 3");
@@ -165,7 +166,7 @@ fn a_dive_that_cannot_be_replayed_is_refused_by_name() {
 }
 
 #[test]
-fn a_stream_of_some_scans_is_the_beginning_of_the_whole() {
+fn a_stream_of_fewer_scans_is_the_beginning_of_the_whole_one() {
     let (log, settings) = short_log();
     let whole = stream::write(&log, &settings, SEED, Scalar::F32, usize::MAX).unwrap();
     let part = stream::write(&log, &settings, SEED, Scalar::F32, 10).unwrap();
@@ -176,7 +177,7 @@ fn a_stream_of_some_scans_is_the_beginning_of_the_whole() {
 }
 
 #[test]
-fn a_stream_that_breaks_off_is_replayed_up_to_there_and_then_refused() {
+fn a_truncated_stream_is_replayed_up_to_its_end_and_then_refused() {
     let (log, settings) = short_log();
     let bytes = stream::write(&log, &settings, SEED, Scalar::F32, 10).unwrap().bytes;
     let cut = &bytes[..bytes.len() - 20];
@@ -185,7 +186,7 @@ fn a_stream_that_breaks_off_is_replayed_up_to_there_and_then_refused() {
 }
 
 #[test]
-fn what_does_not_fit_on_board_is_refused_by_name() {
+fn a_stream_beyond_the_capacities_on_board_is_refused_by_name() {
     let (log, mut settings) = short_log();
     settings.filter.particles = 1000;
     let bytes = stream::write(&log, &settings, SEED, Scalar::F32, 2).unwrap().bytes;
@@ -198,7 +199,7 @@ fn what_does_not_fit_on_board_is_refused_by_name() {
     assert_eq!(error, "scan 1: the filter refuses: 65 measurements do not fit a state for 64");
 }
 
-/// Counts the scans that fill the memory, as `is_full` has it; each has the most measurements.
+/// Counts the scans that fill the memory, as decided by `is_full`; each has the maximum number of measurements.
 struct Fullness {
     is_full: fn(&Seen) -> bool,
     scans: usize,
@@ -211,7 +212,7 @@ impl Monitor for Fullness {
     }
 }
 
-/// How many of the first scans fill the memory.
+/// Number of the first scans that fill the memory.
 fn full_scans<A: Aboard<f32>>((log, settings): &(Log, Settings), scans: usize, is_full: fn(&Seen) -> bool) -> usize {
     let bytes = stream::write(log, settings, SEED, Scalar::F32, scans).unwrap().bytes;
     with_roomy_stack(|| {
@@ -221,8 +222,8 @@ fn full_scans<A: Aboard<f32>>((log, settings): &(Log, Settings), scans: usize, i
     })
 }
 
-/// The worst case is one: every page in use, every map written, the most measurements, pruning tightened for want of
-/// room.
+/// The worst case has all pages in use, all maps written, the maximum number of measurements, and pruning tightened because of
+/// too little memory.
 #[test]
 fn the_worst_case_fills_the_memory() {
     let full = full_scans::<Planar>(&stream::worst_case(32, 2, planar::MEASUREMENTS), 8, |seen| {
@@ -232,7 +233,7 @@ fn the_worst_case_fills_the_memory() {
     assert_eq!(full, 8, "all scans: the births of the first are enough");
 }
 
-/// That of a joint map: every place taken and in view, the most measurements.
+/// The worst case of a joint map has all features in view, and the maximum number of measurements.
 #[test]
 fn the_worst_case_of_a_joint_map_fills_it() {
     let full = full_scans::<PlanarJoint>(&stream::worst_case_joint(planar::MEASUREMENTS), 24, |seen| {
@@ -242,7 +243,7 @@ fn the_worst_case_of_a_joint_map_fills_it() {
 }
 
 #[test]
-fn the_head_says_what_the_stream_holds() {
+fn the_header_describes_the_contents_of_the_stream() {
     let (log, settings) = short_log();
     let stream = stream::write(&log, &settings, SEED, Scalar::F64, usize::MAX).unwrap();
     let reader = Reader::<Planar>::open(&stream.bytes).unwrap();

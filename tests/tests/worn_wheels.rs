@@ -1,5 +1,6 @@
-//! A robot whose wheels are 2 % smaller than it takes them to be, set up with the words of the documents and the numbers of a data sheet:
-//! by the library, and by a replay of the log. `bindings/capi/tests/c/worn_wheels.c` and `bindings/python/tests/test_worn_wheels.py` have the same robot.
+//! A robot whose wheels are 2 % smaller than assumed, set up as in the documents with the figures of a data sheet: with the
+//! library, and by a replay of the log. `bindings/capi/tests/c/worn_wheels.c` and `bindings/python/tests/test_worn_wheels.py`
+//! have the same robot.
 
 use nalgebra::Vector2;
 use scphd::models::*;
@@ -16,14 +17,14 @@ use std::f64::consts::{FRAC_PI_2, PI};
 joint_memory! { type Map: Unicycle<f32> { measurement: Vector2<f32>, features: 64, measurements: 48 } }
 
 const RANGE_M: f64 = 10.0;
-/// Of the data sheet: m, rad.
+/// From the data sheet: standard deviations of range, m, and bearing, rad.
 const SIGMAS: [f64; 2] = [0.05, 0.01];
-/// By how much the wheels are smaller.
+/// Relative difference of the wheels' size.
 const WORN: f64 = 0.02;
 const DT_S: f64 = 0.02;
 const ROWS: usize = 15_000;
 
-/// Five minutes along a circle among 40 posts, 50 rows of odometry and 10 scans a second.
+/// Five minutes on a circle among 40 posts, with 50 rows of odometry and 10 scans per second.
 fn drive(seed: u64) -> Log {
     let mut draws = Noise::seeded(seed);
     let posts: Vec<[f64; 2]> = (0..40).map(|_| [0, 1].map(|_| 24.0 * draws.uniform::<f64>() - 12.0)).collect();
@@ -75,7 +76,7 @@ fn drive(seed: u64) -> Log {
     }
 }
 
-/// RMSE of the position, m, and NEES over 3, mean over the scans.
+/// RMSE of the position, m, and NEES divided by 3, as means over the scans.
 fn by_the_library(log: &Log) -> Result<[f64; 2], Box<dyn std::error::Error>> {
     let window = RangeBearingWindow::full_circle(RANGE_M as f32, 0.9)?;
     let sensing = Sensing {
@@ -112,7 +113,7 @@ fn by_the_library(log: &Log) -> Result<[f64; 2], Box<dyn std::error::Error>> {
 }
 
 #[test]
-fn a_robot_with_worn_wheels_is_centimetres_off_by_the_documents_own_words() {
+fn the_position_error_with_worn_wheels_is_centimetres_with_the_documented_setup() {
     for seed in 1..=3 {
         let log = drive(seed);
         let [rmse_m, nees] = by_the_library(&log).unwrap();

@@ -1,4 +1,4 @@
-//! The command line: step names, `test` for all of them, `help`.
+//! The command line: names of steps, `test` for all of them, `help`.
 
 use crate::bench;
 use crate::capi;
@@ -9,17 +9,17 @@ use crate::quick;
 use crate::steps::{OTHERS, STEPS, Step};
 use crate::toolchain;
 
-/// What the user asked for.
+/// The request of the user.
 pub enum Request {
     /// Print this text.
     Help(String),
-    /// Say what is here and what is not.
+    /// Report which tools are present.
     Doctor,
-    /// Run these steps, in this order.
+    /// Run these steps in order.
     Run(Vec<&'static Step>, Options),
 }
 
-/// Reads the words after `cargo xtask`. The error is one line for the user.
+/// Reads the arguments of `cargo xtask`. The error is one line for the user.
 pub fn parse(words: &[String]) -> Result<Request, String> {
     let mut chosen: Vec<&'static Step> = Vec::new();
     let mut options = Options::default();
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn test_is_quick_unless_all_is_asked_for() {
+    fn test_is_quick_without_all() {
         let of = |steps: &[Step]| Some(steps.iter().map(|step| step.name).collect::<Vec<_>>());
         assert_eq!(names(&["test"]), of(quick::STEPS));
         assert_eq!(names(&["test", "--strict"]), of(quick::STEPS));
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_those_of_the_fuzzer() {
+    fn only_the_fuzzer_takes_numbers() {
         let numbers = |words: &[&str]| {
             let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
             match parse(&words) {
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn the_c_library_goes_where_it_is_told() {
+    fn the_c_library_is_installed_in_the_given_folder() {
         let place = |words: &[&str]| {
             let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
             match parse(&words) {
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn studies_are_of_python() {
+    fn only_python_has_studies() {
         let studies = |words: &[&str]| {
             let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
             matches!(parse(&words), Ok(Request::Run(_, Options { studies: true, .. })))

@@ -1,4 +1,4 @@
-//! `cargo xtask test --changed`: the tests that what was changed since the last commit can have touched.
+//! `cargo xtask test --changed`: the tests that may be affected by changes since the last commit.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use crate::quick;
 use crate::steps::Step;
 use crate::unit;
 
-/// Formatting, and the tests of packages that were changed or depend on these.
+/// Formatting, and tests of packages that were changed or depend on changed ones.
 const STEPS: [Step; 2] = [
     Step { name: "fmt", what: "formatting of every package", run: |_| lint::fmt() },
     Step {
@@ -46,11 +46,11 @@ impl Package {
     }
 }
 
-/// What was changed.
+/// The changes since the last commit.
 struct Change {
     /// Packages with a changed file.
     own: BTreeSet<String>,
-    /// Those and all that depend on them.
+    /// Packages with a changed file, and all that depend on them.
     all: BTreeSet<String>,
     /// The changed files.
     files: Vec<String>,
@@ -78,7 +78,7 @@ impl Change {
                 .max_by_key(|package| package.folder().as_os_str().len());
             match owner {
                 Some(package) => drop(own.insert(package.name.clone())),
-                // The manifest of the workspace concerns all of them, a page those that compile or compare what it says.
+                // The manifest of the workspace affects all packages; a page affects those that compile it or compare with it.
                 None if file.starts_with("Cargo.") || file.starts_with(".cargo/") => {
                     own.extend(packages.iter().map(|package| package.name.clone()));
                 }
@@ -101,7 +101,7 @@ impl Change {
         Self { own, all, files: files.iter().map(|file| (*file).to_owned()).collect() }
     }
 
-    /// Whether a step of the quick run can have been touched.
+    /// Whether a step of the quick run may be affected.
     fn touches(&self, step: &str) -> bool {
         let of_core = self.all.contains("scphd");
         let folder = match step {
@@ -115,7 +115,7 @@ impl Change {
     }
 }
 
-/// The steps that the change since the last commit can have touched.
+/// The steps that may be affected by changes since the last commit.
 pub fn steps() -> Result<Vec<&'static Step>, String> {
     let change = Change::read()?;
     Ok(STEPS.iter().chain(quick::STEPS.iter().filter(|step| change.touches(step.name))).collect())
@@ -123,8 +123,8 @@ pub fn steps() -> Result<Vec<&'static Step>, String> {
 
 fn test() -> Result<Outcome, Stop> {
     let Change { own, all, .. } = Change::read()?;
-    // Of what depends on the change, those whole that are nothing but tests of a whole run; of each other what it tests of itself, a
-    // library or, without one, a program.
+    // All tests of changed packages and of packages with tests of whole runs; of other packages, the tests of the library or,
+    // without a library, of the program.
     let whole = |name: &&String| own.contains(*name) || unit::WHOLE_RUNS.contains(&name.as_str());
     let (whole, rest): (Vec<&String>, Vec<&String>) = all.iter().partition(whole);
     let (programs, libraries): (Vec<&String>, Vec<&String>) = rest.into_iter().partition(|name| *name == "scphd-sim");
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn what_depends_on_a_changed_package_is_touched() {
+    fn packages_that_depend_on_a_changed_one_are_affected() {
         let (own, all, change) = of(&["onboard/stream/src/lib.rs"]);
         assert_eq!(own, ["scphd-stream"]);
         assert_eq!(all, ["scphd-digest", "scphd-sim", "scphd-stream", "scphd-tests"]);
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn the_innermost_package_owns_a_file_and_pages_belong_to_what_reads_them() {
+    fn a_file_belongs_to_the_innermost_package_and_a_page_to_its_readers() {
         assert_eq!(of(&["tests/digest/digest.rs"]).0, ["scphd-digest"]);
         assert_eq!(of(&["README.md"]).0, ["scphd-documents", "scphd-sim", "scphd-tests", "scphd-view"]);
         assert_eq!(of(&["Cargo.lock"]).0.len(), 6);

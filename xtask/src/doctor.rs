@@ -1,4 +1,4 @@
-//! The command `doctor`: what is here, what is not, and which steps need it. It changes nothing.
+//! The command `doctor`: reports tools that are present or missing, and the steps that need them. It changes nothing.
 
 use std::process::Command;
 
@@ -17,10 +17,10 @@ use crate::web;
 /// The steps that build for a Cortex-M.
 const CROSS: &str = "target, proof, firmware, budget, capi, msrv";
 
-/// One thing, and what is known of it.
+/// The state of a tool.
 struct Line {
     what: &'static str,
-    /// What is here, or why not.
+    /// Its version, or the reason why it is missing.
     found: Result<String, String>,
     steps: &'static str,
 }
@@ -126,7 +126,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_missing_is_marked_and_names_its_steps() {
+    fn missing_tools_are_marked_with_their_steps() {
         let line = Line { what: "emulator", found: Err("no emulator".into()), steps: "firmware" };
         let shown = show(&line);
         assert!(shown.starts_with("MISSING ") && shown.contains("firmware") && shown.ends_with("no emulator\n"));

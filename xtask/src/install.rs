@@ -1,10 +1,10 @@
-//! Installing what a check needs, where that is allowed.
+//! Installs packages that a check needs, if this is possible.
 
 use std::process::Command;
 
 use crate::process;
 
-/// Has apt-get install Debian packages. The error names them.
+/// Installs Debian packages with apt-get. The error names them.
 pub fn packages(names: &[&str]) -> Result<(), String> {
     let packages = names.join(" ");
     if process::read(process::command("apt-get").arg("--version")).is_err() {
@@ -16,12 +16,12 @@ pub fn packages(names: &[&str]) -> Result<(), String> {
     println!("setting up: apt-get installs {packages}");
     process::run(apt_get().arg("update"))?;
     let mut install = apt_get();
-    // Without --no-remove apt would replace another Rust the machine's owner has chosen.
+    // Without --no-remove, apt could replace another Rust that the user has chosen.
     install.args(["install", "-y", "--no-install-recommends", "--no-remove"]).args(names);
     process::run(&mut install)
 }
 
-/// apt-get with limits of its own on the network; killing it from outside could leave packages half configured.
+/// apt-get with its own network limits; killing it could leave packages half configured.
 fn apt_get() -> Command {
     let mut command = process::command("apt-get");
     command.env("DEBIAN_FRONTEND", "noninteractive");

@@ -1,4 +1,4 @@
-//! The steps `fmt` and `lint`, and what of clippy others need.
+//! The steps `fmt` and `lint`, and helpers for other steps that use clippy.
 
 use crate::capi;
 use crate::outcome::{Missing, Outcome, Stop};
@@ -6,13 +6,13 @@ use crate::process;
 use crate::python;
 use crate::web;
 
-/// Features of the workspace that only the firmware or nothing turns on.
+/// Features of the workspace that are only enabled by the firmware or not at all.
 pub const LINT_FEATURES: [&str; 2] = [
     "--features",
     "scphd/defmt,scphd/embedded-hal,scphd-link/defmt,scphd-sequencer/defmt,scphd-store/defmt,scphd-stream/defmt",
 ];
 
-/// Fails unless the active toolchain has this command of cargo.
+/// Fails unless the active toolchain has this subcommand of cargo.
 fn need(command: &str) -> Result<(), Missing> {
     let said = process::read(process::cargo().args([command, "--version"]));
     said.map(drop).map_err(|_| Missing(format!("the active toolchain has no `cargo {command}`")))
@@ -23,7 +23,7 @@ pub fn need_clippy() -> Result<(), Missing> {
     need("clippy")
 }
 
-/// The step `fmt`: firmware, C interface, Python package, page and node are workspaces of their own.
+/// The step `fmt`: firmware, C interface, Python package, web page and ROS 2 node are separate workspaces.
 pub fn fmt() -> Outcome {
     let firmware = ["fmt", "--manifest-path", "firmware/Cargo.toml", "--", "--check"];
     let rtos = ["fmt", "--manifest-path", "firmware/rtos/Cargo.toml", "--", "--check"];
@@ -46,7 +46,7 @@ pub fn lint() -> Outcome {
     let mut cargo = process::cargo();
     cargo.args(["clippy", "--workspace", "--all-targets", "--keep-going"]);
     cargo.args(LINT_FEATURES).args(["--", "-D", "warnings"]);
-    // The other room of the filter on board, which nothing but the firmware's images has.
+    // The other capacities of the vehicle's filter, which only the firmware's images use.
     let mut few = process::cargo();
     few.args(["clippy", "--package", "scphd-stream", "--features", "few-particles", "--", "-D", "warnings"]);
     let mut check = || -> Result<(), Stop> {

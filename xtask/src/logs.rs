@@ -1,16 +1,16 @@
-//! What a run leaves for other programs, read by those: packages of Python in the environment of the project's own.
+//! Checks that other programs can read the output of runs: Python packages in the project's environment.
 
 use crate::outcome::{Outcome, Stop};
 use crate::process;
 use crate::python::{self, Environment};
 use crate::unit;
 
-/// What reads MCAP files and trajectories.
+/// Packages that read MCAP files and trajectories.
 const READERS: [&str; 2] = ["evo>=1.30,<2", "rosbags>=0.10,<0.12"];
-/// Half a gigabyte.
+/// A package of half a gigabyte.
 const LARGE: [&str; 1] = ["rerun-sdk>=0.41,<0.42"];
 
-/// The step; with `large` by what is large too.
+/// The step; with `large`, also with large packages.
 pub fn step(large: bool) -> Outcome {
     check(large).into()
 }
@@ -23,7 +23,7 @@ fn check(large: bool) -> Result<Outcome, Stop> {
         environment.equip(&LARGE)?;
     }
     let mut cargo = process::cargo();
-    // The step `unit` has built it.
+    // Built by the step `unit`.
     cargo.arg("test").args(unit::PACKAGES).args(["--test", "readers", "--", "--ignored", "--nocapture"]);
     cargo.env("SCPHD_READERS_PYTHON", environment.program());
     if large {

@@ -1,4 +1,4 @@
-//! The project's own commands: `cargo xtask test` is what a developer runs before a commit, `cargo xtask test --all` what CI runs.
+//! The project's commands: `cargo xtask test` before a commit, `cargo xtask test --all` for everything, as in CI.
 
 mod args;
 mod bench;

@@ -1,4 +1,4 @@
-//! The step `msrv`: nothing needs a newer Rust than the oldest that is supported.
+//! The step `msrv`: checks that nothing needs a newer Rust than the oldest supported one.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,15 +11,15 @@ use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
 use crate::toolchain::{self, OLDEST, Toolchain};
 
-/// The lint that knows since when the standard library has what a crate uses.
+/// The lint that knows the version of each item of the standard library.
 const LINT: &str = "clippy::incompatible_msrv";
-/// No other lint is asked.
+/// No other lint is enabled.
 const FLAGS: [&str; 4] = ["-Aclippy::all", "-Awarnings", "-D", LINT];
 
-/// What the standard library has since 1.90, in a crate that supports 1.89: the lint must complain.
+/// Uses an item that the standard library has since 1.90, in a crate that supports 1.89: the lint must report it.
 const PLANTED: &str = "pub fn planted(a: u32, b: i32) -> Option<u32> {\n    a.checked_sub_signed(b)\n}\n";
 
-/// The step: builds with that Rust where it is at hand; otherwise clippy looks for what is newer.
+/// The step: builds with the oldest Rust if it is present; otherwise clippy looks for newer items.
 pub fn step() -> Outcome {
     if let Some(check) = oldest_cargo() {
         return by_compiler(check).into();
@@ -28,12 +28,12 @@ pub fn step() -> Outcome {
     by_lint().into()
 }
 
-/// Whether that Rust is at hand.
+/// Whether the oldest Rust is present.
 pub fn is_at_hand() -> bool {
     oldest_cargo().is_some()
 }
 
-/// The cargo of the oldest Rust: the active one, or one that rustup has. Fetching one is not a test's business.
+/// cargo of the oldest Rust: the active one, or one of rustup. A test does not download a toolchain.
 fn oldest_cargo() -> Option<Command> {
     let is_oldest = |mut rustc: Command| {
         let version = process::read(rustc.arg("--version")).ok();
@@ -43,7 +43,7 @@ fn oldest_cargo() -> Option<Command> {
         return Some(process::cargo());
     }
     let listed = process::read(process::command("rustup").args(["toolchain", "list"])).ok()?;
-    // A toolchain's name is whatever its owner called it; the compiler itself knows better.
+    // The name of a toolchain is arbitrary, so that the compiler is asked for its version.
     let toolchain = listed.split_whitespace().find(|name| is_version(name, OLDEST))?;
     let rustup = |program| {
         let mut command = process::command("rustup");
@@ -98,14 +98,14 @@ fn firmware_clippy(toolchain: &Toolchain) -> Result<Command, Missing> {
     Ok(clippy)
 }
 
-/// A folder with clippy's settings: the tests must build with the oldest Rust too.
+/// A folder with settings for clippy: tests must build with the oldest Rust too.
 fn settings() -> Result<PathBuf, String> {
     let folder = process::own_target_dir("msrv-settings");
     write(&folder, "clippy.toml", "check-incompatible-msrv-in-tests = true\n")?;
     Ok(folder)
 }
 
-/// A crate that needs a newer Rust than it says.
+/// A crate that needs a newer Rust than it states.
 fn plant() -> Result<PathBuf, String> {
     let folder = process::own_target_dir("msrv-planted");
     let manifest = format!(
@@ -124,7 +124,7 @@ fn write(folder: &Path, name: &str, text: &str) -> Result<(), String> {
         .map_err(|error| format!("{}: {error}", path.display()))
 }
 
-/// Whether `name` is the release `version`, any patch release of it, or a toolchain called after one.
+/// Whether `name` is the release `version`, a patch release of it, or a toolchain with such a name.
 fn is_version(name: &str, version: &str) -> bool {
     name.strip_prefix(version).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '-']))
 }

@@ -1,8 +1,8 @@
 //! Proof that the core needs no allocator.
 //!
-//! The proof is that the core and everything it depends on compile where the crate `alloc` does not exist. Symbols alone
-//! would not do: the core is generic, and generic code is not in its library until somebody instantiates it. Scanning
-//! the library is a second look, for code that calls the allocator's symbols without the crate.
+//! The core and all its dependencies are compiled in a sysroot without the crate `alloc`. Symbols would not be sufficient: the
+//! core is generic, and generic code is not in its library until it is instantiated. In addition, the library is scanned for
+//! calls of the allocator's symbols without the crate.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,12 +12,12 @@ use crate::process;
 /// The libraries of a bare-metal target that the core may use.
 const ALLOWED: [&str; 2] = ["libcore-", "libcompiler_builtins-"];
 
-/// What the compiler calls the allocator's entry points; mangled names contain them literally.
+/// Symbols of the allocator; mangled names contain them literally.
 pub const SYMBOLS: [&str; 4] = ["__rust_alloc", "__rust_realloc", "__rg_alloc", "__rdl_alloc"];
 
 /// Makes a sysroot in `dir` with `core` and its compiler support, but without `alloc`, from `sysroot`.
 ///
-/// Fails if a crate can still find `alloc` in it, in which case it would prove nothing.
+/// Fails if a crate can still use `alloc` in it, because the check would then be void.
 pub fn core_only_sysroot(sysroot: &Path, target: &str, dir: &Path) -> Result<PathBuf, String> {
     let libraries = Path::new("lib/rustlib").join(target).join("lib");
     let from = sysroot.join(&libraries);
@@ -25,7 +25,7 @@ pub fn core_only_sysroot(sysroot: &Path, target: &str, dir: &Path) -> Result<Pat
     let failed = |error: std::io::Error| format!("cannot copy {} to {}: {error}", from.display(), to.display());
 
     if dir.exists() {
-        // A toolchain update leaves libraries of another hash behind, and the compiler refuses two of a kind.
+        // After an update of the toolchain the folder has libraries with other hashes, and the compiler refuses duplicates.
         fs::remove_dir_all(dir).map_err(failed)?;
     }
     fs::create_dir_all(&to).map_err(failed)?;
@@ -33,7 +33,7 @@ pub fn core_only_sysroot(sysroot: &Path, target: &str, dir: &Path) -> Result<Pat
         let name = entry.map_err(failed)?.file_name();
         if is_allowed(&name.to_string_lossy()) {
             let (source, copy) = (from.join(&name), to.join(&name));
-            // Links save 60 MB, where both directories share a file system.
+            // Hard links save 60 MB if both folders are in the same file system.
             fs::hard_link(&source, &copy).or_else(|_| fs::copy(&source, &copy).map(drop)).map_err(failed)?;
         }
     }
@@ -41,7 +41,7 @@ pub fn core_only_sysroot(sysroot: &Path, target: &str, dir: &Path) -> Result<Pat
     Ok(dir.to_owned())
 }
 
-/// Whether `sysroot` has `core` for the target; an empty directory may be left of a target that was removed.
+/// Whether `sysroot` has `core` for the target; a removed target may leave an empty folder.
 pub fn has_core(sysroot: &Path, target: &str) -> bool {
     let libraries = sysroot.join("lib/rustlib").join(target).join("lib");
     fs::read_dir(libraries)
@@ -52,7 +52,7 @@ fn is_allowed(file_name: &str) -> bool {
     ALLOWED.iter().any(|prefix| file_name.starts_with(prefix))
 }
 
-/// Compiles one crate that needs only `core`, which must work, and one that needs `alloc`, which must not.
+/// Compiles a crate that needs only `core`, which must work, and one that needs `alloc`, which must fail.
 fn probe(target: &str, sysroot: &Path) -> Result<(), String> {
     let compile = |name: &str, text: &str| {
         let source = sysroot.join(name).with_extension("rs");
@@ -69,7 +69,7 @@ fn probe(target: &str, sysroot: &Path) -> Result<(), String> {
     }
 }
 
-/// The compiler cargo would use.
+/// The compiler that cargo would use.
 pub fn rustc() -> std::ffi::OsString {
     std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into())
 }
@@ -77,7 +77,7 @@ pub fn rustc() -> std::ffi::OsString {
 /// Fails if the library at `path` refers to an allocator.
 pub fn check_library(path: &Path) -> Result<(), String> {
     let bytes = fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
-    // Anything but a library would pass the scan, whatever it is.
+    // Any other file would pass the scan.
     if !bytes.starts_with(b"!<arch>\n") {
         return Err(format!("{} is not a library archive", path.display()));
     }
@@ -98,7 +98,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn allocator_symbols_are_found_wherever_they_are() {
+    fn allocator_symbols_are_found_at_any_position() {
         assert_eq!(allocator_symbol(b"__rust_alloc"), Some("__rust_alloc"));
         assert_eq!(allocator_symbol(b"\0\x7f_RNvCsfLfy6EI15iL_7___rustc12___rust_alloc\0\0"), Some("__rust_alloc"));
         assert_eq!(allocator_symbol(b"\xff__rust_alloc_zeroed"), Some("__rust_alloc"));
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_no_library_does_not_pass() {
+    fn a_file_that_is_not_a_library_does_not_pass() {
         assert!(check_library(&process::root().join("Cargo.toml")).is_err());
         assert!(check_library(&process::root().join("no-such-file")).is_err());
     }

@@ -1,20 +1,20 @@
-//! What the command line says beside the steps.
+//! Options of the command line.
 
 use std::path::PathBuf;
 
 use crate::capi;
 
-/// Each option, as it was given.
+/// Values of the options.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Options {
-    /// Where the budget or the bench writes its figures.
+    /// File for the figures of the budget or the bench.
     pub json: Option<PathBuf>,
-    /// Whether a step that could not check everything makes the run a failure.
+    /// Whether a step that could not check everything makes the run fail.
     pub strict: bool,
-    /// Operations and seed of the fuzzer, in the place of its own.
+    /// Number of operations and seed for the fuzzer.
     pub numbers: Vec<u64>,
-    /// Where the C library is installed.
+    /// Destination of the C library.
     pub place: capi::Place,
-    /// Whether the step `python` runs the studies too, and the step `logs` what is large.
+    /// Whether the step `python` also runs the studies, and the step `logs` large packages.
     pub studies: bool,
 }

@@ -1,28 +1,28 @@
-//! How a step ends. What is not there to check with is one thing, what was checked and does not hold is another.
+//! Outcomes of steps, which distinguish missing tools from failed checks.
 
-/// How a step ended.
+/// Outcome of a step.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Outcome {
-    /// Everything it names was checked and held; the note adds what a reader of the summary should know.
+    /// All checks passed; the note is for the summary.
     Passed(String),
-    /// What was checked held, but something was not checked, for this reason.
+    /// All checks that were possible passed, but some were not possible, for this reason.
     Partly(String),
-    /// Nothing was checked, for this reason.
+    /// No check was possible, for this reason.
     Skipped(String),
-    /// For this reason.
+    /// A check failed, for this reason.
     Failed(String),
 }
 
-/// What a step needs is neither here nor to be had.
+/// A requirement of a step is missing and cannot be obtained.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Missing(pub String);
 
-/// Why a step did not come to its end.
+/// Reason why a step ended early.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Stop {
-    /// It could not be done here.
+    /// A requirement is missing.
     Missing(String),
-    /// Something is wrong.
+    /// A check failed.
     Broken(String),
 }
 
@@ -65,11 +65,11 @@ impl<E: Into<Stop>> From<Result<(), E>> for Outcome {
     }
 }
 
-/// How many steps ended how.
+/// Numbers of steps by outcome.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Tally {
     pub passed: usize,
-    /// Steps of which something was not checked.
+    /// Steps with checks that were not possible.
     pub skipped: usize,
     pub failed: usize,
 }
@@ -88,7 +88,7 @@ impl Tally {
         tally
     }
 
-    /// Whether the run as a whole is good; a `strict` one has to check everything.
+    /// Whether the whole run is successful; a `strict` run requires that everything was checked.
     pub fn is_good(self, strict: bool) -> bool {
         self.failed == 0 && (!strict || self.skipped == 0)
     }
@@ -99,7 +99,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_missing_is_a_skip_and_what_is_broken_a_failure() {
+    fn missing_requirements_are_skips_and_failed_checks_are_failures() {
         let missing: Result<(), Stop> = Err(Missing("no emulator".into()).into());
         assert_eq!(Outcome::from(missing), Outcome::Skipped("no emulator".into()));
         let broken: Result<(), Stop> = Err("it differs".into());
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn only_a_strict_run_minds_a_skip() {
+    fn only_a_strict_run_fails_on_a_skip() {
         let note = String::new;
         let outcomes = [Outcome::Passed(note()), Outcome::Partly(note()), Outcome::Skipped(note())];
         let tally = Tally::of(outcomes.iter());

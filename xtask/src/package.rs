@@ -1,4 +1,4 @@
-//! The step `package`: what would be published is whole, and builds on nothing but itself.
+//! The step `package`: checks that the packages for publication are complete.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -18,20 +18,20 @@ const LIBRARIES: [(&str, &str); 8] = [
     ("scphd-vehicle", "onboard/vehicle"),
 ];
 
-/// What every package has.
+/// Files of every package.
 const FILES: [&str; 5] = ["Cargo.toml", "README.md", "LICENSE-MIT", "LICENSE-APACHE", "src/lib.rs"];
 
-/// What is said and meant so: the project has no address yet, and tests stay in the repository, whose logs and oracles they need.
+/// Expected warnings: the project has no address yet, and tests remain in the repository, because they need its logs and oracles.
 const MEANT: [&str; 2] = ["warning: manifest has no documentation, homepage or repository", "warning: ignoring test "];
 
-/// Makes all packages without building them, and looks at what is in them.
+/// Creates all packages without building them, and checks their contents.
 pub fn step() -> Outcome {
     packaged().into()
 }
 
 fn packaged() -> Result<Outcome, Stop> {
     let mut cargo = process::cargo();
-    // Offline: whatever is newer in a registry is no business of a test. Dirty: a step runs before a commit too.
+    // Offline, so that newer versions in a registry have no effect. Dirty, because a step may run before a commit.
     cargo.args(["package", "--no-verify", "--offline", "--allow-dirty", "--target-dir"]);
     cargo.arg(process::own_target_dir("package"));
     cargo.args(LIBRARIES.iter().flat_map(|(name, _)| ["--package", name]));
@@ -51,7 +51,7 @@ fn packaged() -> Result<Outcome, Stop> {
     Ok(Outcome::Passed(format!("{} libraries", LIBRARIES.len())))
 }
 
-/// A package has what it needs, the licences of the project, and nothing that needs the repository around it.
+/// Checks that a package has the required files and licences, and does not depend on the repository around it.
 fn whole(name: &str, folder: &str) -> Result<(), Stop> {
     let listed =
         process::read(process::cargo().args(["package", "--list", "--offline", "--allow-dirty", "--package", name]))?;
@@ -71,7 +71,7 @@ fn whole(name: &str, folder: &str) -> Result<(), Stop> {
     Ok(())
 }
 
-/// Whether the licences and sources of all dependencies are among those of `deny.toml`, in every workspace.
+/// Checks that licences and sources of all dependencies are allowed by `deny.toml`, in every workspace.
 pub fn deny() -> Outcome {
     if process::read(process::cargo().args(["deny", "--version"])).is_err() {
         return Outcome::Skipped("no `cargo deny` here: cargo install cargo-deny --locked".into());

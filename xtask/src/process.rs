@@ -1,4 +1,4 @@
-//! Running other programs from the top of the workspace, visibly.
+//! Runs programs from the root of the workspace and shows the commands.
 
 use std::ffi::OsStr;
 use std::io::Read;
@@ -9,49 +9,49 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Lines of a complaint that an error quotes: those of a linker are long, and the last ones name what is wrong.
+/// Number of lines of error output that an error quotes: those of a linker are long, and the last ones have the reason.
 const QUOTED: usize = 4;
 
-/// The top directory of the workspace.
+/// The root folder of the workspace.
 pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("xtask lies in a directory of the workspace")
 }
 
-/// A directory for one step's own build products, apart from those of the everyday builds: other compiler flags or
-/// another compiler would make cargo rebuild everything at each change of hands.
+/// A separate build folder of a step: with other compiler flags or another compiler, cargo would otherwise rebuild everything
+/// after each change.
 pub fn own_target_dir(name: &str) -> PathBuf {
     target_dir().join("xtask").join(name)
 }
 
-/// That of the everyday builds.
+/// The build folder of ordinary builds.
 pub fn target_dir() -> PathBuf {
     root().join(std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()))
 }
 
-/// Whether what is committed shall be rewritten with what is measured now, where it is otherwise compared.
+/// Whether committed figures are to be rewritten with measured ones instead of compared.
 pub fn is_blessing() -> bool {
     std::env::var_os("SCPHD_BLESS").is_some_and(|value| value == "1")
 }
 
-/// The cargo that started this program, so that `cargo +toolchain xtask` reaches the inner calls too.
+/// The cargo that started this program, so that `cargo +toolchain xtask` also applies to its own calls.
 pub fn cargo() -> Command {
     command(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
 }
 
-/// A command that starts at the top of the workspace and never waits for input.
+/// A command in the root of the workspace, without input.
 pub fn command(program: impl AsRef<OsStr>) -> Command {
     let mut command = Command::new(program);
     command.current_dir(root()).stdin(Stdio::null());
     command
 }
 
-/// Runs to the end; the program writes to the terminal itself.
+/// Runs a command to its end; its output goes to the terminal.
 pub fn run(command: &mut Command) -> Result<(), String> {
     let status = start(command)?.wait();
     judge(command, status.map_err(|error| error.to_string())?)
 }
 
-/// Like [`run`], but the error says what the program complained of, so that a summary tells it too.
+/// As [`run`], but the error has the command's error output, for the summary.
 pub fn run_or_quote(command: &mut Command) -> Result<(), String> {
     println!("$ {}", show(command));
     let output = command.stdout(Stdio::inherit()).output().map_err(|error| format!("{}: {error}", show(command)))?;
@@ -63,7 +63,7 @@ pub fn run_or_quote(command: &mut Command) -> Result<(), String> {
     })
 }
 
-/// Does `work` with every item, as many at a time as there are cores, and returns what it gives in the order of the items.
+/// Calls `work` for every item, in parallel on all cores. Returns the results in the order of the items.
 pub fn side_by_side<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Result<Vec<R>, String> {
     let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
     let worker = || {
@@ -71,7 +71,7 @@ pub fn side_by_side<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync
             let place = next.fetch_add(1, Ordering::Relaxed);
             let Some(item) = items.get(place) else { return };
             let result = work(item);
-            // Nothing that could end with a panic is done while it is locked.
+            // No code that may panic runs while it is locked.
             done.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push((place, result));
         }
     };
@@ -85,7 +85,7 @@ pub fn side_by_side<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync
     Ok(done.into_iter().map(|(_, result)| result).collect())
 }
 
-/// Like [`run`], but kills the program after `limit`.
+/// As [`run`], but kills the program after `limit`.
 pub fn run_for(command: &mut Command, limit: Duration) -> Result<(), String> {
     let mut child = start(command)?;
     await_for(command, &mut child, limit)
@@ -98,7 +98,7 @@ fn await_for(command: &Command, child: &mut Child, limit: Duration) -> Result<()
             return judge(command, status);
         }
         if started.elapsed() >= limit {
-            // Either call fails only if the child has just ended by itself, which comes too late as well.
+            // Both calls fail only if the process has just ended by itself, which is too late, too.
             let _ = child.kill();
             let _ = child.wait();
             return Err(format!("{} took longer than {} s", name(command), limit.as_secs_f32()));
@@ -107,7 +107,7 @@ fn await_for(command: &Command, child: &mut Child, limit: Duration) -> Result<()
     }
 }
 
-/// Like [`run`], but returns standard output as it is; kills the program after `limit`.
+/// As [`run`], but returns the standard output; kills the program after `limit`.
 pub fn capture_for(command: &mut Command, limit: Duration) -> Result<Vec<u8>, String> {
     let mut child = start(command.stdout(Stdio::piped()))?;
     let mut output = child.stdout.take().ok_or("no output to read")?;
@@ -120,7 +120,7 @@ pub fn capture_for(command: &mut Command, limit: Duration) -> Result<Vec<u8>, St
     bytes.map_err(|error| format!("{}: {error}", name(command)))
 }
 
-/// Runs silently and returns standard output; the error carries standard error.
+/// Runs a command without output, and returns its standard output; the error has its standard error.
 pub fn read(command: &mut Command) -> Result<String, String> {
     let output = command.output().map_err(|error| format!("{}: {error}", show(command)))?;
     if output.status.success() {
@@ -140,14 +140,14 @@ fn judge(command: &Command, status: ExitStatus) -> Result<(), String> {
     if status.success() { Ok(()) } else { Err(format!("{}: {status}", name(command))) }
 }
 
-/// Enough to recognise a command that was shown in full when it started: the program and its first argument.
+/// The program and its first argument, for a command that was already shown in full.
 fn name(command: &Command) -> String {
     let program = Path::new(command.get_program()).file_stem().unwrap_or(command.get_program());
     let words = std::iter::once(program).chain(command.get_args().take(1));
     words.map(quote).collect::<Vec<_>>().join(" ")
 }
 
-/// The command as one would type it, with the variables set for it.
+/// The command line with its environment variables.
 fn show(command: &Command) -> String {
     let mut words = Vec::new();
     for (name, value) in command.get_envs() {
@@ -155,7 +155,7 @@ fn show(command: &Command) -> String {
             words.push(format!("{}={}", name.display(), quote(value)));
         }
     }
-    // Which cargo it is has been said where it matters; its directory only buries the arguments.
+    // The path of cargo is omitted, because it would hide the arguments.
     let program = Path::new(command.get_program());
     let is_cargo = program.file_stem() == Some(OsStr::new("cargo"));
     words.push(if is_cargo { "cargo".to_owned() } else { quote(command.get_program()) });
@@ -185,7 +185,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn the_exit_status_decides() {
+    fn a_nonzero_exit_status_is_an_error() {
         assert!(run(&mut command("true")).is_ok());
         assert!(run(&mut command("false")).is_err());
         assert!(run_for(&mut command("true"), Duration::from_secs(30)).is_ok());
@@ -194,7 +194,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn an_error_quotes_the_last_of_a_complaint() {
+    fn an_error_quotes_the_last_lines_of_the_error_output() {
         let mut complains = command("sh");
         complains.args(["-c", "for line in 1 2 3 4 5 6; do echo $line >&2; echo >&2; done; exit 3"]);
         let message = run_or_quote(&mut complains).unwrap_err();
@@ -204,7 +204,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_program_that_takes_too_long_is_ended() {
+    fn a_program_is_killed_after_its_time_limit() {
         let started = Instant::now();
         let message = run_for(command("sleep").arg("60"), Duration::from_millis(100)).unwrap_err();
         assert!(message.contains("longer than"), "{message}");

@@ -1,4 +1,4 @@
-//! The Python package: a wheel in a virtual environment, its tests, and the digests of the library without Python.
+//! The Python package: builds a wheel in a virtual environment, runs its tests, and compares its digests with those of Rust.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,20 +9,20 @@ use crate::install;
 use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
 
-/// The oldest Python, as the wheel has it.
+/// Oldest Python version, as in the wheel.
 const OLDEST: (u32, u32) = (3, 10);
-/// What builds and tests the wheel.
+/// Packages to build and test the wheel.
 const NEEDED: [&str; 3] = ["maturin>=1.9,<2", "numpy>=1.23", "pytest>=8"];
-/// What the studies need beside it.
+/// Additional packages for the studies.
 const STUDIES: [&str; 7] =
     ["dask[distributed]", "ipykernel", "matplotlib", "mypy", "nbclient", "nbformat", "stonesoup>=1.7"];
 
-/// The step: all that is quick, and where asked for the studies too.
+/// The step: quick tests, and the studies if requested.
 pub fn step(studies: bool) -> Outcome {
     check(studies).into()
 }
 
-/// cargo, in the workspace of the package, for what asks no Python for anything.
+/// cargo in the workspace of the package, for commands that need no Python.
 fn cargo(command: &str) -> Command {
     let mut cargo = process::cargo();
     cargo.args([command, "--quiet", "--locked", "--manifest-path", "bindings/python/Cargo.toml", "--target-dir"]);
@@ -31,21 +31,21 @@ fn cargo(command: &str) -> Command {
     cargo
 }
 
-/// clippy on the package, warnings are errors.
+/// clippy on the package, with warnings as errors.
 pub fn clippy() -> Command {
     let mut clippy = cargo("clippy");
     clippy.args(["--", "-D", "warnings"]);
     clippy
 }
 
-/// The documentation of the crate, warnings are errors.
+/// The documentation of the crate, with warnings as errors.
 pub fn doc() -> Command {
     let mut doc = cargo("doc");
     doc.env("RUSTDOCFLAGS", "-D warnings").arg("--no-deps");
     doc
 }
 
-/// A Python that is here and not too old, as it calls itself.
+/// Version of a Python that is present and not too old.
 pub fn interpreter() -> Result<String, Missing> {
     let said = process::read(process::command("python3").args(["-c", "import sys; print(sys.version.split()[0])"]))
         .map_err(|_| Missing("there is no python3".into()))?;
@@ -70,7 +70,7 @@ fn check(studies: bool) -> Result<Outcome, Stop> {
     Ok(Outcome::Passed(format!("Python {version}")))
 }
 
-/// The simulator, built in a hurry.
+/// The simulator, with a fast build.
 fn simulator() -> Result<PathBuf, String> {
     let folder = process::own_target_dir("python").join("simulator");
     let mut cargo = process::cargo();
@@ -79,13 +79,13 @@ fn simulator() -> Result<PathBuf, String> {
     Ok(folder.join("release").join("scphd-sim"))
 }
 
-/// A virtual environment of this project's own.
+/// A virtual environment of this project.
 pub struct Environment {
     folder: PathBuf,
 }
 
 impl Environment {
-    /// The one for this Python, made where it is not there.
+    /// The environment for this Python, which is created if necessary.
     pub fn of(version: &str) -> Result<Self, Missing> {
         let environment = Self { folder: process::own_target_dir("python").join(format!("venv-{version}")) };
         if environment.runs() {
@@ -93,7 +93,7 @@ impl Environment {
         }
         let made = environment.make().or_else(|reason| {
             println!("- a virtual environment: {reason}");
-            // Debian keeps what makes one in a package of its own.
+            // Debian has the module that creates environments in a separate package.
             install::packages(&["python3-venv"]).and_then(|()| environment.make())
         });
         match made {
@@ -102,7 +102,7 @@ impl Environment {
         }
     }
 
-    /// Whether its Python has a pip.
+    /// Whether its Python has pip.
     fn runs(&self) -> bool {
         process::read(self.python().args(["-m", "pip", "--version"])).is_ok()
     }
@@ -111,14 +111,14 @@ impl Environment {
         process::run(process::command("python3").args(["-m", "venv", "--clear"]).arg(&self.folder))
     }
 
-    /// Its Python.
+    /// The path of its Python.
     pub fn program(&self) -> PathBuf {
         self.folder.join("bin").join("python")
     }
 
     fn python(&self) -> Command {
         let mut python = process::command(self.program());
-        // Nothing of the user's own, and nothing left behind in the sources.
+        // Without packages of the user, and without files written to the sources.
         python.env_remove("PYTHONPATH").env_remove("PYTHONHOME").env("PYTHONDONTWRITEBYTECODE", "1");
         python
     }
@@ -129,17 +129,17 @@ impl Environment {
         pip
     }
 
-    /// Installs packages that are not there; a list of what was once installed whole needs no network any more.
+    /// Installs missing packages; if the list of installed packages is the same, no network is needed.
     pub fn equip(&self, packages: &[&str]) -> Result<(), Missing> {
         self.equip_with("all", &[], packages)
     }
 
-    /// The same without what they depend on.
+    /// As `equip`, without dependencies.
     pub fn equip_alone(&self, packages: &[&str]) -> Result<(), Missing> {
         self.equip_with("alone", &["--no-deps"], packages)
     }
 
-    /// A list of its own for each way and number of packages.
+    /// There is a separate list for each way and number of packages.
     fn equip_with(&self, way: &str, options: &[&str], packages: &[&str]) -> Result<(), Missing> {
         let list = self.folder.join(format!("equipped-{way}-{}.txt", packages.len()));
         let wanted = packages.join("\n");
@@ -151,17 +151,17 @@ impl Environment {
             .map_err(|reason| Missing(format!("pip cannot install {}: {reason}", packages.join(", "))))
     }
 
-    /// Where its packages lie.
+    /// The folder of its packages.
     pub fn packages(&self) -> Result<PathBuf, String> {
         let words = ["-c", "import sysconfig; print(sysconfig.get_path('purelib'))"];
         process::read(self.python().args(words)).map(PathBuf::from)
     }
 
-    /// Builds the wheel and installs it, as a user does, but with the packages that are here.
+    /// Builds and installs the wheel as a user does, but with the packages that are present.
     fn install(&self) -> Result<(), String> {
         let mut pip = self.pip();
         pip.args(["--no-deps", "--no-build-isolation", "--force-reinstall", "./bindings/python"]);
-        // maturin is found where the environment has it.
+        // maturin is in the environment.
         let path = std::env::var_os("PATH").unwrap_or_default();
         let first = [self.folder.join("bin")].into_iter().chain(std::env::split_paths(&path));
         let path = std::env::join_paths(first).map_err(|error| error.to_string())?;
@@ -169,7 +169,7 @@ impl Environment {
         process::run(&mut pip)
     }
 
-    /// Runs the tests of a folder, with a file that they ask for by a variable.
+    /// Runs the tests in a folder, with an environment variable that names a file.
     fn test(&self, folder: &str, (variable, file): (&str, &Path)) -> Result<(), String> {
         let mut pytest = self.python();
         pytest.args([

@@ -10,7 +10,7 @@ use crate::python;
 use crate::steps::Step;
 use crate::unit;
 
-/// The steps of the quick run, cheapest first.
+/// Steps of the quick run, fastest first.
 pub const STEPS: &[Step] = &[
     Step {
         name: "libraries",
@@ -31,7 +31,7 @@ pub const STEPS: &[Step] = &[
     },
 ];
 
-/// The example of a robot, which has its inputs in itself, ends on a board as it does on this machine.
+/// The example of a robot, which contains its inputs, must have the same final state on a board and on the host.
 fn board() -> Result<Outcome, Stop> {
     let nothing = process::own_target_dir("no-stream.bin");
     fs::write(&nothing, [0; 8]).map_err(|error| format!("{}: {error}", nothing.display()))?;

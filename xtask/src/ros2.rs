@@ -8,11 +8,11 @@ use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
 use crate::python::{self, Environment};
 
-/// The peer, and what knows the definitions of messages.
+/// The peer, and a package with the definitions of messages.
 const PEER: [&str; 2] = ["cyclonedds>=11,<12", "rosbags>=0.10,<0.12"];
-/// The peer's exit code where it and the node do not find each other.
+/// Exit code of the peer if it and the node do not discover each other.
 const NO_DISCOVERY: i32 = 77;
-/// What is played: logs that the simulator has written, then scenarios, each so many times as fast as it was.
+/// Logs of the simulator to play, scenarios, and their speed-up.
 const LOGS: [&str; 2] = ["survey", "thesis-compare"];
 const SCENARIOS: [&str; 2] = ["two-sensors@8", "survey-fixes@8"];
 const LOG_RATE: u32 = 8;
@@ -30,7 +30,7 @@ fn cargo(command: &str) -> Command {
     cargo
 }
 
-/// clippy on the node, warnings are errors.
+/// clippy on the node, with warnings as errors.
 pub fn clippy() -> Command {
     let mut clippy = cargo("clippy");
     clippy.args(["--all-targets", "--", "-D", "warnings"]);
@@ -46,7 +46,7 @@ fn check() -> Result<Outcome, Stop> {
     process::run(cargo("build").args(["--bins", "--example", "reencode"]))?;
     let program = |name: &str| process::own_target_dir("ros2").join("release").join(name);
     let folder = process::own_target_dir("ros2").join("played");
-    // A log is written to where nothing is.
+    // A log can only be written to a new folder.
     if folder.exists() {
         fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     }

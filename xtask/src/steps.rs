@@ -1,4 +1,4 @@
-//! The steps of `cargo xtask test --all`, and how steps are run: all of them, even after a failure, then a summary.
+//! The steps of `cargo xtask test --all`, and how they run: all of them, even after a failure, then a summary.
 
 use std::time::{Duration, Instant};
 
@@ -21,16 +21,16 @@ use crate::target;
 use crate::unit;
 use crate::web;
 
-/// One step, which can also be run by its name.
+/// A step, which can also be run by its name.
 pub struct Step {
-    /// The word on the command line.
+    /// Name on the command line.
     pub name: &'static str,
-    /// What it checks, for the headline and the help.
+    /// Description for the headline and the help.
     pub what: &'static str,
     pub run: fn(&Options) -> Outcome,
 }
 
-/// Cheapest first, so that the common slips show early.
+/// Fastest first, so that common errors show early.
 pub const STEPS: &[Step] = &[
     Step { name: "fmt", what: "formatting of every package", run: |_| lint::fmt() },
     Step { name: "lint", what: "clippy on every package, warnings are errors", run: |_| lint::lint() },
@@ -86,7 +86,7 @@ pub const STEPS: &[Step] = &[
     Step { name: "msrv", what: "nothing needs a newer Rust than the oldest supported", run: |_| msrv::step() },
 ];
 
-/// Steps that are not part of `test`: the times of one are of the machine and what else it does, some take long, one installs.
+/// Steps that are not part of `test`: the times of some depend on the machine and its load, some take long, one installs.
 pub const OTHERS: &[Step] = &[
     Step {
         name: "bench",
@@ -140,8 +140,7 @@ pub const OTHERS: &[Step] = &[
     },
 ];
 
-/// Runs the steps and prints the summary, of which the last line is alone. `false` if one failed, or, where the run is
-/// strict, did not check everything.
+/// Runs the steps and prints the summary. Returns `false` if a step failed or, in a strict run, if not everything was checked.
 pub fn run(chosen: &[&Step], options: &Options) -> bool {
     let begun = Instant::now();
     let mut results = Vec::new();
@@ -167,7 +166,7 @@ pub fn run(chosen: &[&Step], options: &Options) -> bool {
     tally.is_good(options.strict)
 }
 
-/// One line of the summary.
+/// A line of the summary.
 fn verdict(name: &str, outcome: &Outcome, elapsed: Duration) -> String {
     let (word, note) = match outcome {
         Outcome::Passed(note) => ("ok", note),
@@ -197,7 +196,7 @@ fn claims() -> Outcome {
     process::run(&mut cargo).into()
 }
 
-/// The tests run the same programs for a shorter time. Of the operations one in a thousand is a log folder.
+/// The tests run the same programs for a shorter time. One in a thousand operations is a log folder.
 fn fuzz(options: &Options) -> Outcome {
     let [operations, seed] =
         [(0, 20_000_000), (1, 1)].map(|(place, default)| options.numbers.get(place).copied().unwrap_or(default));
@@ -210,16 +209,16 @@ fn fuzz(options: &Options) -> Outcome {
     process::run(&mut cargo).and_then(|()| process::run(&mut folders)).into()
 }
 
-/// The step `unit` has checked the digests at the optimisation of its own profile. A filter that is tuned in one
-/// profile and flown in another must compute the same in both, so they are checked without optimisation and in a
-/// release build too, where a fused operation, another order of a sum or another crate's `libm` would show.
+/// The step `unit` has checked the digests with its own profile. A filter must compute the same in all profiles, so that they are
+/// also checked without optimisation and in a release build, which would show fused operations, another order of summation or
+/// another `libm`.
 fn digest() -> Outcome {
     let mut failures = Vec::new();
     for profile in [&["--profile", "dev"][..], &["--release"]] {
         let mut cargo = process::cargo();
-        // With the benches' features, so that the step `counts` finds the simulator built.
+        // With the features of the benches, so that the step `counts` can use the build of the simulator.
         cargo.args(["test", "-p", "scphd-digest", "-p", "scphd-benches", "--test", "digest"]).args(profile);
-        // A run that rewrites what it should compare with checks nothing.
+        // Rewriting the digests would check nothing.
         cargo.env_remove("SCPHD_BLESS");
         if let Err(reason) = process::run(&mut cargo) {
             failures.push(format!("{}: {reason}", profile.join(" ")));

@@ -1,11 +1,11 @@
-//! The libraries of a vehicle, built for a Cortex-M where there is neither std nor alloc.
+//! Builds the libraries of a vehicle for a Cortex-M without std and alloc.
 
 use crate::noalloc;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
 use crate::toolchain::{self, Toolchain};
 
-/// Cortex-M4F and M7 with an FPU. It has neither std nor an operating system, so whatever builds for it is no_std.
+/// Cortex-M4F and M7 with an FPU. The target has no std, so that all its crates are no_std.
 const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// The step: find a toolchain, build, check.
@@ -14,18 +14,18 @@ pub fn step() -> Outcome {
     check().into()
 }
 
-/// The filter, what sorts its inputs, what brings them, what finds posts, what speaks to flight stacks, and what assembles a filter. The dependencies heapless, cobs and embedded-io have an `alloc` of their own, which
-/// must be off.
+/// Filter, sequencer, link, post finder, flight stack messages, and assembled filters. Their dependencies heapless, cobs and
+/// embedded-io have a feature `alloc`, which must be off.
 const PACKAGES: [&str; 6] = ["scphd", "scphd-sequencer", "scphd-link", "scphd-lidar", "scphd-mavlink", "scphd-vehicle"];
 
-/// Builds them where there is no `alloc`, and looks at the libraries.
+/// Builds them without `alloc`, and checks the libraries.
 fn build(toolchain: &Toolchain) -> Result<String, String> {
     let dir = process::own_target_dir(&format!("target-{}", toolchain.key()));
     let mut cargo = toolchain.cargo_build("core");
     if let Toolchain::Active { sysroot } = toolchain {
         println!("setting up: a sysroot with core and without alloc, in {}", dir.display());
         let core_only = noalloc::core_only_sysroot(sysroot, TARGET, &dir.join("core-only"))?;
-        // The encoded form survives a path with a space in it.
+        // The encoded form allows spaces in paths.
         cargo.env("CARGO_ENCODED_RUSTFLAGS", format!("--sysroot={}", core_only.display()));
     }
     cargo.args(PACKAGES.iter().flat_map(|package| ["-p", package]));

@@ -1,4 +1,4 @@
-//! Which toolchain can build for a Cortex-M here.
+//! Finds a toolchain that can build for a Cortex-M.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -13,13 +13,13 @@ use crate::outcome::Missing;
 use crate::process;
 use crate::tools;
 
-/// The environment variable that forces one kind of toolchain.
+/// The environment variable that selects a kind of toolchain.
 pub const CHOICE_VARIABLE: &str = "SCPHD_TARGET_TOOLCHAIN";
 
-/// A rustup that cannot reach its server retries for a long time; a reachable one needs seconds.
+/// Time limit: rustup retries for a long time if its server cannot be reached; otherwise it needs seconds.
 const DOWNLOAD_LIMIT: Duration = Duration::from_secs(120);
 
-/// Debian's Rust for building web browsers, which is kept recent in stable releases, or its ordinary one.
+/// Debian's Rust for web browsers, which is kept recent in stable releases, or its ordinary one.
 const DEBIAN: Bundle = Bundle {
     name: "rust",
     packages: &[
@@ -29,7 +29,7 @@ const DEBIAN: Bundle = Bundle {
     oldest: OLDEST,
 };
 
-/// The oldest compiler that this project supports.
+/// The oldest supported compiler.
 pub const OLDEST: &str = env!("CARGO_PKG_RUST_VERSION");
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,16 +53,16 @@ impl Choice {
 /// A toolchain that can build for a Cortex-M.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Toolchain {
-    /// The active one, which has the targets' libraries under this sysroot.
+    /// The active one, with the libraries of the targets in this sysroot.
     Active { sysroot: PathBuf },
-    /// Debian's, which compiles `core` from its sources: installed, or unpacked to a folder.
+    /// Debian's, which compiles `core` from its sources; installed, or unpacked to a folder.
     Debian { unpacked: Option<Tree> },
 }
 
-/// What was found, which the next step need not look for again.
+/// The result of the search, for later steps.
 static FOUND: OnceLock<Result<Toolchain, Missing>> = OnceLock::new();
 
-/// Fails where [`CHOICE_VARIABLE`] has a value that means nothing.
+/// Fails if the value of [`CHOICE_VARIABLE`] is invalid.
 pub fn check_choice() -> Result<(), String> {
     choice().map(drop)
 }
@@ -71,24 +71,24 @@ fn choice() -> Result<Choice, String> {
     Choice::from_variable(std::env::var(CHOICE_VARIABLE).ok().as_deref())
 }
 
-/// A toolchain for the targets of all boards: tries the alternatives in their order and says what became of each.
+/// A toolchain for the targets of all boards: tries the alternatives in order and prints their results.
 pub fn find() -> Result<Toolchain, Missing> {
     FOUND.get_or_init(|| look(&TARGETS)).clone()
 }
 
-/// A toolchain for other targets than the boards', looked for anew.
+/// A toolchain for other targets; the search is not cached.
 pub fn find_for(targets: &[&str]) -> Result<Toolchain, Missing> {
     look(targets)
 }
 
-/// One way to a toolchain for some targets.
+/// A way to obtain a toolchain for some targets.
 type Alternative = fn(&[&str]) -> Result<Toolchain, String>;
 
 fn look(targets: &[&str]) -> Result<Toolchain, Missing> {
     let names = targets.join(" and ");
     let choice = choice().map_err(Missing)?;
     println!("looking for a toolchain that builds for {names}");
-    // What is here first, then what has to be fetched.
+    // Toolchains that are present come first, then those that have to be fetched.
     let alternatives: [(&str, Choice, Alternative); 4] = [
         ("active toolchain", Choice::Rustup, active),
         ("Debian's packages", Choice::Debian, |_| debian_here()),
@@ -100,7 +100,7 @@ fn look(targets: &[&str]) -> Result<Toolchain, Missing> {
         if choice != Choice::First && choice != kind {
             continue;
         }
-        // The linker too, so that only what is wrong with an image can go wrong when it is linked.
+        // The linker is checked too, so that later link errors are those of an image.
         let found = alternative(targets).and_then(|toolchain| {
             toolchain.linker(&mut Command::new("cargo")).map(|_| toolchain).map_err(|Missing(reason)| reason)
         });
@@ -118,12 +118,12 @@ fn look(targets: &[&str]) -> Result<Toolchain, Missing> {
     Err(Missing(format!("no toolchain for {names} ({})", reasons.join("; "))))
 }
 
-/// The toolchain that is here, and nothing fetched.
+/// A toolchain that is present, without fetching anything.
 pub fn here(targets: &[&str]) -> Result<Toolchain, String> {
     active(targets).or_else(|reason| debian_here().map_err(|other| format!("{reason}; {other}")))
 }
 
-/// The active toolchain, if it has the targets, whoever installed them.
+/// The active toolchain, if it has the targets.
 fn active(targets: &[&str]) -> Result<Toolchain, String> {
     let sysroot = active_sysroot()?;
     match targets.iter().find(|target| !noalloc::has_core(&sysroot, target)) {
@@ -132,12 +132,12 @@ fn active(targets: &[&str]) -> Result<Toolchain, String> {
     }
 }
 
-/// Where the active toolchain has its libraries.
+/// The sysroot of the active toolchain.
 pub fn active_sysroot() -> Result<PathBuf, String> {
     process::read(process::command(noalloc::rustc()).args(["--print", "sysroot"])).map(PathBuf::from)
 }
 
-/// Has rustup fetch the targets for the active toolchain.
+/// Lets rustup fetch the targets for the active toolchain.
 fn add_with_rustup(targets: &[&str]) -> Result<Toolchain, String> {
     process::read(process::command("rustup").arg("--version")).map_err(|_| "there is no rustup".to_owned())?;
     println!("setting up: rustup fetches {}, for at most {} s", targets.join(" "), DOWNLOAD_LIMIT.as_secs());
@@ -157,7 +157,7 @@ fn debian_here() -> Result<Toolchain, String> {
     })
 }
 
-/// Debian's toolchain, unpacked to a folder of this project, or installed where that cannot be.
+/// Debian's toolchain, unpacked to a folder of this project, or installed if that is not possible.
 fn debian_fetched() -> Result<Toolchain, String> {
     let unpacked = debian::fetch(&DEBIAN).and_then(|tree| {
         let toolchain = Toolchain::Debian { unpacked: Some(tree) };
@@ -176,13 +176,13 @@ fn minor_version(text: &str) -> Option<u32> {
     text.split(' ').find_map(|word| word.strip_prefix("1."))?.split('.').next()?.parse().ok()
 }
 
-/// The build is judged with the flags given here and no others.
+/// Removes flags from the environment, so that a build has only those given here.
 pub fn clear_flags(command: &mut Command) {
     command.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
 }
 
 impl Toolchain {
-    /// What to call it in a report.
+    /// Its name in reports.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Active { .. } => "the active toolchain",
@@ -191,7 +191,7 @@ impl Toolchain {
         }
     }
 
-    /// A short name for a directory.
+    /// A short name for folders.
     pub fn key(&self) -> &'static str {
         match self {
             Self::Active { .. } => "active",
@@ -199,12 +199,12 @@ impl Toolchain {
         }
     }
 
-    /// The compiler's name and version.
+    /// Name and version of the compiler.
     pub fn compiler(&self) -> Result<String, String> {
         process::read(self.program("rustc").arg("--version"))
     }
 
-    /// One of its programs, kept apart from the toolchain that runs this one.
+    /// A program of the toolchain, independent of the toolchain that runs this program.
     fn program(&self, name: &str) -> Command {
         let Self::Debian { unpacked } = self else {
             return process::command(if name == "rustc" { noalloc::rustc() } else { name.into() });
@@ -228,7 +228,7 @@ impl Toolchain {
         }
     }
 
-    /// Whether Debian's toolchain is there, new enough, and has the sources of `core`.
+    /// Checks that Debian's toolchain is present, recent enough, and has the sources of `core`.
     fn debian_usable(&self) -> Result<(), String> {
         for program in ["cargo", "rustc"].map(|name| self.path(name)) {
             if !program.is_file() {
@@ -239,19 +239,18 @@ impl Toolchain {
         if minor_version(&version).is_none_or(|minor| Some(minor) < minor_version(OLDEST)) {
             return Err(format!("{} is `{version}`, older than {OLDEST}", self.path("rustc").display()));
         }
-        // The packages link the sources to where `-Zbuild-std` looks for them.
+        // The packages link the sources to the place that `-Zbuild-std` expects.
         let sysroot = process::read(self.program("rustc").args(["--print", "sysroot"]))?;
         let sources = Path::new(&sysroot).join("lib/rustlib/src/rust/library/core/Cargo.toml");
         if sources.is_file() { Ok(()) } else { Err(format!("{} is missing", sources.display())) }
     }
 
-    /// `cargo build`, judged with the flags given by the caller and no others; `libraries` are those that a toolchain
-    /// without any for the target has to build itself.
+    /// `cargo build`, only with flags of the caller. `libraries` are built by a toolchain that has none for the target.
     pub fn cargo_build(&self, libraries: &str) -> Command {
         self.cargo("build", libraries)
     }
 
-    /// `cargo rustc`, as [`Self::cargo_build`].
+    /// As [`Self::cargo_build`], for `cargo rustc`.
     pub fn cargo_rustc(&self, libraries: &str) -> Command {
         self.cargo("rustc", libraries)
     }
@@ -272,7 +271,7 @@ impl Toolchain {
         }
     }
 
-    /// `cargo clippy`, as [`Self::cargo_build`]. The error says that it has none.
+    /// As [`Self::cargo_build`], for `cargo clippy`. An error if there is no clippy.
     pub fn cargo_clippy(&self, libraries: &str) -> Result<Command, String> {
         match self {
             Self::Active { .. } => {
@@ -294,11 +293,11 @@ impl Toolchain {
     }
 
     fn with_sources(&self, cargo: &mut Command, libraries: &str) {
-        // Building `core` from its sources is an unstable feature of cargo, and this is a stable cargo.
+        // Building `core` from its sources is an unstable feature, and this is a stable cargo.
         cargo.env("RUSTC_BOOTSTRAP", "1").env("RUSTC", self.path("rustc")).arg(format!("-Zbuild-std={libraries}"));
     }
 
-    /// Gives a build the linker for bare metal, where the toolchain does not find its own; the flags are for its compiler.
+    /// Sets the bare-metal linker of a build, if the toolchain does not find its own. Returns the flags for its compiler.
     pub fn linker(&self, build: &mut Command) -> Result<Vec<String>, Missing> {
         let own = beside_rustc().filter(|path| path.is_file());
         if own.is_some() && matches!(self, Self::Active { .. }) {
@@ -316,13 +315,13 @@ impl Toolchain {
     }
 }
 
-/// The linker that the active toolchain brings along.
+/// The linker of the active toolchain.
 pub fn beside_rustc() -> Option<PathBuf> {
     let host = host().ok()?;
     Some(active_sysroot().ok()?.join(format!("lib/rustlib/{host}/bin/rust-lld")))
 }
 
-/// The machine that the active compiler builds for when it is not told another.
+/// The default target of the active compiler.
 pub fn host() -> Result<String, String> {
     let text = process::read(process::command(noalloc::rustc()).arg("-vV"))?;
     let host = text.lines().find_map(|line| line.strip_prefix("host: "));
@@ -334,7 +333,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_variable_chooses() {
+    fn the_variable_selects_the_toolchain() {
         assert_eq!(Choice::from_variable(None), Ok(Choice::First));
         assert_eq!(Choice::from_variable(Some("")), Ok(Choice::First));
         assert_eq!(Choice::from_variable(Some("rustup")), Ok(Choice::Rustup));

@@ -1,4 +1,4 @@
-//! The programs that steps need beside cargo: where they are, and how they get here.
+//! Programs that steps need besides cargo: how they are found and obtained.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -11,20 +11,20 @@ use crate::process;
 /// A program that a step needs.
 #[derive(Debug, Clone, Copy)]
 pub struct Wanted {
-    /// Its name.
+    /// Name of the program.
     pub program: &'static str,
-    /// The Debian packages that it comes with.
+    /// Debian packages that contain it.
     bundle: Bundle,
 }
 
-/// The emulator of the boards.
+/// Emulator of the boards.
 pub const QEMU: Wanted = Wanted {
     program: "qemu-system-arm",
-    // The first with the youngest of the boards.
+    // The first version that has all the boards.
     bundle: Bundle { name: "qemu", packages: &[&["qemu-system-arm"]], oldest: "1:6.0" },
 };
 
-/// A linker for bare metal.
+/// Bare-metal linker.
 pub const LLD: Wanted =
     Wanted { program: "ld.lld", bundle: Bundle { name: "lld", packages: &[&["lld"]], oldest: "0" } };
 
@@ -32,48 +32,48 @@ pub const LLD: Wanted =
 pub const VALGRIND: Wanted =
     Wanted { program: "valgrind", bundle: Bundle { name: "valgrind", packages: &[&["valgrind"]], oldest: "0" } };
 
-/// Makes some symbols of an object local.
+/// Makes symbols of an object local.
 pub const OBJCOPY: Wanted =
     Wanted { program: "llvm-objcopy", bundle: Bundle { name: "llvm", packages: &[&["llvm"]], oldest: "0" } };
 
-/// The C compiler for a Cortex-M, with a C library.
+/// C compiler and C library for a Cortex-M.
 pub const ARM_GCC: Wanted = Wanted {
     program: "arm-none-eabi-gcc",
     bundle: Bundle { name: "gcc-arm", packages: &[&["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"]], oldest: "0" },
 };
 
-/// A browser.
+/// Browser.
 pub const CHROMIUM: Wanted =
     Wanted { program: "chromium", bundle: Bundle { name: "chromium", packages: &[&["chromium"]], oldest: "0" } };
 
-/// Builds what uses a package.
+/// Builds programs that use the installed C library.
 pub const CMAKE: Wanted =
     Wanted { program: "cmake", bundle: Bundle { name: "cmake", packages: &[&["cmake"]], oldest: "0" } };
 
-/// A program that is here.
+/// A program that is present.
 #[derive(Debug, Clone)]
 pub struct Tool {
     program: PathBuf,
-    /// Where it was unpacked; none if it is installed.
+    /// The tree to which it was unpacked; `None` if it is installed.
     tree: Option<Tree>,
-    /// What it says of itself.
+    /// Its version.
     pub version: String,
 }
 
 impl Tool {
-    /// A command of the program.
+    /// A command that runs the program.
     pub fn command(&self) -> Command {
         let mut command = process::command(&self.program);
         self.equip(&mut command);
         command
     }
 
-    /// The program, for a command that runs it.
+    /// Its path.
     pub fn program(&self) -> &Path {
         &self.program
     }
 
-    /// Where it was unpacked.
+    /// The tree to which it was unpacked.
     pub fn tree(&self) -> Option<&Tree> {
         self.tree.as_ref()
     }
@@ -85,7 +85,7 @@ impl Tool {
         }
     }
 
-    /// In words.
+    /// Description of its place.
     pub fn place(&self) -> String {
         self.tree.as_ref().map_or_else(|| "installed".into(), |tree| format!("unpacked: {}", tree.what()))
     }
@@ -98,16 +98,16 @@ impl Tool {
     }
 }
 
-/// Whether a program does what it is wanted for, beyond saying its version.
+/// A test of a program, beyond reporting its version.
 type Trial<'a> = &'a dyn Fn(&Tool) -> Result<(), String>;
 
 impl Wanted {
-    /// The program, where it is installed or was unpacked before.
+    /// The program, if it is installed or was unpacked before.
     pub fn find(&self) -> Option<Tool> {
         self.find_that(&|_| Ok(()))
     }
 
-    /// The first of those that passes a trial.
+    /// The first of these that passes a trial.
     fn find_that(&self, trial: Trial) -> Option<Tool> {
         let installed = Tool::probe(self.program.into(), None).ok();
         let unpacked = || debian::unpacked(&self.bundle).and_then(|tree| self.of(tree).ok());
@@ -126,12 +126,12 @@ impl Wanted {
         Tool::probe(tree.path("usr/bin").join(self.program), Some(tree))
     }
 
-    /// The program; if it is not here, in the way that changes least of the machine: unpacked to a folder, or installed.
+    /// The program; if it is missing, it is unpacked to a folder, or installed if that is not possible.
     pub fn obtain(&self) -> Result<Tool, Missing> {
         self.obtain_that(&|_| Ok(()))
     }
 
-    /// The program that passes a trial: one that does not is as good as none, wherever it stands.
+    /// The program that passes a trial; one that fails it is treated as missing.
     pub fn obtain_that(&self, trial: Trial) -> Result<Tool, Missing> {
         if let Some(tool) = self.find_that(trial) {
             return Ok(tool);
@@ -156,21 +156,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_program_that_is_installed_is_taken_from_there() {
+    fn an_installed_program_is_used() {
         let shell = Wanted { program: "cargo", bundle: Bundle { name: "none", packages: &[], oldest: "0" } };
         let tool = shell.find().expect("cargo runs this test");
         assert!(tool.tree.is_none() && tool.version.starts_with("cargo "), "{tool:?}");
     }
 
     #[test]
-    fn a_program_that_fails_its_trial_is_as_good_as_none() {
+    fn a_program_that_fails_its_trial_is_treated_as_missing() {
         let cargo = Wanted { program: "cargo", bundle: Bundle { name: "none", packages: &[], oldest: "0" } };
         assert!(cargo.find_that(&|_| Err("it lacks a part".into())).is_none());
         assert!(cargo.find_that(&|tool| process::read(tool.command().arg("--list")).map(|_| ())).is_some());
     }
 
     #[test]
-    fn a_program_that_is_nowhere_is_not_found() {
+    fn a_missing_program_is_not_found() {
         let nothing = Bundle { name: "no-such-bundle", packages: &[&["scphd-no-such-package"]], oldest: "0" };
         assert!(Wanted { program: "scphd-no-such-program", bundle: nothing }.find().is_none());
     }

@@ -1,4 +1,4 @@
-//! The step `unit`: every test of the workspace, and how many of them had nothing to test with.
+//! The step `unit`: all tests of the workspace, and the number of those without their data.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -9,8 +9,8 @@ use crate::outcome::{Outcome, Stop};
 use crate::process;
 use crate::web;
 
-/// What is tested in one build: every package but this program's own, which is here without optimisation already. Other steps that take
-/// something of this build have to name the same packages and features.
+/// Arguments of the build: all packages except this program, which is tested without optimisation. Other steps that use this
+/// build must have the same packages and features.
 pub const PACKAGES: [&str; 5] = ["--workspace", "--exclude", "xtask", "--features", "scphd/embedded-hal"];
 
 /// The step.
@@ -18,8 +18,8 @@ pub fn step() -> Outcome {
     test().into()
 }
 
-/// What the quick run tests: the libraries that vehicles link, the reference in lockstep with the filters, digests, and documents. The
-/// rest of the simulator, studies on a GPU and measurements are left to the whole run.
+/// Tests of the quick run: the libraries of vehicles, filters in lockstep with their references, digests, and documents. The rest
+/// of the simulator, GPU studies and measurements are only in the whole run.
 const QUICK: [&str; 26] = [
     "--features",
     "scphd/embedded-hal",
@@ -49,14 +49,14 @@ const QUICK: [&str; 26] = [
     "scphd-documents",
 ];
 
-/// The packages that are nothing but tests of whole runs.
+/// Packages that contain only tests of whole runs.
 pub const WHOLE_RUNS: [&str; 2] = ["scphd-digest", "scphd-lockstep"];
 
-/// Of these packages the tests of each library, and those of the last three, which are nothing but tests.
+/// Of these packages the tests of each library, and those of the last three, which contain only tests.
 const QUICK_TARGETS: [&str; 11] =
     ["--lib", "--test", "mixture", "--test", "joint", "--test", "digest", "--test", "links", "--test", "safety"];
 
-/// The tests of the libraries.
+/// Runs the tests of the libraries.
 pub fn quick() -> Result<Outcome, Stop> {
     counted(|list| {
         let mut cargo = process::cargo();
@@ -65,16 +65,16 @@ pub fn quick() -> Result<Outcome, Stop> {
     })
 }
 
-/// The examples of the library and of the guide.
+/// Runs the examples of the library and of the guide.
 pub fn examples() -> Result<Outcome, Stop> {
     let mut cargo = process::cargo();
-    // The packages of the libraries' tests: with others, dependencies have other features and are built anew.
+    // With the packages of the libraries' tests: with other packages, dependencies have other features and are rebuilt.
     cargo.args(["test", "--doc"]).args(QUICK);
     process::run(&mut cargo)?;
     Ok(Outcome::Passed(String::new()))
 }
 
-/// Does the tests, and counts those that had nothing to test with.
+/// Runs the tests, and counts those without their data.
 fn counted(tests: impl FnOnce(&Path) -> Result<(), String>) -> Result<Outcome, Stop> {
     let list = process::own_target_dir("skipped-tests.txt");
     fresh(&list).map_err(|error| format!("{}: {error}", list.display()))?;
@@ -89,8 +89,8 @@ fn counted(tests: impl FnOnce(&Path) -> Result<(), String>) -> Result<Outcome, S
 
 fn test() -> Result<Outcome, Stop> {
     counted(|list| {
-        // Not with defmt: a test program has no logger to link with. One after the other: without `--tests`, examples that are tests are
-        // compiled a second time, as programs that nobody runs.
+        // Without defmt, because a test program has no logger to link with. In two calls: without `--tests`, examples with tests
+        // are compiled a second time, as programs that are not run.
         for kind in ["--tests", "--doc"] {
             let mut cargo = process::cargo();
             cargo.args(["test", "--no-fail-fast", kind]).args(PACKAGES);
@@ -99,20 +99,20 @@ fn test() -> Result<Outcome, Stop> {
         let mut own = process::cargo();
         own.args(["test", "--package", "xtask", "--profile", "dev"]);
         process::run(own.env(scphd_shared_data::SKIPPED, list))?;
-        // The other room of the filter on board, which streams fill in other ways.
+        // The other capacities of the vehicle's filter, which streams fill differently.
         let crowded = ["test", "--package", "scphd-stream", "--features", "few-particles", "--test", "crowded"];
         process::run(process::cargo().args(crowded))?;
         process::run(&mut web::test())
     })
 }
 
-/// An empty file: what an earlier run has left does not count.
+/// Creates an empty file, in place of that of an earlier run.
 fn fresh(list: &Path) -> io::Result<()> {
     list.parent().map_or(Ok(()), fs::create_dir_all)?;
     fs::write(list, "")
 }
 
-/// A test that asks for several logs is noted several times.
+/// Names of skipped tests; a test that needs several logs is recorded several times.
 fn tests_in(text: &str) -> BTreeSet<&str> {
     text.lines().collect()
 }
@@ -130,7 +130,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_test_counts_once_however_many_logs_it_misses() {
+    fn a_test_with_several_missing_logs_counts_once() {
         let text = "scphd-sim a::b\nscphd-sim a::b\nscphd a::b\nscphd-tests c\nscphd-sim a::b\n";
         assert_eq!(tests_in(text).len(), 3);
         assert_eq!(tests_in("").len(), 0);

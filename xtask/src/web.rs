@@ -1,4 +1,4 @@
-//! The page with the filter in it: built, and checked in a browser without a window.
+//! The web page with the filter: builds it, and checks it in a headless browser.
 
 use std::ffi::OsString;
 use std::fs;
@@ -17,14 +17,14 @@ use crate::process;
 use crate::toolchain::{self, Toolchain};
 use crate::tools::{CHROMIUM, LLD, Tool};
 
-/// What browsers run.
+/// Target of browsers.
 pub const TARGET: &str = "wasm32-unknown-unknown";
 
-/// Scans of the drive that is compared, and after how many of them a digest is.
+/// Number of scans of the compared drive, and scans between its digests.
 const DRIVE: [u32; 2] = [1000, 100];
-/// How long frames are counted, s.
+/// Duration of the measurement of the frame rate, s.
 const MEASURED_S: u32 = 5;
-/// A browser that takes longer than this has stopped.
+/// Time limit of the browser.
 const LIMIT: Duration = Duration::from_secs(60);
 
 /// The step.
@@ -40,21 +40,21 @@ fn cargo(command: &str) -> Command {
     cargo
 }
 
-/// clippy on the crate, warnings are errors.
+/// clippy on the crate, with warnings as errors.
 pub fn clippy() -> Command {
     let mut clippy = cargo("clippy");
     clippy.args(["--all-targets", "--", "-D", "warnings"]);
     clippy
 }
 
-/// The documentation of the crate, warnings are errors.
+/// The documentation of the crate, with warnings as errors.
 pub fn doc() -> Command {
     let mut doc = cargo("doc");
     doc.env("RUSTDOCFLAGS", "-D warnings").arg("--no-deps");
     doc
 }
 
-/// The tests of all but the functions of the module.
+/// The tests of the crate, without the functions of the module.
 pub fn test() -> Command {
     cargo("test")
 }
@@ -81,13 +81,13 @@ fn check() -> Result<Outcome, Stop> {
     Ok(Outcome::Passed(format!("{}; in {}: {frames}", page.display(), chromium.version)))
 }
 
-/// Builds the module with a toolchain that has the target, or has what it is built from.
+/// Builds the module with a toolchain that has the target, or the sources for it.
 fn build(toolchain: &Toolchain) -> Result<Vec<u8>, Stop> {
     let dir = process::own_target_dir(&format!("web-{}", toolchain.key()));
     let mut cargo = toolchain.cargo_rustc("core");
     let mut flags = Vec::new();
     if let Toolchain::Debian { .. } = toolchain {
-        // Debian's compiler looks for a linker that comes with another package.
+        // Debian's compiler expects a linker that is in another package.
         let linker = match toolchain::beside_rustc().filter(|path| path.is_file()) {
             Some(path) => path,
             None => {
@@ -106,7 +106,7 @@ fn build(toolchain: &Toolchain) -> Result<Vec<u8>, Stop> {
     Ok(fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?)
 }
 
-/// Writes the page, all in one file.
+/// Writes the page as a single file.
 fn write(module: &[u8]) -> Result<PathBuf, String> {
     let folder = process::root().join("bindings/web/page");
     let read = |name: &str| {
@@ -126,10 +126,10 @@ fn write(module: &[u8]) -> Result<PathBuf, String> {
     written.map(|()| path.clone()).map_err(|error| format!("{}: {error}", path.display()))
 }
 
-/// Has the page do something in a browser without a window, and returns what it says of it: one line of its console.
+/// Runs a task of the page in a headless browser, and returns its result, a line of the console.
 fn ask(chromium: &Tool, page: &Path, task: &str) -> Result<String, String> {
     let mut browser = chromium.command();
-    // A container has nothing to make a sandbox of, and often no other user than root.
+    // A container has no support for a sandbox, and often only the user root.
     browser.args(["--headless", "--disable-gpu", "--no-sandbox", "--window-size=1280,900", "--enable-logging=stderr"]);
     let mut profile = OsString::from("--user-data-dir=");
     profile.push(process::own_target_dir("web").join("profile"));
@@ -141,11 +141,11 @@ fn ask(chromium: &Tool, page: &Path, task: &str) -> Result<String, String> {
     let (send, receive) = mpsc::channel();
     thread::spawn(move || {
         let said = BufReader::new(console).split(b'\n').map_while(Result::ok).find_map(|line| result_in(&line));
-        // Nobody listens any more where it took too long.
+        // After a timeout there is no receiver.
         let _ = send.send(said);
     });
     let said = receive.recv_timeout(LIMIT);
-    // Either call fails only if the browser has just ended by itself.
+    // Both calls fail only if the browser has just ended by itself.
     let _ = child.kill();
     let _ = child.wait();
     match said {
@@ -155,7 +155,7 @@ fn ask(chromium: &Tool, page: &Path, task: &str) -> Result<String, String> {
     }
 }
 
-/// What stands between the words that begin and end a result.
+/// The text between the marks of a result.
 fn result_in(line: &[u8]) -> Option<String> {
     let line = String::from_utf8_lossy(line);
     let (_, rest) = line.split_once("scphd result: ")?;

@@ -24,25 +24,25 @@
 /* Joint map: 100 features, scans of 32 measurements. */
 #define SCPHD_SIZE_JOINT_100 99328
 
-/* Joint map: 60 features and 16 that move, scans of 32 measurements. */
+/* Joint map: 60 static and 16 moving features, scans of 32 measurements. */
 #define SCPHD_SIZE_JOINT_60_MOVERS 44032
 
-/* Joint map: 100 features and 32 that move, scans of 32 measurements. */
+/* Joint map: 100 static and 32 moving features, scans of 32 measurements. */
 #define SCPHD_SIZE_JOINT_100_MOVERS 102400
 
-/* Joint map: 40 features and 16 that move, and 1000 features that are far away in an archive; scans of 32 measurements. */
+/* Joint map: 40 static and 16 moving features, and an archive of 1000 distant features; scans of 32 measurements. */
 #define SCPHD_SIZE_JOINT_40_ARCHIVE 368640
 
-/* Joint map that learns what the odometry is off by: 60 features, scans of 32 measurements. */
+/* Joint map that estimates the odometry error: 60 features, scans of 32 measurements. */
 #define SCPHD_SIZE_JOINT_60_LEARNING 44032
 
 /* Mixture: 32 particles of two samples, 320 pages of features, 32 to a map, 256 in view; 128 pages of moving ones; scans of 128 measurements, of range and bearing or of bearings alone. */
 #define SCPHD_SIZE_MIXTURE_32X2 206848
 
-/* Mixture: four informed particles, 128 pages of features, 32 to a map, 256 in view; none that move; scans of 64 measurements. */
+/* Mixture: four informed particles, 128 pages of features, 32 to a map, 256 in view; no moving ones; scans of 64 measurements. */
 #define SCPHD_SIZE_MIXTURE_INFORMED_4 55296
 
-/* The same with 64 pages of moving features, 16 to a map, 128 in view. */
+/* As the previous one, with 64 pages of moving features, 16 to a map, 128 in view. */
 #define SCPHD_SIZE_MIXTURE_INFORMED_4_MOVING 102400
 
 /* Mixture under water: 16 informed particles, 160 pages of features, 24 to a map, 256 in view; none that move. */
@@ -375,93 +375,94 @@
 #define SCPHD_SENSOR_YAW_RAD 96
 
 
-// The version of this interface. It changes whenever a program that was compiled against another header could not work.
+// The version of this interface. It changes whenever a program that was compiled with another header would not work.
 #define SCPHD_ABI_VERSION 3
 
-// No candidate explained the scan: the vehicle is lost, or the intensities of clutter and births are both zero.
+// No candidate explains the scan: the vehicle is lost, or clutter and birth intensities are both zero.
 #define SCPHD_HEALTH_UNEXPLAINED_SCAN 1
 
-// The pose hangs on a single sample.
+// The estimated pose depends on a single sample.
 #define SCPHD_HEALTH_DEGENERATE 2
 
-// A map had so little room that components were dropped.
+// A map had so little memory that components above the pruning threshold were removed.
 #define SCPHD_HEALTH_PRUNING_TIGHTENED 4
 
-// A map was left as predicted for want of room.
+// A map remains as predicted because of too little memory.
 #define SCPHD_HEALTH_MAP_NOT_UPDATED 8
 
-// Components were lost for want of room.
+// Components were discarded because of too little memory.
 #define SCPHD_HEALTH_COMPONENTS_LOST 16
 
-// Rounding had spoilt a covariance; it was repaired.
+// Rounding errors made a covariance indefinite; it was repaired.
 #define SCPHD_HEALTH_COVARIANCE_REPAIRED 32
 
-// A pose left the range of single precision, and stayed where it was.
+// A predicted pose was out of the range of single precision; it was not changed.
 #define SCPHD_HEALTH_POSE_REJECTED 64
 
-// Innovations are more than twice what their covariances say: the noise is set too low, or the vehicle is elsewhere.
+// The mean squared innovation is more than twice the expected value: the noise is set too low, or the estimated pose is wrong.
 #define SCPHD_HEALTH_INNOVATION_HIGH 128
 
-// Predictions since the scan before were refused.
+// Predictions since the last scan were refused.
 #define SCPHD_HEALTH_PREDICTION_REFUSED 256
 
-// Known landmarks are missed, and measurements come from elsewhere: a hundred to one that the vehicle is not where it is taken to be.
+// Known landmarks are missed, and other measurements appear: the odds are a hundred to one that the estimated pose is wrong.
 #define SCPHD_HEALTH_DIVERGENCE_SUSPECTED 512
 
-// The same, ten thousand to one. It stays until the pose is set or made uncertain, or what was known is detected again.
+// As before, with odds of ten thousand to one. It stays set until the pose is set or made uncertain, or known landmarks are
+// detected again.
 #define SCPHD_HEALTH_LOST 1024
 
-// No scan for eight times as long as usual, and for a second at least.
+// There has been no scan for eight times the usual interval, and for at least a second.
 #define SCPHD_HEALTH_INPUT_LOST 2048
 
-// A scrubbing has mended what memory faults had left.
+// Memory scrubbing found and repaired damage.
 #define SCPHD_HEALTH_STATE_REPAIRED 4096
 
-// Far more is measured than usual that nothing known explains.
+// Far more measurements than usual come from no known landmark.
 #define SCPHD_HEALTH_CLUTTER_HIGH 8192
 
-// Of late a fifth of the detections to be expected of known landmarks is missing.
+// Recently a fifth of the expected detections of known landmarks is missing.
 #define SCPHD_HEALTH_DETECTIONS_LOW 16384
 
-// How a call ended. What is refused leaves the filter as it was, but for the time of a prediction: see `scphd_slam_predict`.
+// The result of a call. A refused call leaves the filter unchanged, except for its time: see `scphd_slam_predict`.
 enum scphd_status
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : int32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-  // As asked.
+  // Success.
   SCPHD_STATUS_OK = 0,
-  // A pointer is null that must not be.
+  // A pointer is null, but must not be.
   SCPHD_STATUS_NULL_POINTER = 1,
-  // A pointer is not aligned as its type asks for.
+  // A pointer is not aligned for its type.
   SCPHD_STATUS_MISALIGNED = 2,
-  // The memory is smaller than its set needs.
+  // The memory is smaller than the set requires.
   SCPHD_STATUS_MEMORY_TOO_SMALL = 3,
-  // Something runs in this memory already. Release it first.
+  // There is already a filter, detector or description in this memory. Release it first.
   SCPHD_STATUS_ALREADY_STARTED = 5,
-  // Nothing was started in this memory, or it was copied from elsewhere.
+  // There is nothing in this memory, or it was copied from another address.
   SCPHD_STATUS_NOT_STARTED = 6,
-  // What runs in this memory is of another kind, or of another set.
+  // The memory contains another kind, or another set.
   SCPHD_STATUS_WRONG_MEMORY = 7,
-  // Another call works on the same memory: an interrupt, or a second thread.
+  // Another call uses the same memory, from an interrupt or a second thread.
   SCPHD_STATUS_BUSY = 8,
-  // The last call did not come to its end, so that what it left cannot be gone on from. Start anew.
+  // The last call did not finish, so that its state cannot be resumed. Start again.
   SCPHD_STATUS_INTERRUPTED = 9,
-  // `struct_size` is not the size that this library knows: not set, or of another version of the header.
+  // `struct_size` is not the size in this library: it was not set, or the header is of another version.
   SCPHD_STATUS_WRONG_STRUCT_SIZE = 10,
-  // The header is of another version than the library.
+  // The header and the library have different versions.
   SCPHD_STATUS_WRONG_VERSION = 11,
-  // An array is longer than memory can be.
+  // An array is longer than the address space.
   SCPHD_STATUS_ARRAY_TOO_LONG = 12,
   // A field is out of range; the reason names it.
   SCPHD_STATUS_OUT_OF_RANGE = 20,
-  // More particles or candidates are configured than the set has room for.
+  // The configuration has more particles or candidates than the set.
   SCPHD_STATUS_TOO_MANY_PARTICLES = 21,
-  // Births of features that move are above 0, and the set has no room for such.
+  // The birth intensity of moving features is above 0, but the set has no memory for them.
   SCPHD_STATUS_NO_ROOM_FOR_MOVING = 22,
-  // What the memory holds is of another configuration than is given.
+  // The memory was left by a filter with another configuration.
   SCPHD_STATUS_OTHER_CONFIGURATION = 23,
-  // What the memory holds is damaged.
+  // The contents of the memory are damaged.
   SCPHD_STATUS_DAMAGED = 24,
   // A pose is not finite, or a coordinate above 1e8.
   SCPHD_STATUS_BAD_POSE = 25,
@@ -469,29 +470,29 @@ enum scphd_status
   SCPHD_STATUS_NOT_RESET = 26,
   // The time step is negative or not finite.
   SCPHD_STATUS_BAD_TIME_STEP = 27,
-  // A control is not finite or outside of the motion's domain, or of another vehicle than is configured.
+  // A control is not finite, outside of the motion's domain, or of another vehicle.
   SCPHD_STATUS_BAD_CONTROL = 28,
-  // No vehicle makes such a step.
+  // The step is beyond the limits of the motion.
   SCPHD_STATUS_IMPLAUSIBLE = 29,
-  // The scan has more measurements than its detector has room for.
+  // The scan has more measurements than its detector has memory for.
   SCPHD_STATUS_TOO_MANY_MEASUREMENTS = 30,
   // A measurement is not finite.
   SCPHD_STATUS_BAD_MEASUREMENT = 31,
   // The noise of a sensor or a fix is not positive definite.
   SCPHD_STATUS_BAD_NOISE = 32,
-  // There is no setting of this number.
+  // There is no setting with this number.
   SCPHD_STATUS_UNKNOWN_SETTING = 33,
-  // The description has no such sensor, fix or part, or the sensor measures something else.
+  // The description has no such sensor, fix or part, or the sensor is of another type.
   SCPHD_STATUS_NOT_DESCRIBED = 34,
-  // This filter cannot do that.
+  // This filter does not support the call.
   SCPHD_STATUS_NOT_POSSIBLE = 35,
-  // The memory has no room for a part of the description; the reason names it.
+  // The memory has no capacity for a part of the description; the reason names it.
   SCPHD_STATUS_NO_ROOM = 36,
-  // A map cannot be loaded: too long, or a feature out of range.
+  // A map cannot be loaded: it is too long, or a feature is out of range.
   SCPHD_STATUS_BAD_MAP = 37,
-  // It is no snapshot for this filter and memory, or damaged, or the room for it is too small.
+  // The bytes are not a snapshot for this filter and memory, or damaged; or the memory for a snapshot is too small.
   SCPHD_STATUS_BAD_SNAPSHOT = 38,
-  // This is a service: call the function `scphd_services_...` of the filter's set first.
+  // The function is a service: call `scphd_services_...` of the filter's set first.
   SCPHD_STATUS_NO_SERVICES = 39,
   // Refused for another reason.
   SCPHD_STATUS_REFUSED = 99,
@@ -504,8 +505,8 @@ typedef int32_t scphd_status;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// A description of a vehicle, its filter, its sensors, its fixes and its start, in its memory. It may serve several filters, and is not
-// needed while they run.
+// A description of a vehicle, its filter, sensors, fixes and start, in its memory. It may be used for several filters, and is
+// not needed while they run.
 typedef struct scphd_description scphd_description;
 
 // A filter, in its memory.
@@ -517,24 +518,25 @@ typedef struct scphd_sonar_detector scphd_sonar_detector;
 // A mixture under water, in its memory.
 typedef struct scphd_water scphd_water;
 
-// Why a description or a setting was refused. All is 0 where none of them is to blame.
+// The reason why a description or a setting was refused. All zero if the call failed for another reason.
 typedef struct scphd_reason {
   // `sizeof(scphd_reason)`, set by the caller.
   uint32_t struct_size;
-  // The setting, as `SCPHD_JOINT_GATE`; `scphd_setting_name` and `scphd_setting_range` have its texts. 0 where `text` says more.
+  // Number of the setting, such as `SCPHD_JOINT_GATE`; `scphd_setting_name` and `scphd_setting_range` return its texts. 0 if
+  // there is a `text`.
   uint32_t setting;
-  // Of a setting of a sensor: which sensor.
+  // Index of the sensor, for a setting of a sensor.
   uint32_t sensor;
-  // One line in UTF-8 that ends with a zero, as "range_sigma_m must be finite and above 0", where settings do not fit each other, and of a
-  // sonar. Empty where `setting` says it.
+  // A line of UTF-8 that ends with a zero, such as "range_sigma_m must be finite and above 0", for settings that do not fit
+  // together and for sonars. Empty if there is a `setting`.
   char text[116];
 } scphd_reason;
 
-// A feature in the plane.
+// A static feature in the plane.
 typedef struct scphd_feature {
-  // Names it from scan to scan.
+  // Identifies the feature from scan to scan.
   uint32_t label;
-  // How many features it stands for; of a joint map, the probability that it is there.
+  // Expected number of features that it represents; in a joint map its existence probability.
   float weight;
   // x, m.
   float x_m;
@@ -544,97 +546,97 @@ typedef struct scphd_feature {
   float covariance[3];
 } scphd_feature;
 
-// What a prediction did.
+// The report of a prediction.
 typedef struct scphd_predict_report {
   // `sizeof(scphd_predict_report)`, set by the caller.
   uint32_t struct_size;
-  // Bits of `SCPHD_HEALTH_...`; 0 is good.
+  // Warnings: bits of `SCPHD_HEALTH_...`; 0 is good.
   uint32_t health;
-  // Candidates after it.
+  // Candidates after the prediction.
   uint32_t candidates;
-  // Candidates that stayed where they were, for their pose left the range of single precision.
+  // Candidates that were not moved because their predicted pose was out of the range of single precision.
   uint32_t rejected;
-  // Predictions refused since the last scan.
+  // Predictions that were refused since the last scan.
   uint32_t refused;
 } scphd_predict_report;
 
-// One measurement of range and bearing.
+// A measurement of range and bearing.
 typedef struct scphd_range_bearing {
-  // m.
+  // Range, m.
   float range_m;
-  // 0 ahead, growing to the left, rad.
+  // Bearing, rad, 0 ahead, positive to the left.
   float bearing_rad;
 } scphd_range_bearing;
 
-// What a scan did. What a filter has nothing of is 0: pages and candidates are a mixture's.
+// The report of a scan. Fields that do not apply are 0: for example, only mixtures have pages and candidates.
 typedef struct scphd_scan_report {
   // `sizeof(scphd_scan_report)`, set by the caller.
   uint32_t struct_size;
-  // Bits of `SCPHD_HEALTH_...`; 0 is good.
+  // Warnings: bits of `SCPHD_HEALTH_...`; 0 is good.
   uint32_t health;
   // Measurements in the scan.
   uint32_t measurements;
-  // Measurements that could not give birth.
+  // Measurements that could not become a feature or component.
   uint32_t no_birth;
-  // Predictions refused since the scan before.
+  // Predictions that were refused since the last scan.
   uint32_t refused;
-  // Features, or most components of a candidate, in view.
+  // Features in view, or the greatest number of components in view of any candidate.
   uint32_t in_view;
-  // Features or components born and kept.
+  // New features or components.
   uint32_t births;
-  // Those merged into another.
+  // Features or components that were merged into another one.
   uint32_t merged;
-  // Those that found no room.
+  // Features or components that were discarded because of too little memory.
   uint32_t lost;
-  // Features of a joint map that were dropped.
+  // Features of a joint map that were removed because their existence probability was too low.
   uint32_t dropped;
   // Features of a joint map after the scan.
   uint32_t features;
-  // Features that move beside it.
+  // Moving-object tracks of a joint map after the scan.
   uint32_t movers;
-  // Candidates weighed.
+  // Candidates that were weighted.
   uint32_t candidates;
-  // Particles that go on.
+  // Particles after the scan.
   uint32_t particles;
-  // Whether they were resampled: 0 or 1.
+  // Whether the particles were resampled: 0 or 1.
   uint32_t resampled;
-  // Pages of features in use after the scan, and in all.
+  // Pages of static features in use after the scan.
   uint32_t pages_used;
-  // See `pages_used`.
+  // Total number of pages for static features.
   uint32_t pages;
-  // Pages of moving features in use after the scan, and in all.
+  // Pages of moving features in use after the scan.
   uint32_t moving_pages_used;
-  // See `moving_pages_used`.
+  // Total number of pages for moving features.
   uint32_t moving_pages;
-  // Effective number of candidates before any resampling.
+  // Effective number of candidates before resampling.
   float n_eff;
-  // Logarithm of the scan's likelihood, up to a constant; minus infinity where no candidate explains it.
+  // Logarithm of the scan's likelihood, up to a constant; minus infinity if no candidate explains the scan.
   float ln_evidence;
-  // Detections to be expected of the features in view.
+  // Expected number of detections of the features in view.
   float expected_detections;
-  // Measurements that these explain.
+  // Expected number of measurements that come from features in view.
   float detections;
-  // Mean squared innovation by its covariance, per dimension; about 1 for a consistent filter, 0 where nothing was detected.
+  // Normalised innovation squared per dimension; about 1 for a consistent filter, 0 without detections.
   float innovation;
 } scphd_scan_report;
 
-// What a fix did.
+// The report of a fix.
 typedef struct scphd_fix_report {
   // `sizeof(scphd_fix_report)`, set by the caller.
   uint32_t struct_size;
-  // Whether it was taken in: 0 or 1. It is not where it lies beyond the gate.
+  // Whether the fix was used: 0 or 1. One beyond the gate is not.
   uint32_t accepted;
-  // Whether its watch has moved the vehicle to where such fixes say: 0 or 1.
+  // Whether the filter was moved because rejected fixes agree with each other: 0 or 1.
   uint32_t relocated;
-  // Its squared Mahalanobis distance from what the filter expected.
+  // Squared Mahalanobis distance of the innovation.
   float distance;
-  // Logarithm of its likelihood; 0 where it was not taken in.
+  // Logarithm of the likelihood of the fix; 0 if it was not used.
   float ln_evidence;
-  // Effective number of candidates after it.
+  // Effective number of candidates after the fix.
   float n_eff;
 } scphd_fix_report;
 
-// A pose in the plane and how well it is known.
+// A pose in the plane and its covariance.
 typedef struct scphd_plane_pose {
   // `sizeof(scphd_plane_pose)`, set by the caller.
   uint32_t struct_size;
@@ -642,72 +644,73 @@ typedef struct scphd_plane_pose {
   float x_m;
   // y, m.
   float y_m;
-  // From the x axis towards the y axis, rad.
+  // Heading from the x axis towards the y axis, rad.
   float heading_rad;
-  // Covariance of (x, y, heading), row after row, in the squares of their units.
+  // Covariance of (x, y, heading), row by row, in the squares of their units.
   float covariance[9];
 } scphd_plane_pose;
 
-// What the odometry is off by.
+// The estimated odometry error: the controls are multiplied by 1 + scale, and the offset is added to the turn rate or steering
+// angle.
 typedef struct scphd_odometry {
   // `sizeof(scphd_odometry)`, set by the caller.
   uint32_t struct_size;
-  // The speed, as a share of it.
+  // Relative correction of the speed.
   float speed_scale;
-  // The turn rate or the steering angle, as a share of it.
+  // Relative correction of the turn rate or steering angle.
   float turn_scale;
-  // The turn rate, rad/s, or the steering angle, rad, where the vehicle goes straight ahead.
+  // Offset of the turn rate, rad/s, or of the steering angle, rad.
   float turn_offset;
 } scphd_odometry;
 
-// What there is to a map beside the features.
+// Properties of an estimated map, without the features.
 typedef struct scphd_map {
   // `sizeof(scphd_map)`, set by the caller.
   uint32_t struct_size;
-  // Features written to the array.
+  // Number of features that were written to the array.
   uint32_t features;
-  // Features left out because it was too small.
+  // Number of features that did not fit into the array.
   uint32_t left_out;
   // The expected number of features.
   float expected_features;
 } scphd_map;
 
-// A feature that moves in the plane.
+// A moving feature in the plane.
 typedef struct scphd_mover {
-  // Names it from scan to scan.
+  // Identifies the feature from scan to scan.
   uint32_t label;
-  // How many features it stands for.
+  // Expected number of features that it represents.
   float weight;
   // x, m.
   float x_m;
   // y, m.
   float y_m;
-  // Along x, m/s.
+  // Velocity along x, m/s.
   float vx_mps;
-  // Along y, m/s.
+  // Velocity along y, m/s.
   float vy_mps;
-  // Covariance, its lower triangle row after row: xx; xy, yy; then of vx and of vy with all before them.
+  // Covariance of (x, y, vx, vy): its lower triangle, row by row.
   float covariance[10];
 } scphd_mover;
 
-// Where a sensor sits on its vehicle and how it is turned: from where the pose is, x ahead, y to the left, z upwards; roll first, then
-// pitch, then yaw.
+// The pose of a sensor on its vehicle, relative to the vehicle's pose: x ahead, y to the left, z upwards. The rotation is roll,
+// then pitch, then yaw.
 typedef struct scphd_mounting {
-  // Ahead, m.
+  // Position ahead, m.
   float forward_m;
-  // To the left, m.
+  // Position to the left, m.
   float left_m;
-  // Upwards, m.
+  // Position upwards, m.
   float up_m;
-  // About the axis ahead, rad.
+  // Rotation about the axis ahead, rad.
   float roll_rad;
-  // About the axis to the left, rad.
+  // Rotation about the axis to the left, rad.
   float pitch_rad;
-  // About the axis upwards, rad.
+  // Rotation about the axis upwards, rad.
   float yaw_rad;
 } scphd_mounting;
 
-// What there is to say of such a sensor.
+// The parameters of a sonar.
 typedef struct scphd_sonar_config {
   // `sizeof(scphd_sonar_config)`, set by the caller.
   uint32_t struct_size;
@@ -719,41 +722,41 @@ typedef struct scphd_sonar_config {
   float elevation_sigma_rad;
   // Greatest range, m.
   float range_max_m;
-  // Half width of the soft edge at it, m.
+  // Half width of the ramp at the greatest range, m.
   float range_edge_m;
-  // Half width of the window in bearing, rad; pi or more for all around.
+  // Half width of the view in bearing, rad; pi or more: all around.
   float bearing_half_width_rad;
-  // Half width of the window in elevation, rad; pi/2 or more for everything.
+  // Half width of the view in elevation, rad; pi/2 or more: everything.
   float elevation_half_width_rad;
-  // Half width of the soft edges in bearing and elevation, rad.
+  // Half width of the ramps at the edges in bearing and elevation, rad.
   float angle_edge_rad;
   // Probability of detection, in [0, 1).
   float probability;
-  // False measurements to expect of a scan.
+  // Expected number of false measurements in a scan.
   float clutter_per_scan;
-  // Intensity of births of features that stand still, 1/(m rad^2).
+  // Birth intensity of static features, 1/(m rad^2).
   float births_still;
-  // Where it sits.
+  // Pose of the sensor on the vehicle.
   struct scphd_mounting mounting;
 } scphd_sonar_config;
 
-// What there is to say of such a vehicle.
+// The parameters of a vehicle under water.
 typedef struct scphd_water_config {
   // `sizeof(scphd_water_config)`, set by the caller.
   uint32_t struct_size;
   // Standard deviation of the angular acceleration about the vertical, rad/s^2.
   float yaw_acceleration_sigma_radps2;
-  // How long an error of the velocity lasts, s. 0: drawn anew in every prediction.
+  // Correlation time of the velocity noise, s. 0: independent noise in every prediction.
   float velocity_interval_s;
 } scphd_water_config;
 
-// What moves the vehicle in one step.
+// The control of a step.
 typedef struct scphd_water_control {
   // `sizeof(scphd_water_control)`, set by the caller.
   uint32_t struct_size;
-  // Velocity along the vehicle's own axes, x ahead, y to the left, z upwards, m/s.
+  // Velocity along the vehicle's axes, x ahead, y to the left, z upwards, m/s.
   float velocity_mps[3];
-  // Its covariance: xx, xy, yy, xz, yz, zz, m^2/s^2.
+  // Covariance of the velocity: xx, xy, yy, xz, yz, zz, m^2/s^2.
   float velocity_covariance[6];
   // Roll at the end of the step, rad.
   float roll_rad;
@@ -761,35 +764,35 @@ typedef struct scphd_water_control {
   float pitch_rad;
   // Mean yaw rate during the step, rad/s.
   float yaw_rate_radps;
-  // Its standard deviation, rad/s. 0: there is no gyroscope.
+  // Standard deviation of the yaw rate, rad/s. 0: no gyroscope.
   float yaw_rate_sigma_radps;
-  // Height at the end of the step, m, upwards: minus the depth.
+  // z at the end of the step, m, positive upwards: minus the depth.
   float z_m;
-  // Its standard deviation, m. 0: there is no pressure sensor.
+  // Standard deviation of z, m. 0: no pressure sensor.
   float z_sigma_m;
 } scphd_water_control;
 
-// One measurement.
+// A measurement of range, bearing and elevation.
 typedef struct scphd_sonar {
-  // m.
+  // Range, m.
   float range_m;
-  // 0 ahead, growing to the left, rad.
+  // Bearing, rad, 0 ahead, positive to the left.
   float bearing_rad;
-  // 0 level, growing upwards, rad.
+  // Elevation, rad, 0 horizontal, positive upwards.
   float elevation_rad;
 } scphd_sonar;
 
-// How a height or a heading under water is measured.
+// The model of a height or heading measurement under water.
 typedef struct scphd_fix {
   // `sizeof(scphd_fix)`, set by the caller.
   uint32_t struct_size;
-  // Standard deviation of its noise, m of a height, rad of a heading.
+  // Standard deviation of the noise, m for a height, rad for a heading.
   float sigma;
-  // Squared Mahalanobis distance beyond which it is an outlier; 0: none is.
+  // Squared Mahalanobis distance beyond which the fix is an outlier; 0: no gate.
   float gate;
 } scphd_fix;
 
-// A pose under water and how well it is known.
+// A pose under water and its covariance.
 typedef struct scphd_water_pose {
   // `sizeof(scphd_water_pose)`, set by the caller.
   uint32_t struct_size;
@@ -797,25 +800,25 @@ typedef struct scphd_water_pose {
   float x_m;
   // y, m.
   float y_m;
-  // z, m, upwards: minus the depth.
+  // z, m, positive upwards: minus the depth.
   float z_m;
-  // From the x axis towards the y axis, rad.
+  // Yaw from the x axis towards the y axis, rad.
   float yaw_rad;
-  // rad/s.
+  // Yaw rate, rad/s.
   float yaw_rate_radps;
-  // As the last control has it, rad.
+  // Roll, from the last control, rad.
   float roll_rad;
-  // As the last control has it, rad.
+  // Pitch, from the last control, rad.
   float pitch_rad;
-  // Covariance of (x, y, z, yaw, yaw rate), row after row, in the squares of their units.
+  // Covariance of (x, y, z, yaw, yaw rate), row by row, in the squares of their units.
   float covariance[25];
 } scphd_water_pose;
 
-// A feature in space.
+// A static feature in space.
 typedef struct scphd_feature_3d {
-  // Names it from scan to scan.
+  // Identifies the feature from scan to scan.
   uint32_t label;
-  // How many features it stands for.
+  // Expected number of features that it represents.
   float weight;
   // x, m.
   float x_m;
@@ -831,60 +834,60 @@ typedef struct scphd_feature_3d {
 extern "C" {
 #endif // __cplusplus
 
-// The version that the library was built with; `SCPHD_ABI_VERSION` is that of the header.
+// The interface version of the library; `SCPHD_ABI_VERSION` is that of the header.
 uint32_t scphd_abi_version(void);
 
-// What a status means, in one line of English; any number may be given. The text lasts as long as the program.
+// The meaning of a status, a line of English; any number is allowed. The text is static.
 const char *scphd_error_text(int32_t status);
 
-// What the memory of every set must be aligned to, bytes: `SCPHD_ALIGNMENT`.
+// Required alignment of the memory of every set, bytes: `SCPHD_ALIGNMENT`.
 size_t scphd_memory_alignment(void);
 
-// Ends what runs in this memory, whatever it is, and if nothing does: it can be started anew. Handles to it are refused from then on.
+// Releases this memory, whatever it contains; it can then be started again. Earlier handles to it are refused from then on.
 scphd_status scphd_release(void *memory,
                            size_t size_bytes);
 
-// The name of the lowest of some conditions, as in docs/health.md: ask for one bit after the other. GOOD where there is none. The text
-// lasts as long as the program.
+// The name of the lowest warning in `health`, as in docs/health.md; call it with each bit separately. "GOOD" if there is none.
+// The text is static.
 const char *scphd_health_text(uint32_t health);
 
-// Starts a description in this memory, of `SCPHD_SIZE_DESCRIPTION` bytes: a robot that turns in place, with a joint map, without a sensor. Writes
-// the handle to `description`, or null.
+// Starts a description in this memory of `SCPHD_SIZE_DESCRIPTION` bytes: a robot that turns in place, with a joint map and
+// without sensors. Writes the handle to `description`, or null.
 scphd_status scphd_description_start(uint32_t abi_version,
                                      void *memory,
                                      size_t size_bytes,
                                      scphd_description **description);
 
-// Sets one of the settings above, `SCPHD_VEHICLE_KIND` and so on; where its name begins with `SCPHD_SENSOR_`, that of the sensor with this index, 0 to
-// 3. Of one of several, `number` is its place in the list. The reason may be null.
+// Sets one of the settings above, such as `SCPHD_VEHICLE_KIND`. For `SCPHD_SENSOR_...`, `sensor` is the index of the sensor, 0
+// to 3. If the setting is a choice, `number` is the index of the choice. The reason may be null.
 scphd_status scphd_description_set(scphd_description *description,
                                    uint32_t setting,
                                    size_t sensor,
                                    float number,
                                    scphd_reason *reason);
 
-// Reads a setting. `SCPHD_STATUS_NOT_DESCRIBED` where the description has no such part.
+// Reads a setting. Returns `SCPHD_STATUS_NOT_DESCRIBED` if the description has no such part.
 scphd_status scphd_description_get(scphd_description *description,
                                    uint32_t setting,
                                    size_t sensor,
                                    float *number);
 
-// The name of a setting, as "joint.gate". The text lasts as long as the program.
+// The name of a setting, such as "joint.gate". The text is static.
 const char *scphd_setting_name(uint32_t setting);
 
-// What a number of a setting must be, as "finite and at least 0". The text lasts as long as the program.
+// The range of a setting, such as "finite and at least 0". The text is static.
 const char *scphd_setting_range(uint32_t setting);
 
-// Goes on by another description with the same parts, between any two steps; the numbers of movers and archive of a joint map stay. The watches begin
-// anew. The reason may be null. A service.
+// Replaces the description by one with the same parts, at any time between other calls; the settings of movers and archive of a
+// joint map are kept. The monitoring of rejected fixes starts again. The reason may be null. A service.
 scphd_status scphd_slam_configure(scphd_slam *slam,
                                   scphd_description *description,
                                   scphd_reason *reason);
 
-// Starts, or starts again, where the description says and as certain of it, with an empty map.
+// Starts the filter, or starts it again, with an empty map, and the pose and standard deviations of the description.
 scphd_status scphd_slam_reset(scphd_slam *slam, scphd_description *description);
 
-// Puts the vehicle to this pose, known to these standard deviations; the map stays. A service.
+// Sets the pose and its standard deviations, and keeps the map. A service.
 scphd_status scphd_slam_relocate(scphd_slam *slam,
                                  float x_m,
                                  float y_m,
@@ -892,15 +895,15 @@ scphd_status scphd_slam_relocate(scphd_slam *slam,
                                  float position_sigma_m,
                                  float heading_sigma_rad);
 
-// Makes the pose uncertain by further standard deviations; the map stays. A service.
+// Adds these standard deviations, in quadrature, to the uncertainty of the pose; the map is kept. A service.
 scphd_status scphd_slam_scatter(scphd_slam *slam, float position_sigma_m, float heading_sigma_rad);
 
-// Puts this map, at most 128 features, in the place of the one that there is. Not where there is an archive. A service.
+// Replaces the map by this one, of at most 128 features. Not possible with an archive. A service.
 scphd_status scphd_slam_load_map(scphd_slam *slam, const scphd_feature *features, size_t count);
 
-// Moves the vehicle for `dt_s` seconds: speed ahead; speed to the left of a vehicle that moves sideways too, else 0; turn rate to the left,
-// rad/s, or a car's steering angle, rad. The report may be null. Where the control is refused, its time has passed all the same, and the next
-// report says so.
+// Predicts the pose after `dt_s` seconds. Speed ahead; speed to the left, 0 unless the vehicle can move sideways; turn rate to
+// the left, rad/s, or steering angle of a car, rad. The report may be null. If the control is refused, the time of the filter
+// advances nevertheless, and the next report counts the refusal.
 scphd_status scphd_slam_predict(scphd_slam *slam,
                                 float speed_mps,
                                 float left_mps,
@@ -908,81 +911,86 @@ scphd_status scphd_slam_predict(scphd_slam *slam,
                                 float dt_s,
                                 scphd_predict_report *report);
 
-// Takes in a scan of range and bearing of the sensor with this index in the description. The report may be null; so may the measurements, where
-// there are none.
+// Updates the filter with a scan of ranges and bearings of the sensor with this index in the description. The report may be
+// null, and so may the measurements if `count` is 0.
 scphd_status scphd_slam_scan_range_bearing(scphd_slam *slam,
                                            size_t sensor,
                                            const scphd_range_bearing *measurements,
                                            size_t count,
                                            scphd_scan_report *report);
 
-// Takes in a scan of bearings, rad, 0 ahead, growing to the left. As `scphd_slam_scan_range_bearing`.
+// Updates the filter with a scan of bearings, rad, 0 ahead, positive to the left. As `scphd_slam_scan_range_bearing`.
 scphd_status scphd_slam_scan_bearing(scphd_slam *slam,
                                      size_t sensor,
                                      const float *bearings_rad,
                                      size_t count,
                                      scphd_scan_report *report);
 
-// Takes in a scan of range and bearing for the pose alone: the map stays as it is. For joint maps without an archive. A service.
+// Updates only the pose with a scan of ranges and bearings; the map does not change. For joint maps without an archive. A
+// service.
 scphd_status scphd_slam_localise(scphd_slam *slam,
                                  size_t sensor,
                                  const scphd_range_bearing *measurements,
                                  size_t count,
                                  scphd_scan_report *report);
 
-// Takes in a measured position, between any two steps. A watch over it is a service. The report may be null.
+// Updates the filter with a measured position, at any time between other calls. Its monitoring is a service. The report may be
+// null.
 scphd_status scphd_slam_observe_position(scphd_slam *slam, float x_m, float y_m, scphd_fix_report *report);
 
-// Takes in a measured heading, from the x axis towards the y axis. As `scphd_slam_observe_position`.
+// Updates the filter with a measured heading, from the x axis towards the y axis. As `scphd_slam_observe_position`.
 scphd_status scphd_slam_observe_heading(scphd_slam *slam, float heading_rad, scphd_fix_report *report);
 
-// Where the vehicle is.
+// Writes the pose estimate.
 scphd_status scphd_slam_estimate_pose(scphd_slam *slam, scphd_plane_pose *pose);
 
-// What the odometry is off by, of a filter that learns it.
+// Writes the estimated odometry error, of a filter that estimates it.
 scphd_status scphd_slam_estimate_odometry(scphd_slam *slam, scphd_odometry *odometry);
 
-// Writes the features that stand still to an array of so many; what does not fit is counted. An array of none may be null.
+// Writes static features to an array of `capacity` elements, and counts those that do not fit. If `capacity` is 0 the array may
+// be null.
 scphd_status scphd_slam_estimate_map(scphd_slam *slam,
                                      scphd_feature *features,
                                      size_t capacity,
                                      scphd_map *map);
 
-// Writes the features that move to an array of so many; what does not fit is counted. An array of none may be null.
+// Writes moving features to an array of `capacity` elements, and counts those that do not fit. If `capacity` is 0 the array may
+// be null.
 scphd_status scphd_slam_estimate_movers(scphd_slam *slam,
                                         scphd_mover *movers,
                                         size_t capacity,
                                         scphd_map *map);
 
-// Writes a snapshot to so many bytes of room, by which a filter of the same description and set goes on to the bit, but for its watches. `kind`
-// tells vehicles apart. `written` is how many bytes it takes. A room of none may be null, and nothing is written then. A service.
+// Writes a snapshot to `room`, from which a filter with the same description and set continues bit for bit, except for the
+// monitoring of fixes. `kind` is a number of the vehicle type. `written` is set to the size of the snapshot, bytes. If the
+// capacity is 0, `room` may be null and nothing is written to it. A service.
 scphd_status scphd_slam_save(scphd_slam *slam,
                              uint32_t kind,
                              uint8_t *room,
                              size_t capacity,
                              size_t *written);
 
-// Goes on from a snapshot of so many bytes. Where one is refused for what is in it, the filter has to be reset. A service.
+// Restores a snapshot. If its contents are refused, the filter has to be reset. A service.
 scphd_status scphd_slam_restore(scphd_slam *slam,
                                 uint32_t kind,
                                 const uint8_t *snapshot,
                                 size_t size_bytes);
 
-// A hash of all that the filter knows, to the last bit: the same inputs give the same on every machine. A service.
+// Writes a hash of the whole state: the same inputs give the same hash on every machine. A service.
 scphd_status scphd_slam_digest(scphd_slam *slam, uint64_t *digest);
 
-// Looks over all that the filter knows: `SCPHD_STATUS_DAMAGED` where memory was damaged. A service.
+// Checks the whole state. Returns `SCPHD_STATUS_DAMAGED` if memory was damaged. A service.
 scphd_status scphd_slam_audit(scphd_slam *slam);
 
-// A sonar that sees everything as far as this, m, with this probability of detection, in [0, 1): one false measurement a scan, one in ten
-// scans of a feature that is new, seated where the pose is. The standard deviations of its noise are left 0, which is out of range:
-// set them.
+// Writes the defaults of a sonar with this greatest range, m, and this probability of detection, in [0, 1): a view of all
+// directions, one false measurement in a scan, one new feature in ten scans, at the vehicle's pose. The standard deviations of
+// the noise are 0, which is out of range: set them.
 scphd_status scphd_sonar_defaults(scphd_sonar_config *config,
                                   float range_max_m,
                                   float probability);
 
-// Starts a detector in this memory, of `SCPHD_SIZE_SONAR_64` bytes: `abi_version` is `SCPHD_ABI_VERSION`. The reason may be null. Writes the
-// handle to `detector`, or null.
+// Starts a detector in this memory of `SCPHD_SIZE_SONAR_64` bytes. `abi_version` is `SCPHD_ABI_VERSION`. The reason may be null.
+// Writes the handle to `detector`, or null.
 scphd_status scphd_sonar_start(uint32_t abi_version,
                                void *memory,
                                size_t size_bytes,
@@ -990,9 +998,9 @@ scphd_status scphd_sonar_start(uint32_t abi_version,
                                scphd_reason *reason,
                                scphd_sonar_detector **detector);
 
-// Starts a filter in this memory, of `SCPHD_SIZE_WATER_INFORMED_16` bytes, which is zero or was released: `abi_version` is `SCPHD_ABI_VERSION`. Of the
-// description the mixture's settings count, and what is plausible. The reason may be null. Writes the handle to `filter`, or null. Reset it to
-// a pose next.
+// Starts a filter in this memory of `SCPHD_SIZE_WATER_INFORMED_16` bytes, which is zero or was released. `abi_version` is
+// `SCPHD_ABI_VERSION`. Only the mixture's settings and the limits of the motion are used from the description. The reason may be
+// null. Writes the handle to `filter`, or null. Reset it to a pose next.
 scphd_status scphd_water_start(uint32_t abi_version,
                                void *memory,
                                size_t size_bytes,
@@ -1001,7 +1009,8 @@ scphd_status scphd_water_start(uint32_t abi_version,
                                scphd_reason *reason,
                                scphd_water **filter);
 
-// Goes on with what the same build of this library has left in this memory: after a reset of the processor that kept it, or in a copy of it.
+// Resumes the filter that the same build of this library has left in this memory: after a reset of the processor that kept it,
+// or in a copy of it.
 scphd_status scphd_water_resume(uint32_t abi_version,
                                 void *memory,
                                 size_t size_bytes,
@@ -1010,7 +1019,7 @@ scphd_status scphd_water_resume(uint32_t abi_version,
                                 scphd_reason *reason,
                                 scphd_water **filter);
 
-// Puts the vehicle to a position and a yaw, level and at rest, with an empty map, and begins the random stream of a seed.
+// Sets position and yaw of a vehicle that is level and at rest, clears the map and seeds the random numbers.
 scphd_status scphd_water_reset(scphd_water *filter,
                                float x_m,
                                float y_m,
@@ -1018,35 +1027,37 @@ scphd_status scphd_water_reset(scphd_water *filter,
                                float yaw_rad,
                                uint64_t seed);
 
-// Moves the vehicle for `dt_s` seconds. The report may be null. A refused control is as for `scphd_slam_predict`.
+// Predicts the pose after `dt_s` seconds. The report may be null. If the control is refused, see `scphd_slam_predict`.
 scphd_status scphd_water_predict(scphd_water *filter,
                                  const scphd_water_control *control,
                                  float dt_s,
                                  scphd_predict_report *report);
 
-// Takes in a scan of range, bearing and elevation. The report may be null; so may the measurements, where there are none.
+// Updates the filter with a scan of ranges, bearings and elevations. The report may be null, and so may the measurements if
+// `count` is 0.
 scphd_status scphd_water_scan_sonar(scphd_water *filter,
                                     scphd_sonar_detector *detector,
                                     const scphd_sonar *measurements,
                                     size_t count,
                                     scphd_scan_report *report);
 
-// Takes in a measured height, m, upwards: minus the depth. The report may be null.
+// Updates the filter with a measured z, m, positive upwards: minus the depth. The report may be null.
 scphd_status scphd_water_observe_height(scphd_water *filter,
                                         const scphd_fix *fix,
                                         float z_m,
                                         scphd_fix_report *report);
 
-// Takes in a measured yaw, from the x axis towards the y axis. The report may be null.
+// Updates the filter with a measured yaw, from the x axis towards the y axis. The report may be null.
 scphd_status scphd_water_observe_heading(scphd_water *filter,
                                          const scphd_fix *fix,
                                          float yaw_rad,
                                          scphd_fix_report *report);
 
-// Where the vehicle is.
+// Writes the pose estimate.
 scphd_status scphd_water_estimate_pose(scphd_water *filter, scphd_water_pose *pose);
 
-// Writes the features to an array of so many; what does not fit is counted. An array of none may be null.
+// Writes features to an array of `capacity` elements, and counts those that do not fit. If `capacity` is 0 the array may be
+// null.
 scphd_status scphd_water_estimate_map(scphd_water *filter,
                                       scphd_feature_3d *features,
                                       size_t capacity,
@@ -1081,28 +1092,28 @@ scphd_status scphd_resume_joint_100(uint32_t abi_version, void *memory, size_t s
                                     scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_services_joint_100(scphd_slam *slam);
 
-// Joint map: 60 features and 16 that move, scans of 32 measurements.
+// Joint map: 60 static and 16 moving features, scans of 32 measurements.
 scphd_status scphd_start_joint_60_movers(uint32_t abi_version, void *memory, size_t size_bytes,
                                          scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_resume_joint_60_movers(uint32_t abi_version, void *memory, size_t size_bytes,
                                           scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_services_joint_60_movers(scphd_slam *slam);
 
-// Joint map: 100 features and 32 that move, scans of 32 measurements.
+// Joint map: 100 static and 32 moving features, scans of 32 measurements.
 scphd_status scphd_start_joint_100_movers(uint32_t abi_version, void *memory, size_t size_bytes,
                                           scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_resume_joint_100_movers(uint32_t abi_version, void *memory, size_t size_bytes,
                                            scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_services_joint_100_movers(scphd_slam *slam);
 
-// Joint map: 40 features and 16 that move, and 1000 features that are far away in an archive; scans of 32 measurements.
+// Joint map: 40 static and 16 moving features, and an archive of 1000 distant features; scans of 32 measurements.
 scphd_status scphd_start_joint_40_archive(uint32_t abi_version, void *memory, size_t size_bytes,
                                           scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_resume_joint_40_archive(uint32_t abi_version, void *memory, size_t size_bytes,
                                            scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_services_joint_40_archive(scphd_slam *slam);
 
-// Joint map that learns what the odometry is off by: 60 features, scans of 32 measurements.
+// Joint map that estimates the odometry error: 60 features, scans of 32 measurements.
 scphd_status scphd_start_joint_60_learning(uint32_t abi_version, void *memory, size_t size_bytes,
                                            scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_resume_joint_60_learning(uint32_t abi_version, void *memory, size_t size_bytes,
@@ -1116,14 +1127,15 @@ scphd_status scphd_resume_mixture_32x2(uint32_t abi_version, void *memory, size_
                                        scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_services_mixture_32x2(scphd_slam *slam);
 
-// Mixture: four informed particles, 128 pages of features, 32 to a map, 256 in view; none that move; scans of 64 measurements.
+// Mixture: four informed particles, 128 pages of features, 32 to a map, 256 in view; no moving ones; scans of 64
+// measurements.
 scphd_status scphd_start_mixture_informed_4(uint32_t abi_version, void *memory, size_t size_bytes,
                                             scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_resume_mixture_informed_4(uint32_t abi_version, void *memory, size_t size_bytes,
                                              scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_services_mixture_informed_4(scphd_slam *slam);
 
-// The same with 64 pages of moving features, 16 to a map, 128 in view.
+// As the previous one, with 64 pages of moving features, 16 to a map, 128 in view.
 scphd_status scphd_start_mixture_informed_4_moving(uint32_t abi_version, void *memory, size_t size_bytes,
                                                    scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_resume_mixture_informed_4_moving(uint32_t abi_version, void *memory, size_t size_bytes,

@@ -1,4 +1,4 @@
-//! What lies in the user's memory: a tag that says what, the filter or detector itself, and behind it the state that this works on.
+//! Layout of the user's memory: a tag, the filter or detector (the handle), and the state that it works on.
 //!
 //! ```text
 //! | tag | handle: a filter, detector or description | state: State or DetectorMemory |
@@ -7,21 +7,21 @@
 use core::mem::MaybeUninit;
 use core::sync::atomic::AtomicU32;
 
-/// What lies in the memory.
+/// Identifies the contents of the memory.
 #[derive(Debug)]
 #[repr(C)]
 pub(crate) struct Tag {
     pub(crate) magic: u32,
     pub(crate) set: u32,
     pub(crate) version: u32,
-    /// The size of all, by which one compiler's layout is told from another's.
+    /// Size of the whole block; differs between compilers with different layouts.
     pub(crate) layout: u32,
     pub(crate) address: usize,
-    /// 1 while a call works on it.
+    /// 1 while a call uses the handle.
     pub(crate) busy: AtomicU32,
 }
 
-/// What a function needs to know of the memory it is given.
+/// The part of the block whose layout is known without the type of the state.
 #[derive(Debug)]
 #[repr(C, align(8))]
 pub(crate) struct Head<F> {
@@ -29,7 +29,7 @@ pub(crate) struct Head<F> {
     pub(crate) handle: MaybeUninit<F>,
 }
 
-/// All of the memory.
+/// The whole block.
 #[derive(Debug)]
 #[repr(C, align(8))]
 pub(crate) struct Block<F, S> {
@@ -37,13 +37,13 @@ pub(crate) struct Block<F, S> {
     pub(crate) state: S,
 }
 
-/// What every memory is aligned to, bytes.
+/// Alignment of every memory, bytes.
 pub(crate) const ALIGNMENT: usize = 8;
 
-/// What C knows by an opaque pointer.
+/// A type that C knows only by an opaque pointer.
 pub trait Handle {
-    /// What is behind it.
+    /// The Rust type behind it.
     type Inner: 'static;
-    /// What kind it is: the number of a set, in hundreds.
+    /// Number of the kind: that of a set in hundreds.
     const KIND: u32;
 }

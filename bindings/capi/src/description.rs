@@ -1,4 +1,4 @@
-//! A description of a vehicle, by the numbers of its settings.
+//! A description of a vehicle, changed by the numbers of its settings.
 
 use crate::block::Handle;
 use crate::memory::{Asked, Entry, NoState};
@@ -9,8 +9,8 @@ use crate::{scphd_reason, scphd_status};
 use core::ffi::c_char;
 use scphd_vehicle::{Description, Setting};
 
-/// A description of a vehicle, its filter, its sensors, its fixes and its start, in its memory. It may serve several filters, and is not
-/// needed while they run.
+/// A description of a vehicle, its filter, sensors, fixes and start, in its memory. It may be used for several filters, and is
+/// not needed while they run.
 #[derive(Debug)]
 pub struct scphd_description {
     _opaque: [u8; 0],
@@ -21,8 +21,8 @@ impl Handle for scphd_description {
     const KIND: u32 = 4;
 }
 
-/// Starts a description in this memory, of `SCPHD_SIZE_DESCRIPTION` bytes: a robot that turns in place, with a joint map, without a sensor. Writes
-/// the handle to `description`, or null.
+/// Starts a description in this memory of `SCPHD_SIZE_DESCRIPTION` bytes: a robot that turns in place, with a joint map and
+/// without sensors. Writes the handle to `description`, or null.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_description_start(
     abi_version: u32,
@@ -38,8 +38,8 @@ fn known(setting: u32) -> Result<Setting, scphd_status> {
     Setting::of_number(setting).ok_or(scphd_status::UnknownSetting)
 }
 
-/// Sets one of the settings above, `SCPHD_VEHICLE_KIND` and so on; where its name begins with `SCPHD_SENSOR_`, that of the sensor with this index, 0 to
-/// 3. Of one of several, `number` is its place in the list. The reason may be null.
+/// Sets one of the settings above, such as `SCPHD_VEHICLE_KIND`. For `SCPHD_SENSOR_...`, `sensor` is the index of the sensor, 0
+/// to 3. If the setting is a choice, `number` is the index of the choice. The reason may be null.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_description_set(
     mut description: Handed<scphd_description>,
@@ -56,7 +56,7 @@ pub extern "C" fn scphd_description_set(
     scphd_status::of(set())
 }
 
-/// Reads a setting. `SCPHD_STATUS_NOT_DESCRIBED` where the description has no such part.
+/// Reads a setting. Returns `SCPHD_STATUS_NOT_DESCRIBED` if the description has no such part.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_description_get(
     mut description: Handed<scphd_description>,
@@ -73,13 +73,13 @@ pub extern "C" fn scphd_description_get(
     scphd_status::of(get())
 }
 
-/// The name of a setting, as "joint.gate". The text lasts as long as the program.
+/// The name of a setting, such as "joint.gate". The text is static.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_setting_name(setting: u32) -> *const c_char {
     Setting::of_number(setting).map_or(c"no setting", Setting::name_c).as_ptr()
 }
 
-/// What a number of a setting must be, as "finite and at least 0". The text lasts as long as the program.
+/// The range of a setting, such as "finite and at least 0". The text is static.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_setting_range(setting: u32) -> *const c_char {
     Setting::of_number(setting).map_or(c"no setting", Setting::range_c).as_ptr()

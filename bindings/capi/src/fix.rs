@@ -1,37 +1,37 @@
-//! Fixes: the pose itself is measured.
+//! Fixes: measurements of the pose.
 
 use crate::pointer::Versioned;
 use scphd::FixReport;
 use scphd::models::{HeadingFix, HeightFix, ModelError, Pose};
 use scphd_vehicle::Watched;
 
-/// How a height or a heading under water is measured.
+/// The model of a height or heading measurement under water.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_fix {
     /// `sizeof(scphd_fix)`, set by the caller.
     pub struct_size: u32,
-    /// Standard deviation of its noise, m of a height, rad of a heading.
+    /// Standard deviation of the noise, m for a height, rad for a heading.
     pub sigma: f32,
-    /// Squared Mahalanobis distance beyond which it is an outlier; 0: none is.
+    /// Squared Mahalanobis distance beyond which the fix is an outlier; 0: no gate.
     pub gate: f32,
 }
 
-/// What a fix did.
+/// The report of a fix.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_fix_report {
     /// `sizeof(scphd_fix_report)`, set by the caller.
     pub struct_size: u32,
-    /// Whether it was taken in: 0 or 1. It is not where it lies beyond the gate.
+    /// Whether the fix was used: 0 or 1. One beyond the gate is not.
     pub accepted: u32,
-    /// Whether its watch has moved the vehicle to where such fixes say: 0 or 1.
+    /// Whether the filter was moved because rejected fixes agree with each other: 0 or 1.
     pub relocated: u32,
-    /// Its squared Mahalanobis distance from what the filter expected.
+    /// Squared Mahalanobis distance of the innovation.
     pub distance: f32,
-    /// Logarithm of its likelihood; 0 where it was not taken in.
+    /// Logarithm of the likelihood of the fix; 0 if it was not used.
     pub ln_evidence: f32,
-    /// Effective number of candidates after it.
+    /// Effective number of candidates after the fix.
     pub n_eff: f32,
 }
 

@@ -1,10 +1,11 @@
 //! The C interface of [`scphd`].
 //!
-//! The user's memory becomes a filter, a detector or a description where it lies (`memory.rs`), which functions are then given by a pointer. Pointers
-//! from C come in types that say what is expected of them (`pointer.rs`); these two files hold all `unsafe` code, but for the name of a
-//! function that the panic handler asks for in vain. Everything else puts what C says into the words of the library, and back.
+//! The user's memory is initialised in place as a filter, a detector or a description (`memory.rs`); functions then receive a
+//! pointer to it. The types of pointers from C state what is required of them (`pointer.rs`). These two files have all `unsafe`
+//! code, except the declaration of a function that the panic handler calls and nobody defines. All other files convert arguments
+//! and results.
 //!
-//! `include/scphd.h` is made from this crate by the package `header`; `docs/c.md` says how it is used.
+//! The package `header` generates `include/scphd.h` from this crate; `docs/c.md` is its documentation.
 #![cfg_attr(not(test), no_std)]
 #![deny(missing_docs)]
 #![cfg_attr(

@@ -7,23 +7,23 @@ use nalgebra::{Vector2, Vector3, Vector4};
 use scphd::numerics::{Symmetric, Vector};
 use scphd::{Component, MapEstimate};
 
-/// One measurement of range and bearing.
+/// A measurement of range and bearing.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_range_bearing {
-    /// m.
+    /// Range, m.
     pub range_m: f32,
-    /// 0 ahead, growing to the left, rad.
+    /// Bearing, rad, 0 ahead, positive to the left.
     pub bearing_rad: f32,
 }
 
-/// A feature in the plane.
+/// A static feature in the plane.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_feature {
-    /// Names it from scan to scan.
+    /// Identifies the feature from scan to scan.
     pub label: u32,
-    /// How many features it stands for; of a joint map, the probability that it is there.
+    /// Expected number of features that it represents; in a joint map its existence probability.
     pub weight: f32,
     /// x, m.
     pub x_m: f32,
@@ -33,13 +33,13 @@ pub struct scphd_feature {
     pub covariance: [f32; 3],
 }
 
-/// A feature in space.
+/// A static feature in space.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_feature_3d {
-    /// Names it from scan to scan.
+    /// Identifies the feature from scan to scan.
     pub label: u32,
-    /// How many features it stands for.
+    /// Expected number of features that it represents.
     pub weight: f32,
     /// x, m.
     pub x_m: f32,
@@ -51,35 +51,35 @@ pub struct scphd_feature_3d {
     pub covariance: [f32; 6],
 }
 
-/// A feature that moves in the plane.
+/// A moving feature in the plane.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_mover {
-    /// Names it from scan to scan.
+    /// Identifies the feature from scan to scan.
     pub label: u32,
-    /// How many features it stands for.
+    /// Expected number of features that it represents.
     pub weight: f32,
     /// x, m.
     pub x_m: f32,
     /// y, m.
     pub y_m: f32,
-    /// Along x, m/s.
+    /// Velocity along x, m/s.
     pub vx_mps: f32,
-    /// Along y, m/s.
+    /// Velocity along y, m/s.
     pub vy_mps: f32,
-    /// Covariance, its lower triangle row after row: xx; xy, yy; then of vx and of vy with all before them.
+    /// Covariance of (x, y, vx, vy): its lower triangle, row by row.
     pub covariance: [f32; 10],
 }
 
-/// What there is to a map beside the features.
+/// Properties of an estimated map, without the features.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_map {
     /// `sizeof(scphd_map)`, set by the caller.
     pub struct_size: u32,
-    /// Features written to the array.
+    /// Number of features that were written to the array.
     pub features: u32,
-    /// Features left out because it was too small.
+    /// Number of features that did not fit into the array.
     pub left_out: u32,
     /// The expected number of features.
     pub expected_features: f32,
@@ -97,7 +97,7 @@ impl scphd_map {
 }
 
 impl scphd_feature {
-    /// The same for the library.
+    /// Converts to a component of the library.
     pub(crate) fn component(&self) -> Component<Vector2<f32>> {
         let [xx, xy, yy] = self.covariance;
         let covariance = Symmetric::from_fn(|row, column| match row + column {
@@ -110,7 +110,7 @@ impl scphd_feature {
     }
 }
 
-/// Has the library write components into the caller's array, and puts features in their places.
+/// Has the library write components to the caller's array, and converts each to a feature in place.
 pub(crate) fn write<N: Vector<Scalar = f32>, F: From<Component<N>>>(
     array: &mut Out<F>,
     capacity: usize,
@@ -122,7 +122,7 @@ pub(crate) fn write<N: Vector<Scalar = f32>, F: From<Component<N>>>(
     Ok(())
 }
 
-/// The lower triangle, row after row.
+/// The lower triangle of the covariance, row by row.
 fn lower<const N: usize, V: Vector<Scalar = f32>>(component: &Component<V>) -> [f32; N] {
     let mut numbers = component.covariance.as_lower().iter();
     core::array::from_fn(|_| numbers.next().copied().unwrap_or(0.0))

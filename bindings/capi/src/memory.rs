@@ -1,7 +1,7 @@
-//! How a handle is made in the user's memory, and entered by a call.
+//! Creation of a handle in the user's memory, and exclusive access to it during a call.
 //!
-//! The handle holds references into the state behind it, so that neither may move; the tag has the address, and a copy is not taken for
-//! the original. The state is never moved nor copied: it begins as zeros where it lies.
+//! The handle has references to the state behind it, so that the block must not be moved. The tag has its address, so that a copy
+//! is recognised. The state is initialised in place, as zeros, and never moved or copied.
 
 use crate::block::{ALIGNMENT, Block, Handle, Head, Tag};
 use crate::pointer::{self, Bytes, Handed, Out};
@@ -18,18 +18,18 @@ use scphd::storage::MapStorage;
 use scphd::{DetectorMemory, State};
 use scphd_vehicle::Backing;
 
-/// A handle works here.
+/// Magic number of memory with a state and a handle.
 const STARTED: u32 = 0x5c9b_d001;
-/// There is a state, but no handle.
+/// Magic number of memory with a state, but without a handle.
 const HELD: u32 = 0x5c9b_d002;
 
-/// A state that begins as zeros.
+/// A state whose initial value is all zeros.
 ///
 /// # Safety
-/// All bytes zero are a value of it: the one that its `new` makes.
+/// All bytes zero are a valid value: the one that its `new` returns.
 pub unsafe trait Zeroed: 'static {}
 
-// SAFETY: numbers, and an `Option` whose `None` is zero; `tests::states_begin_as_zeros` holds them to it.
+// SAFETY: numbers, and an `Option` whose `None` is zero; checked by `tests::states_begin_as_zeros`.
 unsafe impl<P: Pose + 'static, const N: usize, const C: usize, S: 'static, V: 'static> Zeroed for State<P, N, C, S, V>
 where
     S: MapStorage<scphd::storage::Static<P::Position>>,
@@ -39,14 +39,14 @@ where
 // SAFETY: as above.
 unsafe impl<Z: Vector + 'static, const N: usize> Zeroed for DetectorMemory<Z, N> {}
 
-/// The state of what is all in its handle.
+/// The empty state of a type whose data are all in the handle.
 #[derive(Debug)]
 pub(crate) struct NoState;
 
 // SAFETY: it has no bytes.
 unsafe impl Zeroed for NoState {}
 
-/// The memory of a filter, and where the filter over it sits.
+/// The memory of a filter, and the place of the filter that uses it.
 pub(crate) struct Seated<B: Backing<f32> + 'static> {
     pub(crate) slam: MaybeUninit<B::Slam<'static>>,
     pub(crate) memory: B,
@@ -54,23 +54,23 @@ pub(crate) struct Seated<B: Backing<f32> + 'static> {
 
 macro_rules! zeroed {
     ($($(#[doc = $about:literal])+ $name:ident = $number:literal, $bytes:literal bytes of $memory:ident: $start:ident, $resume:ident, $services:ident;)+) => { $(
-        // SAFETY: a filter that is not there, and states, movers and archives, which are numbers; `tests::states_begin_as_zeros` holds them
-        // to it.
+        // SAFETY: an uninitialised filter, and states, movers and archives, which are numbers; checked by
+        // `tests::states_begin_as_zeros`.
         unsafe impl Zeroed for Seated<sets::memories::$memory> {}
     )+ };
 }
 sets::table!(zeroed);
 
-/// How a state is come by.
+/// Origin of the state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Entry {
-    /// It begins as zeros.
+    /// The state is initialised with zeros.
     Start,
-    /// An earlier handle has left it.
+    /// The state was left by an earlier handle.
     Resume,
 }
 
-/// The user's memory on its way to become a handle.
+/// The user's memory before there is a handle.
 #[derive(Debug, Clone, Copy)]
 struct Memory<'a> {
     bytes: Bytes,
@@ -78,7 +78,7 @@ struct Memory<'a> {
     entry: Entry,
 }
 
-/// A caller's memory, and where the handle and the reason of a refusal go.
+/// The arguments of a function that creates a handle.
 pub(crate) struct Asked<H> {
     pub(crate) abi_version: u32,
     pub(crate) memory: Bytes,
@@ -88,7 +88,7 @@ pub(crate) struct Asked<H> {
 }
 
 impl<H: Handle> Asked<H> {
-    /// Makes a handle over the state in the memory.
+    /// Creates a handle over the state in the memory.
     pub(crate) fn make<S: Zeroed>(
         mut self,
         set: &Set,
@@ -105,13 +105,13 @@ impl<H: Handle> Asked<H> {
 }
 
 impl<'a> Memory<'a> {
-    /// The caller's memory for a set.
+    /// The caller's memory for a set; checks the pointer and the size.
     fn of(bytes: Bytes, size: usize, set: &'a Set, entry: Entry) -> Result<Self, scphd_status> {
         check_bytes(bytes)?;
         if size < set.bytes { Err(scphd_status::MemoryTooSmall) } else { Ok(Self { bytes, set, entry }) }
     }
 
-    /// Makes a handle over the state in it.
+    /// Creates a handle over the state in this memory.
     fn make<H: Handle, S: Zeroed>(
         self,
         make: impl FnOnce(&'static mut S) -> Result<H::Inner, scphd_status>,
@@ -127,10 +127,10 @@ impl<'a> Memory<'a> {
             address: 0,
             busy: AtomicU32::new(0),
         };
-        // SAFETY: `of` has found the memory to be there, aligned, and as large as its set, which `sizes.rs` holds to be at least a `Block`;
-        // it is the caller's word that it is initialised, and that nothing else uses it. What lies there is a tag, or bytes of which any
-        // are one. Only where nothing else has one is a reference made to the state, and its bytes are a value by `Zeroed`, or because
-        // the tag says that such a state was left there.
+        // SAFETY: `of` has checked that the pointer is valid and aligned, and that the size is at least that of the set, which
+        // `sizes.rs` ensures is at least that of a `Block`. The caller guarantees that the memory is initialised, and that
+        // nothing else uses it. Any bytes are a valid tag. A reference to the state is created only if nothing else has one; its
+        // bytes are a valid value by `Zeroed`, or because the tag shows that such a state was left there.
         unsafe {
             let found = &mut *tag;
             let known = found.magic == STARTED || found.magic == HELD;
@@ -145,7 +145,7 @@ impl<'a> Memory<'a> {
                 Entry::Resume if *found.busy.get_mut() != 0 => return Err(scphd_status::Interrupted),
                 Entry::Resume => {}
             }
-            // The handle that was there is no more, whatever comes of this one.
+            // Invalidates the previous handle, even if the new one cannot be created.
             if self.entry == Entry::Resume {
                 tag.write(fresh);
             }
@@ -164,7 +164,7 @@ fn check_bytes(bytes: Bytes) -> Result<(), scphd_status> {
     pointer::check(bytes.0.cast::<Head<()>>())
 }
 
-/// A handle while a call works on it.
+/// Exclusive access to a handle during a call.
 #[derive(Debug)]
 pub(crate) struct Entered<'h, F> {
     busy: &'h AtomicU32,
@@ -172,14 +172,15 @@ pub(crate) struct Entered<'h, F> {
 }
 
 impl<H: Handle> Handed<H> {
-    /// What is behind the pointer, and nobody else's until it is dropped.
-    // Once in an image, not once in every call.
+    /// Gives exclusive access to the value behind the pointer, until the result is dropped.
+    // One copy in an image, not one in every function.
     #[inline(never)]
     pub(crate) fn enter(&mut self) -> Result<Entered<'_, H::Inner>, scphd_status> {
         let head = self.0.cast::<Head<H::Inner>>();
         pointer::check(head)?;
-        // SAFETY: not null and aligned; the caller's word that the memory of a set lies there, initialised, and by that no smaller than a
-        // `Head`. The tag says whether there is a handle of this type; `busy`, that nothing else has a reference to it.
+        // SAFETY: not null and aligned; the caller guarantees that the memory of a set lies there, initialised, and therefore no
+        // smaller than a `Head`. The tag shows whether there is a handle of this type, and `busy` that nothing else has a
+        // reference to it.
         unsafe {
             let tag = &*addr_of!((*head).tag);
             if tag.magic != STARTED || tag.address != head.addr() {
@@ -216,7 +217,7 @@ impl<F> DerefMut for Entered<'_, F> {
     }
 }
 
-/// Hands the pointer of a new handle to the caller, whose place for it is looked at first.
+/// Writes the pointer of a new handle to the caller, after checking the caller's pointer.
 fn hand_out<H>(mut to: Out<*mut H>, make: impl FnOnce() -> Result<*mut H, scphd_status>) -> Result<(), scphd_status> {
     let place = to.place()?;
     place.write(core::ptr::null_mut());
@@ -224,13 +225,13 @@ fn hand_out<H>(mut to: Out<*mut H>, make: impl FnOnce() -> Result<*mut H, scphd_
     Ok(())
 }
 
-/// What the memory of every set must be aligned to, bytes: `SCPHD_ALIGNMENT`.
+/// Required alignment of the memory of every set, bytes: `SCPHD_ALIGNMENT`.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_memory_alignment() -> usize {
     ALIGNMENT
 }
 
-/// Ends what runs in this memory, whatever it is, and if nothing does: it can be started anew. Handles to it are refused from then on.
+/// Releases this memory, whatever it contains; it can then be started again. Earlier handles to it are refused from then on.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_release(memory: Bytes, size_bytes: usize) -> scphd_status {
     if let Err(status) = check_bytes(memory) {
@@ -239,7 +240,7 @@ pub extern "C" fn scphd_release(memory: Bytes, size_bytes: usize) -> scphd_statu
     if size_bytes < size_of::<Tag>() {
         return scphd_status::MemoryTooSmall;
     }
-    // SAFETY: not null, aligned, large enough for a tag; and the caller's word that no call works on it.
+    // SAFETY: not null, aligned, large enough for a tag; the caller guarantees that no call uses it.
     unsafe { memory.0.cast::<u8>().write_bytes(0, size_of::<Tag>()) };
     scphd_status::Ok
 }
@@ -253,18 +254,18 @@ mod tests {
         SCPHD_ABI_VERSION, scphd_description_start, scphd_resume_joint_40, scphd_start_joint_40, scphd_status,
     };
 
-    /// The bytes of a state in a `static`, with what is between its fields.
+    /// Whether all bytes of a state in a `static` are zero, including the padding.
     fn is_zero<S>(state: &MaybeUninit<S>) -> bool {
         let bytes = state.as_ptr().cast::<u8>();
-        // SAFETY: the statics below are initialised by the loader, byte for byte.
+        // SAFETY: the statics below are initialised by the loader, byte by byte.
         (0..size_of::<S>()).all(|at| unsafe { bytes.add(at).read_volatile() } == 0)
     }
 
     #[test]
-    fn a_call_within_a_call_is_refused_and_one_that_did_not_end_is_known() {
+    fn a_nested_call_is_refused_and_an_interrupted_call_is_reported() {
         const BYTES: usize = 32_768;
         let (mut memory, mut about) = (vec![0_u64; BYTES / 8], vec![0_u64; BYTES / 8]);
-        // SAFETY: the memories are there until the end, and used by nothing else.
+        // SAFETY: the memories exist until the end of the test, and nothing else uses them.
         let [bytes, about] = [&mut memory, &mut about].map(|memory| unsafe { Bytes::of(memory.as_mut_ptr().cast()) });
         let mut description = core::ptr::null_mut();
         // SAFETY: as above.

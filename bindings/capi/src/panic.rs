@@ -1,5 +1,5 @@
-//! The panic handler of the archive. No panic is reachable: where one were, the archive would ask for a function that does not exist, and
-//! `cargo xtask capi` would find it.
+//! The panic handler of the archive. It calls a function that nobody defines, so that a reachable panic would be an unresolved
+//! symbol in the archive, which `cargo xtask capi` would find.
 
 unsafe extern "C" {
     safe fn scphd_a_panic_is_reachable() -> !;

@@ -5,7 +5,7 @@ use core::array::from_fn;
 use scphd::PoseEstimate;
 use scphd::models::{AuvPose, OdometryCorrection, PlanarPose};
 
-/// A pose in the plane and how well it is known.
+/// A pose in the plane and its covariance.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_plane_pose {
@@ -15,27 +15,28 @@ pub struct scphd_plane_pose {
     pub x_m: f32,
     /// y, m.
     pub y_m: f32,
-    /// From the x axis towards the y axis, rad.
+    /// Heading from the x axis towards the y axis, rad.
     pub heading_rad: f32,
-    /// Covariance of (x, y, heading), row after row, in the squares of their units.
+    /// Covariance of (x, y, heading), row by row, in the squares of their units.
     pub covariance: [f32; 9],
 }
 
-/// What the odometry is off by.
+/// The estimated odometry error: the controls are multiplied by 1 + scale, and the offset is added to the turn rate or steering
+/// angle.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_odometry {
     /// `sizeof(scphd_odometry)`, set by the caller.
     pub struct_size: u32,
-    /// The speed, as a share of it.
+    /// Relative correction of the speed.
     pub speed_scale: f32,
-    /// The turn rate or the steering angle, as a share of it.
+    /// Relative correction of the turn rate or steering angle.
     pub turn_scale: f32,
-    /// The turn rate, rad/s, or the steering angle, rad, where the vehicle goes straight ahead.
+    /// Offset of the turn rate, rad/s, or of the steering angle, rad.
     pub turn_offset: f32,
 }
 
-/// A pose under water and how well it is known.
+/// A pose under water and its covariance.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_water_pose {
@@ -45,17 +46,17 @@ pub struct scphd_water_pose {
     pub x_m: f32,
     /// y, m.
     pub y_m: f32,
-    /// z, m, upwards: minus the depth.
+    /// z, m, positive upwards: minus the depth.
     pub z_m: f32,
-    /// From the x axis towards the y axis, rad.
+    /// Yaw from the x axis towards the y axis, rad.
     pub yaw_rad: f32,
-    /// rad/s.
+    /// Yaw rate, rad/s.
     pub yaw_rate_radps: f32,
-    /// As the last control has it, rad.
+    /// Roll, from the last control, rad.
     pub roll_rad: f32,
-    /// As the last control has it, rad.
+    /// Pitch, from the last control, rad.
     pub pitch_rad: f32,
-    /// Covariance of (x, y, z, yaw, yaw rate), row after row, in the squares of their units.
+    /// Covariance of (x, y, z, yaw, yaw rate), row by row, in the squares of their units.
     pub covariance: [f32; 25],
 }
 

@@ -1,4 +1,4 @@
-//! Which setting is refused.
+//! The reason why a description or a setting was refused.
 
 use crate::pointer::Out;
 use crate::report::count;
@@ -8,21 +8,22 @@ use scphd::errors::SetupError;
 use scphd::models::ModelError;
 use scphd_vehicle::{Invalid, Setting, StartError};
 
-/// Bytes of the text, with the zero at its end.
+/// Bytes of the text, with the terminating zero.
 const TEXT: usize = 116;
 
-/// Why a description or a setting was refused. All is 0 where none of them is to blame.
+/// The reason why a description or a setting was refused. All zero if the call failed for another reason.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_reason {
     /// `sizeof(scphd_reason)`, set by the caller.
     pub struct_size: u32,
-    /// The setting, as `SCPHD_JOINT_GATE`; `scphd_setting_name` and `scphd_setting_range` have its texts. 0 where `text` says more.
+    /// Number of the setting, such as `SCPHD_JOINT_GATE`; `scphd_setting_name` and `scphd_setting_range` return its texts. 0 if
+    /// there is a `text`.
     pub setting: u32,
-    /// Of a setting of a sensor: which sensor.
+    /// Index of the sensor, for a setting of a sensor.
     pub sensor: u32,
-    /// One line in UTF-8 that ends with a zero, as "range_sigma_m must be finite and above 0", where settings do not fit each other, and of a
-    /// sonar. Empty where `setting` says it.
+    /// A line of UTF-8 that ends with a zero, such as "range_sigma_m must be finite and above 0", for settings that do not fit
+    /// together and for sonars. Empty if there is a `setting`.
     pub text: [c_char; 116],
 }
 
@@ -36,12 +37,12 @@ impl scphd_reason {
     }
 }
 
-/// Where the reason of a refusal goes, if the caller asks for it.
+/// The caller's memory for the reason, if there is any.
 #[derive(Debug)]
 pub(crate) struct Reason<'a>(Option<&'a mut scphd_reason>);
 
 impl<'a> Reason<'a> {
-    /// The caller's place for it, which may be none, empty.
+    /// The caller's memory, cleared; its pointer may be null.
     pub(crate) fn of(place: &'a mut Out<scphd_reason>) -> Result<Self, scphd_status> {
         let mut reason = place.wanted()?;
         if let Some(reason) = &mut reason {
@@ -64,7 +65,7 @@ impl<'a> Reason<'a> {
         scphd_status::OutOfRange
     }
 
-    /// Writes it, and says what it is called.
+    /// Writes the error of a filter's configuration. Returns its status.
     pub(crate) fn setup(&mut self, error: SetupError) -> scphd_status {
         match error {
             SetupError::Config(error) => self.tell(error.field, error.range),
@@ -73,17 +74,17 @@ impl<'a> Reason<'a> {
         }
     }
 
-    /// The same of a model's parameter.
+    /// Writes the error of a model's parameter. Returns its status.
     pub(crate) fn model(&mut self, error: ModelError) -> scphd_status {
         self.tell(error.field, error.range)
     }
 
-    /// The same of a setting of a description.
+    /// Writes the error of a setting of a description. Returns its status.
     pub(crate) fn invalid(&mut self, Invalid { setting, sensor }: Invalid) -> scphd_status {
         self.blame(setting, sensor, scphd_status::OutOfRange)
     }
 
-    /// Why no filter is made by a description.
+    /// Writes the error of starting a filter. Returns its status.
     pub(crate) fn start(&mut self, error: StartError) -> scphd_status {
         match error {
             StartError::Invalid(invalid) => self.invalid(invalid),

@@ -1,112 +1,113 @@
-//! What a step did, in numbers of 32 bits.
+//! Reports of predictions and scans, with 32-bit numbers.
 
 use crate::pointer::Versioned;
 use core::ffi::{CStr, c_char};
 use scphd::{JointReport, PredictReport, ScanReport};
 use scphd_vehicle::Scanned;
 
-/// No candidate explained the scan: the vehicle is lost, or the intensities of clutter and births are both zero.
+/// No candidate explains the scan: the vehicle is lost, or clutter and birth intensities are both zero.
 pub const SCPHD_HEALTH_UNEXPLAINED_SCAN: u32 = 1;
-/// The pose hangs on a single sample.
+/// The estimated pose depends on a single sample.
 pub const SCPHD_HEALTH_DEGENERATE: u32 = 2;
-/// A map had so little room that components were dropped.
+/// A map had so little memory that components above the pruning threshold were removed.
 pub const SCPHD_HEALTH_PRUNING_TIGHTENED: u32 = 4;
-/// A map was left as predicted for want of room.
+/// A map remains as predicted because of too little memory.
 pub const SCPHD_HEALTH_MAP_NOT_UPDATED: u32 = 8;
-/// Components were lost for want of room.
+/// Components were discarded because of too little memory.
 pub const SCPHD_HEALTH_COMPONENTS_LOST: u32 = 16;
-/// Rounding had spoilt a covariance; it was repaired.
+/// Rounding errors made a covariance indefinite; it was repaired.
 pub const SCPHD_HEALTH_COVARIANCE_REPAIRED: u32 = 32;
-/// A pose left the range of single precision, and stayed where it was.
+/// A predicted pose was out of the range of single precision; it was not changed.
 pub const SCPHD_HEALTH_POSE_REJECTED: u32 = 64;
-/// Innovations are more than twice what their covariances say: the noise is set too low, or the vehicle is elsewhere.
+/// The mean squared innovation is more than twice the expected value: the noise is set too low, or the estimated pose is wrong.
 pub const SCPHD_HEALTH_INNOVATION_HIGH: u32 = 128;
-/// Predictions since the scan before were refused.
+/// Predictions since the last scan were refused.
 pub const SCPHD_HEALTH_PREDICTION_REFUSED: u32 = 256;
-/// Known landmarks are missed, and measurements come from elsewhere: a hundred to one that the vehicle is not where it is taken to be.
+/// Known landmarks are missed, and other measurements appear: the odds are a hundred to one that the estimated pose is wrong.
 pub const SCPHD_HEALTH_DIVERGENCE_SUSPECTED: u32 = 512;
-/// The same, ten thousand to one. It stays until the pose is set or made uncertain, or what was known is detected again.
+/// As before, with odds of ten thousand to one. It stays set until the pose is set or made uncertain, or known landmarks are
+/// detected again.
 pub const SCPHD_HEALTH_LOST: u32 = 1024;
-/// No scan for eight times as long as usual, and for a second at least.
+/// There has been no scan for eight times the usual interval, and for at least a second.
 pub const SCPHD_HEALTH_INPUT_LOST: u32 = 2048;
-/// A scrubbing has mended what memory faults had left.
+/// Memory scrubbing found and repaired damage.
 pub const SCPHD_HEALTH_STATE_REPAIRED: u32 = 4096;
-/// Far more is measured than usual that nothing known explains.
+/// Far more measurements than usual come from no known landmark.
 pub const SCPHD_HEALTH_CLUTTER_HIGH: u32 = 8192;
-/// Of late a fifth of the detections to be expected of known landmarks is missing.
+/// Recently a fifth of the expected detections of known landmarks is missing.
 pub const SCPHD_HEALTH_DETECTIONS_LOW: u32 = 16384;
 
-/// What a prediction did.
+/// The report of a prediction.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_predict_report {
     /// `sizeof(scphd_predict_report)`, set by the caller.
     pub struct_size: u32,
-    /// Bits of `SCPHD_HEALTH_...`; 0 is good.
+    /// Warnings: bits of `SCPHD_HEALTH_...`; 0 is good.
     pub health: u32,
-    /// Candidates after it.
+    /// Candidates after the prediction.
     pub candidates: u32,
-    /// Candidates that stayed where they were, for their pose left the range of single precision.
+    /// Candidates that were not moved because their predicted pose was out of the range of single precision.
     pub rejected: u32,
-    /// Predictions refused since the last scan.
+    /// Predictions that were refused since the last scan.
     pub refused: u32,
 }
 
-/// What a scan did. What a filter has nothing of is 0: pages and candidates are a mixture's.
+/// The report of a scan. Fields that do not apply are 0: for example, only mixtures have pages and candidates.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_scan_report {
     /// `sizeof(scphd_scan_report)`, set by the caller.
     pub struct_size: u32,
-    /// Bits of `SCPHD_HEALTH_...`; 0 is good.
+    /// Warnings: bits of `SCPHD_HEALTH_...`; 0 is good.
     pub health: u32,
     /// Measurements in the scan.
     pub measurements: u32,
-    /// Measurements that could not give birth.
+    /// Measurements that could not become a feature or component.
     pub no_birth: u32,
-    /// Predictions refused since the scan before.
+    /// Predictions that were refused since the last scan.
     pub refused: u32,
-    /// Features, or most components of a candidate, in view.
+    /// Features in view, or the greatest number of components in view of any candidate.
     pub in_view: u32,
-    /// Features or components born and kept.
+    /// New features or components.
     pub births: u32,
-    /// Those merged into another.
+    /// Features or components that were merged into another one.
     pub merged: u32,
-    /// Those that found no room.
+    /// Features or components that were discarded because of too little memory.
     pub lost: u32,
-    /// Features of a joint map that were dropped.
+    /// Features of a joint map that were removed because their existence probability was too low.
     pub dropped: u32,
     /// Features of a joint map after the scan.
     pub features: u32,
-    /// Features that move beside it.
+    /// Moving-object tracks of a joint map after the scan.
     pub movers: u32,
-    /// Candidates weighed.
+    /// Candidates that were weighted.
     pub candidates: u32,
-    /// Particles that go on.
+    /// Particles after the scan.
     pub particles: u32,
-    /// Whether they were resampled: 0 or 1.
+    /// Whether the particles were resampled: 0 or 1.
     pub resampled: u32,
-    /// Pages of features in use after the scan, and in all.
+    /// Pages of static features in use after the scan.
     pub pages_used: u32,
-    /// See `pages_used`.
+    /// Total number of pages for static features.
     pub pages: u32,
-    /// Pages of moving features in use after the scan, and in all.
+    /// Pages of moving features in use after the scan.
     pub moving_pages_used: u32,
-    /// See `moving_pages_used`.
+    /// Total number of pages for moving features.
     pub moving_pages: u32,
-    /// Effective number of candidates before any resampling.
+    /// Effective number of candidates before resampling.
     pub n_eff: f32,
-    /// Logarithm of the scan's likelihood, up to a constant; minus infinity where no candidate explains it.
+    /// Logarithm of the scan's likelihood, up to a constant; minus infinity if no candidate explains the scan.
     pub ln_evidence: f32,
-    /// Detections to be expected of the features in view.
+    /// Expected number of detections of the features in view.
     pub expected_detections: f32,
-    /// Measurements that these explain.
+    /// Expected number of measurements that come from features in view.
     pub detections: f32,
-    /// Mean squared innovation by its covariance, per dimension; about 1 for a consistent filter, 0 where nothing was detected.
+    /// Normalised innovation squared per dimension; about 1 for a consistent filter, 0 without detections.
     pub innovation: f32,
 }
 
-/// A count in 32 bits.
+/// Converts a count to 32 bits.
 pub(crate) fn count(count: usize) -> u32 {
     u32::try_from(count).unwrap_or(u32::MAX)
 }
@@ -152,7 +153,7 @@ impl scphd_scan_report {
     };
 }
 
-/// What reports of either filter say, and what one says beside.
+/// The fields that the reports of both filters have, and further ones.
 macro_rules! said {
     ($report:ident, $($field:ident),+) => {
         scphd_scan_report {
@@ -197,7 +198,7 @@ impl From<Scanned<f32>> for scphd_scan_report {
     }
 }
 
-/// The names of the conditions, in the order of their bits.
+/// The names of the warnings, in the order of their bits.
 const NAMES: [&CStr; 15] = [
     c"UNEXPLAINED_SCAN",
     c"DEGENERATE",
@@ -216,8 +217,8 @@ const NAMES: [&CStr; 15] = [
     c"DETECTIONS_LOW",
 ];
 
-/// The name of the lowest of some conditions, as in docs/health.md: ask for one bit after the other. GOOD where there is none. The text
-/// lasts as long as the program.
+/// The name of the lowest warning in `health`, as in docs/health.md; call it with each bit separately. "GOOD" if there is none.
+/// The text is static.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_health_text(health: u32) -> *const c_char {
     name_of(health).as_ptr()
@@ -234,7 +235,7 @@ mod tests {
     use scphd::Health;
 
     #[test]
-    fn conditions_have_the_bits_of_the_library() {
+    fn warnings_have_the_bits_of_the_library() {
         let of_c = [
             (SCPHD_HEALTH_UNEXPLAINED_SCAN, Health::UNEXPLAINED_SCAN),
             (SCPHD_HEALTH_DEGENERATE, Health::DEGENERATE),

@@ -1,6 +1,6 @@
-//! A filter behind its handle: the trait of all filters, so that a program links the filters that it starts (`starts.rs`).
+//! A filter behind its handle, as a trait object, so that a program links only the filters that it starts (`starts.rs`).
 //!
-//! The services are behind a trait of their own, which is found once they were asked for, so that other programs do not link them.
+//! The services are a second trait, available after a call of `scphd_services_...`, so that other programs do not link them.
 
 use crate::block::Handle;
 use crate::pointer::{Handed, Out, tell};
@@ -11,15 +11,15 @@ use scphd::FixReport;
 use scphd::errors::ObserveError;
 use scphd_vehicle::{Refused, Services, Slam, Watched};
 
-/// A filter of which the type can be found out.
+/// A filter that can be downcast to its type.
 pub trait Running: Slam<f32> + Any {}
 
 impl<S: Slam<f32> + Any> Running for S {}
 
-/// How the services of a filter are come by.
+/// Converts a filter to its services.
 type Find = fn(&mut dyn Running) -> Option<&mut dyn Services<f32>>;
 
-/// A filter, and its services once they were asked for.
+/// A filter, and access to its services if they were requested.
 pub struct Filter {
     running: &'static mut dyn Running,
     services: Option<Find>,
@@ -48,7 +48,7 @@ impl Handle for scphd_slam {
     const KIND: u32 = 1;
 }
 
-/// Works on a filter.
+/// Calls a function with a filter.
 pub(crate) fn on(
     mut slam: Handed<scphd_slam>,
     call: impl FnOnce(&mut dyn Slam<f32>) -> Result<(), scphd_status>,
@@ -56,7 +56,7 @@ pub(crate) fn on(
     scphd_status::of(slam.enter().and_then(|mut slam| call(&mut *slam.running)))
 }
 
-/// Works on a filter whose services were asked for.
+/// Calls a function with the services of a filter, if they were requested.
 pub(crate) fn serve(
     mut slam: Handed<scphd_slam>,
     call: impl FnOnce(&mut dyn Services<f32>) -> Result<(), scphd_status>,
@@ -69,7 +69,7 @@ pub(crate) fn serve(
     scphd_status::of(serve())
 }
 
-/// Takes in a fix: by the services where they were asked for, which know of watches.
+/// Updates the filter with a fix. With services, the fix may be monitored.
 pub(crate) fn observe(
     mut slam: Handed<scphd_slam>,
     mut report: Out<scphd_fix_report>,
@@ -88,7 +88,7 @@ pub(crate) fn observe(
     scphd_status::of(take())
 }
 
-/// Has the services of a filter of type `S` at hand.
+/// Makes the services of a filter of type `S` available.
 pub(crate) fn provide<S: Services<f32> + Any>(mut slam: Handed<scphd_slam>) -> scphd_status {
     let mut provide = || {
         let mut slam = slam.enter()?;

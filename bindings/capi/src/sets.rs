@@ -1,7 +1,7 @@
-//! The sets of capacities that memory comes in: a type and a line each.
+//! The sets of capacities: a type and a line for each.
 //!
-//! The numbers of bytes are the same for every target: those of the largest, rounded up. A set that is smaller than its memory on some
-//! target, or larger by more than a sixteenth and 256, does not compile there.
+//! The byte numbers are the same for every target: the largest one, rounded up. On a target where the memory does not fit, or is
+//! smaller by more than a sixteenth and 256 bytes, the crate does not compile.
 
 /// The memories of the sets.
 pub(crate) mod memories {
@@ -18,18 +18,18 @@ pub(crate) mod memories {
     pub(crate) type Sonar64 = DetectorMemory<Vector3<f32>, 64>;
 }
 
-/// A set of capacities, as the header names it.
+/// A set of capacities, with its name in the header.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Set {
-    /// Its name, after `SCPHD_SIZE_`.
+    /// Name after `SCPHD_SIZE_`.
     pub name: &'static str,
-    /// Its number: hundreds for each kind.
+    /// Number; the hundreds are the kind.
     pub number: u32,
-    /// The memory it takes, bytes.
+    /// Size of the memory, bytes.
     pub bytes: usize,
-    /// What there is room for.
+    /// Description of the capacities.
     pub about: &'static str,
-    /// The functions that start a filter that is described in it, resume one, and give its services.
+    /// The functions that start a filter in this memory, resume one, and give its services.
     pub functions: Option<[&'static str; 3]>,
 }
 
@@ -53,7 +53,7 @@ pub(crate) const SONAR_64: Set = Set {
 pub(crate) const DESCRIPTION: Set =
     Set { name: "DESCRIPTION", number: 401, bytes: 640, about: " A description of a vehicle.", functions: None };
 
-/// Hands the table of the sets for filters that are described to another macro.
+/// Passes the table of the sets for described filters to another macro.
 macro_rules! table {
     ($then:ident) => {
         $then! {
@@ -61,20 +61,21 @@ macro_rules! table {
             JOINT_40 = 101, 23_552 bytes of Joint40: scphd_start_joint_40, scphd_resume_joint_40, scphd_services_joint_40;
             /// Joint map: 100 features, scans of 32 measurements.
             JOINT_100 = 102, 99_328 bytes of Joint100: scphd_start_joint_100, scphd_resume_joint_100, scphd_services_joint_100;
-            /// Joint map: 60 features and 16 that move, scans of 32 measurements.
+            /// Joint map: 60 static and 16 moving features, scans of 32 measurements.
             JOINT_60_MOVERS = 103, 44_032 bytes of Joint60Movers: scphd_start_joint_60_movers, scphd_resume_joint_60_movers, scphd_services_joint_60_movers;
-            /// Joint map: 100 features and 32 that move, scans of 32 measurements.
+            /// Joint map: 100 static and 32 moving features, scans of 32 measurements.
             JOINT_100_MOVERS = 104, 102_400 bytes of Joint100Movers: scphd_start_joint_100_movers, scphd_resume_joint_100_movers, scphd_services_joint_100_movers;
-            /// Joint map: 40 features and 16 that move, and 1000 features that are far away in an archive; scans of 32 measurements.
+            /// Joint map: 40 static and 16 moving features, and an archive of 1000 distant features; scans of 32 measurements.
             JOINT_40_ARCHIVE = 105, 368_640 bytes of Joint40Archive: scphd_start_joint_40_archive, scphd_resume_joint_40_archive, scphd_services_joint_40_archive;
-            /// Joint map that learns what the odometry is off by: 60 features, scans of 32 measurements.
+            /// Joint map that estimates the odometry error: 60 features, scans of 32 measurements.
             JOINT_60_LEARNING = 106, 44_032 bytes of Joint60Learning: scphd_start_joint_60_learning, scphd_resume_joint_60_learning, scphd_services_joint_60_learning;
-            /// Mixture: 32 particles of two samples, 320 pages of features, 32 to a map, 256 in view; 128 pages of moving ones; scans of 128
-            /// measurements, of range and bearing or of bearings alone.
+            /// Mixture: 32 particles of two samples, 320 pages of features, 32 to a map, 256 in view; 128 pages of moving ones;
+            /// scans of 128 measurements, of range and bearing or of bearings alone.
             MIXTURE_32X2 = 111, 206_848 bytes of Mixture32x2: scphd_start_mixture_32x2, scphd_resume_mixture_32x2, scphd_services_mixture_32x2;
-            /// Mixture: four informed particles, 128 pages of features, 32 to a map, 256 in view; none that move; scans of 64 measurements.
+            /// Mixture: four informed particles, 128 pages of features, 32 to a map, 256 in view; no moving ones; scans of 64
+            /// measurements.
             MIXTURE_INFORMED_4 = 112, 55_296 bytes of MixtureInformed4: scphd_start_mixture_informed_4, scphd_resume_mixture_informed_4, scphd_services_mixture_informed_4;
-            /// The same with 64 pages of moving features, 16 to a map, 128 in view.
+            /// As the previous one, with 64 pages of moving features, 16 to a map, 128 in view.
             MIXTURE_INFORMED_4_MOVING = 113, 102_400 bytes of MixtureInformed4Moving: scphd_start_mixture_informed_4_moving, scphd_resume_mixture_informed_4_moving, scphd_services_mixture_informed_4_moving;
         }
     };
@@ -93,7 +94,7 @@ macro_rules! sets {
             };
         )+
 
-        /// All sets there are.
+        /// All sets.
         pub const SETS: &[Set] = &[$($name,)+ WATER_INFORMED_16, SONAR_64, DESCRIPTION];
     };
 }
@@ -104,7 +105,7 @@ mod tests {
     use super::SETS;
 
     #[test]
-    fn names_and_numbers_are_of_one_set_each() {
+    fn names_and_numbers_of_sets_are_unique() {
         for (place, set) in SETS.iter().enumerate() {
             assert!(SETS[..place].iter().all(|other| other.name != set.name && other.number != set.number));
         }

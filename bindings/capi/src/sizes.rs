@@ -1,4 +1,4 @@
-//! The bytes of every set of capacities are enough, and not many more, on whatever target this is built for.
+//! Checks at compile time that the bytes of every set are sufficient on the target, and not much more than necessary.
 
 use crate::block::{ALIGNMENT, Block, Handle};
 use crate::memory::{NoState, Seated};

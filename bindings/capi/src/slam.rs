@@ -1,4 +1,4 @@
-//! A filter of a vehicle in the plane, as it is described: the same calls, whatever it is.
+//! A described filter of a vehicle in the plane: the functions are the same for all filters.
 
 use crate::map;
 use crate::pointer::{Handed, In, Out, tell};
@@ -15,8 +15,8 @@ use scphd::numerics::Symmetric;
 use scphd::snapshot::{SliceEnd, from_slice};
 use scphd_vehicle::{Control, Measurements};
 
-/// Goes on by another description with the same parts, between any two steps; the numbers of movers and archive of a joint map stay. The watches begin
-/// anew. The reason may be null. A service.
+/// Replaces the description by one with the same parts, at any time between other calls; the settings of movers and archive of a
+/// joint map are kept. The monitoring of rejected fixes starts again. The reason may be null. A service.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_configure(
     slam: Handed<scphd_slam>,
@@ -29,7 +29,7 @@ pub extern "C" fn scphd_slam_configure(
     })
 }
 
-/// Starts, or starts again, where the description says and as certain of it, with an empty map.
+/// Starts the filter, or starts it again, with an empty map, and the pose and standard deviations of the description.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_reset(
     slam: Handed<scphd_slam>,
@@ -43,7 +43,7 @@ fn covariance(position_sigma_m: f32, heading_sigma_rad: f32) -> Symmetric<Vector
     Symmetric::from_diagonal([place, place, heading])
 }
 
-/// Puts the vehicle to this pose, known to these standard deviations; the map stays. A service.
+/// Sets the pose and its standard deviations, and keeps the map. A service.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_relocate(
     slam: Handed<scphd_slam>,
@@ -57,7 +57,7 @@ pub extern "C" fn scphd_slam_relocate(
     serve(slam, |slam| Ok(slam.relocate(pose, &covariance(position_sigma_m, heading_sigma_rad))?))
 }
 
-/// Makes the pose uncertain by further standard deviations; the map stays. A service.
+/// Adds these standard deviations, in quadrature, to the uncertainty of the pose; the map is kept. A service.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_scatter(
     slam: Handed<scphd_slam>,
@@ -67,10 +67,10 @@ pub extern "C" fn scphd_slam_scatter(
     serve(slam, |slam| Ok(slam.scatter(&covariance(position_sigma_m, heading_sigma_rad))?))
 }
 
-/// Features that a map may be loaded of.
+/// Maximum number of features in a loaded map.
 const LOADED: usize = 128;
 
-/// Puts this map, at most 128 features, in the place of the one that there is. Not where there is an archive. A service.
+/// Replaces the map by this one, of at most 128 features. Not possible with an archive. A service.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_load_map(
     slam: Handed<scphd_slam>,
@@ -86,9 +86,9 @@ pub extern "C" fn scphd_slam_load_map(
     })
 }
 
-/// Moves the vehicle for `dt_s` seconds: speed ahead; speed to the left of a vehicle that moves sideways too, else 0; turn rate to the left,
-/// rad/s, or a car's steering angle, rad. The report may be null. Where the control is refused, its time has passed all the same, and the next
-/// report says so.
+/// Predicts the pose after `dt_s` seconds. Speed ahead; speed to the left, 0 unless the vehicle can move sideways; turn rate to
+/// the left, rad/s, or steering angle of a car, rad. The report may be null. If the control is refused, the time of the filter
+/// advances nevertheless, and the next report counts the refusal.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_predict(
     slam: Handed<scphd_slam>,
@@ -105,8 +105,8 @@ pub extern "C" fn scphd_slam_predict(
     })
 }
 
-/// Takes in a scan of range and bearing of the sensor with this index in the description. The report may be null; so may the measurements, where
-/// there are none.
+/// Updates the filter with a scan of ranges and bearings of the sensor with this index in the description. The report may be
+/// null, and so may the measurements if `count` is 0.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_scan_range_bearing(
     slam: Handed<scphd_slam>,
@@ -122,7 +122,7 @@ pub extern "C" fn scphd_slam_scan_range_bearing(
     })
 }
 
-/// Takes in a scan of bearings, rad, 0 ahead, growing to the left. As `scphd_slam_scan_range_bearing`.
+/// Updates the filter with a scan of bearings, rad, 0 ahead, positive to the left. As `scphd_slam_scan_range_bearing`.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_scan_bearing(
     slam: Handed<scphd_slam>,
@@ -138,7 +138,8 @@ pub extern "C" fn scphd_slam_scan_bearing(
     })
 }
 
-/// Takes in a scan of range and bearing for the pose alone: the map stays as it is. For joint maps without an archive. A service.
+/// Updates only the pose with a scan of ranges and bearings; the map does not change. For joint maps without an archive. A
+/// service.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_localise(
     slam: Handed<scphd_slam>,
@@ -154,7 +155,8 @@ pub extern "C" fn scphd_slam_localise(
     })
 }
 
-/// Takes in a measured position, between any two steps. A watch over it is a service. The report may be null.
+/// Updates the filter with a measured position, at any time between other calls. Its monitoring is a service. The report may be
+/// null.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_observe_position(
     slam: Handed<scphd_slam>,
@@ -165,7 +167,7 @@ pub extern "C" fn scphd_slam_observe_position(
     observe(slam, report, |slam| slam.observe_position(x_m, y_m), |services| services.watch_position(x_m, y_m))
 }
 
-/// Takes in a measured heading, from the x axis towards the y axis. As `scphd_slam_observe_position`.
+/// Updates the filter with a measured heading, from the x axis towards the y axis. As `scphd_slam_observe_position`.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_observe_heading(
     slam: Handed<scphd_slam>,
@@ -175,7 +177,7 @@ pub extern "C" fn scphd_slam_observe_heading(
     observe(slam, report, |slam| slam.observe_heading(heading_rad), |services| services.watch_heading(heading_rad))
 }
 
-/// Where the vehicle is.
+/// Writes the pose estimate.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_estimate_pose(slam: Handed<scphd_slam>, mut pose: Out<scphd_plane_pose>) -> scphd_status {
     on(slam, |slam| {
@@ -184,7 +186,7 @@ pub extern "C" fn scphd_slam_estimate_pose(slam: Handed<scphd_slam>, mut pose: O
     })
 }
 
-/// What the odometry is off by, of a filter that learns it.
+/// Writes the estimated odometry error, of a filter that estimates it.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_estimate_odometry(
     slam: Handed<scphd_slam>,
@@ -196,7 +198,8 @@ pub extern "C" fn scphd_slam_estimate_odometry(
     })
 }
 
-/// Writes the features that stand still to an array of so many; what does not fit is counted. An array of none may be null.
+/// Writes static features to an array of `capacity` elements, and counts those that do not fit. If `capacity` is 0 the array may
+/// be null.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_estimate_map(
     slam: Handed<scphd_slam>,
@@ -207,7 +210,8 @@ pub extern "C" fn scphd_slam_estimate_map(
     on(slam, |slam| map::write(&mut features, capacity, &mut map, |room| slam.features(room)))
 }
 
-/// Writes the features that move to an array of so many; what does not fit is counted. An array of none may be null.
+/// Writes moving features to an array of `capacity` elements, and counts those that do not fit. If `capacity` is 0 the array may
+/// be null.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_estimate_movers(
     slam: Handed<scphd_slam>,
@@ -218,8 +222,9 @@ pub extern "C" fn scphd_slam_estimate_movers(
     on(slam, |slam| map::write(&mut movers, capacity, &mut map, |room| slam.movers(room)))
 }
 
-/// Writes a snapshot to so many bytes of room, by which a filter of the same description and set goes on to the bit, but for its watches. `kind`
-/// tells vehicles apart. `written` is how many bytes it takes. A room of none may be null, and nothing is written then. A service.
+/// Writes a snapshot to `room`, from which a filter with the same description and set continues bit for bit, except for the
+/// monitoring of fixes. `kind` is a number of the vehicle type. `written` is set to the size of the snapshot, bytes. If the
+/// capacity is 0, `room` may be null and nothing is written to it. A service.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_save(
     slam: Handed<scphd_slam>,
@@ -243,7 +248,7 @@ pub extern "C" fn scphd_slam_save(
     })
 }
 
-/// Goes on from a snapshot of so many bytes. Where one is refused for what is in it, the filter has to be reset. A service.
+/// Restores a snapshot. If its contents are refused, the filter has to be reset. A service.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_restore(
     slam: Handed<scphd_slam>,
@@ -257,7 +262,7 @@ pub extern "C" fn scphd_slam_restore(
     })
 }
 
-/// A hash of all that the filter knows, to the last bit: the same inputs give the same on every machine. A service.
+/// Writes a hash of the whole state: the same inputs give the same hash on every machine. A service.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_digest(slam: Handed<scphd_slam>, mut digest: Out<u64>) -> scphd_status {
     serve(slam, |slam| {
@@ -266,7 +271,7 @@ pub extern "C" fn scphd_slam_digest(slam: Handed<scphd_slam>, mut digest: Out<u6
     })
 }
 
-/// Looks over all that the filter knows: `SCPHD_STATUS_DAMAGED` where memory was damaged. A service.
+/// Checks the whole state. Returns `SCPHD_STATUS_DAMAGED` if memory was damaged. A service.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_audit(slam: Handed<scphd_slam>) -> scphd_status {
     serve(slam, |slam| slam.audit().map_err(|_| scphd_status::Damaged))

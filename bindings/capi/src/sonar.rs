@@ -1,4 +1,4 @@
-//! Detectors of range, bearing and elevation in space.
+//! Detectors of range, bearing and elevation.
 
 use crate::block::Handle;
 use crate::memory::{Asked, Entry};
@@ -16,42 +16,42 @@ pub struct scphd_sonar_detector {
     _opaque: [u8; 0],
 }
 
-/// One measurement.
+/// A measurement of range, bearing and elevation.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_sonar {
-    /// m.
+    /// Range, m.
     pub range_m: f32,
-    /// 0 ahead, growing to the left, rad.
+    /// Bearing, rad, 0 ahead, positive to the left.
     pub bearing_rad: f32,
-    /// 0 level, growing upwards, rad.
+    /// Elevation, rad, 0 horizontal, positive upwards.
     pub elevation_rad: f32,
 }
 
-/// Where a sensor sits on its vehicle and how it is turned: from where the pose is, x ahead, y to the left, z upwards; roll first, then
-/// pitch, then yaw.
+/// The pose of a sensor on its vehicle, relative to the vehicle's pose: x ahead, y to the left, z upwards. The rotation is roll,
+/// then pitch, then yaw.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_mounting {
-    /// Ahead, m.
+    /// Position ahead, m.
     pub forward_m: f32,
-    /// To the left, m.
+    /// Position to the left, m.
     pub left_m: f32,
-    /// Upwards, m.
+    /// Position upwards, m.
     pub up_m: f32,
-    /// About the axis ahead, rad.
+    /// Rotation about the axis ahead, rad.
     pub roll_rad: f32,
-    /// About the axis to the left, rad.
+    /// Rotation about the axis to the left, rad.
     pub pitch_rad: f32,
-    /// About the axis upwards, rad.
+    /// Rotation about the axis upwards, rad.
     pub yaw_rad: f32,
 }
 
 impl scphd_mounting {
-    /// Where the pose is.
+    /// A sensor at the vehicle's pose.
     const NONE: Self = Self { forward_m: 0.0, left_m: 0.0, up_m: 0.0, roll_rad: 0.0, pitch_rad: 0.0, yaw_rad: 0.0 };
 
-    /// `None` where the sensor's pose is the vehicle's.
+    /// `None` if the sensor is at the vehicle's pose.
     fn mounting(&self) -> Result<Option<Mounting<f32>>, ModelError> {
         let place = [self.forward_m, self.left_m, self.up_m];
         let angles = [self.roll_rad, self.pitch_rad, self.yaw_rad];
@@ -62,7 +62,7 @@ impl scphd_mounting {
     }
 }
 
-/// What there is to say of such a sensor.
+/// The parameters of a sonar.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_sonar_config {
@@ -76,25 +76,25 @@ pub struct scphd_sonar_config {
     pub elevation_sigma_rad: f32,
     /// Greatest range, m.
     pub range_max_m: f32,
-    /// Half width of the soft edge at it, m.
+    /// Half width of the ramp at the greatest range, m.
     pub range_edge_m: f32,
-    /// Half width of the window in bearing, rad; pi or more for all around.
+    /// Half width of the view in bearing, rad; pi or more: all around.
     pub bearing_half_width_rad: f32,
-    /// Half width of the window in elevation, rad; pi/2 or more for everything.
+    /// Half width of the view in elevation, rad; pi/2 or more: everything.
     pub elevation_half_width_rad: f32,
-    /// Half width of the soft edges in bearing and elevation, rad.
+    /// Half width of the ramps at the edges in bearing and elevation, rad.
     pub angle_edge_rad: f32,
     /// Probability of detection, in [0, 1).
     pub probability: f32,
-    /// False measurements to expect of a scan.
+    /// Expected number of false measurements in a scan.
     pub clutter_per_scan: f32,
-    /// Intensity of births of features that stand still, 1/(m rad^2).
+    /// Birth intensity of static features, 1/(m rad^2).
     pub births_still: f32,
-    /// Where it sits.
+    /// Pose of the sensor on the vehicle.
     pub mounting: scphd_mounting,
 }
 
-/// The models of such a sensor.
+/// The models of a sonar.
 pub(crate) type Spherical = Sensing<RangeBearingElevation<f32>, SonarWindow<f32>, UniformClutter<f32>>;
 
 impl Handle for scphd_sonar_detector {
@@ -102,7 +102,7 @@ impl Handle for scphd_sonar_detector {
     const KIND: u32 = 3;
 }
 
-/// Range × bearing × elevation of a window, m rad².
+/// Volume of a view, range × bearing × elevation, m rad².
 fn measure(range_max_m: f32, bearing_half_width_rad: f32, elevation_half_width_rad: f32) -> f32 {
     let bearing = bearing_half_width_rad.min(core::f32::consts::PI);
     let elevation = elevation_half_width_rad.min(core::f32::consts::FRAC_PI_2);
@@ -134,7 +134,7 @@ impl scphd_sonar_config {
     }
 }
 
-/// A detector that sees nothing, where the library asks for one and does not look at it.
+/// A detector without a view, for functions of the library that require one but do not use it.
 pub(crate) fn blind() -> Result<Detector<Spherical>, ModelError> {
     let limits = SonarLimits {
         range_max_m: 1.0,
@@ -149,9 +149,9 @@ pub(crate) fn blind() -> Result<Detector<Spherical>, ModelError> {
     Detector::new(Sensing { sensor, field_of_view, clutter }, Births::NONE)
 }
 
-/// A sonar that sees everything as far as this, m, with this probability of detection, in [0, 1): one false measurement a scan, one in ten
-/// scans of a feature that is new, seated where the pose is. The standard deviations of its noise are left 0, which is out of range:
-/// set them.
+/// Writes the defaults of a sonar with this greatest range, m, and this probability of detection, in [0, 1): a view of all
+/// directions, one false measurement in a scan, one new feature in ten scans, at the vehicle's pose. The standard deviations of
+/// the noise are 0, which is out of range: set them.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_sonar_defaults(
     mut config: Out<scphd_sonar_config>,
@@ -178,8 +178,8 @@ pub extern "C" fn scphd_sonar_defaults(
     }))
 }
 
-/// Starts a detector in this memory, of `SCPHD_SIZE_SONAR_64` bytes: `abi_version` is `SCPHD_ABI_VERSION`. The reason may be null. Writes the
-/// handle to `detector`, or null.
+/// Starts a detector in this memory of `SCPHD_SIZE_SONAR_64` bytes. `abi_version` is `SCPHD_ABI_VERSION`. The reason may be null.
+/// Writes the handle to `detector`, or null.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_sonar_start(
     abi_version: u32,

@@ -1,5 +1,5 @@
-//! The functions that start a filter in the memory of a set and those that give its services: some to each, so that a program links the
-//! filters, and the services, of the sets that it names.
+//! Functions of each set that start a filter in its memory and give its services: separate ones for each set, so that a program
+//! links only the filters and services that it uses.
 
 use crate::memory::{Asked, Entry, Seated, Zeroed};
 use crate::pointer::{Bytes, Handed, Out};
@@ -9,7 +9,7 @@ use crate::sets::{self, Set, memories};
 use crate::{scphd_description, scphd_reason, scphd_slam, scphd_status};
 use scphd_vehicle::Backing;
 
-/// Makes the filter that is described in a caller's memory.
+/// Starts the described filter in the caller's memory.
 fn make<B: Backing<f32> + 'static>(
     set: &Set,
     entry: Entry,
@@ -28,7 +28,7 @@ where
 
 macro_rules! starts {
     ($($(#[doc = $about:literal])+ $name:ident = $number:literal, $bytes:literal bytes of $memory:ident: $start:ident, $resume:ident, $services:ident;)+) => { $(
-            /// Starts the filter that is described in this memory, which is zero or was released.
+            /// Starts the described filter in this memory, which is zero or was released.
             #[unsafe(no_mangle)]
             pub extern "C" fn $start(
                 abi_version: u32,
@@ -42,7 +42,7 @@ macro_rules! starts {
                 make::<memories::$memory>(&sets::$name, Entry::Start, asked, description)
             }
 
-            /// Goes on with what the same build of this library has left in this memory.
+            /// Resumes the filter that the same build of this library has left in this memory.
             #[unsafe(no_mangle)]
             pub extern "C" fn $resume(
                 abi_version: u32,
@@ -56,7 +56,7 @@ macro_rules! starts {
                 make::<memories::$memory>(&sets::$name, Entry::Resume, asked, description)
             }
 
-            /// Has the services of a filter in such memory at hand.
+            /// Makes the services of a filter in this memory available.
             #[unsafe(no_mangle)]
             pub extern "C" fn $services(slam: Handed<scphd_slam>) -> scphd_status {
                 provide::<<memories::$memory as Backing<f32>>::Slam<'static>>(slam)

@@ -1,47 +1,47 @@
-//! How a call ended.
+//! Results of calls.
 
 use core::ffi::{CStr, c_char};
 use scphd::errors::{LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError};
 use scphd::snapshot::{RestoreError, SaveError};
 use scphd_vehicle::Refused;
 
-/// How a call ended. What is refused leaves the filter as it was, but for the time of a prediction: see `scphd_slam_predict`.
+/// The result of a call. A refused call leaves the filter unchanged, except for its time: see `scphd_slam_predict`.
 #[repr(i32)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum scphd_status {
-    /// As asked.
+    /// Success.
     Ok = 0,
-    /// A pointer is null that must not be.
+    /// A pointer is null, but must not be.
     NullPointer = 1,
-    /// A pointer is not aligned as its type asks for.
+    /// A pointer is not aligned for its type.
     Misaligned = 2,
-    /// The memory is smaller than its set needs.
+    /// The memory is smaller than the set requires.
     MemoryTooSmall = 3,
-    /// Something runs in this memory already. Release it first.
+    /// There is already a filter, detector or description in this memory. Release it first.
     AlreadyStarted = 5,
-    /// Nothing was started in this memory, or it was copied from elsewhere.
+    /// There is nothing in this memory, or it was copied from another address.
     NotStarted = 6,
-    /// What runs in this memory is of another kind, or of another set.
+    /// The memory contains another kind, or another set.
     WrongMemory = 7,
-    /// Another call works on the same memory: an interrupt, or a second thread.
+    /// Another call uses the same memory, from an interrupt or a second thread.
     Busy = 8,
-    /// The last call did not come to its end, so that what it left cannot be gone on from. Start anew.
+    /// The last call did not finish, so that its state cannot be resumed. Start again.
     Interrupted = 9,
-    /// `struct_size` is not the size that this library knows: not set, or of another version of the header.
+    /// `struct_size` is not the size in this library: it was not set, or the header is of another version.
     WrongStructSize = 10,
-    /// The header is of another version than the library.
+    /// The header and the library have different versions.
     WrongVersion = 11,
-    /// An array is longer than memory can be.
+    /// An array is longer than the address space.
     ArrayTooLong = 12,
     /// A field is out of range; the reason names it.
     OutOfRange = 20,
-    /// More particles or candidates are configured than the set has room for.
+    /// The configuration has more particles or candidates than the set.
     TooManyParticles = 21,
-    /// Births of features that move are above 0, and the set has no room for such.
+    /// The birth intensity of moving features is above 0, but the set has no memory for them.
     NoRoomForMoving = 22,
-    /// What the memory holds is of another configuration than is given.
+    /// The memory was left by a filter with another configuration.
     OtherConfiguration = 23,
-    /// What the memory holds is damaged.
+    /// The contents of the memory are damaged.
     Damaged = 24,
     /// A pose is not finite, or a coordinate above 1e8.
     BadPose = 25,
@@ -49,29 +49,29 @@ pub enum scphd_status {
     NotReset = 26,
     /// The time step is negative or not finite.
     BadTimeStep = 27,
-    /// A control is not finite or outside of the motion's domain, or of another vehicle than is configured.
+    /// A control is not finite, outside of the motion's domain, or of another vehicle.
     BadControl = 28,
-    /// No vehicle makes such a step.
+    /// The step is beyond the limits of the motion.
     Implausible = 29,
-    /// The scan has more measurements than its detector has room for.
+    /// The scan has more measurements than its detector has memory for.
     TooManyMeasurements = 30,
     /// A measurement is not finite.
     BadMeasurement = 31,
     /// The noise of a sensor or a fix is not positive definite.
     BadNoise = 32,
-    /// There is no setting of this number.
+    /// There is no setting with this number.
     UnknownSetting = 33,
-    /// The description has no such sensor, fix or part, or the sensor measures something else.
+    /// The description has no such sensor, fix or part, or the sensor is of another type.
     NotDescribed = 34,
-    /// This filter cannot do that.
+    /// This filter does not support the call.
     NotPossible = 35,
-    /// The memory has no room for a part of the description; the reason names it.
+    /// The memory has no capacity for a part of the description; the reason names it.
     NoRoom = 36,
-    /// A map cannot be loaded: too long, or a feature out of range.
+    /// A map cannot be loaded: it is too long, or a feature is out of range.
     BadMap = 37,
-    /// It is no snapshot for this filter and memory, or damaged, or the room for it is too small.
+    /// The bytes are not a snapshot for this filter and memory, or damaged; or the memory for a snapshot is too small.
     BadSnapshot = 38,
-    /// This is a service: call the function `scphd_services_...` of the filter's set first.
+    /// The function is a service: call `scphd_services_...` of the filter's set first.
     NoServices = 39,
     /// Refused for another reason.
     Refused = 99,
@@ -116,7 +116,7 @@ impl scphd_status {
         }
     }
 
-    /// All of them.
+    /// All statuses.
     const ALL: [Self; 33] = [
         Self::Ok,
         Self::NullPointer,
@@ -159,7 +159,7 @@ impl scphd_status {
     }
 }
 
-/// What a status means, in one line of English; any number may be given. The text lasts as long as the program.
+/// The meaning of a status, a line of English; any number is allowed. The text is static.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_error_text(status: i32) -> *const c_char {
     let known = scphd_status::ALL.iter().find(|known| **known as i32 == status);

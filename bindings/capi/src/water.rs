@@ -25,7 +25,7 @@ impl Handle for scphd_water {
     const KIND: u32 = 2;
 }
 
-/// What there is to say of such a vehicle.
+/// The parameters of a vehicle under water.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_water_config {
@@ -33,19 +33,19 @@ pub struct scphd_water_config {
     pub struct_size: u32,
     /// Standard deviation of the angular acceleration about the vertical, rad/s^2.
     pub yaw_acceleration_sigma_radps2: f32,
-    /// How long an error of the velocity lasts, s. 0: drawn anew in every prediction.
+    /// Correlation time of the velocity noise, s. 0: independent noise in every prediction.
     pub velocity_interval_s: f32,
 }
 
-/// What moves the vehicle in one step.
+/// The control of a step.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_water_control {
     /// `sizeof(scphd_water_control)`, set by the caller.
     pub struct_size: u32,
-    /// Velocity along the vehicle's own axes, x ahead, y to the left, z upwards, m/s.
+    /// Velocity along the vehicle's axes, x ahead, y to the left, z upwards, m/s.
     pub velocity_mps: [f32; 3],
-    /// Its covariance: xx, xy, yy, xz, yz, zz, m^2/s^2.
+    /// Covariance of the velocity: xx, xy, yy, xz, yz, zz, m^2/s^2.
     pub velocity_covariance: [f32; 6],
     /// Roll at the end of the step, rad.
     pub roll_rad: f32,
@@ -53,18 +53,18 @@ pub struct scphd_water_control {
     pub pitch_rad: f32,
     /// Mean yaw rate during the step, rad/s.
     pub yaw_rate_radps: f32,
-    /// Its standard deviation, rad/s. 0: there is no gyroscope.
+    /// Standard deviation of the yaw rate, rad/s. 0: no gyroscope.
     pub yaw_rate_sigma_radps: f32,
-    /// Height at the end of the step, m, upwards: minus the depth.
+    /// z at the end of the step, m, positive upwards: minus the depth.
     pub z_m: f32,
-    /// Its standard deviation, m. 0: there is no pressure sensor.
+    /// Standard deviation of z, m. 0: no pressure sensor.
     pub z_sigma_m: f32,
 }
 
 impl scphd_water_control {
     fn control(&self) -> AuvControl<f32> {
         let [xx, xy, yy, xz, yz, zz] = self.velocity_covariance;
-        // A standard deviation that is not a number is one that the motion does not admit.
+        // If the standard deviation is not a number, the motion model refuses the control.
         let reading = |value: f32, sigma: f32| (sigma != 0.0).then_some(Reading { value, sigma });
         AuvControl {
             velocity_mps: Vector3::from(self.velocity_mps),
@@ -99,9 +99,9 @@ fn make(
     })
 }
 
-/// Starts a filter in this memory, of `SCPHD_SIZE_WATER_INFORMED_16` bytes, which is zero or was released: `abi_version` is `SCPHD_ABI_VERSION`. Of the
-/// description the mixture's settings count, and what is plausible. The reason may be null. Writes the handle to `filter`, or null. Reset it to
-/// a pose next.
+/// Starts a filter in this memory of `SCPHD_SIZE_WATER_INFORMED_16` bytes, which is zero or was released. `abi_version` is
+/// `SCPHD_ABI_VERSION`. Only the mixture's settings and the limits of the motion are used from the description. The reason may be
+/// null. Writes the handle to `filter`, or null. Reset it to a pose next.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_water_start(
     abi_version: u32,
@@ -115,7 +115,8 @@ pub extern "C" fn scphd_water_start(
     make(Entry::Start, Asked { abi_version, memory, size_bytes, reason, handle: filter }, description, config)
 }
 
-/// Goes on with what the same build of this library has left in this memory: after a reset of the processor that kept it, or in a copy of it.
+/// Resumes the filter that the same build of this library has left in this memory: after a reset of the processor that kept it,
+/// or in a copy of it.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_water_resume(
     abi_version: u32,
@@ -129,7 +130,7 @@ pub extern "C" fn scphd_water_resume(
     make(Entry::Resume, Asked { abi_version, memory, size_bytes, reason, handle: filter }, description, config)
 }
 
-/// Puts the vehicle to a position and a yaw, level and at rest, with an empty map, and begins the random stream of a seed.
+/// Sets position and yaw of a vehicle that is level and at rest, clears the map and seeds the random numbers.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_water_reset(
     mut filter: Handed<scphd_water>,
@@ -143,7 +144,7 @@ pub extern "C" fn scphd_water_reset(
     scphd_status::of(reset())
 }
 
-/// Moves the vehicle for `dt_s` seconds. The report may be null. A refused control is as for `scphd_slam_predict`.
+/// Predicts the pose after `dt_s` seconds. The report may be null. If the control is refused, see `scphd_slam_predict`.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_water_predict(
     mut filter: Handed<scphd_water>,
@@ -160,7 +161,8 @@ pub extern "C" fn scphd_water_predict(
     scphd_status::of(predict())
 }
 
-/// Takes in a scan of range, bearing and elevation. The report may be null; so may the measurements, where there are none.
+/// Updates the filter with a scan of ranges, bearings and elevations. The report may be null, and so may the measurements if
+/// `count` is 0.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_water_scan_sonar(
     mut filter: Handed<scphd_water>,
@@ -178,7 +180,7 @@ pub extern "C" fn scphd_water_scan_sonar(
     scphd_status::of(scan())
 }
 
-/// Takes in a measured height, m, upwards: minus the depth. The report may be null.
+/// Updates the filter with a measured z, m, positive upwards: minus the depth. The report may be null.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_water_observe_height(
     mut filter: Handed<scphd_water>,
@@ -196,7 +198,7 @@ pub extern "C" fn scphd_water_observe_height(
     scphd_status::of(observe())
 }
 
-/// Takes in a measured yaw, from the x axis towards the y axis. The report may be null.
+/// Updates the filter with a measured yaw, from the x axis towards the y axis. The report may be null.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_water_observe_heading(
     mut filter: Handed<scphd_water>,
@@ -214,7 +216,7 @@ pub extern "C" fn scphd_water_observe_heading(
     scphd_status::of(observe())
 }
 
-/// Where the vehicle is.
+/// Writes the pose estimate.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_water_estimate_pose(
     mut filter: Handed<scphd_water>,
@@ -228,7 +230,8 @@ pub extern "C" fn scphd_water_estimate_pose(
     scphd_status::of(estimate())
 }
 
-/// Writes the features to an array of so many; what does not fit is counted. An array of none may be null.
+/// Writes features to an array of `capacity` elements, and counts those that do not fit. If `capacity` is 0 the array may be
+/// null.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_water_estimate_map(
     mut filter: Handed<scphd_water>,
@@ -237,7 +240,7 @@ pub extern "C" fn scphd_water_estimate_map(
     mut map: Out<scphd_map>,
 ) -> scphd_status {
     let mut estimate = || {
-        // The extractions that there are here do not look at it.
+        // The extraction methods that are available here do not use the detector.
         let detector = sonar::blind().map_err(|_| scphd_status::OutOfRange)?;
         let filter = filter.enter()?;
         map::write(&mut features, capacity, &mut map, |room| filter.estimate_map(&detector, room))

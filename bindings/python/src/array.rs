@@ -1,4 +1,4 @@
-//! Arrays of NumPy in and out.
+//! Conversion from and to NumPy arrays.
 
 use crate::error::InputError;
 use nalgebra::SVector;
@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use scphd::Real;
 use scphd::numerics::{Symmetric, Vector};
 
-/// A filter works in single or in double precision.
+/// The precision of a filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Precision {
     /// f32.
@@ -30,7 +30,7 @@ impl Number for f64 {
     const PRECISION: Precision = Precision::Double;
 }
 
-/// All numbers of what NumPy can make an array of, with its shape.
+/// Numbers and shape of an object that NumPy can convert to an array.
 fn numbers<T: Number>(what: &str, of: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Vec<T>)> {
     let array: PyArrayLikeDyn<'_, T, AllowTypeChange> =
         of.extract().map_err(|error: PyErr| InputError::new_err(format!("{what}: no array of numbers: {error}")))?;
@@ -44,7 +44,7 @@ fn wrong_shape(what: &str, wanted: &str, found: &[usize]) -> PyErr {
     InputError::new_err(format!("{what} must have the shape {wanted}, not ({}{comma})", found.join(", ")))
 }
 
-/// One row of so many numbers.
+/// A row of `N` numbers.
 pub fn row<T: Number, const N: usize>(what: &str, of: &Bound<'_, PyAny>) -> PyResult<[T; N]> {
     let (shape, numbers) = numbers(what, of)?;
     match numbers.try_into() {
@@ -53,7 +53,7 @@ pub fn row<T: Number, const N: usize>(what: &str, of: &Bound<'_, PyAny>) -> PyRe
     }
 }
 
-/// Any number of rows of so many numbers; an empty list is none.
+/// Any number of rows of `N` numbers each; an empty list has no rows.
 pub fn rows<T: Number, const N: usize>(what: &str, of: &Bound<'_, PyAny>) -> PyResult<Vec<SVector<T, N>>> {
     let (shape, numbers) = numbers(what, of)?;
     match shape[..] {
@@ -86,7 +86,7 @@ pub fn covariance<V: Vector<Scalar: Number>>(what: &str, of: &Bound<'_, PyAny>) 
     Ok(Symmetric::from_fn(|row, column| at(row, column).unwrap_or_default()))
 }
 
-/// Numbers as an array of this shape, of the type of a filter of this precision.
+/// An array with this shape and the scalar type of this precision.
 pub fn array<'py>(
     py: Python<'py>,
     precision: Precision,

@@ -11,7 +11,7 @@ use scphd::{Births, Real};
 use scphd_vehicle::{Direction, Polar, Sensor, SensorModel};
 use std::f64::consts::PI;
 
-/// A sensor as it is described, and whether its births are those that a sensor of its range has.
+/// The description of a sensor, and whether its birth intensity is the default for its range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Described {
     sensor: Sensor<f64>,
@@ -19,7 +19,7 @@ pub struct Described {
 }
 
 impl Described {
-    /// A sensor that sees nothing, where there was no scan yet.
+    /// A sensor without a view, for use before the first scan.
     pub const BLIND: Self = Self {
         sensor: Sensor {
             model: SensorModel::RangeBearing,
@@ -85,7 +85,7 @@ impl Described {
         Mounting([forward_m, left_m, self.sensor.yaw_rad])
     }
 
-    /// The keywords of the view, which every sensor has.
+    /// The keywords of the field of view, which all sensors have.
     fn of_view(&self) -> Keywords {
         let Sensor { window, .. } = &self.sensor;
         Keywords::default()
@@ -103,32 +103,32 @@ impl Described {
     }
 }
 
-/// A sensor that measures range (m) and bearing (rad, 0 ahead, growing to the left) of features that it cannot tell apart.
+/// A sensor that measures range (m) and bearing (rad, 0 ahead, positive to the left) of features without labels.
 ///
-/// The probability of detection falls linearly with range, and to zero over a ramp around every edge of the view. A scan has at most
-/// 1024 measurements.
+/// The probability of detection decreases linearly with range, and to zero over a ramp at every edge of the field of view. A scan
+/// has at most 1024 measurements.
 ///
 /// Parameters
 /// ----------
 /// range_sigma_m, bearing_sigma_rad : float
-///     Standard deviations of the noise.
+///     Standard deviations of range and bearing, m and rad.
 /// range_max_m, range_min_m : float
-///     How far the sensor sees, and from where on, m.
+///     Greatest and smallest range, m.
 /// range_edge_m, bearing_edge_rad : float
-///     Half widths of the soft edges, m and rad.
+///     Half widths of the ramps at the edges of the view, m and rad.
 /// bearing_center_rad, bearing_half_width_rad : float
-///     Middle of the view and half its width, rad; pi: all around.
+///     Centre and half width of the view, rad; pi: all around.
 /// probability : float
-///     Probability of detection, in [0, 1), at range zero.
+///     Probability of detection at range zero, in [0, 1).
 /// probability_far : float, optional
-///     At the greatest range; left out: the same.
+///     Probability of detection at the greatest range; by default the same.
 /// clutter_per_scan : float
-///     False measurements to expect of a scan.
+///     Expected number of false measurements in a scan.
 /// births_still, births_moving : float
-///     Intensity of births, 1/(m rad), of features that stand still and of those that move. Left out: one still feature in ten
-///     scans of a full circle, none that moves.
+///     Birth intensity, 1/(m rad), of static and of moving features. By default one static feature in ten scans of a full circle,
+///     and no moving ones.
 /// mounting : Mounting, optional
-///     Where it sits; left out: where the pose is.
+///     Pose of the sensor on the vehicle; by default that of the vehicle's pose.
 #[pyclass(frozen, module = "scphd")]
 pub struct RangeBearing(pub Described);
 
@@ -181,9 +181,10 @@ object! { RangeBearing, |described| {
     if *usual_births { keywords } else { keywords.number("births_still", sensor.births.of_static) }
 } }
 
-/// A sensor that measures bearings alone (rad, 0 ahead, growing to the left), such as a camera. For a `Filter`.
+/// A sensor that measures bearings only (rad, 0 ahead, positive to the left), such as a camera. For a `Filter`.
 ///
-/// New features are looked for at points of a polar grid around the sensor, for a bearing does not say how far away its feature is.
+/// Features are born at the points of a polar grid around the sensor, because a bearing does not determine the range of its
+/// feature.
 ///
 /// Parameters
 /// ----------
@@ -191,13 +192,13 @@ object! { RangeBearing, |described| {
 ///     Standard deviation of the noise, rad.
 /// range_max_m, range_min_m, range_edge_m, bearing_center_rad, bearing_half_width_rad, bearing_edge_rad, probability, \
 /// probability_far, clutter_per_scan, mounting
-///     As of a `RangeBearing`.
+///     As for `RangeBearing`.
 /// births_nearest_m, births_farthest_m : float, optional
-///     First and last ring of the grid, m; left out: a tenth of the greatest range, and all of it.
+///     Radii of the first and the last ring of the grid, m; by default a tenth of the greatest range, and the greatest range.
 /// births_rings, births_sectors : int
-///     Rings of the grid, and points of each.
+///     Number of rings of the grid, and of points on each.
 /// births_weight : float
-///     Weight of each point: features that appear there between two scans.
+///     Weight of each point: expected number of features that appear there between two scans.
 #[pyclass(frozen, module = "scphd")]
 pub struct BearingOnly(pub Described);
 
@@ -262,7 +263,7 @@ object! { BearingOnly, |described| {
         .number("births_weight", grid.weight)
 } }
 
-/// A sensor of range and bearing with this view, these standard deviations, this clutter and this seat.
+/// A range and bearing sensor with this view, standard deviations, clutter and mounting.
 fn seated(
     window: RangeBearingLimits<f64>,
     sigmas: [f64; 2],
@@ -274,7 +275,7 @@ fn seated(
     Sensor { window, clutter_per_scan, seat_m: [forward_m, left_m], yaw_rad, ..sensor }
 }
 
-/// Refuses a model by the names of Python.
+/// Converts an error of a model, with the parameter's name in Python.
 fn named(error: ModelError) -> PyErr {
     let names = [
         ("births.of_static", "births_still"),
@@ -289,17 +290,17 @@ fn named(error: ModelError) -> PyErr {
     of_model(error, &names)
 }
 
-/// The detector of range and bearing.
+/// The range and bearing detector.
 pub fn polar(described: &Described) -> PyResult<Polar<PlanarPose<f32>, f32>> {
     described.sensor().polar::<PlanarPose<f32>>().map_err(named)
 }
 
-/// The detector of bearings.
+/// The bearing detector.
 pub fn direction(described: &Described) -> PyResult<Direction<PlanarPose<f32>, f32>> {
     described.sensor().direction::<PlanarPose<f32>>().map_err(named)
 }
 
-/// A scan of range and bearing, of shape (n, 2).
+/// A scan of ranges and bearings, of shape (n, 2).
 pub fn polar_scan<T: Number>(measurements: &Bound<'_, PyAny>) -> PyResult<Vec<Vector2<T>>> {
     rows("measurements (range_m, bearing_rad)", measurements)
 }

@@ -1,4 +1,4 @@
-//! Exceptions, and which of them a refusal of the library is.
+//! Exceptions, and their assignment to the errors of the library.
 
 use crate::setting_name::keyword;
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
@@ -20,9 +20,9 @@ create_exception!(
 create_exception!(scphd, NotStartedError, PyRuntimeError, "The filter has not been reset to a pose yet.");
 create_exception!(scphd, SnapshotError, PyValueError, "Bytes that are no snapshot of such a filter.");
 
-/// A refusal of the library, as an exception.
+/// An error of the library that Python sees as an exception.
 pub trait Refusal {
-    /// The exception, with the text of the library.
+    /// The exception, with the error message of the library.
     fn raised(self) -> PyErr;
 }
 
@@ -100,23 +100,23 @@ fn input(error: impl Display) -> PyErr {
     InputError::new_err(error.to_string())
 }
 
-/// No step before the first reset.
+/// The exception of a call before the first reset.
 pub fn not_started() -> PyErr {
     NotStartedError::new_err("the filter has not been reset to a pose yet: call reset() first")
 }
 
-/// A field is out of range, which Python may call by another name.
+/// The exception of a parameter out of range, with its name in Python.
 fn renamed(field: &str, range: &str, names: &[(&str, &str)]) -> PyErr {
     let name = names.iter().find(|(of_library, _)| *of_library == field).map_or(field, |(_, name)| name);
     SettingError::new_err(format!("{name} must be {range}"))
 }
 
-/// The same of a model's parameter.
+/// The exception of a model's parameter out of range.
 pub fn of_model(error: ModelError, names: &[(&str, &str)]) -> PyErr {
     renamed(error.field, error.range, names)
 }
 
-/// An argument is of another type than it must be.
+/// The exception of an argument of the wrong type.
 pub fn wrong_type(argument: &str, wanted: &str, found: &Bound<'_, PyAny>) -> PyErr {
     let found = found.get_type().name().map_or_else(|_| "another type".to_owned(), |name| name.to_string());
     PyTypeError::new_err(format!("{argument} must be {wanted}, not {found}"))

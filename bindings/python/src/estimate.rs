@@ -1,4 +1,4 @@
-//! Estimates, as arrays.
+//! Estimates, as NumPy arrays.
 
 use crate::array::{Number, Precision, array, cast, covariance, elements, line, rows};
 use crate::error::InputError;
@@ -9,7 +9,7 @@ use scphd::models::{OdometryCorrection, PlanarPose};
 use scphd::numerics::{Symmetric, Vector};
 use scphd::{Component, MapEstimate, PoseEstimate, Real};
 
-/// Where the vehicle is, and how well that is known.
+/// The estimated pose and its covariance.
 #[pyclass(frozen, module = "scphd")]
 pub struct Pose {
     precision: Precision,
@@ -39,7 +39,7 @@ impl Pose {
         self.mean[1]
     }
 
-    /// float: from the x axis towards the y axis, rad.
+    /// float: heading from the x axis towards the y axis, rad.
     #[getter]
     fn heading_rad(&self) -> f64 {
         self.mean[2]
@@ -63,14 +63,15 @@ impl Pose {
     }
 }
 
-/// What the odometry is off by: the controls are multiplied by 1 + scale, and the offset is added to the second.
+/// The estimated odometry error: the controls are multiplied by 1 + scale, and the offset is added to the turn rate or steering
+/// angle.
 #[pyclass(frozen, module = "scphd", get_all)]
 pub struct Odometry {
     /// float: relative correction of the speed, as for worn wheels.
     speed_scale: f64,
     /// float: relative correction of the turn rate or steering angle.
     turn_scale: f64,
-    /// float: offset of it, rad/s or rad, as the bias of a gyroscope.
+    /// float: offset of the turn rate, rad/s, or of the steering angle, rad, such as the bias of a gyroscope.
     turn_offset: f64,
 }
 
@@ -89,7 +90,7 @@ impl Odometry {
     }
 }
 
-/// A feature in double precision: mean and covariance, and what is not part of them.
+/// A feature in double precision.
 struct Feature<const N: usize> {
     label: u32,
     ln_weight: f64,
@@ -97,7 +98,7 @@ struct Feature<const N: usize> {
     covariance: [[f64; N]; N],
 }
 
-/// Features, and the precision of the filter that they are of.
+/// Features, and the precision of their filter.
 struct Features<const N: usize> {
     precision: Precision,
     features: Vec<Feature<N>>,
@@ -106,7 +107,7 @@ struct Features<const N: usize> {
 }
 
 impl<const N: usize> Features<N> {
-    /// What was estimated, and the expected number of features.
+    /// Features of an estimate, and their expected number.
     fn of<T: Number, V: Vector<Scalar = T> + Into<[T; N]>>((features, expected): (Vec<Component<V>>, T)) -> Self {
         let weights = features.iter().map(|feature| feature.ln_weight.exp().to_f64()).collect();
         let features = features.into_iter().map(|feature| {
@@ -118,7 +119,7 @@ impl<const N: usize> Features<N> {
         Self { precision: T::PRECISION, features: features.collect(), weights, expected: expected.to_f64() }
     }
 
-    /// Numbers of each feature, of this shape.
+    /// An array of numbers of each feature, each of this shape.
     fn each<'py, I: IntoIterator<Item = f64>>(
         &self,
         py: Python<'py>,
@@ -130,26 +131,26 @@ impl<const N: usize> Features<N> {
     }
 }
 
-/// Features that stand still: n of them, as they were estimated, or as an earlier drive has left them.
+/// A map of n static features: an estimate, or the map of an earlier drive.
 ///
 /// Parameters
 /// ----------
 /// positions_m : array_like, shape (n, 2)
-///     x and y, m.
+///     Positions x and y, m.
 /// covariances : array_like, shape (n, 2, 2)
-///     m^2.
+///     Covariances of the positions, m^2.
 /// weights : array_like, shape (n,), optional
-///     Probability that each is there; left out: 1.
+///     Existence probabilities; by default 1.
 /// labels : array_like of int, shape (n,), optional
-///     Left out: 1, 2, ...
+///     By default 1, 2, ...
 #[pyclass(frozen, module = "scphd")]
 pub struct Map(Features<2>);
 
-/// The estimated features that move: n of them, where they are by now.
+/// The n estimated moving features, at their present positions.
 #[pyclass(frozen, module = "scphd")]
 pub struct Movers(Features<4>);
 
-/// Has the library write all components that there are.
+/// Calls the estimate with enough memory for all components.
 pub fn all<V: Vector>(
     estimate: impl FnMut(&mut [Component<V>]) -> MapEstimate<V::Scalar>,
 ) -> (Vec<Component<V>>, V::Scalar) {
@@ -165,7 +166,7 @@ pub fn all<V: Vector>(
 }
 
 impl Map {
-    /// What was estimated, and the expected number of features.
+    /// Features of an estimate, and their expected number.
     pub fn of<T: Number>(estimate: (Vec<Component<Vector2<T>>>, T)) -> Self {
         Self(Features::of(estimate))
     }
@@ -182,30 +183,31 @@ impl Map {
 }
 
 impl Movers {
-    /// What was estimated, and the expected number of features.
+    /// Features of an estimate, and their expected number.
     pub fn of<T: Number>(estimate: (Vec<Component<Vector4<T>>>, T)) -> Self {
         Self(Features::of(estimate))
     }
 }
 
-/// What both have in common.
+/// The methods that `Map` and `Movers` have in common.
 macro_rules! features {
     ($($name:ident, $dimension:literal, $of_all:literal { $($more:tt)* })+) => { $(
         #[pymethods]
         impl $name {
-            /// numpy.ndarray of uint32, shape (n,): names each feature from scan to scan.
+            /// numpy.ndarray of uint32, shape (n,): identifies each feature from scan to scan.
             #[getter]
             fn labels<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
                 PyArray1::from_iter(py, self.0.features.iter().map(|feature| feature.label))
             }
 
-            /// numpy.ndarray, shape (n,): how many features each stands for; of a joint map the probability that it is there.
+            /// numpy.ndarray, shape (n,): expected number of features that each component represents; in a joint map its
+            /// existence probability.
             #[getter]
             fn weights<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
                 array(py, self.0.precision, &[self.0.weights.len()], self.0.weights.iter().copied())
             }
 
-            /// numpy.ndarray, shape (n, 2): x and y, m.
+            /// numpy.ndarray, shape (n, 2): positions x and y, m.
             #[getter]
             fn positions_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
                 self.0.each(py, &[2], |&Feature { mean: [x, y, ..], .. }| [x, y])
@@ -270,7 +272,7 @@ features! {
         }
     }
     Movers, 4, "numpy.ndarray, shape (n, 4, 4): covariances of (x m, y m, vx m/s, vy m/s)." {
-        /// numpy.ndarray, shape (n, 2): along x and y, m/s.
+        /// numpy.ndarray, shape (n, 2): velocities along x and y, m/s.
         #[getter]
         fn velocities_mps<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
             self.0.each(py, &[2], |&Feature { mean: [.., x, y], .. }| [x, y])
@@ -278,5 +280,5 @@ features! {
     }
 }
 
-/// What a map is made of.
+/// Arguments of the constructor of a map.
 type MapParts<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>);

@@ -1,4 +1,4 @@
-//! The mixture.
+//! The class `Filter`: `ScPhd`, the mixture.
 
 use crate::array;
 use crate::detector::{BearingOnly, Described, RangeBearing, bearing_scan, direction, polar, polar_scan};
@@ -19,70 +19,71 @@ use scphd_vehicle::Watched;
 use std::convert::Infallible;
 use std::sync::Mutex;
 
-/// The filter of the thesis (`ScPhd`) for a vehicle in the plane: particles, each with a Gaussian mixture as its map. Single precision;
-/// the same inputs give the same bits as in firmware, in C and in Rust.
+/// The filter of the thesis (`ScPhd`) for a vehicle in the plane: particles, each with a Gaussian mixture as its map. In single
+/// precision; the same inputs give bit-identical results in firmware, C and Rust.
 ///
-/// One thread at a time may work with a filter; different filters work in different threads at the same time.
+/// Only one thread at a time may use a filter. Different filters may be used by different threads at the same time.
 ///
 /// Parameters
 /// ----------
 /// vehicle : Unicycle, Ackermann, Holonomic or KnownPose
-///     How it moves.
+///     The motion model of the vehicle.
 /// proposal : str
-///     'informed': a few particles that take the scan in before they are drawn, for sensors whose scan tells where the vehicle is
-///     among its features. 'blind': many particles, among whose samples the scan chooses.
+///     'informed': few particles, drawn from a proposal density that uses the scan; for sensors whose scan determines the pose
+///     among known features. 'blind': many particles, drawn from the motion model and then weighted with the scan.
 /// particles, samples : int
-///     Particles kept between scans, and samples of each in a prediction ('blind').
+///     Number of particles, and number of samples of each in a prediction ('blind').
 /// memory : str
-///     How much room there is: 'DESK' (512 particles of 4 samples, 131 072 components), or as much as a set of the C interface has:
-///     'PLANE_32X2', 'PLANE_INFORMED_4', 'PLANE_INFORMED_4_MOVING'.
+///     Capacities: 'DESK' (512 particles with 4 samples, 131 072 components), or those of a set of the C interface: 'PLANE_32X2',
+///     'PLANE_INFORMED_4', 'PLANE_INFORMED_4_MOVING'.
 /// informed_rounds : int
-///     Linearisations of the informed proposal, 1 to 16.
+///     Maximum number of linearisations of the informed proposal, 1 to 16.
 /// informed_sampled_fraction : float
-///     Share of the covariance that is drawn from, 0 to 1.
+///     Fraction of the covariance with which the informed proposal draws its samples, 0 to 1.
 /// informed_min_responsibility : float
-///     A component speaks for a measurement of which it explains this share.
+///     Minimum association probability of a component and a measurement for the measurement to correct the pose.
 /// resample_threshold : float
-///     Resampled where the effective share of the particles is below.
+///     The particles are resampled if the effective number of candidates is below this fraction of their number.
 /// prune_weight : float
-///     Components below this weight are dropped.
+///     Pruning threshold: components with a smaller weight are removed.
 /// confirming_detections : float
-///     A component is confirmed where it is better known than by so many measurements.
+///     k: a component is confirmed if its covariance is smaller than k measurements would give.
 /// unconfirmed_weight : float
-///     One that leaves the view lighter than this, not confirmed, is forgotten. 0: none is.
+///     An unconfirmed component that leaves the field of view is removed if its weight is below this. 0: none is.
 /// confirmed_weight : float
-///     Misses take a confirmed component no further down. 0: they do.
+///     Lower limit of the weight of a confirmed component after missed detections. 0: no limit.
 /// merge_distance : float
-///     Squared Mahalanobis distance within which components are merged.
+///     Merging threshold: components are merged within this squared Mahalanobis distance.
 /// extraction : str
-///     The estimated features are the 'heaviest' components, the highest 'peaks' of the intensity, or all that are 'confirmed' as the
-///     RangeBearing of the last scan sees them.
+///     Estimated features: the 'heaviest' components, the highest 'peaks' of the intensity, or all that are 'confirmed' with the
+///     RangeBearing detector of the last scan.
 /// max_components : int
-///     The most components in view that a scan leaves, of each kind.
+///     Maximum number of components in view after a scan, for static and for moving features.
 /// extraction_weight : float
-///     Least weight of an estimated feature.
+///     Minimum weight of an estimated feature.
 /// births_wait : bool
-///     Whether births that nothing explains wait for the next scan: fewer components, for filters of a single sensor.
+///     Whether births of measurements that no component explains wait for the next scan: fewer components, for vehicles with one
+///     sensor.
 /// moving_velocity_sigma_mps : float
-///     Of moving features: standard deviation of a new one's velocity along each axis, m/s.
+///     Moving features: standard deviation of the velocity of a new one along each axis, m/s.
 /// moving_acceleration_psd : float
-///     Power spectral density of their acceleration, m^2/s^3.
+///     Moving features: power spectral density of the acceleration, m^2/s^3.
 /// moving_lifetime_s : float
-///     Mean time until one vanishes, s.
+///     Moving features: mean time until one disappears, s.
 /// moving_spread_max_m : float
-///     One less certain than this, m, is forgotten.
+///     Moving features: one with a larger standard deviation of the position, m, is removed.
 /// moving_extraction_weight : float
-///     Least weight of an estimated one.
+///     Moving features: minimum weight of an estimated one.
 /// step_max_s, speed_max_mps, turn_rate_max_radps, jump_max_m : float
-///     What no vehicle does: a prediction beyond is refused.
+///     Limits of the motion; a prediction beyond them is refused.
 #[pyclass(module = "scphd")]
 pub struct Filter {
     vehicle: Vehicle,
-    /// Nobody ever waits for it: every call has the filter to itself. It makes the cell one that threads may share.
+    /// Never locked, because every call has exclusive access to the filter. The mutex makes the cell shareable between threads.
     cell: Mutex<MixtureCell>,
     scratch: Box<ScanMemory>,
     last: Option<ScanReport>,
-    /// The detector of the last scan of range and bearing.
+    /// The detector of the last scan of ranges and bearings.
     seen_by: Option<Described>,
     made: Made,
 }
@@ -117,9 +118,9 @@ impl Filter {
         Ok(Self { vehicle: motion, cell, scratch: scan_memory()?, last: None, seen_by: None, made })
     }
 
-    /// Puts the vehicle to a pose, with an empty map, and begins the random stream of a seed.
+    /// Sets the pose, clears the map and seeds the random numbers.
     ///
-    /// Raises InputError where the pose is not finite or farther away than 1e8 m.
+    /// Raises InputError if the pose is not finite or farther away than 1e8 m.
     #[pyo3(signature = (x_m=0.0, y_m=0.0, heading_rad=0.0, *, seed=0))]
     fn reset(&mut self, x_m: f32, y_m: f32, heading_rad: f32, seed: u64) -> PyResult<()> {
         let pose = PlanarPose::new(x_m, y_m, heading_rad);
@@ -128,17 +129,18 @@ impl Filter {
         Ok(())
     }
 
-    /// Moves the vehicle for `dt_s` seconds.
+    /// Predicts the pose after `dt_s` seconds.
     ///
     /// Parameters
     /// ----------
     /// control : array_like, shape (2,) or (3,)
-    ///     Of a Unicycle (speed m/s, turn rate rad/s), of an Ackermann (speed m/s, steering angle rad), of a Holonomic (ahead m/s, left m/s, turn rate rad/s), of a KnownPose the pose at the
-    ///     end (x m, y m, heading rad).
+    ///     Unicycle: speed m/s, turn rate rad/s. Ackermann: speed m/s, steering angle rad. Holonomic: speed ahead m/s, speed to
+    ///     the left m/s, turn rate rad/s. KnownPose: the pose at the end, x m, y m, heading rad.
     /// dt_s : float
-    ///     s.
+    ///     Time step, s.
     ///
-    /// Raises InputError where the control is refused: its time has passed all the same, and the next report says so.
+    /// Raises InputError if the control is refused. The time of the filter advances nevertheless, and the next report counts the
+    /// refusal.
     fn predict(&mut self, py: Python<'_>, control: &Bound<'_, PyAny>, dt_s: f32) -> PyResult<PredictReport> {
         let control = self.vehicle.control(control)?;
         py.detach(|| self.with(|filter, _| filter.predict(&control, dt_s)))
@@ -146,16 +148,16 @@ impl Filter {
             .map_err(Refusal::raised)
     }
 
-    /// Takes in one scan of one of the vehicle's detectors, of which there may be any number.
+    /// Updates the filter with a scan of one of the vehicle's detectors. A vehicle may have any number of them.
     ///
     /// Parameters
     /// ----------
     /// detector : RangeBearing or BearingOnly
-    ///     Whose scan it is.
+    ///     The detector that made the scan.
     /// measurements : array_like
-    ///     Of a RangeBearing shape (n, 2), range m and bearing rad; of a BearingOnly shape (n,), rad. In single precision.
+    ///     Of a RangeBearing: shape (n, 2), range m and bearing rad. Of a BearingOnly: shape (n,), rad. In single precision.
     ///
-    /// Raises InputError where a measurement is not finite or there are more than 1024; the filter is as it was.
+    /// Raises InputError if a measurement is not finite or there are more than 1024. The filter is then unchanged.
     fn scan(
         &mut self,
         py: Python<'_>,
@@ -182,12 +184,12 @@ impl Filter {
         Ok(report)
     }
 
-    /// Takes in a measurement of the pose itself, between any two steps.
+    /// Updates the filter with a fix, a measurement of the pose, at any time between other calls.
     ///
     /// Parameters
     /// ----------
     /// fix : PositionFix or HeadingFix
-    ///     How it is measured.
+    ///     The model of the measurement.
     /// measurement : array_like, shape (2,), or float
     ///     The position (x m, y m), or the heading, rad.
     fn observe(&mut self, fix: &Bound<'_, PyAny>, measurement: &Bound<'_, PyAny>) -> PyResult<FixReport> {
@@ -205,7 +207,7 @@ impl Filter {
         Ok(Watched { report, relocated: false }.into())
     }
 
-    /// Where the vehicle is: mean and covariance over all candidates.
+    /// The pose estimate: mean and covariance over all candidates.
     ///
     /// Raises NotStartedError before the first reset.
     fn estimate(&mut self) -> PyResult<Pose> {
@@ -213,13 +215,13 @@ impl Filter {
         estimate.map(Pose::from).ok_or_else(not_started)
     }
 
-    /// The features that stand still, of the heaviest particle.
+    /// The static features of the particle with the greatest weight.
     fn map(&mut self) -> PyResult<Map> {
         let detector = polar(&self.seen_by.unwrap_or(Described::BLIND))?;
         Ok(Map::of(self.with(|filter, _| all(|room| filter.estimate_map(&detector, room)))))
     }
 
-    /// The features that move, of the heaviest particle, where they are by now.
+    /// The moving features of the particle with the greatest weight, at their present positions.
     fn movers(&mut self) -> Movers {
         Movers::of(self.with(|filter, _| all(|room| filter.estimate_moving(room))))
     }
@@ -229,32 +231,32 @@ impl Filter {
         self.last
     }
 
-    /// Puts the vehicle to a pose with this covariance, shape (3, 3), of (x m, y m, heading rad): the map stays.
+    /// Sets the pose and its covariance, shape (3, 3), of (x m, y m, heading rad), and keeps the map.
     fn relocate(&mut self, x_m: f32, y_m: f32, heading_rad: f32, covariance: &Bound<'_, PyAny>) -> PyResult<()> {
         let (pose, spread) = (PlanarPose::new(x_m, y_m, heading_rad), array::covariance("covariance", covariance)?);
         self.with(|filter, _| filter.relocate(pose, &spread)).map_err(Refusal::raised)
     }
 
-    /// Makes the pose uncertain by a further covariance, shape (3, 3), of (x m, y m, heading rad).
+    /// Adds this covariance, shape (3, 3), of (x m, y m, heading rad), to that of the pose.
     fn scatter(&mut self, covariance: &Bound<'_, PyAny>) -> PyResult<()> {
         let spread = array::covariance("covariance", covariance)?;
         self.with(|filter, _| filter.scatter(&spread)).map_err(Refusal::raised)
     }
 
-    /// Puts a map in the place of the one that there is: of another filter, or of an earlier drive.
+    /// Replaces the map, for example with that of another filter or of an earlier drive.
     fn load_map(&mut self, map: &Map) -> PyResult<()> {
         let features = map.components();
         self.with(|filter, _| filter.load_map(&features)).map_err(Refusal::raised)
     }
 
-    /// A hash of all that the filter knows, to the last bit: the same inputs give the same on every machine and in every language.
+    /// A hash of the whole state: the same inputs give the same hash on every machine and in every language.
     fn digest(&mut self) -> u64 {
         self.with(|filter, _| filter.digest())
     }
 
-    /// All that decides how the filter goes on, as bytes: `docs/snapshot.md` has the format, which the firmware's is.
+    /// The whole state as bytes, in the format of the firmware (`docs/snapshot.md`).
     ///
-    /// `kind` tells vehicles apart whose snapshots are not to be mixed up.
+    /// `kind` is a number of the vehicle type; a snapshot can only be restored with the same number.
     #[pyo3(signature = (*, kind=0))]
     fn snapshot<'py>(&mut self, py: Python<'py>, kind: u32) -> PyResult<Bound<'py, PyBytes>> {
         let mut bytes = Vec::new();
@@ -266,9 +268,10 @@ impl Filter {
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// Goes on from a snapshot of a filter with as many particles and the same proposal, as if nothing had been.
+    /// Restores a snapshot of a filter with the same number of particles and the same proposal. It then continues as if
+    /// uninterrupted.
     ///
-    /// Raises SnapshotError where the bytes are no snapshot of such a filter; then the filter is as it was.
+    /// Raises SnapshotError if the bytes are no snapshot of such a filter. The filter is then unchanged.
     #[pyo3(signature = (snapshot, *, kind=0))]
     fn restore(&mut self, snapshot: &[u8], kind: u32) -> PyResult<()> {
         self.with(|filter, _| filter.restore(kind, from_slice(snapshot))).map_err(Refusal::raised)?;

@@ -1,4 +1,4 @@
-//! Fixes: the pose itself is measured.
+//! Fixes: measurements of the pose.
 
 use crate::array::{Number, row};
 use crate::error::{InputError, SettingError, of_model, wrong_type};
@@ -10,36 +10,36 @@ use scphd::fixes::FixRule;
 use scphd::models::{HeadingFix as Compass, ModelError, PlanarPose, PositionFix as Receiver};
 use scphd_vehicle::FixSpec;
 
-/// A receiver that measures the position (x, y m) of its antenna.
+/// A position fix: the position (x, y m) of an antenna, for example of a GNSS receiver.
 ///
 /// Parameters
 /// ----------
 /// sigma_m : float
-///     Standard deviation along either axis, m.
+///     Standard deviation along each axis, m.
 /// gate : float, optional
-///     Squared Mahalanobis distance beyond which a fix is an outlier; left out: none is.
+///     Squared Mahalanobis distance beyond which a fix is an outlier; by default there is no gate.
 /// antenna_forward_m, antenna_left_m : float
-///     Where the antenna is, seen from the pose, m.
+///     Position of the antenna relative to the pose, m.
 /// watch_patience_s : float, optional
-///     Of a JointFilter: outliers that agree with each other for so long, s, show that the filter is wrong, which is moved to them then;
-///     left out: it never is.
+///     For a JointFilter: minimum time since the first rejected fix, s. If all fixes are rejected for this time and agree with
+///     each other, the filter has diverged, and is moved to them. By default it never is.
 /// watch_fewest : int
-///     So many must be refused in a row.
+///     Minimum number of fixes rejected in a row before the filter is moved.
 #[pyclass(frozen, module = "scphd")]
 pub struct PositionFix(FixSpec<f64>);
 
-/// A compass: measures the heading, rad, from the x axis towards the y axis.
+/// A heading fix, for example of a compass: the heading, rad, from the x axis towards the y axis.
 ///
 /// Parameters
 /// ----------
 /// sigma_rad : float
 ///     Standard deviation, rad.
 /// gate, watch_patience_s, watch_fewest
-///     As of a `PositionFix`.
+///     As for `PositionFix`.
 #[pyclass(frozen, module = "scphd")]
 pub struct HeadingFix(FixSpec<f64>);
 
-/// When outliers are right.
+/// The rule by which rejected fixes show that the filter has diverged.
 fn watch(patience_s: Option<f64>, fewest: u16) -> PyResult<Option<FixRule<f64>>> {
     let Some(patience_s) = patience_s else { return Ok(None) };
     if patience_s.is_nan() || patience_s < 0.0 {
@@ -51,7 +51,7 @@ fn watch(patience_s: Option<f64>, fewest: u16) -> PyResult<Option<FixRule<f64>>>
     Ok(Some(FixRule { patience_s, fewest }))
 }
 
-/// Fixes as they are described, in the precision of a filter.
+/// Converts a description of fixes to the precision of a filter.
 pub fn cast<T: Real>(of: &FixSpec<f64>) -> FixSpec<T> {
     FixSpec {
         sigma: T::from_f64(of.sigma),
@@ -61,19 +61,19 @@ pub fn cast<T: Real>(of: &FixSpec<f64>) -> FixSpec<T> {
     }
 }
 
-/// The model of positions.
+/// The model of position fixes.
 fn receiver(spec: &FixSpec<f32>) -> Result<Receiver<f32>, ModelError> {
     let [forward_m, left_m] = spec.antenna_m;
     let fix = Receiver::new(spec.sigma)?.gated(spec.gate)?;
     if spec.antenna_m == [0.0; 2] { Ok(fix) } else { fix.mounted(forward_m, left_m) }
 }
 
-/// The model of headings.
+/// The model of heading fixes.
 fn compass(spec: &FixSpec<f32>) -> Result<Compass<PlanarPose<f32>>, ModelError> {
     Compass::new(spec.sigma).and_then(|fix| fix.gated(spec.gate))
 }
 
-/// Refuses a model by the names of Python.
+/// Converts an error of a model, with the parameter's name in Python.
 fn named(error: ModelError) -> PyErr {
     of_model(error, &[("forward_m", "antenna_forward_m"), ("left_m", "antenna_left_m")])
 }
@@ -110,7 +110,7 @@ impl HeadingFix {
     }
 }
 
-/// The keywords of the gate and the watch.
+/// The keywords of the gate and of the rule for rejected fixes.
 fn of_rule(keywords: Keywords, spec: &FixSpec<f64>) -> Keywords {
     let keywords = if spec.gate.is_finite() { keywords.number("gate", spec.gate) } else { keywords };
     match spec.watch {
@@ -126,7 +126,7 @@ object! { PositionFix, |spec| {
 } }
 object! { HeadingFix, |spec| of_rule(Keywords::default().number("sigma_rad", spec.sigma), spec) }
 
-/// Fixes with what they have measured.
+/// A fix: description and measurement.
 pub enum Measured<T> {
     /// A position, m.
     Position(FixSpec<T>, Vector2<T>),
@@ -135,7 +135,7 @@ pub enum Measured<T> {
 }
 
 impl<T: Number> Measured<T> {
-    /// What two objects of Python are.
+    /// Converts two Python objects.
     pub fn of(fix: &Bound<'_, PyAny>, measurement: &Bound<'_, PyAny>) -> PyResult<Self> {
         if let Ok(position) = fix.cast::<PositionFix>() {
             let measured: [T; 2] = row("measurement (x_m, y_m)", measurement)?;
@@ -151,7 +151,7 @@ impl<T: Number> Measured<T> {
     }
 }
 
-/// A fix of a mixture.
+/// The model of a fix for `Filter`.
 pub enum Single {
     /// Of positions.
     Position(Receiver<f32>),
@@ -160,7 +160,7 @@ pub enum Single {
 }
 
 impl Measured<f32> {
-    /// The model, of fixes without a watch.
+    /// The model; an error for fixes with `watch_patience_s`.
     pub fn model(&self) -> PyResult<Single> {
         let (Self::Position(spec, _) | Self::Heading(spec, _)) = self;
         if spec.watch.is_some() {

@@ -1,4 +1,4 @@
-//! The joint map.
+//! The class `JointFilter`: `JointSlam`, the joint map.
 
 use crate::array::{Number, covariance};
 use crate::detector::{Described, RangeBearing, polar_scan};
@@ -16,12 +16,12 @@ use scphd::models::PlanarPose;
 use scphd_vehicle::{Description, FixSpec, Measurements, Scanned, Sensor, Services, Start, StartError, Watched};
 use std::sync::{Mutex, PoisonError};
 
-/// A filter of one precision, with the sensors and fixes that it has met so far.
+/// A filter of one precision, with the sensors and fixes it was used with.
 struct Running<T: Number> {
     description: Description<T>,
-    /// Nobody ever waits for it: every call has the filter to itself. It makes the cell one that threads may share.
+    /// Never locked, because every call has exclusive access to the filter. The mutex makes the cell shareable between threads.
     cell: Mutex<Box<dyn Cell<T>>>,
-    /// The sensor that is forgotten where another is new and there is no place left.
+    /// Index of the sensor that the next new one replaces, if there is no free place.
     oldest: usize,
 }
 
@@ -37,14 +37,14 @@ impl<T: Number> Running<T> {
         done.ok_or_else(|| SettingError::new_err("the filter was not entered"))
     }
 
-    /// Goes on by a changed description.
+    /// Continues with a changed description.
     fn change(&mut self, description: Description<T>) -> PyResult<()> {
         self.with(|slam| slam.configure(&description))?.map_err(StartError::raised)?;
         self.description = description;
         Ok(())
     }
 
-    /// The place of a sensor in the description, which has it from now on.
+    /// Index of a sensor in the description; adds it if necessary.
     fn place(&mut self, sensor: Sensor<T>) -> PyResult<usize> {
         let sensors = &self.description.sensors;
         if let Some(place) = sensors.iter().position(|known| *known == Some(sensor)) {
@@ -139,7 +139,7 @@ enum Either {
     Double(Box<Running<f64>>),
 }
 
-/// Does the same with a filter of either precision.
+/// Evaluates an expression with a filter of either precision.
 macro_rules! each {
     ($either:expr, |$running:ident| $done:expr) => {
         match $either {
@@ -149,22 +149,22 @@ macro_rules! each {
     };
 }
 
-/// One Gaussian over the pose and a map of features that stand still (`JointSlam`), and features that move beside it where they are asked
-/// for. In single precision the same inputs give the same bits as in firmware, in C and in Rust.
+/// One Gaussian over the pose and a map of static features (`JointSlam`), with moving-object tracks as an option. In single
+/// precision the same inputs give bit-identical results in firmware, C and Rust.
 ///
-/// One thread at a time may work with a filter; different filters work in different threads at the same time. A filter can be copied and
-/// pickled; the watches over its fixes begin anew then.
+/// Only one thread at a time may use a filter. Different filters may be used by different threads at the same time. A filter can
+/// be copied and pickled; the monitoring of rejected fixes then starts again.
 ///
 /// Parameters
 /// ----------
 /// vehicle : Unicycle, Ackermann or Holonomic
-///     How it moves.
+///     The motion model of the vehicle.
 /// memory : str
-///     How much room there is: 'DESK' (512 features and 128 that move, scans of 256 measurements; with an archive 200 and 10 000), or as much
-///     as a set of the C interface has: 'JOINT_40', 'JOINT_100', 'JOINT_60_MOVERS', 'JOINT_100_MOVERS', 'JOINT_40_ARCHIVE',
-///     'JOINT_60_LEARNING'.
+///     Capacities: 'DESK' (512 features, 128 moving ones, scans of 256 measurements; with an archive 200 features and 10 000 in
+///     the archive), or those of a set of the C interface: 'JOINT_40', 'JOINT_100', 'JOINT_60_MOVERS', 'JOINT_100_MOVERS',
+///     'JOINT_40_ARCHIVE', 'JOINT_60_LEARNING'.
 /// precision : str
-///     'single' or, with the memory 'DESK', 'double'.
+///     'single', or 'double', which needs the memory 'DESK'.
 #[pyclass(module = "scphd")]
 pub struct JointFilter {
     running: Either,
@@ -201,9 +201,9 @@ impl JointFilter {
         Ok(Self { running, last: None, made })
     }
 
-    /// Puts the vehicle to a pose, with an empty map. Without standard deviations, m and rad, it is certain of the pose.
+    /// Sets the pose and clears the map. The default standard deviations, m and rad, are zero: the pose is known exactly.
     ///
-    /// Raises InputError where the pose is not finite or farther away than 1e8 m.
+    /// Raises InputError if the pose is not finite or farther away than 1e8 m.
     #[pyo3(signature = (x_m=0.0, y_m=0.0, heading_rad=0.0, *, position_sigma_m=0.0, heading_sigma_rad=0.0))]
     fn reset(
         &mut self,
@@ -219,21 +219,21 @@ impl JointFilter {
         Ok(())
     }
 
-    /// Moves the vehicle for `dt_s` seconds, as `Filter.predict` does.
+    /// Predicts the pose after `dt_s` seconds, as `Filter.predict` does.
     fn predict(&mut self, py: Python<'_>, control: &Bound<'_, PyAny>, dt_s: f64) -> PyResult<PredictReport> {
         each!(&mut self.running, |running| running.predict(py, control, dt_s))
     }
 
-    /// Takes in one scan of one of the vehicle's detectors, of which there may be any number; the filter has up to four at hand.
+    /// Updates the filter with a scan of one of the vehicle's detectors. Any number may be used; up to four are kept configured.
     ///
     /// Parameters
     /// ----------
     /// detector : RangeBearing
-    ///     Whose scan it is. Its births that move are left out where the filter has no movers.
+    ///     The detector that made the scan. Its births of moving features are ignored unless the filter has movers.
     /// measurements : array_like, shape (n, 2)
     ///     Range m and bearing rad.
     ///
-    /// Raises InputError where a measurement is not finite or there are more than the memory holds; the filter is as it was.
+    /// Raises InputError if a measurement is not finite or there are more than the memory holds. The filter is then unchanged.
     fn scan(
         &mut self,
         py: Python<'_>,
@@ -243,7 +243,7 @@ impl JointFilter {
         self.take(py, detector, measurements, false)
     }
 
-    /// Takes in a scan for the pose alone: the map stays as it is.
+    /// Updates only the pose with a scan; the map does not change.
     fn localise(
         &mut self,
         py: Python<'_>,
@@ -253,44 +253,44 @@ impl JointFilter {
         self.take(py, detector, measurements, true)
     }
 
-    /// Takes in a measurement of the pose itself, as `Filter.observe` does. Where the fix has a watch, it may move the filter.
+    /// Updates the filter with a fix, as `Filter.observe` does. If the fix has `watch_patience_s`, the filter may be moved to it.
     fn observe(&mut self, fix: &Bound<'_, PyAny>, measurement: &Bound<'_, PyAny>) -> PyResult<FixReport> {
         each!(&mut self.running, |running| running.observe(fix, measurement).map(FixReport::from))
     }
 
-    /// Where the vehicle is.
+    /// The pose estimate.
     ///
     /// Raises NotStartedError before the first reset.
     fn estimate(&mut self) -> PyResult<Pose> {
         each!(&mut self.running, |running| running.with(|slam| slam.pose())?.map(Pose::from)).ok_or_else(not_started)
     }
 
-    /// What the odometry is off by, of a filter that learns it (`odometry=True`); None of others and before the first reset.
+    /// The estimated odometry error, with `odometry=True`; None otherwise and before the first reset.
     fn odometry(&mut self) -> PyResult<Option<Odometry>> {
         Ok(each!(&mut self.running, |running| running.with(|slam| slam.odometry())?.map(Odometry::from)))
     }
 
-    /// The features that are there and were detected twice.
+    /// The static features detected at least twice, with an existence probability of at least `extraction_existence`.
     fn map(&mut self) -> PyResult<Map> {
         each!(&mut self.running, |running| running.with(|slam| all(|room| slam.features(room))).map(Map::of))
     }
 
-    /// The features that move, where they are by now.
+    /// The moving features, at their present positions.
     fn movers(&mut self) -> PyResult<Movers> {
         each!(&mut self.running, |running| running.with(|slam| all(|room| slam.movers(room))).map(Movers::of))
     }
 
-    /// Puts the vehicle to a pose with this covariance, shape (3, 3), of (x m, y m, heading rad): the map stays.
+    /// Sets the pose and its covariance, shape (3, 3), of (x m, y m, heading rad), and keeps the map.
     fn relocate(&mut self, x_m: f64, y_m: f64, heading_rad: f64, covariance: &Bound<'_, PyAny>) -> PyResult<()> {
         each!(&mut self.running, |running| running.relocate([x_m, y_m, heading_rad], covariance))
     }
 
-    /// Makes the pose uncertain by a further covariance, shape (3, 3), of (x m, y m, heading rad).
+    /// Adds this covariance, shape (3, 3), of (x m, y m, heading rad), to that of the pose.
     fn scatter(&mut self, covariance: &Bound<'_, PyAny>) -> PyResult<()> {
         each!(&mut self.running, |running| running.scatter(covariance))
     }
 
-    /// Puts a map in the place of the one that there is: of another filter, or of an earlier drive.
+    /// Replaces the map, for example with that of another filter or of an earlier drive.
     fn load_map(&mut self, map: &Map) -> PyResult<()> {
         each!(&mut self.running, |running| {
             let features = map.components();
@@ -303,20 +303,20 @@ impl JointFilter {
         self.last
     }
 
-    /// A hash of all that the filter knows, to the last bit: the same inputs give the same on every machine and in every language.
+    /// A hash of the whole state: the same inputs give the same hash on every machine and in every language.
     fn digest(&mut self) -> PyResult<u64> {
         each!(&mut self.running, |running| running.with(|slam| slam.digest()))
     }
 
-    /// All that decides how the filter goes on, as bytes, as `Filter.snapshot`; the watches over fixes are not part of it.
+    /// The whole state as bytes, as `Filter.snapshot`; without the monitoring of rejected fixes.
     #[pyo3(signature = (*, kind=0))]
     fn snapshot<'py>(&mut self, py: Python<'py>, kind: u32) -> PyResult<Bound<'py, PyBytes>> {
         each!(&mut self.running, |running| running.snapshot(kind)).map(|bytes| PyBytes::new(py, &bytes))
     }
 
-    /// Goes on from a snapshot, as if nothing had been.
+    /// Restores a snapshot. The filter then continues as if uninterrupted.
     ///
-    /// Raises SnapshotError where the bytes are no snapshot of such a filter; then the filter is as it was.
+    /// Raises SnapshotError if the bytes are no snapshot of such a filter. The filter is then unchanged.
     #[pyo3(signature = (snapshot, *, kind=0))]
     fn restore(&mut self, snapshot: &[u8], kind: u32) -> PyResult<()> {
         each!(&mut self.running, |running| running.restore(snapshot, kind))?;

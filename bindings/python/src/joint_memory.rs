@@ -11,7 +11,7 @@ use scphd::{JointSlam, JointState, Real};
 use scphd_vehicle::{Description, Filter, Joint, MoversMemory, PlanarState, Services, StartError};
 use self_cell::{MutBorrow, self_cell};
 
-/// Room for features that move, whether they are described or not.
+/// Memory for moving features, used if the description has them.
 struct MayMove<P: PlanarState, const MOVERS: usize>(JointMovers<P, MOVERS>);
 
 impl<P: PlanarState + 'static, const MOVERS: usize> MoversMemory<P> for MayMove<P, MOVERS> {
@@ -26,7 +26,7 @@ impl<P: PlanarState + 'static, const MOVERS: usize> MoversMemory<P> for MayMove<
     }
 }
 
-/// Memory of a joint map, its features that move, and its archive, which is `()` where there is none.
+/// Memory of a joint map, its moving features and its archive; `()` without an archive.
 struct Memory<
     P: PlanarState,
     B,
@@ -40,12 +40,12 @@ struct Memory<
     archive: B,
 }
 
-/// A joint map over its memory, with the sensors and fixes of its description.
+/// A joint map in its memory, with the sensors and fixes of its description.
 type Slam<'m, T> = Box<dyn Services<T> + Send + 'm>;
 
-/// Memory of a joint map, of whatever capacities.
+/// Memory of a joint map, of any capacities.
 pub trait Room<T: Real>: Send {
-    /// The filter that is described, in it.
+    /// Starts the described filter in this memory.
     fn start(&mut self, description: &Description<T>) -> Result<Slam<'_, T>, StartError>;
 }
 
@@ -84,9 +84,9 @@ self_cell!(
 type Slam32<'m> = Slam<'m, f32>;
 type Slam64<'m> = Slam<'m, f64>;
 
-/// Holds a joint map with its memory.
+/// A joint map together with its memory.
 pub trait Cell<T: Real>: Send {
-    /// Has something done with the filter.
+    /// Calls a function with the filter.
     fn enter(&mut self, work: &mut dyn FnMut(&mut dyn Services<T>));
 }
 
@@ -102,7 +102,7 @@ impl Cell<f64> for Double {
     }
 }
 
-/// The sets of capacities.
+/// Names of the sets of capacities.
 const SETS: &str = "DESK, JOINT_40, JOINT_100, JOINT_60_MOVERS, JOINT_100_MOVERS, JOINT_40_ARCHIVE, JOINT_60_LEARNING";
 
 /// Makes memory of these capacities.
@@ -123,8 +123,8 @@ macro_rules! memory {
     };
 }
 
-/// A joint map in single precision, in memory of this name. Those of the C interface have its names, and a filter does in them what it does
-/// there, even where room runs short. `DESK` has the room that the description needs.
+/// A joint map in single precision, in the memory of this name. Those of the C interface have the same names and capacities, so
+/// that a filter gives the same results even where capacities are exceeded. The capacities of `DESK` depend on the description.
 pub fn single(set: &str, description: &Description<f32>) -> PyResult<Box<dyn Cell<f32>>> {
     let (archived, learnt) = match &description.filter {
         Filter::Joint(joint) => (joint.archive_reach_m.is_some(), joint.odometry.is_some()),

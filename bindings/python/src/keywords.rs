@@ -1,9 +1,9 @@
-//! Objects of Python that are made of keywords: printed, compared, copied and pickled by these.
+//! Python objects that are printed, compared, copied and pickled by their keyword arguments.
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-/// What a keyword is given.
+/// The value of a keyword.
 enum Value {
     Number(f64),
     Count(u16),
@@ -11,48 +11,48 @@ enum Value {
     Object(Box<dyn Printed>),
 }
 
-/// An object that is a keyword of another one.
+/// An object that is the value of a keyword.
 pub trait Printed {
     /// The object in Python.
     fn in_python<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>>;
 
-    /// Its text.
+    /// Its `repr`.
     fn text(&self) -> String;
 }
 
-/// The keywords that an object is made of.
+/// The keyword arguments of an object.
 #[derive(Default)]
 pub struct Keywords(Vec<(&'static str, Value)>);
 
-/// What `copy` and `pickle` make an object anew from.
+/// Arguments by which `copy` and `pickle` construct an object again.
 pub type NewArguments<'py> = (Bound<'py, PyTuple>, Bound<'py, PyDict>);
 
 impl Keywords {
-    /// And a number.
+    /// Adds a number.
     pub fn number(mut self, name: &'static str, number: f64) -> Self {
         self.0.push((name, Value::Number(number)));
         self
     }
 
-    /// And a count.
+    /// Adds a count.
     pub fn count(mut self, name: &'static str, count: u16) -> Self {
         self.0.push((name, Value::Count(count)));
         self
     }
 
-    /// And a word.
+    /// Adds a word.
     pub fn word(mut self, name: &'static str, word: &'static str) -> Self {
         self.0.push((name, Value::Word(word)));
         self
     }
 
-    /// And an object, if there is one.
+    /// Adds an object, if there is one.
     pub fn object(mut self, name: &'static str, object: Option<impl Printed + 'static>) -> Self {
         self.0.extend(object.map(|object| (name, Value::Object(Box::new(object) as Box<dyn Printed>))));
         self
     }
 
-    /// As Python has them.
+    /// The keyword arguments for a call in Python.
     pub fn arguments<'py>(&self, py: Python<'py>) -> PyResult<NewArguments<'py>> {
         let keywords = PyDict::new(py);
         for (name, value) in &self.0 {
@@ -66,7 +66,7 @@ impl Keywords {
         Ok((PyTuple::empty(py), keywords))
     }
 
-    /// As it is written.
+    /// The call as text.
     pub fn call(&self, class: &str) -> String {
         let texts: Vec<String> = self
             .0
@@ -82,7 +82,7 @@ impl Keywords {
     }
 }
 
-/// Prints, compares, copies and pickles the objects of a class by the keywords that they are made of.
+/// Implements printing, comparing, copying and pickling of a class by its keywords.
 macro_rules! object {
     ($class:ident, |$of:ident| $keywords:expr) => {
         #[pymethods]

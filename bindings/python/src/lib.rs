@@ -1,10 +1,10 @@
 //! The Python package of [`scphd`].
 //!
-//! A class of Python holds what is one in Rust: vehicles (`vehicle.rs`), detectors (`detector.rs`), fixes (`fix.rs`), a mixture with its
-//! memory (`filter.rs`, `memory.rs`), and a joint map as `scphd-vehicle` assembles it (`joint.rs`, `joint_memory.rs`). Numbers come in and go out as NumPy arrays (`array.rs`, `estimate.rs`), and what is refused
-//! is an exception (`error.rs`).
+//! Each Python class wraps a Rust type: vehicles (`vehicle.rs`), detectors (`detector.rs`), fixes (`fix.rs`), `ScPhd` with its
+//! memory (`filter.rs`, `memory.rs`), and the joint map of `scphd-vehicle` (`joint.rs`, `joint_memory.rs`). Numbers are NumPy
+//! arrays (`array.rs`, `estimate.rs`), errors are exceptions (`error.rs`).
 //!
-//! The documentation of the classes is what Python shows as their docstrings; `scphd/_native.pyi` has their types.
+//! The doc comments of the classes and methods are their docstrings in Python; their types are in `scphd/_native.pyi`.
 
 mod array;
 mod error;

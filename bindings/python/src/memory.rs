@@ -1,4 +1,4 @@
-//! The memory of filters: sets of capacities, and the cells in which a filter lives with its memory.
+//! The memory of mixtures: sets of capacities, and the cell with a filter and its memory.
 
 use crate::error::{Refusal, SettingError};
 use crate::vehicle::Vehicle;
@@ -11,19 +11,19 @@ use scphd::storage::{Dynamic, MapStorage, Static};
 use scphd::{Config, DetectorMemory, ScPhd, State, memory};
 use self_cell::{MutBorrow, self_cell};
 
-/// The most measurements of a scan of a mixture.
+/// Maximum number of measurements in a scan.
 const MEASUREMENTS: usize = 1024;
 
-/// The scratch of a mixture's scans.
+/// Scratch memory for scans of a mixture.
 pub struct ScanMemory {
-    /// Of range and bearing.
+    /// For ranges and bearings.
     pub polar: DetectorMemory<Vector2<f32>, MEASUREMENTS>,
-    /// Of bearings.
+    /// For bearings.
     pub direction: DetectorMemory<Vector1<f32>, MEASUREMENTS>,
 }
 
-/// Sets of capacities of a mixture. Those of the C interface have its names, and a filter does in them what it does there, even where room
-/// runs short.
+/// Sets of capacities of a mixture. Those of the C interface have the same names and capacities, so that a filter gives the same
+/// results even where capacities are exceeded.
 mod sets {
     use super::memory;
     use scphd::models::Unicycle;
@@ -53,9 +53,9 @@ mod sets {
     }
 }
 
-/// Memory of a mixture, of whatever capacities.
+/// Memory of a mixture, of any capacities.
 pub trait Room: Send {
-    /// A filter in it.
+    /// Starts a filter in this memory.
     fn start(&mut self, motion: Vehicle, config: Config<f32>) -> Result<Mixture<'_>, SetupError>;
 }
 
@@ -69,7 +69,7 @@ where
     }
 }
 
-/// A mixture over its memory.
+/// A mixture in its memory.
 pub type Mixture<'m> = ScPhd<'m, Vehicle>;
 
 self_cell!(
@@ -81,7 +81,8 @@ self_cell!(
     }
 );
 
-/// What is made, on the heap. It may pass a stack on its way there, and those of threads that Python starts are small.
+/// Constructs a value on the heap, in a thread with a large stack: the value may pass through the stack, and threads of Python
+/// have small ones.
 pub fn made<T: Send>(make: fn() -> T) -> PyResult<Box<T>> {
     let stack = size_of::<T>().saturating_mul(4).saturating_add(1 << 20);
     std::thread::scope(|scope| {
@@ -90,12 +91,12 @@ pub fn made<T: Send>(make: fn() -> T) -> PyResult<Box<T>> {
     })
 }
 
-/// The scratch of a mixture's scans.
+/// Scratch memory for scans of a mixture.
 pub fn scan_memory() -> PyResult<Box<ScanMemory>> {
     made(|| ScanMemory { polar: DetectorMemory::new(), direction: DetectorMemory::new() })
 }
 
-/// A mixture in memory of this name.
+/// A mixture in the memory of this name.
 pub fn mixture(set: &str, motion: Vehicle, config: Config<f32>) -> PyResult<MixtureCell> {
     let room: Box<dyn Room> = match set {
         "DESK" => made(sets::Desk::new)?,
@@ -107,7 +108,7 @@ pub fn mixture(set: &str, motion: Vehicle, config: Config<f32>) -> PyResult<Mixt
     MixtureCell::try_new(MutBorrow::new(room), |room| room.borrow_mut().start(motion, config)).map_err(Refusal::raised)
 }
 
-/// There is no memory of this name.
+/// The error of an unknown name.
 pub fn no_such(set: &str, known: &str) -> pyo3::PyErr {
     SettingError::new_err(format!("memory must be one of {known}, not '{set}'"))
 }

@@ -1,24 +1,24 @@
-//! Where a sensor sits.
+//! The pose of a sensor on its vehicle.
 
 use crate::error::Refusal;
 use crate::keywords::{Keywords, Printed, object};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 
-/// Where a sensor sits on its vehicle, seen from where the pose is, and how it is turned.
+/// The pose of a sensor on its vehicle, relative to the vehicle's pose.
 ///
 /// Parameters
 /// ----------
 /// forward_m, left_m : float
-///     Ahead and to the left, m.
+///     Position ahead and to the left, m.
 /// yaw_rad : float
-///     Turned to the left, rad.
+///     Rotation to the left, rad.
 #[pyclass(frozen, from_py_object, module = "scphd")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mounting(pub [f64; 3]);
 
 impl Mounting {
-    /// Where the pose is.
+    /// A sensor at the vehicle's pose.
     pub const NONE: Self = Self([0.0; 3]);
 }
 

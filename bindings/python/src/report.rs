@@ -1,4 +1,4 @@
-//! What a step did.
+//! Reports of predictions, scans and fixes.
 
 use crate::error::InputError;
 use pyo3::prelude::*;
@@ -6,7 +6,7 @@ use scphd::Real;
 use scphd_vehicle::Watched;
 use std::fmt;
 
-/// The conditions that a report tells of.
+/// Warnings of a report.
 #[pyclass(frozen, eq, hash, module = "scphd")]
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Health(u16);
@@ -23,34 +23,34 @@ impl From<scphd::Health> for Health {
     }
 }
 
-/// The name of one condition.
+/// The name of a warning.
 fn name(condition: scphd::Health) -> String {
     format!("{condition:?}").trim_matches(['{', '"', '}']).to_owned()
 }
 
 #[pymethods]
 impl Health {
-    /// bool: no condition at all.
+    /// bool: whether there is no warning.
     #[getter]
     fn is_good(&self) -> bool {
         self.0 == 0
     }
 
-    /// int: the conditions as the bits that the firmware reports.
+    /// int: the warnings as bits, as the firmware reports them.
     #[getter]
     fn bits(&self) -> u16 {
         self.0
     }
 
-    /// list of str: the names of the conditions that hold, such as 'LOST'. `docs/health.md` explains them.
+    /// list of str: the names of the warnings, such as 'LOST'. `docs/health.md` explains them.
     #[getter]
     fn names(&self) -> Vec<String> {
         scphd::Health::all().filter(|condition| self.0 & condition.bits() != 0).map(name).collect()
     }
 
-    /// Whether the condition of this name holds, as in ``'LOST' in report.health``.
+    /// Whether there is a warning of this name, as in ``'LOST' in report.health``.
     ///
-    /// Raises InputError where there is no such condition.
+    /// Raises InputError if no warning has this name.
     fn __contains__(&self, condition: &str) -> PyResult<bool> {
         let known = scphd::Health::all().find(|&known| name(known) == condition);
         let known = known.ok_or_else(|| InputError::new_err(format!("there is no condition '{condition}'")))?;
@@ -62,7 +62,7 @@ impl Health {
     }
 }
 
-/// A class that shows the fields of a report of the library, in either precision.
+/// Defines a class with the fields of a report of the library, in either precision.
 macro_rules! report {
     (
         $(#[doc = $about:literal])+ $name:ident [$($scalar:tt)*] of $report:ty { $($(#[doc = $text:literal])+ $field:ident: $kind:ty,)+ }
@@ -88,112 +88,112 @@ macro_rules! report {
 }
 
 report! {
-    /// What a prediction did.
+    /// The report of a prediction.
     PredictReport [] of scphd::PredictReport {
-        /// int: candidates after it.
+        /// int: candidates after the prediction.
         candidates: usize,
-        /// int: candidates that stayed where they were, for their pose left the range of single precision.
+        /// int: candidates that were not moved because their predicted pose was out of the range of single precision.
         rejected: usize,
-        /// int: predictions refused since the last scan.
+        /// int: predictions that were refused since the last scan.
         refused: usize,
-        /// Health: the conditions that hold.
+        /// Health: warnings.
         health: Health,
     }
 }
 
 report! {
-    /// What a scan of a mixture did.
+    /// The report of a scan of a mixture.
     ScanReport [T: Real + Into<f64>] of scphd::ScanReport<T> {
         /// int: measurements in the scan.
         measurements: usize,
-        /// int: measurements that could not give birth.
+        /// int: measurements that could not become a component.
         no_birth: usize,
-        /// int: predictions refused since the scan before.
+        /// int: predictions that were refused since the last scan.
         refused: usize,
-        /// int: candidates weighed.
+        /// int: candidates that were weighted.
         candidates: usize,
-        /// int: most components in view of a candidate.
+        /// int: greatest number of components in view of any candidate.
         in_view: usize,
-        /// int: particles that go on.
+        /// int: particles after the scan.
         particles: usize,
-        /// bool: whether they were resampled.
+        /// bool: whether the particles were resampled.
         resampled: bool,
-        /// int: components born and kept.
+        /// int: new components, before merging.
         births: usize,
-        /// int: components merged into another.
+        /// int: components that were merged into another one.
         merged: usize,
-        /// int: components that found no room.
+        /// int: components that were discarded because of too little memory.
         lost: usize,
-        /// int: pages of features in use after the scan.
+        /// int: pages of static features in use after the scan.
         pages_used: usize,
-        /// int: pages of features in all.
+        /// int: total number of pages for static features.
         pages: usize,
         /// int: pages of moving features in use after the scan.
         moving_pages_used: usize,
-        /// int: pages of moving features in all.
+        /// int: total number of pages for moving features.
         moving_pages: usize,
-        /// float: effective number of candidates before any resampling.
+        /// float: effective number of candidates before resampling.
         n_eff: f64,
-        /// float: logarithm of the scan's likelihood, up to a constant; minus infinity where no candidate explains it.
+        /// float: logarithm of the scan's likelihood, up to a constant; minus infinity if no candidate explains the scan.
         ln_evidence: f64,
-        /// float: detections to be expected of the features in view.
+        /// float: expected number of detections of the features in view.
         expected_detections: f64,
-        /// float: measurements that the features in view explain.
+        /// float: expected number of measurements that come from features in view.
         detections: f64,
-        /// float: mean squared innovation by its covariance, per dimension; about 1 for a consistent filter.
+        /// float: normalised innovation squared per dimension; about 1 for a consistent filter.
         innovation: f64,
-        /// Health: the conditions that hold.
+        /// Health: warnings.
         health: Health,
     }
 }
 
 report! {
-    /// What a scan of a joint map did.
+    /// The report of a scan of a joint map.
     JointReport [T: Real + Into<f64>] of scphd::JointReport<T> {
         /// int: measurements in the scan.
         measurements: usize,
-        /// int: features in view before it.
+        /// int: features in view before the scan.
         in_view: usize,
-        /// int: predictions refused since the scan before.
+        /// int: predictions that were refused since the last scan.
         refused: usize,
-        /// int: features born.
+        /// int: new features.
         births: usize,
-        /// int: measurements that could not give birth.
+        /// int: measurements that could not become a feature.
         no_birth: usize,
-        /// int: features dropped.
+        /// int: features that were removed because their existence probability was too low.
         dropped: usize,
-        /// int: features that turned out to be another one.
+        /// int: features that were merged with another one.
         merged: usize,
-        /// int: features for which there was no room.
+        /// int: new features for which there was no room, or features that they replaced.
         lost: usize,
         /// int: features after the scan.
         features: usize,
         /// float: logarithm of the scan's likelihood, up to a constant.
         ln_evidence: f64,
-        /// float: detections to be expected of the features in view.
+        /// float: expected number of detections of the features in view.
         expected_detections: f64,
-        /// float: measurements that the features in view explain.
+        /// float: expected number of measurements that come from features in view.
         detections: f64,
-        /// float: mean squared innovation by its covariance, per dimension; about 1 for a consistent filter.
+        /// float: normalised innovation squared per dimension; about 1 for a consistent filter.
         innovation: f64,
-        /// Health: the conditions that hold.
+        /// Health: warnings.
         health: Health,
     }
 }
 
-/// What a fix did.
+/// The report of a fix.
 #[pyclass(frozen, get_all, module = "scphd")]
 #[derive(Debug, Clone, Copy)]
 pub struct FixReport {
-    /// bool: whether it was taken in; it is not where it lies beyond the gate.
+    /// bool: whether the fix was used; one beyond the gate is not.
     accepted: bool,
-    /// float: its squared Mahalanobis distance from what the filter expected.
+    /// float: squared Mahalanobis distance of the innovation.
     distance: f64,
-    /// float: logarithm of its likelihood; 0 where it was not taken in.
+    /// float: logarithm of the likelihood of the fix; 0 if it was not used.
     ln_evidence: f64,
-    /// float: effective number of candidates after it.
+    /// float: effective number of candidates after the fix.
     n_eff: f64,
-    /// bool: whether outliers that agree with each other have moved the filter to where they say.
+    /// bool: whether the filter was moved because rejected fixes agree with each other.
     relocated: bool,
 }
 

@@ -10,7 +10,7 @@ use scphd::settings::{Extraction, Informed, Plausible, Proposal};
 use scphd::{Config, Real};
 use scphd_vehicle::{Description, Setting, StartError};
 
-/// A number in the place of a setting.
+/// Converts the value of a setting to a number.
 fn number<'py, T>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<T>
 where
     T: for<'a> FromPyObject<'a, 'py>,
@@ -33,7 +33,7 @@ fn unknown(name: &str) -> PyErr {
     PyTypeError::new_err(format!("there is no setting '{name}'"))
 }
 
-/// Sets what is one of the limits of what a vehicle does; whether it is one.
+/// Sets a limit of the motion. Returns whether the name is that of one.
 fn set_plausible(limits: &mut Plausible<f32>, name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
     let field = match name {
         "step_max_s" => &mut limits.step_max_s,
@@ -112,14 +112,14 @@ fn informed<'c>(config: &'c mut Config<f32>, name: &str) -> PyResult<&'c mut Inf
     }
 }
 
-/// The keywords of a joint map: name, range, unit and meaning of each.
+/// The keywords of a joint map: name, range, unit and meaning.
 #[pyfunction]
 pub fn _joint_settings() -> Vec<(String, &'static str, &'static str, &'static str)> {
     let known = |setting| keyword_of(setting).map(|name| (name, setting.range(), setting.unit(), setting.about()));
     Setting::all().filter_map(known).collect()
 }
 
-/// What a keyword sets a setting to.
+/// Converts the value of a keyword to the number of a setting.
 fn value(name: &str, setting: Setting, value: &Bound<'_, PyAny>) -> PyResult<f64> {
     match setting.choices() {
         [] => number(name, value),
@@ -134,7 +134,7 @@ fn value(name: &str, setting: Setting, value: &Bound<'_, PyAny>) -> PyResult<f64
     }
 }
 
-/// The description of a joint map, from its keywords.
+/// The description of a joint map with these keywords.
 pub fn of_joint_map(vehicle: Driven<f64>, keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Description<f64>> {
     let mut description = Description { vehicle, ..Description::robot() };
     let mut chosen = Vec::new();
@@ -144,7 +144,7 @@ pub fn of_joint_map(vehicle: Driven<f64>, keywords: Option<&Bound<'_, PyDict>>) 
         let setting = setting.ok_or_else(|| unknown(&name))?;
         chosen.push((setting, value(&name, setting, &object)?, name));
     }
-    // A part is there or not before it has settings.
+    // Parts are switched on before their settings are set.
     chosen.sort_by_key(|(setting, ..)| (setting.choices().is_empty(), setting.number()));
     for (setting, number, name) in chosen {
         if description.get(setting, 0).is_none() {
@@ -159,7 +159,7 @@ pub fn of_joint_map(vehicle: Driven<f64>, keywords: Option<&Bound<'_, PyDict>>) 
     Ok(description)
 }
 
-/// A description in the precision of a filter, but for its sensors and fixes.
+/// Converts a description to the precision of a filter, without sensors and fixes.
 pub fn cast<T: Real>(of: &Description<f64>) -> PyResult<Description<T>> {
     let mut description = Description { vehicle: vehicle::cast(&of.vehicle), ..Description::robot() };
     for setting in Setting::all().filter(|setting| keyword_of(*setting).is_some()) {

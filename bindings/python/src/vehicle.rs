@@ -1,4 +1,4 @@
-//! Vehicles in the plane: what Python makes of them, and all of them as one motion.
+//! Vehicles in the plane: the Python classes, and `Vehicle`, a motion model for all of them.
 
 use crate::array::{Number, row};
 use crate::error::{SettingError, of_model, wrong_type};
@@ -12,10 +12,10 @@ use scphd::models::{
 use scphd::numerics::{Noise, Symmetric};
 use scphd_vehicle::VehicleKind;
 
-/// A vehicle that moves by its odometry, as it is described.
+/// The description of a vehicle that moves by its odometry.
 pub type Driven<T> = scphd_vehicle::Vehicle<T>;
 
-/// A vehicle in the precision of a filter.
+/// Converts a vehicle to the precision of a filter.
 pub fn cast<T: Real>(of: &Driven<f64>) -> Driven<T> {
     let Driven { kind, geometry, noise } = *of;
     let [wheelbase_m, encoder_offset_m, sensor_forward_m, sensor_left_m] =
@@ -31,12 +31,12 @@ pub fn cast<T: Real>(of: &Driven<f64>) -> Driven<T> {
     }
 }
 
-/// Other vehicles than cars have no lengths.
+/// Lengths of vehicles other than cars.
 const NO_LENGTHS: AckermannGeometry<f64> =
     AckermannGeometry { wheelbase_m: 1.0, encoder_offset_m: 0.0, sensor_forward_m: 0.0, sensor_left_m: 0.0 };
 
-/// A vehicle whose numbers are in their ranges, in single precision too. Odometry is never exact, and a filter that takes it to be follows
-/// it blindly.
+/// A vehicle whose parameters are in range, also in single precision. Noise is required, because a filter without it would follow
+/// the odometry without correction.
 fn checked(kind: VehicleKind, geometry: AckermannGeometry<f64>, noise: ControlNoise<f64>) -> PyResult<Driven<f64>> {
     if noise.is_none() {
         return Err(SettingError::new_err("odometry without any noise: a sigma or a ratio must be above zero"));
@@ -48,7 +48,7 @@ fn checked(kind: VehicleKind, geometry: AckermannGeometry<f64>, noise: ControlNo
     Ok(vehicle)
 }
 
-/// The keywords that every vehicle has.
+/// The keywords that all vehicles have.
 fn of_noise(noise: &ControlNoise<f64>) -> Keywords {
     Keywords::default()
         .number("speed_sigma_mps", noise.speed_sigma_mps)
@@ -58,24 +58,25 @@ fn of_noise(noise: &ControlNoise<f64>) -> Keywords {
         .number("noise_interval_s", noise.interval_s)
 }
 
-/// A robot that turns in place: its control is its speed (m/s) and its turn rate (rad/s, to the left).
+/// A robot that turns in place, for example with a differential drive. Its control is the speed (m/s) and the turn rate (rad/s,
+/// to the left).
 ///
-/// Without arguments it has the noise of a wheeled vehicle that nobody has measured.
+/// The default noise is that of a wheeled vehicle whose noise was not measured.
 ///
 /// Parameters
 /// ----------
 /// speed_sigma_mps : float
 ///     Standard deviation of the speed, m/s.
 /// speed_sigma_ratio : float
-///     The same as a share of the speed; adds in quadrature.
+///     Standard deviation as a fraction of the speed; added in quadrature.
 /// turn_sigma : float
 ///     Standard deviation of the turn rate, rad/s.
 /// turn_sigma_ratio : float
-///     The same as a share of it; adds in quadrature.
+///     Standard deviation as a fraction of the turn rate; added in quadrature.
 /// noise_interval_s : float
-///     How long an error lasts, s; 0: it is drawn anew in every prediction.
+///     Correlation time of the noise, s; 0: independent noise in every prediction.
 /// step : str
-///     'arc': it goes along the exact arc. 'euler': straight ahead, and turns then.
+///     'arc': motion on the exact arc. 'euler': straight ahead, then the turn.
 #[pyclass(frozen, module = "scphd")]
 pub struct Unicycle(Driven<f64>);
 
@@ -108,26 +109,26 @@ impl Unicycle {
     }
 }
 
-/// A car: its control is the speed of a wheel's encoder (m/s) and its steering angle (rad, to the left).
+/// A car. Its control is the speed of the wheel with the encoder (m/s) and the steering angle (rad, to the left).
 ///
 /// Parameters
 /// ----------
 /// wheelbase_m : float
 ///     Wheelbase, m.
 /// encoder_offset_m : float
-///     How far left of the centreline the wheel of the encoder is, m.
+///     Distance of the wheel with the encoder from the centreline, to the left, m.
 /// pose_forward_m, pose_left_m : float
-///     How far ahead of the rear axle and left of the centreline the pose is, m.
+///     Position of the pose ahead of the rear axle and left of the centreline, m.
 /// speed_sigma_mps : float
 ///     Standard deviation of the speed, m/s.
 /// speed_sigma_ratio : float
-///     The same as a share of the speed; adds in quadrature.
+///     Standard deviation as a fraction of the speed; added in quadrature.
 /// turn_sigma : float
 ///     Standard deviation of the steering angle, rad.
 /// turn_sigma_ratio : float
-///     The same as a share of it; adds in quadrature.
+///     Standard deviation as a fraction of the steering angle; added in quadrature.
 /// noise_interval_s : float
-///     How long an error lasts, s; 0: it is drawn anew in every prediction.
+///     Correlation time of the noise, s; 0: independent noise in every prediction.
 #[pyclass(frozen, module = "scphd")]
 pub struct Ackermann(Driven<f64>);
 
@@ -165,21 +166,21 @@ impl Ackermann {
     }
 }
 
-/// A vehicle that moves sideways too, on mecanum wheels or legs: its control is its speed ahead and to the left (m/s) and its turn rate
-/// (rad/s, to the left).
+/// A vehicle that can also move sideways, with mecanum wheels or legs. Its control is the speed ahead and to the left (m/s) and
+/// the turn rate (rad/s, to the left).
 ///
 /// Parameters
 /// ----------
 /// speed_sigma_mps : float
-///     Standard deviation of the speed, m/s, the same in both directions.
+///     Standard deviation of the speed, m/s, the same along both axes.
 /// speed_sigma_ratio : float
-///     The same as a share of the speed over ground; adds in quadrature.
+///     Standard deviation as a fraction of the speed over ground; added in quadrature.
 /// turn_sigma : float
 ///     Standard deviation of the turn rate, rad/s.
 /// turn_sigma_ratio : float
-///     The same as a share of it; adds in quadrature.
+///     Standard deviation as a fraction of the turn rate; added in quadrature.
 /// noise_interval_s : float
-///     How long an error lasts, s; 0: it is drawn anew in every prediction.
+///     Correlation time of the noise, s; 0: independent noise in every prediction.
 #[pyclass(frozen, module = "scphd")]
 pub struct Holonomic(Driven<f64>);
 
@@ -206,8 +207,8 @@ impl Holonomic {
     }
 }
 
-/// A vehicle whose pose is known: its control is the pose (x m, y m, heading rad) at the end of the step. With one particle a
-/// `Filter` over it is a Gaussian-mixture PHD filter, for tracking from a known place.
+/// A vehicle whose pose is known: its control is the pose (x m, y m, heading rad) at the end of the step. A `Filter` with one
+/// particle is then a Gaussian-mixture PHD filter, for tracking from a known pose.
 #[pyclass(frozen, module = "scphd")]
 pub struct KnownPose;
 
@@ -230,7 +231,7 @@ object! { Ackermann, |vehicle| of_noise(&vehicle.noise)
 .number("pose_left_m", vehicle.geometry.sensor_left_m) }
 object! { Holonomic, |vehicle| of_noise(&vehicle.noise) }
 
-/// A vehicle that moves by its odometry, if it is one.
+/// The vehicle of a Python object, if it moves by its odometry.
 pub fn driven(object: &Bound<'_, PyAny>) -> Option<Driven<f64>> {
     let unicycle = object.cast::<Unicycle>().ok().map(|robot| robot.get().0);
     let ackermann = || object.cast::<Ackermann>().ok().map(|car| car.get().0);
@@ -238,7 +239,7 @@ pub fn driven(object: &Bound<'_, PyAny>) -> Option<Driven<f64>> {
     unicycle.or_else(ackermann).or_else(holonomic)
 }
 
-/// The control of such a vehicle that an array stands for.
+/// Converts an array to the control of a vehicle of this kind.
 pub fn control<T: Number>(kind: VehicleKind, array: &Bound<'_, PyAny>) -> PyResult<scphd_vehicle::Control<T>> {
     let what = match kind {
         VehicleKind::Ackermann => "control (speed_mps, steering_rad)",
@@ -252,26 +253,26 @@ pub fn control<T: Number>(kind: VehicleKind, array: &Bound<'_, PyAny>) -> PyResu
     Ok(scphd_vehicle::Control { speed_mps, left_mps: T::ZERO, turn })
 }
 
-/// Any of them.
+/// A vehicle of any kind.
 #[derive(Debug, Clone, Copy)]
 pub enum Vehicle {
-    /// One that moves by its odometry.
+    /// A vehicle that moves by its odometry.
     Driven(VehicleKind, PlanarMotion<f32>),
-    /// One whose pose is known.
+    /// A vehicle whose pose is known.
     Known(scphd::models::KnownPose<PlanarPose<f32>>),
 }
 
-/// The control of any of them.
+/// The control of a vehicle of any kind.
 #[derive(Debug, Clone, Copy)]
 pub enum Control {
-    /// Of one that moves by its odometry.
+    /// Of a vehicle that moves by its odometry.
     Driven(PlanarControl<f32>),
-    /// Of one whose pose is known.
+    /// Of a vehicle whose pose is known.
     Known(PlanarPose<f32>),
 }
 
 impl Vehicle {
-    /// What an object of Python is.
+    /// Converts a Python object.
     pub fn of(object: &Bound<'_, PyAny>) -> PyResult<Self> {
         if let Some(vehicle) = driven(object) {
             let motion = cast(&vehicle).drive().map_err(|error| of_model(error, &[]))?;
@@ -283,7 +284,7 @@ impl Vehicle {
         Err(wrong_type("vehicle", "a Unicycle, an Ackermann, a Holonomic or a KnownPose", object))
     }
 
-    /// The control that an array stands for.
+    /// Converts an array to a control of this vehicle.
     pub fn control(&self, array: &Bound<'_, PyAny>) -> PyResult<Control> {
         Ok(match self {
             Self::Driven(kind, _) => Control::Driven(kind.control(&control(*kind, array)?)),
@@ -295,7 +296,7 @@ impl Vehicle {
     }
 }
 
-/// Does the same with a vehicle and a control of its kind; `$other` where it is of another one.
+/// Evaluates an expression with a vehicle and a control of the same kind; `$other` if the kinds differ.
 macro_rules! each {
     ($vehicle:expr, $control:expr, |$motion:ident, $of_kind:ident| $done:expr, else $other:expr) => {
         match ($vehicle, $control) {
@@ -310,7 +311,7 @@ impl Motion for Vehicle {
     type Pose = PlanarPose<f32>;
     type Control = Control;
 
-    /// So are the others; a known pose has no speed, so that no step of it is short.
+    /// All kinds are invariant to translation. A known pose has no speed, so that none of its steps counts as short.
     const TRANSLATION_INVARIANT: bool = true;
 
     fn admits(&self, control: &Control) -> bool {

@@ -1,6 +1,6 @@
-//! Reads messages from bytes and writes them again: `peer.py` compares the bytes with those of rosbags. A line is a type and the bytes
-//! of a message in hexadecimal digits; it comes back as the bytes. A line with a type alone comes back as its definition, with `|` for
-//! the ends of lines.
+//! Reads and rewrites messages; `peer.py` compares the bytes with those of rosbags. A line of the input is a type and the bytes
+//! of a message in hexadecimal digits; the output is the rewritten bytes. For a line with only a type, the output is its
+//! definition, with `|` for line breaks.
 
 use scphd_ros::messages::{
     AckermannDriveStamped, Detection3DArray, DiagnosticArray, Imu, JointState, LaserScan, MarkerArray, NavSatFix,

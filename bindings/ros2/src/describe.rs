@@ -1,11 +1,11 @@
-//! The wiring of a node that does what `scphd-sim replay` does with a log.
+//! The wiring of a node that processes a log as `scphd-sim replay` does.
 
 use crate::setup::{DETECTIONS, FIXES, ODOMETRY, Order, Source, Topic, Wiring};
 use scphd_exchange::mcap::topic;
 use scphd_lidar::PostSettings;
 use scphd_log::log::{Log, Vehicle};
 
-/// The topics on which a log is published, and waits that are long enough for it.
+/// The topics on which a log is published, and sufficient waiting times.
 #[must_use]
 pub fn wiring(log: &Log) -> Wiring {
     let (odometry, kind) = match log.vehicle {

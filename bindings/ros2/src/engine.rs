@@ -1,4 +1,5 @@
-//! The filter behind a sequencer: inputs as they come, estimates after every scan and fix. Nothing here knows of the middleware.
+//! The filter behind a sequencer: takes inputs in any order, gives estimates after every scan and fix. Independent of the
+//! middleware.
 
 use crate::maps::{self, Search};
 use crate::setup::{Order, Setup};
@@ -11,19 +12,20 @@ use scphd_sequencer::{
 use scphd_vehicle::{Control, Measurements, Scanned, SensorModel, Services, Start, StartError, VehicleKind};
 use std::time::{Duration, Instant};
 
-/// Nanoseconds that double precision counts exactly; later ones are counted from the first input on, as an import does.
+/// Greatest number of nanoseconds that double precision represents exactly. Later times are relative to the first input, as in an
+/// import.
 const EXACT_NS: u64 = 1 << 53;
 const SECOND_NS: u64 = 1_000_000_000;
-/// So much earlier than others an input may come last, ns.
+/// Least window of the sequencer: inputs that arrive late by less than this are used, ns.
 const LATEST_NS: u64 = 2 * SECOND_NS;
-/// Rows of odometry and events that can wait.
+/// Capacities of the queue: odometry, events.
 const CONTROLS: usize = 4096;
 const EVENTS: usize = 1024;
-/// Sources of fixes come before the sensors, as they do in a log.
+/// Source numbers of fixes and of the first sensor: at equal times fixes come first, as in a log.
 const FIXES: u8 = 1;
 const SENSORS: u8 = 2;
 
-/// What happens beside odometry.
+/// A scan or a fix.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Event {
     /// A scan of a sensor: ranges, m, and bearings, rad.
@@ -40,56 +42,56 @@ enum Input {
     Event(Event),
 }
 
-/// What is known after a scan or a fix.
+/// The estimate after a scan or a fix.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
     /// The time of the input, ns.
     pub stamp_ns: u64,
-    /// Whether it was a scan.
+    /// Whether the input was a scan.
     pub of_scan: bool,
     /// The pose.
     pub pose: PoseEstimate<PlanarPose<f32>>,
-    /// The pose by odometry alone at that time.
+    /// The pose of odometry alone at that time.
     pub smooth: PlanarPose<f32>,
-    /// Where the frame of that odometry lies in the map.
+    /// The transform from the odometry frame to the map.
     pub map_from_odom: MapFromOdom<PlanarPose<f32>>,
-    /// The motion in force.
+    /// The last control.
     pub control: Control<f32>,
-    /// Conditions of the scan.
+    /// Warnings of the scan.
     pub health: Health,
 }
 
-/// What has happened since the start.
+/// Numbers of inputs since the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counts {
-    /// Scans that were taken in.
+    /// Scans that were used.
     pub scans: u64,
-    /// Fixes that were taken in.
+    /// Fixes that were used.
     pub fixes: u64,
     /// Fixes that were outliers.
     pub outliers: u64,
     /// Inputs that the filter refused.
     pub refused: u64,
-    /// Inputs that came too late, twice, or from beyond a jump of the clock.
+    /// Inputs that came too late, twice, or across a jump of the clock.
     pub dropped: u64,
-    /// Times that odometry was silent for too long.
+    /// Intervals without odometry that were too long.
     pub gaps: u64,
 }
 
-/// Why an engine cannot start.
+/// The reason why an engine cannot start.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EngineError {
-    /// By the description.
+    /// The description.
     #[error("{0}")]
     Start(StartError),
-    /// By how long inputs are waited for.
+    /// The waiting times.
     #[error("order: {0}")]
     Order(#[from] SettingsError),
-    /// By the pose at the start.
+    /// The start pose.
     #[error("the pose at the start: {0}")]
     Reset(#[from] scphd::errors::ResetError),
-    /// By the vehicle.
+    /// The vehicle.
     #[error("{0}")]
     Model(#[from] scphd::models::ModelError),
 }
@@ -102,20 +104,20 @@ impl From<StartError> for EngineError {
 
 type Queue = Sequencer<Option<Control<f32>>, Event, CONTROLS, EVENTS>;
 
-/// A filter with what brings its inputs into order.
+/// A filter with a sequencer for its inputs.
 pub struct Engine {
     setup: Setup,
     slam: Box<dyn Services<f32>>,
     motion: PlanarMotion<f32>,
     queue: Box<Queue>,
     smooth: SmoothOdometry<PlanarPose<f32>>,
-    /// Where the seconds of the filter begin; `None` before the first input.
+    /// Stamp at which the filter's time is zero; `None` before the first input.
     origin_ns: Option<u64>,
     control: Control<f32>,
     newest_ns: u64,
-    /// The newest stamp of odometry.
+    /// The newest odometry stamp.
     driven_ns: Option<u64>,
-    /// Stamps of events that wait, and since when.
+    /// Stamps of waiting events, and when each arrived.
     pending: Vec<(u64, Instant)>,
     arrived: Vec<(u64, Input)>,
     number: u32,
@@ -143,7 +145,7 @@ fn settings(order: &Order) -> Settings {
 }
 
 impl Engine {
-    /// A filter at its start.
+    /// An engine at its start.
     ///
     /// # Errors
     /// The setup is out of range.
@@ -171,10 +173,10 @@ impl Engine {
         })
     }
 
-    /// Starts again, without a feature and with no input that waits.
+    /// Restarts with an empty map, and removes all waiting inputs.
     ///
     /// # Errors
-    /// The pose at the start is out of range.
+    /// The start pose is out of range.
     pub fn reset(&mut self) -> Result<(), EngineError> {
         self.slam.reset(&self.setup.description.start)?;
         self.smooth = SmoothOdometry::new(self.setup.description.start.pose);
@@ -186,27 +188,27 @@ impl Engine {
         Ok(())
     }
 
-    /// How many features the map has, and the bytes of a file with them.
+    /// The number of features in the map, and the bytes of a map file.
     ///
     /// # Errors
-    /// A feature is none.
+    /// A feature is out of range.
     pub fn map(&mut self) -> Result<(usize, Vec<u8>), maps::Refused> {
         let features = maps::known(&mut *self.slam);
         Ok((features.len(), maps::bytes(&features)?))
     }
 
-    /// Puts the map of a file in the place of that which there is; the pose stays. How many features it has.
+    /// Replaces the map by that of a file, and keeps the pose. Returns the number of features.
     ///
     /// # Errors
-    /// The file is damaged, or the filter refuses.
+    /// The file is damaged, or the filter refuses the map.
     pub fn load_map(&mut self, bytes: &[u8]) -> Result<usize, maps::Refused> {
         let features = maps::features(bytes)?;
         self.slam.load_map(&features).map_err(|error| error.to_string())?;
         Ok(features.len())
     }
 
-    /// Looks for the vehicle's place in the map of a file: until it is found the filter maps in a frame of its own, then it goes on in
-    /// that of the file.
+    /// Starts global localisation in the map of a file. The filter maps in its own frame until the pose is found, and then
+    /// continues in the frame of the file.
     ///
     /// # Errors
     /// The file is damaged, or has too few landmarks.
@@ -220,29 +222,30 @@ impl Engine {
         Ok(())
     }
 
-    /// Whether the vehicle's place in a map is looked for.
+    /// Whether global localisation is in progress.
     #[must_use]
     pub fn is_searching(&self) -> bool {
         self.search.is_some()
     }
 
-    /// How long to wait for odometry until the next scan or fix is taken in without it; `None` where none waits.
+    /// Time until the next waiting scan or fix is processed without odometry; `None` if none waits.
     #[must_use]
     pub fn patience(&self) -> Option<Duration> {
         let window = Duration::from_secs_f64(self.setup.wiring.order.window_s);
         let left = self.pending.iter().map(|(_, since)| window.saturating_sub(since.elapsed())).min();
-        // What is ahead of all others waits for one that agrees.
+        // An input far ahead of all others waits for a second one that confirms it.
         left.map(|left| left.max(Duration::from_millis(5)))
     }
 
-    /// The speed, m/s, and the turn rate, rad/s, in force; of a car, whose second control is an angle, no turn.
+    /// The present speed, m/s, and turn rate, rad/s. The turn rate of a car is given as 0, because its control is a steering
+    /// angle.
     #[must_use]
     pub fn motion(&self) -> [f32; 2] {
         let is_car = self.setup.description.vehicle.kind == VehicleKind::Ackermann;
         [self.control.speed_mps, if is_car { 0.0 } else { self.control.turn }]
     }
 
-    /// Goes on with a search after a scan of a sensor.
+    /// Continues global localisation after a scan of a sensor.
     fn look(&mut self, sensor: usize) {
         let Some(search) = &mut self.search else { return };
         let Some(described) = self.setup.description.sensors.get(sensor).and_then(Option::as_ref) else { return };
@@ -254,16 +257,16 @@ impl Engine {
         self.counts.refused += u64::from(moved.is_err()) + u64::from(loaded.is_err());
     }
 
-    /// What the setup says.
+    /// The setup.
     #[must_use]
     pub fn setup(&self) -> &Setup {
         &self.setup
     }
 
-    /// Has the sensor sit elsewhere: how far ahead of the pose and to its left, m, and where it looks, to the left, rad.
+    /// Changes the mounting of a sensor: position ahead and to the left of the pose, m, and rotation to the left, rad.
     ///
     /// # Errors
-    /// A number is none, or there is no such sensor.
+    /// A number is out of range, or there is no such sensor.
     pub fn seat(&mut self, sensor: usize, [forward_m, left_m, yaw_rad]: [f32; 3]) -> Result<(), StartError> {
         let mut description = self.setup.description;
         if let Some(sensor) = description.sensors.get_mut(sensor).and_then(Option::as_mut) {
@@ -279,28 +282,28 @@ impl Engine {
         &mut *self.slam
     }
 
-    /// What has happened.
+    /// Numbers of inputs since the start.
     #[must_use]
     pub fn counts(&self) -> Counts {
         self.counts
     }
 
-    /// Warnings of stamps and conditions of scans since the last call.
+    /// Returns and clears the warnings of stamps and scans since the last call.
     pub fn take_conditions(&mut self) -> (Flags, Health) {
         (std::mem::take(&mut self.flags), std::mem::replace(&mut self.health, Health::GOOD))
     }
 
-    /// Takes odometry: a motion that holds from its stamp on.
+    /// Adds odometry: a control that is valid from its stamp on.
     pub fn control(&mut self, stamp_ns: u64, control: Control<f32>) {
         self.arrived.push((stamp_ns, Input::Control(control)));
     }
 
-    /// Takes a scan or a fix.
+    /// Adds a scan or a fix.
     pub fn event(&mut self, stamp_ns: u64, event: Event) {
         self.arrived.push((stamp_ns, Input::Event(event)));
     }
 
-    /// Puts what has arrived into the queue, in the order of its stamps: topics are read one after the other.
+    /// Moves new inputs to the queue in the order of their stamps, because topics are read one after the other.
     fn sort(&mut self) {
         let mut arrived = std::mem::take(&mut self.arrived);
         arrived.sort_by_key(|(stamp_ns, _)| *stamp_ns);
@@ -324,12 +327,12 @@ impl Engine {
 
     fn push(&mut self, stamp_ns: u64, event: Event) -> Result<(), PushError> {
         let source = match &event {
-            // There are few sensors.
+            // Sensors are few enough.
             Event::Scan(sensor, _) => SENSORS.saturating_add(*sensor as u8),
             Event::Position(_) | Event::Heading(_) => FIXES,
         };
         self.number = self.number.wrapping_add(1);
-        // Scans of one time are one that came twice; a fix may come with another of its time.
+        // A second scan with the same stamp is a duplicate; a second fix may be another one.
         let number = if source == FIXES { self.number } else { 0 };
         self.queue.push_event(Stamp::new(source, stamp_ns).numbered(number), event)?;
         self.pending.push((stamp_ns, Instant::now()));
@@ -342,23 +345,23 @@ impl Engine {
         }
         self.origin_ns = Some(if stamp_ns > EXACT_NS { stamp_ns / SECOND_NS * SECOND_NS } else { 0 });
         let settings = settings(&self.setup.wiring.order);
-        // Others may be earlier than what came first.
+        // Other inputs may be earlier than the first one that arrived.
         let start_ns = stamp_ns.saturating_sub(settings.window_ns);
-        // Was checked when the engine was made.
+        // The settings were checked when the engine was created.
         let _started = self.queue.start(settings, start_ns, None);
     }
 
-    /// The time of a stamp as the filter counts it, s.
+    /// Converts a stamp to the filter's time, s.
     fn seconds(&self, stamp_ns: u64) -> f64 {
         let origin_ns = self.origin_ns.unwrap_or(0);
-        // Both are whole numbers that double precision has.
+        // Double precision represents both numbers exactly.
         if stamp_ns < origin_ns { -((origin_ns - stamp_ns) as f64 / 1e9) } else { (stamp_ns - origin_ns) as f64 / 1e9 }
     }
 
-    /// Takes in all that is due, and tells every estimate.
+    /// Processes all inputs that are due, and reports every estimate.
     pub fn work(&mut self, tell: &mut dyn FnMut(&Estimate)) {
         self.sort();
-        // Odometry comes in the order of its stamps: what is not newer than it has all that it needs.
+        // Odometry arrives in the order of its stamps, so that an event is complete once odometry is as new.
         let Order { wait_s, window_s, .. } = self.setup.wiring.order;
         let until_ns = self.driven_ns.map(|driven| driven.min(self.newest_ns.saturating_sub(ns(wait_s))));
         let window = Duration::from_secs_f64(window_s);
@@ -368,7 +371,7 @@ impl Engine {
         }
         loop {
             let before_ns = self.queue.time_ns();
-            // What an action holds is the queue's, which is asked for its time once the action is done.
+            // The action borrows the queue, which is asked for its time afterwards.
             let event = match self.queue.next_action() {
                 None => break,
                 Some(Action::Predict { control, .. }) => Err((control, false)),
@@ -397,7 +400,7 @@ impl Engine {
         }
     }
 
-    /// Moves from a time to that of the queue. Before the first odometry nothing is known to move.
+    /// Predicts from a time to that of the queue. Before the first odometry the vehicle's motion is unknown.
     fn drive(&mut self, control: Option<Control<f32>>, from_ns: u64) {
         let Some(control) = control else { return };
         self.control = control;
@@ -407,7 +410,7 @@ impl Engine {
             return;
         }
         let control = self.setup.description.vehicle.kind.control(&control);
-        // What the filter takes its motion takes, too.
+        // Fails for no control that the filter accepts.
         let _moved = self.smooth.predict(&self.motion, &control, dt_s);
     }
 

@@ -1,4 +1,4 @@
-//! Messages as inputs of the filter.
+//! Converts messages to inputs of the filter.
 
 use crate::engine::{Engine, Event};
 use crate::setup::{Earth, FIXES, LASER_SCAN, Setup, Topic};
@@ -11,54 +11,54 @@ use scphd_ros::{Channel, Time};
 use scphd_vehicle::{Control, VehicleKind};
 use std::time::Duration;
 
-/// Posts of a laser scan at most, as many as a filter takes.
+/// Maximum number of posts in a laser scan: that of measurements in the filter.
 const POSTS: usize = 256;
 
-/// What a topic is read for.
+/// The role of a topic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// How the vehicle moves.
+    /// Motion of the vehicle.
     Odometry,
-    /// Detections of the sensor in this place of the description.
+    /// Detections of the sensor with this index in the description.
     Scan(usize),
-    /// Turn rates, which count in the place of those of the odometry.
+    /// Turn rates, which replace those of the odometry.
     Turns,
     /// Measurements of the pose.
     Fixes,
-    /// Where frames sit.
+    /// Transforms between frames.
     Seats,
 }
 
 /// A topic that a node reads.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Input {
-    /// What for.
+    /// Its role.
     pub role: Role,
     /// Topic, type and encoding.
     pub channel: Channel,
 }
 
-/// A pose as odometry has it: its time, ns, and x m, y m, heading rad.
+/// A pose from odometry: time, ns, and x m, y m, heading rad.
 pub type Placed = (u64, [f64; 3]);
 
-/// Reads messages, and hands them to an engine.
+/// Reads messages and passes them to an engine.
 #[derive(Debug)]
 pub struct Inputs {
-    /// What is read.
+    /// The topics.
     pub topics: Vec<Input>,
     seats: Seats,
     base: String,
-    /// Of every sensor: whether parameters say where it sits; the frame that its view is of, and the view.
+    /// For each sensor: whether parameters give its mounting; the frame of its view, and the view.
     seated: Vec<bool>,
     views: Vec<Option<(String, View)>>,
     counts: Vec<usize>,
-    /// Of a vehicle with an inertial measurement unit: the last control.
+    /// The last control, for a vehicle with an inertial measurement unit.
     control: Option<Control<f32>>,
     posts: Vec<PostSettings>,
     earth: Earth,
 }
 
-/// The frames where no transform leads to, and other reasons that a message is left out for.
+/// The reason why a message is rejected, for example a missing transform.
 pub type Refused = String;
 
 impl Inputs {
@@ -94,10 +94,10 @@ impl Inputs {
         }
     }
 
-    /// Takes a message of the topic in this place; where odometry knows a pose, that.
+    /// Reads a message of the topic with this index. Returns the pose, if it is odometry with a pose.
     ///
     /// # Errors
-    /// The message is not taken, and why.
+    /// The message is rejected.
     pub fn take(&mut self, place: usize, data: &[u8], engine: &mut Engine) -> Result<Option<Placed>, Refused> {
         let Some(Input { role, channel }) = self.topics.get(place) else { return Err("no such topic".into()) };
         let count = self.counts.get_mut(place);
@@ -116,7 +116,7 @@ impl Inputs {
                 let left_mps = if aside { left as f32 } else { 0.0 };
                 let control = Control { speed_mps: speed as f32, left_mps, turn: turn as f32 };
                 match &mut self.control {
-                    // Until the next turn rate comes.
+                    // Keeps the turn rate until the next one arrives.
                     Some(last) => *last = Control { turn: last.turn, ..control },
                     None => engine.control(stamp_ns, control),
                 }
@@ -189,7 +189,7 @@ impl Inputs {
         }
     }
 
-    /// Range and bearing of what a scan has, from where the sensor sits.
+    /// Ranges and bearings of the detections, relative to the sensor.
     fn detections(&mut self, sensor: usize, scan: &Sight, engine: &mut Engine) -> Result<Vec<Vector2<f32>>, Refused> {
         let known = self.views.get(sensor).and_then(Option::as_ref).filter(|(frame, _)| *frame == scan.frame);
         let view = match known {
@@ -207,7 +207,7 @@ impl Inputs {
         Ok(scan.seen.iter().copied().map(see).collect())
     }
 
-    /// How points of a frame are seen; has the filter know where the sensor sits, if parameters do not say.
+    /// The view of a frame; sets the sensor's mounting in the filter, unless parameters give it.
     fn view(&self, sensor: usize, frame: &str, engine: &mut Engine) -> Result<View, Refused> {
         let seated = self.seated.get(sensor).copied().unwrap_or(true);
         let Some(place) = self.seats.between(&self.base, frame) else {
@@ -229,7 +229,7 @@ impl Inputs {
     }
 }
 
-/// The posts of a laser scan, all of the time at which it ends, on a vehicle that moves with this speed, m/s, and turn rate, rad/s.
+/// The posts of a laser scan, corrected to the time of its end for a vehicle with this speed, m/s, and turn rate, rad/s.
 fn laser(message: &LaserScan, posts: &PostSettings, [speed, rate]: [f32; 2]) -> Result<(u64, Sight), Refused> {
     let begin_ns = checked(message.header.stamp)?;
     let steps = message.ranges.len().saturating_sub(1) as f32;
@@ -260,7 +260,7 @@ fn laser(message: &LaserScan, posts: &PostSettings, [speed, rate]: [f32; 2]) -> 
     Ok((end_ns, sight))
 }
 
-/// A stamp that is one.
+/// Checks that a stamp is valid.
 fn checked(stamp: Time) -> Result<u64, Refused> {
     let good = stamp.sec >= 0 && stamp.nanosec < 1_000_000_000;
     if good { Ok(stamp.nanoseconds()) } else { Err(format!("{stamp:?} is no time")) }

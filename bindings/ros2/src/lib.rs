@@ -1,10 +1,10 @@
-//! The filter as a node of ROS 2, in Rust alone: the middleware is `ros2-client`, so that no ROS has to be installed.
+//! The filter as a ROS 2 node, in Rust only: the middleware is `ros2-client`, so that no ROS installation is needed.
 //!
 //! | file | |
 //! |---|---|
-//! | `parameters.rs`, `setup.rs` | files and words of parameters, and what they say |
-//! | `describe.rs` | the topics of a log |
-//! | `memory.rs`, `maps.rs` | filters on the heap; maps of earlier drives |
+//! | `parameters.rs`, `setup.rs` | parameter files and arguments, and their meaning |
+//! | `describe.rs` | the wiring for a log |
+//! | `memory.rs`, `maps.rs` | filters on the heap; map files |
 //! | `engine.rs` | a filter behind a sequencer |
 //! | `inputs.rs`, `outputs.rs` | messages as inputs, estimates as messages |
 //! | `raw.rs`, `middleware.rs` | messages as bytes, topics and their qualities of service |

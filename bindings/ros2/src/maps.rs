@@ -1,4 +1,4 @@
-//! Maps of earlier drives: saved, loaded, and the place in one found. The files are those of the simulator's maps.
+//! Map files: saving, loading, and global localisation. The format is that of the simulator's maps.
 
 use nalgebra::Vector2;
 use scphd::locate::{Locator, LocatorConfig, LocatorReport, LocatorState};
@@ -7,20 +7,20 @@ use scphd::snapshot::{from_slice, into_slice, restore_map, save_map};
 use scphd::{Component, JointConfig, PoseEstimate};
 use scphd_vehicle::{Description, Filter, Sensor, Services};
 
-/// Landmarks of a map, as many as a filter has room for, and places that are weighed against each other.
+/// Capacities: landmarks of a map, as many as in a filter, and hypotheses.
 const FEATURES: usize = 1024;
 const HYPOTHESES: usize = 32;
-/// Bytes of a file of so many, and some for the frame.
+/// Greatest size of a file: all features and the frame.
 const BYTES: usize = 64 * FEATURES + 64;
-/// The simulator's maps are all of one kind.
+/// All maps of the simulator have this vehicle type.
 const KIND: u32 = 0;
 
 type Feature = Component<Vector2<f32>>;
 
-/// Why a map cannot be used.
+/// The reason why a map cannot be used.
 pub type Refused = String;
 
-/// What the filter knows.
+/// The features of the filter.
 pub fn known(slam: &mut dyn Services<f32>) -> Vec<Feature> {
     let mut room = vec![Feature::ZERO; FEATURES];
     let count = slam.features(&mut room).features;
@@ -31,7 +31,7 @@ pub fn known(slam: &mut dyn Services<f32>) -> Vec<Feature> {
 /// The bytes of a file with these features.
 ///
 /// # Errors
-/// A feature is none.
+/// A feature is out of range.
 pub fn bytes(features: &[Feature]) -> Result<Vec<u8>, Refused> {
     let mut bytes = vec![0; BYTES];
     let length = save_map(KIND, features.iter().copied(), into_slice(&mut bytes));
@@ -39,10 +39,10 @@ pub fn bytes(features: &[Feature]) -> Result<Vec<u8>, Refused> {
     Ok(bytes)
 }
 
-/// The features in a file.
+/// The features of a file.
 ///
 /// # Errors
-/// It is damaged, or none in single precision.
+/// It is damaged, or not in single precision.
 pub fn features(bytes: &[u8]) -> Result<Vec<Feature>, Refused> {
     let mut room = vec![Feature::ZERO; FEATURES];
     let count = restore_map(KIND, &mut room, from_slice(bytes)).map_err(|error| error.to_string())?;
@@ -50,7 +50,7 @@ pub fn features(bytes: &[u8]) -> Result<Vec<Feature>, Refused> {
     Ok(room)
 }
 
-/// The search for the place in a map.
+/// Global localisation in a map.
 #[derive(Debug)]
 pub struct Search {
     map: Vec<Feature>,
@@ -58,10 +58,10 @@ pub struct Search {
 }
 
 impl Search {
-    /// A search in a map.
+    /// Starts in a map.
     ///
     /// # Errors
-    /// There are too few landmarks in it.
+    /// The map has too few landmarks.
     pub fn new(map: Vec<Feature>) -> Result<Self, Refused> {
         let mut memory = Box::new(LocatorState::new());
         let locator = Locator::new(LocatorConfig::default(), &mut memory);
@@ -69,7 +69,7 @@ impl Search {
         Ok(Self { map, memory })
     }
 
-    /// After every scan: where the vehicle is in the map, once that is known.
+    /// Updates the search after a scan. Returns the pose in the map, once it is found.
     pub fn look(
         &mut self,
         sensor: &Sensor<f32>,
@@ -89,7 +89,7 @@ impl Search {
     }
 }
 
-/// The description of a filter that is more careful to forget, as one that looks for its place has to be.
+/// The description with stricter thresholds for removing landmarks, which global localisation needs.
 #[must_use]
 pub fn careful(description: &Description<f32>) -> Description<f32> {
     let mut careful = *description;

@@ -1,4 +1,4 @@
-//! Topics of ROS 2, and their qualities of service.
+//! Topics of ROS 2 and their quality of service.
 
 use crate::parameters::{ParameterError, Parameters};
 use ros2_client::qos::{Durability, History, WhenFull};
@@ -9,7 +9,7 @@ use std::env;
 use std::fmt::Display;
 use std::fs;
 
-/// What went wrong with the middleware or on a command line.
+/// An error of the middleware or of a command line.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct Failure(pub String);
@@ -20,32 +20,32 @@ impl From<ParameterError> for Failure {
     }
 }
 
-/// Messages that wait for the program, and for a reader.
+/// Depths of the histories of readers and publishers.
 pub(crate) const IN: usize = 1024;
 const OUT: usize = 64;
 
-/// Of sensors: what is lost is lost (REP 2003).
+/// Quality of service for sensors: lost messages are not repeated (REP 2003).
 #[must_use]
 pub fn sensor_data() -> QosProfile {
     QosProfile::subscription_default().reliability_best_effort().history(History::KeepLast { depth: IN })
 }
 
-/// What is lost is sent again.
+/// Lost messages are repeated.
 #[must_use]
 pub fn reliable() -> QosProfile {
     QosProfile::publisher_default().reliability_reliable(WhenFull::DEFAULT).history(History::KeepLast { depth: OUT })
 }
 
-/// The same, and late readers get the last message.
+/// As `reliable`; late readers receive the last message.
 #[must_use]
 pub fn latched() -> QosProfile {
     reliable().durability(Durability::TransientLocal).history(History::KeepLast { depth: 1 })
 }
 
-/// The name of a type, as in `nav_msgs/msg/Odometry`.
+/// The name of a message type, such as `nav_msgs/msg/Odometry`.
 ///
 /// # Errors
-/// It is none.
+/// It is not a message type.
 pub fn type_name(kind: &str) -> Result<MessageTypeName, Failure> {
     match kind.split('/').collect::<Vec<_>>()[..] {
         [package, "msg", name] => Ok(MessageTypeName::new(package, name)),
@@ -53,18 +53,18 @@ pub fn type_name(kind: &str) -> Result<MessageTypeName, Failure> {
     }
 }
 
-/// What a command line of ROS 2 says: `--ros-args -r FROM:=TO -p NAME:=VALUE --params-file FILE`.
+/// The arguments of a ROS 2 command line: `--ros-args -r FROM:=TO -p NAME:=VALUE --params-file FILE`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Arguments {
-    /// The node's own name.
+    /// Name of the node.
     pub name: String,
-    /// Its namespace.
+    /// Namespace of the node.
     pub namespace: String,
-    /// Other names of topics and services.
+    /// Remapped names of topics and services.
     pub remapped: BTreeMap<String, String>,
     /// Parameters.
     pub parameters: Parameters,
-    /// The words that are not of ROS 2.
+    /// Arguments that are not of ROS 2.
     pub rest: Vec<String>,
 }
 
@@ -72,7 +72,7 @@ impl Arguments {
     /// Reads a command line.
     ///
     /// # Errors
-    /// A word lacks what has to follow, or a file cannot be read.
+    /// The value of an argument is missing, or a file cannot be read.
     pub fn of(words: impl Iterator<Item = String>, name: &str) -> Result<Self, Failure> {
         let mut found = Self {
             name: name.to_owned(),
@@ -111,7 +111,8 @@ impl Arguments {
         Ok(found)
     }
 
-    /// The whole name of a topic or service: `~/pose` is in the node's own namespace, `scan` in that of the node, `/scan` in none.
+    /// The full name of a topic or service: `~/pose` is in the node's private namespace, `scan` in the node's namespace, `/scan`
+    /// is absolute.
     #[must_use]
     pub fn resolved(&self, name: &str) -> String {
         let name = self.remapped.get(name).map_or(name, String::as_str);
@@ -130,7 +131,7 @@ impl Arguments {
 /// A node in the domain of `ROS_DOMAIN_ID`.
 ///
 /// # Errors
-/// The middleware refuses.
+/// An error of the middleware.
 pub fn node(arguments: &Arguments, options: NodeOptions) -> Result<Node, Failure> {
     let domain = match env::var("ROS_DOMAIN_ID") {
         Ok(text) if !text.is_empty() => {
@@ -145,20 +146,20 @@ pub fn node(arguments: &Arguments, options: NodeOptions) -> Result<Node, Failure
     context.new_node(name, options).map_err(|error| Failure(format!("the node does not start: {error:?}")))
 }
 
-/// A name in parts.
+/// Splits a name into namespace and name.
 ///
 /// # Errors
-/// It is none.
+/// It is not a valid name.
 pub fn parted(whole: &str) -> Result<Name, Failure> {
     let bad = |error: &dyn Display| Failure(format!("the name '{whole}': {error}"));
     let (space, name) = whole.rsplit_once('/').ok_or_else(|| bad(&"it has no /"))?;
     Name::new(if space.is_empty() { "/" } else { space }, name).map_err(|error| bad(&error))
 }
 
-/// A publisher of messages of a type.
+/// A publisher of a message type.
 ///
 /// # Errors
-/// The middleware refuses.
+/// An error of the middleware.
 pub fn publisher<M: Message>(
     node: &mut Node,
     name: &str,
@@ -167,10 +168,10 @@ pub fn publisher<M: Message>(
     any_publisher(node, name, M::DEFINITION.name, quality)
 }
 
-/// A publisher of what is put into bytes as messages of a type are.
+/// A publisher of values that serialise as messages of a type.
 ///
 /// # Errors
-/// The middleware refuses.
+/// An error of the middleware.
 pub fn any_publisher<M: serde::Serialize>(
     node: &mut Node,
     name: &str,
@@ -187,7 +188,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_resolved_as_ros_does() {
+    fn names_are_resolved_as_by_ros() {
         let words = "-r __ns:=/car --ros-args -r scan:=/lidar/points -r __node:=slam -p order.wait_s:=0.5 log --flag";
         let found = Arguments::of(words.split(' ').map(str::to_owned), "scphd").unwrap();
         assert_eq!((found.resolved("scan"), found.resolved("odom")), ("/lidar/points".into(), "/car/odom".into()));

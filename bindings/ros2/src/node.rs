@@ -1,4 +1,4 @@
-//! The node: reads topics, runs the filter, publishes what it estimates.
+//! The node: reads topics, runs the filter, publishes estimates.
 
 use crate::engine::{Engine, Estimate};
 use crate::inputs::{Inputs, Placed, Role};
@@ -18,14 +18,14 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// From one message of diagnostics to the next.
+/// Interval between messages of diagnostics.
 const DIAGNOSTICS: Duration = Duration::from_secs(1);
-/// From one picture of the map to the next, ns of the stamps.
+/// Interval between messages of the map, ns of the stamps.
 const FEATURES_NS: u64 = 200_000_000;
-/// Poses of odometry that are kept until a scan of their time comes.
+/// Number of odometry poses that are kept until a scan with their time arrives.
 const PLACED: usize = 256;
 
-/// What is published.
+/// The publishers.
 struct Outputs {
     pose: Publisher<PoseWithCovarianceStamped>,
     odometry: Publisher<Odometry>,
@@ -40,7 +40,7 @@ impl Outputs {
         Ok(Self {
             pose: publisher(node, &name("~/pose"), &reliable())?,
             odometry: publisher(node, &name("~/odometry"), &reliable())?,
-            // Large, and there is soon another one: a reader that comes late is not sent the last.
+            // The messages are large and soon replaced, so that late readers do not get the last one.
             features: publisher(node, &name("~/features"), &reliable().history(History::KeepLast { depth: 4 }))?,
             transforms: publisher(node, &name("/tf"), &reliable())?,
             diagnostics: publisher(node, &name("/diagnostics"), &reliable())?,
@@ -48,7 +48,7 @@ impl Outputs {
     }
 }
 
-/// What a reader could not take in time is lost; the next message comes.
+/// Reports an error of publishing. The message is lost; the next one follows.
 fn sent<E: Debug>(name: &str, result: Result<(), E>) {
     if let Err(error) = result {
         eprintln!("{name}: not published: {error:?}");
@@ -58,7 +58,7 @@ fn sent<E: Debug>(name: &str, result: Result<(), E>) {
 /// Runs a node until the program ends.
 ///
 /// # Errors
-/// Parameters, or the middleware.
+/// An error of the parameters or of the middleware.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(word) = arguments.rest.first() {
         return Err(Failure(format!(
@@ -107,7 +107,7 @@ fn serve(arguments: &Arguments, setup: Setup) -> Result<(), Failure> {
         {
             return Err(Failure(error.to_string()));
         }
-        // Until nothing more is there: of what came earlier on another topic nothing is left then.
+        // Repeats until no message is left, so that no earlier message of another topic is missed.
         while take_all(&readers, &mut inputs, &mut engine, &mut state) {}
         services.answer(&mut engine, &map);
         let mut estimates = Vec::new();
@@ -132,7 +132,7 @@ fn serve(arguments: &Arguments, setup: Setup) -> Result<(), Failure> {
     }
 }
 
-/// What is kept between messages.
+/// State between messages.
 #[derive(Default)]
 struct State {
     placed: VecDeque<Placed>,
@@ -140,7 +140,7 @@ struct State {
     shown_ns: Option<u64>,
 }
 
-/// One for each topic, in their order.
+/// A reader for each topic, in their order.
 fn readers(
     node: &mut Node,
     arguments: &Arguments,
@@ -163,7 +163,7 @@ fn readers(
     inputs.topics.iter().map(reader).collect()
 }
 
-/// Takes what has come; whether there was anything.
+/// Reads all waiting messages. Returns whether there were any.
 fn take_all(readers: &[Subscription<Raw>], inputs: &mut Inputs, engine: &mut Engine, state: &mut State) -> bool {
     let mut any = false;
     for (place, reader) in readers.iter().enumerate() {
@@ -199,7 +199,7 @@ fn publish(estimate: &Estimate, engine: &mut Engine, outputs: &Outputs, state: &
         return;
     }
     let (frames, kind) = (wiring.frames.clone(), engine.setup().description.vehicle.kind);
-    // The pose of the odometry that was the last at the time of the estimate.
+    // The last odometry pose at the time of the estimate.
     while state.placed.get(1).is_some_and(|(next_ns, _)| *next_ns <= estimate.stamp_ns) {
         state.placed.pop_front();
     }

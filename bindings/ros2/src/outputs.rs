@@ -1,4 +1,4 @@
-//! Estimates as messages.
+//! Converts estimates to messages.
 
 use crate::engine::{Counts, Estimate};
 use crate::inputs::Placed;
@@ -16,7 +16,7 @@ use scphd_ros::messages::{
 use scphd_sequencer::Flags;
 use scphd_vehicle::{Services, VehicleKind};
 
-/// Features and movers that are shown at most.
+/// Maximum number of features and of movers in a message.
 const SHOWN: usize = 1024;
 
 fn numbers(pose: &PlanarPose<f32>) -> [f64; 3] {
@@ -38,12 +38,12 @@ pub fn stamped(estimate: &Estimate, [map, ..]: &[String; 3]) -> PoseWithCovarian
     PoseWithCovarianceStamped { header, pose: placed(estimate) }
 }
 
-/// The same with the motion in force.
+/// The pose in the map and the present motion.
 #[must_use]
 pub fn odometry(estimate: &Estimate, [map, _, base]: &[String; 3], kind: VehicleKind) -> Odometry {
     let control = estimate.control;
     let linear = Vector3 { x: f64::from(control.speed_mps), y: f64::from(control.left_mps), z: 0.0 };
-    // A car's second control is an angle.
+    // The second control of a car is a steering angle.
     let rate = if kind == VehicleKind::Ackermann { 0.0 } else { f64::from(control.turn) };
     let twist = Twist { linear, angular: Vector3 { z: rate, ..Vector3::default() } };
     let unknown = |row: usize, column: usize| if row == column { UNKNOWN } else { 0.0 };
@@ -56,8 +56,8 @@ pub fn odometry(estimate: &Estimate, [map, _, base]: &[String; 3], kind: Vehicle
     }
 }
 
-/// Where the frame of the odometry lies in the map: that of the messages of odometry where these have poses, otherwise one of the
-/// node's own, in which the vehicle is told too.
+/// The transform from the odometry frame to the map. If odometry messages have poses, it is their frame; otherwise it is a frame
+/// of the node, and the transform of the vehicle in it is added.
 #[must_use]
 pub fn transforms(estimate: &Estimate, [map, odom, base]: &[String; 3], placed: Option<Placed>) -> TFMessage {
     let at = Time::from_nanoseconds(estimate.stamp_ns);
@@ -86,7 +86,7 @@ pub fn features(slam: &mut dyn Services<f32>, at_ns: u64, map: &str) -> MarkerAr
     scphd_exchange::mcap::features::<scphd_log::dimensions::Planar>(&still, &moving, map, Time::from_nanoseconds(at_ns))
 }
 
-/// How the filter is: its conditions, warnings of stamps and counts since the start, and the last reason that a message was left out for.
+/// Diagnostics: warnings of the filter and of stamps, counts since the start, and the last reason why a message was rejected.
 #[must_use]
 pub fn diagnostics(
     node: &str,

@@ -1,4 +1,4 @@
-//! Parameters of a node: files as ROS 2 has them, and words of a command line.
+//! Parameters of a node, from files of ROS 2 and from the command line.
 
 use serde_yaml_ng::Value as Yaml;
 use std::collections::BTreeMap;
@@ -7,23 +7,23 @@ use std::fmt::{self, Write as _};
 /// A parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
-    /// Yes or no.
+    /// A truth value.
     Bool(bool),
     /// A number.
     Number(f64),
     /// A word.
     Text(String),
-    /// Words.
+    /// A list of words.
     Texts(Vec<String>),
 }
 
 impl fmt::Display for Value {
-    /// As a file has it.
+    /// The text as in a file.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Bool(is) => write!(f, "{is}"),
             Self::Number(number) if number.is_infinite() => f.write_str(if *number > 0.0 { ".inf" } else { "-.inf" }),
-            // With a point, as a parameter of ROS 2 keeps its type.
+            // With a decimal point, because ROS 2 infers the type from it.
             Self::Number(number) => write!(f, "{number:?}"),
             Self::Text(text) => write!(f, "'{}'", text.replace('\'', "''")),
             Self::Texts(texts) => {
@@ -34,24 +34,24 @@ impl fmt::Display for Value {
     }
 }
 
-/// Why parameters cannot be read.
+/// The reason why parameters cannot be read.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ParameterError {
-    /// The file is none of parameters.
+    /// The file is not a parameter file.
     #[error("{0}")]
     File(String),
-    /// A parameter that nobody knows.
+    /// An unknown parameter.
     #[error("there is no parameter '{0}'{1}")]
     Unknown(String, String),
-    /// A value that is none for it.
+    /// A value that the parameter cannot have.
     #[error("parameter '{name}' is {found}: it must be {range}")]
     Invalid {
-        /// Its name.
+        /// Name of the parameter.
         name: String,
-        /// What it is.
+        /// Its value.
         found: String,
-        /// What it must be.
+        /// Its range.
         range: String,
     },
 }
@@ -61,10 +61,10 @@ pub enum ParameterError {
 pub struct Parameters(pub BTreeMap<String, Value>);
 
 impl Parameters {
-    /// Reads those of a node in a file, over these: of `/**` and of the node's own name.
+    /// Reads the parameters of a node from a file, those of `/**` and of the node's name, and replaces earlier values.
     ///
     /// # Errors
-    /// The text is no such file.
+    /// The text is not a parameter file.
     pub fn read(&mut self, text: &str, node: &str) -> Result<(), ParameterError> {
         let root: Yaml = serde_yaml_ng::from_str(text).map_err(|error| ParameterError::File(error.to_string()))?;
         let Yaml::Mapping(nodes) = root else {
@@ -85,10 +85,10 @@ impl Parameters {
         if found { Ok(()) } else { Err(ParameterError::File(format!("neither '{node}' nor '/**' is in the file"))) }
     }
 
-    /// Takes a word of a command line, `name:=value`.
+    /// Reads an argument of the command line, `name:=value`.
     ///
     /// # Errors
-    /// It is none.
+    /// It is not of this form.
     pub fn assign(&mut self, word: &str) -> Result<(), ParameterError> {
         let Some((name, value)) = word.split_once(":=") else {
             return Err(ParameterError::File(format!("'{word}' is not NAME:=VALUE")));
@@ -125,12 +125,12 @@ impl Parameters {
         Ok(())
     }
 
-    /// The text of a file for this node.
+    /// The text of a parameter file for this node.
     #[must_use]
     pub fn text(&self, node: &str) -> String {
         let mut text = format!("{node}:\n  ros__parameters:\n");
         for (name, value) in &self.0 {
-            // Writing to a text cannot fail.
+            // Writing to a string cannot fail.
             let _ = writeln!(text, "    {name}: {value}");
         }
         text
@@ -142,7 +142,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_words_and_nested_names_are_read_and_come_back() {
+    fn files_arguments_and_nested_names_are_read_and_written_back() {
         let mut read = Parameters::default();
         let text = "/**:\n  ros__parameters:\n    a: 1\nscphd:\n  ros__parameters:\n    a: 2.5\n    b: {c: yes, d: [x, y]}\n\
                     other:\n  ros__parameters: {a: 3}\n";
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_file_of_parameters_is_an_error() {
+    fn an_invalid_parameter_file_is_an_error() {
         for text in
             ["", "[1]", "scphd: 3", "other:\n  ros__parameters: {a: 1}", "scphd:\n  ros__parameters: {a: [1]}", "a: ["]
         {

@@ -20,13 +20,13 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// How long readers are waited for, and messages on their way once all are sent.
+/// Maximum waiting time for readers.
 const READERS: Duration = Duration::from_secs(10);
-/// Readers that this side has found may not yet have found it.
+/// Waiting times after discovery, because readers may not yet have discovered the publisher, and after the last message.
 const SETTLE: Duration = Duration::from_secs(1);
 const LINGER: Duration = Duration::from_millis(500);
 
-/// What the command line asks for.
+/// Arguments of the command line.
 struct Task {
     source: String,
     seed: u64,
@@ -84,17 +84,17 @@ impl Task {
     }
 }
 
-/// A message and its time, ns, on the channel of this place.
+/// A message with its time, ns, and the index of its channel.
 struct Message {
     at_ns: u64,
     place: usize,
     data: Vec<u8>,
 }
 
-/// Does what the command line asks for.
+/// Runs the program.
 ///
 /// # Errors
-/// A file, the log, or the middleware.
+/// An error of a file, the log, or the middleware.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let task = Task::of(&arguments.rest)?;
     let path = Path::new(&task.source);
@@ -139,7 +139,8 @@ fn log(task: &Task) -> Result<Log, Failure> {
         .ok_or_else(|| Failure(format!("'{}' is no folder, no file and no scenario in the plane", task.source)))
 }
 
-/// The poses of a replay after every scan, with the times that stamps can tell: stamp, place, turn and covariance as a message has them.
+/// The poses of a replay after every scan, with times rounded to stamps: stamp, position, orientation and covariance as in a
+/// message.
 fn poses(log: &Log, settings: &Settings) -> Result<String, Failure> {
     let mut log = log.clone();
     let times = log.odometry.iter_mut().map(|row| &mut row.t_s);
@@ -147,7 +148,7 @@ fn poses(log: &Log, settings: &Settings) -> Result<String, Failure> {
     let times = times.chain(log.fixes.iter_mut().map(|fix| &mut fix.t_s));
     for t_s in times {
         let at = Time::from_seconds(*t_s).map_err(|error| Failure(error.to_string()))?;
-        // The nearest number to the decimal.
+        // The double nearest to the decimal number.
         *t_s = at.nanoseconds() as f64 / 1e9;
     }
     let filter = Filter::Joint(Precision::F32);
@@ -162,13 +163,13 @@ fn poses(log: &Log, settings: &Settings) -> Result<String, Failure> {
         let numbers =
             [x, y, pose.orientation.z, pose.orientation.w, of[0][0], of[0][1], of[0][5], of[1][1], of[1][5], of[5][5]];
         let numbers: Vec<String> = numbers.iter().map(|number| format!("{number:?}")).collect();
-        // Writing to a text cannot fail.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "{},{},{}", at.sec, at.nanosec, numbers.join(","));
     }
     Ok(text)
 }
 
-/// The messages of an MCAP file that the middleware can send, in order of time.
+/// The messages of an MCAP file that the middleware can send, in the order of time.
 fn read(bytes: &[u8]) -> Result<(Vec<Channel>, Vec<Message>), String> {
     let (mut channels, mut messages): (Vec<Channel>, Vec<Message>) = (Vec::new(), Vec::new());
     let mut reader = Reader::new(Cursor::new(bytes));

@@ -1,19 +1,19 @@
-//! Messages as bytes, so that those of any type are sent and received in one way.
+//! Messages as bytes, so that messages of all types are sent and received in the same way.
 
 use serde::de::{SeqAccess, Visitor};
 use serde::ser::SerializeTuple;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
-/// The head of little-endian CDR, which stands before the bytes of a message in files.
+/// Header of little-endian CDR, which precedes the bytes of a message in files.
 pub const HEAD: [u8; 4] = [0, 1, 0, 0];
 
-/// The bytes of a message in little-endian CDR, as every computer that ROS 2 supports sends them, with their head.
+/// The bytes of a message in little-endian CDR, which all platforms of ROS 2 send, with the header.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Raw(pub Vec<u8>);
 
 impl Serialize for Raw {
-    /// The middleware writes the head itself.
+    /// Omits the header, which the middleware writes.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let body = self.0.get(HEAD.len()..).unwrap_or_default();
         let mut tuple = serializer.serialize_tuple(body.len())?;
@@ -39,7 +39,7 @@ impl<'de> Visitor<'de> for Bytes {
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut rest: A) -> Result<Raw, A::Error> {
         let mut bytes = HEAD.to_vec();
-        // The end of the bytes is the only error that there is.
+        // The end of the bytes is the only possible error.
         while let Ok(Some(byte)) = rest.next_element::<u8>() {
             bytes.push(byte);
         }

@@ -1,4 +1,4 @@
-//! Services of a node without a type of its own: each does one thing, and says how it went.
+//! Services of a node, all of the type `std_srvs/srv/Trigger`.
 
 use crate::engine::Engine;
 use crate::middleware::{Arguments, Failure, parted};
@@ -10,7 +10,7 @@ use std::env;
 use std::fs;
 use std::path::Path;
 
-/// `std_srvs/srv/Trigger`: a request without content has one byte.
+/// `std_srvs/srv/Trigger`: CDR requires at least one byte, also in an empty request.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Request {
     structure_needs_at_least_one_member: u8,
@@ -28,7 +28,7 @@ impl Message for Response {}
 
 type Work = fn(&mut Engine, &Path) -> Result<String, String>;
 
-/// Name and work of each.
+/// Name and function of each service.
 const SERVICES: [(&str, Work); 4] = [
     ("~/reset", |engine, _| engine.reset().map(|()| "started again".into()).map_err(|error| error.to_string())),
     ("~/save_map", |engine, file| {
@@ -55,12 +55,12 @@ fn read(file: &Path) -> Result<Vec<u8>, String> {
 pub struct Services(Vec<Server<Request, Response>>);
 
 impl Services {
-    /// Offers them, with tokens from this one on.
+    /// Starts the services, with event tokens from `first` on.
     ///
     /// # Errors
-    /// The middleware refuses.
+    /// An error of the middleware.
     pub fn new(node: &mut Node, arguments: &Arguments, registry: &Registry, first: usize) -> Result<Self, Failure> {
-        // Each middleware of ROS 2 has a way of its own to say whose answer it is.
+        // Middlewares of ROS 2 associate responses with requests in different ways.
         let cyclone = env::var("RMW_IMPLEMENTATION").is_ok_and(|name| name == "rmw_cyclonedds_cpp");
         let mapping = if cyclone { ServiceMapping::Cyclone } else { ServiceMapping::Enhanced };
         let quality = QosProfile::publisher_default().history(History::KeepLast { depth: 10 });
@@ -78,7 +78,7 @@ impl Services {
         Ok(Self(servers))
     }
 
-    /// Answers what was asked for.
+    /// Answers waiting requests.
     pub fn answer(&self, engine: &mut Engine, map: &Path) {
         for (server, (name, work)) in self.0.iter().zip(SERVICES) {
             while let Ok(Some((id, _))) = server.receive_request() {

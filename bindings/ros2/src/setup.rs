@@ -1,4 +1,4 @@
-//! What parameters say: a description of the vehicle, and where the node reads and writes.
+//! The meaning of the parameters: a description of the vehicle, topics, frames and files.
 
 use crate::parameters::{ParameterError, Parameters, Value};
 use scphd_lidar::PostSettings;
@@ -15,7 +15,7 @@ pub const DETECTIONS: [&str; 5] = [
     "radar_msgs/msg/RadarScan",
     LASER_SCAN,
 ];
-/// A type in which posts are found.
+/// The message type in which posts are found.
 pub const LASER_SCAN: &str = "sensor_msgs/msg/LaserScan";
 /// The types of messages that are read as fixes.
 pub const FIXES: [&str; 2] = ["geometry_msgs/msg/PoseWithCovarianceStamped", "sensor_msgs/msg/NavSatFix"];
@@ -37,62 +37,62 @@ impl Topic {
     }
 }
 
-/// Where the scans of a sensor come from.
+/// The source of a sensor's scans.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Source {
-    /// The name of the sensor; empty where it is the only one.
+    /// Name of the sensor; empty if there is only one.
     pub name: String,
     /// The topic.
     pub topic: Topic,
-    /// Whether parameters say where the sensor sits; otherwise `/tf_static` has to.
+    /// Whether parameters give the mounting of the sensor; otherwise `/tf_static` has to.
     pub seated: bool,
-    /// What is a post in scans of ranges.
+    /// Settings for finding posts in laser scans.
     pub posts: PostSettings,
 }
 
-/// Where latitude and longitude are x and y.
+/// The map's frame on earth, for latitude and longitude.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Earth {
-    /// The origin of the map, in degrees to the north and to the east, and m above the ellipsoid; `None`: the first fix.
+    /// The origin of the map, degrees north, degrees east, and m above the ellipsoid; `None`: the first fix.
     pub origin: Option<[f64; 3]>,
-    /// The direction of x, to the left of the east, rad.
+    /// The direction of the x axis, to the left of east, rad.
     pub turn_rad: f64,
 }
 
-/// How long inputs are waited for, s.
+/// Waiting times for inputs, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Order {
-    /// A scan or fix is taken in when the odometry has come to its time, and so much later by the newest stamp: for sensors whose
-    /// messages take longer than those of others.
+    /// Minimum difference of the newest stamp and that of a scan or fix before this is processed; odometry must have reached its
+    /// stamp, too. For sensors whose messages take longer than those of others.
     pub wait_s: f64,
-    /// Without odometry, so long after it came.
+    /// Maximum waiting time for odometry, after the arrival of a scan or fix.
     pub window_s: f64,
-    /// Longer than this without odometry is a gap.
+    /// A longer interval without odometry is a gap.
     pub gap_s: f64,
-    /// A stamp that is farther from the newest is a jump of the clock.
+    /// A greater difference from the newest stamp is a jump of the clock.
     pub jump_s: f64,
 }
 
-/// What a node reads, and the names of its frames.
+/// Topics of a node, and names of its frames.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wiring {
     /// Odometry.
     pub odometry: Topic,
-    /// The sensors, in the places of the description.
+    /// The sensors, in the order of the description.
     pub sensors: Vec<Source>,
-    /// Fixes, if there are such.
+    /// Fixes, if there are any.
     pub fixes: Option<Topic>,
-    /// Where these are on earth.
+    /// The map's frame on earth.
     pub earth: Earth,
-    /// The topic of an inertial measurement unit that counts for the turn rate; empty: the odometry does.
+    /// The topic of an inertial measurement unit that gives the turn rate; empty: the odometry gives it.
     pub imu: String,
     /// The frames of the map, of the smooth odometry and of the vehicle's pose.
     pub frames: [String; 3],
-    /// How long inputs are waited for.
+    /// Waiting times for inputs.
     pub order: Order,
-    /// The file of a map that services save, load and look for the vehicle's place in.
+    /// The map file for the services that save it, load it and localise the vehicle in it.
     pub map: String,
-    /// Whether publishers of inputs must send again what was lost; sensors usually do not (REP 2003).
+    /// Whether publishers of inputs must repeat lost messages; sensors usually do not (REP 2003).
     pub reliable: bool,
 }
 
@@ -112,16 +112,16 @@ impl Default for Wiring {
     }
 }
 
-/// All that parameters say.
+/// The complete setup.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setup {
     /// The vehicle and its filter.
     pub description: Description<f32>,
-    /// Where the node reads and writes.
+    /// Topics, frames and files.
     pub wiring: Wiring,
 }
 
-/// The parameter of a setting, of the sensor of this name where it is one of a sensor.
+/// The parameter of a setting; for a setting of a sensor, of the sensor with this name.
 fn name_of(setting: Setting, sensor: &str) -> String {
     match setting.name().strip_prefix("sensor.") {
         Some(rest) if !sensor.is_empty() => format!("sensor.{sensor}.{rest}"),
@@ -129,7 +129,7 @@ fn name_of(setting: Setting, sensor: &str) -> String {
     }
 }
 
-/// Parameters that have not been looked at yet.
+/// Parameters that have not been read yet.
 struct Rest(Parameters);
 
 impl Rest {
@@ -174,7 +174,7 @@ impl Rest {
         }
         let [radius_m, tolerance_m, gap_m, min_points, min_intensity] = numbers.map(|(_, number)| number as f32);
         let [range_min_m, range_max_m] = range_m;
-        // A number beyond its type is the greatest, and 0 is refused below.
+        // The conversion saturates; 0 is refused below.
         let min_points = min_points as u16;
         let posts = PostSettings { radius_m, tolerance_m, gap_m, min_points, min_intensity, range_min_m, range_max_m };
         let refused = |error: scphd_lidar::SettingsError| ParameterError::Invalid {
@@ -209,13 +209,13 @@ fn invalid(name: &str, found: &Value, range: &str) -> ParameterError {
     ParameterError::Invalid { name: name.to_owned(), found: found.to_string(), range: range.to_owned() }
 }
 
-/// The number of a setting that a parameter says; of one of several its place.
+/// The number of a setting from the value of its parameter; for a choice, its index.
 fn number_of(setting: Setting, name: &str, value: &Value) -> Result<f64, ParameterError> {
     let choices = setting.choices();
     let found = match value {
         Value::Number(number) if choices.is_empty() => Some(*number),
         Value::Text(text) => choices.iter().position(|choice| choice == text).map(|place| place as f64),
-        // A file may say no without quotes.
+        // YAML reads an unquoted "no" as a truth value.
         Value::Bool(is) if choices == ["no", "yes"] => Some(f64::from(*is)),
         _ => None,
     };
@@ -223,10 +223,10 @@ fn number_of(setting: Setting, name: &str, value: &Value) -> Result<f64, Paramet
 }
 
 impl Setup {
-    /// What parameters say, over the defaults: a robot without a sensor.
+    /// Reads all parameters; defaults are those of a robot without sensors.
     ///
     /// # Errors
-    /// A parameter that there is not, or whose value is none for it.
+    /// A parameter is unknown, or its value is out of range.
     pub fn of(parameters: &Parameters) -> Result<Self, ParameterError> {
         let mut rest = Rest(parameters.clone());
         let (mut description, mut wiring) = (Description::robot(), Wiring::default());
@@ -243,7 +243,7 @@ impl Setup {
         }
         for (place, sensor) in sensors.iter().enumerate() {
             let model = Setting::of_name("sensor.model");
-            // One that is named is there.
+            // A named sensor exists even without further parameters.
             if let Some(model) = model {
                 let _in_range = description.set(model, place, 1.0);
             }
@@ -307,7 +307,7 @@ impl Setup {
         Ok(Self { description, wiring })
     }
 
-    /// The parameters that say a wiring, and a description in double precision, whose numbers are shorter to write.
+    /// Writes the parameters of a wiring, and of a description in double precision, whose numbers have shorter texts.
     #[must_use]
     pub fn parameters(description: &Description<f64>, wiring: &Wiring) -> Parameters {
         let mut all = Parameters::default();
@@ -342,7 +342,7 @@ impl Setup {
             for place in 0..places {
                 let Some(number) = description.get(setting, place) else { continue };
                 let name = name_of(setting, names.get(place).map_or("", String::as_str));
-                // Choices are few.
+                // There are few choices.
                 let choice = setting.choices().get(number as usize);
                 put(name, choice.map_or(Value::Number(number), |choice| Value::Text((*choice).to_owned())));
             }
@@ -362,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_are_taken_by_their_names_in_any_order() {
+    fn settings_are_read_by_name_in_any_order() {
         let said = setup(&[
             "sensors:=[front, rear]",
             "sensor.front.range_max_m:=12.5",
@@ -382,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_what_is_read() {
+    fn written_parameters_are_read_back() {
         let said = setup(&[
             "sensor.model:=range_bearing",
             "sensor.left_m:=0.5",
@@ -403,7 +403,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_understood_is_named() {
+    fn invalid_parameters_are_named() {
         for (word, part) in [
             ("sensor.range_max_m:=-1", "above 0"),
             ("vehicle.kind:=boat", "one of ackermann"),

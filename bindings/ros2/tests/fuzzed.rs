@@ -1,4 +1,4 @@
-//! Bytes that are no messages, or damaged ones, are refused or taken: nothing panics, and the filter goes on.
+//! Random bytes and damaged messages are rejected or used: the node does not panic, and the filter continues.
 
 use scphd_node::engine::Engine;
 use scphd_node::inputs::{Inputs, Role};
@@ -10,7 +10,7 @@ use scphd_ros::messages::{
 };
 use scphd_ros::{Time, cloud, encode};
 
-/// xorshift64*, so that a failure comes back.
+/// xorshift64*, so that failures are reproducible.
 struct Random(u64);
 
 impl Random {
@@ -26,7 +26,7 @@ fn header(at_ns: u64) -> Header {
     Header::new(Time::from_nanoseconds(at_ns), "base_link")
 }
 
-/// A good message of a type.
+/// A valid message of a type.
 fn good(kind: &str, at_ns: u64) -> Vec<u8> {
     let header = header(at_ns);
     let bytes = match kind {

@@ -1,4 +1,4 @@
-//! What messages do to the filter, each kind by its own.
+//! The effect of messages on the filter, for each type.
 
 use scphd::numerics::nalgebra::Vector2;
 use scphd_node::engine::{Engine, Estimate};
@@ -50,7 +50,7 @@ fn header(at_ms: u64, frame: &str) -> Header {
     Header::new(Time::from_nanoseconds(at_ms * 1_000_000), frame)
 }
 
-/// 270° from the right to the left, a beam every quarter of a degree: a post 3 m to the left.
+/// A scan from 135° right to 135° left, a beam every quarter of a degree: a post 3 m to the left.
 fn scan(at_ms: u64) -> LaserScan {
     let step = 0.25_f32.to_radians();
     let mut ranges = vec![f32::INFINITY; 1081];
@@ -69,20 +69,20 @@ fn scan(at_ms: u64) -> LaserScan {
     }
 }
 
-/// The memory of a filter is made on the stack where nothing is optimised.
+/// Runs with a large stack, because without optimisation the memory of a filter is built on the stack.
 fn roomy(work: impl FnOnce() + Send) {
     scphd_run::session::with_roomy_stack(work).unwrap();
 }
 
 #[test]
-fn a_post_in_a_laser_scan_is_a_landmark_where_the_transform_puts_it() {
+fn a_post_in_a_laser_scan_is_a_landmark_at_its_transformed_position() {
     roomy(|| {
         let words = ["sensor.type:=sensor_msgs/msg/LaserScan", "sensor.topic:=/scan", "sensor.posts.radius_m:=0.06"];
         let mut robot = Robot::new(&words);
         robot.odometry(0, 0.0, 0.0);
         let refused = robot.take(Role::Scan(0), &scan(0)).unwrap_err();
         assert!(refused.contains("no transform from base_link to laser"), "{refused}");
-        // A metre ahead, looking to the left.
+        // One metre ahead, facing left.
         let link = TransformStamped {
             header: header(0, "base_link"),
             child_frame_id: "laser".into(),
@@ -102,7 +102,7 @@ fn a_post_in_a_laser_scan_is_a_landmark_where_the_transform_puts_it() {
 }
 
 #[test]
-fn the_inertial_unit_counts_for_the_turn_rate() {
+fn the_inertial_unit_gives_the_turn_rate() {
     roomy(|| {
         let mut robot = Robot::new(&["imu.topic:=/imu", "sensor.left_m:=0.0"]);
         for k in 0..=50_u64 {
@@ -144,7 +144,7 @@ fn satellite_fixes_are_metres_east_and_north_of_the_origin() {
             };
             robot.take(Role::Fixes, &message).unwrap();
         }
-        // Degrees are 111 265 m and 68 677 m there.
+        // One degree is 111 265 m and 68 677 m there.
         let pose = robot.last.as_ref().unwrap().pose.mean;
         assert!((pose.y_m - 11.13).abs() < 0.05 && (pose.x_m - 13.74).abs() < 0.05, "{pose:?}");
         let lost = NavSatFix { latitude: f64::NAN, ..NavSatFix::default() };

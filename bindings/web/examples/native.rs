@@ -1,4 +1,4 @@
-//! The drive that `cargo xtask web` compares: after every so many scans the digest, as the page has it. `native SCANS EVERY`
+//! The drive that `cargo xtask web` compares: digests at regular intervals of scans, as on the page. `native SCANS EVERY`
 
 use scphd_web::{Session, Surroundings, Wish};
 
@@ -8,7 +8,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut session = Box::new(Session::NEW);
     session.start(1, 64).map_err(|_| "not started")?;
     for scan in 0..scans {
-        // As `rehearse` in page.js: someone drives for a while, and someone moves the sliders.
+        // As `rehearse` in page.js: with some manual driving and changes of the sliders.
         let wish = match scan % 200 {
             150.. => Wish::Manual { speed_mps: 2.0, rate_radps: 0.5 },
             _ => Wish::Automatic,

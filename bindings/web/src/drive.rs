@@ -1,28 +1,28 @@
-//! Who drives: whoever looks at the page, or a figure of eight.
+//! Control of the vehicle: by the user of the page, or on a figure of eight.
 
 use scphd::Real;
 use scphd::models::{PlanarPose, UnicycleControl};
 use scphd::numerics::wrap;
 
-/// Corners of the figure.
+/// Number of corners of the figure.
 const CORNERS: u16 = 16;
-/// Half of its length and of its width, m.
+/// Half length and half width of the figure, m.
 const HALF_SIZES_M: [f32; 2] = [30.0, 20.0];
 /// Speed along it, m/s.
 const CRUISE_MPS: f32 = 4.0;
-/// A corner is reached this near, m.
+/// Distance at which a corner counts as reached, m.
 const NEAR_M: f32 = 4.0;
 /// Turn rate per angle to the next corner, 1/s.
 const GAIN: f32 = 1.5;
-/// What the vehicle can do: m/s and rad/s.
+/// Greatest speed, m/s, and turn rate, rad/s, of the vehicle.
 const GREATEST: [f32; 2] = [8.0, 1.2];
 
-/// What the vehicle is asked for.
+/// The requested motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Wish {
-    /// The figure of eight, from the corner after the last one.
+    /// The figure of eight, from the next corner on.
     Automatic,
-    /// This speed, m/s, and turn rate, rad/s, as far as the vehicle can; what is not a number is 0.
+    /// This speed, m/s, and turn rate, rad/s, within the vehicle's limits; not-a-number is 0.
     Manual {
         /// Speed, m/s.
         speed_mps: f32,
@@ -31,14 +31,14 @@ pub enum Wish {
     },
 }
 
-/// The corner that is driven to.
+/// The next corner.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Autopilot {
     corner: u16,
 }
 
 impl Autopilot {
-    /// What the vehicle does next.
+    /// The next control of the vehicle.
     pub(crate) fn control(&mut self, pose: &PlanarPose<f32>, wish: Wish) -> UnicycleControl<f32> {
         match wish {
             Wish::Manual { speed_mps, rate_radps } => {
@@ -59,7 +59,7 @@ impl Autopilot {
         }
     }
 
-    /// From the vehicle to the corner, m.
+    /// Vector from the vehicle to the corner, m.
     fn offset(self, pose: &PlanarPose<f32>) -> [f32; 2] {
         let turn = f32::from(self.corner + 1) * (2.0 * f32::PI / f32::from(CORNERS));
         let [(along, _), (across, _)] = [turn, 2.0 * turn].map(Real::sin_cos);
@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_wish_beyond_the_vehicle_is_cut_off() {
+    fn requests_beyond_the_limits_are_clamped() {
         let wish = |speed_mps, rate_radps| {
             Autopilot::default().control(&PlanarPose::new(0.0, 0.0, 0.0), Wish::Manual { speed_mps, rate_radps })
         };

@@ -1,4 +1,4 @@
-//! The filter of a session: its room, its settings, and what it takes sensor and odometry to be.
+//! The filter of a session: its memory, settings and models.
 
 use crate::sensor::{MEASUREMENTS, RANGE_M, SIGMAS, Surroundings};
 use nalgebra::{Vector2, Vector4};
@@ -10,7 +10,7 @@ use scphd::numerics::Vector;
 use scphd::settings::Extraction;
 use scphd::{Births, Component, Config, DetectorMemory, ScPhd, memory};
 
-/// Room for particles.
+/// Maximum number of particles.
 pub const PARTICLES: usize = 64;
 
 memory! {
@@ -22,12 +22,12 @@ memory! {
 }
 
 pub(crate) type Filter<'m> = ScPhd<'m, Unicycle<f32>>;
-/// The scratch of the sensor.
+/// Scratch memory for scans.
 pub(crate) type Scratch = DetectorMemory<Vector2<f32>, MEASUREMENTS>;
 pub(crate) type Features = Found<Vector2<f32>, 96>;
 pub(crate) type Movers = Found<Vector4<f32>, 32>;
 
-/// How well the filter knows the odometry: worn wheels are a part of what lasts half a second and more.
+/// Odometry noise of the filter: the error of worn wheels is covered by noise with a correlation time of half a second and more.
 const NOISE: ControlNoise<f32> = ControlNoise {
     speed_sigma_mps: 0.1,
     speed_sigma_ratio: 0.05,
@@ -35,17 +35,17 @@ const NOISE: ControlNoise<f32> = ControlNoise {
     turn_sigma_ratio: 0.05,
     interval_s: 0.5,
 };
-/// κ / w_b of static features, and w_b of moving ones as a share of theirs.
+/// Ratio of clutter to birth intensity of static features, and of the birth intensities of moving and static features.
 const CLUTTER_OVER_BIRTH: f32 = 20.0;
 const MOVING_SHARE: f32 = 0.3;
-/// Births a scan where next to no clutter is expected.
+/// Least number of false measurements in a scan that the filter assumes; the birth intensity is proportional to it.
 const LEAST_CLUTTER: f32 = 1.0;
 
-/// Something that the filter does not take; the session is as it was, or has to be started.
+/// An argument that is refused; the session is unchanged, or has to be started.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Refused;
 
-/// Features that the filter believes in.
+/// Estimated features.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Found<N: Vector, const ROOM: usize> {
     pub(crate) features: [Component<N>; ROOM],
@@ -64,7 +64,7 @@ impl<N: Vector, const ROOM: usize> Found<N, ROOM> {
     }
 }
 
-/// A filter that goes on from what the memory holds.
+/// A filter that continues with the state in the memory.
 pub(crate) fn filter(memory: &mut Memory, particles: usize) -> Result<Filter<'_>, Refused> {
     let motion = Unicycle::new(Step::Arc, NOISE).map_err(|_| Refused)?;
     let config = Config {
@@ -78,7 +78,7 @@ pub(crate) fn filter(memory: &mut Memory, particles: usize) -> Result<Filter<'_>
 
 type Models = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
 
-/// The sensor as the filter takes it to be.
+/// The filter's models of the sensor.
 pub(crate) fn models(around: Surroundings) -> Result<(Models, Births<f32>), ModelError> {
     let limits = RangeBearingLimits {
         range_edge_m: 3.0 * SIGMAS[0],

@@ -1,7 +1,7 @@
-//! scphd for a page: a simulated world, the filter in it, and what there is to see of both as plain numbers.
+//! scphd in a web page: a simulated world, a filter in it, and a view of both as plain numbers.
 //!
-//! A scan is read from top to bottom in `session.rs`: drive, measure, filter, view. `module.rs` has the functions that the page
-//! calls and all `unsafe` code; the rest is the same on a desk, where it is tested. `docs/web.md` says how the page is made.
+//! `session.rs` has the order of a scan: drive, measure, filter, view. `module.rs` has the functions that the page calls and all
+//! `unsafe` code; everything else also runs, and is tested, on the host. `docs/web.md` describes how the page is built.
 #![cfg_attr(not(test), no_std)]
 #![deny(missing_docs)]
 #![cfg_attr(

@@ -1,31 +1,31 @@
-//! What the vehicle's sensor reports: landmarks and walkers in range, some of them missed, and false measurements.
+//! The simulated sensor: detections of landmarks and walkers in range, with misses and false measurements.
 
 use crate::world::{World, distance_m};
 use nalgebra::Vector2;
 use scphd::Real;
 use scphd::numerics::{Noise, wrap};
 
-/// Room for measurements of a scan.
+/// Maximum number of measurements in a scan.
 pub const MEASUREMENTS: usize = 96;
 /// Range, m.
 pub(crate) const RANGE_M: f32 = 22.0;
 /// Standard deviations of range, m, and bearing, rad.
 pub(crate) const SIGMAS: [f32; 2] = [0.2, 0.015];
 
-/// How the sensor sees.
+/// Clutter and detection probability of the sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Surroundings {
-    /// Mean of false measurements a scan, 0 to 30.
+    /// Mean number of false measurements in a scan, 0 to 30.
     pub clutter: f32,
     /// p_D, 0.05 to 0.99.
     pub detection: f32,
 }
 
 impl Surroundings {
-    /// What the filter takes for granted where it is not told.
+    /// The values that the filter assumes by default.
     pub const USUAL: Self = Self { clutter: 5.0, detection: 0.9 };
 
-    /// Within what sensor and filter can work with; what is not a number is usual.
+    /// Clamps to the ranges of sensor and filter; not-a-number is replaced by the default.
     #[must_use]
     pub fn bounded(self) -> Self {
         let within = |x: f32, usual: f32, low, high| if x.is_finite() { x.clamp(low, high) } else { usual };
@@ -36,19 +36,18 @@ impl Surroundings {
     }
 }
 
-/// What a measurement is really of.
+/// The true source of a measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
-    /// Of nothing.
+    /// False measurement.
     Clutter,
-    /// Of a landmark.
+    /// Landmark.
     Landmark,
-    /// Of someone who walks.
+    /// Walker.
     Walker,
 }
 
-/// One scan: range (m) and bearing (rad) of each measurement. The sources are for the eyes of who looks on: the filter never
-/// gets them.
+/// A scan: range (m) and bearing (rad) of each measurement. The sources are for display only; the filter does not use them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scan {
     measurements: [Vector2<f32>; MEASUREMENTS],
@@ -57,7 +56,7 @@ pub struct Scan {
 }
 
 impl Scan {
-    /// One without measurements.
+    /// A scan without measurements.
     pub const EMPTY: Self = Self {
         measurements: [Vector2::new(0.0, 0.0); MEASUREMENTS],
         sources: [Source::Clutter; MEASUREMENTS],
@@ -70,7 +69,7 @@ impl Scan {
         self.measurements.get(..self.count).unwrap_or(&[])
     }
 
-    /// What each is of.
+    /// The source of each measurement.
     pub(crate) fn sources(&self) -> impl Iterator<Item = Source> {
         self.sources.iter().take(self.count).copied()
     }
@@ -83,7 +82,7 @@ impl Scan {
         }
     }
 
-    /// Looks around in the world as it stands.
+    /// Makes a scan of the present world.
     pub(crate) fn take(&mut self, world: &mut World, around: Surroundings) {
         self.count = 0;
         let World { landmarks, walkers, pose, draws, .. } = world;
@@ -129,7 +128,7 @@ mod tests {
             let numbers: Vec<f64> = (0..4000).map(|_| poisson(mean, &mut draws) as f64).collect();
             let of_all = numbers.iter().sum::<f64>() / 4000.0;
             let variance = numbers.iter().map(|number| (number - of_all).powi(2)).sum::<f64>() / 4000.0;
-            // Five standard deviations of the mean of 4000.
+            // Five standard deviations of the mean of 4000 numbers.
             let slack = 5.0 * (f64::from(mean) / 4000.0).sqrt() + 1e-12;
             assert!((of_all - f64::from(mean)).abs() < slack, "{mean}: {of_all}");
             assert!((variance - f64::from(mean)).abs() < 0.15 * f64::from(mean) + 1e-12, "{mean}: {variance}");
@@ -137,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn as_many_are_missed_as_said() {
+    fn the_share_of_missed_landmarks_is_the_stated_one() {
         let mut world = World::of_seed(1);
         let mut scan = Scan::EMPTY;
         let near = world.landmarks.iter().filter(|place| distance_m(**place, [0.0; 2]) <= RANGE_M).count();
@@ -151,14 +150,14 @@ mod tests {
     }
 
     #[test]
-    fn a_scan_never_outgrows_its_room() {
+    fn a_scan_never_exceeds_its_capacity() {
         let mut scan = Scan::EMPTY;
         (0..2 * MEASUREMENTS).for_each(|_| scan.push(Vector2::new(1.0, 0.0), Source::Clutter));
         assert_eq!(scan.measurements().len(), MEASUREMENTS);
     }
 
     #[test]
-    fn what_sliders_cannot_say_is_bounded() {
+    fn values_beyond_the_sliders_are_clamped() {
         let wild = Surroundings { clutter: 1e9, detection: -1.0 }.bounded();
         assert_eq!(wild, Surroundings { clutter: 30.0, detection: 0.05 });
         assert_eq!(Surroundings { clutter: f32::NAN, detection: f32::INFINITY }.bounded(), Surroundings::USUAL);

@@ -1,4 +1,4 @@
-//! A filter in a world, scan after scan.
+//! A filter in a simulated world.
 
 use crate::drive::Wish;
 use crate::filter::{Features, Found, Memory, Movers, PARTICLES, Refused, Scratch, filter, models};
@@ -7,7 +7,7 @@ use crate::view::View;
 use crate::world::{INTERVAL_S, World};
 use scphd::Detector;
 
-/// All of it, for a static.
+/// The complete session, for a static.
 #[derive(Debug)]
 pub struct Session {
     memory: Memory,
@@ -23,7 +23,7 @@ pub struct Session {
 }
 
 impl Session {
-    /// Not started.
+    /// A session that has not been started.
     pub const NEW: Self = Self {
         memory: Memory::new(),
         scratch: Scratch::new(),
@@ -37,10 +37,10 @@ impl Session {
         digest: 0,
     };
 
-    /// Starts, or starts again: the world of a seed, and a filter of so many particles at its start, with an empty map.
+    /// Starts, or restarts: the world of a seed, and a filter with this number of particles and an empty map.
     ///
     /// # Errors
-    /// There is room for 1 to [`PARTICLES`].
+    /// The number of particles is not between 1 and [`PARTICLES`].
     pub fn start(&mut self, seed: u64, particles: usize) -> Result<(), Refused> {
         if !(1..=PARTICLES).contains(&particles) {
             return Err(Refused);
@@ -56,8 +56,8 @@ impl Session {
         Ok(())
     }
 
-    /// Drives on to the next scan, and takes it in. A filter that is not told how the sensor sees takes it for
-    /// [usual](Surroundings::USUAL).
+    /// Drives to the next scan and processes it. If `told` is false, the filter assumes [usual](Surroundings::USUAL) clutter and
+    /// detection probability.
     ///
     /// # Errors
     /// The session has not been started.
@@ -84,13 +84,13 @@ impl Session {
         Ok(())
     }
 
-    /// What is to be seen after the last scan; empty before the first.
+    /// The view after the last scan; empty before the first.
     #[must_use]
     pub fn view(&self) -> &View {
         &self.view
     }
 
-    /// The filter's whole state in one number.
+    /// The digest of the filter's state.
     #[must_use]
     pub fn digest(&self) -> u64 {
         self.digest

@@ -1,4 +1,4 @@
-//! What there is to see, as one list of numbers: a head, then lists one after the other. `page.js` reads it in this order.
+//! The view as a list of numbers: a header, then lists one after the other. `page.js` reads it in this order.
 
 use crate::filter::{Features, Filter, Movers};
 use crate::sensor::{RANGE_M, Scan, Source};
@@ -8,28 +8,28 @@ use scphd::numerics::Symmetric;
 use scphd::storage::Candidate;
 use scphd::{Real, ScanReport};
 
-/// Numbers of the head:
+/// Numbers of the header:
 ///
 /// | | |
 /// |---|---|
 /// | 0, 1 | scans; time, s |
 /// | 2–4 | estimated x, y, m, and heading, rad |
-/// | 5–8 | covariance of it: xx, xy, yy, m², and of the heading, rad² |
+/// | 5–8 | covariance of the pose: xx, xy, yy, m², and of the heading, rad² |
 /// | 9–11, 12–14 | the true pose; that of odometry alone |
 /// | 15 | effective number of particles |
 /// | 16–21 | lengths of the lists: particles, features, moving features, detections, landmarks, walkers |
-/// | 22, 23 | pages of static features in use, and in all |
+/// | 22, 23 | pages of static features in use, and their total number |
 /// | 24 | range of the sensor, m |
 /// | 25 | health, as bits |
 ///
 /// Then the lists: particles (x, y, heading, weight), features (x, y, xx, xy, yy, weight, label), moving features (the same, and
-/// velocity x, y), detections (x, y as seen from the estimated pose, source: 0 clutter, 1 landmark, 2 walker), landmarks (x, y) and
+/// velocity x, y), detections (x, y from the estimated pose, source: 0 clutter, 1 landmark, 2 walker), landmarks (x, y) and
 /// walkers (x, y).
 pub const HEAD: usize = 26;
-/// Enough for all lists at their longest.
+/// Number of numbers with all lists at their longest.
 const ROOM: usize = HEAD + 64 * 4 + 96 * 7 + 32 * 9 + 96 * 3 + 48 * 2 + 4 * 2;
 
-/// The list.
+/// The list of numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct View {
     numbers: [f32; ROOM],
@@ -37,7 +37,7 @@ pub struct View {
 }
 
 impl View {
-    /// Nothing to see.
+    /// An empty view.
     pub const EMPTY: Self = Self { numbers: [0.0; ROOM], used: 0 };
 
     /// The numbers.
@@ -51,7 +51,7 @@ impl View {
         self.used += free.iter_mut().zip(numbers).map(|(slot, number)| *slot = *number).count();
     }
 
-    /// What is to be seen after a scan.
+    /// The view after a scan.
     pub(crate) fn show(
         &mut self,
         scans: u32,

@@ -1,42 +1,42 @@
-//! The world that is driven through: landmarks, walkers, the vehicle and its odometry.
+//! The simulated world: landmarks, walkers, the vehicle and its odometry.
 
 use crate::drive::{Autopilot, Wish};
 use scphd::Real;
 use scphd::models::{ControlNoise, Motion, PlanarPose, Step, Unicycle, UnicycleControl};
 use scphd::numerics::Noise;
 
-/// From one scan to the next, s.
+/// Time between scans, s.
 pub const INTERVAL_S: f32 = 0.05;
-/// Landmarks of a world.
+/// Number of landmarks.
 pub const LANDMARKS: usize = 48;
-/// Walkers of a world.
+/// Number of walkers.
 pub const MOVERS: usize = 4;
 
-/// Half of the sizes of the place, m: who comes to its edge stands there.
+/// Half sizes of the area, m. The vehicle stops at its edge.
 const HALF_SIZES_M: [f32; 2] = [45.0, 32.0];
-/// Landmarks are at least this far apart, m, where tries enough find such places.
+/// Minimum distance of landmarks, m, if one of these tries finds such a place.
 const APART_M: f32 = 4.0;
 const TRIES: usize = 64;
 /// Speed of walkers, m/s.
 const WALK_MPS: f32 = 1.2;
-/// The wheels are worn: shares by which odometry overstates speed and turn rate, and what white noise comes on top, m/s and rad/s.
+/// Odometry errors of worn wheels: relative errors of speed and turn rate, and standard deviations of white noise, m/s and rad/s.
 const WORN: [f32; 2] = [0.04, 0.03];
 const WHITE: [f32; 2] = [0.2, 0.03];
 
-/// Someone who walks to and fro.
+/// Someone who walks back and forth.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Walker {
     pub(crate) place: [f32; 2],
     velocity: [f32; 2],
 }
 
-/// What is true.
+/// The true state of the world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct World {
     pub(crate) landmarks: [[f32; 2]; LANDMARKS],
     pub(crate) walkers: [Walker; MOVERS],
     pub(crate) pose: PlanarPose<f32>,
-    /// Where odometry alone takes the vehicle to be.
+    /// The pose of odometry alone.
     pub(crate) reckoned: PlanarPose<f32>,
     autopilot: Autopilot,
     pub(crate) draws: Noise,
@@ -68,10 +68,10 @@ impl World {
         Self { landmarks, walkers, pose, reckoned: pose, autopilot: Autopilot::default(), draws }
     }
 
-    /// Where every drive begins.
+    /// The start pose of every drive.
     pub(crate) const START: PlanarPose<f32> = PlanarPose::new(0.0, 0.0, 0.6);
 
-    /// Moves on by an interval, and returns what odometry says of it.
+    /// Advances by an interval. Returns the odometry.
     pub(crate) fn advance(&mut self, exact: &Unicycle<f32>, wish: Wish) -> UnicycleControl<f32> {
         for Walker { place, velocity } in &mut self.walkers {
             for ((place, velocity), half) in place.iter_mut().zip(velocity).zip(HALF_SIZES_M) {
@@ -86,7 +86,7 @@ impl World {
         if next.x_m.abs() <= HALF_SIZES_M[0] && next.y_m.abs() <= HALF_SIZES_M[1] {
             self.pose = next;
         } else {
-            // It turns where it stands.
+            // Turns in place.
             control.speed_mps = 0.0;
             self.pose = exact.propagate(&self.pose, &control, INTERVAL_S);
         }
@@ -103,7 +103,7 @@ impl World {
     /// A motion without noise.
     ///
     /// # Errors
-    /// None; the model's own.
+    /// An error of the model; never with this noise.
     pub(crate) fn exact() -> Result<Unicycle<f32>, scphd::models::ModelError> {
         Unicycle::new(Step::Arc, ControlNoise::NONE)
     }
@@ -123,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nobody_leaves_the_place() {
+    fn vehicle_and_walkers_stay_in_the_area() {
         let mut world = World::of_seed(3);
         let exact = World::exact().unwrap();
         for _ in 0..20_000 {
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn landmarks_stand_apart_and_are_those_of_the_seed() {
+    fn landmarks_are_apart_and_depend_on_the_seed() {
         let world = World::of_seed(1);
         for (index, a) in world.landmarks.iter().enumerate() {
             assert!(world.landmarks[..index].iter().all(|b| distance_m(*a, *b) >= APART_M));

@@ -1,4 +1,4 @@
-//! The session on a desk: what the page shows is what the filter knows, and the filter knows where it is.
+//! The session on the host: the view agrees with the filter, and the filter with the truth.
 
 use scphd_web::{HEAD, PARTICLES, Refused, Session, Surroundings, Wish};
 
@@ -12,7 +12,7 @@ fn off(head: &[f32], from: usize) -> f64 {
     f64::from(head[from] - head[9]).hypot(f64::from(head[from + 1] - head[10]))
 }
 
-/// RMSE of the filter and of odometry alone over so many scans.
+/// RMSE of the filter and of odometry alone over this number of scans.
 fn errors(seed: u64, around: Surroundings, scans: u32) -> [f64; 2] {
     let mut session = started(seed, PARTICLES);
     let mut squares = [0.0; 2];
@@ -25,7 +25,7 @@ fn errors(seed: u64, around: Surroundings, scans: u32) -> [f64; 2] {
 }
 
 #[test]
-fn the_filter_is_nearer_than_odometry() {
+fn the_filter_is_more_accurate_than_odometry() {
     for seed in 1..=4 {
         let [filter, odometry] = errors(seed, Surroundings::USUAL, 800);
         println!("seed {seed}: {filter:.3} m, odometry {odometry:.3} m");
@@ -37,7 +37,7 @@ fn the_filter_is_nearer_than_odometry() {
 }
 
 #[test]
-fn the_view_is_as_long_as_its_head_says() {
+fn the_length_of_the_view_agrees_with_its_header() {
     let mut session = started(1, 16);
     assert!(session.view().numbers().is_empty());
     let widths = [4, 7, 9, 3, 2, 2];
@@ -57,7 +57,7 @@ fn the_view_is_as_long_as_its_head_says() {
 }
 
 #[test]
-fn a_seed_is_a_drive() {
+fn equal_seeds_give_equal_drives() {
     let drive = |seed, particles| {
         let mut session = started(seed, particles);
         (0..50).for_each(|_| session.step(Wish::Automatic, Surroundings::USUAL, true).unwrap());
@@ -69,7 +69,7 @@ fn a_seed_is_a_drive() {
 }
 
 #[test]
-fn it_starts_again_from_the_beginning() {
+fn a_restarted_session_is_a_new_one() {
     let mut session = started(1, 64);
     (0..30).for_each(|_| session.step(Wish::Automatic, Surroundings::USUAL, true).unwrap());
     session.start(5, 8).unwrap();
@@ -82,7 +82,7 @@ fn it_starts_again_from_the_beginning() {
 }
 
 #[test]
-fn what_cannot_be_is_refused() {
+fn invalid_arguments_are_refused() {
     let mut session = Box::new(Session::NEW);
     assert_eq!(session.step(Wish::Automatic, Surroundings::USUAL, true), Err(Refused));
     assert_eq!(session.start(1, 0), Err(Refused));

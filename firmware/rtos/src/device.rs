@@ -1,30 +1,30 @@
-//! The interrupts of QEMU's boards mps2-an386 and mps2-an500, as far as the images need them: what a vendor's `-pac` crate has.
+//! The interrupts of QEMU's boards mps2-an386 and mps2-an500 that the images use; otherwise part of a vendor's `-pac` crate.
 
 use cortex_m::interrupt::InterruptNumber;
 
-/// Bits of an interrupt's priority that the boards' processors have.
+/// Number of priority bits of the boards' processors.
 pub const NVIC_PRIO_BITS: u8 = 3;
 
-/// Interrupts by their numbers, of Arm's application notes 386 and 500.
+/// Interrupt numbers, from Arm's application notes 386 and 500.
 #[allow(non_camel_case_types)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u16)]
 pub enum Interrupt {
-    /// A byte has come at the third serial port. No image has one: it is pended by software.
+    /// Receive interrupt of the third serial port. No image uses the port; the interrupt is pended by software.
     UART2_RX = 4,
-    /// The first timer has come to zero.
+    /// The first timer has expired.
     TIMER0 = 8,
-    /// The second one.
+    /// The second timer has expired.
     TIMER1 = 9,
-    /// The double timer. No image starts it: it is pended by software.
+    /// The dual timer. No image starts it; the interrupt is pended by software.
     DUAL_TIMER = 10,
 }
 
-/// By this name the attribute `interrupt` and RTIC look for them.
+/// The name that the attribute `interrupt` and RTIC expect.
 pub use Interrupt as interrupt;
 pub use cortex_m_rt::interrupt;
 
-// SAFETY: the boards have these, and the numbers do not change.
+// SAFETY: the boards have these interrupts, and the numbers do not change.
 unsafe impl InterruptNumber for Interrupt {
     fn number(self) -> u16 {
         self as u16
@@ -38,13 +38,13 @@ unsafe extern "C" {
     fn DUAL_TIMER();
 }
 
-/// An entry of the table: an interrupt's handler, or nothing.
+/// An entry of the vector table: the handler of an interrupt, or none.
 type Handler = Option<unsafe extern "C" fn()>;
 
-/// How many entries the table has.
+/// Number of entries.
 const INTERRUPTS: usize = 32;
 
-/// The part of the table of vectors that belongs to the board. Its name and its place are those that `cortex-m-rt` expects.
+/// The board's part of the vector table, with the name and the section that `cortex-m-rt` expects.
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
 pub static __INTERRUPTS: [Handler; INTERRUPTS] = {

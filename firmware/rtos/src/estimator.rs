@@ -1,4 +1,4 @@
-//! The filter behind a sequencer: takes what has arrived, in whatever order, and works on it in the order of its time.
+//! The filter behind a sequencer: takes inputs in any order and processes them in the order of their stamps.
 
 use crate::drive::{SCAN_DELAY_NS, Sample, Scan};
 use crate::leds::Led;
@@ -11,36 +11,37 @@ use scphd_stream::planar::{Memory, Odometry, Planar};
 use scphd_stream::{Aboard, Filter as _, Measurements, Reader};
 use static_cell::ConstStaticCell;
 
-/// Odometry samples that wait for a scan; the queue to the estimator has no room for more.
+/// Capacity for odometry samples that wait for a scan; that of the queue to the estimator is smaller.
 const CONTROLS: usize = 32;
-/// Scans that wait.
+/// Capacity for scans.
 const SCANS: usize = 4;
-/// Sources of stamps. At equal times the smaller is first.
+/// Sources of stamps. At equal times the smaller one is first.
 const WHEELS: u8 = 0;
 const SENSOR: u8 = 1;
 
-/// A scan is worked on as soon as it is here: odometry of its time comes sooner, by at least 10 ms of the vehicle's time.
+/// A scan is processed as soon as it arrives, because odometry up to its time arrives earlier, by at least 10 ms of the vehicle's
+/// time.
 const SETTINGS: Settings = Settings { window_ns: SCAN_DELAY_NS - 10_000_000, ..Settings::DEFAULT };
 
-/// What the sequencer puts in order.
+/// The sequencer.
 type Waiting = Sequencer<Odometry, Measurements<'static, Planar>, CONTROLS, SCANS>;
 
 static MEMORY: ConstStaticCell<Memory<f32>> = ConstStaticCell::new(<Planar as Aboard<f32>>::MEMORY);
 static WAITING: ConstStaticCell<Waiting> = ConstStaticCell::new(Sequencer::new());
 
-/// The filter's task.
+/// The task of the filter.
 pub struct Estimator {
     filter: <Planar as Aboard<f32>>::Filter<'static>,
     waiting: &'static mut Waiting,
     pins: StagePins<Led>,
-    /// Odometry of after the scan that was worked on last.
+    /// An odometry sample that is newer than the last processed scan.
     newer: Option<Sample>,
     scans: u32,
     late: u32,
     refused: u32,
 }
 
-/// The stream that was loaded into the board. Ends the program where there is none.
+/// The stream in the board's memory. Ends the program if there is none.
 #[must_use]
 pub fn stream() -> Reader<'static, Planar> {
     Reader::open(board::stream()).unwrap_or_else(|error| {
@@ -50,10 +51,10 @@ pub fn stream() -> Reader<'static, Planar> {
 }
 
 impl Estimator {
-    /// The estimator of what the stream is of, in its memory. Ends the program where it cannot be had.
+    /// Starts the estimator for the stream, in its memory. Ends the program on an error.
     ///
     /// # Safety
-    /// To be called once: it takes the lights.
+    /// Must be called once, because it uses the lights.
     #[must_use]
     pub unsafe fn start() -> Self {
         let (Some(memory), Some(waiting)) = (MEMORY.try_take(), WAITING.try_take()) else { report::failed() };
@@ -66,13 +67,13 @@ impl Estimator {
             defmt::error!("{}", refusal);
             report::failed()
         });
-        // SAFETY: handed on to the caller.
+        // SAFETY: guaranteed by the caller.
         let pins = StagePins::new(unsafe { Led::of_stages() });
         Self { filter, waiting, pins, newer: None, scans: 0, late: 0, refused: 0 }
     }
 
-    /// Works on what has arrived. A scan comes after the odometry of its time, so it is asked for first: of odometry there is enough
-    /// then. What is newer than the scan is put in after it, or the scan would be late.
+    /// Processes waiting inputs. Scans are read before odometry: when a scan has arrived, all odometry up to its time has
+    /// arrived, too. Odometry that is newer than the scan is queued after it; otherwise the scan would count as late.
     pub fn work(&mut self, mut scans: impl FnMut() -> Option<Scan>, mut samples: impl FnMut() -> Option<Sample>) {
         for worked_on in 0.. {
             let scan = scans();
@@ -86,7 +87,7 @@ impl Estimator {
                 self.refused += u32::from(self.waiting.push_control(stamp, sample.odometry).is_err());
             }
             let Some(Scan { stamp_ns, arrived_ns, measurements }) = scan else { return };
-            // Where it is not the first, it came before the last was done.
+            // A further scan arrived before the previous one was finished.
             self.late += u32::from(worked_on > 0);
             let stamp = Stamp::new(SENSOR, stamp_ns);
             self.refused += u32::from(self.waiting.push_event(stamp, measurements).is_err());
@@ -127,7 +128,7 @@ impl Estimator {
         }
     }
 
-    /// Tells what has come of it, and ends the program.
+    /// Reports the result, and ends the program.
     pub fn end(&mut self) -> ! {
         self.waiting.flush();
         self.filter_what_waits();

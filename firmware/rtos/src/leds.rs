@@ -1,24 +1,24 @@
-//! The boards' eight lights, as output pins. They can be read back, so that an interrupt sees which stage of a scan it is in,
-//! as a logic analyser would.
+//! The boards' eight lights, as output pins. They can be read back, so that an interrupt can determine the present stage of a
+//! scan, as a logic analyser would.
 
 use core::convert::Infallible;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use scphd::diagnostics::Stage;
 
-/// The lights' register of the system controller.
+/// The register of the lights, in the system controller.
 const LIGHTS: *mut u32 = 0x4002_f004 as *mut u32;
 
-/// One light.
+/// A light.
 #[derive(Debug)]
 pub struct Led {
     bit: u32,
 }
 
 impl Led {
-    /// The lights of the five stages of a scan, in their order.
+    /// The lights of the five stages of a scan, in order.
     ///
     /// # Safety
-    /// To be called once, and what comes of it stays in one task: to switch a light is to read and write the register of all.
+    /// Must be called once, and the lights must stay in one task: switching a light reads and writes the register of all.
     #[must_use]
     pub unsafe fn of_stages() -> [Self; 5] {
         Stage::ALL.map(|stage| Self { bit: 1 << stage as u32 })
@@ -31,7 +31,7 @@ impl ErrorType for Led {
 
 impl OutputPin for Led {
     fn set_low(&mut self) -> Result<(), Infallible> {
-        // SAFETY: a register of the board, which one task alone writes.
+        // SAFETY: a register of the board that only one task writes.
         unsafe { LIGHTS.write_volatile(LIGHTS.read_volatile() & !self.bit) };
         Ok(())
     }
@@ -43,10 +43,10 @@ impl OutputPin for Led {
     }
 }
 
-/// The stage that the lights show, the inner one of two; none between scans.
+/// The stage shown by the lights, the inner one of nested stages; `None` between scans.
 #[must_use]
 pub fn stage() -> Option<Stage> {
-    // SAFETY: a register of the board; reading it changes nothing.
+    // SAFETY: a register of the board; reading it has no side effects.
     let lights = unsafe { LIGHTS.read_volatile() };
     Stage::ALL.into_iter().rev().find(|&stage| lights & 1 << stage as u32 != 0)
 }

@@ -1,9 +1,9 @@
-//! What the images with an operating system share: the board's interrupts, timers and lights, what the sensors deliver, the
-//! estimator, and what is counted.
+//! Code of the images with an operating system: interrupts, timers and lights of the board, simulated instruments, the estimator,
+//! and counters.
 //!
-//! Three tasks: odometry arrives by a timer's interrupt, at the highest priority; a sensor's scans arrive at a lower one; the
-//! estimator has the lowest, and either of the others interrupts it wherever it is. They hand over through bounded queues that
-//! nobody waits for: where one is full, what came is lost and counted.
+//! There are three tasks: odometry arrives in a timer's interrupt at the highest priority, scans of a sensor at a lower one; the
+//! estimator has the lowest, and both others preempt it. Inputs pass through bounded queues without waiting: if a queue is full,
+//! the input is lost and counted.
 #![no_std]
 
 pub mod device;

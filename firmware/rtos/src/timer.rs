@@ -1,6 +1,6 @@
 //! The boards' two simple timers: Arm's CMSDK APB timer.
 
-/// Ticks of a timer in a second: 25 MHz on the boards that QEMU has.
+/// Ticks of a timer in a second: 25 MHz on QEMU's boards.
 pub const TICKS_PER_S: u64 = 25_000_000;
 
 const CONTROL: usize = 0;
@@ -12,20 +12,20 @@ const ENABLED: u32 = 1;
 const INTERRUPTS: u32 = 8;
 const EXPIRED: u32 = 1;
 
-/// A timer that interrupts after times that are each told anew.
+/// A timer with an interval that is set for each interrupt.
 #[derive(Debug)]
 pub struct Timer {
     registers: *mut u32,
 }
 
-// SAFETY: whoever has a timer is the only one to touch its registers, whichever task that is.
+// SAFETY: only the owner of a timer uses its registers, in any task.
 unsafe impl Send for Timer {}
 
 impl Timer {
     /// The timer of the interrupt [`TIMER0`](crate::device::Interrupt::TIMER0).
     ///
     /// # Safety
-    /// To be called once: two owners would take one another's ticks.
+    /// Must be called once: two owners would clear each other's interrupts.
     #[must_use]
     pub unsafe fn first() -> Self {
         Self { registers: 0x4000_0000 as *mut u32 }
@@ -34,7 +34,7 @@ impl Timer {
     /// The timer of the interrupt [`TIMER1`](crate::device::Interrupt::TIMER1).
     ///
     /// # Safety
-    /// To be called once: two owners would take one another's ticks.
+    /// Must be called once: two owners would clear each other's interrupts.
     #[must_use]
     pub unsafe fn second() -> Self {
         Self { registers: 0x4000_1000 as *mut u32 }
@@ -50,7 +50,7 @@ impl Timer {
         unsafe { self.registers.add(register).write_volatile(value) }
     }
 
-    /// Begins: the first interrupt comes after so many ticks.
+    /// Starts the timer: the first interrupt is after `ticks`.
     pub fn start(&mut self, ticks: u32) {
         self.write(CONTROL, 0);
         self.write(RELOAD, ticks);
@@ -58,13 +58,13 @@ impl Timer {
         self.write(CONTROL, ENABLED | INTERRUPTS);
     }
 
-    /// No more interrupts.
+    /// Stops the timer.
     pub fn stop(&mut self) {
         self.write(CONTROL, 0);
         self.write(INTERRUPT, EXPIRED);
     }
 
-    /// Ticks since it came to zero, where it stays for one.
+    /// Ticks since it expired; it stays at zero for one tick.
     fn waited(&self) -> u32 {
         match self.read(VALUE) {
             0 => 0,
@@ -72,14 +72,14 @@ impl Timer {
         }
     }
 
-    /// In its interrupt: takes that back, and returns how many ticks ago it came.
+    /// Called in its interrupt: clears it, and returns its latency, ticks.
     pub fn expired(&mut self) -> u32 {
         let waited = self.waited();
         self.write(INTERRUPT, EXPIRED);
         waited
     }
 
-    /// In its interrupt: the next one comes so many ticks after this one came, however long ago that was.
+    /// Called in its interrupt: sets the next one to `ticks` after this one, whatever the latency was.
     pub fn again(&mut self, ticks: u32) {
         let waited = self.waited();
         self.write(RELOAD, ticks);

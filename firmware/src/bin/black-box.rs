@@ -1,4 +1,4 @@
-//! Replays what is left of a planar vehicle's black box in single precision, with either filter, and reports every scan.
+//! Replays the remaining records of a planar vehicle's black box in single precision, with either filter, and reports every scan.
 #![no_std]
 #![no_main]
 

@@ -1,5 +1,5 @@
-//! Replays a planar vehicle's stream in single precision while bits of the filter's state flip, and tells what every round of scans has come to:
-//! with few informed particles, then with a joint map.
+//! Replays a planar vehicle's stream in single precision while bits of the filter's state flip, and reports the outcome of every
+//! round of scans: first with few informed particles, then with a joint map.
 #![no_std]
 #![no_main]
 
@@ -13,7 +13,7 @@ use scphd_stream::planar::{Planar, PlanarJoint};
 use scphd_stream::{Aboard, FLIP_SEEDS, Failing, Round, replay_with_flips};
 use static_cell::ConstStaticCell;
 
-/// Bytes of a snapshot.
+/// Capacity for a snapshot, bytes.
 const ROOM: usize = 256 << 10;
 
 static MIXTURE: ConstStaticCell<<Planar as Aboard<f32>>::Memory> =

@@ -1,5 +1,6 @@
-//! The target of `scphd-sim hil`: takes a stream over the serial port, record by record, feeds the filter of a black box, and answers with pose,
-//! covariance, digest and cost. With the feature `joint` that filter is the joint map. Links only if no panic can be reached.
+//! The target of `scphd-sim hil`: receives a stream over the serial port, record by record, runs the filter of a black box on it,
+//! and answers with pose, covariance, digest and cost. With the feature `joint` the filter is the joint map. Links only if no
+//! panic is reachable.
 #![no_std]
 #![no_main]
 
@@ -16,19 +17,19 @@ use scphd_stream::planar::BlackBoxJoint as Kind;
 use scphd_stream::{Aboard, Monitor, ScanCost, Seen};
 use static_cell::ConstStaticCell;
 
-/// Bytes of a frame: a map of a hundred features.
+/// Greatest size of a frame, bytes: a map of a hundred features.
 const IN: usize = 8192;
-/// Bytes of an answer on the line.
+/// Greatest size of an answer, bytes.
 const OUT: usize = 256;
 
 static MEMORY: ConstStaticCell<<Kind as Aboard<f32>>::Memory> = ConstStaticCell::new(<Kind as Aboard<f32>>::MEMORY);
 static TARGET: ConstStaticCell<Target<IN, OUT>> = ConstStaticCell::new(Target::new(Gaps::Refused));
 
-/// Keeps the time, in cycles on a board and in instructions in an emulator.
+/// Measures the time, in cycles on a board and in instructions in an emulator.
 struct Watch {
     clock: Clock,
     started: u64,
-    /// Ticks of the clock in the loop that tells how many instructions one is.
+    /// Ticks of the clock during a loop with a known number of instructions.
     ticks: u64,
 }
 
@@ -69,7 +70,7 @@ fn main() -> ! {
     {
         let mut watch = Watch::start(&mut peripherals);
         let mut line = Uart::start(&mut peripherals.NVIC);
-        // The line has no end.
+        // The loop ends only with the serial line, which has no end.
         let _ = target.serve::<Kind, f32, _>(&mut line, memory, watch.unit(), &mut watch);
     }
     loop {

@@ -1,8 +1,8 @@
-//! Links only if no panic can be reached from setting up, predicting, scanning and estimating: whoever panics calls a function that
-//! does not exist. In single precision or, with the feature `double`, in double; for a planar vehicle or, with the feature
-//! `underwater`, for an underwater one; with the feature `joint`, for a planar vehicle with a joint map. With the feature `black-box` what is
-//! left of a black box is replayed, and recorded once more. With the feature `sensors` posts are found, and messages of flight stacks read and
-//! written.
+//! Links only if no panic is reachable from setup, prediction, scan and estimate: a panic would call a function that nobody
+//! defines. In single precision, or in double precision with the feature `double`; for a planar vehicle, for an underwater
+//! vehicle with the feature `underwater`, or for a planar vehicle with a joint map with the feature `joint`. With the feature
+//! `black-box` the remaining records of a black box are replayed and recorded again. With the feature `sensors` posts are found,
+//! and messages of flight stacks are read and written.
 #![no_std]
 #![no_main]
 
@@ -36,7 +36,7 @@ type Scalar = f64;
 static MEMORY: ConstStaticCell<<Kind as Aboard<Scalar>>::Memory> =
     ConstStaticCell::new(<Kind as Aboard<Scalar>>::MEMORY);
 
-/// Makes the compiler keep what it is told.
+/// Prevents the compiler from removing the results.
 struct Witness;
 
 impl Monitor for Witness {
@@ -49,7 +49,7 @@ impl Monitor for Witness {
     }
 }
 
-/// Posts in the bytes of a lidar and in ranges, and messages there and back.
+/// Finds posts in lidar bytes and in ranges, and encodes and decodes messages.
 #[cfg(feature = "sensors")]
 fn sensors(mut bytes: &[u8]) -> Option<()> {
     use scphd_lidar::{Assembler, LaserScan, PostFinder, PostSettings, Sweep};
@@ -122,14 +122,14 @@ fn panic(_info: &PanicInfo<'_>) -> ! {
     a_panic_is_reachable()
 }
 
-/// Hands out memory and never takes it back: enough to link.
+/// An allocator that gives no memory: sufficient to link.
 #[cfg(feature = "planted-heap")]
 mod planted {
     use core::alloc::{GlobalAlloc, Layout};
 
     struct Heap;
 
-    // SAFETY: it never hands out anything.
+    // SAFETY: it never returns memory.
     unsafe impl GlobalAlloc for Heap {
         unsafe fn alloc(&self, _layout: Layout) -> *mut u8 {
             core::ptr::null_mut()

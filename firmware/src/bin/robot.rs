@@ -1,4 +1,4 @@
-//! The library's example of a robot with a lidar, a radar and satellite fixes, on a board: it ends in the same state as on a desk.
+//! The library's example of a robot with a lidar, a radar and satellite fixes, on a board: its final state is that on the host.
 #![no_std]
 #![no_main]
 

@@ -1,8 +1,8 @@
-//! A filter in a vehicle's loop: odometry and scans arrive in an interrupt, the filter works in the foreground, and
-//! every scan has to be done before the next one comes.
+//! A filter in a vehicle's loop: odometry and scans arrive in an interrupt, the filter runs in the foreground, and every scan
+//! must be finished before the next one arrives.
 //!
-//! On a vehicle the interrupt is that of the odometry's timer and of the sensor's transfer; here SysTick stands for
-//! both, at 20 Hz, and takes what they would deliver from a stream.
+//! A vehicle has an interrupt of the odometry's timer and one of the sensor's transfer. Here SysTick replaces both, at 20 Hz, and
+//! reads their data from a stream.
 #![no_std]
 #![no_main]
 
@@ -21,26 +21,26 @@ use static_cell::ConstStaticCell;
 
 /// Odometry samples a second.
 const ODOMETRY_HZ: u32 = 20;
-/// Ticks of the core's clock in a second: 25 MHz on the boards that QEMU has.
+/// Clock frequency of the core: 25 MHz on QEMU's boards.
 const CLOCK_HZ: u32 = 25_000_000;
-/// Inputs that may wait while a scan is worked on. More than that is lost time that no filter makes good.
+/// Capacity of the queue of inputs during a scan. If it is full, inputs are lost, and no filter can recover their time.
 const QUEUE: usize = 16;
 
-/// What the interrupt hands to the foreground.
+/// An input from the interrupt to the foreground.
 enum Input {
     Odometry(Odometry),
-    /// The measurements stay where they arrived; a driver would hand over its buffer.
+    /// The measurements remain in the stream's memory; a driver would hand over its buffer.
     Scan {
         measurements: Measurements<'static, Planar>,
         tick: u32,
     },
 }
 
-/// What interrupt and foreground share.
+/// Data shared by interrupt and foreground.
 struct Arrivals {
     source: Option<Reader<'static, Planar>>,
     inputs: Deque<Input, QUEUE>,
-    /// Interrupts so far: the time.
+    /// Number of interrupts so far: the time.
     tick: u32,
     lost: u32,
     ended: bool,
@@ -69,7 +69,7 @@ fn main() -> ! {
             report::failed()
         }
     };
-    // A scan has to be done before the next one comes.
+    // A scan must be finished before the next one arrives.
     let deadline = (header.scan_interval_s * f64::from(ODOMETRY_HZ)) as u32;
     free(|token| ARRIVALS.borrow(token).borrow_mut().source = Some(reader));
     start_timer(&mut peripherals);
@@ -136,19 +136,19 @@ fn start_timer(peripherals: &mut Peripherals) {
     timer.enable_counter();
 }
 
-/// Odometry, and the scan that came with it.
+/// Reads an odometry sample and the scan that arrived with it.
 #[exception]
 fn SysTick() {
     free(|token| {
         let arrivals = &mut *ARRIVALS.borrow(token).borrow_mut();
         arrivals.tick = arrivals.tick.wrapping_add(1);
         let Arrivals { source: Some(source), inputs, tick, lost, ended } = arrivals else { return };
-        // All up to the next odometry sample is here by now, if it is no more than the queue could ever hold.
+        // Reads all records up to the next odometry sample, at most as many as the queue could hold.
         for _ in 0..QUEUE {
             let (input, last) = match source.read() {
                 Ok(Some(Record::Predict(odometry))) => (Input::Odometry(odometry), true),
                 Ok(Some(Record::Scan(measurements))) => (Input::Scan { measurements, tick: *tick }, false),
-                // Of other records this loop knows nothing.
+                // This loop does not use other records.
                 Ok(Some(_)) => continue,
                 Ok(None) | Err(_) => {
                     *ended = true;

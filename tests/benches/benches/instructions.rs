@@ -1,7 +1,7 @@
 //! Instructions of ten steps, each a motion and a scan, as callgrind counts them:
 //! `cargo bench -p scphd-benches --bench instructions`; needs valgrind and gungraun-runner.
 
-// Of the macros' code, which nobody can change here.
+// For the code of the macros, which cannot be changed here.
 #![allow(unused_qualifications, missing_debug_implementations)]
 
 use gungraun::{library_benchmark, library_benchmark_group, main};
@@ -9,7 +9,7 @@ use scphd_benches::cases::{CURVES, NAMED};
 use scphd_benches::{Case, Input};
 use std::hint::black_box;
 
-/// Steps that are counted together.
+/// Number of steps that are counted together.
 const STEPS: usize = 10;
 
 type Prepared = (Box<dyn Case>, Vec<Input>);
@@ -41,7 +41,7 @@ fn on_curve(name: &str, point: usize) -> Prepared {
 #[bench::clutter_20(on_curve("clutter", 20))]
 fn steps((mut case, inputs): Prepared) -> Prepared {
     case.play(black_box(&inputs));
-    // Freeing them does not count.
+    // Returned, so that freeing them is not counted.
     (case, inputs)
 }
 

@@ -5,7 +5,7 @@ use scphd_benches::Case;
 use scphd_benches::cases::{CURVES, NAMED};
 use std::time::{Duration, Instant};
 
-/// The motion before each scan, and the making of its measurements, are not measured.
+/// Measures scans only, without the motion before each and the generation of its measurements.
 fn scans(case: &mut dyn Case, scans: u64) -> Duration {
     let mut time = Duration::ZERO;
     for _ in 0..scans {

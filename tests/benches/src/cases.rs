@@ -1,4 +1,4 @@
-//! What is measured: two cases of others, and four curves.
+//! The measured cases: two from other projects, and five curves.
 
 use crate::rig::{Case, Rig};
 use crate::world::{Clutter, World};
@@ -10,22 +10,22 @@ use scphd::{Births, Config};
 use scphd_log::noise::Noise;
 use std::f64::consts::TAU;
 
-/// Components that one update has room for.
+/// Capacity for components in an update.
 const VIEW: usize = 2048;
 
 type Still<const PARTICLES: usize, const PAGES: usize, const MAP_PAGES: usize> =
     MapMemory<Static<Vector2<f32>>, PARTICLES, PAGES, MAP_PAGES, VIEW>;
 
-/// A curve: how a scan's time grows with one number, all others fixed.
+/// A curve: the time of a scan as a function of one number, with all others fixed.
 #[derive(Debug, Clone, Copy)]
 pub struct Curve {
     /// Its name.
     pub name: &'static str,
-    /// The number, for an axis.
+    /// Description of the number, for the axis.
     pub what: &'static str,
-    /// The numbers measured.
+    /// Values of the number.
     pub points: &'static [usize],
-    /// The case with this number.
+    /// Constructs the case with this number.
     pub case: fn(usize) -> Box<dyn Case>,
 }
 
@@ -38,29 +38,28 @@ pub const CURVES: [Curve; 5] = [
     Curve { name: "clutter", what: "false measurements a scan", points: &[0, 5, 20, 50, 100], case: clutter },
 ];
 
-/// Sets a case up.
+/// Constructs a case.
 pub type Make = fn() -> Box<dyn Case>;
 
-/// The cases with a name of their own.
+/// The cases that are not on a curve.
 pub const NAMED: [(&str, Make); 2] = [("rfs_slam_like", rfs_slam_like), ("gmphd_20_targets", gmphd_20_targets)];
 
-/// A slow vehicle with good odometry: what is measured is the filter, not how it loses its way.
+/// A slow vehicle with good odometry, so that the filter does not diverge.
 fn robot() -> Unicycle<f32> {
     Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02)).expect("the noise of the odometry")
 }
 
-/// About one new feature a scan in a 15 m circle.
+/// About one new feature in a scan of a 15 m circle.
 const BIRTHS: Births<f32> = Births::of_static(0.01);
 
 fn config(particles: usize, samples: usize) -> Config<f32> {
     Config { particles, samples, ..Config::default() }
 }
 
-/// Pruning that leaves as many components as RFS-SLAM has: it keeps what a false measurement leaves behind for a while.
+/// Pruning threshold that leaves as many components as in RFS-SLAM: components from false measurements are kept for a while.
 const RFS_SLAM_PRUNE_WEIGHT: f32 = 1e-4;
 
-/// 200 particles, 50 landmarks, 9.8 measurements a scan, about 37 components a particle: the default 2-D simulation of
-/// RFS-SLAM, by its numbers.
+/// 200 particles, 50 landmarks, 9.8 measurements in a scan, about 37 components in a map: the default 2-D simulation of RFS-SLAM.
 fn rfs_slam_like() -> Box<dyn Case> {
     let world = World {
         landmarks: World::scattered(50, 19.5, 1.0, 3),
@@ -71,12 +70,12 @@ fn rfs_slam_like() -> Box<dyn Case> {
         detection: 0.95,
         clutter: Clutter::Mean(0.3),
     };
-    // A whole round and some more.
+    // More than a complete round.
     let config = Config { prune_weight: RFS_SLAM_PRUNE_WEIGHT, ..config(200, 1) };
     Box::new(Rig::new::<Still<200, 4096, 16>, NoMoving, 200, 200>(robot(), BIRTHS, config, world, &[], 320))
 }
 
-/// GM-PHD tracking: 20 targets, 20 false measurements a scan, from a place that is known.
+/// GM-PHD tracking from a known pose: 20 targets, 20 false measurements in a scan.
 fn gmphd_20_targets() -> Box<dyn Case> {
     const RANGE_M: f64 = 50.0;
     let mut noise = Noise::new(4);
@@ -103,10 +102,10 @@ fn gmphd_20_targets() -> Box<dyn Case> {
     Box::new(Rig::new::<Still<1, 64, 32>, Moving, 1, 1>(KnownPose::new(), births, config, world, &[], 100))
 }
 
-/// A map of `features`, of which 20 are in view wherever the vehicle is on its way, and the others never.
+/// A map of `features`, of which 20 are always in view, and the others never.
 fn map(features: usize) -> Box<dyn Case> {
     const IN_VIEW: usize = 20;
-    /// Where the others begin, and how far apart they are, m.
+    /// Least distance of the other features from the origin, and distance between them, m.
     const BEYOND_M: f64 = 30.0;
     const APART_M: f64 = 3.0;
     let world = World {
@@ -119,7 +118,7 @@ fn map(features: usize) -> Box<dyn Case> {
         clutter: Clutter::Mean(20.0),
     };
     let mut known = world.landmarks.clone();
-    // Rows of a square, in which neighbours stand next to each other.
+    // A grid in rows, in which consecutive features are neighbours.
     let rows = (features as f64).sqrt().ceil() as usize + 2 * (BEYOND_M / APART_M) as usize;
     let grid = (0..rows * rows).map(|k| [k % rows, k / rows].map(|place| (place as f64 - rows as f64 / 2.0) * APART_M));
     let beyond = grid.filter(|place| place[0].hypot(place[1]) > BEYOND_M);
@@ -127,13 +126,12 @@ fn map(features: usize) -> Box<dyn Case> {
     Box::new(Rig::new::<Still<32, 16_384, 2048>, NoMoving, 32, 64>(robot(), BIRTHS, config(32, 2), world, &known, 20))
 }
 
-/// Twenty features in view, and as much clutter as makes up the measurements; of fewer than twenty, as many features are
-/// detected.
+/// Twenty features in view, and clutter up to the number of measurements; if this is below twenty, as many features are detected.
 fn measurements(measurements: usize) -> Box<dyn Case> {
     in_clutter(measurements, config(32, 2))
 }
 
-/// The same by a filter that does not carry the births of the clutter from scan to scan.
+/// As `measurements`, with a filter whose births wait for the next scan.
 fn waiting(measurements: usize) -> Box<dyn Case> {
     in_clutter(measurements, Config { births_wait: true, ..config(32, 2) })
 }
@@ -153,14 +151,14 @@ fn in_clutter(measurements: usize, config: Config<f32>) -> Box<dyn Case> {
     Box::new(Rig::new::<Still<32, 4096, 128>, NoMoving, 32, 64>(robot(), BIRTHS, config, world, &known, 20))
 }
 
-/// 45 landmarks and the clutter of section 5.3.1, one sample a particle.
+/// 45 landmarks and the clutter of section 5.3.1, one sample for each particle.
 fn particles(particles: usize) -> Box<dyn Case> {
     type Memory = Still<1024, 65_535, 128>;
     let config = config(particles, 1);
     Box::new(Rig::new::<Memory, NoMoving, 1024, 1024>(robot(), BIRTHS, config, loop_of_5_3_1(20.0), &[], 100))
 }
 
-/// The same with 32 particles of two samples, for another clutter.
+/// As `particles`, with 32 particles of two samples, for another clutter rate.
 fn clutter(mean: usize) -> Box<dyn Case> {
     let world = loop_of_5_3_1(mean as f64);
     Box::new(Rig::new::<Still<32, 4096, 128>, NoMoving, 32, 64>(robot(), BIRTHS, config(32, 2), world, &[], 100))
@@ -182,7 +180,7 @@ fn loop_of_5_3_1(clutter: f64) -> World {
 mod tests {
     use super::*;
 
-    /// Means over so many scans: measurements, components of the map, of its moving part.
+    /// Means over these scans: measurements, components of a map, components of its moving part.
     fn means(case: &mut dyn Case, scans: usize) -> [f64; 3] {
         let mut sums = [0.0; 3];
         for _ in 0..scans {
@@ -196,16 +194,16 @@ mod tests {
     }
 
     #[test]
-    fn the_case_of_rfs_slam_has_its_numbers() {
-        // A whole round: 2π 3.72 m at 0.1 m a scan.
+    fn the_case_of_rfs_slam_has_its_figures() {
+        // A complete round: 2π 3.72 m at 0.1 m in a scan.
         let found = means(&mut *rfs_slam_like(), 234);
         println!("{found:?}");
-        // Whatever shifts the survivors, were it the rounding of a sum, shifts the components by about one.
+        // A change of the survivors, even from the rounding of a sum, changes the number of components by about one.
         assert!((found[0] - 9.8).abs() < 0.3 && (found[1] - 37.0).abs() < 2.5, "{found:?}");
     }
 
     #[test]
-    fn the_case_of_tracking_has_its_numbers() {
+    fn the_case_of_tracking_has_its_figures() {
         let found = means(&mut *gmphd_20_targets(), 100);
         println!("{found:?}");
         assert!((found[0] - 39.0).abs() < 2.0 && (100.0..140.0).contains(&found[2]), "{found:?}");

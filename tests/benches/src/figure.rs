@@ -1,15 +1,15 @@
-//! One line of the list that `cargo xtask bench --json FILE` writes.
+//! An element of the list that `cargo xtask bench --json FILE` writes.
 
 use serde::Serialize;
 
 /// A figure; `cargo xtask bench --help` defines them all.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figure {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// How much.
+    /// Value.
     pub value: f64,
-    /// Of what.
+    /// Unit.
     pub unit: String,
 }
 

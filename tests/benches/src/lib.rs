@@ -1,5 +1,5 @@
-//! What is measured, apart from how: filters in worlds that go on for ever, for the benches of time (`benches/time.rs`), of
-//! instructions (`benches/instructions.rs`), and for the figures and curves of `cargo xtask bench`.
+//! The measured cases: filters in worlds without an end, for the benches of time (`benches/time.rs`) and of instructions
+//! (`benches/instructions.rs`), and for the figures and curves of `cargo xtask bench`.
 
 pub mod cases;
 pub mod figure;

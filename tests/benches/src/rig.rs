@@ -11,12 +11,12 @@ use scphd::storage::{Dynamic, MapStorage, ScanRoom, Static};
 use scphd::{Births, Component, Config, Detector, DetectorMemory, ScPhd, ScanReport, State};
 use scphd_run::session::with_roomy_stack;
 
-/// Room for measurements.
+/// Maximum number of measurements in a scan.
 pub const MEASUREMENTS: usize = 256;
-/// Words of 64 of them that births can wait on: all.
+/// Number of 64-bit words of measurements that births can wait for: all.
 const WAITING: usize = MEASUREMENTS / 64;
 
-/// A motion model that a course can control.
+/// A motion model with a control from a course.
 pub trait Drive: Motion<Pose = PlanarPose<f32>> + Copy + Send {
     /// The control before a scan.
     fn control(input: &Input) -> Self::Control;
@@ -40,24 +40,24 @@ fn pose(numbers: [f64; 3]) -> PlanarPose<f32> {
     PlanarPose::new(x, y, heading)
 }
 
-/// Something whose scans can be measured.
+/// A case whose scans can be measured.
 pub trait Case {
-    /// Motion up to the next scan, and its measurements; not measured.
+    /// Predicts to the next scan and generates its measurements; not measured.
     fn prepare(&mut self);
-    /// The scan that was prepared, watched by a probe.
+    /// Processes the prepared scan, with a probe.
     fn scan(&mut self) -> ScanReport<f32>;
     /// The next inputs.
     fn record(&mut self, scans: usize) -> Vec<Input>;
-    /// Goes through inputs, motion and scans.
+    /// Processes inputs, with motion and scans.
     fn play(&mut self, inputs: &[Input]);
-    /// Components of a particle's map, and of its moving part: means over the particles.
+    /// Number of components in a map, and in its moving part: means over the particles.
     fn components(&mut self) -> [f64; 2];
 }
 
 type RigSensing = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
 
-/// A filter in single precision. Its memory is on the heap and is never freed: a filter borrows it for as long as the program runs, as on
-/// board.
+/// A filter in single precision. Its memory is on the heap and is never freed: the filter borrows it until the end of the
+/// program, as on a vehicle.
 #[derive(Debug)]
 pub struct Rig<M: Drive> {
     course: Course,
@@ -67,8 +67,8 @@ pub struct Rig<M: Drive> {
 }
 
 impl<M: Drive> Rig<M> {
-    /// A filter with models that fit the world, which starts with the map `known`, and has seen as many scans. Its memory has maps of
-    /// the types `S` and `V`.
+    /// A filter with models of the world, which starts with the map `known`, after this number of scans. Its maps have the memory
+    /// types `S` and `V`.
     ///
     /// # Panics
     /// The filter refuses the world.
@@ -110,7 +110,7 @@ impl<M: Drive> Rig<M> {
         rig
     }
 
-    /// The scan that was prepared, watched by a probe.
+    /// Processes the prepared scan, with a probe.
     ///
     /// # Panics
     /// The filter refuses the scan.
@@ -125,7 +125,7 @@ impl<M: Drive> Rig<M> {
     }
 }
 
-/// A feature that has been seen often.
+/// A feature with high existence probability.
 fn confirmed((index, place): (usize, &[f64; 2])) -> Component<Vector2<f32>> {
     Component {
         label: index as u32,

@@ -1,29 +1,29 @@
-//! Landmarks, targets and a sensor that goes round among them.
+//! A simulated world: landmarks, targets and a sensor on a circle.
 
 use scphd_log::angle::wrap;
 use scphd_log::noise::Noise;
 use std::f64::consts::{PI, TAU};
 
-/// Scans a second.
+/// Scans per second.
 const SCANS_PER_SECOND: f64 = 10.0;
 
-/// False measurements of a scan.
+/// Number of false measurements in a scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Clutter {
-    /// Poisson with this mean.
+    /// Poisson distribution with this mean.
     Mean(f64),
-    /// As many as make up this number of measurements.
+    /// Up to this number of measurements, together with detections.
     UpTo(usize),
 }
 
-/// What there is to be seen, and how it is seen: all around, uniform clutter.
+/// Landmarks, targets and the sensor, which sees in all directions, with uniform clutter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct World {
-    /// Places of the landmarks, m.
+    /// Positions of the landmarks, m.
     pub landmarks: Vec<[f64; 2]>,
-    /// Places (m) and velocities (m/s) of the targets, which turn back where the sensor's range ends.
+    /// Positions (m) and velocities (m/s) of the targets, which turn back at the sensor's range.
     pub targets: Vec<[[f64; 2]; 2]>,
-    /// Radius of the sensor's way around the origin, m; 0: it stands there.
+    /// Radius of the sensor's path around the origin, m; 0: the sensor does not move.
     pub way_radius_m: f64,
     /// Speed of the sensor, m/s.
     pub speed_mps: f64,
@@ -41,7 +41,7 @@ impl World {
     /// Standard deviation of a bearing, rad.
     pub const BEARING_SIGMA_RAD: f64 = 0.5 * PI / 180.0;
 
-    /// `count` landmarks in a square around the origin, `apart` m or more from one another.
+    /// `count` landmarks in a square around the origin, at least `apart_m` from each other.
     #[must_use]
     pub fn scattered(count: usize, side_m: f64, apart_m: f64, seed: u64) -> Vec<[f64; 2]> {
         let mut noise = Noise::new(seed);
@@ -56,7 +56,7 @@ impl World {
         places
     }
 
-    /// λ, the mean of false measurements.
+    /// λ, the mean number of false measurements.
     #[must_use]
     pub fn clutter_mean(&self) -> f64 {
         match self.clutter {
@@ -65,14 +65,14 @@ impl World {
         }
     }
 
-    /// Landmarks and targets that are in view from the origin.
+    /// Number of landmarks and targets in view from the origin.
     #[must_use]
     pub fn in_view(&self) -> usize {
         let places = self.landmarks.iter().chain(self.targets.iter().map(|[place, _]| place));
         places.filter(|place| distance(**place, [0.0; 2]) <= self.range_max_m).count()
     }
 
-    /// The pose (x m, y m, heading rad) after so many scans.
+    /// The pose (x m, y m, heading rad) after this number of scans.
     fn pose(&self, scans: u32) -> [f64; 3] {
         if self.way_radius_m == 0.0 {
             return [0.0; 3];
@@ -83,7 +83,7 @@ impl World {
     }
 }
 
-/// What a filter gets at one time.
+/// The inputs of a filter at a time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Input {
     /// True pose at the scan: x m, y m, heading rad.
@@ -96,7 +96,7 @@ pub struct Input {
     pub measurements: Vec<[f64; 2]>,
 }
 
-/// One scan after the other in a world.
+/// A sequence of scans in a world.
 #[derive(Debug)]
 pub struct Course {
     world: World,
@@ -105,25 +105,25 @@ pub struct Course {
 }
 
 impl Course {
-    /// From the start, with the noise of `seed`.
+    /// Starts with the noise of `seed`.
     #[must_use]
     pub fn new(world: World, seed: u64) -> Self {
         Self { world, noise: Noise::new(seed), scans: 0 }
     }
 
-    /// The world as it is by now.
+    /// The present world.
     #[must_use]
     pub fn world(&self) -> &World {
         &self.world
     }
 
-    /// Where it starts.
+    /// The start pose.
     #[must_use]
     pub fn start(&self) -> [f64; 3] {
         self.world.pose(0)
     }
 
-    /// The next scan and the motion before it.
+    /// The next scan and the control before it.
     pub fn advance(&mut self) -> Input {
         let dt_s = 1.0 / SCANS_PER_SECOND;
         self.scans = self.scans.wrapping_add(1);

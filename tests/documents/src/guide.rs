@@ -1,4 +1,4 @@
-//! The README and the chapters of the guide that hold code: the documentation tests compile and run it.
+//! The README and the chapters of the guide with code: it is compiled and run as documentation tests.
 
 #[doc = include_str!("../../../README.md")]
 struct Readme;

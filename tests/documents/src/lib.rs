@@ -1,4 +1,4 @@
-//! The examples of the documents, as documentation tests; what else is asked of documents is in `tests/`.
+//! The examples of the documents, as documentation tests; other tests of documents are in `tests/`.
 
 #[cfg(doctest)]
 mod guide;

@@ -1,10 +1,9 @@
-//! The table of `docs/languages.md`: every mark in it stands for a test of that feature through that interface, which exists and belongs
-//! to the tests of that interface.
+//! The table of `docs/languages.md`: every mark stands for an existing test of that feature through that interface.
 
 use std::fs;
 use std::path::Path;
 
-/// The columns.
+/// Columns of the table.
 const INTERFACES: [&str; 5] = ["Rust", "C", "Python", "streams", "simulator"];
 
 const VEHICLE: &str = "onboard/vehicle/tests/assembled.rs";
@@ -22,10 +21,10 @@ const UNDER_WATER: &str = "host-sim/run/src/compare/underwater.rs";
 
 /// A test: its file and its name.
 type Test = (&'static str, &'static str);
-/// Where there is no such feature.
+/// No such feature.
 const NO: Test = ("", "");
 
-/// Each feature with a test for every interface.
+/// Each feature with its test for every interface.
 const FEATURES: [(&str, [Test; 5]); 21] = [
     (
         "`JointSlam`, in the plane",
@@ -238,7 +237,7 @@ fn every_mark_of_the_table_has_a_test() {
 }
 
 #[test]
-fn the_table_is_that_of_the_page() {
+fn the_page_has_this_table() {
     let mut table = format!("|feature|{}|\n|---|{}\n", INTERFACES.join("|"), ":-:|".repeat(INTERFACES.len()));
     for (feature, tests) in FEATURES {
         let marks = tests.map(|test| if test == NO { "" } else { "✓" });

@@ -1,19 +1,19 @@
-//! Every link from one page of the project to another, or to a heading of one, leads somewhere.
+//! Every link to a page of the project, or to a heading of one, is valid.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Folders that hold no pages of ours.
+/// Folders without pages of the project.
 const ASIDE: [&str; 4] = ["target", "out", "node_modules", "shared"];
 
-/// All pages below a folder.
+/// Collects all pages below a folder.
 fn pages(folder: &Path, into: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
         if path.is_dir() {
-            // A folder with a dot has tools of ours (.github) or of others.
+            // Folders whose name begins with a dot belong to tools, except .github.
             if !ASIDE.contains(&name) && (!name.starts_with('.') || name == ".github") && !path.is_symlink() {
                 pages(&path, into);
             }
@@ -23,7 +23,7 @@ fn pages(folder: &Path, into: &mut Vec<PathBuf>) {
     }
 }
 
-/// A page without what stands between fences or is indented as code.
+/// The text of a page without its code blocks.
 fn prose(text: &str) -> String {
     let mut inside = false;
     let mut kept = String::new();
@@ -38,7 +38,7 @@ fn prose(text: &str) -> String {
     kept
 }
 
-/// Where the links of a page lead.
+/// Targets of a page's links.
 fn links(text: &str) -> Vec<String> {
     let mut found = Vec::new();
     for (place, _) in text.match_indices("](") {
@@ -49,7 +49,7 @@ fn links(text: &str) -> Vec<String> {
     found
 }
 
-/// The names of a page's headings, as a link to them has them.
+/// Anchors of a page's headings.
 fn anchors(text: &str) -> BTreeSet<String> {
     let heading = |line: &str| {
         let title = line.strip_prefix('#')?.trim_start_matches('#').trim();
@@ -60,7 +60,7 @@ fn anchors(text: &str) -> BTreeSet<String> {
 }
 
 #[test]
-fn every_link_leads_somewhere() {
+fn every_link_is_valid() {
     let root = &Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let mut all = Vec::new();
     pages(root, &mut all);
@@ -87,7 +87,7 @@ fn every_link_leads_somewhere() {
 }
 
 #[test]
-fn headings_get_the_names_that_links_have() {
+fn headings_have_the_anchors_of_links() {
     let names = anchors("# `a_b`: What, now?\n\ntext\n\n## 2. Two - three\n\n```sh\n# not one\n```\n");
     assert_eq!(names, ["a_b-what-now", "2-two---three"].map(str::to_owned).into());
     assert_eq!(links(&prose("see [a](b.md#c) and ![d](e.png)\n    [not](x)\n")), ["b.md#c", "e.png"]);

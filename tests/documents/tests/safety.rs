@@ -1,4 +1,4 @@
-//! SAFETY.md: every test that it names is there, and its list of what the library uses of Rust's `core` is right.
+//! SAFETY.md: every test that it names exists, and its list of items of Rust's `core` that the library uses is correct.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -12,20 +12,20 @@ fn safety() -> String {
     fs::read_to_string(root().join("SAFETY.md")).unwrap()
 }
 
-/// What stands between backquotes.
+/// The texts between backquotes.
 fn quoted(text: &str) -> impl Iterator<Item = &str> {
     text.split('`').skip(1).step_by(2)
 }
 
 #[test]
-fn every_test_that_is_named_is_there() {
+fn every_named_test_exists() {
     let text = safety();
     let mut named = 0;
     for (file, test) in quoted(&text).filter_map(|word| word.split_once(".rs::")) {
         let path = root().join(format!("{file}.rs"));
         let source = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         let at = source.find(&format!("fn {test}(")).unwrap_or_else(|| panic!("no {test} in {file}.rs"));
-        // Attributes of a test stand just before it.
+        // Attributes of a test are directly before it.
         let before: Vec<&str> = source[..at].lines().rev().take(4).collect();
         assert!(before.iter().any(|line| line.trim() == "#[test]"), "{test} in {file}.rs is no test");
         named += 1;
@@ -33,7 +33,7 @@ fn every_test_that_is_named_is_there() {
     assert!(named >= 20, "{named}");
 }
 
-/// Sources of the library itself, without its tests.
+/// Collects the sources of the library, without its tests.
 fn sources(folder: &Path, into: &mut Vec<String>) {
     let mut entries: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     entries.sort();
@@ -53,7 +53,7 @@ fn sources(folder: &Path, into: &mut Vec<String>) {
     }
 }
 
-/// Paths into `core` that a source has, those in braces one by one; `fmt` stands for what is in it where it is imported whole.
+/// Collects the paths into `core` of a source, with braces expanded; if `fmt` is imported as a whole, the items used from it.
 fn items_of(source: &str, into: &mut BTreeSet<String>) {
     let is_path = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
     for (at, _) in source.match_indices("core::") {
@@ -66,7 +66,7 @@ fn items_of(source: &str, into: &mut BTreeSet<String>) {
                 let inside = source[at + path.len() + 1..].split('}').next().unwrap();
                 into.extend(inside.split(',').map(|item| format!("{before}::{}", item.trim())));
             }
-            // A macro writes the rest.
+            // The rest of the path is written by a macro.
             _ if path == "core::" => (),
             _ => _ = into.insert(path.trim_end_matches(':').to_owned()),
         }
@@ -77,7 +77,7 @@ fn items_of(source: &str, into: &mut BTreeSet<String>) {
 }
 
 #[test]
-fn the_list_of_items_of_core_is_right() {
+fn the_list_of_items_of_core_is_correct() {
     let (mut all, mut items) = (Vec::new(), BTreeSet::new());
     sources(&root().join("core/src"), &mut all);
     all.iter().for_each(|source| items_of(source, &mut items));

@@ -1,6 +1,6 @@
-//! Where the numbers of independent implementations and the recorded logs are. The former are in `tests/oracles`. The
-//! latter belong to others and are not part of this repository; a test that needs one and does not find it passes, but
-//! says so where `cargo xtask test` counts it.
+//! Paths of the results of independent implementations and of the recorded logs. The former are in `tests/oracles`. The latter
+//! belong to others and are not part of this repository; a test whose log is missing passes, but is counted as skipped by `cargo
+//! xtask test`.
 
 use std::env;
 use std::fs::{self, OpenOptions};
@@ -9,15 +9,15 @@ use std::path::{Path, PathBuf};
 use std::process;
 use std::thread;
 
-/// The environment variable that names the folder of the logs.
+/// Environment variable with the folder of the logs.
 pub const FOLDER: &str = "SCPHD_DATA";
-/// The environment variable that names the file to which a test without its log appends a line: its package and name.
+/// Environment variable with the file to which a test without its log appends a line: its package and name.
 pub const SKIPPED: &str = "SCPHD_SKIPPED";
 
-/// The folder of the oracles.
+/// Folder of the oracles.
 const ORACLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../oracles");
 
-/// The folder of the logs: the one that [`FOLDER`] names, otherwise `shared/data` beside the repository.
+/// The folder of the logs: that of [`FOLDER`], by default `shared/data` beside the repository.
 #[must_use]
 pub fn folder() -> PathBuf {
     env::var_os(FOLDER).map_or_else(beside, PathBuf::from)
@@ -29,10 +29,10 @@ fn beside() -> PathBuf {
     folders.nth(3).unwrap_or(Path::new("..")).join("shared/data")
 }
 
-/// The path of the log, or of the file, `name`. Where there is none the test that asks is noted as skipped.
+/// The path of the log or file `name`. If it is missing, the calling test is recorded as skipped.
 ///
 /// # Panics
-/// The file that [`SKIPPED`] names cannot be written: a test that is skipped and not counted would pass for one that ran.
+/// The file of [`SKIPPED`] cannot be written: a skipped test that is not counted would look like one that ran.
 #[must_use]
 pub fn find(name: &str) -> Option<PathBuf> {
     let path = folder().join(name);
@@ -49,10 +49,10 @@ pub fn find(name: &str) -> Option<PathBuf> {
     None
 }
 
-/// A file of numbers of independent implementations; `tests/oracles/README.md` says whose.
+/// A file with results of independent implementations; `tests/oracles/README.md` has their sources.
 ///
 /// # Panics
-/// It is not there, or no JSON: it is part of this repository, so that a test without it is broken.
+/// It is missing or not JSON; it is part of this repository.
 #[must_use]
 pub fn oracle(name: &str) -> serde_json::Value {
     let path = Path::new(ORACLES).join(name);
@@ -60,25 +60,25 @@ pub fn oracle(name: &str) -> serde_json::Value {
     serde_json::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// The numbers of a list in such a file.
+/// The numbers of a list in an oracle.
 ///
 /// # Panics
-/// It is no list of numbers.
+/// It is not a list of numbers.
 #[must_use]
 pub fn numbers(value: &serde_json::Value) -> Vec<f64> {
     let list = value.as_array().expect("a list");
     list.iter().map(|number| number.as_f64().expect("a number")).collect()
 }
 
-/// A fresh folder for what a test writes. It is deleted with its owner.
+/// A new folder for files of a test, deleted when this value is dropped.
 #[derive(Debug)]
 pub struct Folder(pub PathBuf);
 
 impl Folder {
-    /// With this in its name.
+    /// A folder with this word in its name.
     ///
     /// # Panics
-    /// There is no place for it.
+    /// It cannot be created.
     #[must_use]
     pub fn new(name: &str) -> Self {
         let path = env::temp_dir().join(format!("scphd-{name}-{}", process::id()));
@@ -87,10 +87,10 @@ impl Folder {
         Self(path)
     }
 
-    /// The names in it, sorted.
+    /// The sorted names of its files.
     ///
     /// # Panics
-    /// It cannot be read.
+    /// The folder cannot be read.
     #[must_use]
     pub fn names(&self) -> Vec<String> {
         let files = fs::read_dir(&self.0).expect("a folder");
@@ -107,7 +107,7 @@ impl Drop for Folder {
     }
 }
 
-/// In one write, because tests run beside each other.
+/// Appends in a single write, because tests run in parallel.
 fn append(path: &Path, line: &str) -> io::Result<()> {
     OpenOptions::new().create(true).append(true).open(path)?.write_all(line.as_bytes())
 }
@@ -117,7 +117,7 @@ mod tests {
     use super::*;
     use std::process::Command;
 
-    /// Asks for what [`FOLDER`] has not; the test below runs it in a process of its own, with an environment of its own.
+    /// Requests a missing log; run by the test below in a process with its own environment.
     #[test]
     #[ignore = "only as a part of a_log_that_is_not_there_is_counted"]
     fn asks() {

@@ -1,5 +1,5 @@
-//! `fuzz OPERATIONS SEED [TARGET]` does that many operations from that seed on, of all targets or of one; `fuzz session TARGET SEED [OPERATION…]`
-//! does one session again, or these of its operations, and prints them.
+//! `fuzz OPERATIONS SEED [TARGET]` runs operations from this seed on, of all targets or of one; `fuzz session TARGET SEED
+//! [OPERATION…]` repeats a session, or these of its operations, and prints them.
 
 use scphd_tests::fuzz::{self, Target, counts};
 use std::process::ExitCode;
@@ -24,7 +24,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Does what was asked for; `None` where that cannot be told.
+/// Runs the request; `None` if the arguments are invalid.
 fn asked(words: &[&str]) -> Option<Result<(), Box<fuzz::Failed>>> {
     let target = |name: &str| Target::ALL.into_iter().find(|target| target.name() == name);
     Some(match words {
@@ -38,7 +38,7 @@ fn asked(words: &[&str]) -> Option<Result<(), Box<fuzz::Failed>>> {
     })
 }
 
-/// Divides the operations among the targets by their shares.
+/// Distributes the operations over the targets by their shares.
 fn all(targets: &[Target], operations: u64, seed: u64) -> Result<(), Box<fuzz::Failed>> {
     let shares: u64 = targets.iter().map(|target| target.share()).sum();
     for target in targets {

@@ -1,17 +1,17 @@
-//! What the operations came to: how often each was done, and how often it was refused for what reason.
+//! Counts of operations by outcome: success, or the reason of the refusal.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fmt::Debug;
 
-/// How often an operation came to this, by its name and the outcome: `ok`, or the name of the refusal.
+/// Number of occurrences of an operation with an outcome: `ok`, or the name of the error.
 pub type Counts = BTreeMap<(&'static str, String), u64>;
 
 thread_local! {
     static COUNTS: RefCell<Counts> = const { RefCell::new(Counts::new()) };
 }
 
-/// Counts an operation and what came of it, on this thread.
+/// Counts an operation with its outcome, on this thread.
 pub(super) fn count<R, E: Debug>(operation: &'static str, outcome: &Result<R, E>) {
     let came_to = match outcome {
         Ok(_) => "ok".into(),
@@ -20,12 +20,12 @@ pub(super) fn count<R, E: Debug>(operation: &'static str, outcome: &Result<R, E>
     COUNTS.with_borrow_mut(|counts| *counts.entry((operation, came_to)).or_default() += 1);
 }
 
-/// What has been counted on this thread since the last time.
+/// Returns and clears the counts of this thread.
 pub fn take() -> Counts {
     COUNTS.take()
 }
 
-/// The variant of an error, with those in it: `Model(ModelError)`. Numbers and texts are left out.
+/// The variant of an error with nested variants, such as `Model(ModelError)`, without numbers and texts.
 fn named(error: &impl Debug) -> String {
     let text = format!("{error:?}");
     let end = text.find(|c: char| !(c.is_alphanumeric() || c == '(')).unwrap_or(text.len());
@@ -38,7 +38,7 @@ mod tests {
     use scphd::errors::{Implausible, PredictError, ScanError};
 
     #[test]
-    fn outcomes_are_told_apart_by_their_names() {
+    fn outcomes_are_distinguished_by_their_names() {
         take();
         count::<(), _>("predict", &Err(PredictError::Implausible(Implausible::Step)));
         count::<(), _>("scan", &Err(ScanError::TooManyMeasurements { measurements: 9, capacity: 8 }));

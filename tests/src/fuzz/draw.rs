@@ -1,4 +1,4 @@
-//! Numbers for the fuzzer: a seed decides them all, and some of them are hostile.
+//! Random numbers for the fuzzer, determined by a seed; some of them are hostile.
 
 use scphd::Real;
 
@@ -10,7 +10,7 @@ pub struct Draw {
     hostility: f64,
 }
 
-/// What a wire, a damaged byte or a division by zero may bring.
+/// Numbers that a data link, a damaged byte or a division by zero may produce.
 const HOSTILE: [f64; 24] = [
     0.0,
     -0.0,
@@ -45,7 +45,7 @@ impl Draw {
         Self { state: seed.wrapping_mul(0x9e37_79b9_7f4a_7c15), hostility }
     }
 
-    /// A word.
+    /// A random 64-bit word.
     pub fn word(&mut self) -> u64 {
         self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut word = self.state;
@@ -64,17 +64,17 @@ impl Draw {
         self.even(0.0, 1.0) < probability
     }
 
-    /// An even number from `low` to `high`, never hostile.
+    /// A uniform number from `low` to `high`, never hostile.
     pub fn even(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * (self.word() >> 11) as f64 / 9_007_199_254_740_992.0
     }
 
-    /// A number of any magnitude from `low` to `high`, both above zero, never hostile.
+    /// A log-uniform number from `low` to `high`, both above zero, never hostile.
     pub fn magnitude(&mut self, low: f64, high: f64) -> f64 {
         self.even(low.ln(), high.ln()).exp()
     }
 
-    /// A number from `low` to `high`, or a hostile one.
+    /// A uniform number from `low` to `high`, or a hostile one.
     pub fn real<T: Real>(&mut self, low: f64, high: f64) -> T {
         let plausible = self.even(low, high);
         T::from_f64(self.spoilt(plausible))
@@ -86,7 +86,7 @@ impl Draw {
             return plausible;
         }
         match self.below(4) {
-            // Nearly what it was, or much more of it.
+            // A number that is almost the same, or of another magnitude.
             0 => plausible * (1.0 + f64::EPSILON),
             1 => plausible * 10.0_f64.powi(self.below(40) as i32 - 10),
             _ => HOSTILE[self.below(HOSTILE.len())],

@@ -1,4 +1,4 @@
-//! Measurements of the pose, drawn: of the position or the height, of the heading, of a beacon.
+//! Random measurements of the pose: position or height, heading, beacon.
 
 use super::draw::Draw;
 use super::worlds::{Drawn, FeatureOf, MeasurementOf, World};
@@ -13,9 +13,9 @@ use scphd::storage::{Archive, Movers};
 use scphd::{FixReport, JointSlam, Real, ScPhd};
 use std::fmt::{self, Debug, Formatter};
 
-/// A filter that is told its pose.
+/// A filter that accepts fixes.
 pub(super) trait Observer<P: Pose> {
-    /// Takes a measurement of it in.
+    /// Updates the filter with a fix.
     fn take<F: Fix<Pose = P>>(
         &mut self,
         fix: &F,
@@ -49,7 +49,7 @@ where
     }
 }
 
-/// Why it was refused: the fix itself, or what it measured.
+/// The reason of a refusal: an invalid model, or an invalid measurement.
 pub(super) enum Refused {
     Model,
     Observe(ObserveError),
@@ -70,9 +70,9 @@ impl From<ModelError> for Refused {
     }
 }
 
-/// Poses that have a sensor of their own kind.
+/// Poses with the fixes of their dimension.
 pub(super) trait Placed: Pose {
-    /// The position or the height of a pose near this one.
+    /// Applies a position or height fix near this pose.
     fn own(&self, draw: &mut Draw, observer: &mut impl Observer<Self>) -> Result<FixReport<ScalarOf<Self>>, Refused>;
 }
 
@@ -107,7 +107,7 @@ impl<T: Real> Placed for AuvPose<T> {
 
 type SensorOf<W> = <<W as World>::Sensing as MeasurementModel>::Sensor;
 
-/// Shows the filter a measurement of a pose near this one.
+/// Applies a random fix near this pose.
 pub(super) fn observe<T: Real, W: World<Scalar = T, Pose: Placed>>(
     draw: &mut Draw,
     sensor: &SensorOf<W>,

@@ -1,5 +1,4 @@
-//! A filter over a joint map from its first reset on, with two detectors, with an archive behind it or without, and with what moves or
-//! without.
+//! Sessions of a joint map with two detectors, with or without an archive, with or without moving features.
 
 use super::counts::count;
 use super::draw::Draw;
@@ -21,14 +20,14 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::marker::PhantomData;
 
-/// A vehicle with two sensors of different kinds.
+/// A vehicle with two sensors of different types.
 pub(super) trait Vehicle {
     const NAME: &'static str;
     type Scalar: Real;
     type Pose: Placed<Scalar = Self::Scalar> + Drawn;
     type First: World<Scalar = Self::Scalar, Pose = Self::Pose>;
     type Second: World<Scalar = Self::Scalar, Pose = Self::Pose>;
-    /// The wider of their measurements.
+    /// The measurement type with more coordinates.
     type Widest: Vector<Scalar = Self::Scalar>;
 }
 
@@ -49,13 +48,13 @@ macro_rules! vehicles {
 }
 
 vehicles! {
-    /// Range and bearing, and bearings alone, which give birth to nothing.
+    /// Range and bearing, and bearings only, which give no births.
     Robot: Rover and Tracker, Vector2;
-    /// The same on a car.
+    /// As `Robot`, with an Ackermann vehicle.
     Truck: Car and Rover, Vector2;
     /// A stereo camera and a sonar.
     Submarine: Diver and Listener, Vector4;
-    /// The sonar first.
+    /// As `Submarine`, with the sonar first.
     Glider: Listener and Diver, Vector4;
 }
 
@@ -65,7 +64,7 @@ type SecondOf<V> = <<V as Vehicle>::Second as World>::Sensing;
 type FeatureIn<V> = FeatureOf<<V as Vehicle>::First>;
 type Slam<'s, V, A, W> = JointSlam<'s, MotionOf<V>, <V as Vehicle>::Widest, A, W>;
 
-/// What only a filter without an archive can do.
+/// Functions of a filter without an archive.
 pub(super) trait FromOutside<V: Vehicle> {
     fn load(&mut self, map: &[Component<FeatureIn<V>>]) -> Option<Result<(), LoadMapError>>;
     fn localise<X: MeasurementModel<Pose = V::Pose>>(
@@ -103,7 +102,7 @@ impl<'a, V: Vehicle, W: Movers<V::Pose>> FromOutside<V> for Slam<'_, V, Archived
     }
 }
 
-/// A configuration, which may be out of range where a number in it is hostile.
+/// A random configuration; out of range if one of its numbers is hostile.
 pub(super) fn config<T: Real>(draw: &mut Draw) -> JointConfig<T> {
     let number = T::from_f64;
     let plain = if draw.chance(0.5) { JointConfig::default() } else { JointConfig::strict() };
@@ -128,17 +127,17 @@ pub(super) fn config<T: Real>(draw: &mut Draw) -> JointConfig<T> {
     }
 }
 
-/// A detector that is drawn, or what is said against it.
+/// A random detector, or the error that refuses it.
 fn detector<W: World>(draw: &mut Draw, sensing: W::Sensing) -> Result<Detector<W::Sensing>, SetupError> {
     let of_static = if draw.chance(0.1) { 0.0 } else { draw.magnitude(1e-6, 0.5) };
     let of_static = W::Scalar::from_f64(draw.spoilt(of_static));
-    // Without movers such births are none.
+    // Ignored by a filter without movers.
     let births = Births { of_static, of_moving: of_static * W::Scalar::from_f64(0.5) };
     let detector = Detector::new(sensing, births)?;
     Ok(if draw.chance(0.5) { detector.mounted(W::Pose::mounting(draw)?)? } else { detector })
 }
 
-/// What a filter and its detectors are made of.
+/// The parts of a filter and its detectors.
 struct Design<V: Vehicle> {
     motion: MotionOf<V>,
     config: JointConfig<V::Scalar>,
@@ -158,7 +157,7 @@ impl<V: Vehicle> Design<V> {
     }
 }
 
-/// A state that was saved, and its digest.
+/// A saved state and its digest.
 struct Saved {
     bytes: Vec<u8>,
     digest: u64,
@@ -174,14 +173,14 @@ struct Session<V: Vehicle> {
     told: String,
 }
 
-/// What an operation leaves to be done.
+/// The continuation after an operation.
 enum Next {
     Go,
-    /// Another filter over the same state.
+    /// Another filter continues with the same state.
     TakeOver,
 }
 
-/// Runs a session over a state of these capacities; an archive of none is no archive.
+/// Runs a session with a state of these capacities; an archive of size zero is none.
 pub(super) fn run<V: Vehicle, const F: usize, const N: usize, const M: usize, const A: usize>(
     seeded: Seeded,
     operations: &Operations<'_>,
@@ -203,7 +202,7 @@ pub(super) fn run<V: Vehicle, const F: usize, const N: usize, const M: usize, co
     let mut setup = Draw::new(seeded.seed, seeded.hostility);
     let mut calm = Draw::new(seeded.seed, 0.0);
     let mut design = |draw: &mut Draw| loop {
-        // What is refused is drawn again, at last without hostile numbers.
+        // A refused design is drawn again, sooner or later without hostile numbers.
         let drawn = Design::<V>::draw(if draw.chance(0.9) { draw } else { &mut calm });
         count("set up", &drawn);
         if let Ok(design) = drawn {
@@ -257,7 +256,7 @@ pub(super) fn run<V: Vehicle, const F: usize, const N: usize, const M: usize, co
     Ok(())
 }
 
-/// One operation, and whether it is the first.
+/// Runs an operation; the flag is set for the first one.
 type StepOf<'a, V> = dyn FnMut(&mut Session<V>, &mut Eyes<V>, &mut Draw, bool) -> Result<Next, String> + 'a;
 type Eyes<V> = (Detector<FirstOf<V>>, Detector<SecondOf<V>>);
 
@@ -265,19 +264,19 @@ fn require(holds: bool, what: impl FnOnce() -> String) -> Result<(), String> {
     if holds { Ok(()) } else { Err(what()) }
 }
 
-/// Whether probabilities and the like may be such.
+/// Whether a number is finite and not negative, as required of probabilities.
 fn sound<T: Real>(number: T) -> bool {
     number >= T::ZERO && number.is_finite()
 }
 
-/// A covariance, mostly positive definite.
+/// A random covariance, usually positive definite.
 fn covariance<T: Real, D: Vector<Scalar = T>>(draw: &mut Draw) -> Symmetric<D> {
     let variance = draw.magnitude(1e-6, 4.0);
     Symmetric::from_fn(|row, column| T::from_f64(draw.spoilt(if row == column { variance } else { 0.2 * variance })))
 }
 
 impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
-    /// An operation, and a look at everything.
+    /// Runs an operation, and checks the whole state.
     fn step<A: Archive<V::Pose>, W: Movers<V::Pose>>(
         &mut self,
         slam: &mut Slam<'_, V, A, W>,
@@ -288,7 +287,7 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
     where
         for<'s> Slam<'s, V, A, W>: FromOutside<V>,
     {
-        // The first operation is a reset, now and then not.
+        // The first operation is usually a reset.
         let kind = if first && draw.chance(0.95) { 0 } else { 3 + draw.below(197) };
         let here = slam.estimate_pose().map(|pose| pose.mean);
         let near = here.unwrap_or(V::Pose::ZERO);
@@ -492,7 +491,7 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
         match outcome {
             Ok(len) => {
                 require(len == bytes.len(), || format!("{len} bytes told, {} written", bytes.len()))?;
-                // Those of the last few times.
+                // Keeps only the last snapshots.
                 self.saved.truncate(3);
                 self.saved.insert(0, Saved { bytes, digest: slam.digest() });
                 Ok(())
@@ -501,7 +500,7 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
         }
     }
 
-    /// Goes back to what was saved, or tries to with a part of it or another kind.
+    /// Restores a snapshot, or attempts to with a part of it or with another kind.
     fn restore<A: Archive<V::Pose>, W: Movers<V::Pose>>(
         &mut self,
         slam: &mut Slam<'_, V, A, W>,
@@ -539,7 +538,7 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
                 require((slam.digest(), slam.seal()) == (before, seal), || "scrubbing changed what is sound".into())
             }
             Ok(_) => Ok(()),
-            // A variance that is none for now, and that the next scan mends.
+            // An invalid variance, which the next scan repairs.
             Err(_) => Ok(()),
         }
     }
@@ -561,7 +560,7 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
         Ok(())
     }
 
-    /// Everything the filter knows.
+    /// Checks the whole state.
     fn check<A: Archive<V::Pose>, W: Movers<V::Pose>>(&self, slam: &Slam<'_, V, A, W>) -> Result<(), String> {
         slam.audit().map_err(|flaw| format!("{flaw}"))?;
         require(slam.held() <= self.features + self.archive, || format!("{} held", slam.held()))?;
@@ -580,14 +579,14 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
     }
 }
 
-/// Features that may move, where any may.
+/// Number of moving features, if there are any.
 const MOVERS: usize = 6;
-/// How far a sum of probabilities may be above what it is of.
+/// Upper limit of a sum of probabilities divided by its nominal value.
 const PROBABLE: f64 = 1.002;
-/// What tells the snapshots of these sessions.
+/// Vehicle type in the snapshots of these sessions.
 const KIND: u32 = 41;
 
-/// The sessions there are: a vehicle, a scalar, and features, measurements and features in the archive.
+/// The kinds of sessions: a vehicle, a scalar, and capacities for features, measurements and archived features.
 macro_rules! sessions {
     ($choice:expr; $($vehicle:ident $t:ident $k:literal $d:literal: $(($f:literal $m:literal $a:literal))*;)*) => {{
         let mut kinds: Vec<(String, fn(Seeded, &Operations<'_>, &Watch) -> Result<(), Failure>)> = Vec::new();
@@ -604,7 +603,7 @@ macro_rules! sessions {
     }};
 }
 
-/// What session a seed stands for.
+/// The kind of session of a seed.
 pub(super) fn kind_of(seed: u64) -> (String, Run) {
     let (seeded, mut draw) = Seeded::of(seed, 0x107);
     let hostility = seeded.hostility;

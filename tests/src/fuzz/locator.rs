@@ -1,4 +1,4 @@
-//! A locator: maps that are hostile, views of them that are turned and moved, and views of something else.
+//! Sessions of a locator: hostile maps, transformed views of them, and views of other places.
 
 use super::counts::count;
 use super::draw::Draw;
@@ -16,7 +16,7 @@ use std::fmt::Write;
 type Landmark<T> = Component<Vector2<T>>;
 type Eye<T> = Detector<<Rover<T> as World>::Sensing>;
 
-/// A configuration, which may be out of range where a number in it is hostile.
+/// A random configuration; out of range if one of its numbers is hostile.
 fn config<T: Real>(draw: &mut Draw) -> LocatorConfig<T> {
     if draw.chance(0.3) {
         return LocatorConfig::default();
@@ -49,13 +49,13 @@ struct Session<T: Real> {
     features: usize,
     hypotheses: usize,
     map: Vec<Landmark<T>>,
-    /// Where the vehicle's own frame lies in the map, and the way it has gone in it.
+    /// The pose of the vehicle's frame in the map, and the vehicle's pose in its frame.
     offset: [f64; 3],
     here: [f64; 3],
     told: String,
 }
 
-/// Runs a session over a state of these capacities.
+/// Runs a session with a state of these capacities.
 fn run<T: Real, const F: usize, const H: usize>(
     seeded: Seeded,
     operations: &Operations<'_>,
@@ -122,7 +122,7 @@ fn component<T: Real>(draw: &mut Draw, label: u32, [x, y]: [f64; 2], sigma: f64)
     Component { label, ln_weight: number(-0.05), mean, covariance }
 }
 
-/// A point of the map's frame in another, which lies there.
+/// Transforms a point of the map to the frame at this pose.
 fn seen_from([x, y, turn]: [f64; 3], [px, py]: [f64; 2]) -> [f64; 2] {
     let (sine, cosine) = turn.sin_cos();
     let (dx, dy) = (px - x, py - y);
@@ -142,7 +142,7 @@ impl<T: Real> Session<T> {
         let map: Vec<Landmark<T>> = (0..count_of)
             .map(|index| {
                 let drawn = [draw.even(-extent, extent), draw.even(-extent, extent)];
-                // All in one place, or in rows, now and then.
+                // Sometimes in rows.
                 let grid = [(index % 4) as f64 * 3.0, (index / 4) as f64 * 3.0];
                 let sigma = draw.magnitude(1e-3, 0.3);
                 component(draw, index as u32, if regular { grid } else { drawn }, sigma)
@@ -226,7 +226,7 @@ impl<T: Real> Session<T> {
             )?;
             let finite = pose.mean.is_finite_here() && pose.covariance.is_finite();
             let placed = place.pose.mean.is_finite() && place.pose.covariance.is_finite();
-            // A pose that is no number is handed on as such.
+            // A pose that is not a number is passed on.
             require(!finite || placed, "a place that is no number")?;
         }
         if let Some(found) = &report.found {
@@ -239,7 +239,7 @@ impl<T: Real> Session<T> {
     }
 }
 
-/// Poses whose numbers may be used: finite and within 1e8.
+/// Whether the numbers of a pose are finite and at most 1e8.
 trait Here {
     fn is_finite_here(&self) -> bool;
 }
@@ -250,7 +250,7 @@ impl<T: Real> Here for PlanarPose<T> {
     }
 }
 
-/// Whether the library may take this landmark in: what is not counted here it may leave out.
+/// Whether the library may use this landmark; it may ignore the others.
 fn is_usable<T: Real>(landmark: &Landmark<T>) -> bool {
     let plain = |number: T| number.abs() <= T::from_f64(1e4);
     let [a, b] = [landmark.covariance.get(0, 0), landmark.covariance.get(1, 1)];
@@ -263,7 +263,7 @@ fn is_usable<T: Real>(landmark: &Landmark<T>) -> bool {
         && off * off < a * b * T::from_f64(0.5)
 }
 
-/// The sessions there are: a scalar, landmarks, hypotheses.
+/// The kinds of sessions: a scalar, and capacities for landmarks and hypotheses.
 macro_rules! sessions {
     ($choice:expr; $($t:ident: $($f:literal $h:literal)*;)*) => {{
         let mut kinds: Vec<(String, fn(Seeded, &Operations<'_>, &Watch) -> Result<(), Failure>)> = Vec::new();
@@ -275,7 +275,7 @@ macro_rules! sessions {
     }};
 }
 
-/// What session a seed stands for.
+/// The kind of session of a seed.
 pub(super) fn kind_of(seed: u64) -> (String, Run) {
     let (seeded, mut draw) = Seeded::of(seed, 0x10ca);
     let hostility = seeded.hostility;

@@ -1,8 +1,8 @@
-//! Operations on filters, locators, snapshots and streams, drawn from a seed, with plausible numbers and hostile ones: nothing may panic,
-//! hang, or leave a state that is not sound.
+//! Random operations on filters, locators, snapshots and streams, determined by a seed, with plausible and hostile numbers: no
+//! operation may panic, hang, or leave an invalid state.
 //!
-//! Operations come in sessions. Each is decided by a seed of its own: what vehicle and what scalar, how much memory, how hostile its
-//! numbers are. An operation's numbers do not hang on those before it, so that a session that fails can be made shorter by
+//! Operations are grouped in sessions. The seed of a session determines vehicle, scalar, capacities, and the share of hostile
+//! numbers. The numbers of an operation are independent of earlier operations, so that a failing session can be reduced by
 //! leaving operations out.
 
 pub mod counts;
@@ -28,14 +28,14 @@ use std::thread;
 use std::time::{Duration, Instant};
 use worlds::{Car, Diver, FeatureOf, Listener, Rover, Tracker, World};
 
-/// Operations of a session.
+/// Number of operations in a session.
 pub const SESSION: usize = 250;
 
-/// Longest time of one operation with the look at everything after it. Every loop of the library is bounded by capacities, and the longest
-/// operations here take some ten milliseconds; an unoptimised build on a busy machine takes some hundred times as long.
+/// Greatest duration of an operation and the check after it. Every loop of the library is bounded by capacities, and the longest
+/// operations here take about ten milliseconds; an unoptimised build on a busy machine is about a hundred times slower.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// What is asked for trouble.
+/// The tested component.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
     /// Operations of a `ScPhd`.
@@ -44,14 +44,14 @@ pub enum Target {
     Joint,
     /// Operations of a `Locator`.
     Locator,
-    /// Snapshots of every kind, damaged, cut, glued, of other versions and capacities, restored and gone on with.
+    /// Snapshots of every kind: damaged, truncated, concatenated, of other versions and capacities; restored and continued.
     Snapshots,
-    /// Streams, damaged and with hostile numbers, replayed.
+    /// Streams, damaged and with hostile numbers; replayed.
     Streams,
 }
 
 impl Target {
-    /// All of them.
+    /// All targets.
     pub const ALL: [Self; 5] = [Self::Mixture, Self::Joint, Self::Locator, Self::Snapshots, Self::Streams];
 
     /// Its name.
@@ -78,7 +78,7 @@ impl Target {
         }
     }
 
-    /// What session a seed stands for.
+    /// The session of a seed.
     fn session(self, seed: u64) -> (String, Run) {
         match self {
             Self::Mixture => mixture_of(seed),
@@ -90,43 +90,43 @@ impl Target {
     }
 }
 
-/// What a run has done.
+/// The summary of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Done {
-    /// Operations.
+    /// Number of operations.
     pub operations: u64,
-    /// The longest of them, with the look at everything after it.
+    /// Duration of the longest operation with the check after it.
     pub longest: Duration,
 }
 
-/// What to do of a session.
+/// The operations of a session to run.
 pub(crate) struct Operations<'a> {
-    /// Which of its operations, in ascending order.
+    /// Indices of the operations, in ascending order.
     pub(crate) indices: &'a [usize],
     /// Whether to print them.
     pub(crate) tell: bool,
 }
 
-/// What went wrong in a session.
+/// The failure of a session.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Failure {
-    /// After or in which of its operations.
+    /// Index of the operation that failed.
     pub(crate) operation: usize,
     pub(crate) what: String,
 }
 
-/// A session that failed, and how to see it fail again.
+/// A failed session, with the data to reproduce it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Failed {
-    /// What it is of.
+    /// Target.
     pub target: Target,
-    /// Its seed.
+    /// Seed.
     pub seed: u64,
-    /// The operation, counted from 0.
+    /// Index of the operation, from 0.
     pub operation: usize,
-    /// What went wrong.
+    /// Description of the failure.
     pub what: String,
-    /// Operations that suffice for it, in order.
+    /// Indices of operations that reproduce the failure, in order.
     pub operations: Vec<usize>,
 }
 
@@ -143,17 +143,17 @@ impl fmt::Display for Failed {
     }
 }
 
-/// Tells the watchdog where the sessions are.
+/// State for the watchdog: the present operation and its start.
 #[derive(Debug)]
 pub(crate) struct Watch {
     target: Target,
     start: Instant,
-    /// When the last operation began, ns from the start, and the longest one so far.
+    /// Start of the last operation, ns since the start of the run, and duration of the longest one so far.
     since_ns: AtomicU64,
     longest_ns: AtomicU64,
     seed: AtomicU64,
     operation: AtomicU64,
-    /// Operations begun.
+    /// Number of operations begun.
     begun: AtomicU64,
     done: AtomicBool,
 }
@@ -166,7 +166,7 @@ impl Watch {
         Self { target, start, since_ns, longest_ns, seed, operation, begun, done }
     }
 
-    /// An operation begins, and the one before has ended.
+    /// Records the start of an operation, and the end of the previous one.
     pub(crate) fn at(&self, seed: u64, operation: usize) {
         let now = self.start.elapsed().as_nanos() as u64;
         let took = now - self.since_ns.swap(now, Ordering::Relaxed);
@@ -176,7 +176,7 @@ impl Watch {
         self.begun.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Ends the process where an operation does not return.
+    /// Ends the process if an operation does not return.
     fn guard(&self) {
         let (mut seen, mut since) = (0, Instant::now());
         while !self.done.load(Ordering::Relaxed) {
@@ -195,10 +195,11 @@ impl Watch {
     }
 }
 
-/// Does `operations` operations from `seed` on, and tells `progress` how many are done. What they came to is [counted](counts::take).
+/// Runs `operations` operations from `seed` on; calls `progress` with the number of finished ones. Outcomes are
+/// [counted](counts::take).
 ///
 /// # Errors
-/// The first session that failed, made as short as it can be. An operation that does not return ends the process.
+/// The first session that failed, reduced. An operation that does not return ends the process.
 pub fn run(target: Target, operations: u64, seed: u64, progress: &mut dyn FnMut(u64)) -> Result<Done, Box<Failed>> {
     guarded(target, |watch| {
         let mut done = 0;
@@ -215,10 +216,10 @@ pub fn run(target: Target, operations: u64, seed: u64, progress: &mut dyn FnMut(
     })
 }
 
-/// Does one session again and prints what it does: all of it, or these of its operations.
+/// Repeats a session and prints its operations: all, or those with these indices.
 ///
 /// # Errors
-/// What went wrong.
+/// The failure.
 pub fn replay(target: Target, seed: u64, operations: &[usize]) -> Result<(), Box<Failed>> {
     let all: Vec<usize> = (0..SESSION).collect();
     let indices = if operations.is_empty() { &all } else { operations };
@@ -241,7 +242,7 @@ fn guarded<R>(target: Target, work: impl FnOnce(&Watch) -> R) -> R {
     result
 }
 
-/// Leaves out what is not needed for the failure: ever smaller parts, down to single operations.
+/// Removes operations that are not needed for the failure: smaller and smaller groups, down to single operations.
 fn shortened(seed: u64, indices: &[usize], failure: Failure, watch: &Watch) -> Failed {
     let hook = panic::take_hook();
     panic::set_hook(Box::new(|_| ()));
@@ -275,8 +276,8 @@ fn attempt(seed: u64, operations: &Operations<'_>, watch: &Watch) -> Result<(), 
 
 type Run = Box<dyn Fn(&Operations<'_>, &Watch) -> Result<(), Failure>>;
 
-/// The sessions there are: a vehicle, a scalar, and particles, candidates, measurements, then pages, pages of a map, components in
-/// an update; with moving features or without.
+/// The kinds of sessions: a vehicle, a scalar, and capacities for particles, candidates, measurements, pages, pages of a map,
+/// components in an update; with or without moving features.
 macro_rules! sessions {
     ($choice:expr; $($world:ident $t:ident:
         $(($n:literal $c:literal $m:literal, $pages:literal $map:literal $view:literal $moving:ident))*;)*) => {{
@@ -302,7 +303,7 @@ macro_rules! sessions {
     (@still $world:ident $t:ident $n:literal $pages:literal $map:literal $view:literal) => { NoMoving };
 }
 
-/// What session of a mixture a seed stands for.
+/// The kind of session of a mixture of a seed.
 fn mixture_of(seed: u64) -> (String, Run) {
     let (seeded, mut draw) = Seeded::of(seed, 0x5eed);
     let hostility = seeded.hostility;

@@ -1,4 +1,4 @@
-//! Scans, drawn: what is seen of landmarks, and what is not there.
+//! Random scans: detections of landmarks and false measurements.
 
 use super::draw::Draw;
 use super::worlds::{FeatureOf, MeasurementOf, World};
@@ -6,7 +6,7 @@ use scphd::models::{MeasurementModel, Pose, Sensor};
 use scphd::numerics::Vector;
 use scphd::{Detector, Real};
 
-/// What a detector sees from a pose of the landmarks, and what is not there; at most one more than there is room for.
+/// Detections of the landmarks from a pose, and false measurements; at most one more than the capacity.
 pub(super) fn seen<W: World, R>(
     draw: &mut Draw,
     eye: &Detector<W::Sensing, R>,
@@ -31,13 +31,13 @@ pub(super) fn seen<W: World, R>(
         measurements.push(W::clutter(draw));
     }
     if draw.chance(0.05) {
-        // The same again, and again but for a bit.
+        // Duplicates of all measurements, one of them with a rounding difference.
         measurements.extend_from_within(..);
         if let Some(last) = measurements.last_mut() {
             *last = *last * (W::Scalar::ONE + W::Scalar::EPSILON);
         }
     }
-    // One too many now and then.
+    // Sometimes one too many.
     measurements.truncate(room + usize::from(draw.chance(0.01)));
     measurements
 }

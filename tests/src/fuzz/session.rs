@@ -1,5 +1,4 @@
-//! One filter from its first reset on, by operations that are drawn one after the other, with everything it knows looked over
-//! after each.
+//! Sessions of a mixture: random operations from the first reset on, with a check of the whole state after each.
 
 use super::counts::count;
 use super::draw::Draw;
@@ -20,7 +19,7 @@ use scphd::{
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-/// What decides a session beside its operations.
+/// Parameters of a session.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Seeded {
     pub(super) seed: u64,
@@ -29,23 +28,23 @@ pub(super) struct Seeded {
 }
 
 impl Seeded {
-    /// Of a seed, and the numbers that tell what kind of session it is.
+    /// The session of a seed, and random numbers for the choice of its kind.
     pub(super) fn of(seed: u64, target: u64) -> (Self, Draw) {
         let mut draw = Draw::new(seed ^ target, 0.0);
         let hostility = [0.0, 0.0, 1e-4, 1e-3, 1e-2, 0.1][draw.below(6)];
         (Self { seed, hostility }, draw)
     }
 
-    /// The numbers of one operation: they do not hang on the operations before, so that those can be left out.
+    /// The random numbers of an operation. They are independent of earlier operations, so that those can be left out.
     pub(super) fn draw(&self, operation: usize) -> Draw {
         Draw::new(self.seed.wrapping_add((operation as u64 + 1).wrapping_mul(0xd1b5_4a32_d192_ed03)), self.hostility)
     }
 }
 
-/// Maps updated at a time.
+/// Number of maps that are updated at a time.
 const DRAFTS: usize = 3;
 
-/// Does every job, the last one first.
+/// An executor that runs the jobs in reverse order.
 struct Backwards;
 
 impl Executor for Backwards {
@@ -72,7 +71,7 @@ impl<W: World> Filter<'_, W> {
     }
 }
 
-/// What a filter and its detector are made of.
+/// The parts of a filter and its detector.
 struct Design<W: World> {
     models: ModelsOf<W>,
     mounting: Option<Mounting<W::Scalar>>,
@@ -81,7 +80,7 @@ struct Design<W: World> {
 }
 
 impl<W: World> Design<W> {
-    /// Drawn, or what the models say against it.
+    /// A random design, or the error that refuses it.
     fn draw(draw: &mut Draw, room: Room) -> Result<Self, SetupError> {
         let tuning = config(draw, room);
         let models = W::models(draw)?;
@@ -100,7 +99,7 @@ impl<W: World> Design<W> {
         })
     }
 
-    /// Over this memory.
+    /// Builds the filter in this memory.
     fn build<
         's,
         const N: usize,
@@ -121,27 +120,27 @@ impl<W: World> Design<W> {
     }
 }
 
-/// Where a session stands.
+/// State of a session.
 struct Session<W: World> {
     room: Room,
-    /// What may be seen again.
+    /// Landmarks that can be detected again.
     landmarks: Vec<FeatureOf<W>>,
-    /// What was saved, and the digest of the filter, if that means the same still: of poses with covariances it has these.
+    /// The last snapshot and the digest of its filter; `None` after another filter took over, whose digest may differ.
     saved: Option<(Vec<u8>, Option<u64>)>,
     scrubber: Scrubber,
-    /// What the last operation was.
+    /// Description of the last operation.
     told: String,
 }
 
-/// What an operation leaves to be done.
+/// The continuation after an operation.
 enum Next {
-    /// The next one.
+    /// The next operation.
     Go,
-    /// Another filter over the same state.
+    /// Another filter continues with the same state.
     TakeOver,
 }
 
-/// Runs a session over a state of these capacities.
+/// Runs a session with a state of these capacities.
 pub(super) fn run<
     W: World<Pose: Placed>,
     const N: usize,
@@ -163,7 +162,7 @@ pub(super) fn run<
     let mut setup = Draw::new(seeded.seed, seeded.hostility);
     let mut calm = Draw::new(seeded.seed, 0.0);
     let mut design = loop {
-        // What is refused is drawn again, at last without hostile numbers.
+        // A refused design is drawn again, sooner or later without hostile numbers.
         let (draw, calm_one) = if setup.chance(0.9) { (&mut setup, false) } else { (&mut calm, true) };
         let drawn = Design::<W>::draw(draw, room);
         count("set up", &drawn);
@@ -177,7 +176,7 @@ pub(super) fn run<
     let mut count = 0;
     let mut next = None;
     while left.peek().is_some() {
-        // A state that does not fit what is to go on over it is refused, and the filter before goes on.
+        // If the new filter does not fit the state it is refused, and the previous one continues.
         if let Some(other) = next.take()
             && Design::build(&other, &mut state, &mut scratch, &mut updates).is_ok()
         {
@@ -185,7 +184,7 @@ pub(super) fn run<
         }
         let mut filter = match design.build(&mut state, &mut scratch, &mut updates) {
             Ok(filter) => filter,
-            // Births of the models beyond what an update holds, where there was no filter before.
+            // Births of the models beyond the capacity of an update, before there is a filter.
             Err(_) if count == 0 => return Ok(()),
             Err(error) => {
                 return Err(Failure { operation: 0, what: format!("the state it left is refused: {error}") });
@@ -216,10 +215,10 @@ pub(super) fn run<
     Ok(())
 }
 
-/// What tells the snapshots of these sessions.
+/// Vehicle type in the snapshots of these sessions.
 const KIND: u32 = 40;
 
-/// A sink of a snapshot.
+/// A sink that appends to a vector.
 fn into_vec(bytes: &mut Vec<u8>) -> impl FnMut(&[u8]) -> Result<(), SliceEnd> {
     |piece| {
         bytes.extend_from_slice(piece);
@@ -231,14 +230,14 @@ fn require(holds: bool, what: impl FnOnce() -> String) -> Result<(), String> {
     if holds { Ok(()) } else { Err(what()) }
 }
 
-/// How far weights may be from a sum of one.
+/// Greatest difference of a sum of weights from one.
 fn tolerance<T: Real>() -> f64 {
     if T::EPSILON.to_f64() > 1e-10 { 1e-5 } else { 1e-12 }
 }
 
 impl<T: Real, W: World<Scalar = T, Pose: Placed>> Session<W> {
     fn operate(&mut self, filter: &mut Filter<'_, W>, draw: &mut Draw, count: usize) -> Result<Next, String> {
-        // The first operation is a reset, now and then not.
+        // The first operation is usually a reset.
         let kind = if count == 0 && draw.chance(0.95) { 0 } else { 3 + draw.below(97) };
         match kind {
             0..5 => self.reset(filter, draw)?,
@@ -348,7 +347,7 @@ impl<T: Real, W: World<Scalar = T, Pose: Placed>> Session<W> {
         }
     }
 
-    /// The pose is set from outside, or made uncertain.
+    /// Sets the pose, or adds to its uncertainty.
     fn place(&mut self, filter: &mut Filter<'_, W>, draw: &mut Draw) -> Result<(), String> {
         let (before, pose, seed) = (filter.digest(), W::Pose::drawn(draw), draw.word());
         let variance = draw.magnitude(1e-6, 4.0);
@@ -393,7 +392,7 @@ impl<T: Real, W: World<Scalar = T, Pose: Placed>> Session<W> {
         Ok(())
     }
 
-    /// Goes back to what was saved, or tries to with a part of it or another kind.
+    /// Restores a snapshot, or attempts to with a part of it or with another kind.
     fn restore(&mut self, filter: &mut Filter<'_, W>, draw: &mut Draw) -> Result<(), String> {
         let Some((bytes, saved)) = self.saved.clone() else { return Ok(()) };
         let before = filter.digest();
@@ -407,7 +406,7 @@ impl<T: Real, W: World<Scalar = T, Pose: Placed>> Session<W> {
         count("restore", &outcome);
         self.tell(format_args!("restore {cut} of {} bytes: {outcome:?}", bytes.len()));
         match outcome {
-            // Another configuration may have been set since.
+            // The configuration may have been changed since.
             Err(RestoreError::Setup(_)) => require(filter.digest() == before, || "refused, and not as before".into()),
             Err(error) => {
                 require(!whole, || format!("what was saved is refused: {error}"))?;
@@ -451,7 +450,7 @@ impl<T: Real, W: World<Scalar = T, Pose: Placed>> Session<W> {
         require(filter.digest() == before, || "an estimate changed the state".into())
     }
 
-    /// Everything the filter knows.
+    /// Checks the whole state.
     fn check(&self, filter: &mut Filter<'_, W>) -> Result<(), String> {
         filter.slam.audit().map_err(|flaw| {
             let odd = |ln_weight: T, sound: bool| !(ln_weight.is_finite() && sound);
@@ -491,7 +490,7 @@ impl<T: Real, W: World<Scalar = T, Pose: Placed>> Session<W> {
     }
 }
 
-/// No two components of one kind in one map have the same label.
+/// Checks that labels are unique among components of one kind in a map.
 fn own_tags<'c, N: Vector>(map: impl Iterator<Item = &'c Component<N>>) -> Result<(), String> {
     let mut labels = BTreeSet::new();
     for component in map {

@@ -1,5 +1,6 @@
-//! Snapshots of every kind: damaged, cut, glued, with other words under right checks, of other versions, scalars and capacities, and
-//! from sources that change. What is refused leaves the state as it was, or not started; what is taken is sound, and the filter goes on.
+//! Snapshots of every kind: damaged, truncated, concatenated, with changed words and correct checksums, of other versions,
+//! scalars and capacities, and from sources that change. A refused snapshot leaves the state unchanged or not started; an
+//! accepted one gives a valid state, and the filter continues.
 
 use super::counts::count;
 use super::draw::Draw;
@@ -19,29 +20,29 @@ use scphd::{
 };
 use std::panic::{self, AssertUnwindSafe};
 
-/// The user's number in all of them.
+/// Vehicle type in all snapshots.
 const KIND: u32 = 9;
-/// Bytes before the body: eight words and their check.
+/// Bytes of the header: eight words and their checksum.
 const HEAD: usize = 36;
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
-/// What a filter with so much room makes of bytes.
+/// A filter or part of one with certain capacities that is saved and restored.
 trait Kind {
-    /// A snapshot after so many steps of a drive.
+    /// A snapshot after some steps of a drive.
     fn save(draw: &mut Draw) -> Vec<u8>;
-    /// Restores these bytes over a state, and goes on where that can be; or what is wrong with it.
+    /// Restores these bytes over a state, and continues if possible. Returns an error if anything is wrong.
     fn restore(draw: &mut Draw, bytes: &[u8], source: &Source) -> Result<(), String>;
 }
 
-/// How the bytes come: as they are, or other ones at a later reading.
+/// The behaviour of a source of bytes: it may fail or change at a later read.
 #[derive(Debug, Clone, Copy)]
 struct Source {
-    /// The reading that fails, and whether it lies instead.
+    /// Index of the read that fails, and whether it gives wrong bytes instead.
     fails: Option<(usize, bool)>,
 }
 
 impl Source {
-    /// Reads out of these bytes.
+    /// A source of these bytes.
     fn over(self, bytes: &[u8]) -> impl FnMut(usize, &mut [u8]) -> Result<(), SliceEnd> {
         let (mut readings, mut source) = (0, from_slice(bytes));
         move |at, into: &mut [u8]| {
@@ -65,7 +66,7 @@ fn require(holds: bool, what: impl FnOnce() -> String) -> Result<(), String> {
     if holds { Ok(()) } else { Err(what()) }
 }
 
-/// Saves into bytes.
+/// Saves to a vector.
 fn bytes_of<E: std::fmt::Debug>(
     save: impl FnOnce(&mut dyn FnMut(&[u8]) -> Result<(), SliceEnd>) -> Result<usize, E>,
 ) -> Result<Vec<u8>, E> {
@@ -86,7 +87,7 @@ fn robot<T: Real>() -> Models<<Rover<T> as World>::Motion, <Rover<T> as World>::
     }
 }
 
-/// What is seen of some landmarks from a pose, with something else now and then.
+/// Random detections of some landmarks from a pose, with some false measurements.
 fn seen<T: Real>(draw: &mut Draw, pose: &PlanarPose<T>, sensing: &<Rover<T> as World>::Sensing) -> Vec<Vector2<T>> {
     let frame = sensing.sensor.frame(pose);
     let mut places = Draw::new(77, 0.0);
@@ -101,12 +102,12 @@ fn seen<T: Real>(draw: &mut Draw, pose: &PlanarPose<T>, sensing: &<Rover<T> as W
     for _ in 0..draw.below(2) {
         scan.push(Rover::<T>::clutter(draw));
     }
-    // From a pose that a snapshot made up.
+    // The pose of an accepted snapshot may be arbitrary.
     scan.retain(|z| z.iter().all(|number| number.is_finite()));
     scan
 }
 
-/// A mixture: the proposal informed or not, with moving features.
+/// A mixture with moving features, with or without the informed proposal.
 struct Mixture<T, const N: usize, const PAGES: usize, const MAP: usize, const INFORMED: bool>(
     std::marker::PhantomData<T>,
 );
@@ -175,7 +176,7 @@ impl<T: Real, const N: usize, const PAGES: usize, const MAP: usize, const INFORM
     }
 }
 
-/// A pose to start from.
+/// A start pose.
 trait Zero {
     const ZERO_HERE: Self;
 }
@@ -184,7 +185,7 @@ impl<T: Real> Zero for PlanarPose<T> {
     const ZERO_HERE: Self = <Self as scphd::models::Pose>::ZERO;
 }
 
-/// A joint map, with an archive where that has room.
+/// A joint map; with an archive if its capacity is not zero.
 struct Joint<T, const F: usize, const NUMBERS: usize, const ARCHIVE: usize>(std::marker::PhantomData<T>);
 
 impl<T: Real, const F: usize, const NUMBERS: usize, const ARCHIVE: usize> Kind for Joint<T, F, NUMBERS, ARCHIVE> {
@@ -209,8 +210,8 @@ impl<T: Real, const F: usize, const NUMBERS: usize, const ARCHIVE: usize> Kind f
                 return require(kept || slam.estimate_pose().is_none(), || format!("{outcome:?} leaves another state"));
             }
             Self::drive(draw, slam, 3)?;
-            // Numbers that might be, but not together, may take it beyond what may be: then saving says so, and scrubbing mends it or says
-            // that it cannot.
+            // Numbers that are valid separately, but not together, may lead to an invalid state. Saving then reports it, and
+            // scrubbing repairs it or reports that it cannot.
             let driven = slam.audit();
             count("joint map driven on", &driven);
             let saved = bytes_of(|sink| slam.save(KIND, sink));
@@ -278,7 +279,7 @@ impl<T: Real, const ROOM: usize> Kind for Map<T, ROOM> {
     }
 }
 
-/// What runs beside the particles under water.
+/// The velocity filter of a vehicle under water.
 struct Beside<T>(std::marker::PhantomData<T>);
 
 impl<T: Real> Kind for Beside<T> {
@@ -296,7 +297,7 @@ impl<T: Real> Kind for Beside<T> {
         if outcome.is_err() {
             return require(navigator == before, || format!("{outcome:?} changed it"));
         }
-        // Numbers that might be may take it beyond what may be: then it says so when it is saved.
+        // Arbitrary valid numbers may lead to an invalid state; saving then reports it.
         let _ = Self::dive(draw, &mut navigator);
         let _ = bytes_of(|sink| navigator.save(KIND, sink));
         Ok(())
@@ -330,7 +331,7 @@ impl<T: Real> Beside<T> {
     }
 }
 
-/// A filter under water, whose poses have more numbers.
+/// A mixture under water, whose poses have more coordinates.
 struct Dive;
 
 type DiveState = State<scphd::models::AuvPose<f32>, 2, 2, MapMemory<Static<Vector3<f32>>, 2, 6, 4, 24>>;
@@ -385,7 +386,7 @@ impl Dive {
 type Save = fn(&mut Draw) -> Vec<u8>;
 type Restore = fn(&mut Draw, &[u8], &Source) -> Result<(), String>;
 
-/// The kinds there are; of the same content in other capacities and scalars too.
+/// The kinds; some have the same content with other capacities and scalars.
 const KINDS: [(&str, Save, Restore); 13] = {
     const fn of<K: Kind>(name: &'static str) -> (&'static str, Save, Restore) {
         (name, K::save, K::restore)
@@ -407,7 +408,7 @@ const KINDS: [(&str, Save, Restore); 13] = {
     ]
 };
 
-/// Puts both checks right, where there is room for them.
+/// Corrects both checksums, if the snapshot is long enough for them.
 fn seal(bytes: &mut [u8]) {
     let end = bytes.len().saturating_sub(4);
     if end < HEAD {
@@ -422,7 +423,7 @@ fn seal(bytes: &mut [u8]) {
     bytes[end..].copy_from_slice(&whole);
 }
 
-/// Words that no filter writes, or that are near their limits.
+/// Words that no filter writes, or that are near limits.
 const STRANGE: [u32; 16] = [
     0,
     1,
@@ -442,7 +443,7 @@ const STRANGE: [u32; 16] = [
     0x0000_8000,
 ];
 
-/// Damages a snapshot; what was done.
+/// Damages a snapshot. Returns a description.
 fn damage(draw: &mut Draw, bytes: &mut Vec<u8>, other: &[u8]) -> &'static str {
     let len = bytes.len().max(1);
     match draw.below(10) {
@@ -468,7 +469,7 @@ fn damage(draw: &mut Draw, bytes: &mut Vec<u8>, other: &[u8]) -> &'static str {
             "with another behind it"
         }
         5 => {
-            // Version, content, scalar, kind, dimensions, flags, length and sizes.
+            // Version, content, scalar, vehicle type, dimensions, flags, length and sizes.
             let word = 1 + draw.below(7);
             let strange = STRANGE[draw.below(STRANGE.len())].to_le_bytes();
             let byte = 4 * word + draw.below(4);
@@ -533,7 +534,7 @@ fn run(seeded: Seeded, operations: &Operations<'_>, watch: &Watch) -> Result<(),
     Ok(())
 }
 
-/// What session a seed stands for.
+/// The session of a seed.
 pub(super) fn kind_of(seed: u64) -> (String, Run) {
     let (seeded, _) = Seeded::of(seed, 0x54a9);
     ("snapshots".into(), Box::new(move |operations, watch| run(seeded, operations, watch)))

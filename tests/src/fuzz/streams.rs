@@ -1,5 +1,6 @@
-//! Streams of version 5: with records of every kind and hostile numbers in them under right checks, with snapshots, and then damaged, cut and
-//! glued. A replay ends or says what is wrong; what it takes of a damaged one is what the whole one had.
+//! Streams of version 5: with all kinds of records and hostile numbers under correct checksums, with snapshots; also damaged,
+//! truncated and concatenated. A replay finishes or reports an error; the states that it reaches from a damaged stream are those
+//! from the undamaged one.
 
 use super::counts::count;
 use super::draw::Draw;
@@ -18,15 +19,15 @@ use scphd_stream::{
 };
 use std::convert::Infallible;
 
-/// Scans of a stream, at most.
+/// Maximum number of scans in a stream.
 const SCANS: usize = 12;
 
-/// What a replay tells.
+/// The results of a replay.
 #[derive(Debug, Default, PartialEq)]
 struct Told {
-    /// Scan and digest.
+    /// Index of the scan and digest.
     digests: Vec<(u32, u64)>,
-    /// Snapshots of which the digest agrees, and of which it does not.
+    /// Number of snapshots whose digest agrees, and number of others.
     agree: [usize; 2],
     refused: usize,
 }
@@ -46,12 +47,12 @@ impl Monitor for Told {
     }
 }
 
-/// A filter aboard, and streams for it.
+/// A filter with streams for it.
 trait Vessel<T: Real>: Aboard<T> {
     const NAME: &'static str;
-    /// A stream without snapshots.
+    /// A random stream without snapshots.
     fn stream(draw: &mut Draw) -> Vec<u8>;
-    /// The same with snapshots after every so many scans, where the filter can take them.
+    /// The stream with snapshots at this interval of scans, if the filter supports it.
     fn with_snapshots(bytes: &[u8], memory: &mut Self::Memory, every: u32) -> Option<Vec<u8>>;
 }
 
@@ -107,7 +108,7 @@ fn scalar<T: Real>(draw: &mut Draw) -> Scalar {
     if draw.chance(0.9) { own } else { other }
 }
 
-/// Numbers that are drawn, each in its place, or hostile ones.
+/// The same numbers, each possibly replaced by a hostile one.
 fn spoilt<N: Numbers>(draw: &mut Draw, numbers: &N) -> N {
     let mut all = Vec::with_capacity(N::COUNT);
     numbers.put(&mut |number| all.push(number));
@@ -152,7 +153,7 @@ fn header<K: Kind>(draw: &mut Draw, models: K::Models, scalar: Scalar) -> Header
 
 type Log<'a, K> = Writer<K, &'a mut dyn FnMut(&[u8]) -> Result<(), Infallible>>;
 
-/// Writes a stream into bytes.
+/// Writes a stream to a vector.
 fn written<K: Kind>(header: &Header<K>, write: impl FnOnce(&mut Log<'_, K>) -> Result<(), Infallible>) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut sink = |piece: &[u8]| {
@@ -256,7 +257,7 @@ fn dive<T: Real>(draw: &mut Draw) -> Vec<u8> {
     (models.start_m, models.velocity_walk_mps_rts, models.velocity_sigma_mps) = ([0.0, 0.0, 2.0], 0.1, 0.1);
     (models.z_sigma_m, models.gate_sigmas, models.outliers_believed) = (0.02, 4.0, 5.0);
     (models.yaw_acceleration_sigma_radps2, models.velocity_interval_s) = (0.05, 1.0);
-    // Both look down, side by side.
+    // Both cameras look down, side by side.
     models.projections =
         [0.06, -0.06].map(|y| [[0.0, -500.0, -400.0, 500.0 * y], [-500.0, 0.0, -300.0, 0.0], [0.0, 0.0, -1.0, 0.0]]);
     (models.pixel_sigmas, models.common_sigmas, models.epipolar_gate) = ([1.0; 4], [0.5; 2], 16.0);
@@ -296,7 +297,7 @@ fn dive<T: Real>(draw: &mut Draw) -> Vec<u8> {
     })
 }
 
-/// Damages a stream; what was done, and whether the checks may agree all the same.
+/// Damages a stream. Returns a description.
 fn damage(draw: &mut Draw, bytes: &mut Vec<u8>, other: &[u8]) -> &'static str {
     let len = bytes.len().max(1);
     match draw.below(8) {
@@ -349,7 +350,7 @@ fn require(holds: bool, what: impl FnOnce() -> String) -> Result<(), String> {
     if holds { Ok(()) } else { Err(what()) }
 }
 
-/// One stream: replayed, recorded with snapshots, replayed, damaged, replayed.
+/// An operation on a stream: replay, record with snapshots, replay, damage, replay.
 fn operation<A: Vessel<T>, T: Real>(draw: &mut Draw, memory: &mut A::Memory, told: &mut String) -> Result<(), String> {
     let bytes = A::stream(draw);
     *told = format!("{}: {} bytes", A::NAME, bytes.len());
@@ -379,14 +380,14 @@ fn operation<A: Vessel<T>, T: Real>(draw: &mut Draw, memory: &mut A::Memory, tol
     let damaged = damage(draw, &mut bytes, behind);
     told.push_str(&format!(", {damaged}"));
     if !kept {
-        // A filter without a black box starts on fresh memory.
+        // A filter without a black box requires cleared memory.
         *memory = A::MEMORY;
     }
     let mut left = Told::default();
     let recovered = recover::<A, T>(&bytes, memory, &mut left);
     count("replay what is left", &recovered);
     require(left.agree[1] == 0, || "a damaged snapshot was taken".into())?;
-    // Of a stream that was glued to another one the scans may be of either.
+    // After concatenation the scans may be of either stream.
     let known = |told: &(u32, u64)| whole.digests.contains(told);
     let of_either = damaged == "glued to another";
     require(of_either || left.digests.iter().all(known), || format!("{damaged}: a state that never was"))?;
@@ -397,7 +398,7 @@ fn run<A: Vessel<T>, T: Real>(seeded: Seeded, operations: &Operations<'_>, watch
     let mut memory = Box::new(A::MEMORY);
     for &index in operations.indices {
         watch.at(seeded.seed, index);
-        // A filter of other sizes does not go on over what is held.
+        // A filter with other sizes does not continue with the previous state.
         *memory = A::MEMORY;
         let mut draw = seeded.draw(index);
         let mut told = String::new();
@@ -410,7 +411,7 @@ fn run<A: Vessel<T>, T: Real>(seeded: Seeded, operations: &Operations<'_>, watch
     Ok(())
 }
 
-/// What session a seed stands for.
+/// The kind of session of a seed.
 pub(super) fn kind_of(seed: u64) -> (String, Run) {
     let (seeded, mut draw) = Seeded::of(seed, 0x57e4);
     type Session = fn(Seeded, &Operations<'_>, &Watch) -> Result<(), Failure>;

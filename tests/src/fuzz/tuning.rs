@@ -1,16 +1,16 @@
-//! Configurations for the fuzzer: every proposal and option.
+//! Random configurations with all proposals and options.
 
 use super::draw::Draw;
 use scphd::models::ConstantVelocity;
 use scphd::settings::{Extraction, Informed, MovingConfig, Plausible, Proposal};
 use scphd::{Births, Config, Real};
 
-/// What a state has room for.
+/// Capacities of a state.
 #[derive(Debug, Clone, Copy)]
 pub struct Room {
     /// Particles.
     pub particles: usize,
-    /// Particles × samples.
+    /// Particles times samples.
     pub candidates: usize,
     /// Measurements.
     pub measurements: usize,
@@ -18,7 +18,7 @@ pub struct Room {
     pub moving: bool,
 }
 
-/// A configuration for a state, which may be out of range where a number in it is hostile.
+/// A random configuration for a state; out of range if one of its numbers is hostile.
 pub fn config<T: Real>(draw: &mut Draw, room: Room) -> Config<T> {
     let number = T::from_f64;
     let particles = 1 + draw.below(room.particles);
@@ -42,7 +42,7 @@ pub fn config<T: Real>(draw: &mut Draw, room: Room) -> Config<T> {
     }
 }
 
-/// What a detector gives birth to, which may be out of range where a number in it is hostile.
+/// A random birth intensity; out of range if one of its numbers is hostile.
 pub fn births<T: Real>(draw: &mut Draw, room: Room) -> Births<T> {
     let number = T::from_f64;
     Births {

@@ -1,4 +1,4 @@
-//! Vehicles with their sensors, as the fuzzer drives them: in the plane and in space, with models that are drawn anew.
+//! Vehicles and their sensors for the fuzzer, in the plane and in space, with random models.
 
 use super::draw::Draw;
 use nalgebra::{Matrix3, Vector1, Vector2, Vector3, Vector4};
@@ -16,55 +16,55 @@ use std::marker::PhantomData;
 /// Models of a vehicle with one sensor.
 #[derive(Debug, Clone, Copy)]
 pub struct Models<M, X> {
-    /// Of the vehicle.
+    /// Motion model.
     pub motion: M,
-    /// Of its sensor.
+    /// Sensor model.
     pub sensing: X,
 }
 
 /// The models of a world.
 pub type ModelsOf<W> = Models<<W as World>::Motion, <W as World>::Sensing>;
-/// Where a feature of a world is.
+/// Position of a feature of a world.
 pub type FeatureOf<W> = PositionOf<<W as World>::Pose>;
-/// What is measured of it.
+/// Measurement of a world.
 pub type MeasurementOf<W> = <<W as World>::Sensing as MeasurementModel>::Measurement;
 
-/// A vehicle with a sensor, and what may happen to it.
+/// A vehicle with a sensor, and random inputs for it.
 pub trait World: Sized {
     /// Its name in reports.
     const NAME: &'static str;
     /// `f32` or `f64`.
     type Scalar: Real;
-    /// Where it is.
+    /// Type of the pose.
     type Pose: Drawn<Scalar = Self::Scalar>;
-    /// How it moves.
+    /// Motion model.
     type Motion: Motion<Pose = Self::Pose, Control: Debug> + Copy + Debug;
-    /// What it measures, where it sees, what it measures though nothing is there.
+    /// Models of measurement, field of view and clutter.
     type Sensing: MeasurementModel<Pose = Self::Pose, Sensor: Copy> + Copy + Debug;
 
-    /// Models.
+    /// Random models.
     ///
     /// # Errors
-    /// What was drawn is refused.
+    /// The random models are refused.
     fn models(draw: &mut Draw) -> Result<ModelsOf<Self>, ModelError>;
-    /// What moves it on from a pose.
+    /// A random control from a pose.
     fn control(draw: &mut Draw, from: &Self::Pose) -> <Self::Motion as Motion>::Control;
-    /// A measurement of anything.
+    /// A random false measurement.
     fn clutter(draw: &mut Draw) -> MeasurementOf<Self>;
-    /// Standard deviations of a measurement, to be added to what is expected.
+    /// Standard deviations of the difference of a measurement from the expected one.
     const SPREAD: &'static [f64];
-    /// A feature near a pose.
+    /// A random feature near a pose.
     fn feature(draw: &mut Draw, near: &Self::Pose) -> FeatureOf<Self>;
 }
 
-/// Poses, in the plane or in space.
+/// Random poses, in the plane or in space.
 pub trait Drawn: Pose {
-    /// One to start from.
+    /// A random start pose.
     fn drawn(draw: &mut Draw) -> Self;
-    /// Where a sensor sits on a vehicle with such poses.
+    /// A random mounting of a sensor.
     ///
     /// # Errors
-    /// What was drawn is refused.
+    /// The random mounting is refused.
     fn mounting(draw: &mut Draw) -> Result<Mounting<Self::Scalar>, ModelError>;
 }
 
@@ -140,7 +140,7 @@ fn planar_clutter<T: Real>(draw: &mut Draw) -> Vector2<T> {
     Vector2::new(draw.real(0.0, 30.0), draw.real(-3.2, 3.2))
 }
 
-/// A unicycle with range and bearing.
+/// A unicycle with a range and bearing sensor.
 #[derive(Debug)]
 pub struct Rover<T>(PhantomData<T>);
 
@@ -181,7 +181,7 @@ impl<T: Real> World for Rover<T> {
     }
 }
 
-/// A car with range and bearing.
+/// A car with a range and bearing sensor.
 #[derive(Debug)]
 pub struct Car<T>(PhantomData<T>);
 
@@ -217,7 +217,7 @@ impl<T: Real> World for Car<T> {
     }
 }
 
-/// A sensor of bearings at a known pose, with births all around it.
+/// A bearing sensor at a known pose, with births on a grid around it.
 #[derive(Debug)]
 pub struct Tracker<T>(PhantomData<T>);
 

@@ -1,15 +1,15 @@
-//! What the files of a crate import from one another, read from their text.
+//! Imports between the files of a crate, read from their text.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-/// A module by its path from the root of the crate.
+/// A module: its path from the root of the crate.
 pub type Module = Vec<String>;
-/// What every module imports from which other.
+/// The modules that each module imports.
 pub type Imports = BTreeMap<Module, BTreeSet<Module>>;
 
-/// The files of a crate without their tests; where there is a library, without the programs beside it.
+/// The files of a crate without tests; if there is a library, without the programs beside it.
 pub fn sources(source: &Path) -> BTreeMap<Module, String> {
     let mut modules = BTreeMap::new();
     folder(source, &[], &mut modules);
@@ -35,7 +35,7 @@ fn folder(root: &Path, at: &[String], into: &mut BTreeMap<Module, String>) {
     }
 }
 
-/// A file without what only tests have: single declarations, and from the module of its tests on everything.
+/// A file without its code for tests: single items, and everything from the module of tests on.
 fn without_tests(text: &str) -> String {
     let mut rest = text;
     let mut kept = String::new();
@@ -46,14 +46,14 @@ fn without_tests(text: &str) -> String {
         if is_block && rest[at..at + end].contains("mod ") {
             return kept;
         }
-        // A tree of imports has braces of its own, and ends after them.
+        // A `use` tree has its own braces, and ends after them.
         let end = if is_block { end } else { rest[at..].find(';').unwrap_or(end) };
         rest = &rest[at + end + 1..];
     }
     kept + rest
 }
 
-/// The `use` declarations of a file, each with whether it is handed on, and the rest of the file without comments.
+/// The `use` declarations of a file, each with whether it is public, and the rest of the file without comments.
 fn declarations(text: &str) -> (Vec<(bool, String)>, String) {
     let code = text.lines().map(|line| line.split("//").next().unwrap_or_default().trim());
     let code = code.collect::<Vec<_>>().join(" ");
@@ -63,7 +63,7 @@ fn declarations(text: &str) -> (Vec<(bool, String)>, String) {
         let begins = |at: usize| at == 0 || statement.as_bytes()[at - 1] == b' ';
         let word = words.into_iter().find_map(|word| Some((word, statement.rfind(word).filter(|&at| begins(at))?)));
         let Some((word, at)) = word.filter(|_| statement.ends_with(';')) else {
-            // A file is not made use of where it is named.
+            // The declaration of a module is not a use of it.
             let file = statement.rfind("mod ").filter(|&at| !statement[at + 4..].contains([' ', '{']));
             rest.push_str(&statement[..file.unwrap_or(statement.len())]);
             continue;
@@ -74,7 +74,7 @@ fn declarations(text: &str) -> (Vec<(bool, String)>, String) {
     (found, rest)
 }
 
-/// A tree of imports as its single paths, each with the name that it has here.
+/// Splits a `use` tree into single paths, each with its local name.
 fn paths(tree: &str, before: &[String], into: &mut Vec<(Vec<String>, String)>) {
     let tree = tree.trim();
     if let Some(inner) = tree.strip_prefix('{').and_then(|rest| rest.strip_suffix('}')) {
@@ -100,7 +100,7 @@ fn paths(tree: &str, before: &[String], into: &mut Vec<(Vec<String>, String)>) {
     }
 }
 
-/// A path of an import in `module`, from the root of the crate on.
+/// An import path in `module`, relative to the root of the crate.
 fn from_root(module: &[String], path: &[String]) -> Vec<String> {
     match path[0].as_str() {
         "crate" => path[1..].to_vec(),
@@ -110,7 +110,7 @@ fn from_root(module: &[String], path: &[String]) -> Vec<String> {
     }
 }
 
-/// Where something comes from in the end: the module that defines it.
+/// The module that defines an item, after following public imports.
 fn origin(
     path: &[String],
     modules: &BTreeMap<Module, String>,
@@ -134,7 +134,7 @@ fn origin(
             continue;
         };
         match origin(&target, modules, handed_on) {
-            // Of a glob only what is really there.
+            // A glob import counts only if the module defines the name.
             Some(found) if last != "*" || defines(&modules[&found], name) => return Some(found),
             _ => (),
         }
@@ -146,7 +146,7 @@ fn defines(text: &str, name: &str) -> bool {
     ["struct", "enum", "trait", "type", "fn", "const"].iter().any(|kind| text.contains(&format!("{kind} {name}")))
 }
 
-/// Imports, and paths named on the spot.
+/// Imports, including paths that are used without a `use` declaration.
 pub fn imports(modules: &BTreeMap<Module, String>) -> Imports {
     let mut handed_on = BTreeSet::new();
     let mut named: BTreeMap<&Module, Vec<Vec<String>>> = BTreeMap::new();
@@ -162,7 +162,7 @@ pub fn imports(modules: &BTreeMap<Module, String>) -> Imports {
                 if public {
                     handed_on.insert((module.clone(), path.clone()));
                 }
-                // What is handed on and not made use of ties nothing.
+                // A public import that the file itself does not use is not a dependency.
                 if !public || words.contains(here.as_str()) {
                     own.push(path);
                 }
@@ -179,7 +179,7 @@ pub fn imports(modules: &BTreeMap<Module, String>) -> Imports {
     }
     let mut imports = Imports::new();
     for (module, all) in named.into_iter().filter(|(module, _)| !module.is_empty()) {
-        // Of the path of a method the part up to its type.
+        // For the path of a method, the part up to its type.
         let of = |path: &Vec<String>| (1..=path.len()).rev().find_map(|len| origin(&path[..len], modules, &handed_on));
         let from = all.iter().filter_map(of);
         let from = from.filter(|from| from != module && !from.is_empty());
@@ -188,7 +188,7 @@ pub fn imports(modules: &BTreeMap<Module, String>) -> Imports {
     imports
 }
 
-/// A circle of modules, if there is one.
+/// Finds a circle of modules.
 pub fn circle(imports: &Imports) -> Option<Vec<&Module>> {
     fn go<'i>(
         at: &'i Module,

@@ -1,5 +1,5 @@
-//! The rooms of the project: in the library every folder depends on those before it alone, and in no crate do files import
-//! in a circle.
+//! Dependencies of modules: in the library every folder depends only on those before it, and in no crate files import in a
+//! circle.
 
 mod imports;
 
@@ -7,7 +7,7 @@ use imports::{Imports, Module, circle, imports, sources};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// The folders of `core/src`, each after those that it may depend on. Tests stand aside.
+/// The folders of `core/src`, each after those that it may depend on. Tests are not listed.
 const ROOMS: [&str; 12] = [
     "numerics",
     "map",
@@ -23,7 +23,7 @@ const ROOMS: [&str; 12] = [
     "locate",
 ];
 
-/// The crates, by their folders, each with how many of its imports must at least be understood.
+/// The folders of the crates, each with the minimum number of imports that must be recognised.
 const CRATES: [(&str, usize); 30] = [
     ("core", 900),
     ("onboard/stream", 120),
@@ -104,7 +104,7 @@ fn a_circle_is_found() {
 #[test]
 fn the_root_of_the_library_has_few_names() {
     let root = std::fs::read_to_string(root().join("core/src/lib.rs")).unwrap();
-    // Modules inline in `lib.rs` are indented; what stands at the left is at the root. The two macros are not listed there.
+    // Items of modules inline in `lib.rs` are indented; others are at the root. The two macros are not counted.
     let names: usize = root
         .lines()
         .filter_map(|line| line.strip_prefix("pub use ").map(|path| path.split(',').count()))

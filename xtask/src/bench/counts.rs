@@ -1,4 +1,4 @@
-//! The step `counts`: instructions of the host's benches, as callgrind counts them, against the committed ones.
+//! The step `counts`: compares instructions of the host's benches, counted by callgrind, with the committed ones.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,27 +15,27 @@ use crate::tools::{Tool, VALGRIND};
 
 /// The committed counts.
 const FILE: &str = "tests/benches/counts.toml";
-/// What stands above them.
+/// Head of the file with committed counts.
 const HEAD: &str = "\
 # Instructions of a step, a motion and a scan, on the host; `cargo xtask counts` compares them, and rewrites them where
 # the environment variable SCPHD_BLESS is 1. They are of this compiler and this kind of machine. A count may rise by
 # `tolerance_percent` with the same compiler, and by `other_compiler_percent` with another; on another kind of machine
 # nothing can be compared.
 ";
-/// The setups run under callgrind too, fifty times slower than elsewhere.
+/// Time limit: the setups run under callgrind too, fifty times slower than otherwise.
 const LIMIT: Duration = Duration::from_secs(1800);
-/// Steps that the benches count together.
+/// Number of steps that the benches count together.
 const STEPS: f64 = 10.0;
 
-/// The program that runs the benches in callgrind; its version is that of the library.
+/// The program that runs the benches in callgrind; it must have the version of the library.
 const RUNNER: &str = "gungraun-runner";
 
-/// Counts with the compiler whose code was counted.
+/// Counts, and the compiler of the counted code.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Counts {
     compiler: String,
-    /// The machine that it compiles for.
+    /// The compiler's host.
     host: String,
     tolerance_percent: f64,
     other_compiler_percent: f64,
@@ -68,7 +68,7 @@ fn compare() -> Result<Outcome, Stop> {
 }
 
 impl Counts {
-    /// Whether these counts are still as committed.
+    /// Compares new counts with these.
     fn judge(&self, now: &Self) -> Result<Outcome, Stop> {
         if now.host != self.host {
             let reason = format!("counted, NOT COMPARED: {FILE} is of {}, this is {}", self.host, now.host);
@@ -89,7 +89,7 @@ impl Counts {
         }
     }
 
-    /// The counts that have risen by more than so much, that are gone, and that nothing is committed for.
+    /// The counts that have risen by more than this, that are missing, or that are not committed.
     fn risen(&self, now: &Self, percent: f64) -> Vec<String> {
         let each = self.instructions.iter().filter_map(|(name, &before)| match now.instructions.get(name) {
             None => Some(format!("{name} is no longer counted")),
@@ -103,14 +103,14 @@ impl Counts {
     }
 }
 
-/// In percent.
+/// The relative change, in percent.
 fn change(before: u64, now: u64) -> String {
     format!("{:+.2} %", 100.0 * (now as f64 / before.max(1) as f64 - 1.0))
 }
 
 /// Runs the benches in callgrind.
 fn count() -> Result<BTreeMap<String, u64>, Stop> {
-    // First what can be missing, then what takes minutes to build.
+    // Checks what may be missing before the build, which takes minutes.
     let valgrind = valgrind_folder(&VALGRIND.obtain()?)?;
     let folders = std::iter::once(runner()?).chain(valgrind);
     let path = std::env::var_os("PATH").unwrap_or_default();
@@ -133,7 +133,7 @@ fn count() -> Result<BTreeMap<String, u64>, Stop> {
     Ok(instructions)
 }
 
-/// A folder with a `valgrind` that finds its tools, where it was unpacked; it looks for them where it would be installed.
+/// A folder with a `valgrind` that finds its tools in the unpacked tree; without it, it looks for them in its installation path.
 fn valgrind_folder(valgrind: &Tool) -> Result<Option<PathBuf>, String> {
     let Some(tree) = valgrind.tree() else { return Ok(None) };
     let folder = process::own_target_dir("valgrind");
@@ -147,14 +147,14 @@ fn valgrind_folder(valgrind: &Tool) -> Result<Option<PathBuf>, String> {
     Ok(Some(folder))
 }
 
-/// All instructions of a bench; beside those of an earlier run, where there was one.
+/// The total number of instructions of a bench; the file may also have those of an earlier run.
 fn total(summary: &serde_json::Value) -> Option<u64> {
     let metrics = &summary["profiles"][0]["summaries"]["total"]["summary"]["Callgrind"]["Ir"]["metrics"];
     let count = if metrics["Left"].is_null() { &metrics["Both"][0] } else { &metrics["Left"] };
     count["Int"].as_u64()
 }
 
-/// The folder of the runner, which is installed there in the version of the library.
+/// The folder of the runner, installed in the version of the library.
 fn runner() -> Result<PathBuf, Stop> {
     let lock = std::fs::read_to_string(process::root().join("Cargo.lock")).map_err(|error| error.to_string())?;
     let version = locked_version(&lock, RUNNER).ok_or_else(|| format!("Cargo.lock has no {RUNNER}"))?;
@@ -165,14 +165,14 @@ fn runner() -> Result<PathBuf, Stop> {
         return Ok(tools.join("bin"));
     }
     let mut install = process::cargo();
-    // Not optimised, which takes three times as long: it only starts the benches and reads what callgrind has counted.
+    // Without optimisation, which would take three times as long: it only starts the benches and reads the counts.
     install.args(["install", RUNNER, "--debug", "--locked", "--force", "--version", &version, "--root"]).arg(&tools);
     install.arg("--target-dir").arg(Path::new(&tools).join("build"));
     process::run(&mut install).map_err(|reason| Missing(format!("no {RUNNER} {version}: {reason}")))?;
     Ok(tools.join("bin"))
 }
 
-/// The version that a lock file has of a package.
+/// The version of a package in a lock file.
 fn locked_version(lock: &str, package: &str) -> Option<String> {
     let lock: toml::Table = lock.parse().ok()?;
     let packages = lock.get("package")?.as_array()?;
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rise_and_a_loss_fail_and_a_fall_does_not() {
+    fn increased_and_missing_counts_fail_and_decreased_ones_do_not() {
         let committed = counts(&[("same", 1000), ("less", 1000), ("little", 1000), ("more", 1000), ("gone", 1000)]);
         let now = counts(&[("same", 1000), ("less", 10), ("little", 1029), ("more", 1031), ("new", 7)]);
         let risen = committed.risen(&now, 3.0);
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn another_compiler_has_more_room_and_another_machine_none() {
+    fn another_compiler_has_more_tolerance_and_another_host_is_not_compared() {
         let committed = counts(&[("scan", 1000)]);
         let with = |compiler: &str, host: &str, count| {
             let now = Counts { compiler: compiler.into(), host: host.into(), ..counts(&[("scan", count)]) };

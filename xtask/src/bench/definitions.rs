@@ -1,4 +1,4 @@
-//! What the figures of `cargo xtask bench` mean.
+//! Definitions of the figures of `cargo xtask bench`.
 
 /// Name and definition of every figure.
 pub const DEFINITIONS: [(&str, &str); 24] = [

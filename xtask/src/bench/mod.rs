@@ -1,5 +1,5 @@
-//! The steps `bench` and `counts`: what a scan costs on the host and on the target, as one table, and whether the
-//! instructions that are committed still hold.
+//! The steps `bench` and `counts`: the cost of a scan on the host and on the target as a table, and a comparison of instructions
+//! with the committed ones.
 
 mod counts;
 mod definitions;
@@ -21,10 +21,10 @@ pub use definitions::text as definitions;
 
 /// The package of the benches.
 const PACKAGE: &str = "scphd-benches";
-/// The whole runs take a minute or two.
+/// Time limit; the whole runs take a minute or two.
 const LIMIT: Duration = Duration::from_secs(1800);
 
-/// One figure of the list that `--json` writes.
+/// A figure of the list that `--json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
     pub name: String,
@@ -38,7 +38,7 @@ impl Figure {
     }
 }
 
-/// What others take for what a figure is about: the figure, who, and how long on a machine like the one of the
+/// Times of other projects that correspond to a figure: the figure, the project, and its time on a machine like that of the
 /// figures, µs.
 const PEERS: [(&str, &str, f64); 3] = [
     ("rfs_slam_like_scan_us", "RFS-SLAM, SC-PHD update (C++)", 7_700.0),
@@ -84,18 +84,18 @@ fn measure(options: &Options) -> Result<String, Stop> {
     Ok(format!("{} figures{note}", figures.len()))
 }
 
-/// The program of whole runs and pictures.
+/// The program of whole runs and plots.
 fn program() -> std::process::Command {
     let mut cargo = process::cargo();
     cargo.args(["run", "--quiet", "--release", "--package", PACKAGE, "--example", "scphd-bench", "--"]);
     cargo
 }
 
-/// Mean time of a scan for every group and case of it, µs.
+/// Mean time of a scan for every group and case, µs.
 struct Times(Vec<(String, String, f64)>);
 
 impl Times {
-    /// From a file of `group,id,scan_us`.
+    /// Reads a file of `group,id,scan_us`.
     fn read(path: &Path) -> Result<Self, String> {
         let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
         let row = |line: &str| {
@@ -116,7 +116,7 @@ impl Times {
         Ok(self.of(group, more)? / self.of(group, less)?)
     }
 
-    /// A row a group.
+    /// A table with a row for each group.
     fn table(&self) -> Table {
         let mut rows: Vec<Vec<String>> = Vec::new();
         for (group, id, time_us) in &self.0 {

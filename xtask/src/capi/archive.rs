@@ -1,8 +1,8 @@
-//! The archive: one object, of which nothing is to be seen but the functions of the header.
+//! The archive: one object with only the functions of the header as global symbols.
 //!
-//! What the compiler makes has all that Rust programs share: a panic handler, the compiler's helpers. Two such archives in one program
-//! would each bring theirs. So the library and the helpers that it needs are linked into one object, all else is left out, and every
-//! symbol but those of the header is made local.
+//! The compiler's archive contains code that all Rust programs share: a panic handler, helpers of the compiler. Two such archives
+//! in one program would conflict. Therefore the library and the helpers that it needs are linked into one object, everything else
+//! is removed, and all symbols except those of the header are made local.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -18,18 +18,18 @@ use crate::process;
 use crate::toolchain::{self, Toolchain};
 use crate::tools::{LLD, OBJCOPY};
 
-/// What the file is called.
+/// Name of the archive.
 pub const NAME: &str = "libscphd.a";
 
-/// What builds it: for the machine that this runs on, or for one without an operating system.
+/// The toolchain for the build.
 pub enum Builder<'a> {
-    /// The active compiler, for its own machine.
+    /// The active compiler, for its host.
     Host,
-    /// For this target.
+    /// A toolchain and a target without an operating system.
     Bare(&'a Toolchain, &'static str),
 }
 
-/// Builds the archive, checks its symbols, and returns the folder that it is in.
+/// Builds the archive, checks its symbols, and returns its folder.
 pub fn make(builder: &Builder<'_>, functions: &BTreeSet<String>) -> Result<PathBuf, Stop> {
     let host;
     let (mut cargo, target) = match builder {
@@ -42,7 +42,7 @@ pub fn make(builder: &Builder<'_>, functions: &BTreeSet<String>) -> Result<PathB
         }
         Builder::Bare(toolchain, target) => {
             let mut cargo = toolchain.cargo_rustc("core");
-            // A tenth less flash, for a hundredth more instructions.
+            // Gives a tenth less flash, for a hundredth more instructions.
             cargo.env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "2");
             (cargo, *target)
         }
@@ -61,7 +61,7 @@ pub fn make(builder: &Builder<'_>, functions: &BTreeSet<String>) -> Result<PathB
     Ok(dir)
 }
 
-/// Links the functions of the header with all that they need, and nothing else, into one object.
+/// Links the functions of the header with all that they need into one object.
 fn link(built: &Path, functions: &BTreeSet<String>, object: &Path) -> Result<(), Stop> {
     let mut lld = match toolchain::beside_rustc().filter(|path| path.is_file()) {
         Some(path) => {
@@ -76,7 +76,7 @@ fn link(built: &Path, functions: &BTreeSet<String>, object: &Path) -> Result<(),
     Ok(())
 }
 
-/// Makes every symbol local but those of the header.
+/// Makes all symbols local except those of the header.
 fn localise(functions: &BTreeSet<String>, object: &Path) -> Result<(), Stop> {
     let list = object.with_extension("symbols");
     let names: Vec<&str> = functions.iter().map(String::as_str).collect();
@@ -87,7 +87,7 @@ fn localise(functions: &BTreeSet<String>, object: &Path) -> Result<(), Stop> {
     Ok(())
 }
 
-/// That of the active toolchain, or LLVM's.
+/// The objcopy of the active toolchain, or LLVM's.
 fn objcopy() -> Result<Command, Missing> {
     let own = || -> Option<Command> {
         let program = toolchain::beside_rustc()?.with_file_name("rust-objcopy");
@@ -103,7 +103,7 @@ fn objcopy() -> Result<Command, Missing> {
     own().map_or_else(|| Ok(OBJCOPY.obtain()?.command()), Ok)
 }
 
-/// Writes an archive of one object, with the index that linkers look functions up in.
+/// Writes an archive with one object, and with the symbol index for linkers.
 fn write(object: Vec<u8>, archive: &Path) -> Result<(), String> {
     let failed = |error: std::io::Error| format!("{}: {error}", archive.display());
     let member = NewArchiveMember::new(object, &DEFAULT_OBJECT_READER, "scphd.o".into());

@@ -1,4 +1,4 @@
-//! A C program on boards of QEMU, in the same states as on the host.
+//! Runs a C program on QEMU's boards, which must reach the same states as the host.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -9,10 +9,10 @@ use crate::outcome::Stop;
 use crate::process;
 use crate::tools::{ARM_GCC, Tool};
 
-/// A run that takes longer has gone wrong.
+/// Time limit of a run.
 const LIMIT: Duration = Duration::from_secs(600);
 
-/// A processor, and how much of the inputs it replays.
+/// A processor, and the number of scans that it replays.
 struct Processor {
     /// QEMU's name of the board.
     board: &'static str,
@@ -20,7 +20,7 @@ struct Processor {
     target: &'static str,
     flags: &'static [&'static str],
     scans: u32,
-    /// Its place in the column of flash in docs/c.md.
+    /// Index of its figure in the flash column of docs/c.md.
     column: usize,
 }
 
@@ -33,7 +33,7 @@ const PROCESSORS: [Processor; 2] = [
         scans: 300,
         column: 0,
     },
-    // Without its floating-point unit, of which everything is computed in integers.
+    // With software floating point.
     Processor {
         board: "mps2-an386",
         ram: "0x21000000",
@@ -44,7 +44,7 @@ const PROCESSORS: [Processor; 2] = [
     },
 ];
 
-/// Builds the program with the archive of each target, which `folder` knows, and runs it.
+/// Builds the program with the archive of each target, which `folder` returns, and runs it.
 pub fn check(folder: impl Fn(&str) -> Option<PathBuf>, inputs: &Path) -> Result<(), Stop> {
     let (gcc, qemu) = (ARM_GCC.obtain_that(&links)?, emulator::prepare()?);
     println!("{} ({})", gcc.version, gcc.place());
@@ -69,7 +69,7 @@ pub fn check(folder: impl Fn(&str) -> Option<PathBuf>, inputs: &Path) -> Result<
     Ok(())
 }
 
-/// Fails where the compiler, or the C library that it goes with, is not whole for one of the processors.
+/// Fails if the compiler or its C library is incomplete for one of the processors.
 fn links(gcc: &Tool) -> Result<(), String> {
     let folder = process::own_target_dir("capi-trial");
     std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
@@ -85,17 +85,17 @@ fn capi() -> PathBuf {
     process::root().join("bindings/capi")
 }
 
-/// Compiles what starts a board; the program that it starts, and its libraries, are to be added.
+/// A command that compiles the startup code of a board; the program and its libraries are to be added.
 fn compile(gcc: &Tool, processor: &Processor) -> Result<Command, String> {
     let mut command = gcc.command();
     command.args(processor.flags).args(["-std=c11", "-O2", "-ffunction-sections", "-nostartfiles"]);
     command.arg("-I").arg(capi().join("include")).arg("-I").arg(capi().join("tests/c"));
     command.arg("-T").arg(capi().join("tests/c/board.ld")).arg(format!("-Wl,--defsym=RAM_START={}", processor.ram));
-    // What the C library lacks to say of its stack is nothing that a board has.
+    // The C library has no note about executable stacks, which a board does not need.
     command.args(["-Wl,--gc-sections", "-Wl,--no-warn-execstack"]);
     match gcc.tree() {
         None => command.arg("--specs=rdimon.specs"),
-        // The compiler does not look for its C library where it was unpacked to.
+        // The compiler does not find its C library in an unpacked tree.
         Some(tree) => {
             let kind = process::read(gcc.command().args(processor.flags).arg("-print-multi-directory"))?;
             let library = tree.path("usr/lib/arm-none-eabi/newlib").join(kind);

@@ -1,4 +1,4 @@
-//! Flash of the loop of `docs/c.md` with each set, against the table of that page.
+//! Compares the flash of the loop of `docs/c.md` with each set with the table of that page.
 
 use std::fs;
 use std::path::Path;
@@ -7,10 +7,11 @@ use std::process::Command;
 use crate::firmware::image::Image;
 use crate::process;
 
-/// The page may understate a figure by this factor, as budgets may; a figure that is as much too large is out of date.
+/// Greatest ratio of the figure on the page and the measured one, in both directions, as for budgets.
 const MARGIN: f64 = 1.2;
 
-/// The sets of the page with their KB, with and without a floating-point unit; a set under water has other functions, and a program of its own.
+/// The sets of the page and their KB, with and without a floating-point unit. A set under water has other functions, and is not
+/// checked here.
 fn claimed() -> Result<Vec<(String, [f64; 2])>, String> {
     let page = process::root().join("docs/c.md");
     let text = fs::read_to_string(&page).map_err(|error| format!("{}: {error}", page.display()))?;
@@ -18,15 +19,15 @@ fn claimed() -> Result<Vec<(String, [f64; 2])>, String> {
     Ok(rows.filter_map(claim).collect())
 }
 
-/// A row of the table: its first set with the last column.
+/// A row of the table: its first set, and the last column.
 fn claim(row: &str) -> Option<(String, [f64; 2])> {
     let set = row.split('`').nth(1)?;
     let (hard, soft) = row.trim_end_matches([' ', '|']).rsplit('|').next()?.trim().split_once(", ")?;
     Some((set.to_owned(), [hard.parse().ok()?, soft.parse().ok()?]))
 }
 
-/// Builds the loop with every set of the page by the archive in `dir`; `column` is 0 with a floating-point unit and 1 without, `compile` what
-/// compiles and links for the processor.
+/// Builds the loop with every set of the page and the archive in `dir`. `column` is 0 with a floating-point unit and 1 without;
+/// `compile` returns a command that compiles and links for the processor.
 pub fn check(dir: &Path, column: usize, compile: impl Fn() -> Result<Command, String>) -> Result<(), String> {
     let sets = claimed()?;
     if sets.len() < 4 {
@@ -44,7 +45,7 @@ pub fn check(dir: &Path, column: usize, compile: impl Fn() -> Result<Command, St
     Ok(())
 }
 
-/// Bytes of a program with this set, or without a filter.
+/// Flash of a program with this set, or without a filter, bytes.
 fn flash(dir: &Path, mut compile: Command, set: Option<&str>) -> Result<u64, String> {
     let (tests, examples) = ("bindings/capi/tests/c", "bindings/capi/examples");
     let path = dir.join("flash.elf");

@@ -1,4 +1,4 @@
-//! The header: made anew and compared.
+//! The header: generated and compared.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -7,17 +7,17 @@ use std::path::PathBuf;
 use super::workspace::{cargo, tools_dir};
 use crate::process;
 
-/// Where it is.
+/// Path of the header.
 pub fn path() -> PathBuf {
     process::root().join("bindings/capi/include/scphd.h")
 }
 
-/// What is there.
+/// Contents of the header.
 pub fn text() -> Result<String, String> {
     fs::read_to_string(path()).map_err(|error| format!("{}: {error}", path().display()))
 }
 
-/// The functions that it declares.
+/// The functions that the header declares.
 pub fn functions() -> Result<BTreeSet<String>, String> {
     Ok(declared(&text()?))
 }
@@ -28,7 +28,7 @@ fn declared(header: &str) -> BTreeSet<String> {
     names.filter(|name| name.starts_with("scphd_")).map(str::to_owned).collect()
 }
 
-/// Fails unless the crate makes the header that is there; where it is to be rewritten, writes it.
+/// Fails if the generated header differs from the committed one; in blessing mode, writes it.
 pub fn check() -> Result<(), String> {
     let dir = tools_dir();
     let made = dir.join("scphd.h");
@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn functions_are_told_from_what_is_said_of_them() {
+    fn functions_are_distinguished_from_comments() {
         let header = "// Calls scphd_other(x).\n#define SCPHD_X(a) a\nconst char *scphd_text(int32_t status);\n\
                       scphd_status scphd_start(uint32_t version,\n                         int (*scphd_hook)(void));\n";
         assert_eq!(declared(header).into_iter().collect::<Vec<_>>(), ["scphd_start", "scphd_text"]);

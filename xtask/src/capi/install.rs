@@ -1,4 +1,4 @@
-//! Installing the C library: header, archive, and what pkg-config, CMake and Zephyr find them by.
+//! Installs the C library: header, archive, and files for pkg-config, CMake and Zephyr.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,12 +12,12 @@ use crate::process;
 use crate::toolchain;
 use crate::tools::CMAKE;
 
-/// Where to, and for what.
+/// Destination and target.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Place {
     /// The folder with `include` and `lib`.
     pub prefix: PathBuf,
-    /// One of [`TARGETS`]; none for the machine that this runs on.
+    /// One of [`TARGETS`]; `None` for the host.
     pub target: Option<String>,
 }
 
@@ -69,7 +69,7 @@ fn pkg_config() -> String {
     )
 }
 
-/// The folder may be moved: everything is found from where this lies.
+/// Uses paths relative to this file, so that the folder can be moved.
 const CMAKE_CONFIG: &str = r#"get_filename_component(_scphd_prefix "${CMAKE_CURRENT_LIST_DIR}/../../.." ABSOLUTE)
 if(NOT TARGET scphd::scphd)
   add_library(scphd::scphd STATIC IMPORTED)
@@ -97,7 +97,7 @@ const ZEPHYR_CMAKE: &str = r#"if(CONFIG_SCPHD)
 endif()
 "#;
 
-/// An archive with the other floating-point ABI would not link, and one for another processor neither.
+/// An archive with the other floating-point ABI, or for another processor, would not link.
 fn zephyr_kconfig(target: Option<&str>) -> String {
     let needs = match target {
         Some(target) if target == TARGETS[0] => "depends on CPU_CORTEX_M && FP_HARDABI",
@@ -110,7 +110,7 @@ fn zephyr_kconfig(target: Option<&str>) -> String {
     )
 }
 
-/// What was installed is found by pkg-config and by CMake, also as Zephyr would find it, each where it is here.
+/// Checks that pkg-config, CMake, and CMake as used by Zephyr find the installed library, if these programs are present.
 pub fn check(archive: &Path, c: &Compiler, dir: &Path) -> Result<(), String> {
     let prefix = dir.join("installed");
     write(&prefix, archive, None)?;

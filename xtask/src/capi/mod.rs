@@ -28,7 +28,7 @@ pub fn step() -> Outcome {
     check().into()
 }
 
-/// The header, and C programs with the archive for this machine.
+/// Compiles and runs C programs with the header and the archive for the host.
 pub fn quick() -> Result<Outcome, Stop> {
     let functions = header::functions()?;
     let host = archive::make(&Builder::Host, &functions)?;
@@ -39,14 +39,14 @@ pub fn quick() -> Result<Outcome, Stop> {
     Ok(Outcome::Passed(format!("{} functions", functions.len())))
 }
 
-/// clippy on every package of the workspace, warnings are errors.
+/// clippy on every package of the workspace, with warnings as errors.
 pub fn clippy() -> Command {
     let mut clippy = cargo("clippy");
     clippy.args(["--workspace", "--all-targets", "--", "-D", "warnings"]);
     clippy
 }
 
-/// The documentation of the crate, warnings are errors.
+/// The documentation of the crate, with warnings as errors.
 pub fn doc() -> Command {
     let mut doc = cargo("doc");
     doc.env("RUSTDOCFLAGS", "-D warnings").arg("--no-deps");
@@ -60,7 +60,7 @@ fn check() -> Result<Outcome, Stop> {
     let functions = header::functions()?;
     let bare = toolchain::find_for(&TARGETS);
     let mut missing = Vec::new();
-    // The link of an archive keeps one core busy.
+    // Linking an archive uses one core.
     let (hosts, boards) = thread::scope(|scope| {
         let hosts = scope.spawn(|| {
             let archive = archive::make(&Builder::Host, &functions)?;
@@ -109,7 +109,7 @@ fn check() -> Result<Outcome, Stop> {
     })
 }
 
-/// What is missing is noted, what is broken is not passed over.
+/// Collects the reason if something is missing; other errors are returned.
 fn note(result: Result<(), Stop>, missing: &mut Vec<String>) -> Result<(), Stop> {
     match result {
         Err(Stop::Missing(reason)) => {
@@ -125,14 +125,14 @@ fn size(archive: &Path) -> Result<u64, String> {
     Ok(metadata.len() / 1024)
 }
 
-/// Checks the header and the tests in Rust, and writes the inputs to a file.
+/// Checks the header, runs the tests in Rust, and writes the inputs to a file.
 fn tools() -> Result<PathBuf, String> {
     header::check()?;
     process::run(&mut cargo("test"))?;
     stream()
 }
 
-/// Writes the inputs to a file, with the states that the library without C has after every scan.
+/// Writes the inputs to a file, with the states of the Rust library after every scan.
 pub fn stream() -> Result<PathBuf, String> {
     let path = tools_dir().join("drive.txt");
     fs::create_dir_all(tools_dir()).map_err(|error| format!("{}: {error}", tools_dir().display()))?;

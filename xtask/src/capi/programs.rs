@@ -8,7 +8,7 @@ use crate::outcome::Missing;
 use crate::process;
 use crate::tools::VALGRIND;
 
-/// A compiler and the language it is asked for.
+/// A compiler and its language.
 #[derive(Debug, Clone)]
 pub struct Compiler {
     program: String,
@@ -16,16 +16,16 @@ pub struct Compiler {
     language: &'static str,
 }
 
-/// Every warning is an error.
+/// All warnings are errors.
 const WARNINGS: [&str; 5] = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"];
 
 impl Compiler {
-    /// The machine's C compiler.
+    /// The C compiler of the host.
     pub fn c() -> Result<Self, Missing> {
         Self::find("CC", &["cc", "gcc", "clang"], "-std=c11", "c")
     }
 
-    /// The machine's C++ compiler.
+    /// The C++ compiler of the host.
     pub fn cpp() -> Result<Self, Missing> {
         Self::find("CXX", &["c++", "g++", "clang++"], "-std=c++17", "c++")
     }
@@ -43,13 +43,13 @@ impl Compiler {
         Ok(Self { program, standard, language })
     }
 
-    /// Its name, and what it says of itself.
+    /// Its name and version.
     pub fn version(&self) -> String {
         let said = process::read(process::command(&self.program).arg("--version")).unwrap_or_default();
         said.lines().next().unwrap_or_default().to_owned()
     }
 
-    /// The compiler and its standard, and nothing of this project.
+    /// The compiler with its language standard, without options of this project.
     pub fn plain(&self) -> Command {
         let mut command = process::command(&self.program);
         command.arg(self.standard);
@@ -65,7 +65,7 @@ impl Compiler {
         command
     }
 
-    /// Compiles a source, and links nothing.
+    /// Compiles a source without linking.
     pub fn compile(&self, source: &str, dir: &Path) -> Result<(), String> {
         process::run(self.command(source).arg("-c").arg("-o").arg(dir.join("compiled.o")))
     }
@@ -78,7 +78,7 @@ impl Compiler {
     }
 }
 
-/// Builds the programs and runs them; `inputs` is what is replayed.
+/// Builds and runs the programs; `inputs` are replayed.
 pub fn check(archive: &Path, inputs: &Path, dir: &Path) -> Result<(), String> {
     let c = Compiler::c().map_err(|Missing(reason)| reason)?;
     let program = |source: &str| c.build(source, &[archive], dir);
@@ -91,14 +91,14 @@ pub fn check(archive: &Path, inputs: &Path, dir: &Path) -> Result<(), String> {
     beside_another(&c, archive, dir)
 }
 
-/// The same header in C++.
+/// Compiles and runs programs that use the header in C++.
 pub fn check_cpp(archive: &Path, dir: &Path) -> Result<(), String> {
     let cpp = Compiler::cpp().map_err(|Missing(reason)| reason)?;
     cpp.compile("examples/robot.c", dir)?;
     process::run(&mut process::command(cpp.build("examples/robot.cpp", &[archive], dir)?))
 }
 
-/// All of the archive, another one in Rust with a panic handler of its own, and a copy of ours go into one program.
+/// Links the complete archive, another Rust archive with a panic handler of its own, and a copy of ours into one program.
 fn beside_another(c: &Compiler, archive: &Path, dir: &Path) -> Result<(), String> {
     let (other, copy) = (dir.join("libother.a"), dir.join("libcopy.a"));
     let mut rustc = process::command(noalloc::rustc());
@@ -110,7 +110,7 @@ fn beside_another(c: &Compiler, archive: &Path, dir: &Path) -> Result<(), String
     process::run(&mut process::command(program))
 }
 
-/// The programs that do not run long, in valgrind.
+/// Runs the shorter programs in valgrind.
 pub fn check_memory(dir: &Path) -> Result<(), crate::outcome::Stop> {
     let valgrind = VALGRIND.obtain()?;
     for program in ["misuse.c", "all_that_a_filter_can.c", "robot.c"] {
@@ -125,7 +125,7 @@ pub fn check_memory(dir: &Path) -> Result<(), crate::outcome::Stop> {
 mod tests {
     use super::*;
 
-    /// But for comments of whole lines.
+    /// Comments that take a whole line are ignored.
     #[test]
     fn the_page_shows_what_is_compiled() {
         let read = |path: &str| std::fs::read_to_string(process::root().join(path)).unwrap();

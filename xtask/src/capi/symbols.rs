@@ -1,14 +1,14 @@
-//! What the object of the archive has and what it asks for.
+//! Symbols of the archive's object.
 
 use std::collections::BTreeSet;
 
 use object::{Object, ObjectSymbol};
 
-/// What every C compiler takes to be there.
+/// Functions that every C compiler requires.
 const IMPORTS: [&str; 4] = ["memcmp", "memcpy", "memmove", "memset"];
 
-/// Fails unless the functions of the header are all that is to be seen, and nothing is asked for but [`IMPORTS`]: a panic that could be
-/// reached would ask for a function that does not exist.
+/// Fails unless the functions of the header are the only global symbols, and [`IMPORTS`] the only undefined ones: a reachable
+/// panic would require a function that nobody defines.
 pub fn check(elf: &[u8], functions: &BTreeSet<String>) -> Result<(), String> {
     let file = object::File::parse(elf).map_err(|error| error.to_string())?;
     let (mut offered, mut asked) = (BTreeSet::new(), BTreeSet::new());
@@ -42,7 +42,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_much_or_too_little_is_found() {
+    fn missing_and_additional_symbols_are_found() {
         let functions = names(&["scphd_start", "scphd_scan"]);
         let check = |offered: &[&str], asked: &[&str]| judge(&names(offered), &names(asked), &functions);
         assert!(check(&["scphd_start", "scphd_scan"], &["memcpy"]).is_ok());

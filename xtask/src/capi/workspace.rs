@@ -5,10 +5,10 @@ use std::process::Command;
 
 use crate::process;
 
-/// The targets that there are archives for beside the host: with a floating-point unit and without one.
+/// The targets of archives other than the host: with and without a floating-point unit.
 pub const TARGETS: [&str; 2] = ["thumbv7em-none-eabihf", "thumbv7em-none-eabi"];
 
-/// Where what is built for the host and not for the archive is kept.
+/// Folder for host builds other than the archive.
 pub fn tools_dir() -> PathBuf {
     process::own_target_dir("capi-tools")
 }

@@ -1,4 +1,4 @@
-//! Asking apt and dpkg, which need no root for it.
+//! Queries apt and dpkg, without root.
 
 use std::collections::HashMap;
 use std::fs;
@@ -10,14 +10,14 @@ use super::closure::Archive;
 use super::package::Package;
 use crate::process;
 
-/// The lists are some 10 MB.
+/// Time limit for the lists, which have about 10 MB.
 const LISTS_LIMIT: Duration = Duration::from_secs(300);
-/// The largest bundle is 150 MB.
+/// Time limit for a download; the largest bundle has 150 MB.
 const DOWNLOAD_LIMIT: Duration = Duration::from_secs(1200);
-/// Lists that were fetched so long ago are fetched again.
+/// Lists of this age are fetched again.
 const LISTS_AGE: Duration = Duration::from_secs(6 * 3600);
 
-/// Fails where there is no apt or dpkg.
+/// Fails if apt or dpkg is missing.
 pub fn present() -> Result<(), String> {
     let missing = ["apt-get", "apt-cache", "dpkg-query", "dpkg-deb"]
         .into_iter()
@@ -44,11 +44,11 @@ fn parse_installed(text: &str) -> Vec<Package> {
     text.split("\n\n").filter(is_whole).flat_map(Package::parse_all).collect()
 }
 
-/// apt, with one or the other lists of packages.
+/// apt, with package lists of this project or those of the system.
 pub struct Apt {
-    /// The lists of this project; none for those of the system.
+    /// Folder of this project's lists; `None`: those of the system.
     own_lists: Option<PathBuf>,
-    /// Where apt keeps what it computes from them.
+    /// Folder for apt's caches.
     cache: PathBuf,
     offered: HashMap<String, Vec<Package>>,
 }
@@ -62,12 +62,12 @@ impl Apt {
         Self { own_lists: None, cache: cache.join("apt-system"), offered: HashMap::new() }
     }
 
-    /// What to call it in a message.
+    /// Its name in messages.
     pub fn lists(&self) -> &'static str {
         if self.own_lists.is_some() { "with lists fetched now" } else { "with the system's lists" }
     }
 
-    /// Makes its folders, and fetches its lists where they are its own.
+    /// Creates its folders, and fetches its own lists.
     pub fn prepare(&mut self) -> Result<(), String> {
         let make = |path: &Path| fs::create_dir_all(path).map_err(|error| format!("{}: {error}", path.display()));
         make(&self.cache.join("archives/partial"))?;
@@ -79,7 +79,7 @@ impl Apt {
             return Ok(());
         }
         println!("setting up: apt's lists, in {}", lists.display());
-        // Nothing but the packages themselves.
+        // Only the packages, without further indices.
         let arguments =
             ["-o", "Acquire::Languages=none", "-o", "Acquire::IndexTargets::deb::DEP-11::DefaultEnabled=false"];
         process::run_for(
@@ -100,9 +100,9 @@ impl Apt {
     fn command(&self, program: &str) -> Command {
         let mut command = process::command(program);
         command.env("LC_ALL", "C").env("DEBIAN_FRONTEND", "noninteractive");
-        // The user that apt becomes, where root runs it, cannot read everybody's folders.
+        // If apt is run by root, the user that it switches to may not have access to the folders.
         command.args(["-o", "APT::Sandbox::User=root", "-o"]).arg(format!("Dir::Cache={}", self.cache.display()));
-        // Images of containers turn off what makes the second question as fast as it can be.
+        // Container images disable these caches, which make repeated queries fast.
         command.args(["-o", "Dir::Cache::pkgcache=pkgcache.bin", "-o", "Dir::Cache::srcpkgcache=srcpkgcache.bin"]);
         if let Some(lists) = &self.own_lists {
             command.arg("-o").arg(format!("Dir::State::Lists={}", lists.display()));
@@ -111,7 +111,7 @@ impl Apt {
     }
 }
 
-/// apt's own limits on the network.
+/// Network limits of apt.
 fn network() -> [&'static str; 6] {
     ["-o", "Acquire::Retries=1", "-o", "Acquire::http::Timeout=30", "-o", "Acquire::https::Timeout=30"]
 }
@@ -122,7 +122,7 @@ impl Archive for Apt {
             return Ok(known.clone());
         }
         let show = |arguments: &[&str]| {
-            // It fails for a name that it does not know, which is an answer.
+            // It fails for an unknown name, which is not an error here.
             let shown = process::read(self.command("apt-cache").arg("show").args(arguments).arg(name));
             Package::parse_all(&shown.unwrap_or_default())
         };
@@ -139,7 +139,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_what_is_installed_whole_counts() {
+    fn only_completely_installed_packages_count() {
         let text = "Status: ii \nPackage: here\nVersion: 1\nSource: there (2)\nProvides: \n\n\
                     Status: rc \nPackage: removed\nVersion: 1\nSource: removed (1)\nProvides: \n\n\
                     Status: hi \nPackage: held\nVersion: 1\nSource: held (1)\nProvides: x (= 3)\n\n";

@@ -1,21 +1,21 @@
-//! Which packages have to be downloaded so that some can be run where others are installed.
+//! Determines the packages to download, given the installed ones.
 
 use super::package::{Package, Relation};
 
-/// What a package needs to be installed, not to be run from a folder: whoever built this program has a linker and the
-/// C library's headers, and the debugging symbols of the C library are looked for where the system has them.
+/// Dependencies that are needed for an installation, but not to run a program from a folder: whoever built this program has a
+/// linker and the headers of the C library, and its debugging symbols are only looked for in the system.
 const NOT_NEEDED: [&str; 4] = ["gcc", "libc-dev", "binutils", "libc6-dbg"];
 
-/// Comes with the loader, which is the system's own: programs cannot be given another.
+/// Belongs to the loader, which must be that of the system.
 const C_LIBRARY: &str = "libc6";
 
-/// Where packages come from.
+/// A source of packages.
 pub trait Archive {
-    /// What can be downloaded under this name: the version that apt would install, then others.
+    /// The packages with this name that can be downloaded: first the version that apt would install, then others.
     fn offers(&mut self, name: &str) -> Result<Vec<Package>, String>;
 }
 
-/// The packages to download for `roots`, themselves included: what they depend on, and is not `installed`.
+/// The packages to download for `roots`, including these and their dependencies, without `installed` ones.
 pub fn closure(roots: &[&str], installed: &[Package], archive: &mut dyn Archive) -> Result<Vec<Package>, String> {
     let mut chosen: Vec<Package> = Vec::new();
     for root in roots {
@@ -44,14 +44,14 @@ pub fn closure(roots: &[&str], installed: &[Package], archive: &mut dyn Archive)
     Ok(chosen)
 }
 
-/// What to download so that one of the `group` is there; nothing where that is so.
+/// The package to download for one of the `group`; `None` if one is present.
 fn choose(
     package: &Package,
     group: &[Relation],
     installed: &[Package],
     archive: &mut dyn Archive,
 ) -> Result<Option<Package>, String> {
-    // Parts of one source belong together: those of another version are not what the package was tested with.
+    // Packages from the same source must have the same version.
     let fits = |other: &Package| other.source.0 != package.source.0 || other.source.1 == package.source.1;
     let has = |other: &Package| fits(other) && group.iter().any(|relation| other.satisfies(relation));
     if installed.iter().any(has) {
@@ -71,7 +71,7 @@ fn choose(
 mod tests {
     use super::*;
 
-    /// An archive of packages in apt's words.
+    /// An archive for tests.
     struct Shelf(Vec<Package>);
 
     impl Archive for Shelf {
@@ -80,7 +80,7 @@ mod tests {
         }
     }
 
-    /// A package of `name version: depends`, and of `name version source: depends`.
+    /// A package from `name version: depends` or `name version source: depends`.
     fn package(text: &str) -> Package {
         let (head, depends) = text.split_once(": ").unwrap_or((text, ""));
         let words: Vec<&str> = head.split(' ').collect();
@@ -98,34 +98,34 @@ mod tests {
     }
 
     #[test]
-    fn what_is_installed_is_not_fetched_and_what_is_missing_is_with_all_it_needs() {
+    fn missing_packages_are_fetched_with_their_dependencies_and_installed_ones_are_not() {
         let offered = ["emulator 7: here (>= 1), far", "far 1: farther | other, emulator", "farther 2", "here 1"];
         assert_eq!(resolve(&["emulator"], &["here 1"], &offered).unwrap(), ["emulator 7", "far 1", "farther 2"]);
         assert_eq!(resolve(&["emulator"], &["here 1", "other 1"], &offered).unwrap(), ["emulator 7", "far 1"]);
     }
 
     #[test]
-    fn an_installed_version_that_does_not_do_is_fetched_beside() {
+    fn an_unsuitable_installed_version_is_fetched_too() {
         let offered = ["emulator 7: here (>= 2)", "here 1", "here 2"];
         assert_eq!(resolve(&["emulator"], &["here 1"], &offered).unwrap(), ["emulator 7", "here 2"]);
     }
 
     /// A newer part is installed, and apt offers it first.
     #[test]
-    fn parts_of_one_source_are_of_one_version() {
+    fn packages_of_one_source_have_one_version() {
         let offered = ["arm 7 qemu: data (>> 6)", "data 10 qemu", "data 7 qemu"];
         assert_eq!(resolve(&["arm"], &["data 10 qemu", "utils 10 qemu"], &offered).unwrap(), ["arm 7", "data 7"]);
     }
 
     #[test]
-    fn a_linker_is_there_and_another_c_library_is_refused() {
+    fn a_linker_is_assumed_and_another_c_library_is_refused() {
         let offered = ["rust 1: gcc, libc-dev, clang | gcc", "new 1: libc6 (>= 3)", "libc6 3"];
         assert_eq!(resolve(&["rust"], &[], &offered).unwrap(), ["rust 1"]);
         assert!(resolve(&["new"], &["libc6 2"], &offered).unwrap_err().contains("another libc6"));
     }
 
     #[test]
-    fn what_nobody_has_is_named() {
+    fn unknown_packages_are_named() {
         assert!(resolve(&["ghost"], &[], &[]).unwrap_err().contains("ghost"));
         let message = resolve(&["a"], &[], &["a 1: b (>= 2) | c", "b 1"]).unwrap_err();
         assert!(message.contains("a needs b or c"), "{message}");

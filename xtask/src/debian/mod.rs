@@ -1,5 +1,5 @@
-//! Programs of Debian's packages, run from a folder of this project's own: downloaded and unpacked, not installed. That needs no
-//! root, and changes nothing of what else stands on the machine.
+//! Runs programs of Debian packages from a folder of this project: the packages are downloaded and unpacked, not installed. This
+//! needs no root and does not change the system.
 
 mod apt;
 mod closure;
@@ -12,26 +12,26 @@ use std::path::{Path, PathBuf};
 use crate::process;
 pub use tree::Tree;
 
-/// Packages for one purpose.
+/// Packages for a purpose.
 #[derive(Debug, Clone, Copy)]
 pub struct Bundle {
-    /// The folder that they are unpacked to.
+    /// Name of the folder to which they are unpacked.
     pub name: &'static str,
-    /// Packages to ask for; the first set that is offered whole is taken.
+    /// Alternative sets of packages; the first set that is completely available is used.
     pub packages: &'static [&'static [&'static str]],
-    /// The oldest version of the first package that does.
+    /// Oldest suitable version of the first package.
     pub oldest: &'static str,
 }
 
-/// Where packages may be unpacked, the better place first: in the user's cache, because a checkout comes and goes; otherwise among
-/// the build products.
+/// Folders for unpacked packages, in order of preference: in the user's cache, because checkouts are often deleted; otherwise in
+/// the build folder.
 fn places() -> impl Iterator<Item = PathBuf> {
     let home = || std::env::var_os("HOME").filter(|home| !home.is_empty()).map(|home| Path::new(&home).join(".cache"));
     let user = std::env::var_os("XDG_CACHE_HOME").filter(|cache| !cache.is_empty()).map(PathBuf::from).or_else(home);
     user.map(|cache| cache.join("scphd")).into_iter().chain([process::own_target_dir("cache")])
 }
 
-/// The folder where packages are unpacked, if it can be written to.
+/// The preferred folder for unpacked packages.
 pub fn cache() -> PathBuf {
     places().next().unwrap_or_else(|| process::own_target_dir("cache"))
 }
@@ -41,30 +41,31 @@ fn is_writable(folder: &Path) -> bool {
     fs::write(&probe, "").and_then(|()| fs::remove_file(&probe)).is_ok()
 }
 
-/// What was unpacked before.
+/// The tree that was unpacked before.
 pub fn unpacked(bundle: &Bundle) -> Option<Tree> {
     places().find_map(|place| Tree::at(&place.join(bundle.name)))
 }
 
-/// Whether packages can be fetched here at all; a network is not tried.
+/// Whether apt and dpkg are present; the network is not tested.
 pub fn can_fetch() -> Result<(), String> {
     apt::present()
 }
 
-/// Downloads the packages of a bundle, and what they need that is not installed, and unpacks them.
+/// Downloads and unpacks the packages of a bundle, with dependencies that are not installed.
 pub fn fetch(bundle: &Bundle) -> Result<Tree, String> {
     apt::present()?;
     let cache = places()
         .find(|place| fs::create_dir_all(place).is_ok() && is_writable(place))
         .ok_or_else(|| format!("{}: cannot be written to", cache().display()))?;
-    // What is there has been tried, and does not run any more: what it was unpacked beside has changed.
+    // An existing tree was tried and does not run, because the system has changed.
     let old = cache.join(bundle.name);
     if old.exists() {
         fs::remove_dir_all(&old).map_err(|error| format!("{}: {error}", old.display()))?;
     }
     let installed = apt::installed()?;
     let mut reasons = Vec::new();
-    // Fresh lists first: those of the system may name what the archive has replaced. Without a network they may still do.
+    // Lists that are fetched now come first: those of the system may name packages that the archive has replaced, but can be
+    // sufficient without a network.
     for mut archive in [apt::Apt::with_own_lists(&cache), apt::Apt::with_system_lists(&cache)] {
         match archive.prepare().and_then(|()| unpack(bundle, &installed, &mut archive, &cache)) {
             Ok(tree) => return Ok(tree),

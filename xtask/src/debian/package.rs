@@ -1,41 +1,41 @@
-//! What Debian says of a package: the fields of deb-control(5) that matter here.
+//! The description of a Debian package: the fields of deb-control(5) that are needed here.
 
 use std::cmp::Ordering;
 
 use deb_version::compare_versions;
 
-/// A package in one version.
+/// A version of a package.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Package {
     pub name: String,
     pub version: String,
-    /// The source that it was built from, and that source's version.
+    /// Its source package, and the version of that.
     pub source: (String, String),
-    /// What must be there: of each group one.
+    /// Dependencies: one of each group is needed.
     pub depends: Vec<Vec<Relation>>,
-    /// What it stands for beside itself.
+    /// Other packages that it provides.
     pub provides: Vec<Relation>,
-    /// Whether an archive has it; what is only installed cannot be downloaded.
+    /// Whether an archive offers it; false for an installed package.
     pub downloadable: bool,
 }
 
-/// A package, and which versions of it.
+/// A package with a condition on its version.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Relation {
     pub name: String,
-    /// As `>=`, and a version.
+    /// Operator, such as `>=`, and version.
     pub bound: Option<(String, String)>,
 }
 
 impl Package {
-    /// The packages of `text`, as `apt-cache show` and the file of dpkg's state have them.
+    /// Reads the output of `apt-cache show`, or the status file of dpkg.
     pub fn parse_all(text: &str) -> Vec<Self> {
         text.split("\n\n").filter_map(Self::parse).collect()
     }
 
     fn parse(stanza: &str) -> Option<Self> {
         let field = |name: &str| {
-            // Lines that go on begin with a space; none of these fields has any.
+            // Continuation lines begin with a space; none of these fields has any.
             let lines = stanza.lines();
             lines.filter_map(|line| line.split_once(':')).find(|(key, _)| *key == name).map(|(_, value)| value.trim())
         };
@@ -55,21 +55,21 @@ impl Package {
         Some(Self { name, version, source, depends, provides, downloadable: field("Filename").is_some() })
     }
 
-    /// Whether it is what the relation asks for.
+    /// Whether it satisfies a relation.
     pub fn satisfies(&self, relation: &Relation) -> bool {
         if self.name == relation.name {
             return relation.allows(&self.version);
         }
         self.provides.iter().filter(|provided| provided.name == relation.name).any(|provided| match &provided.bound {
             Some((_, version)) => relation.allows(version),
-            // What has no version is no version.
+            // A provided name without a version satisfies no condition on the version.
             None => relation.bound.is_none(),
         })
     }
 }
 
 impl Relation {
-    /// Of `libc6 (>= 2.34)`; the architecture in `python3:any` does not matter here.
+    /// Parses for example `libc6 (>= 2.34)`; the architecture in `python3:any` is ignored.
     fn parse(text: &str) -> Self {
         let (name, bound) = text.trim().split_once('(').unwrap_or((text.trim(), ""));
         let name = name.trim().split(':').next().unwrap_or_default().to_owned();
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn versions_and_what_is_provided_decide() {
+    fn relations_depend_on_versions_and_provided_names() {
         let rustc = &Package::parse_all(SHOWN)[1];
         for (text, holds) in [
             ("rustc-web", true),
@@ -138,9 +138,9 @@ mod tests {
         }
     }
 
-    /// The answers are those of `dpkg --compare-versions`.
+    /// Compared with `dpkg --compare-versions`.
     #[test]
-    fn versions_are_in_their_order() {
+    fn versions_are_ordered() {
         for (left, right) in [
             ("7.2", "10.0"),
             ("1:7.2+dfsg-7+deb12u18", "1:7.2+dfsg-7+deb12u18+b3"),

@@ -1,4 +1,4 @@
-//! Packages that were unpacked to a folder.
+//! A folder with unpacked packages.
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -11,48 +11,48 @@ use super::apt::Apt;
 use super::package::Package;
 use crate::process;
 
-/// The list of the packages in it, which is written last.
+/// The list of its packages, which is written last.
 const LIST: &str = "packages.txt";
 
-/// A folder that stands for the root of a file system.
+/// A folder that replaces the root of a file system.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tree {
     root: PathBuf,
 }
 
 impl Tree {
-    /// What was unpacked to this folder, if all of it was.
+    /// The tree in this folder, if it is complete.
     pub fn at(root: &Path) -> Option<Self> {
         root.join(LIST).is_file().then(|| Self { root: root.to_owned() })
     }
 
-    /// The path of what the packages have at `/path`.
+    /// The path of the packages' `/path`.
     pub fn path(&self, path: &str) -> PathBuf {
         self.root.join(path)
     }
 
-    /// Name and version of the package that was asked for.
+    /// Name and version of the requested package.
     pub fn what(&self) -> String {
         let list = fs::read_to_string(self.root.join(LIST)).unwrap_or_default();
         list.lines().next().unwrap_or_default().to_owned()
     }
 
-    /// Gives a command the libraries of the tree, before those that it has already.
+    /// Adds the libraries of the tree to the environment of a command, before those that it already has.
     pub fn equip(&self, command: &mut Command) {
         const VARIABLE: &str = "LD_LIBRARY_PATH";
         let set = command.get_envs().find(|(name, _)| *name == VARIABLE).map(|(_, value)| value.map(OsString::from));
         let before = set.unwrap_or_else(|| std::env::var_os(VARIABLE)).unwrap_or_default();
         let before = std::env::split_paths(&before).filter(|path| !path.as_os_str().is_empty());
-        // A path that cannot be in such a list is one that no program of the tree could be run from.
+        // With a path that cannot be in such a list, no program of the tree could run.
         let all = std::env::join_paths(self.library_folders().into_iter().chain(before)).unwrap_or_default();
         command.env(VARIABLE, all);
     }
 
-    /// Every folder with a shared library.
+    /// All folders with a shared library.
     fn library_folders(&self) -> BTreeSet<PathBuf> {
         let mut folders = BTreeSet::new();
         for top in ["lib", "usr/lib"] {
-            // A folder that is not there has no libraries.
+            // A missing folder has no libraries.
             let _ = shared_libraries(&self.root.join(top), &mut folders);
         }
         folders
@@ -72,11 +72,11 @@ fn shared_libraries(folder: &Path, found: &mut BTreeSet<PathBuf>) -> io::Result<
     Ok(())
 }
 
-/// Downloads and unpacks packages to `root`, where nothing is; all or nothing.
+/// Downloads and unpacks packages to the new folder `root`, which is complete or does not exist afterwards.
 pub fn make(root: &Path, packages: &[Package], archive: &Apt) -> Result<Tree, String> {
     let partial = root.with_extension(format!("partial-{}", std::process::id()));
     let made = fill(&partial, packages, archive).and_then(|()| put_in_place(&partial, root));
-    // Left over only after a failure, of which the reason is what matters.
+    // Exists only after a failure, whose reason is returned.
     let _ = fs::remove_dir_all(&partial);
     made?;
     Tree::at(root).ok_or_else(|| format!("{} is not complete", root.display()))
@@ -103,7 +103,7 @@ fn fill(partial: &Path, packages: &[Package], archive: &Apt) -> Result<(), Strin
     fs::write(partial.join(LIST), list).map_err(failed)
 }
 
-/// Another run may have been faster; then what it made stands.
+/// Moves the tree to its place. If another run was faster, its tree is kept.
 fn put_in_place(partial: &Path, root: &Path) -> Result<(), String> {
     match fs::rename(partial, root) {
         Err(error) if Tree::at(root).is_none() => Err(format!("{}: {error}", root.display())),
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tree_is_one_only_when_it_is_complete() {
+    fn an_incomplete_tree_is_not_used() {
         let root = folder("tree");
         assert_eq!(Tree::at(&root), None);
         fs::write(root.join(LIST), "emulator 7\nlibrary 1\n").unwrap();
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn libraries_are_found_wherever_they_are() {
+    fn libraries_are_found_in_all_folders() {
         let root = folder("libraries");
         for file in ["usr/lib/x/libone.so.1", "usr/lib/x/deep/libtwo.so", "lib/libthree.so.3.1", "usr/lib/y/other.so.x"]
         {

@@ -1,9 +1,9 @@
-//! The boards: what to build for, and what QEMU calls them.
+//! The boards: targets, flags and names in QEMU.
 
 /// A board.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Board {
-    /// Its name: that of its memory map in `firmware/memory`, and of QEMU's machine.
+    /// Name of its memory map in `firmware/memory` and of QEMU's machine.
     pub name: &'static str,
     /// Its processor.
     pub core: &'static str,
@@ -11,13 +11,13 @@ pub struct Board {
     pub target: &'static str,
     /// The compiler's flags for the processor.
     pub flags: &'static [&'static str],
-    /// Where the stream is loaded; none for a board QEMU does not have.
+    /// Address to which the stream is loaded; `None` if QEMU does not have the board.
     pub stream: Option<u32>,
-    /// Where the program's RAM begins.
+    /// Start address of the program's RAM.
     pub ram: u64,
 }
 
-/// The reference board of the top-level `memory.x`: images are linked for it, not run.
+/// The reference board with the top-level `memory.x`: images are linked for it, but not run.
 pub const REFERENCE: Board = Board {
     name: "stm32h753",
     core: "Cortex-M7",
@@ -49,15 +49,15 @@ pub const EMULATED: [Board; 3] = [
         name: "mps3-an547",
         core: "Cortex-M55",
         target: "thumbv8m.main-none-eabihf",
-        // Without the vector extension: its floating-point instructions flush subnormal numbers to zero, which is not
-        // what the other processors do.
+        // Without the vector extension: its floating-point instructions flush subnormal numbers to zero, which would differ from
+        // the other processors.
         flags: &["-Ctarget-cpu=cortex-m55", "-Ctarget-feature=-mve,-mve.fp"],
         stream: Some(0x2110_0000),
         ram: 0x2100_0000,
     },
 ];
 
-/// All targets, without repetition.
+/// All targets, without duplicates.
 pub const TARGETS: [&str; 2] = ["thumbv7em-none-eabihf", "thumbv8m.main-none-eabihf"];
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The step `firmware`: after every scan the boards are in the same state as the host, bit for bit.
+//! The step `firmware`: after every scan the boards must have the same state as the host, bit for bit.
 
 use std::path::{Path, PathBuf};
 
@@ -18,28 +18,28 @@ use crate::process;
 use crate::toolchain::{self, Toolchain};
 use crate::tools::Tool;
 
-/// A scenario without movers.
+/// A scenario without moving features.
 const SURVEY: Source<'_> = Source { what: "survey", scans: 200, variant: Variant::Plain };
-/// Scenarios, which are always there: nothing moves, by particles and by a joint map, all scans of one in which something does, and a
-/// dive, of whose frames each takes as long as several scans.
+/// Scenarios, which are always available: without moving features, with a mixture and with a joint map; all scans of one with
+/// moving features; and a dive, each of whose frames takes as long as several scans.
 const SCENARIOS: [Source<'_>; 4] = [
     SURVEY,
     Source { what: "survey", scans: 200, variant: Variant::Joint },
     Source { what: "thesis-dynamic", scans: 301, variant: Variant::Plain },
     Source { what: "girona-tank", scans: 40, variant: Variant::Plain },
 ];
-/// Scans of the logs; double precision takes ten times as long where it has to be emulated.
+/// Number of scans of a log; emulated double precision takes ten times as long.
 const LOG_SCANS: usize = 200;
 /// Recorded logs, which are not part of this repository.
 const LOGS: [&str; 2] = ["victoria_park", "mrclam_ds6_robot2"];
 
-/// Scans from snapshot to snapshot of a black box.
+/// Number of scans between snapshots of a black box.
 const SNAPSHOT_EVERY: usize = 50;
 
-/// Host profiles: without optimisation and with all of it.
+/// Profiles on the host: without optimisation and with full optimisation.
 const PROFILES: [&str; 2] = ["dev", "release"];
 
-/// One part of the step: how many scans were compared, and what differs.
+/// A part of the step. Returns the number of compared scans and the differences.
 type Check<'a> = Box<dyn Fn() -> Result<(usize, Vec<String>), String> + Sync + 'a>;
 
 /// The step.
@@ -54,7 +54,7 @@ fn compare() -> Result<Outcome, Stop> {
     let logs = logs.iter().map(|what| Source { what, scans: LOG_SCANS, variant: Variant::Plain });
     let sources: Vec<Source<'_>> = SCENARIOS.into_iter().chain(logs).collect();
     let (mut failures, mut compared) = (Vec::new(), 0);
-    // It goes by the clock of this machine, so nothing else runs beside it.
+    // Depends on the clock of the host, so that nothing else runs at the same time.
     failures.extend(hil::check(&qemu, &toolchain).err().map(|reason| format!("hardware in the loop: {reason}")));
     let (qemu, toolchain, sources) = (&qemu, &toolchain, &sources[..]);
     let one = |failure: Option<String>| (0, Vec::from_iter(failure));
@@ -83,7 +83,7 @@ fn compare() -> Result<Outcome, Stop> {
             several_sensors(qemu, toolchain, &stream).map(one)
         }),
     ]);
-    // Most of them keep one core busy for most of their time.
+    // Most checks use one core for most of the time.
     for found in process::side_by_side(&checks, |check| check())? {
         let (scans, differences) = found?;
         compared += scans;
@@ -100,7 +100,8 @@ fn compare() -> Result<Outcome, Stop> {
     })
 }
 
-/// What every board makes of the sources of a rig, beside the host in both profiles. How many scans were compared, and what differs.
+/// Compares every board with the host in both profiles, on the sources of a rig. Returns the number of compared scans and the
+/// differences.
 fn replays(
     qemu: &Tool,
     toolchain: &Toolchain,
@@ -135,7 +136,7 @@ fn replays(
     Ok((compared, failures))
 }
 
-/// The folders of the recorded logs that are here, and those that are not.
+/// The folders of the recorded logs that are present, and those that are missing.
 fn logs() -> (Vec<String>, Vec<String>) {
     let data = scphd_shared_data::folder();
     let folders = LOGS.iter().map(|name| data.join(name));
@@ -144,7 +145,7 @@ fn logs() -> (Vec<String>, Vec<String>) {
     (names(here), names(missing))
 }
 
-/// The example of a robot on one board, beside the host. `stream` is loaded into its memory, and not read.
+/// Compares the example of a robot on a board with the host. `stream` is loaded into its memory, but not read.
 pub fn robot(stream: &Path) -> Result<Outcome, Stop> {
     let qemu = emulator::prepare()?;
     let toolchain = toolchain::find()?;
@@ -154,18 +155,18 @@ pub fn robot(stream: &Path) -> Result<Outcome, Stop> {
     }
 }
 
-/// The example of a robot with two detectors and fixes ends in the same states, of the mixture and of the joint map, on a board as on the
-/// host.
+/// The example of a robot with two detectors and fixes must have the same final states on a board and on the host, with the
+/// mixture and with the joint map.
 fn several_sensors(qemu: &Tool, toolchain: &Toolchain, stream: &Path) -> Result<Option<String>, String> {
     let [board, ..] = &EMULATED;
     let mut example = process::cargo();
     let host =
         process::read(example.args(["run", "--quiet", "--release", "--package", "scphd", "--example", "robot"]))?;
     let image = image::build(toolchain, board, "robot", &Extra::default())?;
-    // It has its inputs in itself, and takes no notice of the stream.
+    // The image contains its inputs and ignores the stream.
     let lines = emulator::run(qemu, board, &image, stream)?;
     let end = lines.last().map_or("", String::as_str);
-    // The first of them, of the mixture, and what follows it, of the joint map.
+    // The digest of the mixture and, after it, that of the joint map.
     let digests = |text: &str| {
         let first = output::word(text, "digests")?.to_owned();
         Some([output::word(text, &first)?.to_owned(), first])
@@ -174,8 +175,8 @@ fn several_sensors(qemu: &Tool, toolchain: &Toolchain, stream: &Path) -> Result<
     Ok((!holds).then(|| format!("the robot ended with {end} on {}, with {host} on the host", board.name)))
 }
 
-/// What a board makes of what is left of a black box, from every snapshot on: after every scan the state of the host, which has replayed
-/// all of it. How many were compared, and what differs.
+/// Compares a board's replays of a black box from every snapshot on with the host's replay of all of it, after every scan.
+/// Returns the number of compared scans and the differences.
 fn black_boxes(qemu: &Tool, toolchain: &Toolchain) -> Result<(usize, Vec<String>), String> {
     let [board, ..] = &EMULATED;
     let image = image::build(toolchain, board, "black-box", &Extra::default())?;
@@ -199,7 +200,7 @@ fn black_boxes(qemu: &Tool, toolchain: &Toolchain) -> Result<(usize, Vec<String>
     Ok((compared, failures))
 }
 
-/// The loop that a timer drives ends in the state that the host's ends in, without a scan late or an input lost.
+/// The timer-driven loop must have the host's final state, without late scans and lost inputs.
 fn driven_by_a_timer(qemu: &Tool, toolchain: &Toolchain) -> Result<Option<String>, String> {
     let [board, ..] = &EMULATED;
     let stream = streams::make(SURVEY, Precision::F32)?;

@@ -1,4 +1,4 @@
-//! Running an image in QEMU, with its defmt output decoded.
+//! Runs an image in QEMU and decodes its defmt output.
 
 use std::path::Path;
 use std::thread;
@@ -13,10 +13,10 @@ use crate::outcome::Missing;
 use crate::process;
 use crate::tools::{QEMU, Tool};
 
-/// A run that takes longer has gone wrong.
+/// Time limit of a run.
 const LIMIT: Duration = Duration::from_secs(1800);
 
-/// QEMU, if it is here or can be had.
+/// QEMU, if it is present or can be obtained.
 pub fn prepare() -> Result<Tool, Missing> {
     let qemu = QEMU.obtain()?;
     println!("{} ({})", qemu.version, qemu.place());
@@ -28,18 +28,18 @@ pub fn run(qemu: &Tool, board: &Board, image: &Image, stream: &Path) -> Result<V
     let address = board.stream.ok_or_else(|| format!("QEMU has no {}", board.name))?;
     let mut qemu = qemu.command();
     qemu.args(["-machine", board.name, "-nographic", "-monitor", "none", "-serial", "none"]);
-    // One instruction, one nanosecond: counts are the same in every run.
+    // One instruction takes one nanosecond, so that counts are reproducible.
     qemu.args(["-icount", "shift=0", "-semihosting-config", "enable=on,target=native", "-kernel"]).arg(&image.path);
     qemu.arg("-device").arg(format!("loader,file={},addr={address:#x},force-raw=on", stream.display()));
     let output = process::capture_for(&mut qemu, LIMIT);
-    // A program that failed has mostly said why.
+    // The output of a failed program usually has the reason.
     let bytes = output.map_err(|error| format!("{}: {error}", image.path.display()))?;
     let lines = decode(&image.elf, &bytes)?;
     lines.first().into_iter().chain(lines.last()).for_each(|line| println!("{line}"));
     Ok(lines)
 }
 
-/// What every board does with a stream, all at the same time: each is one thread of QEMU, and none takes notice of another.
+/// Replays a stream on all boards in parallel: each is a thread of QEMU, independent of the others.
 pub fn replay<'b>(qemu: &Tool, images: &[(&'b Board, Image)], stream: &Path) -> Result<Vec<(&'b str, Replay)>, String> {
     let replay = |board: &Board, image| Replay::parse(&run(qemu, board, image, stream)?);
     thread::scope(|scope| {

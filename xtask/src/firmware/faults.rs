@@ -1,4 +1,5 @@
-//! A drive under faults of sensor and odometry: the boards are in the states of the host, and no scan takes longer than the worst case may.
+//! A drive with faults of sensor and odometry: the boards must have the states of the host, and no scan may exceed the worst
+//! case.
 
 use super::board::EMULATED;
 use super::emulator;
@@ -10,23 +11,23 @@ use crate::budget::worst_case;
 use crate::toolchain::Toolchain;
 use crate::tools::Tool;
 
-/// All scans of `faults`.
+/// Number of scans of `faults`: all.
 const SCANS: usize = 501;
 
-/// Health of a scan for which there was too little room: pruning tightened, a map not updated, components lost.
+/// Warnings of too little memory: pruning tightened, map not updated, components lost.
 const WANT_OF_ROOM: u16 = 0b1_1100;
 
-/// How the drive is taken, with the configuration whose worst case bounds it.
+/// The filters for the drive, and the configurations whose worst cases are their limits.
 const TAKEN: [(Variant, &str); 5] = [
     (Variant::Plain, "32x2-f32"),
     (Variant::Informed, "4x1-informed-f32"),
     (Variant::Joint, "1x1-joint-f32"),
-    // With less room a scan takes no longer than with all of it.
+    // With less memory a scan must not exceed the worst case with all of it.
     (Variant::Small, "32x2-f32"),
     (Variant::SmallJoint, "1x1-joint-f32"),
 ];
 
-/// How many scans were compared, and what is wrong.
+/// Returns the number of compared scans and the failures.
 pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(usize, Vec<String>), String> {
     let [bounded, ..] = &EMULATED;
     let (mut compared, mut failures) = (0, Vec::new());
@@ -45,7 +46,7 @@ pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(usize, Vec<String>),
         for (board, replay) in emulator::replay(qemu, &images, &stream)? {
             let name = format!("faults{} on {board}", variant.mark());
             failures.extend(host.first_difference(&replay).map(|difference| format!("{name}: {difference}")));
-            // What the worst case takes is measured on one board.
+            // The worst case is measured on one board.
             if board == bounded.name {
                 let why = worst_case::exceeded(board, configuration, replay.worst_scan())?;
                 failures.extend(why.map(|why| name.clone() + &why));
@@ -66,7 +67,7 @@ pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(usize, Vec<String>),
     Ok((compared, failures))
 }
 
-/// Scans that tell of too little room.
+/// Number of scans with a warning of too little memory.
 fn short_of_room(replay: &Replay) -> usize {
     let health = replay.scans.iter().filter_map(|scan| output::word(&scan.state, "health"));
     health.filter_map(|bits| u16::from_str_radix(bits, 16).ok()).filter(|bits| bits & WANT_OF_ROOM != 0).count()
@@ -78,7 +79,7 @@ mod tests {
     use crate::firmware::output::Scan;
 
     #[test]
-    fn want_of_room_is_told_by_three_bits() {
+    fn too_little_memory_is_reported_by_three_bits() {
         let scan = |health: &str| Scan { state: format!("1 in_view 2 health {health} digest 0a"), ..Scan::default() };
         let scans = ["0000", "4080", "0010", "400c", "0004"].map(scan).to_vec();
         assert_eq!(short_of_room(&Replay { scans, ..Replay::default() }), 3);

@@ -1,5 +1,5 @@
-//! Bits of the filter's state that flip under a replay on a board: after every round it is in the state of the host and has mended as much, and
-//! no scan takes longer than the worst case may.
+//! Bit flips in the filter's state during a replay on a board: after every round the state and the number of repairs must be
+//! those of the host, and no scan may exceed the worst case.
 
 use super::board::EMULATED;
 use super::emulator;
@@ -11,21 +11,21 @@ use crate::budget::worst_case;
 use crate::toolchain::Toolchain;
 use crate::tools::Tool;
 
-/// The image, and what it is built with.
+/// The image and its features.
 const IMAGE: &str = "flips";
 const FEATURES: [&str; 2] = ["few-particles", "flips"];
 /// 60 scans without a flip and 20 rounds of 10.
 const DRIVE: Source<'_> = Source { what: "survey", scans: 260, variant: Variant::Informed };
 const ROUNDS: usize = 20;
-/// Its filters, with the configurations whose worst cases bound them.
+/// Its filters, and the configurations whose worst cases are their limits.
 const FILTERS: [(&str, &str); 2] = [("mixture", "4x1-informed-f32"), ("joint", "1x1-joint-f32")];
 
-/// What one replay has told.
+/// The output of a replay.
 #[derive(Debug, PartialEq)]
 struct Told {
-    /// Every round of either filter.
+    /// The rounds of both filters.
     rounds: Vec<String>,
-    /// Ticks of its longest scan.
+    /// Ticks of the longest scan of each round.
     worst: Vec<u64>,
 }
 
@@ -45,7 +45,7 @@ impl Told {
     }
 }
 
-/// Fails where the board is not what the host is.
+/// Fails if the board differs from the host.
 pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
     let [board, ..] = &EMULATED;
     let stream = streams::make(DRIVE, Precision::F32)?;

@@ -1,4 +1,4 @@
-//! The project of `docs/guide/embedding.md`, written down as it stands there and built.
+//! Builds the project of `docs/guide/embedding.md` as shown there.
 
 use super::board::REFERENCE;
 use super::workbench;
@@ -8,12 +8,12 @@ use crate::toolchain::Toolchain;
 use std::fs;
 
 const CHAPTER: &str = include_str!("../../../docs/guide/embedding.md");
-/// Where the chapter has the library, seen from the project.
+/// Path of the library in the chapter, relative to the project.
 const LIBRARY: &str = "../scphd/core";
-/// How many files it shows.
+/// Number of files in the chapter.
 const FILES: usize = 4;
 
-/// The files of the chapter: their names, which its headings are, and the code below them.
+/// The files of the chapter: the names from its headings, and the code below them.
 fn files(chapter: &str) -> Vec<(&str, &str)> {
     let sections = chapter.split("\n## `").skip(1);
     let file = |section| {
@@ -26,7 +26,7 @@ fn files(chapter: &str) -> Vec<(&str, &str)> {
     sections.filter_map(file).collect()
 }
 
-/// Builds it for the reference board.
+/// Builds the project for the reference board.
 pub fn build(toolchain: &Toolchain) -> Result<(), String> {
     let project = process::own_target_dir("guide");
     let write = |name: &str, text: &str| {
@@ -42,7 +42,7 @@ pub fn build(toolchain: &Toolchain) -> Result<(), String> {
     }
     for (name, code) in files {
         if name == "Cargo.toml" {
-            // The project stands in a folder of this one here, and is none of its packages.
+            // The project is in a folder of this workspace, but is not one of its packages.
             let library = process::root().join("core");
             let code = code.replace(LIBRARY, &library.display().to_string());
             write(name, &format!("{code}\n\n[workspace]\n"))?;
@@ -51,7 +51,7 @@ pub fn build(toolchain: &Toolchain) -> Result<(), String> {
         }
     }
     write("memory.x", &read("memory.x")?)?;
-    // The versions that the other images are built from.
+    // The lock file of the other images.
     write("Cargo.lock", &read("firmware/Cargo.lock")?)?;
     let mut cargo = toolchain.cargo_build("core");
     let mut flags: Vec<String> = REFERENCE.flags.iter().map(|&flag| flag.to_owned()).collect();

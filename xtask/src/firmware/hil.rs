@@ -1,4 +1,4 @@
-//! Hardware in the loop: the image `hil` in QEMU answers `scphd-sim hil` over its serial port.
+//! Hardware in the loop: the image `hil` in QEMU communicates with `scphd-sim hil` over its serial port.
 
 use std::net::TcpListener;
 use std::process::Child;
@@ -13,13 +13,13 @@ use crate::process;
 use crate::toolchain::{self, Toolchain};
 use crate::tools::Tool;
 
-/// The image. It links only if no panic can be reached.
+/// The image. It links only if no panic is reachable.
 pub const IMAGE: &str = "hil";
-/// A stream that takes longer has gone wrong.
+/// Time limit of a stream.
 const LIMIT: Duration = Duration::from_secs(900);
-/// Scans of the step `firmware`.
+/// Number of scans in the step `firmware`.
 const SCANS: &str = "40";
-/// Scans over a bad line, and how bad it is.
+/// Number of scans over a faulty line, and its error rates.
 const BAD: [&str; 12] = [
     "--scans",
     "12",
@@ -46,7 +46,7 @@ pub fn step() -> Outcome {
     whole().into()
 }
 
-/// Some scans over a good line, then, to the target that has served these, over one that loses, doubles, delays and damages frames.
+/// Some scans over a good line; then, with the same target, over one that loses, duplicates, delays and damages frames.
 pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
     with_target(qemu, toolchain, |port| {
         stream(port, &["--scans", SCANS])?;
@@ -54,7 +54,7 @@ pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
     })
 }
 
-/// Has the simulator stream the scenario of 5.3.1 to the target at a port.
+/// Lets the simulator stream the scenario of section 5.3.1 to the target at a port.
 fn stream(port: u16, more: &[&str]) -> Result<(), String> {
     let mut simulator = streams::simulator()?;
     simulator.args(["hil", "thesis-dynamic"]);
@@ -62,7 +62,7 @@ fn stream(port: u16, more: &[&str]) -> Result<(), String> {
     process::run_for(simulator.args(more), LIMIT)
 }
 
-/// Runs the image while something is done with its serial port.
+/// Runs the image while `work` uses its serial port.
 fn with_target(qemu: &Tool, toolchain: &Toolchain, work: impl FnOnce(u16) -> Result<(), String>) -> Result<(), String> {
     let [board, ..] = &EMULATED;
     let image = image::build(toolchain, board, IMAGE, &Extra::default())?;
@@ -79,18 +79,18 @@ fn with_target(qemu: &Tool, toolchain: &Toolchain, work: impl FnOnce(u16) -> Res
     }
 }
 
-/// A port that nobody has now.
+/// A port that is not in use.
 fn free_port() -> Result<u16, String> {
     let port = TcpListener::bind(("127.0.0.1", 0)).and_then(|listener| listener.local_addr());
     port.map(|address| address.port()).map_err(|error| format!("no free port: {error}"))
 }
 
-/// A program that ends with this.
+/// A process that is killed when this is dropped.
 struct Running(Child);
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // Either call fails only if it has ended by itself.
+        // Both calls fail only if the process has already ended.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }

@@ -1,4 +1,4 @@
-//! Building the images, and what is in them.
+//! Builds images, and reads their contents.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -16,15 +16,15 @@ use crate::outcome::Missing;
 use crate::process;
 use crate::toolchain::Toolchain;
 
-/// An image that was built.
+/// A built image.
 pub struct Image {
-    /// Its ELF file.
+    /// Path of its ELF file.
     pub path: PathBuf,
-    /// What that holds.
+    /// Contents of the file.
     pub elf: Vec<u8>,
 }
 
-/// What an image takes.
+/// Flash and RAM of an image, bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sizes {
     /// Code, and the vector table.
@@ -35,16 +35,16 @@ pub struct Sizes {
     pub ram: u64,
 }
 
-/// What else there is to a build.
+/// Additional options of a build.
 #[derive(Default)]
 pub struct Extra<'a> {
-    /// Features of the firmware to turn on.
+    /// Features of the firmware to enable.
     pub features: &'a [&'a str],
-    /// More flags for the compiler.
+    /// Additional flags for the compiler.
     pub flags: &'a [&'a str],
 }
 
-/// Builds the image that replays a rig's streams, with its room.
+/// Builds the image that replays the streams of a rig, with its capacities.
 pub fn build_replay(toolchain: &Toolchain, board: &Board, rig: Rig, precision: Precision) -> Result<Image, String> {
     build(toolchain, board, &rig.image(precision), &Extra { features: rig.room, flags: &[] })
 }
@@ -52,15 +52,16 @@ pub fn build_replay(toolchain: &Toolchain, board: &Board, rig: Rig, precision: P
 /// The workspace of most images.
 const FOLDER: &str = "firmware";
 
-/// Builds one image of the firmware for a board.
+/// Builds an image of the firmware for a board.
 pub fn build(toolchain: &Toolchain, board: &Board, name: &str, extra: &Extra<'_>) -> Result<Image, String> {
     build_in(toolchain, board, FOLDER, name, extra)
 }
 
-/// The images that this run has built, each with its flags: several steps need the same ones, and nothing changes in between.
+/// The images that this run has built, with their flags: several steps need the same images, and the sources do not change during
+/// a run.
 static BUILT: Mutex<BTreeSet<(PathBuf, Vec<String>)>> = Mutex::new(BTreeSet::new());
 
-/// Builds one image of a workspace for a board, if this run has not built it yet.
+/// Builds an image of a workspace for a board, unless this run has already built it.
 pub fn build_in(
     toolchain: &Toolchain,
     board: &Board,
@@ -77,8 +78,8 @@ pub fn build_in(
     }
     workbench::with(toolchain, |bench| {
         process::run(&mut cargo(toolchain, board, folder, name, extra, bench)?)?;
-        // The next board's build leaves its image in the same place. It comes to where images are kept whole: another build of the
-        // same may be there already, and running.
+        // The build for the next board overwrites the image, so that it is moved to a folder for complete images: another step
+        // may already run the same image from there.
         let (built, copy) = (bench.join(board.target).join("release").join(name), bench.join("built.elf"));
         let kept = fs::copy(&built, &copy).and_then(|_| fs::rename(&copy, &path));
         kept.map_err(|error| format!("{}: {error}", built.display()))
@@ -88,7 +89,7 @@ pub fn build_in(
     Ok(image)
 }
 
-/// Builds an image that must not link, for the reason that `complaint` names.
+/// Builds an image that must not link, with an error that contains `complaint`.
 pub fn must_not_link(
     toolchain: &Toolchain,
     board: &Board,
@@ -106,7 +107,7 @@ pub fn must_not_link(
     }
 }
 
-/// Where images are kept.
+/// The folder of complete images.
 fn images(toolchain: &Toolchain) -> Result<PathBuf, String> {
     let folder = process::own_target_dir(&format!("images-{}", toolchain.key()));
     fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
@@ -145,7 +146,7 @@ impl Image {
         object::File::parse(&*self.elf).map_err(|error| format!("{}: {error}", self.path.display()))
     }
 
-    /// The image in a file, which must be one for this board.
+    /// Reads the image in a file, which must be for this board.
     fn read(path: PathBuf, board: &Board) -> Result<Self, String> {
         let elf = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
         let image = Self { path, elf };
@@ -153,7 +154,7 @@ impl Image {
         Ok(image)
     }
 
-    /// Fails if the image is not for this board.
+    /// Fails if the image is for another board.
     fn check_ram(&self, board: &Board) -> Result<(), String> {
         let file = self.file()?;
         let data = file.section_by_name(".data").ok_or_else(|| format!("{} has no .data", self.path.display()))?;
@@ -164,12 +165,12 @@ impl Image {
         }
     }
 
-    /// How much flash and RAM it takes.
+    /// The flash and RAM of the image.
     pub fn sizes(&self) -> Result<Sizes, String> {
         let mut sizes = Sizes { text: 0, rodata: 0, ram: 0 };
         for section in self.file()?.sections() {
             let SectionFlags::Elf { sh_flags, .. } = section.flags() else { continue };
-            // What defmt tells the host about, and debug information, is in the file and not on the board.
+            // Strings of defmt and debug information are in the file, but not on the board.
             if sh_flags & u64::from(elf::SHF_ALLOC) == 0 {
                 continue;
             }
@@ -188,7 +189,7 @@ impl Image {
         Ok(sizes)
     }
 
-    /// The first symbol that has one of `names` in its own.
+    /// The first symbol that contains one of `names`.
     pub fn symbol_with(&self, names: &[&str]) -> Result<Option<String>, String> {
         let file = self.file()?;
         let mut symbols = file.symbols().filter_map(|symbol| symbol.name().ok());

@@ -1,4 +1,4 @@
-//! How much of an image is the library.
+//! The share of an image that belongs to the library.
 
 use std::collections::BTreeMap;
 
@@ -6,13 +6,13 @@ use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind, Symbo
 
 use super::image::Image;
 
-/// Crates whose code an image has because it has the filter: the filter, and what it computes with.
+/// The crates of the filter and of its computations.
 const CRATES: [&str; 7] = ["scphd", "libm", "nalgebra", "simba", "num_traits", "rand_core", "rand_xoshiro"];
 
 impl Image {
-    /// Code and constants of the library and of the crates it computes with, bytes: the sizes of all functions and
-    /// constants with the name of one of these crates in theirs. What the compiler has inlined into functions of the image
-    /// is not told apart from them, and not counted.
+    /// Code and constants of the library and of the crates that it computes with, bytes: the sizes of all functions and constants
+    /// with the name of one of these crates in theirs. Code that is inlined into functions of the image cannot be distinguished,
+    /// and is not counted.
     pub fn library_flash(&self) -> Result<u64, String> {
         let file = self.file()?;
         let mut sizes = BTreeMap::new();
@@ -23,7 +23,7 @@ impl Image {
             if in_flash && matches!(symbol.kind(), SymbolKind::Text | SymbolKind::Data) {
                 let name = symbol.name().map_err(|error| error.to_string())?;
                 if is_of_library(&format!("{:#}", rustc_demangle::demangle(name))) {
-                    // Functions with the same code share one place.
+                    // Functions with the same code have the same address.
                     sizes.insert(symbol.address(), symbol.size());
                 }
             }

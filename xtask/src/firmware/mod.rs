@@ -1,4 +1,4 @@
-//! The firmware: images for every board, run in QEMU, compared with the host bit by bit.
+//! The firmware: images for all boards, run in QEMU and compared with the host bit by bit.
 
 pub mod board;
 mod digests;

@@ -1,42 +1,42 @@
-//! What a replay prints, on a board and on the host.
+//! The output of a replay, on a board or on the host.
 
-/// One replay.
+/// A replay.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Replay {
-    /// Every scan.
+    /// The scans.
     pub scans: Vec<Scan>,
-    /// Instructions for every tick of the clock; 0 where nothing was counted.
+    /// Instructions per tick of the clock; 0 without counts.
     pub instructions_per_tick: f64,
     /// RAM of the filter, bytes.
     pub ram: u64,
-    /// Its parts.
+    /// RAM of its parts, bytes.
     pub ram_parts: Vec<(String, u64)>,
     /// Greatest depth of the stack, bytes.
     pub stack: u64,
-    /// Time from scan to scan, s; told on the host.
+    /// Time between scans, s; only on the host.
     pub scan_interval_s: f64,
-    /// What bounds the work of a scan.
+    /// The capacities that limit the cost of a scan.
     pub capacities: Capacities,
-    /// The line it ended with, once it has come to its end.
+    /// Its last line, if it has finished.
     pub end: Option<String>,
 }
 
-/// One scan.
+/// A scan.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scan {
-    /// All that host and board must agree on: counts, health, digest.
+    /// Counts, health and digest: everything that must be equal on host and board.
     pub state: String,
-    /// Hash of the filter's state.
+    /// Digest of the filter's state.
     pub digest: String,
-    /// Most components in view of a candidate.
+    /// Greatest number of components in view of any candidate.
     pub in_view: u64,
     /// Measurements.
     pub measurements: u64,
-    /// Predictions before it.
+    /// Number of predictions before it.
     pub predictions: u64,
     /// Clock ticks of all predictions before it.
     pub predict: u64,
-    /// Clock ticks of the longest of them.
+    /// Clock ticks of the longest prediction before it.
     pub predict_worst: u64,
     /// Clock ticks of the update.
     pub update: u64,
@@ -46,12 +46,12 @@ pub struct Scan {
     pub stages: [u64; STAGES.len()],
 }
 
-/// The stages of a scan: moving features are moved, candidates weighed, particles selected, maps updated and, without
-/// that, reduced.
+/// The stages of a scan: predict moving features, weight candidates, resample particles, update maps (without reduction), and
+/// reduce them.
 pub const STAGES: [&str; 5] = ["predict", "weigh", "resample", "update", "reduce"];
 
 impl Replay {
-    /// Reads the lines of one replay.
+    /// Parses the lines of a replay.
     pub fn parse(lines: &[String]) -> Result<Self, String> {
         let mut replay = Self::default();
         for line in lines {
@@ -98,7 +98,7 @@ impl Replay {
                     *ticks = number(rest, stage)?;
                 }
             }
-            // A replay on the host that meets a snapshot of another state than its own has gone wrong.
+            // On the host, a snapshot must agree with the state of the replay.
             "snapshot" if word(rest, "agrees") == Some("true") => {}
             "end" => {
                 self.stack = number(rest, "stack").unwrap_or(0);
@@ -109,13 +109,13 @@ impl Replay {
         Some(())
     }
 
-    /// Instructions of the longest scan; 0 where nothing was counted.
+    /// Instructions of the longest scan; 0 without counts.
     pub fn worst_scan(&self) -> u64 {
         let ticks = self.scans.iter().map(|scan| scan.update).max().unwrap_or(0);
         (ticks as f64 * self.instructions_per_tick).round() as u64
     }
 
-    /// Where two replays of the same stream part.
+    /// The first difference between two replays of the same stream.
     pub fn first_difference(&self, other: &Self) -> Option<String> {
         let scans = self.scans.iter().zip(&other.scans);
         for (left, right) in scans {
@@ -128,7 +128,7 @@ impl Replay {
     }
 }
 
-/// What bounds the work of a scan.
+/// The capacities that limit the cost of a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Capacities {
     candidates: u64,
@@ -149,14 +149,14 @@ impl Capacities {
         })
     }
 
-    /// How often a component in view meets the measurements: weighing looks once for every candidate, updating once for
-    /// every particle.
+    /// Number of passes over components in view and measurements: one for the weight of every candidate, and one for the update
+    /// of every particle.
     pub fn looks(&self) -> u64 {
         self.candidates + self.particles
     }
 
-    /// Most pairs of a component and a measurement that a scan can look at: every look meets a full map, which all
-    /// particles may share, and the most measurements.
+    /// Greatest number of pairs of a component and a measurement in a scan: every pass has a full map, which all particles may
+    /// share, and the maximum number of measurements.
     pub fn most_pairs(&self) -> u64 {
         self.looks() * self.components.min(self.components_in_all) * self.measurements
     }
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_become_figures() {
+    fn lines_are_parsed() {
         let replay = parse(
             "clock systick instructions 2000000 ticks 50000\nram total 100\nram in and out 7\n\
              scan 0 measurements 5 predictions 2 in_view 9 health 0000 digest 0a\ncost 0 predict 9 worst 6 update 77 estimate 3\n\
@@ -199,13 +199,13 @@ mod tests {
     }
 
     #[test]
-    fn a_replay_without_an_end_or_with_complaints_is_none() {
+    fn incomplete_or_unexpected_output_is_an_error() {
         assert!(parse("scan 0 measurements 5 predictions 2 in_view 9 digest 0a").is_err());
         assert!(parse("Error damaged\nend scans 0").is_err());
     }
 
     #[test]
-    fn the_first_difference_is_told() {
+    fn the_first_difference_is_found() {
         let one = parse("scan 0 measurements 5 predictions 2 in_view 9 digest 0a\nend scans 1").unwrap();
         let other = parse("scan 0 measurements 5 predictions 2 in_view 9 digest 0b\nend scans 1").unwrap();
         let longer = parse("scan 0 measurements 5 predictions 2 in_view 9 digest 0a\nscan 1 measurements 5 predictions 2 in_view 9 digest 0a\nend scans 2").unwrap();

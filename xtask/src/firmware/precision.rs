@@ -10,10 +10,10 @@ pub enum Precision {
 }
 
 impl Precision {
-    /// Both.
+    /// Both precisions.
     pub const ALL: [Self; 2] = [Self::F32, Self::F64];
 
-    /// Its name on the command line and in an image's name.
+    /// Its name on the command line and in names of images.
     pub fn name(self) -> &'static str {
         match self {
             Self::F32 => "f32",

@@ -1,5 +1,5 @@
-//! The step `proof`: what is linked holds no panic and no allocator, fits the reference board, and the checks that say
-//! so fail where they should.
+//! The step `proof`: the images contain no panic and no allocator and fit the reference board; the checks are themselves checked
+//! with images that must fail.
 
 use super::board::{Board, EMULATED, REFERENCE};
 use super::guide;
@@ -12,11 +12,11 @@ use crate::outcome::{Outcome, Stop};
 use crate::process;
 use crate::toolchain::{self, Toolchain};
 
-/// The image whose panic handler calls a function that does not exist.
+/// The image whose panic handler calls a function that nobody defines.
 pub const PROOF: &str = "proof";
-/// That function.
+/// The linker's error for that function.
 const NO_FUNCTION: &str = "undefined symbol: a_panic_is_reachable";
-/// Gives that function an address, so that an image with a panic can be looked at.
+/// Defines the address of that function, so that an image with a panic can be linked and examined.
 const WITH_PANICS: &str = "-Clink-arg=--defsym=a_panic_is_reachable=0";
 
 /// The reference board with less RAM than the filter needs.
@@ -27,19 +27,19 @@ pub fn step() -> Outcome {
     prove().into()
 }
 
-/// One part of the step: building something, and looking at it.
+/// A part of the step: builds and examines an image.
 type Check<'a> = Box<dyn Fn() -> Result<(), String> + Sync + 'a>;
 
 fn prove() -> Result<Outcome, Stop> {
     let toolchain = &toolchain::find()?;
     let mut checks: Vec<Check<'_>> = Vec::new();
     for board in &EMULATED {
-        // One after the other: the second finds the libraries built for this processor.
+        // In sequence, because the second build uses the libraries of the first one for this processor.
         checks.push(Box::new(move || {
             Precision::ALL.into_iter().try_for_each(|precision| proves(toolchain, board, PLANAR, precision))
         }));
     }
-    // The code for these is the same for every board with a processor of this kind.
+    // The code is the same for all boards with this type of processor.
     let of_reference =
         [(PLANAR, Precision::F32), (PLANAR, Precision::F64), (UNDERWATER, Precision::F32), (JOINT, Precision::F32)];
     for (rig, precision) in of_reference {
@@ -77,12 +77,12 @@ fn prove() -> Result<Outcome, Stop> {
     Ok(Outcome::Passed("no panic, no allocator, fits the reference board; each check fails where it should".into()))
 }
 
-/// What is linked of a rig's filter holds no panic and no allocator.
+/// Checks that the image of a rig's filter contains no panic and no allocator.
 fn proves(toolchain: &Toolchain, board: &Board, rig: Rig, precision: Precision) -> Result<(), String> {
     proves_with(toolchain, board, &rig.proof_features(precision))
 }
 
-/// The same of an image with these features.
+/// Checks an image with these features.
 fn proves_with(toolchain: &Toolchain, board: &Board, features: &[&str]) -> Result<(), String> {
     let image = image::build(toolchain, board, PROOF, &Extra { features, flags: &[] }).map_err(|error| {
         format!("with {features:?} a panic is reachable, or the image does not fit {}: {error}", board.name)
@@ -90,14 +90,14 @@ fn proves_with(toolchain: &Toolchain, board: &Board, features: &[&str]) -> Resul
     has_no_allocator(&image)
 }
 
-/// An image that was linked for the reference board has no allocator; prints what it takes.
+/// Checks that an image for the reference board has no allocator, and prints its size.
 fn fits(name: &str, image: &Image) -> Result<(), String> {
     has_no_allocator(image)?;
     println!("{name} fits {}: {:?}", REFERENCE.name, image.sizes()?);
     Ok(())
 }
 
-/// The check for an allocator sees one.
+/// Checks that an allocator would be found.
 fn sees_a_heap(toolchain: &Toolchain) -> Result<(), String> {
     let heap = Extra { features: &["planted-heap"], flags: &[WITH_PANICS] };
     let symbol = allocator_symbol(&image::build(toolchain, &REFERENCE, PROOF, &heap)?)?;

@@ -1,25 +1,25 @@
-//! The vehicles whose filters the firmware has: what streams they get and which images replay them.
+//! The filters of the firmware by type of vehicle: their streams and images.
 
 use super::board::{Board, EMULATED};
 use super::precision::Precision;
 
-/// The filter of one kind of vehicle.
+/// The filter of a type of vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rig {
-    /// What the names of its images have after `replay-` and before the precision.
+    /// Part of the names of its images between `replay-` and the precision.
     vehicle: &'static str,
-    /// The features of `proof` that choose it.
+    /// Features of `proof` that select it.
     features: &'static [&'static str],
-    /// The features that choose how much room there is, in every image and on the host.
+    /// Features that select the capacities, in every image and on the host.
     pub room: &'static [&'static str],
-    /// Particles and samples of its streams: those that the firmware has room for.
+    /// Particles and samples of its streams; the firmware has memory for these.
     pub particles: usize,
     pub samples: usize,
-    /// The file of settings that its streams are made with, beside what the simulator chooses.
+    /// Settings of its streams that differ from the simulator's defaults.
     pub settings: Option<&'static str>,
-    /// Precisions that there are images for.
+    /// Precisions with images.
     pub precisions: &'static [Precision],
-    /// The boards that replay its streams in the step `firmware`.
+    /// Boards that replay its streams in the step `firmware`.
     pub boards: &'static [Board],
 }
 
@@ -35,7 +35,7 @@ pub const PLANAR: Rig = Rig {
     boards: &EMULATED,
 };
 
-/// The same by few informed particles in place of many blind ones.
+/// As `PLANAR`, with few informed particles instead of many blind ones.
 pub const FEW: Rig = Rig {
     room: &["few-particles"],
     particles: 4,
@@ -56,7 +56,7 @@ pub const JOINT: Rig = Rig {
     ..PLANAR
 };
 
-/// The two with a quarter of the room, to see what they do without the rest: one board says it.
+/// Both with a quarter of the capacities, to test a lack of memory; on one board.
 pub const SMALL: Rig =
     Rig { room: &["small-pools"], precisions: &[Precision::F32], boards: EMULATED.split_at(1).0, ..PLANAR };
 pub const SMALL_JOINT: Rig = Rig { room: &["small-pools"], boards: EMULATED.split_at(1).0, ..JOINT };
@@ -70,43 +70,43 @@ pub const UNDERWATER: Rig = Rig {
     samples: 1,
     settings: Some("firmware/girona-tank.toml"),
     precisions: &[Precision::F32],
-    // The others compute what they compute for a planar vehicle; they would take minutes to say so again.
+    // On one board only, to save minutes: the others are tested with a planar vehicle.
     boards: EMULATED.split_at(1).0,
 };
 
-/// The black boxes of the three, in `proof`.
+/// Features of `proof` for the black boxes of the three vehicles.
 pub const BLACK_BOXES: [&[&str]; 3] = [&["black-box"], &["black-box", "joint"], &["black-box", "underwater"]];
 
-/// What stands beside the filters, in `proof`.
+/// Features of `proof` for the crates beside the filters.
 pub const SENSORS: &[&str] = &["sensors"];
 
 /// Scenarios of underwater vehicles.
 const DIVES: [&str; 1] = ["girona-tank"];
 
 impl Rig {
-    /// The vehicle that a scenario or log is of.
+    /// The rig of a scenario or log.
     pub fn of(source: &str) -> Self {
         if DIVES.contains(&source) { UNDERWATER } else { PLANAR }
     }
 
-    /// What the replay on the host is told: which filter, and its precision.
+    /// The argument of the replay on the host: filter and precision.
     pub fn replay(&self, precision: Precision) -> String {
         let filter = if self.vehicle == JOINT.vehicle { self.vehicle } else { "" };
         format!("{filter}{}", precision.name())
     }
 
-    /// The image that replays its streams.
+    /// Name of the image that replays its streams.
     pub fn image(&self, precision: Precision) -> String {
         format!("replay-{}{}", self.vehicle, precision.name())
     }
 
-    /// The features of `proof` for it.
+    /// Features of `proof` for it.
     pub fn proof_features(&self, precision: Precision) -> Vec<&'static str> {
         let double = (precision == Precision::F64).then_some("double");
         self.features.iter().chain(self.room).copied().chain(double).collect()
     }
 
-    /// As `64x1-f32`.
+    /// Name of its configuration, such as `64x1-f32`.
     pub fn configuration(&self, precision: Precision) -> String {
         format!("{}x{}-{}", self.particles, self.samples, precision.name())
     }

@@ -1,5 +1,4 @@
-//! The images with an operating system: odometry interrupts the filter in the middle of a scan, and the filter ends in the state that
-//! the host's ends in.
+//! The images with an operating system: odometry preempts the filter during scans, and the final state must be that of the host.
 
 use std::path::Path;
 
@@ -14,16 +13,16 @@ use crate::outcome::{Outcome, Stop};
 use crate::toolchain::{self, Toolchain};
 use crate::tools::Tool;
 
-/// The workspace of the images.
+/// The workspace of these images.
 const FOLDER: &str = "firmware/rtos";
-/// The operating systems, which the images are named after.
+/// The operating systems, which are also the names of the images.
 const RTIC: &str = "rtic";
 const EMBASSY: &str = "embassy";
-/// What they drive through.
+/// The scenario.
 const DRIVE: Source<'_> = Source { what: "survey", scans: 200, variant: Variant::Plain };
-/// With this feature the vehicle is too fast for the processor.
+/// A feature by which the vehicle is too fast for the processor.
 const TOO_FAST: &str = "too-fast";
-/// Ticks of 40 ns that an odometry interrupt may wait, though the filter is at work: 1 µs.
+/// Greatest latency of an odometry interrupt while the filter runs, ticks of 40 ns: 1 µs.
 const WAIT_TICKS: u64 = 25;
 
 /// The command `rtos`.
@@ -39,7 +38,7 @@ pub fn step() -> Outcome {
     all().into()
 }
 
-/// The images on boards whose interrupts they know; what is the same for both is looked at with the first.
+/// Runs the images on boards with known interrupts; checks that do not depend on the board use the first one only.
 pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
     let stream = streams::make(DRIVE, Precision::F32)?;
     let host = streams::on_host(&stream, PLANAR, Precision::F32, "release")?;
@@ -54,7 +53,7 @@ pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
     tells(&end, &last.digest).map_err(|what| format!("{RTIC}, {TOO_FAST}: {what}: {end}"))
 }
 
-/// The last line of an image's run.
+/// Runs an image. Returns its last line.
 fn run(
     qemu: &Tool,
     toolchain: &Toolchain,
@@ -81,8 +80,8 @@ fn none_of(end: &str, names: &[&str]) -> Result<(), String> {
     Ok(())
 }
 
-/// A drive that the processor can follow: the host's state, nothing lost or late, and odometry has interrupted scans, in the stage that
-/// takes longest too.
+/// Checks a drive that the processor can follow: the state of the host, nothing lost or late, and odometry has preempted scans,
+/// including their longest stage.
 fn holds(end: &str, digest: &str, scans: usize) -> Result<(), String> {
     none_of(end, &["late", "lost_odometry", "lost_scans", "refused", "pins_refused"])?;
     if count(end, "scans")? != scans as u64 || output::word(end, "digest") != Some(digest) {
@@ -99,7 +98,7 @@ fn holds(end: &str, digest: &str, scans: usize) -> Result<(), String> {
     }
 }
 
-/// A drive that it cannot follow: the image says so.
+/// Checks a drive that it cannot follow: the image must report lost and late inputs.
 fn tells(end: &str, digest: &str) -> Result<(), String> {
     for name in ["late", "lost_odometry", "lost_scans"] {
         if count(end, name)? == 0 {
@@ -117,7 +116,7 @@ mod tests {
                         reduce 0 waited_ticks 2 deepest 2 pins_refused 0 digest 00ff stack 9";
 
     #[test]
-    fn what_must_hold_is_looked_at() {
+    fn all_requirements_are_checked() {
         assert_eq!(holds(GOOD, "00ff", 200), Ok(()));
         for (good, bad) in [
             ("late 0", "late 1"),
@@ -138,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn silence_about_what_is_lost_is_no_good() {
+    fn unreported_losses_are_an_error() {
         let lossy = GOOD
             .replace("late 0", "late 9")
             .replace("lost_odometry 0", "lost_odometry 7")

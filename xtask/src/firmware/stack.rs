@@ -1,4 +1,4 @@
-//! How deep the stack of an image can get, whatever it is fed, from its code.
+//! A bound of an image's stack depth for all inputs, from its code.
 
 use std::collections::BTreeMap;
 
@@ -7,31 +7,31 @@ use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
 use super::image::Image;
 use super::thumb::{Effect, decode};
 
-/// Where a program starts.
+/// The start of a program.
 const ENTRY: &str = "Reset";
 /// The only interrupt of the images.
 const INTERRUPT: &str = "SysTick";
-/// What the processor itself takes for an interrupt: 26 registers, and a word so that they begin at a multiple of eight.
+/// The exception frame that the processor pushes: 26 registers, and a word for alignment to eight bytes.
 const INTERRUPT_FRAME: u32 = 4 * (26 + 1);
 
-/// NOP, with which compilers fill up to a whole word.
+/// NOP, which compilers use as padding to a whole word.
 const NO_OPERATION: u16 = 0xbf00;
 
-/// One function.
+/// A function.
 #[derive(Debug, Default)]
 struct Function {
     name: String,
-    /// All that its instructions take of the stack; an upper bound, for they need not all run.
+    /// Sum of the stack use of its instructions, an upper bound, because not all of them may run.
     frame: u32,
-    /// Where its branches go outside of it.
+    /// Targets of branches out of the function.
     callees: Vec<u32>,
-    /// Why its frame or its callees are not known.
+    /// Reason why its frame or its callees are unknown.
     unknown: Option<&'static str>,
 }
 
 impl Image {
-    /// Bytes that the deepest chain of calls takes, at most, with an interrupt at its deepest point. An error where there is no bound: a
-    /// function that calls itself, a call through a pointer, a stack that moves by a variable.
+    /// Upper bound of the stack use of the deepest call chain, bytes, with an interrupt at its deepest point. An error if there
+    /// is no bound: recursion, a call through a pointer, or a stack pointer that changes by a variable.
     pub fn stack_bound(&self) -> Result<u64, String> {
         let functions = self.functions()?;
         let deepest = |name: &str| {
@@ -42,7 +42,7 @@ impl Image {
         Ok(u64::from(deepest(ENTRY)? + INTERRUPT_FRAME + deepest(INTERRUPT)?))
     }
 
-    /// Every function of the image by its address.
+    /// The functions of the image by address.
     fn functions(&self) -> Result<BTreeMap<u32, Function>, String> {
         let file = self.file()?;
         let text = file.sections().find(|section| section.kind() == SectionKind::Text && section.name() == Ok(".text"));
@@ -50,7 +50,7 @@ impl Image {
         let code = text.data().map_err(|error| error.to_string())?;
         let (start, end) = (text.address() as u32, (text.address() + text.size()) as u32);
         let mut places: BTreeMap<u32, (&str, u32)> = BTreeMap::new();
-        // Where data begins in the code, and where code goes on.
+        // Addresses where data begins within the code, and where code continues.
         let mut is_code: BTreeMap<u32, bool> = BTreeMap::new();
         for symbol in file.symbols() {
             let (name, address) = (symbol.name().unwrap_or_default(), symbol.address() as u32 & !1);
@@ -72,7 +72,7 @@ impl Image {
             let offset = (address - start) as usize;
             code.get(offset..offset + 2).map_or(0, |bytes| u16::from_le_bytes([bytes[0], bytes[1]]))
         };
-        // Branches stand at whole words; before them there may be an instruction that does nothing.
+        // A table of branches is aligned to words, and may be preceded by a NOP.
         let is_table = |address: u32| {
             let address = if half_word(address) == NO_OPERATION { address.next_multiple_of(4) } else { address };
             let (_, effect) = decode(address, half_word(address), half_word(address + 2));
@@ -80,7 +80,7 @@ impl Image {
         };
         let mut functions = BTreeMap::new();
         for (&address, &(name, size)) in &places {
-            // Functions in assembler have no size.
+            // Functions in assembly have no size.
             let next = starts.get(starts.partition_point(|&other| other <= address)).copied().unwrap_or(end);
             let end = if size > 0 { address + size } else { next };
             let mut function =
@@ -97,7 +97,7 @@ impl Image {
                     Effect::Takes(bytes) => function.frame += bytes,
                     Effect::GoesTo(target) if (address..end).contains(&target) => {}
                     Effect::GoesTo(target) => function.callees.push(target),
-                    // The table is branches, which are read as they come.
+                    // The branches of the table are decoded like others.
                     Effect::GoesByTable if is_table(place + length) => {}
                     Effect::GoesByTable | Effect::GoesAnywhere => function.unknown = Some("calls through a pointer"),
                     Effect::SetsStack => function.unknown = Some("moves its stack by a variable"),
@@ -110,14 +110,14 @@ impl Image {
     }
 }
 
-/// The greatest depth of a function and all it calls; `known` holds what has been found out, and nothing for the callers
-/// of the moment.
+/// Greatest stack depth of a function and its callees. `known` has the results so far, and `None` for the functions of the
+/// present call chain.
 fn depth(
     functions: &BTreeMap<u32, Function>,
     address: u32,
     known: &mut BTreeMap<u32, Option<u32>>,
 ) -> Result<u32, String> {
-    // A branch into the middle of a function belongs to that function.
+    // A branch into a function belongs to that function.
     let Some((&address, function)) = functions.range(..=address).next_back() else {
         return Err(format!("nothing at {address:#x}"));
     };
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_bound_is_an_error() {
+    fn unbounded_stacks_are_errors() {
         assert!(of(vec![(0, function(8, &[10])), (10, function(8, &[0]))]).unwrap_err().contains("calls itself"));
         let pointer = Function { unknown: Some("calls through a pointer"), ..Function::default() };
         assert!(of(vec![(0, function(8, &[10])), (10, pointer)]).unwrap_err().contains("pointer"));

@@ -1,4 +1,4 @@
-//! The streams that boards and host replay, and the replay on the host.
+//! Streams for boards and host, and replays on the host.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -11,28 +11,28 @@ use super::rig::{FEW, JOINT, Rig, SMALL, SMALL_JOINT};
 use crate::process;
 use crate::unit;
 
-/// How a source is taken.
+/// The filter for a source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Variant {
-    /// As its vehicle's firmware takes it.
+    /// The default of the vehicle's firmware.
     Plain,
-    /// Everything is taken for static, also where something moves.
+    /// All features are assumed static, including moving ones.
     Static,
-    /// By few informed particles in place of many blind ones.
+    /// Few informed particles instead of many blind ones.
     Informed,
-    /// By a joint map.
+    /// A joint map.
     Joint,
-    /// With a quarter of the room.
+    /// A quarter of the capacities.
     Small,
-    /// By a joint map with a quarter of the room.
+    /// A joint map with a quarter of the capacities.
     SmallJoint,
 }
 
 impl Variant {
-    /// Those that a configuration names.
+    /// The variants that appear in names of configurations.
     pub const NAMED: [Self; 5] = [Self::Static, Self::Informed, Self::Joint, Self::Small, Self::SmallJoint];
 
-    /// What marks it in the name of a configuration, and of a stream.
+    /// Suffix for names of configurations and streams.
     pub fn mark(self) -> &'static str {
         match self {
             Self::Plain => "",
@@ -45,19 +45,19 @@ impl Variant {
     }
 }
 
-/// A stream to make: what it is of, and how much of it.
+/// The source of a stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Source<'a> {
     /// A scenario, `worst-case`, or the folder of a log.
     pub what: &'a str,
-    /// Its first scans.
+    /// Number of scans, from the first one on.
     pub scans: usize,
-    /// How it is taken.
+    /// The filter for it.
     pub variant: Variant,
 }
 
 impl Source<'_> {
-    /// The filter that it is fed to.
+    /// The rig that replays it.
     pub fn rig(&self) -> Rig {
         match self.variant {
             Variant::Informed => FEW,
@@ -69,12 +69,12 @@ impl Source<'_> {
     }
 }
 
-/// Has the simulator write a stream.
+/// Lets the simulator write a stream.
 pub fn make(source: Source<'_>, precision: Precision) -> Result<PathBuf, String> {
     write(source, precision, "", &[])
 }
 
-/// Has the simulator write a black box of a planar vehicle in single precision, and replays it on the host.
+/// Lets the simulator write a black box of a planar vehicle in single precision, and replays it on the host.
 pub fn black_box(source: Source<'_>, snapshot_every: usize, joint: bool) -> Result<(PathBuf, Replay), String> {
     let filter = if joint { "joint" } else { "core" };
     let arguments = ["--snapshot-every", &snapshot_every.to_string(), "--filter", filter];
@@ -84,7 +84,7 @@ pub fn black_box(source: Source<'_>, snapshot_every: usize, joint: bool) -> Resu
     Ok((path, Replay::parse(&text.lines().map(str::to_owned).collect::<Vec<_>>())?))
 }
 
-/// What is left of a black box from the snapshot after so many scans on.
+/// The part of a black box from the snapshot after this number of scans on.
 pub fn cut(black_box: &Path, after: usize) -> Result<PathBuf, String> {
     let left = black_box.with_extension(format!("{after}.scphd"));
     alone(of_streams("release", &[]).arg("cut").arg(black_box).arg(after.to_string()).arg(&left))?;
@@ -97,7 +97,7 @@ fn write(source: Source<'_>, precision: Precision, suffix: &str, more: &[&str]) 
     let name = Path::new(source.what).file_name().unwrap_or_default().display();
     let mark = source.variant.mark();
     let path = dir.join(format!("{name}-{}{mark}-{}{suffix}.scphd", source.scans, precision.name()));
-    // Several checks take the same stream, some of them at the same time.
+    // Several checks need the same stream, some at the same time.
     static WRITTEN: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
     let mut written = WRITTEN.lock().unwrap_or_else(PoisonError::into_inner);
     if written.contains(&path) {
@@ -117,12 +117,12 @@ fn write(source: Source<'_>, precision: Precision, suffix: &str, more: &[&str]) 
     Ok(path)
 }
 
-/// The simulator as its tests have it, which the step `unit` has built.
+/// The simulator from the tests' build, which the step `unit` has made.
 pub fn simulator() -> Result<Command, String> {
     static BUILT: OnceLock<Result<PathBuf, String>> = OnceLock::new();
     let build = || {
         let mut cargo = process::cargo();
-        // Programs are built for the tests of their package. A build of it alone would be one of other features.
+        // Programs are built for the tests of their package. A separate build would have other features.
         cargo.args(["test", "--quiet", "--no-run", "--test", "guide"]).args(unit::PACKAGES);
         process::run(cargo.arg("--target-dir").arg(process::target_dir()))?;
         Ok(process::target_dir().join("debug").join("scphd-sim"))
@@ -130,14 +130,15 @@ pub fn simulator() -> Result<Command, String> {
     BUILT.get_or_init(build).clone().map(process::command)
 }
 
-/// The program that replays streams, of this profile and room.
+/// The replay program with this profile and these features.
 fn of_streams(profile: &str, room: &[&str]) -> Command {
     let mut cargo = program("scphd-replay", profile);
     cargo.args(["--features", &room.join(","), "--"]);
     cargo
 }
 
-/// What a program prints of which each room has a build of its own, all in one place: none is built while another one runs.
+/// Runs a command alone and returns its output: the builds with different features use the same folder, and must not overwrite a
+/// running program.
 fn alone(cargo: &mut Command) -> Result<String, String> {
     static PLACE: Mutex<()> = Mutex::new(());
     let _place = PLACE.lock().unwrap_or_else(PoisonError::into_inner);
@@ -150,14 +151,14 @@ fn program(name: &str, profile: &str) -> Command {
     cargo
 }
 
-/// What the host prints of a replay under which bits flip, in an image of these features.
+/// The output of a replay with bit flips on the host, with these features.
 pub fn flips_on_host(stream: &Path, features: &[&str]) -> Result<Vec<String>, String> {
     let mut cargo = program("scphd-flips", "release");
     let text = alone(cargo.args(["--features", &features.join(","), "--"]).arg(stream))?;
     Ok(text.lines().map(str::to_owned).collect())
 }
 
-/// Replays a stream on the host, with the room that the filter has on board, in a build of this profile.
+/// Replays a stream on the host with the capacities of the vehicle, in a build of this profile.
 pub fn on_host(stream: &Path, rig: Rig, precision: Precision, profile: &str) -> Result<Replay, String> {
     let text = alone(of_streams(profile, rig.room).arg(rig.replay(precision)).arg(stream))?;
     Replay::parse(&text.lines().map(str::to_owned).collect::<Vec<_>>())

@@ -1,4 +1,4 @@
-//! Folders to build images in, as many as there are cores: linking one keeps a single core busy for most of its time.
+//! Folders for building images, as many as there are cores, because linking an image uses one core.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -8,15 +8,15 @@ use std::thread;
 use crate::process;
 use crate::toolchain::Toolchain;
 
-/// Numbers of the folders that something is being built in.
+/// Numbers of the folders in use.
 static TAKEN: Mutex<BTreeSet<usize>> = Mutex::new(BTreeSet::new());
 static GIVEN_BACK: Condvar = Condvar::new();
 
-/// A number that nobody else has, until it is dropped.
+/// A number that is reserved until it is dropped.
 struct Number(usize);
 
 impl Number {
-    /// The least that is free, so that one build after the other is in the same folder and finds what the one before it has left.
+    /// The smallest free number, so that consecutive builds use the same folder and its build products.
     fn take() -> Self {
         let count = thread::available_parallelism().map_or(1, usize::from);
         let mut taken = TAKEN.lock().unwrap_or_else(PoisonError::into_inner);
@@ -37,7 +37,7 @@ impl Drop for Number {
     }
 }
 
-/// Does `work` with a folder in which nothing else is built meanwhile.
+/// Calls `work` with a folder for its exclusive use.
 pub fn with<R>(toolchain: &Toolchain, work: impl FnOnce(&Path) -> R) -> R {
     let number = Number::take();
     work(&folder(toolchain, number.0))
@@ -52,7 +52,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_two_have_one_number() {
+    fn numbers_in_use_are_unique() {
         let numbers: Vec<u32> = (0..40).collect();
         let held = Mutex::new(BTreeSet::new());
         let hold = |_: &u32| {

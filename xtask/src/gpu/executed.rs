@@ -1,11 +1,12 @@
-//! The module executed on this machine, instruction by instruction: whether it has the host's bits, and what a device would execute.
+//! Executes the module on the host, instruction by instruction: compares its bits with those of the host, and counts
+//! instructions.
 
 use std::path::Path;
 use std::process::Command;
 
 use crate::process;
 
-/// What is executed: the words of the program, and what it may take.
+/// The runs: arguments of the program, and a limit of instructions.
 const CHECKS: [Check; 4] = [
     Check { words: &["check", "thesis-dynamic", "--runs", "32", "--scans", "10"], limit: Limit::Warps(156_000_000) },
     Check {
@@ -27,17 +28,17 @@ struct Check {
     limit: Limit,
 }
 
-/// The most instructions that launches may take: 1.2 times what docs/gpu.md says.
+/// Greatest number of instructions of a run: 1.2 times the figure in docs/gpu.md.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Limit {
     None,
-    /// Of all warps.
+    /// Sum over all warps.
     Warps(u64),
-    /// Of the longest warp of each launch.
+    /// Sum over launches of their longest warps.
     Longest(u64),
 }
 
-/// Executes the module in a folder over everything that is to be compared; how many comparisons that were.
+/// Executes the module in a folder and compares the results. Returns the number of comparisons.
 pub fn check(modules: &Path, cargo: impl Fn(&str) -> Command) -> Result<String, String> {
     for Check { words, limit } in CHECKS {
         let mut command = cargo("run");
@@ -50,7 +51,7 @@ pub fn check(modules: &Path, cargo: impl Fn(&str) -> Command) -> Result<String, 
 }
 
 impl Limit {
-    /// Whether what the program has counted is within it.
+    /// Checks the counts in the program's output.
     fn hold(self, said: &str) -> Result<(), String> {
         let (column, most) = match self {
             Self::None => return Ok(()),
@@ -69,7 +70,7 @@ mod tests {
     use super::Limit;
 
     #[test]
-    fn counts_are_held_to_limits() {
+    fn counts_are_compared_with_limits() {
         let said = "\
 kernel       instructions  of warps  together  longest warp  accesses
 scphd_a      320           10        32.00     5             7

@@ -1,5 +1,5 @@
-//! The filter on a GPU: the kernels' bodies tested on the host, the module built, looked through, assembled and executed on the host,
-//! and run where there is a card.
+//! The filter on a GPU: tests the kernels on the host; builds, checks and assembles the module; executes it on the host, and on a
+//! GPU if there is one.
 
 mod executed;
 mod module;
@@ -13,18 +13,18 @@ use crate::process;
 use crate::toolchain;
 use module::TARGET;
 
-/// The program ends with this where there is no driver or no card.
+/// Exit code of the program without a driver or GPU.
 const NO_DEVICE: i32 = 3;
-/// Scans of every run that is compared, and runs of each scenario.
+/// Number of scans of every compared run, and number of runs of each scenario.
 const SCANS: &str = "300";
 const COMPARED_RUNS: &str = "64";
-/// Particles of the large filters that are compared.
+/// Numbers of particles of large filters that are compared.
 const LARGE: [&str; 2] = ["64", "4096"];
 /// The scenario of large filters.
 const LARGE_SCENARIO: &str = "thesis-dynamic";
-/// Runs that are timed.
+/// Number of runs that are timed.
 const TIMED_RUNS: &str = "10000";
-/// Scenarios, each with its words for the command line.
+/// Scenarios, with their arguments.
 const SCENARIOS: [&[&str]; 2] = [&["thesis-dynamic"], &["survey", "--particles", "32"]];
 
 /// The step.
@@ -67,7 +67,7 @@ fn check() -> Result<Outcome, Stop> {
     }
 }
 
-/// What the card has done, or why there is none.
+/// The result of a GPU, or the reason why there is none.
 fn on_card(modules: &Path) -> Result<Result<String, String>, Stop> {
     let of_card = |command: &mut Command, words: &[&str]| -> Result<Result<String, String>, Stop> {
         command.args(words).args(["--device", "cuda", "--modules"]).arg(modules);

@@ -1,4 +1,5 @@
-//! The module as text (PTX): built from the kernels and the library, and looked through for what would change bits or stop a thread.
+//! The module as text (PTX): built from the kernels and the library, and checked for instructions that would change bits or stop
+//! a thread.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,20 +8,20 @@ use crate::outcome::Stop;
 use crate::process;
 use crate::toolchain::Toolchain;
 
-/// What a GPU of NVIDIA runs.
+/// Target of NVIDIA GPUs.
 pub const TARGET: &str = "nvptx64-nvidia-cuda";
-/// The oldest cards that the module is for; newer ones take it too.
+/// Oldest supported architecture; newer GPUs run the module too.
 const OLDEST: &str = "sm_80";
-/// The name of the text, as the program looks for it.
+/// File name of the text, as the program expects it.
 const FILE: &str = "scphd.ptx";
 
-/// Builds the text. It is the compiler's last word on the whole program, so that no linker is needed.
+/// Builds the text. The compiler generates it for the whole program, so that no linker is needed.
 pub fn build(toolchain: &Toolchain) -> Result<String, Stop> {
     let folder = process::own_target_dir(&format!("gpu-{}", toolchain.key()));
     let mut cargo = toolchain.cargo_rustc("core");
-    // Kernels are an unstable feature of the compiler, and this is a stable one.
+    // Kernels are an unstable feature, and this is a stable compiler.
     cargo.env("RUSTC_BOOTSTRAP", "1");
-    // Nothing is linked, but a program is called to do it.
+    // Nothing is linked, but the compiler calls a linker.
     let flags = [format!("-Ctarget-cpu={OLDEST}"), "-Clinker=true".into()];
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
     cargo.args(["--quiet", "--profile", "ptx", "--locked", "--package", "scphd-gpu-kernels"]);
@@ -31,14 +32,14 @@ pub fn build(toolchain: &Toolchain) -> Result<String, Stop> {
     Ok(fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?)
 }
 
-/// Writes the text to where the program looks for it.
+/// Writes the text to the program's folder.
 pub fn write(folder: &Path, text: &str) -> Result<PathBuf, String> {
     let path = folder.join(FILE);
     let written = fs::create_dir_all(folder).and_then(|()| fs::write(&path, text));
     written.map(|()| path.clone()).map_err(|error| format!("{}: {error}", path.display()))
 }
 
-/// The number of its lines, if none of them is one that should not be there.
+/// Checks all lines. Returns their number.
 pub fn look_through(text: &str) -> Result<usize, String> {
     let entries = text.lines().filter(|line| line.contains(".entry ")).count();
     if entries == 0 {
@@ -59,10 +60,10 @@ pub fn look_through(text: &str) -> Result<usize, String> {
     Err(format!("the module has what it should not have: {}", all.join("; ")))
 }
 
-/// Instructions on single precision that round, each of which must say that it rounds to nearest: what does not say so may be fused.
+/// Instructions in single precision that round. Each must state rounding to nearest; otherwise it may be fused.
 const ROUNDED: [&str; 6] = ["add", "sub", "mul", "div", "rcp", "sqrt"];
 
-/// What is wrong with a line, if anything.
+/// The reason why a line is not allowed, if any.
 fn complaint(line: &str) -> Option<&'static str> {
     let line = line.trim();
     if line.starts_with(".extern") {
@@ -73,7 +74,7 @@ fn complaint(line: &str) -> Option<&'static str> {
     }
     let mut words = line.split_whitespace();
     let first = words.next()?;
-    // A predicate may come first.
+    // There may be a predicate before the instruction.
     let instruction = if first.starts_with('@') { words.next()? } else { first };
     let mut parts = instruction.trim_end_matches(';').split('.');
     let name = parts.next()?;
@@ -104,7 +105,7 @@ mod tests {
     use super::{complaint, look_through};
 
     #[test]
-    fn what_rounds_to_nearest_is_fine() {
+    fn instructions_that_round_to_nearest_are_allowed() {
         let fine = [
             "\tadd.rn.f32 \t%r3, %r1, %r2;",
             "\t@%p1 div.rn.f32 \t%r3, %r1, %r2;",
@@ -121,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn what_changes_bits_is_found() {
+    fn instructions_that_change_bits_are_found() {
         let wrong = [
             "\tfma.rn.f32 \t%r4, %r1, %r2, %r3;",
             "\tmad.rn.f32 \t%r4, %r1, %r2, %r3;",
@@ -139,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn a_module_is_counted_or_refused() {
+    fn lines_of_a_module_are_counted_or_refused() {
         let kernel = ".visible .entry scphd_runs(\n)\n{\n\tadd.rn.f32 \t%r3, %r1, %r2;\n}\n";
         assert_eq!(look_through(kernel), Ok(5));
         assert!(look_through("// nothing\n").is_err());

@@ -1,4 +1,4 @@
-//! NVIDIA's assembler: what each kernel takes of a thread's registers and memory, and the modules for cards that are named.
+//! NVIDIA's assembler: registers and memory of each kernel, and modules for certain architectures.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -7,30 +7,30 @@ use crate::outcome::Missing;
 use crate::process;
 use crate::python::{self, Environment};
 
-/// The package that has it, without the compiler's other parts.
+/// The package with the assembler, without other parts of the compiler.
 const PACKAGE: [&str; 1] = ["nvidia-cuda-nvcc>=13.0,<14"];
-/// Where it lies among the packages.
+/// Path of the assembler among the packages.
 const PLACE: &str = "nvidia/cu13/bin/ptxas";
-/// Cards that modules are assembled for: Ampere and Hopper of data centres.
+/// Architectures for which modules are assembled: Ampere and Hopper for data centres.
 const CARDS: [&str; 2] = ["sm_80", "sm_90"];
 
-/// The most that a module may take: 1.2 times what docs/gpu.md says, but for the registers, of which a thread cannot have more.
+/// Greatest usage: 1.2 times the figures in docs/gpu.md, except for registers, where it is the limit of a thread.
 const LIMITS: Usage =
     Usage { registers: 255, stack: 3_530, spill_stores: 1_360, spill_loads: 1_900, shared: 0, constant: 1_260 };
 
-/// What the greediest kernel of a module takes of every thread, with all functions that it calls; in bytes, but for registers.
+/// Greatest usage of any kernel of a module for each thread, including its callees; in bytes, except for registers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Usage {
     /// Registers of four bytes.
     registers: u64,
-    /// Stack frames of the kernel and of what it calls, at their deepest.
+    /// Stack of the kernel and its callees.
     stack: u64,
-    /// Registers that are put aside, and read again, as they stand in the code of all functions.
+    /// Spilled registers, stores and loads, as counted in the code of all functions.
     spill_stores: u64,
     spill_loads: u64,
-    /// Memory that the threads of a block share.
+    /// Shared memory of a block.
     shared: u64,
-    /// Constants, arguments included, where the assembler tells of them.
+    /// Constants with arguments, if the assembler reports them.
     constant: u64,
 }
 
@@ -41,7 +41,7 @@ pub struct Ptxas {
 }
 
 impl Ptxas {
-    /// The one of the project's own environment, which is made where it is not there.
+    /// The assembler in the project's Python environment, which is created if necessary.
     pub fn obtain() -> Result<Self, Missing> {
         let environment = Environment::of(&python::interpreter()?)?;
         environment.equip_alone(&PACKAGE)?;
@@ -51,7 +51,7 @@ impl Ptxas {
         Ok(Self { version: version.to_owned(), program })
     }
 
-    /// Assembles the module for every card, and says in a line what it takes; fails where that is above the limits.
+    /// Assembles the module for each architecture. Returns the usage in a line; fails if it is above the limits.
     pub fn assemble(&self, module: &Path, folder: &Path) -> Result<String, String> {
         println!("ptxas {}", self.version);
         let mut all = Vec::new();
@@ -90,7 +90,7 @@ impl Usage {
         ]
     }
 
-    /// The first field that is above its limit.
+    /// The first field above its limit.
     fn beyond(&self, limits: &Self) -> Option<String> {
         let pairs = self.fields().into_iter().zip(limits.fields());
         let mut beyond = pairs.filter(|((_, used), (_, limit))| used > limit);
@@ -105,7 +105,7 @@ impl fmt::Display for Usage {
     }
 }
 
-/// What one kernel takes of every thread, with all functions that it calls.
+/// Usage of a kernel for each thread, including its callees.
 #[derive(Debug, PartialEq, Eq)]
 struct Kernel<'s> {
     name: &'s str,
@@ -113,7 +113,7 @@ struct Kernel<'s> {
     stack: u64,
 }
 
-/// What the assembler says of each kernel.
+/// Usage of each kernel, from the assembler's output.
 fn kernels(said: &str) -> Vec<Kernel<'_>> {
     let mut all: Vec<Kernel<'_>> = Vec::new();
     for line in said.lines() {
@@ -128,13 +128,13 @@ fn kernels(said: &str) -> Vec<Kernel<'_>> {
     all
 }
 
-/// The number before these words of a line; 0 where they are not there.
+/// The number before these words of a line; 0 if they are missing.
 fn number(line: &str, after: &str) -> u64 {
     let part = line.split(',').find_map(|part| part.trim().strip_suffix(after));
     part.and_then(|part| part.split_whitespace().last()?.parse().ok()).unwrap_or(0)
 }
 
-/// What the assembler says of a module: the most of all kernels, and the spills of all functions together.
+/// Usage of a module, from the assembler's output: the maximum over kernels, and the sum of spills over functions.
 fn usage_of(said: &str) -> Result<Usage, &'static str> {
     if said.contains("cannot be statically determined") {
         return Err("the stack of a kernel is not known");
@@ -147,7 +147,7 @@ fn usage_of(said: &str) -> Result<Usage, &'static str> {
         usage.spill_stores += number("bytes spill stores");
         usage.spill_loads += number("bytes spill loads");
         usage.shared = usage.shared.max(number("bytes smem"));
-        // The arguments lie in one bank and the program's constants in another.
+        // Arguments and constants are in different banks.
         usage.constant = usage.constant.max(number("bytes cmem[0]") + number("bytes cmem[2]"));
     }
     if usage.registers == 0 { Err("it says nothing of a kernel") } else { Ok(usage) }
@@ -168,7 +168,7 @@ ptxas info    : Function properties for _RNvNtCs3run5scans
 ";
 
     #[test]
-    fn what_the_assembler_says_is_read() {
+    fn the_output_of_the_assembler_is_parsed() {
         let usage =
             Usage { registers: 255, stack: 7824, spill_stores: 1934, spill_loads: 2012, shared: 64, constant: 1104 };
         assert_eq!(usage_of(SAID), Ok(usage));
@@ -179,7 +179,7 @@ ptxas info    : Function properties for _RNvNtCs3run5scans
     }
 
     #[test]
-    fn a_module_beyond_a_limit_is_told() {
+    fn a_module_above_a_limit_is_reported() {
         let limits = Usage { registers: 255, stack: 100, ..Usage::default() };
         assert_eq!(limits.beyond(&limits), None);
         let beyond = Usage { stack: 101, ..limits }.beyond(&limits);

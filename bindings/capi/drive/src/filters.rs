@@ -1,4 +1,4 @@
-//! The library itself on the same inputs.
+//! The filters of the library, updated with the same inputs.
 
 use crate::Event;
 use nalgebra::{Vector1, Vector2, Vector3};
@@ -35,9 +35,9 @@ joint_memory! { type Joint: Unicycle<f32> { measurement: Vector2<f32>, features:
 joint_memory! { type Joint60: Unicycle<f32> { measurement: Vector2<f32>, features: 60, measurements: 32 } }
 joint_memory! { type Learning: Learner { measurement: Vector2<f32>, features: 60, measurements: 32 } }
 
-/// A robot that learns what its odometry is off by.
+/// A robot that estimates its odometry error.
 type Learner = SelfCalibrating<Unicycle<f32>, f32>;
-/// A joint map with movers, and what is behind it.
+/// A joint map with movers and an archive.
 type WithMovers<'m, A> = JointSlam<'m, Unicycle<f32>, Vector2<f32>, A, Tracked<'m, PlanarPose<f32>>>;
 type Polar = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
 type OfLearner = Sensing<Calibrated<RangeBearing<f32>>, RangeBearingWindow<f32>, UniformClutter<f32>>;
@@ -45,7 +45,7 @@ type Direction = Sensing<BearingOnly<f32, PolarBirths<f32>>, RangeBearingWindow<
 type Spherical = Sensing<RangeBearingElevation<f32>, SonarWindow<f32>, UniformClutter<f32>>;
 type Over<'m, X, Z> = Detector<X, ScanRoom<'m, Z>>;
 
-/// All memory of the filters.
+/// Memory of all filters.
 #[derive(Debug)]
 pub struct Memory {
     blind: Blind,
@@ -62,7 +62,7 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// All zero.
+    /// All memory zero.
     pub const NEW: Self = Self {
         blind: Blind::new(),
         informed: Informed::new(),
@@ -132,10 +132,10 @@ fn spherical() -> Result<Spherical, Box<dyn Error>> {
 }
 
 impl<'m> Filters<'m> {
-    /// At the beginning.
+    /// All filters at their start.
     ///
     /// # Errors
-    /// None: what is configured is in range.
+    /// None, because the configuration is in range.
     pub fn new(memory: &'m mut Memory) -> Result<Self, Box<dyn Error>> {
         let motion = Unicycle::new(Step::Arc, ControlNoise::wheeled())?;
         let births = [Births { of_static: 0.002, of_moving: 0.001 }, Births::of_static(0.003)];
@@ -181,10 +181,10 @@ impl<'m> Filters<'m> {
         Ok(filters)
     }
 
-    /// Takes in one input.
+    /// Updates the filters with an input.
     ///
     /// # Errors
-    /// It is refused.
+    /// A filter refuses the input.
     pub fn take(&mut self, event: &Event) -> Result<(), Box<dyn Error>> {
         match event {
             Event::Predict([speed_mps, rate_radps, dt]) => {
@@ -259,8 +259,8 @@ impl<'m> Filters<'m> {
         Ok(())
     }
 
-    /// The states: of the blind mixture, the informed one, the joint map, the diver, and the joint maps with movers, with an archive behind
-    /// them, and with learnt odometry.
+    /// Digests of the states: blind mixture, informed mixture, joint map, diver, and joint maps with movers, with an archive, and
+    /// with estimation of the odometry error.
     #[must_use]
     pub fn digests(&self) -> [u64; 7] {
         [

@@ -1,5 +1,5 @@
-//! A robot with a lidar, a radar, a satellite receiver and a compass, and a diver with a sonar: what they measure, event by event, and what
-//! the library itself makes of it.
+//! The inputs of two vehicles, event by event, and the states of the library after them: a robot with lidar, radar, satellite
+//! receiver and compass, and a diver with a sonar.
 
 mod filters;
 mod world;
@@ -7,7 +7,7 @@ mod world;
 pub use filters::{Filters, Memory};
 pub use world::{SCANS, events};
 
-/// One input, or the place where states are compared.
+/// An input, or a point where states are compared.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Event {
     /// The robot's odometry: m/s, rad/s, s.
@@ -28,12 +28,12 @@ pub enum Event {
     Sonar(Vec<[f32; 3]>),
     /// A measured height of the diver, m.
     Height(f32),
-    /// Whoever has taken in all before should be in the states that the library is in.
+    /// Point where the states have to be equal to those of the library.
     Compare,
 }
 
 impl Event {
-    /// The event in one line: a letter, how many numbers follow, and the numbers by their bits, in hexadecimal digits.
+    /// The event in one line: a letter, the number of numbers, and their bits in hexadecimal digits.
     #[must_use]
     pub fn line(&self) -> String {
         let (letter, numbers): (char, Vec<f32>) = match self {

@@ -1,4 +1,4 @@
-//! Writes the inputs to standard output, and after `=` the states of the library there, in hexadecimal digits.
+//! Writes the inputs to standard output, and after each `=` the states of the library in hexadecimal digits.
 
 use scphd_drive::{Event, Filters, Memory, events};
 

@@ -1,14 +1,14 @@
-//! What there is to measure.
+//! The simulated world.
 
 use crate::Event;
 use scphd::Real;
 use scphd::models::{AuvPose, BodyFrame, Mounting, PlanarPose, Pose};
 use scphd::numerics::{Noise, wrap};
 
-/// Scans of the lidar; there are fewer of the others.
+/// Number of lidar scans; the other sensors have fewer.
 pub const SCANS: usize = 300;
 
-/// A feature seen by a sensor in the plane, if it is: the greatest range, m, half the width of its view, rad, and the noise of both.
+/// A sensor in the plane: greatest range, m, half width of the view, rad, and standard deviations of range and bearing.
 struct Eye {
     seat: Mounting<f32>,
     range_m: f32,
@@ -34,10 +34,10 @@ impl Eye {
     }
 }
 
-/// The robot goes in circles among posts, past two walkers; the diver, too, among rocks. The same in every run.
+/// A robot drives in circles among posts and past two walkers; a diver swims among rocks. The same in every run.
 ///
 /// # Panics
-/// Never: the mountings are such as there are.
+/// Never: the mountings are in range.
 #[must_use]
 pub fn events() -> Vec<Event> {
     let lidar = Eye {
@@ -104,7 +104,7 @@ pub fn events() -> Vec<Event> {
     events
 }
 
-/// A step ahead and a turn, for the truth.
+/// The true pose after a step.
 fn turned(from: PlanarPose<f32>, speed: f32, rate: f32, dt: f32) -> PlanarPose<f32> {
     let along = from.heading_rad + 0.5 * rate * dt;
     let (sine, cosine) = along.sin_cos();

@@ -1,10 +1,10 @@
-//! Writes the C header of the crate beside it to the file that the command line names.
+//! Writes the C header of the crate `scphd-capi` to the file that the command line names.
 
 use scphd_vehicle::Setting;
 use std::error::Error;
 use std::path::Path;
 
-/// What stands at the beginning.
+/// The beginning of the header.
 const TOP: &str = "/*
  * scphd: single-cluster PHD SLAM in fixed memory. Made from the crate scphd-capi by cbindgen; do not edit.
  *
@@ -29,10 +29,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The types that stand for pointers in the crate, by the beginnings of what cbindgen calls them.
+/// Prefixes of cbindgen's names for the types of the crate that stand for pointers.
 const POINTERS: [&str; 4] = ["In_", "Out_", "Handed_", "Bytes"];
 
-/// The header with pointers in place of the names that cbindgen gives to the types that stand for them.
+/// Replaces cbindgen's names of pointer types in the header by pointers.
 fn plain_pointers(header: &str) -> String {
     let definition = |line: &str| {
         let (target, name) = line.strip_prefix("typedef ")?.strip_suffix(';')?.rsplit_once('*')?;
@@ -40,10 +40,10 @@ fn plain_pointers(header: &str) -> String {
         POINTERS.iter().any(|start| name.starts_with(start)).then(|| (format!("{name} "), format!("{target}*")))
     };
     let mut names: Vec<(String, String)> = header.lines().filter_map(definition).collect();
-    // No name is taken for the end of a longer one.
+    // Longer names first, so that a name is not replaced within a longer one.
     names.sort_by_key(|(name, _)| std::cmp::Reverse(name.len()));
     let mut text = String::new();
-    // A definition goes with the comment before it and the empty line behind it.
+    // Removes each definition with its comment and the empty line after it.
     for paragraph in header.split_inclusive("\n\n") {
         if !paragraph.lines().any(|line| definition(line).is_some()) {
             text += &names.iter().fold(paragraph.to_owned(), |text, (name, pointer)| text.replace(name, pointer));
@@ -52,7 +52,7 @@ fn plain_pointers(header: &str) -> String {
     text
 }
 
-/// The sets, which cbindgen does not see: a macro makes them.
+/// The definitions of the sets, which cbindgen does not see because a macro generates them.
 fn sets() -> String {
     let mut text = format!(
         "\n/* Alignment of every memory, bytes. */\n#define SCPHD_ALIGNMENT {}\n\n\
@@ -66,7 +66,7 @@ fn sets() -> String {
     text
 }
 
-/// The settings of a description, from their list.
+/// The definitions of the settings of a description.
 fn settings() -> String {
     let mut text = "\n/*\n * Settings of a description, for scphd_description_set: what each is, its unit, and the numbers that it may have.\n */\n".to_owned();
     for setting in Setting::all() {
@@ -81,7 +81,7 @@ fn settings() -> String {
     text
 }
 
-/// The functions that start a filter in the memory of a set, or go on with one, which a macro makes, too.
+/// The declarations of the functions that start or resume a filter and give its services, which a macro generates too.
 fn starts() -> String {
     let mut text = "// Start the filter that is described in this memory, which is zero or was released: `abi_version` is `SCPHD_ABI_VERSION`,\n\
                     // `size_bytes` at least the SCPHD_SIZE_... of the set. The reason may be null. The handle is written to `slam`, or null. Reset\n\

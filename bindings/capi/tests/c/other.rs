@@ -1,7 +1,7 @@
-//! Another archive in Rust, as a firmware may have one: with a panic handler of its own.
+//! Another Rust archive with a panic handler of its own, as a firmware may have.
 #![no_std]
 
-/// A division, which panics where there is nothing to divide by.
+/// A division, which panics if the divisor is zero.
 #[unsafe(no_mangle)]
 pub extern "C" fn other_share(all: u32, parts: u32) -> u32 {
     all / parts

@@ -1,5 +1,5 @@
-//! The filter under embassy: odometry and sensor as tasks of an executor that runs in an interrupt, the estimator as one of the executor
-//! below, which those interrupt.
+//! The filter under embassy: odometry and sensor are tasks of executors that run in interrupts, and preempt the estimator, a task
+//! of an executor in thread mode.
 #![no_std]
 #![no_main]
 
@@ -18,28 +18,28 @@ use scphd_firmware_rtos::tally::TALLY;
 use scphd_firmware_rtos::timer::Timer;
 use static_cell::StaticCell;
 
-/// Odometry that may wait for the estimator.
+/// Capacity of the queue of odometry samples.
 const SAMPLES: usize = 16;
-/// Scans that may wait for it.
+/// Capacity of the queue of scans.
 const SCANS: usize = 2;
 
 static OF_SAMPLES: Channel<CriticalSectionRawMutex, Sample, SAMPLES> = Channel::new();
 static OF_SCANS: Channel<CriticalSectionRawMutex, Scan, SCANS> = Channel::new();
-/// Something is there for the estimator.
+/// Signals the estimator that there is an input.
 static ARRIVED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
-/// A timer has come to zero.
+/// Signals that a timer has expired.
 static ODOMETRY_DUE: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 static SCAN_DUE: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
-/// The executors of the interrupts that only software pends.
+/// The executors in software interrupts.
 static OF_ODOMETRY: InterruptExecutor = InterruptExecutor::new();
 static OF_SENSOR: InterruptExecutor = InterruptExecutor::new();
-/// That of the estimator.
+/// The executor of the estimator, in thread mode.
 static BELOW: StaticCell<raw::Executor> = StaticCell::new();
 
 #[interrupt]
 fn DUAL_TIMER() {
-    // SAFETY: this is the handler of the executor's interrupt, which its start has unmasked.
+    // SAFETY: this is the handler of the executor's interrupt, which is unmasked when the executor starts.
     unsafe { OF_ODOMETRY.on_interrupt() }
 }
 
@@ -49,7 +49,7 @@ fn UART2_RX() {
     unsafe { OF_SENSOR.on_interrupt() }
 }
 
-/// The interrupt lasts until the task takes it back, so it is masked until then.
+/// The interrupt stays pending until the task clears the timer, and is masked until then.
 #[interrupt]
 fn TIMER0() {
     NVIC::mask(Interrupt::TIMER0);
@@ -62,22 +62,22 @@ fn TIMER1() {
     SCAN_DUE.signal(());
 }
 
-/// Lets the interrupt come again, but not for what has been taken back while it was masked.
+/// Unmasks an interrupt, and clears a request that is still pending although the timer was already cleared.
 ///
 /// # Safety
-/// No critical section rests on its being masked.
+/// No critical section depends on the masked interrupt.
 unsafe fn await_interrupt(interrupt: Interrupt) {
     NVIC::unpend(interrupt);
-    // SAFETY: so says the caller.
+    // SAFETY: guaranteed by the caller.
     unsafe { NVIC::unmask(interrupt) };
 }
 
-/// The wheels have been read. Interrupts everything else, and waits for nothing but the timer.
+/// Reads an odometry sample when its timer expires. Preempts all other tasks.
 #[embassy_executor::task]
 async fn odometry(mut timer: Timer, mut wheels: Wheels) {
     while let Some(ticks) = wheels.due() {
         timer.again(ticks);
-        // SAFETY: no critical section rests on its being masked.
+        // SAFETY: no critical section depends on the masked interrupt.
         unsafe { await_interrupt(Interrupt::TIMER0) };
         ODOMETRY_DUE.wait().await;
         TALLY.interrupted(timer.expired());
@@ -92,7 +92,7 @@ async fn odometry(mut timer: Timer, mut wheels: Wheels) {
     timer.stop();
 }
 
-/// A scan has been received.
+/// Receives a scan when its timer expires.
 #[embassy_executor::task]
 async fn receive(mut timer: Timer, mut sensor: Sensor) {
     while let Some(ticks) = sensor.due() {
@@ -113,12 +113,12 @@ async fn receive(mut timer: Timer, mut sensor: Sensor) {
     ARRIVED.signal(());
 }
 
-/// The filter works on what has arrived.
+/// Runs the filter on waiting inputs.
 #[embassy_executor::task]
 async fn estimate(mut estimator: Estimator) {
     loop {
         ARRIVED.wait().await;
-        // Asked before the queues: what arrived until then is in them.
+        // Read before the queues, so that these have every input if the drive has ended.
         let ended = TALLY.has_ended();
         estimator.work(|| OF_SCANS.try_receive().ok(), || OF_SAMPLES.try_receive().ok());
         if ended {
@@ -127,7 +127,7 @@ async fn estimate(mut estimator: Estimator) {
     }
 }
 
-/// A priority as the processor has it: 1 is the lowest.
+/// A priority as the processor encodes it: 1 is the lowest.
 const fn priority(level: u8) -> u8 {
     ((1 << NVIC_PRIO_BITS) - level) << (8 - NVIC_PRIO_BITS)
 }
@@ -135,14 +135,14 @@ const fn priority(level: u8) -> u8 {
 #[entry]
 fn main() -> ! {
     let Some(mut peripherals) = cortex_m::Peripherals::take() else { report::failed() };
-    // SAFETY: this runs once, and nothing else takes timers or lights.
+    // SAFETY: this runs once, and nothing else uses timers or lights.
     let (mut odometry_timer, mut sensor_timer, estimator) =
         unsafe { (Timer::first(), Timer::second(), Estimator::start()) };
     let (wheels, sensor) = (Wheels::of(stream()), Sensor::of(stream()));
     for (interrupt, level) in
         [(Interrupt::TIMER0, 4), (Interrupt::DUAL_TIMER, 3), (Interrupt::TIMER1, 2), (Interrupt::UART2_RX, 1)]
     {
-        // SAFETY: nothing has been started whose critical sections rest on priorities.
+        // SAFETY: nothing has been started whose critical sections depend on priorities.
         unsafe { peripherals.NVIC.set_priority(interrupt, priority(level)) };
     }
     wheels.due().into_iter().for_each(|ticks| odometry_timer.start(ticks));
@@ -156,10 +156,10 @@ fn main() -> ! {
     below.spawner().spawn(estimate);
     OF_SENSOR.start(Interrupt::UART2_RX).spawn(receive);
     OF_ODOMETRY.start(Interrupt::DUAL_TIMER).spawn(odometry);
-    // On a board `embassy_executor::Executor` belongs here, which sleeps. QEMU wakes a processor that sleeps late where several
-    // timers are to do so, and runs would differ.
+    // A board should use `embassy_executor::Executor`, which sleeps. QEMU wakes a sleeping processor late if several timers
+    // expire, and runs would not be reproducible.
     loop {
-        // SAFETY: polled here alone; it was initialised with the context that the executor below all interrupts has.
+        // SAFETY: polled only here; it was initialised with the context of the thread-mode executor.
         unsafe { below.poll() };
     }
 }

@@ -16,12 +16,12 @@ mod app {
     use scphd_firmware_rtos::tally::TALLY;
     use scphd_firmware_rtos::timer::Timer;
 
-    /// Odometry that may wait for the estimator, and one.
+    /// Capacity of the queue of odometry samples, plus one.
     const SAMPLES: usize = 17;
-    /// Scans that may wait for it, and one.
+    /// Capacity of the queue of scans, plus one.
     const SCANS: usize = 3;
-    /// Whoever has something for the estimator pends this, which nothing else does. An interrupt that is pended while its task runs
-    /// runs it again: no arrival is forgotten.
+    /// The interrupt of the estimator, pended by software only, after an input was queued. If it is pended while its task runs,
+    /// the task runs again, so that no input is missed.
     const ESTIMATE: Interrupt = Interrupt::DUAL_TIMER;
 
     #[shared]
@@ -47,7 +47,7 @@ mod app {
     fn init(context: init::Context) -> (Shared, Local) {
         let (samples_in, samples) = context.local.of_samples.split();
         let (scans_in, scans) = context.local.of_scans.split();
-        // SAFETY: this runs once, and nothing else takes timers or lights.
+        // SAFETY: this runs once, and nothing else uses timers or lights.
         let (mut odometry_timer, mut sensor_timer, estimator) =
             unsafe { (Timer::first(), Timer::second(), Estimator::start()) };
         let (wheels, sensor) = (Wheels::of(stream()), Sensor::of(stream()));
@@ -58,7 +58,7 @@ mod app {
         (Shared {}, local)
     }
 
-    /// The wheels have been read. Interrupts everything else, and waits for nothing.
+    /// Reads an odometry sample when its timer expires. Preempts all other tasks.
     #[task(binds = TIMER0, priority = 3, local = [odometry_timer, wheels, samples_in])]
     fn odometry(context: odometry::Context) {
         let odometry::LocalResources { odometry_timer, wheels, samples_in, .. } = context.local;
@@ -76,7 +76,7 @@ mod app {
         pend(ESTIMATE);
     }
 
-    /// A scan has been received.
+    /// Receives a scan when its timer expires.
     #[task(binds = TIMER1, priority = 2, local = [sensor_timer, sensor, scans_in])]
     fn receive(context: receive::Context) {
         let receive::LocalResources { sensor_timer, sensor, scans_in, .. } = context.local;
@@ -96,11 +96,11 @@ mod app {
         pend(ESTIMATE);
     }
 
-    /// The filter works on what has arrived.
+    /// Runs the filter on waiting inputs.
     #[task(binds = DUAL_TIMER, priority = 1, local = [samples, scans, estimator])]
     fn estimate(context: estimate::Context) {
         let estimate::LocalResources { samples, scans, estimator, .. } = context.local;
-        // Asked before the queues: what arrived until then is in them.
+        // Read before the queues, so that these have every input if the drive has ended.
         let ended = TALLY.has_ended();
         estimator.work(|| scans.dequeue(), || samples.dequeue());
         if ended {
@@ -108,7 +108,8 @@ mod app {
         }
     }
 
-    /// On a board `wfi` belongs here. QEMU wakes a processor that sleeps late where several timers are to do so, and runs would differ.
+    /// A board should execute `wfi` here. QEMU wakes a sleeping processor late if several timers expire, and runs would not be
+    /// reproducible.
     #[idle]
     fn idle(_: idle::Context) -> ! {
         loop {

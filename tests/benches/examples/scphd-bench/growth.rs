@@ -1,4 +1,4 @@
-//! The times of all cases as a table, and the curves as a picture.
+//! The times of all cases as a table, and the curves as plots.
 
 use scphd_benches::cases::{CURVES, NAMED};
 use scphd_view::plot::{Chart, Colour, Figure, Interval, Mark};
@@ -16,7 +16,7 @@ pub fn draw(criterion: &Path, out: &Path) -> Result<(), String> {
     let mut table = String::from("group,id,scan_us\n");
     let mut time_us = |group: &str, id: &str| -> Result<f64, String> {
         let time_us = criterion_time_us(criterion, group, id)?;
-        // Writing to memory cannot fail.
+        // Writing to a string cannot fail.
         let _ = writeln!(table, "{group},{id},{time_us:.3}");
         Ok(time_us)
     };
@@ -47,8 +47,8 @@ pub fn draw(criterion: &Path, out: &Path) -> Result<(), String> {
     figure.write(out, "growth").map(drop).map_err(|error| error.to_string())
 }
 
-/// The time that criterion has found for one of a group, µs: the median of its samples, which other work of the machine
-/// disturbs less than the mean.
+/// The time that criterion has measured for a case, µs: the median of its samples, which is more robust against other load of the
+/// machine than the mean.
 fn criterion_time_us(criterion: &Path, group: &str, id: &str) -> Result<f64, String> {
     let path = criterion.join(group).join(id).join("new/estimates.json");
     let text = fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;

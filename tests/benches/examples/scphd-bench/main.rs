@@ -1,4 +1,4 @@
-//! The figures that are of whole runs, and the pictures of the curves; `cargo xtask bench` calls it.
+//! Figures of whole runs, and plots of the curves; called by `cargo xtask bench`.
 
 mod growth;
 mod sessions;

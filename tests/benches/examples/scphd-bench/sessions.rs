@@ -1,4 +1,4 @@
-//! Figures of whole runs: against the reference, over a recorded log, on several threads.
+//! Figures of whole runs: compared with the reference, on a recorded log, on several threads.
 
 use scphd_benches::figure::Figure;
 use scphd_filters::settings::{Proposal, Settings};
@@ -16,13 +16,13 @@ use std::thread::available_parallelism;
 use std::time::{Duration, Instant};
 
 const SEED: u64 = 1;
-/// Scans of the comparison with the reference, which takes tenths of a second for each.
+/// Number of scans of the comparison with the reference, which takes tenths of a second for each.
 const REFERENCE_SCANS: usize = 60;
 const THREADS_SCANS: usize = 40;
 const THREADS_PARTICLES: usize = 512;
 const LOG: &str = "victoria_park";
 const LOG_PARTICLES: usize = 100;
-/// Runs of which the fastest counts: what else the machine does only ever adds to a time.
+/// Number of runs. The fastest one counts, because other load of the machine only increases times.
 const RUNS: usize = 3;
 
 /// Prints the figures.
@@ -34,7 +34,7 @@ pub fn run(data: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// The first scans of the scenario of section 5.3.1, with its settings.
+/// The first scans of the scenario of section 5.3.1, and its settings.
 fn thesis_dynamic(scans: usize) -> Result<(Log, Settings), String> {
     const NAME: &str = "thesis-dynamic";
     let mut log = scenario::by_name(NAME, SEED).ok_or("the scenario is gone")?;
@@ -43,7 +43,7 @@ fn thesis_dynamic(scans: usize) -> Result<(Log, Settings), String> {
     Ok((log, settings))
 }
 
-/// Mean time of a scan, µs, the least of some runs.
+/// Mean time of a scan, µs: the least of several runs.
 fn scan_us(log: &Log, settings: &Settings, filter: Filter, threads: &Threads, runs: usize) -> Result<f64, String> {
     let mut least = f64::INFINITY;
     for _ in 0..runs {
@@ -104,7 +104,7 @@ fn over_log(data: &Path) -> Result<Vec<Figure>, String> {
     .collect()
 }
 
-/// The duration of a log over the time that a filter takes for it.
+/// The duration of a log divided by the filter's time for it.
 fn times_real_time(log: &Log, settings: &Settings) -> Result<f64, String> {
     let (Some(first), Some(last)) = (log.scans.first(), log.scans.last()) else {
         return Err("a log without scans".into());
@@ -120,7 +120,7 @@ fn times_real_time(log: &Log, settings: &Settings) -> Result<f64, String> {
     Ok((last.t_s - first.t_s) / least.as_secs_f64())
 }
 
-/// The time that a filter takes for all of a log.
+/// The time that a filter takes for a log.
 fn drive(log: &Log, filter: &mut (impl Slam + ?Sized)) -> Result<Duration, String> {
     let started = Instant::now();
     for event in events(log) {
