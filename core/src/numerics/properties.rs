@@ -76,7 +76,7 @@ proptest! {
         }
     }
 
-    /// Whatever is there: what comes back is positive definite, and is the matrix with something on its diagonal.
+    /// The result is positive definite, and equals the input except for an addition to its diagonal.
     #[test]
     fn what_is_kept_is_positive_definite(lower in proptest::array::uniform6(-1e3..1e3_f32)) {
         let places = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
