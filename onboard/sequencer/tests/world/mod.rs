@@ -30,7 +30,7 @@ pub const WHEELS: u8 = 0;
 pub const LIDAR: u8 = 1;
 pub const RADAR: u8 = 2;
 pub const GPS: u8 = 3;
-/// The clock passes its greatest number on the way.
+/// The clock wraps during the log.
 pub const START_NS: u64 = u64::MAX - 5_000_000_000;
 pub const MS: u64 = 1_000_000;
 pub const STEPS: u64 = 150;
