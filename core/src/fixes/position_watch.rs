@@ -18,7 +18,7 @@ const PATIENCE_OF_THE_SLOW: f64 = 4.0;
 /// scale between ½ and 2 because odometry may have a scale error, the filter is wrong, and the aligned pose is that of the vehicle.
 /// The rotation is used if the path is long enough to determine it to 0.1 rad, for which a slow vehicle gets four times the time; a
 /// vehicle that stands still keeps its heading. If the paths do not fit, as for a receiver with multipath between buildings or one
-/// that repeats its last position, the sums are reset, and the next rejected fix begins anew. An accepted fix also resets them.
+/// that repeats its last position, the sums are reset, and the next rejected fix starts new ones. An accepted fix resets them.
 ///
 /// The memory is a fixed number of sums, at any rate of fixes.
 ///

@@ -8,7 +8,7 @@ use crate::{Component, Real, Symmetric, Vector};
 /// Where a component of the updated map comes from (5.17).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Origin<T> {
-    /// Not in view, but on a page with components that are: kept as it is.
+    /// Not in view, but on a page with components in view: kept unchanged.
     Outside,
     /// In view and missed.
     Missed,

@@ -57,8 +57,8 @@ impl Outliers {
     /// No reading so far of a quantity that only readings determine.
     pub(super) const NO_READING: Self = Self(u16::MAX);
 
-    /// Counts the outcome of a reading. Returns whether the filter must start again from this reading, because so many in a row
-    /// were rejected.
+    /// Counts the outcome of a reading. Returns whether the filter must start again from this reading, because too many in a
+    /// row were rejected.
     ///
     /// The first reading, and one from which the filter has started again, may itself be an outlier: if the next reading is
     /// rejected, the filter starts again from that one.

@@ -127,7 +127,7 @@ pub trait Services<T: Real>: Slam<T> {
     /// The filter has not been reset, the state is damaged, or the sink returns an error.
     fn save(&mut self, kind: u32, sink: &mut Sink<'_>) -> Result<usize, SaveError<SliceEnd>>;
 
-    /// Restores what was saved: the source fills a slice with the bytes from a position on.
+    /// Restores a saved state: the source fills a slice with the bytes from a position on.
     ///
     /// # Errors
     /// The snapshot is refused.
