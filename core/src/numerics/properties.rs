@@ -91,7 +91,7 @@ proptest! {
     }
 
     #[test]
-    fn a_root_is_one(elements in numbers()) {
+    fn a_root_times_its_transpose_is_the_matrix(elements in numbers()) {
         let (packed, full) = definite(elements);
         let root = packed.root();
         let back = Matrix3::from_fn(|row, column| (0..3).map(|k| root.at(row, k) * root.at(column, k)).sum::<f64>());

@@ -237,7 +237,7 @@ fn endless_births_are_refused_or_limited() {
     }
     liar.births = 64;
     assert!(Filter::new(models(&liar), BIRTHS, config, &mut *state).is_ok());
-    // A sensor with more of them away from the origin than at it.
+    // A sensor with more components of the birth intensity away from the origin than at it.
     let endless = Endless { noise: Symmetric::from_diagonal([0.04, 0.04]) };
     let models = Models {
         motion: Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.1)).unwrap(),

@@ -73,7 +73,7 @@ fn drain(inputs: &mut Sequencer<u8, u32, 3, 2>, account: &mut Account) {
 }
 
 #[test]
-fn nothing_panics_is_lost_or_goes_back() {
+fn no_panic_no_lost_input_and_no_step_back_in_time() {
     let config = ProptestConfig {
         cases: 10_000,
         failure_persistence: None,

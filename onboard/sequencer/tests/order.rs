@@ -75,7 +75,7 @@ fn predictions_are_split_at_the_scans_and_ties_have_an_order() {
 }
 
 #[test]
-fn without_delays_it_equals_the_plain_loop_to_the_bit() {
+fn without_delays_the_bits_equal_those_of_a_plain_loop() {
     let log = log([0; 3]);
     let plain = filtered(|filters| {
         let mut control = None;

@@ -24,7 +24,7 @@ fn along_an_arc_both_end_at_the_same_pose() {
 }
 
 #[test]
-fn with_straight_steps_the_split_one_is_nearer_to_the_arc() {
+fn two_straight_steps_are_nearer_to_the_arc_than_one() {
     let euler = Unicycle::new(Step::Euler, ControlNoise::NONE).unwrap();
     let control = UnicycleControl { speed_mps: 2.0, rate_radps: 0.9 };
     let geometry =
