@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What a card is asked, in some minutes: digests beside the host's, then times beside one core of its host and by kernel.
+# Checks on a card, in a few minutes: digests against the host, then times against one core of the host, and times by kernel.
 # `gpu/card.sh FOLDER [LOG]`: FOLDER has the program `scphd-gpu` and a module of `cargo xtask gpu` (target/release/scphd-gpu and
 # target/xtask/gpu/modules/scphd-sm_90.cubin, or scphd.ptx), so that it can be carried to a machine with neither Rust nor the sources.
 set -euo pipefail

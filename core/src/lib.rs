@@ -146,7 +146,7 @@ pub mod storage {
     pub use crate::particles::candidate::{PART, PartSums};
 }
 
-// What the files of the library import by its name alone.
+// Names that the files of the library import from the root of the crate.
 pub(crate) use diagnostics::*;
 pub(crate) use errors::*;
 pub(crate) use models::*;

@@ -3,16 +3,16 @@
 use crate::models::noise_at;
 use crate::{Component, Pose, PositionOf, Real, Sensor, Symmetric, TangentOf, Vector};
 
-/// (S / R) in one dimension half way between what so many measurements leave, 1 + 1/k, and what one more does.
+/// The threshold for det S / det R in one dimension: half way between the values after k measurements, 1 + 1/k, and after k + 1.
 fn middle<T: Real>(detections: T) -> T {
     let half = T::from_f64(0.5);
     T::ONE + half / detections + half / (detections + T::ONE)
 }
 
-/// Whether a component is better known than from `detections` measurements taken from here, by a pose of that covariance,
-/// which blurs them. One measurement leaves H P Hᵀ = R, k leave R/k; the determinant of S = H P Hᵀ + R is compared with what
-/// lies between k and k + 1. `None` where that cannot be told, for the sensor expects nothing from there: who forgets and who extracts
-/// are then on opposite safe sides.
+/// Whether the covariance of a component is smaller than `detections` measurements from this pose would leave it; the covariance
+/// of the pose adds to the noise R. One measurement leaves H P Hᵀ = R, k leave R/k: det S, with S = H P Hᵀ + R, is compared with
+/// a threshold between the values for k and k + 1. `None` if the sensor cannot measure the component from here: callers that
+/// remove components then keep it, and callers that extract it do not.
 pub(crate) fn is_confirmed<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, N: Vector<Scalar = T>>(
     sensor: &S,
     frame: &S::Frame,
@@ -39,9 +39,9 @@ mod tests {
     use super::is_confirmed;
     use crate::{Component, PlanarPose, RangeBearing, Sensor, Symmetric};
 
-    /// What k measurements from one certain or uncertain pose leave of R, seen from that pose.
+    /// The covariance R/k that k measurements from one pose leave, with and without a covariance of the pose.
     #[test]
-    fn as_many_measurements_as_asked_for_are_not_enough_and_one_more_is() {
+    fn confirmation_needs_more_than_k_measurements() {
         let sensor = RangeBearing::new(0.8_f64, 0.005).unwrap();
         let frame = sensor.frame(&PlanarPose::new(3.0, -4.0, 0.7));
         let blur = Symmetric::from_diagonal([0.04, 0.02, 1e-5]);

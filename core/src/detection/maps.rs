@@ -1,9 +1,9 @@
-//! The maps of a vehicle, by kind.
+//! The maps of a filter by kind of features.
 
 use crate::map::Maps;
 use crate::{Dynamic, PositionOf, Static};
 
-/// The maps of what stands still around a vehicle.
+/// Maps of static features.
 pub(crate) type StaticMaps<'s, P> = Maps<'s, Static<PositionOf<P>>>;
-/// The maps of what moves around it.
+/// Maps of moving features.
 pub(crate) type DynamicMaps<'s, P> = Maps<'s, Dynamic<PositionOf<P>>>;

@@ -3,16 +3,16 @@
 use crate::detection::scan::Scan;
 use crate::{LnSum, Real, Vector};
 
-/// For every measurement of a scan its normaliser, ( κ(z) + Σ w_b ) / η_z: by how much features lower the weight of whatever explains
-/// it. Weights were taken relative to the numerator while η_z was summed up.
+/// The normaliser of every measurement of a scan, ( κ(z) + Σ w_b ) / η_z, by which features reduce the weights of detections and
+/// births. While η_z was summed up, these weights were relative to the numerator.
 #[derive(Debug)]
 pub(crate) struct Normalisers<'m, T> {
-    /// Sums of one term each, in the memory of the η_z.
+    /// Sums of one term each, in the memory of η_z.
     each: &'m [LnSum<T>],
 }
 
 impl<'m, T: Real> Normalisers<'m, T> {
-    /// Of complete η_z, whose memory they take over.
+    /// The normalisers for complete η_z, in the same memory.
     pub(crate) fn of<Z: Vector<Scalar = T>>(eta: &'m mut [LnSum<T>], scan: &Scan<'_, Z>) -> Self {
         for (slot, measurement) in eta.iter_mut().zip(scan.iter()) {
             *slot = LnSum::of(measurement.ln_reference() - slot.ln());
@@ -20,12 +20,12 @@ impl<'m, T: Real> Normalisers<'m, T> {
         Self { each: eta }
     }
 
-    /// ln of a measurement's; of none, that of weight zero.
+    /// ln of a measurement's normaliser; −∞ for an index out of range.
     pub(crate) fn ln(&self, measurement: usize) -> T {
         self.each.get(measurement).map_or(T::NEG_INFINITY, LnSum::ln)
     }
 
-    /// ln of each, in the order of the scan.
+    /// ln of every normaliser, in the order of the scan.
     pub(crate) fn each_ln(&self) -> impl Iterator<Item = T> {
         self.each.iter().map(LnSum::ln)
     }

@@ -9,53 +9,53 @@ use core::ops::Range;
 pub struct Measurement<Z: Vector> {
     /// z.
     pub(crate) z: Z,
-    /// ln( κ(z) + Σ w_b ): what explains the measurement where no feature does; −∞ for nothing.
+    /// ln( κ(z) + Σ w_b ), the intensity of the measurement without features; −∞ for zero.
     pub(crate) ln_unexplained: Z::Scalar,
 }
 
-/// ln of the least intensity that weights are taken relative to.
+/// ln of the least intensity to which weights are relative.
 const LN_LEAST: f64 = -69.0;
 
-/// A measurement is explained where features add more than a thousandth to what explains it without any: ln 1.001.
+/// A measurement is explained by features if they increase its intensity by more than a thousandth: ln 1.001.
 const LN_EXPLAINED: f64 = 9.995_003_330_835_332e-4;
 
 impl<T: Real, Z: Vector<Scalar = T>> Measurement<Z> {
     /// All zero; a placeholder for unused memory.
     pub(crate) const ZERO: Self = Self { z: Z::ZERO, ln_unexplained: T::ZERO };
 
-    /// A finite number to take weights relative to while η_z is not complete: ln( κ(z) + Σ w_b ), which bounds them
-    /// from above, unless that is next to nothing.
+    /// A finite reference for weights while η_z is not complete: ln( κ(z) + Σ w_b ), which bounds them from above, unless it is
+    /// negligible.
     pub(crate) fn ln_reference(&self) -> T {
         self.ln_unexplained.at_least(T::from_f64(LN_LEAST))
     }
 
-    /// Whether features explain the measurement, at least in part, where that is ln η_z.
+    /// Whether features explain the measurement at least in part, given ln η_z.
     pub(crate) fn is_explained(&self, ln_eta: T) -> bool {
         ln_eta > self.ln_unexplained + T::from_f64(LN_EXPLAINED)
     }
 }
 
-/// Buckets of the index over the sorting coordinate.
+/// Number of buckets of the index over the sorting coordinate.
 const BUCKETS: usize = 128;
 
 /// A scan, sorted by the sensor's sorting coordinate.
 #[derive(Debug, Clone)]
 pub(crate) struct Scan<'s, Z: Vector> {
     measurements: &'s [Measurement<Z>],
-    /// For every bucket the first place that is not before it; a search starts there.
+    /// For every bucket, the index of its first measurement, where a search starts.
     starts: [u16; BUCKETS],
-    /// Where the first bucket begins, and buckets per unit of the coordinate.
+    /// Start of the first bucket, and number of buckets per unit of the coordinate.
     first: Z::Scalar,
     buckets_per_unit: Z::Scalar,
-    /// The least of all `ln_unexplained`.
+    /// Minimum of `ln_unexplained`.
     ln_least_unexplained: Z::Scalar,
 }
 
-/// A place in the scan's order, and the measurement there.
+/// A measurement and its index in the sorted scan.
 pub(crate) type Indexed<'s, Z> = (usize, &'s Measurement<Z>);
 
 impl<'s, T: Real, Z: Vector<Scalar = T>> Scan<'s, Z> {
-    /// Sorts `measured` into `memory`, which must be as long as `measured` at least; the rest of it is not used.
+    /// Sorts `measured` into `memory`, which must be at least as long; the rest of the memory is not used.
     pub(crate) fn sort<S: Sensor<Measurement = Z>>(
         memory: &'s mut [Measurement<Z>],
         measured: &[Z],
@@ -74,14 +74,13 @@ impl<'s, T: Real, Z: Vector<Scalar = T>> Scan<'s, Z> {
                 *angle = wrap(*angle);
             }
             let ln_clutter = clutter.ln_intensity(&z);
-            // An intensity that no clutter has is that of none. Written so that NaN is none too.
+            // An invalid clutter intensity (infinite or NaN) counts as zero. The comparison is written so that NaN fails it.
             let ln_clutter = if ln_clutter < T::INFINITY { ln_clutter } else { T::NEG_INFINITY };
             let mut unexplained = LnSum::of(ln_clutter);
             unexplained.add(ln_birth);
             let ln_unexplained = unexplained.ln();
             ln_least_unexplained = ln_unexplained.at_most(ln_least_unexplained);
-            // Insertion keeps measurements with equal keys in the caller's order. Scans are short, and most sensors
-            // deliver them in order already.
+            // Insertion sort keeps measurements with equal keys in the caller's order. Scans are short and mostly sorted already.
             let mut place = Measurement { z, ln_unexplained };
             let position = memory.get(..len).unwrap_or(&[]).partition_point(|held| key(held) <= key(&place));
             for slot in memory.iter_mut().take(len + 1).skip(position) {
@@ -105,7 +104,7 @@ impl<'s, T: Real, Z: Vector<Scalar = T>> Scan<'s, Z> {
         scan
     }
 
-    /// The bucket that a coordinate falls into; the outer ones hold everything beyond. Grows with the coordinate.
+    /// The bucket of a coordinate, monotonic; coordinates outside the scan fall into the first or the last bucket.
     fn bucket(&self, coordinate: T) -> usize {
         let place = ((coordinate - self.first) * self.buckets_per_unit).to_i32();
         usize::try_from(place).unwrap_or(0).min(BUCKETS - 1)
@@ -121,18 +120,18 @@ impl<'s, T: Real, Z: Vector<Scalar = T>> Scan<'s, Z> {
         self.measurements.iter()
     }
 
-    /// The least of ln( κ(z) + Σ w_b ) over the measurements.
+    /// Minimum of ln( κ(z) + Σ w_b ) over the measurements.
     pub(crate) fn ln_least_unexplained(&self) -> T {
         self.ln_least_unexplained
     }
 
-    /// The least of what weights are taken relative to.
+    /// Minimum of the measurements' references for weights.
     pub(crate) fn ln_least_reference(&self) -> T {
         self.ln_least_unexplained.at_least(T::from_f64(LN_LEAST))
     }
 
-    /// Calls `found` for the measurements whose sorting coordinate may differ from that of `expected` by at most `reach`:
-    /// all those that do, and some that do not.
+    /// Calls `found` for all measurements whose sorting coordinate differs from that of `expected` by at most `reach`, and for
+    /// some others.
     #[inline(always)]
     pub(crate) fn near<S: Sensor<Measurement = Z>>(
         &self,
@@ -158,8 +157,8 @@ impl<'s, T: Real, Z: Vector<Scalar = T>> Scan<'s, Z> {
         }
     }
 
-    /// The places of those measurements around a circle, for a window that crosses the cut: up to the last place, and on from
-    /// the first.
+    /// The ranges of measurements within a window of angles that crosses ±π: from an index to the last one, then from the first
+    /// one.
     #[inline(never)]
     fn places_across(&self, low: T, high: T) -> (Range<usize>, Range<usize>) {
         let (len, turn) = (self.len(), T::PI + T::PI);
@@ -174,12 +173,12 @@ impl<'s, T: Real, Z: Vector<Scalar = T>> Scan<'s, Z> {
         (start..len, 0..end.min(start))
     }
 
-    /// A place that no measurement at or above `bound` is before.
+    /// An index before which no measurement reaches `bound`.
     fn start(&self, bound: T) -> usize {
         self.starts.get(self.bucket(bound)).copied().map_or(0, usize::from)
     }
 
-    /// A place that no measurement at or below `bound` is behind.
+    /// An index from which on all measurements are above `bound`.
     fn end(&self, bound: T) -> usize {
         self.starts.get(self.bucket(bound) + 1).copied().map_or(self.len(), usize::from)
     }

@@ -3,7 +3,7 @@
 use crate::detection::scan::Scan;
 use crate::{LnSum, Real, Vector};
 
-/// What one candidate sees of its map, apart from η_z.
+/// Detections that a candidate expects of its map; η_z is stored separately.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Seen<T> {
     /// Σ_{j∈V} p_D,j w_j.
@@ -15,12 +15,12 @@ pub(crate) struct Seen<T> {
 impl<T: Real> Seen<T> {
     pub(crate) const NOTHING: Self = Self { expected_detections: T::ZERO, in_view: 0 };
 
-    /// No component yet, but births that the scan has missed already.
+    /// No component in view, but Σ p_D w of the delayed births that the scan has missed.
     pub(crate) fn beside(missed: T) -> Self {
         Self { expected_detections: missed, ..Self::NOTHING }
     }
 
-    /// One more component in view, that is detected with this probability and has this weight.
+    /// Adds a component in view with this probability of detection and weight.
     #[inline(always)]
     pub(crate) fn add(&mut self, probability: T, weight: T) {
         self.in_view += 1;
@@ -28,14 +28,14 @@ impl<T: Real> Seen<T> {
     }
 }
 
-/// Sets every η_z to κ(z) + Σ w_b, what it is where no feature is near.
+/// Sets every η_z to κ(z) + Σ w_b, its value without features.
 pub(crate) fn reset_eta<T: Real, Z: Vector<Scalar = T>>(eta: &mut [LnSum<T>], scan: &Scan<'_, Z>) {
     for (eta, measurement) in eta.iter_mut().zip(scan.iter()) {
         *eta = LnSum::of(measurement.ln_unexplained);
     }
 }
 
-/// ln L of the scan from one pose over one predicted map, and how much of the map it saw.
+/// ln L of the scan from one pose with its predicted map, and the number of components in view.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Weighed<T> {
     /// ln L.

@@ -17,17 +17,18 @@ pub(crate) struct View<'a, X: MeasurementModel> {
     pub(crate) frame: X::Frame,
     /// ln of [`Config::negligible`](crate::Config::negligible).
     pub(crate) ln_negligible: ScalarOf<X::Pose>,
-    /// ln N(0; 0, R), which bounds ln N(ẑ; ẑ, S) from above, where R is the same for all measurements: S is R and something more.
+    /// ln N(0; 0, R), an upper bound of ln N(ẑ; ẑ, S) if R is the same for all measurements, because S − R is positive
+    /// semidefinite.
     pub(crate) ln_sharpest: ScalarOf<X::Pose>,
-    /// The most components that the birth intensity can have.
+    /// Maximum number of components of the birth intensity.
     pub(crate) most_births: usize,
-    /// Σ p_D w of births that this scan [has missed](crate::filter::waiting) before they were anywhere in the map.
+    /// Σ p_D w of the delayed births that this scan [has missed](crate::filter::waiting): they are in no map.
     pub(crate) missed: ScalarOf<X::Pose>,
-    /// The last probability of detection with its logarithms. Most features have the same, away from the rim.
+    /// The last probability of detection with its logarithms. Most features have the same one, except near the edge of the view.
     pub(crate) last_detection: Cell<Detection<ScalarOf<X::Pose>>>,
 }
 
-/// What the views of one scan have in common, whatever the pose.
+/// Common data of all views of a scan, for any pose.
 pub(crate) struct Views<'a, X: MeasurementModel> {
     pub(crate) sensor: &'a X::Sensor,
     pub(crate) field_of_view: &'a X::FieldOfView,
@@ -54,7 +55,7 @@ impl<'a, X: MeasurementModel> Views<'a, X> {
     }
 }
 
-/// p_D, but less than 1: at 1 a missed component would weigh nothing, and its logarithm be −∞.
+/// p_D, but less than 1: with p_D = 1 a missed component would have weight zero, whose logarithm is −∞.
 #[inline]
 pub(crate) fn below_one<T: Real>(detection: T) -> T {
     detection.at_most(T::ONE - T::EPSILON)
@@ -65,7 +66,7 @@ pub(crate) fn below_one<T: Real>(detection: T) -> T {
 pub(crate) struct Detection<T> {
     /// p_D.
     pub(crate) probability: T,
-    /// p_D as the model has it.
+    /// p_D of the model, which may be 1.
     pub(crate) modelled: T,
     /// ln p_D.
     pub(crate) ln_detected: T,
@@ -81,7 +82,7 @@ impl<T: Real> Detection<T> {
     }
 }
 
-/// What a component in view leads one to expect: ẑ, H, S and p_D w.
+/// The predicted measurement of a component in view: ẑ, H, S and p_D w.
 #[derive(Debug)]
 pub(crate) struct Expectation<D: Vector, Z: Vector> {
     /// ẑ.
@@ -96,24 +97,24 @@ pub(crate) struct Expectation<D: Vector, Z: Vector> {
     pub(crate) ln_detected_weight: Z::Scalar,
 }
 
-/// What a sensor's models lead one to expect.
+/// The predicted measurement for the models `X`.
 pub(crate) type ExpectationOf<X> =
     Expectation<PositionOf<<X as MeasurementModel>::Pose>, <X as MeasurementModel>::Measurement>;
 
-/// A measurement that a component may have caused.
+/// A measurement within the gate of a component.
 #[derive(Debug)]
 pub(crate) struct Match<'f, Z: Vector> {
-    /// Its place in the scan.
+    /// Its index in the scan.
     pub(crate) index: usize,
     /// z ⊖ ẑ.
     pub(crate) innovation: Z,
-    /// The factor of the component's S.
+    /// The Cholesky factor of the component's S.
     pub(crate) factor: &'f Factor<Z>,
     /// The squared Mahalanobis length vᵀ S⁻¹ v.
     pub(crate) distance: Z::Scalar,
     /// ln( p_D w N(z; ẑ, S) ), the component's term in η_z (4.51).
     pub(crate) ln_term: Z::Scalar,
-    /// What to take its weight relative to while η_z is not complete.
+    /// Reference for its weight while η_z is not complete.
     pub(crate) ln_reference: Z::Scalar,
 }
 
@@ -123,17 +124,17 @@ impl<T: Real, D: Vector<Scalar = T>, Z: Vector<Scalar = T>> Expectation<D, Z> {
         Expected { measurement: self.measurement, jacobian: self.jacobian }
     }
 
-    /// The factor of S; `None` where rounding has left it without one.
+    /// The Cholesky factor of S; `None` if S is not positive definite because of rounding.
     pub(crate) fn innovation_factor(&self) -> Option<Factor<Z>> {
         self.innovation_covariance.factor()
     }
 
-    /// Adds a further uncertainty of ẑ, independent of the feature's, to S.
+    /// Adds an independent covariance of ẑ to S.
     pub(crate) fn blur(&mut self, by: &Symmetric<Z>) {
         self.innovation_covariance = self.innovation_covariance.plus(by);
     }
 
-    /// The Kalman correction that any measurement of this component brings.
+    /// The Kalman correction of the component, the same for every measurement.
     pub(crate) fn correction<N: Vector<Scalar = T>>(
         &self,
         component: &Component<N>,
@@ -145,13 +146,13 @@ impl<T: Real, D: Vector<Scalar = T>, Z: Vector<Scalar = T>> Expectation<D, Z> {
 }
 
 impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> View<'_, X> {
-    /// The box outside which nothing is in view.
+    /// The bounding box of the field of view.
     pub(crate) fn bounds(&self) -> Bounds<P::Position> {
         self.field_of_view.bounds(&self.frame)
     }
 
-    /// The birth intensity that does not wait for measurements, if the sensor has one: its components with their places. One that
-    /// is not finite or not positive definite is none.
+    /// The components of the sensor's birth intensity that is independent of measurements, with their indices. Components that
+    /// are not finite or not positive definite are left out.
     pub(crate) fn expected_births(&self) -> impl Iterator<Item = (usize, Component<P::Position>)> {
         let all = (0..self.most_births).map_while(|index| {
             work::round();
@@ -160,7 +161,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> View<'_, X> {
         all.filter(|(_, birth)| birth.is_usable())
     }
 
-    /// How many components the birth intensity has, usable or not, and whether it has more than there can be.
+    /// Number of components of that birth intensity, valid or not, and whether it has more than the maximum.
     pub(crate) fn count_births(&self) -> (usize, bool) {
         let is_there = |&index: &usize| {
             work::round();
@@ -170,12 +171,12 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> View<'_, X> {
         (count, count == self.most_births && is_there(&count))
     }
 
-    /// Whether the feature at this position, which this measurement gives, is in view (p_D > 0).
+    /// Whether the feature at this position, with this measurement, is in view (p_D > 0).
     pub(crate) fn sees(&self, feature: &P::Position, measurement: &X::Measurement) -> bool {
         self.field_of_view.detection_probability(&self.frame, feature, measurement) > T::ZERO
     }
 
-    /// Covariance that an uncertain pose lends to what is expected of a feature.
+    /// The covariance of a predicted measurement that results from the covariance of the pose.
     pub(crate) fn blur(
         &self,
         pose_covariance: &Symmetric<P::Tangent>,
@@ -185,7 +186,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> View<'_, X> {
         pose_covariance.congruence::<X::Measurement>(&self.sensor.by_pose(&self.frame, feature, expected))
     }
 
-    /// What to expect of a component; `None` where it is out of view (p_D = 0).
+    /// The predicted measurement of a component; `None` if it is out of view (p_D = 0).
     #[inline(always)]
     pub(crate) fn expect<N: Vector<Scalar = T>>(&self, component: &Component<N>) -> Option<ExpectationOf<X>> {
         let position = component.position::<P::Position>();
@@ -194,7 +195,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> View<'_, X> {
         }
         let expected = self.sensor.expect(&self.frame, &position)?;
         let p_d = self.field_of_view.detection_probability(&self.frame, &position, &expected.measurement);
-        // Written so that NaN is out of view too.
+        // The comparison is written so that NaN counts as out of view.
         if !(p_d > T::ZERO) {
             return None;
         }
@@ -214,7 +215,8 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> View<'_, X> {
         })
     }
 
-    /// The same with the uncertainty of the pose. Not where every component of every candidate comes by, so that it may be small.
+    /// The predicted measurement with the covariance of the pose. Not inlined, because it is not called in the loop over all
+    /// candidates' components.
     #[inline(never)]
     pub(crate) fn expect_blurred<N: Vector<Scalar = T>>(
         &self,
@@ -228,11 +230,11 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> View<'_, X> {
         Some(expectation)
     }
 
-    /// Calls `found` for every measurement whose term in η_z is not negligible, in the order of the scan; around a circle, in that
-    /// order on from the first.
+    /// Calls `found` for every measurement whose term in η_z is not negligible, in the order of the scan; across ±π, the
+    /// measurements before the cut come first.
     ///
-    /// A term counts while it is above `negligible` times what explains its measurement without any feature; that
-    /// bounds the distance vᵀ S⁻¹ v, which in turn bounds the sorting coordinate's part of v.
+    /// A term counts if it is above `negligible` times the measurement's intensity without features. This bounds the squared
+    /// distance vᵀ S⁻¹ v, which bounds the difference of the sorting coordinates.
     #[inline(always)]
     pub(crate) fn matches(
         &self,
@@ -241,12 +243,12 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> View<'_, X> {
         mut found: impl FnMut(Match<'_, X::Measurement>),
     ) {
         let ln_least = scan.ln_least_unexplained() + self.ln_negligible;
-        // The peak itself takes a factorisation and a logarithm, which components that meet nothing do without. The last
-        // term outweighs rounding.
+        // The exact peak needs a factorisation and a logarithm, which components without a measurement nearby do not need. The
+        // constant in the last term exceeds rounding errors.
         let own = OwnNoise::of(self.sensor, &expectation.measurement, &expectation.measurement);
         let ln_sharpest = own.map_or(self.ln_sharpest, |own| own.factor.ln_peak());
         let headroom = expectation.ln_detected_weight + ln_sharpest - ln_least + T::from_f64(0.001);
-        // Also where the headroom is NaN.
+        // The comparison is written so that NaN returns too.
         if !(headroom > T::ZERO) {
             return;
         }
@@ -280,7 +282,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> View<'_, X> {
             let innovation = self.sensor.innovation(&measured.z, &expectation.measurement);
             let too_far = |(_, (&along, &farthest)): (usize, (&T, &T))| along * along > farthest;
             let mut coordinates = innovation.as_slice().iter().zip(farthest_along.as_slice()).enumerate();
-            // The sorting coordinate last: the places near have settled it for nearly all.
+            // The sorting coordinate comes last: most measurements that the index returns satisfy its bound.
             if coordinates
                 .clone()
                 .filter(|&(k, _)| k != X::Sensor::SORTED_BY && Some(k) != X::Sensor::SIFTED_BY)
@@ -302,8 +304,8 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> View<'_, X> {
 }
 
 impl<'f, T: Real, Z: Vector<Scalar = T>> Match<'f, Z> {
-    /// A measurement near what is expected; `None` where rounding has left S without a factor. Written out in the loop over the
-    /// measurements: four of five looks come this far, and a call would pass all of it through memory.
+    /// A measurement near the predicted one; `None` if S is not positive definite because of rounding. Inlined into the loop over
+    /// the measurements: four of five get here, and a call would pass all values through memory.
     #[inline(always)]
     fn of(
         index: usize,
@@ -313,7 +315,7 @@ impl<'f, T: Real, Z: Vector<Scalar = T>> Match<'f, Z> {
         ln_reference: T,
         sharpness: &'f mut Option<(T, Factor<Z>)>,
     ) -> Option<Self> {
-        // What does not hang on the measurement is kept for the component's next one.
+        // Values that do not depend on the measurement are stored for the component's next measurement.
         if sharpness.is_none() {
             *sharpness = covariance.factor().map(|factor| (ln_detected_weight + factor.ln_peak(), factor));
         }

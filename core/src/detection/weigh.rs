@@ -10,7 +10,7 @@ use crate::{Component, LnSum, MeasurementModel, Pose, Real, Vector};
 
 /// ln L and |V| of one candidate of `particle`, with η_z = κ(z) + Σ w_b + Σ_{j∈V} p_D,j w_j N(z; ẑ_j, S_j) (4.51, 5.19).
 ///
-/// Reads the map and writes nothing but `eta`, its scratch, so that candidates can be weighed in any order or at once.
+/// Reads the maps and writes only its scratch `eta`, so that candidates can be weighted in any order or in parallel.
 pub(crate) fn weigh<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
     view: &View<'_, X>,
     particle: usize,
@@ -33,7 +33,7 @@ pub(crate) fn weigh<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
     Weighed { ln_likelihood: ln_likelihood(&seen, scan, eta), in_view: seen.in_view }
 }
 
-/// Adds the terms of a component of that weight to η_z and to what is seen, unless it is out of view.
+/// Adds a component with this weight to η_z and to the expected detections, unless it is out of view.
 #[inline(never)]
 fn look_at<T: Real, N: Vector<Scalar = T>, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
     view: &View<'_, X>,

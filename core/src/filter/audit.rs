@@ -1,11 +1,11 @@
-//! A check of the complete state, for tests and for vehicles that stand still.
+//! A check of the complete state, for tests and for vehicles that check their memory.
 
 use crate::filter::state::Memory;
 use crate::numerics::range::is_within_range;
 use crate::particles::candidate::{Candidate, total_weight};
 use crate::{Flaw, Motion, Pose, Real, ScPhd, Symmetric};
 
-/// How far Σ ζ may be from one, in units of the last place: what rounding leaves of a few thousand candidates.
+/// Tolerance of Σ ζ = 1 in units of the last place: the rounding errors of some thousand candidates.
 const TOLERATED_ROUNDINGS: f64 = 1000.0;
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
@@ -21,7 +21,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
-    /// The first flaw of what is known, if any.
+    /// Returns the first flaw of the state, if any.
     pub(crate) fn audit(&mut self) -> Result<(), Flaw> {
         if self.cursor.particles == 0 {
             return Ok(());
@@ -45,13 +45,13 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         self.moving_maps.audit(particles)
     }
 
-    /// Whether the weights sum to one, but for rounding.
+    /// Whether the weights sum to one within rounding errors.
     pub(crate) fn is_one(candidates: &[Candidate<P>]) -> bool {
         let off = (total_weight(candidates) - T::ONE).abs();
         off <= T::EPSILON * T::from_f64(TOLERATED_ROUNDINGS)
     }
 
-    /// Whether the counts and times of a filter that was started may be such.
+    /// Whether the counts and times of a started filter are valid.
     pub(crate) fn check_cursor(&self) -> Result<(), Flaw> {
         let cursor = &*self.cursor;
         let sound = cursor.particles >= 1

@@ -4,8 +4,9 @@ use crate::map::{Maps, Page, Pool};
 use crate::{Component, Feature, Flaw, Real, Vector};
 
 impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Maps<'_, F> {
-    /// Every page is held by as many maps as its count says, and is free if and only if none holds it; every component held is
-    /// sound. Linear in maps and pages; the counts are changed on the way, and put back.
+    /// Checks that the reference count of every page is the number of maps that hold it, that a page is free if and only if no
+    /// map holds it, and that every held component is valid. The cost is linear in maps and pages. The counts are changed during
+    /// the check and then restored.
     pub(crate) fn audit(&mut self, particles: usize) -> Result<(), Flaw> {
         if !self.lists_are_sound(particles) {
             return Err(Flaw::Pages);
@@ -13,7 +14,8 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Maps<'_, F> {
         if self.pool.held_mut().all(|page| page.is_sound()) { Ok(()) } else { Err(Flaw::Component) }
     }
 
-    /// Puts lists and counts right where they are not sound: whether they were not. Pages that a list cannot have are left out of it.
+    /// Repairs page lists and reference counts if they are invalid. Returns whether they were. Invalid pages are removed from the
+    /// lists.
     pub(crate) fn mend_lists(&mut self, particles: usize) -> bool {
         if self.lists_are_sound(particles) {
             return false;
@@ -42,7 +44,8 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Maps<'_, F> {
 }
 
 impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Pool<'_, F> {
-    /// Drops what is not sound from a page that some map holds, and works out its weights and its box again; whether there was need to.
+    /// Removes invalid components from a page that a map holds, and recomputes its weights and bounding box. Returns whether this
+    /// was necessary.
     pub(crate) fn mend_page(&mut self, index: usize) -> bool {
         let Some(page) = self.held(index).filter(|page| !page.is_sound()) else { return false };
         page.change(|component| is_sound(component).then_some(*component));
@@ -50,7 +53,7 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Pool<'_, F> {
     }
 }
 
-/// Whether a component may be one.
+/// Whether a component is finite and its covariance positive definite.
 fn is_sound<T: Real, N: Vector<Scalar = T>>(component: &Component<N>) -> bool {
     component.ln_weight.is_finite()
         && component.mean.as_slice().iter().all(|coordinate| coordinate.is_finite())
@@ -58,7 +61,8 @@ fn is_sound<T: Real, N: Vector<Scalar = T>>(component: &Component<N>) -> bool {
 }
 
 impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Page<F> {
-    /// Whether every component is finite and positive definite, lies in the box, and has the weight that its logarithm says.
+    /// Whether every component is finite and positive definite, lies in the bounding box, and has a stored weight that agrees
+    /// with its logarithm.
     fn is_sound(&self) -> bool {
         self.weighted().all(|(component, weight)| {
             is_sound(component) && weight == component.ln_weight.exp() && self.bounds().holds(&component.position())
@@ -77,16 +81,16 @@ mod tests {
     type Position = Vector2<f32>;
     type Small = MapMemory<Static<Position>, 3, 4, 2, 8>;
 
-    /// What may be done to three maps of up to two pages each, over four pages.
+    /// An operation on three maps of up to two pages each, in a pool of four pages.
     #[derive(Debug, Clone, Copy, PartialEq)]
     enum Operation {
-        /// A page more.
+        /// Adds a page.
         Grow(usize),
-        /// The first map becomes one with the second, whose pages are given back.
+        /// The second map becomes a copy of the first; the pages that it had are released.
         Share(usize, usize),
-        /// All pages are given back.
+        /// Releases all pages of a map.
         Release(usize),
-        /// All maps are written: every page that is shared, anew.
+        /// Rewrites a map to new pages.
         Write(usize),
     }
 
@@ -124,14 +128,14 @@ mod tests {
         }
     }
 
-    /// All states that there are, by the lists of all maps: from each, every operation leads to one in which every page is accounted for.
+    /// Explores all reachable states (page lists and free pages): after every operation, every page is accounted for.
     #[test]
     fn of_a_small_pool_every_state_is_sound() {
         let state = |maps: &Maps<'_, Static<Position>>| -> Vec<Vec<usize>> {
             (0..3).map(|map| maps.table.pages(map).iter().map(|id| id.index()).collect()).collect()
         };
         let mut met: BTreeSet<(Vec<Vec<usize>>, usize)> = BTreeSet::new();
-        // The shortest ways first.
+        // Breadth first.
         let mut ways: VecDeque<Vec<Operation>> = VecDeque::from([Vec::new()]);
         let mut performed = 0_usize;
         while let Some(way) = ways.pop_front() {

@@ -26,7 +26,7 @@ pub(crate) struct ScanContext<'a, X: MeasurementModel> {
 }
 
 impl<'a, T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>> + 'a> ScanContext<'a, X> {
-    /// What all views of the scan have in common.
+    /// Common data of all views of the scan.
     #[inline]
     pub(crate) fn views(&self) -> Views<'_, OnVehicle<'a, X>> {
         Views {
@@ -44,9 +44,9 @@ impl<'a, T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>> + 'a> ScanContext<
 pub(crate) struct UpdateContext<T> {
     /// The label of the scan's first measurement.
     pub(crate) first_label: u32,
-    /// Most births of a survivor: as many as there are labels.
+    /// Maximum number of births of a survivor: the number of labels.
     pub(crate) most_births: usize,
-    /// Landmarks are [known](crate::report::watch::is_known) that have no label from this one on.
+    /// Landmarks with labels from this one on are not [known](crate::report::watch::is_known).
     pub(crate) known_below: u32,
     /// ln of [`Config::confirmed_weight`].
     pub(crate) ln_confirmed: T,
@@ -55,7 +55,7 @@ pub(crate) struct UpdateContext<T> {
 }
 
 impl<T: Real> UpdateContext<T> {
-    /// Before the update.
+    /// The placeholder before the update.
     pub(crate) const NONE: Self =
         Self { first_label: 0, most_births: 0, known_below: 0, ln_confirmed: T::ZERO, births_wait: 0 };
 }
@@ -68,12 +68,12 @@ pub(crate) struct SurvivorViews<'b, 'a, X: MeasurementModel> {
     pub(crate) update_context: UpdateContext<ScalarOf<X::Pose>>,
     pub(crate) candidates: &'b [Candidate<X::Pose>],
     pub(crate) pose_covariances: &'b [Symmetric<TangentOf<X::Pose>>],
-    /// For every particle Σ p_D w of the births that the scan has missed.
+    /// For every particle, Σ p_D w of the delayed births that the scan has missed.
     pub(crate) missed: &'b [ScalarOf<X::Pose>],
 }
 
 impl<'b, 'a, T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>> + 'a> SurvivorViews<'b, 'a, X> {
-    /// The view from a survivor's pose, before the births are counted.
+    /// The view from a survivor's pose, before the births of the sensor are counted.
     pub(crate) fn view(&self, survivor: u16) -> Option<View<'b, OnVehicle<'a, X>>> {
         let survivor = usize::from(survivor);
         let missed = self.missed.get(self.layout.parent_of(survivor)).copied().unwrap_or(T::ZERO);

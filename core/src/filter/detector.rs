@@ -31,7 +31,7 @@ impl<T: Real> Births<T> {
         require(usable(self.of_moving), "births.of_moving", "finite and not negative")
     }
 
-    /// Of both kinds.
+    /// The sum of both intensities.
     pub(crate) fn total(&self) -> T {
         self.of_static + self.of_moving
     }
@@ -135,7 +135,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>, R> Detector<X,
         &self.births
     }
 
-    /// Its models, speaking of the vehicle's pose.
+    /// The models with the mounting applied: they take the pose of the vehicle.
     pub(crate) fn on_vehicle(&self) -> OnVehicle<'_, X> {
         OnVehicle::of(&self.sensing, self.mounting)
     }

@@ -74,14 +74,14 @@ impl<M: Capacities, const DRAFTS: usize> Default for UpdateMemory<M, DRAFTS> {
     }
 }
 
-/// Fresh labels of a draft, and what they are once others have taken theirs before it.
+/// The mapping of a draft's new labels to their final values, which depend on the drafts that are stored before it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Renaming {
-    /// The first label that was fresh for all drafts of the round.
+    /// The first label that was free for all drafts of the round.
     pub(crate) first_fresh: u32,
-    /// So many of the draft's own are.
+    /// Number of new labels of the draft.
     pub(crate) fresh: u32,
-    /// So many have been given away before.
+    /// Number of labels that drafts before it have used.
     pub(crate) label_offset: u32,
 }
 
@@ -101,19 +101,19 @@ impl Renaming {
 pub struct Draft<'w, D: Place> {
     pub(crate) of_static: MapDraft<'w, Static<D>>,
     pub(crate) of_moving: MapDraft<'w, Dynamic<D>>,
-    /// Whose update it is.
+    /// The survivor that is updated.
     pub(crate) task: Task,
-    /// Outside nothing was in view.
+    /// The bounding box of the view.
     pub(crate) bounds: Bounds<D>,
-    /// What its update counts.
+    /// Counts of the update.
     pub(crate) tally: Tally<D::Scalar>,
-    /// Births that wait.
+    /// Delayed births.
     pub(crate) noted: Noted<D::Scalar>,
-    /// Fresh labels, from the one on that the draft was [made](Self::make) with.
+    /// Number of new labels; the first is the argument of [`make`](Self::make).
     pub(crate) labels: u32,
-    /// What they are to be once it is stored.
+    /// The mapping to their final values.
     pub(crate) renaming: Renaming,
-    /// Whether all of it is there, as if this had been the next survivor's turn.
+    /// Whether the draft is complete: the same as an update in sequence would give.
     pub(crate) is_whole: bool,
 }
 
@@ -132,19 +132,19 @@ impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
         }
     }
 
-    /// Makes it the draft of another survivor's maps, of which there is nothing yet.
+    /// Assigns the draft to another survivor, and empties it.
     pub(crate) fn begin(&mut self, task: Task) {
         (self.task, self.is_whole) = (task, false);
         (self.of_static.placed_len, self.of_moving.placed_len) = (0, 0);
     }
 
-    /// Whether it is as large as these maps need.
+    /// Whether its capacities are those of the maps.
     pub(crate) fn fits(&self, (static_maps, moving_maps): (&Maps<'_, Static<D>>, &Maps<'_, Dynamic<D>>)) -> bool {
         self.of_static.fits(&static_maps.table, &static_maps.workspace)
             && self.of_moving.fits(&moving_maps.table, &moving_maps.workspace)
     }
 
-    /// Updates the maps of its survivor, reading those of its parent. Fresh labels begin with `first_fresh`.
+    /// Updates the maps of its survivor from those of its parent. New labels begin with `first_fresh`.
     pub(crate) fn make<X: MeasurementModel<Pose: Pose<Scalar = T, Position = D>>>(
         &mut self,
         scan_view: &ScanView<'_, X>,
@@ -166,7 +166,7 @@ impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
         of_moving.aside_len =
             collect(both.of_moving, of_moving.aside, moving_maps, parent, scan_view, eta, &mut seen, tally);
         tally.expected_detections = seen.expected_detections;
-        // Labels run in a circle: an old one may be among those that are fresh now.
+        // Labels wrap around: an old label may equal a new one. The draft is then incomplete.
         let most_fresh = both.of_static.capacity() + both.of_moving.capacity();
         let is_fresh = |label: u32| (label.wrapping_sub(first_fresh) as usize) < most_fresh;
         let clash = both.of_static.labels().chain(both.of_moving.labels()).any(is_fresh);
@@ -181,7 +181,8 @@ impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
         *is_whole = !clash;
     }
 
-    /// Writes to the pages that it [has been given](MapDraft::place) what belongs there: nothing where it was not stored as it is.
+    /// Writes the content of the pages that were [allocated](MapDraft::place); none if the map had to be reduced and was stored
+    /// directly.
     pub(crate) fn fill(
         &mut self,
         write_static: impl FnMut(PageId, &Page<Static<D>>),
@@ -192,8 +193,8 @@ impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
     }
 }
 
-/// Fills the workspace with what becomes of the components of the parent's map in view, η_z with their terms. Returns how many
-/// pages that replaces, the first ones `aside`.
+/// Fills the workspace with the updated components of the parent's map in view, and adds their terms to η_z. Returns the number
+/// of pages that they replace, which are the first elements of `aside`.
 #[expect(clippy::too_many_arguments, reason = "what the looks read and what they write")]
 fn collect<T: Real, F, X>(
     workspace: &mut Workspace<'_, F::State>,

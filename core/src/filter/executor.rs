@@ -79,21 +79,21 @@ impl<X: Executor + ?Sized> Executor for &X {
     }
 }
 
-/// One job of the weighing: some of the candidates, where to put their ln L, and scratch for one at a time.
+/// A job of the weighting: a part of the candidates, their ln L, and scratch.
 #[derive(Debug)]
 pub(crate) struct Share<'a, T> {
-    /// The place of the first one among all candidates.
+    /// Index of its first candidate.
     pub(crate) first: usize,
-    /// Of each.
+    /// ln L of its candidates.
     pub(crate) ln_likelihoods: &'a mut [T],
-    /// As many as a scan can have measurements.
+    /// Scratch with one element for each measurement.
     pub(crate) eta: &'a mut [LnSum<T>],
-    /// |V|, the most components in view of any of them.
+    /// |V|, the greatest number of components in view of its candidates.
     pub(crate) most_in_view: &'a mut u16,
 }
 
-/// Divides the candidates, which these ln L are of, into one share a worker. There are as many workers as `most_in_view`, and `eta` has
-/// scratch for all of them.
+/// Divides the candidates, given by their ln L, into one part for each worker. The number of workers is the length of
+/// `most_in_view`; `eta` has scratch for all of them.
 pub(crate) fn shares<'a, T: Real>(
     ln_likelihoods: &'a mut [T],
     eta: &'a mut [LnSum<T>],
@@ -116,7 +116,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_candidate_is_in_one_share() {
+    fn every_candidate_is_in_exactly_one_share() {
         for (count, workers) in [(0, 1), (0, 3), (1, 4), (7, 3), (64, 5), (64, 1), (9, 9), (4, 3)] {
             let mut ln_likelihoods = std::vec![f32::NAN; count];
             let mut eta = std::vec![LnSum::ZERO; 6 * workers];

@@ -8,11 +8,11 @@ use crate::{Config, Feature, Real, Vector};
 impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Maps<'_, F> {
     /// Fills the workspace with Σ_i ζ_i v_i, the mixture of all particles' maps by their weights, reduced.
     ///
-    /// Affordable because maps share pages, so that a component is met once however many particles hold it, and because
-    /// labels tell which components of different maps stand for the same feature.
+    /// The cost is low because maps share pages: a shared component is visited once for all its particles, and labels identify
+    /// the components of different maps that represent the same feature.
     pub(crate) fn expect(&mut self, particles: usize, weight: impl Fn(usize) -> T, config: &Config<T>) {
         let Self { table, pool, workspace, .. } = self;
-        // What every particle prunes would be pruned here too.
+        // Components that would be pruned in every particle are pruned here too.
         workspace.clear((config.prune_weight / T::from_usize(particles)).ln());
         for particle in 0..particles {
             for &id in table.pages(particle) {

@@ -39,7 +39,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         if candidates.is_empty() {
             return None;
         }
-        // Far from the origin even a rounding of the weights' sum would show in the mean.
+        // The sum of the weights differs from one by rounding errors, which far from the origin would change the mean.
         let total = total_weight(candidates);
         let (mean, mut covariance) = moments(candidates, total);
         if matches!(self.config.proposal, Proposal::Informed(_)) {
@@ -47,7 +47,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
                 covariance = covariance.plus(&pose_covariance.scaled(candidate.ln_weight.exp() / total));
             }
         }
-        // Where next to nothing varies, rounding may leave less than nothing.
+        // With a very small covariance, rounding errors can make a variance negative.
         let covariance = Symmetric::from_fn(|row, column| {
             let element = covariance.get(row, column);
             if row == column { element.at_least(T::ZERO) } else { element }
@@ -140,9 +140,10 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     }
 }
 
-/// Whether a static component may be an estimated feature, whatever it weighs: where the extraction asks for it, if it is
-/// confirmed as seen from the heaviest particle's pose, or, where the sensor expects nothing of it from there, from that pose turned
-/// round: what lies behind a camera is judged as if that looked back. Where neither tells, it is not.
+/// Returns a function that tells whether a static component may be extracted, independent of its weight. With
+/// [`Confirmed`](Extraction::Confirmed) the component must be confirmed as seen from the pose of the heaviest particle, or, if
+/// the sensor cannot measure it from there (behind a camera), from that pose with the opposite heading. It is not extracted if
+/// neither can measure it.
 fn admits<'d, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>, R>(
     detector: &'d Detector<X, R>,
     memory: &Memory<'_, P>,
@@ -164,8 +165,8 @@ fn admits<'d, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>, R>(
     }
 }
 
-/// Writes the first round(N̂) components in the order of the extraction, or all, of those that weigh enough, to `features`. Births of
-/// the weight `waiting` are in no map yet.
+/// Writes the first round(N̂) components in the order of the extraction, or all of them, to `features`, without those below the
+/// least weight. `waiting` is the weight of delayed births, which are in no map.
 fn first_of<T: Real, N: Vector<Scalar = T>, I: Iterator<Item = Component<N>>>(
     map: impl Fn() -> I,
     waiting: T,
@@ -185,7 +186,7 @@ fn first_of<T: Real, N: Vector<Scalar = T>, I: Iterator<Item = Component<N>>>(
     let wanted = expected.min(heavy_enough);
     let buffer = features.len().min(wanted);
     let features = features.get_mut(..buffer).unwrap_or(&mut []);
-    // Insertion into the sorted buffer, without memory of its own.
+    // Insertion sort into the buffer needs no other memory.
     let mut held = 0;
     for component in map().filter(|component| component.ln_weight >= ln_least) {
         let peak = ln_peak(extraction, &component);
@@ -200,7 +201,7 @@ fn first_of<T: Real, N: Vector<Scalar = T>, I: Iterator<Item = Component<N>>>(
     MapEstimate { expected_features, features: held, left_out: wanted - held }
 }
 
-/// What components are extracted by, the greatest first, before their weight.
+/// The sorting key of the extraction; components with equal keys are sorted by weight.
 fn ln_peak<T: Real, N: Vector<Scalar = T>>(extraction: Extraction, component: &Component<N>) -> T {
     match extraction {
         Extraction::Heaviest => T::ZERO,
@@ -224,7 +225,7 @@ mod tests {
         (0..len)
             .map(|label| Component {
                 label: label as u32,
-                // A few of the same weight each.
+                // Several components have the same weight.
                 ln_weight: -(4.0 * uniform()).floor(),
                 mean: Vector2::new(uniform(), uniform()),
                 covariance: Symmetric::from_diagonal([0.1 + uniform(), 0.1 + uniform()]),
@@ -232,9 +233,9 @@ mod tests {
             .collect()
     }
 
-    /// What is written is the beginning of the whole mixture, sorted; what finds no room in the buffer is counted.
+    /// The output is the beginning of the sorted mixture; components beyond the buffer are counted.
     #[test]
-    fn the_first_of_the_order_are_extracted() {
+    fn extraction_returns_the_first_components_of_its_order() {
         let all = mixture(200);
         for (extraction, least_weight) in
             [(Extraction::Heaviest, 0.3), (Extraction::Peaks, 0.0), (Extraction::Confirmed, 0.1)]

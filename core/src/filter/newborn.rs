@@ -5,7 +5,7 @@ use crate::models::noise_at;
 use crate::numerics::range::is_within_range;
 use crate::{Component, InverseOf, MeasurementModel, Place, Pose, Real, Sensor, Symmetric, TangentOf, Vector};
 
-/// Where a newborn feature is.
+/// The position of a newborn feature.
 #[derive(Debug)]
 pub(crate) struct Newborn<D: Place> {
     position: D,
@@ -15,15 +15,16 @@ pub(crate) struct Newborn<D: Place> {
 }
 
 impl<T: Real, D: Place<Scalar = T>> Newborn<D> {
-    /// At h⁻¹(z, x), as uncertain as the measurement, and as the pose where that is not certain; `None` where there is no such feature
-    /// in view. Once for all who ask: it is not small.
+    /// The feature at h⁻¹(z, x), with the covariance of the measurement and of the pose; `None` if there is no such feature in
+    /// view. Not inlined, because several callers share it and its code is large.
     #[inline(never)]
     pub(crate) fn of<X: MeasurementModel<Pose: Pose<Scalar = T, Position = D>>>(
         view: &View<'_, X>,
         pose_covariance: Option<&Symmetric<TangentOf<X::Pose>>>,
         measured: &X::Measurement,
     ) -> Option<Self> {
-        // A feature out of view cannot have caused the measurement; born there, it would never be missed and stay.
+        // A feature out of view cannot have caused the measurement; if it was born there it would never be missed, and would
+        // remain in the map.
         let in_view = |inverse: &InverseOf<X::Sensor>| {
             view.sees(&inverse.feature, measured) && inverse.feature.as_slice().iter().all(|x| x.is_finite())
         };
@@ -34,7 +35,7 @@ impl<T: Real, D: Place<Scalar = T>> Newborn<D> {
         {
             noise = noise.plus(&view.blur(pose_covariance, &inverse.feature, &expected));
         }
-        // Nor does anything come of one that is uncertain beyond the range of the scalar.
+        // A covariance beyond the range of the scalar gives no birth either.
         let (covariance, repaired) = noise.congruence::<D>(&inverse.jacobian).kept_positive_definite()?;
         is_within_range(&inverse.feature).then_some(Self { position: inverse.feature, covariance, repaired })
     }
@@ -44,7 +45,7 @@ impl<T: Real, D: Place<Scalar = T>> Newborn<D> {
         Component { label, ln_weight, mean: self.position, covariance: self.covariance }
     }
 
-    /// As one that moves, nobody knows where to.
+    /// As a moving feature of unknown velocity.
     pub(crate) fn moving(&self, label: u32, ln_weight: T, velocity_sigma_mps: T) -> Component<D::Moving> {
         let velocity_variance = velocity_sigma_mps * velocity_sigma_mps;
         let covariance = Symmetric::from_fn(|row, column| {

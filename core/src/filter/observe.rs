@@ -24,13 +24,13 @@ pub struct FixReport<T> {
 }
 
 impl<T: Real> FixReport<T> {
-    /// Of a fix that was left out.
+    /// The report of a fix that was not used.
     pub(crate) fn left_out(distance: T, n_eff: T) -> Self {
         Self { accepted: false, distance, ln_evidence: T::ZERO, n_eff }
     }
 }
 
-/// A fix as one Gaussian pose explains it.
+/// The innovation of a fix, given a Gaussian pose.
 pub(crate) struct FixInnovation<F: Fix> {
     /// z ⊖ ẑ.
     pub(crate) innovation: F::Measurement,
@@ -47,7 +47,8 @@ pub(crate) struct FixInnovation<F: Fix> {
 }
 
 impl<T: Real, F: Fix<Pose: Pose<Scalar = T>>> FixInnovation<F> {
-    /// By a pose of this covariance; where the fix lies beyond its gate, or cannot be measured from there, its distance.
+    /// The innovation given a pose with this covariance. The error is the squared distance of a fix beyond its gate, or infinity
+    /// if it cannot be predicted.
     pub(crate) fn within_gate(
         fix: &F,
         measured: &F::Measurement,
@@ -55,11 +56,11 @@ impl<T: Real, F: Fix<Pose: Pose<Scalar = T>>> FixInnovation<F> {
         covariance: &Symmetric<TangentOf<F::Pose>>,
     ) -> Result<Self, T> {
         let fix_innovation = Self::of(fix, measured, pose, covariance).ok_or(T::INFINITY)?;
-        // Written so that NaN is left out.
+        // The comparison is written so that NaN is rejected.
         if fix_innovation.distance <= fix.gate() { Ok(fix_innovation) } else { Err(fix_innovation.distance) }
     }
 
-    /// S = H P Hᵀ + R; `None` where the fix cannot be measured from there, or nothing finite comes of it.
+    /// S = H P Hᵀ + R; `None` if the fix cannot be predicted from this pose, or the result is not finite.
     pub(crate) fn of(
         fix: &F,
         measured: &F::Measurement,
@@ -78,7 +79,7 @@ impl<T: Real, F: Fix<Pose: Pose<Scalar = T>>> FixInnovation<F> {
     }
 }
 
-/// The difference of two poses of a vehicle.
+/// The tangent vector of a vehicle's pose.
 type K<M> = TangentOf<<M as Motion>::Pose>;
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
@@ -109,7 +110,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         };
         for (index, (candidate, ln_likelihood)) in candidates.iter_mut().zip(ln_likelihoods.iter_mut()).enumerate() {
             *ln_likelihood = T::NEG_INFINITY;
-            // Several samples of a particle are certain, and all of its spread is zero.
+            // With several samples of a particle, their poses have no covariance.
             let Some(pose_covariance) = pose_covariances.get_mut(index.checked_div(children).unwrap_or(0)) else {
                 continue;
             };
@@ -129,7 +130,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
                 let identity = if row == column { T::ONE } else { T::ZERO };
                 identity - seen.at(row, column)
             });
-            // Joseph's form: a sum of two terms that are positive semidefinite whatever rounding does.
+            // The Joseph form: a sum of two positive semidefinite terms, so that rounding cannot make it indefinite.
             let joseph = pose_covariance.congruence::<K<M>>(&residual).plus(&fix.noise().congruence::<K<M>>(&gain));
             if is_within_range(&corrected.coordinates()) && is_within_square(&joseph) {
                 (candidate.pose, *pose_covariance) = (corrected, joseph);
@@ -141,7 +142,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
             if weight(other) > weight(best) { other } else { best }
         });
         cursor.heaviest = heaviest.and_then(|index| index.checked_div(children)).unwrap_or(0);
-        // What is there now is no scan's.
+        // The weights are no longer those of the last scan.
         cursor.weighed = 0;
         Ok(FixReport { accepted: true, distance: whole.distance, ln_evidence, n_eff: effective_number(candidates) })
     }

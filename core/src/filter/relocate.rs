@@ -77,7 +77,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
                         *pose_covariance = grown;
                     }
                 }
-                // The next scan draws from them.
+                // The next scan samples from the covariances.
                 cursor.predicted = true;
             }
         }
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn blind_particles_are_samples_of_what_the_pose_is_known_to() {
+    fn blind_particles_are_samples_of_the_given_covariance() {
         let mut state = Box::new(Memory::<4000>::new());
         let config = Config { particles: 4000, ..Config::default() };
         let mut slam = ScPhd::new(motion(), config, &mut *state).unwrap();
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn an_informed_filter_carries_it_and_a_vehicle_that_was_moved_keeps_its_map() {
+    fn an_informed_filter_keeps_the_covariance_and_a_relocated_vehicle_its_map() {
         let informed = Proposal::Informed(Informed { sampled_fraction: 0.0, ..Informed::default() });
         let mut state = Box::new(Memory::<2>::new());
         let config = Config { particles: 2, proposal: informed, ..Config::default() };
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn the_joint_map_too() {
+    fn the_joint_map_relocates() {
         type Joint = JointState<PlanarPose<f64>, Vector2<f64>, 4, { joint_numbers(3, 2, 4) }, 8>;
         let mut state = Box::new(Joint::new());
         let mut slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();

@@ -44,7 +44,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
-    /// Not started.
+    /// Sets the state to that before the first reset.
     fn empty(&mut self) {
         *self.cursor = Cursor::ZERO;
         self.pose_covariances.fill(Symmetric::ZERO);
@@ -53,7 +53,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         self.waiting.clear();
     }
 
-    /// What a snapshot holds, if there is room for it.
+    /// The content of a snapshot, if the memory has room for it.
     fn has_room_for<E>(&self, head: &Head) -> Result<Held, RestoreError<E>> {
         let [[particles, children], [static_pages, longest], [moving, longest_moving]] = head.sizes.map(halves);
         let needs = [
@@ -71,7 +71,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         Ok(Held { particles, children, predicted, has_covariances })
     }
 
-    /// Fills an empty state from behind a head that says that this is held.
+    /// Fills an empty state from the data behind a head with this content.
     fn take<S, E>(&mut self, head: &Head, held: Held, source: &mut S) -> Result<(), RestoreError<E>>
     where
         S: FnMut(usize, &mut [u8]) -> Result<(), E>,
@@ -83,7 +83,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         if particles == 0 || (particles, children, predicted) != (held.particles, held.children, held.predicted) {
             return Err(RestoreError::Flawed(Flaw::Cursor));
         }
-        // What travels with a pose is no part of its coordinates.
+        // `is_finite` also covers the parts of a pose that are not coordinates.
         let finite = self.candidates().iter().all(|candidate| candidate.pose.is_finite());
         if finite { Ok(()) } else { Err(RestoreError::Flawed(Flaw::Pose)) }
     }

@@ -36,7 +36,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         let Some(noise) = cursor.noise.clone() else { return Err(PredictError::NotStarted) };
         let splits = !cursor.predicted;
         if splits {
-            // A scan leaves the particles among the selected ones, too.
+            // After a scan the particles are also in `selected`.
             if cursor.weighed == 0 {
                 let particles = candidates.iter().take(cursor.particles);
                 selected.iter_mut().zip(particles).for_each(|(slot, particle)| *slot = *particle);

@@ -69,7 +69,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     }
 }
 
-/// A state, of which the covariances of poses count where the proposal is `informed`.
+/// A state to write, and whether the proposal is `informed`, in which case it has covariances of poses.
 struct State<'m, 's, P: Pose> {
     memory: &'m Memory<'s, P>,
     informed: bool,
@@ -81,7 +81,7 @@ impl<T: Real, P: Pose<Scalar = T>> Walk for State<'_, '_, P> {
     }
 }
 
-/// What snapshots of such a filter have in common.
+/// Properties that all snapshots of this type of filter have in common.
 pub(super) fn shape<P: Pose>(kind: u32) -> Shape {
     Shape {
         content: Content::Mixture,
@@ -92,7 +92,7 @@ pub(super) fn shape<P: Pose>(kind: u32) -> Shape {
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
-    /// The head of a snapshot, but for its length.
+    /// The head of a snapshot, without its length.
     fn head(&self, kind: u32, informed: bool) -> Head {
         let held = self.held(informed);
         let flag = |holds, flag| if holds { flag } else { 0 };
@@ -109,7 +109,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         Head { shape: shape::<P>(kind), flags, len: 0, sizes }
     }
 
-    /// What a configuration must fit to go on from here.
+    /// The properties of the state that a configuration must match to continue.
     fn held(&self, has_covariances: bool) -> Held {
         let cursor = &*self.cursor;
         Held { particles: cursor.particles, children: cursor.children, predicted: cursor.predicted, has_covariances }
@@ -117,12 +117,12 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
 }
 
 impl<'s, T: Real, F: Feature<Position: Vector<Scalar = T>>> Maps<'s, F> {
-    /// Pages of the longest map.
+    /// Number of pages of the longest map.
     fn longest(&self, particles: usize) -> usize {
         (0..particles).map(|particle| self.table.pages(particle).len()).max().unwrap_or(0)
     }
 
-    /// Takes the counts back that have served as scratch.
+    /// Takes the array of reference counts back after its use as scratch, and recomputes the counts.
     fn recount(&mut self, particles: usize, counts: &'s mut [u16]) {
         let Self { table, pool, .. } = self;
         pool.recount_all(counts, (0..particles).flat_map(|particle| table.pages(particle)));

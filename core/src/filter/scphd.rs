@@ -155,7 +155,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         Ok(())
     }
 
-    /// Whether there are maps for all that is born.
+    /// Whether the state has maps for all kinds of births.
     fn has_room_for(&self, births: &Births<T>) -> bool {
         births.of_moving == T::ZERO || self.memory.moving_maps.pool.capacity() > 0
     }
@@ -215,9 +215,9 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         }
         let greatest = components.iter().map(|component| component.label).max();
         let mut next_label = cursor.next_label.max(greatest.map_or(0, |label| label.saturating_add(1)));
-        // Compares at most half as many pairs as the square of the capacity.
+        // At most half the square of the capacity, in comparisons.
         let held_before = |index: usize, label| components.iter().take(index).any(|component| component.label == label);
-        // What waits for the next scan is of the map before, and has its labels.
+        // Delayed births belong to the previous map and have its labels.
         waiting.forget();
         (0..cursor.particles).for_each(|particle| maps.release(particle, pool));
         for (place, chunk) in components.chunks(PAGE_LEN).enumerate() {
@@ -274,7 +274,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         predicted
     }
 
-    /// Whether a prediction can be taken in; one that is refused is counted.
+    /// Checks a prediction; counts it if it is refused.
     pub(crate) fn check_prediction(&mut self, control: &M::Control, dt: T) -> Result<(), PredictError> {
         self.memory.clamp();
         let Memory { cursor, candidates, .. } = &mut self.memory;
@@ -345,7 +345,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         self.step::<X, true>(detector, measurements, executor, drafts, probe)
     }
 
-    /// Whether a scan can be taken in.
+    /// Checks a scan.
     pub(crate) fn check_scan<X: MeasurementModel<Pose = M::Pose>>(
         &mut self,
         detector: &Detector<X, ScanRoom<'_, X::Measurement>>,
@@ -422,7 +422,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
     }
 }
 
-/// Whether a tuning is in range and its particles and candidates fit.
+/// Checks that the tuning is in range, and that its particles and candidates fit.
 fn check_capacities<T: Real>(config: &Config<T>, particles: usize, candidates: usize) -> Result<(), SetupError> {
     config.check()?;
     if config.particles > particles {

@@ -11,8 +11,8 @@ use crate::{Flaw, Health, Motion, Pose, Proposal, Real, ScPhd, Symmetric};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Scrubber {
-    /// The next part: the particles, the lists, then the pages of either kind; of a joint map the pose, the features, then those in the
-    /// archive.
+    /// The next part: first the particles, the page lists, and the pages of either kind. For a joint map: the pose, the features,
+    /// and the features in the archive.
     pub(crate) next: usize,
 }
 
@@ -148,7 +148,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
-    /// Takes counts that no room is for as what there is room for: a step must end, whatever has become of memory.
+    /// Limits counts to the capacities, so that every step ends, whatever memory faults have occurred.
     pub(crate) fn clamp(&mut self) {
         let Self { cursor, pose_covariances, candidates, ln_likelihoods, .. } = self;
         cursor.particles = cursor.particles.min(pose_covariances.len());
@@ -157,7 +157,8 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         cursor.heaviest = cursor.heaviest.min(cursor.particles.saturating_sub(1));
     }
 
-    /// Isolates particles that cannot be, and scales weights that do not sum to one. Poses that are not `informed` are certain.
+    /// Isolates invalid particles, and normalises weights that do not sum to one. Covariances of poses must be zero if the
+    /// proposal is not `informed`.
     fn mend_particles(&mut self, informed: bool, scrubbed: &mut Scrubbed) -> Result<(), Flaw> {
         let Self { cursor, pose_covariances, candidates, .. } = &mut *self;
         let children = cursor.children.max(1);
@@ -166,7 +167,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         let may_be = |pose_covariance: &Symmetric<P::Tangent>| {
             if informed { is_within_square(pose_covariance) } else { certain(pose_covariance) }
         };
-        // Of the sound ones the first that is heaviest.
+        // The first of the heaviest valid candidates.
         let mut best: Option<(usize, Candidate<P>)> = None;
         for (particle, family) in candidates.chunks(children).enumerate() {
             if !pose_covariances.get(particle).is_some_and(may_be) {
@@ -204,7 +205,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
     }
 }
 
-/// Whether a candidate may be one: a pose within range, and a weight that may be part of one.
+/// Whether a candidate is valid: its pose within range, and its weight at most one.
 fn is_sound<T: Real, P: Pose<Scalar = T>>(candidate: &Candidate<P>) -> bool {
     let pose = &candidate.pose;
     candidate.ln_weight <= T::from_f64(1e-3) && pose.is_finite() && is_within_range(&pose.coordinates())

@@ -45,8 +45,9 @@ impl ParticleLayout {
     }
 }
 
-/// Samples the candidates of an informed proposal, and sets the part of ln L of each that corrects for the proposal density. Both are done
-/// by the prediction for a blind proposal, whose correction is zero. Returns for how many particles the workspace was too small.
+/// Samples the candidates of an informed proposal, and sets the term of ln L that corrects for the proposal density. For a blind
+/// proposal the prediction has sampled the candidates, and this term is zero. Returns the number of particles for which the
+/// workspace was too small.
 pub(crate) fn propose<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>(
     config: &Config<T>,
     views: &Views<'_, X>,
@@ -68,7 +69,7 @@ pub(crate) fn propose<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P
     }
 }
 
-/// How well the candidates explain the scan.
+/// Results of the weighting.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Weighing<T> {
     /// ln Σ ζ L.
@@ -80,10 +81,10 @@ pub(crate) struct Weighing<T> {
 }
 
 impl<T: Real> Weighing<T> {
-    /// Nothing has been weighed.
+    /// The placeholder before the weighting.
     pub(crate) const NONE: Self = Self { ln_evidence: T::ZERO, n_eff: T::ZERO, in_view: 0 };
 
-    /// With what the update says of a lone candidate.
+    /// Adds the results of the map update for a single candidate, whose likelihood is computed there.
     pub(crate) fn completed(self, layout: &ParticleLayout, tally: &Tally<T>, ln_likelihoods: &mut [T]) -> Self {
         match ln_likelihoods.first_mut() {
             Some(ln_likelihood) if layout.single_candidate => {
@@ -95,7 +96,7 @@ impl<T: Real> Weighing<T> {
     }
 }
 
-/// Makes the selected candidates the particles.
+/// Copies the selected candidates and their covariances to the particles.
 pub(crate) fn take_selected<T: Real, P: Pose<Scalar = T>>(layout: &ParticleLayout, memory: &mut Memory<'_, P>) {
     let Memory { pose_covariances, selected_covariances, candidates, selected, survivors, .. } = memory;
     candidates.iter_mut().zip(selected.iter()).take(layout.particles).for_each(|(slot, chosen)| *slot = *chosen);
@@ -107,7 +108,7 @@ pub(crate) fn take_selected<T: Real, P: Pose<Scalar = T>>(layout: &ParticleLayou
     pose_covariances.iter_mut().zip(chosen).for_each(|(slot, chosen)| *slot = *chosen);
 }
 
-/// Gets ready for the next prediction. Returns how many predictions were refused before this scan.
+/// Prepares the next prediction. Returns the number of predictions that were refused since the last scan.
 pub(crate) fn adopt<T: Real>(
     layout: &ParticleLayout,
     selection: &Selection,
@@ -123,22 +124,22 @@ pub(crate) fn adopt<T: Real>(
     usize::from(core::mem::take(&mut cursor.refused))
 }
 
-/// What came of the stages.
+/// Results of all stages.
 #[derive(Debug)]
 pub(crate) struct Outcome<T> {
     pub(crate) layout: ParticleLayout,
     pub(crate) weighing: Weighing<T>,
     pub(crate) selection: Selection,
     pub(crate) tally: Tally<T>,
-    /// Particles for whose proposal the workspace was too small.
+    /// Number of particles whose proposal had too little working memory.
     pub(crate) crowded: usize,
-    /// Predictions refused since the scan before.
+    /// Number of predictions refused since the last scan.
     pub(crate) refused: usize,
-    /// Whether the vehicle is where it is taken to be.
+    /// Result of the divergence monitor.
     pub(crate) watched: Health,
 }
 
-/// What the caller is told.
+/// The report for the caller.
 pub(crate) fn report<P: Pose, Z: Vector>(
     outcome: &Outcome<ScalarOf<P>>,
     memory: &Memory<'_, P>,

@@ -86,7 +86,7 @@ where
         self.cursor = Cursor::ZERO;
     }
 
-    /// The state as slices, whatever its capacities.
+    /// The state as slices, independent of its capacities.
     pub(crate) fn memory(&mut self) -> Memory<'_, P> {
         Memory {
             cursor: &mut self.cursor,
@@ -114,20 +114,20 @@ where
     }
 }
 
-/// What a configuration must fit to go on from a state.
+/// The properties of a state that a configuration must match to continue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Held {
     pub(crate) particles: usize,
-    /// Candidates of every particle.
+    /// Candidates of each particle.
     pub(crate) children: usize,
-    /// Whether they have moved since the last scan.
+    /// Whether there was a prediction since the last scan.
     pub(crate) predicted: bool,
-    /// Whether poses are uncertain in themselves.
+    /// Whether poses have covariances.
     pub(crate) has_covariances: bool,
 }
 
 impl Held {
-    /// Whether a filter of this configuration can go on from it.
+    /// Whether a filter with this configuration can continue from the state.
     pub(crate) fn check<T: Real>(self, config: &Config<T>) -> Result<(), SetupError> {
         let (held, configured) = (self.particles, config.particles);
         if held != configured {
@@ -135,7 +135,7 @@ impl Held {
         }
         let (held, informed) = (self.children, matches!(config.proposal, Proposal::Informed(_)));
         let configured = if informed { 1 } else { config.samples };
-        // Between a scan and the next prediction any number will do.
+        // Between a scan and the next prediction, any number of samples is valid.
         if held != 1 && !self.predicted || self.predicted && held != configured {
             return Err(SetupError::HeldSamples { held, configured });
         }
@@ -143,13 +143,13 @@ impl Held {
     }
 }
 
-/// The state as slices, whatever its capacities: what the recursion is written for.
+/// The state as slices, independent of its capacities: the recursion works on this type.
 #[derive(Debug)]
 pub(crate) struct Memory<'s, P: Pose> {
     pub(crate) cursor: &'s mut Cursor<ScalarOf<P>>,
     /// With the informed proposal, the covariance of every particle's pose since the last scan; otherwise zero.
     pub(crate) pose_covariances: &'s mut [Symmetric<TangentOf<P>>],
-    /// The same of the particles that go on.
+    /// Covariances of the selected candidates.
     pub(crate) selected_covariances: &'s mut [Symmetric<TangentOf<P>>],
     pub(crate) candidates: &'s mut [Candidate<P>],
     pub(crate) ln_likelihoods: &'s mut [ScalarOf<P>],
@@ -157,18 +157,18 @@ pub(crate) struct Memory<'s, P: Pose> {
     pub(crate) survivors: &'s mut [u16],
     pub(crate) static_maps: StaticMaps<'s, P>,
     pub(crate) moving_maps: DynamicMaps<'s, P>,
-    /// Births that wait for the next scan.
+    /// Delayed births.
     pub(crate) waiting: Waiting<'s, P>,
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
-    /// Whether a filter of this configuration, which fits the memory, can go on from what an earlier one has left in it.
+    /// Whether a filter with this configuration, which fits the memory, can continue from the content of the memory.
     pub(crate) fn check(&mut self, config: &Config<T>) -> Result<(), SetupError> {
         self.check_held(config)?;
         self.audit().map_err(SetupError::HeldDamaged)
     }
 
-    /// The same of a state that is known to be sound.
+    /// The same check without the audit.
     pub(crate) fn check_held(&self, config: &Config<T>) -> Result<(), SetupError> {
         let Cursor { particles, children, predicted, .. } = *self.cursor;
         if particles == 0 {
@@ -179,7 +179,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         Held { particles, children, predicted, has_covariances }.check(config)
     }
 
-    /// Whether the counts are those of a filter of this configuration, which may well have fewer particles than there is room for.
+    /// Whether the counts match the configuration. There may be fewer particles than the capacity.
     pub(crate) fn check_counts(&self, config: &Config<T>) -> Result<(), Flaw> {
         let Cursor { particles, children, predicted, .. } = *self.cursor;
         Held { particles, children, predicted, has_covariances: false }.check(config).map_err(|_| Flaw::Cursor)

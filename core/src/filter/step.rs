@@ -9,7 +9,7 @@ use crate::{
 impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
     /// The update with a scan whose measurements the caller has checked.
     ///
-    /// With `DRAFTS` several maps are updated at a time. Without, the code for that is left out of the image.
+    /// With `DRAFTS` several maps are updated at the same time. Without it, the code for that is not linked.
     pub(crate) fn step<X: MeasurementModel<Pose = M::Pose>, const DRAFTS: bool>(
         &mut self,
         detector: &mut Detector<X, ScanRoom<'_, X::Measurement>>,

@@ -9,8 +9,8 @@ use crate::map::{MapDraft, MapTable, PAGE_LEN, Page, PageId, Pool};
 use crate::numerics::sort::BUCKETS;
 use crate::{Bounds, Feature, Place, Real, Vector};
 
-/// Writes an updated map, or leaves the predicted one, `false`, where not even its confirmed components find room. `regained` of
-/// its pages aside are held by nobody else.
+/// Writes an updated map. Returns `false`, and keeps the predicted map, if even its confirmed components do not fit. `regained`
+/// is the number of replaced pages that no other map holds.
 pub(crate) fn store<T: Real, F: Feature<Position: Place<Scalar = T>>>(
     (table, pool): (&mut MapTable<'_, F::Position>, &mut Pool<'_, F>),
     workspace: &mut Workspace<'_, F::State>,
@@ -29,7 +29,7 @@ pub(crate) fn store<T: Real, F: Feature<Position: Place<Scalar = T>>>(
     fits
 }
 
-/// Writes the workspace to fresh pages, in spatial order, so that the pages' boxes stay small.
+/// Writes the workspace to new pages in spatial order, so that the bounding boxes of the pages are small.
 fn write<T: Real, F: Feature<Position: Place<Scalar = T>>>(
     (table, pool): (&mut MapTable<'_, F::Position>, &mut Pool<'_, F>),
     workspace: &mut Workspace<'_, F::State>,
@@ -52,7 +52,7 @@ fn write<T: Real, F: Feature<Position: Place<Scalar = T>>>(
 }
 
 impl<T: Real, F: Feature<Position: Place<Scalar = T>>> MapDraft<'_, F> {
-    /// Writes the workspace to pages of its own, as [`store`] would to those of the pool.
+    /// Writes the workspace to the pages of the draft, as [`store`] does to those of the pool.
     pub(crate) fn write(&mut self, bounds: &Bounds<F::Position>) {
         let (entries, order) = in_spatial_order::<T, F>(&mut self.workspace, bounds);
         let chunks = order.chunks(PAGE_LEN);
@@ -60,8 +60,8 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> MapDraft<'_, F> {
         chunks.zip(self.pages.iter_mut()).for_each(|(chunk, page)| fill(page, entries, chunk));
     }
 
-    /// As [`store`], but for the contents of the pages where there is room for all: those are written already, and are to
-    /// [fill](Self::fill) the pages that are taken for them.
+    /// As [`store`], but only allocates the pages if there is room for all components: their content is in the draft already, and
+    /// [`fill`](Self::fill) writes it.
     pub(crate) fn place(
         &mut self,
         (table, pool): (&mut MapTable<'_, F::Position>, &mut Pool<'_, F>),
@@ -77,7 +77,7 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> MapDraft<'_, F> {
             return store((table, pool), &mut self.workspace, task, regained, bounds, tally);
         }
         table.drop_aside(pool);
-        // Where one finds no place, neither does any after it.
+        // After the first page without room, none of the following has room either.
         for (written, slot) in self.pages.iter().take(self.pages_len).zip(self.aside.iter_mut()) {
             let Some((id, _)) = pool.take() else {
                 tally.lost += written.components().len();
@@ -94,27 +94,27 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> MapDraft<'_, F> {
         true
     }
 
-    /// Writes the pages to those that were taken for them.
+    /// Writes the draft's pages to the allocated ones.
     pub(crate) fn fill(&mut self, renaming: &Renaming, mut write: impl FnMut(PageId, &Page<F>)) {
         self.rename(renaming);
         let (ids, pages) = self.placed();
         ids.iter().zip(pages).for_each(|(&id, page)| write(id, page));
     }
 
-    /// Makes the fresh labels those that are its own.
+    /// Assigns the final values to the new labels.
     pub(crate) fn rename(&mut self, renaming: &Renaming) {
         for page in self.pages.iter_mut().take(self.placed_len) {
             page.labels_mut().for_each(|label| renaming.apply(label));
         }
     }
 
-    /// The pages that were taken, and what belongs there.
+    /// The allocated pages, and their content.
     pub(crate) fn placed(&self) -> (&[PageId], &[Page<F>]) {
         (self.aside.get(..self.placed_len).unwrap_or(&[]), self.pages)
     }
 }
 
-/// The components of a workspace, and their places along a Morton curve.
+/// The components of a workspace, and their order along a Morton curve.
 fn in_spatial_order<'w, T: Real, F: Feature<Position: Place<Scalar = T>>>(
     workspace: &'w mut Workspace<'_, F::State>,
     bounds: &Bounds<F::Position>,
@@ -123,7 +123,7 @@ fn in_spatial_order<'w, T: Real, F: Feature<Position: Place<Scalar = T>>>(
     workspace.in_order(|component| morton(&component.position(), bounds, &cells))
 }
 
-/// Fills a page with a part of the order.
+/// Fills a page with a part of the ordered components.
 fn fill<T: Real, F: Feature<Position: Place<Scalar = T>>>(
     page: &mut Page<F>,
     entries: &[Entry<F::State>],
@@ -133,7 +133,7 @@ fn fill<T: Real, F: Feature<Position: Place<Scalar = T>>>(
     page.fill(components.map(|entry| &entry.component));
 }
 
-/// Pages that an updated map may take.
+/// Number of pages that an updated map may allocate.
 fn room<T: Real, F: Feature<Position: Place<Scalar = T>>>(
     (table, pool): (&MapTable<'_, F::Position>, &Pool<'_, F>),
     task: &Task,
@@ -144,8 +144,8 @@ fn room<T: Real, F: Feature<Position: Place<Scalar = T>>>(
 }
 
 impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
-    /// Makes the updated components fit into `room` pages: the lightest go first, down from half a feature; then
-    /// births. `false` where not even the confirmed components fit.
+    /// Reduces the updated components to `room` pages: removes components below half a feature, the lightest first, then births.
+    /// Returns `false` if the confirmed components alone do not fit.
     fn fit(&mut self, room: usize, tally: &mut Tally<T>) -> bool {
         let slots = room * PAGE_LEN;
         if self.len() <= slots {
@@ -168,21 +168,21 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
     }
 }
 
-/// Bits of each coordinate along the Morton curve.
+/// Number of bits of each coordinate in the Morton curve.
 const fn morton_bits<D: Vector>() -> u32 {
-    // Four at most, for the table of the spaced cells.
+    // At most four, because of the size of the table in `spaced`.
     let bits = BUCKETS.ilog2() / D::DIMENSION as u32;
     if bits > 4 { 4 } else { bits }
 }
 
-/// Cells of the Morton curve per unit of each coordinate.
+/// Number of cells of the Morton curve per unit of each coordinate.
 fn morton_cells<T: Real, D: Vector<Scalar = T>>(bounds: &Bounds<D>) -> D {
     let cells = T::from_usize(1 << const { morton_bits::<D>() });
     let extent = bounds.high - bounds.low;
     D::with(|k| cells / extent.at(k))
 }
 
-/// Place of a position along a Morton curve over `bounds`, as a [bucket](BUCKETS).
+/// The index of a position along a Morton curve over `bounds`, as a [bucket](BUCKETS).
 #[inline]
 fn morton<T: Real, D: Vector<Scalar = T>>(position: &D, bounds: &Bounds<D>, per_unit: &D) -> usize {
     let offset = *position - bounds.low;
@@ -196,7 +196,7 @@ fn morton<T: Real, D: Vector<Scalar = T>>(position: &D, bounds: &Bounds<D>, per_
     key
 }
 
-/// The bits of every cell along an axis, D apart.
+/// For every cell along an axis, its bits with a spacing of D.
 #[expect(clippy::indexing_slicing, reason = "evaluated by the compiler alone")]
 const fn spaced<D: Vector>() -> [u8; 16] {
     let mut spaced = [0; 16];

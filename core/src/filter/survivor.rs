@@ -19,29 +19,30 @@ use crate::{
     ScalarOf, Stage, Static, Symmetric, TangentOf, Vector,
 };
 
-/// The scan as one survivor's pose sees it.
+/// The scan from the pose of one survivor.
 pub(crate) struct ScanView<'a, X: MeasurementModel> {
     pub(crate) view: View<'a, X>,
-    /// Covariance of the pose, where it is not certain: it blurs what is expected.
+    /// Covariance of the pose, if it has one: added to that of the predicted measurements.
     pub(crate) pose_covariance: Option<Symmetric<TangentOf<X::Pose>>>,
-    /// Outside nothing is in view.
+    /// The bounding box of the view.
     pub(crate) bounds: Bounds<PositionOf<X::Pose>>,
     pub(crate) scan: &'a Scan<'a, X::Measurement>,
     pub(crate) config: &'a Config<ScalarOf<X::Pose>>,
     pub(crate) births: &'a Births<ScalarOf<X::Pose>>,
     /// ln of [`Config::confirmed_weight`].
     pub(crate) ln_confirmed: ScalarOf<X::Pose>,
-    /// The label of the scan's first measurement; after the last one come the births that did not wait for one.
+    /// The label of the scan's first measurement; those behind the last measurement are for the births that do not depend on
+    /// measurements.
     pub(crate) first_label: u32,
-    /// Landmarks are [known](is_known) that have no label from this one on.
+    /// Landmarks with labels from this one on are not [known](is_known).
     pub(crate) known_below: u32,
-    /// On how many of the measurements births that nothing explains are noted, to [wait](crate::filter::waiting) for the next scan.
+    /// Number of measurements whose unexplained births are [delayed](crate::filter::waiting) until the next scan.
     pub(crate) births_wait: usize,
 }
 
 impl<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>> ScanView<'_, X> {
-    /// Whether a component is better known than from the few measurements that confirm it, and is kept for that. Seldom asked, and not
-    /// small. What cannot be told from here is not given up from here.
+    /// Whether a component is confirmed, and is therefore kept. A component that cannot be measured from here is kept too. Not
+    /// inlined, because it is rarely called and its code is large.
     #[inline(never)]
     fn confirms<N: Vector<Scalar = T>>(&self, component: &Component<N>) -> bool {
         let detections = self.config.confirming_detections;
@@ -49,7 +50,7 @@ impl<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>> ScanView<'_, X> {
             .unwrap_or(true)
     }
 
-    /// ln of the weight that is to be left of a component in view, if misses would leave less and it is confirmed.
+    /// ln of the weight that a confirmed component in view keeps if misses would leave less; `None` otherwise.
     #[inline]
     fn ln_remembered<F: Feature<Position = PositionOf<X::Pose>>>(
         &self,
@@ -57,22 +58,23 @@ impl<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>> ScanView<'_, X> {
         ln_missed: T,
     ) -> Option<T> {
         let ln_least = self.ln_confirmed.at_most(component.ln_weight);
-        // What moves may have gone.
+        // A moving feature may have left.
         let falls_below = !F::MOVES && ln_missed < ln_least;
         (falls_below && self.confirms(component)).then_some(ln_least)
     }
 }
 
-/// Which of a scan's measurements give birth.
+/// The measurements that give birth in a call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Measured {
-    /// Those that features explain, at least in part: what is born there is to be reduced together with them.
+    /// Measurements that features explain at least in part: their births are reduced together with the features.
     Explained,
-    /// All others. Whatever they could be merged with would have explained those; so they wait for the next scan.
+    /// All others. A component near enough to be merged with their births would have explained them, so they need no reduction
+    /// and can be delayed until the next scan.
     Unexplained,
 }
 
-/// The scratch of one survivor's update, for maps of either kind.
+/// Working memory for one survivor's maps of both kinds.
 #[derive(Debug)]
 pub(crate) struct Workspaces<'a, 'w, D: Place> {
     pub(crate) of_static: &'a mut Workspace<'w, D>,
@@ -80,7 +82,7 @@ pub(crate) struct Workspaces<'a, 'w, D: Place> {
 }
 
 impl<T: Real, D: Place<Scalar = T>> Workspaces<'_, '_, D> {
-    /// Adds what becomes of the births that the sensor expects.
+    /// Adds the updated births that the sensor expects independent of measurements.
     #[inline]
     pub(crate) fn look_at_births<X: MeasurementModel<Pose: Pose<Scalar = T, Position = D>>>(
         &mut self,
@@ -98,7 +100,7 @@ impl<T: Real, D: Place<Scalar = T>> Workspaces<'_, '_, D> {
         }
     }
 
-    /// From all looks to the updated map, reduced.
+    /// Completes the updated map: normalises, prunes, adds births, and reduces.
     #[inline]
     pub(crate) fn complete<X: MeasurementModel<Pose: Pose<Scalar = T, Position = D>>>(
         &mut self,
@@ -123,14 +125,14 @@ impl<T: Real, D: Place<Scalar = T>> Workspaces<'_, '_, D> {
         self.note_components(tally);
     }
 
-    /// How many components the workspaces hold.
+    /// Stores the largest number of components in the workspaces.
     fn note_components(&self, tally: &mut Tally<T>) {
         let held = [self.of_static.len(), self.of_moving.len()];
         tally.peaks.iter_mut().zip(held).for_each(|(peak, held)| peak.in_view = peak.in_view.max(held));
     }
 
-    /// Adds components of weight w_b/η_z at h⁻¹(z, x) for the measurements of which the births are asked for, a static and a moving
-    /// one each (5.9, 5.10, 5.17), or notes those that wait.
+    /// Adds a static and a moving component of weight w_b/η_z at h⁻¹(z, x) for each of the selected measurements (5.9, 5.10,
+    /// 5.17), or notes them as delayed births.
     fn give_birth<X: MeasurementModel<Pose: Pose<Scalar = T, Position = D>>>(
         &mut self,
         scan_view: &ScanView<'_, X>,
@@ -176,7 +178,8 @@ impl<T: Real, D: Place<Scalar = T>> Workspaces<'_, '_, D> {
 }
 
 impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
-    /// Adds what becomes of one component, and its terms to η_z. Returns p_D and ln of w (1 − p_D); `None` where it is out of view.
+    /// Adds a component after a miss and after each of its detections, and its terms to η_z. Returns p_D and ln of w (1 − p_D);
+    /// `None` if it is out of view.
     pub(crate) fn look_at<F, X>(
         &mut self,
         component: &Component<N>,
@@ -199,7 +202,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         }
         let ln_missed = component.ln_weight + expectation.detection.ln_missed;
         let (ln_weight, origin) = match scan_view.ln_remembered::<F>(component, ln_missed) {
-            // No more than that, whatever its detections will weigh.
+            // At most this weight: its detections are subtracted later.
             Some(ln_least) => (ln_least, Origin::Remembered { ln_missed }),
             None => (ln_missed, Origin::Missed),
         };
@@ -211,7 +214,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
             if let Some(eta) = eta.get_mut(found.index) {
                 eta.add(found.ln_term);
             }
-            // η_z is not complete yet; what it is without features bounds the weight from above.
+            // η_z is not complete yet; its value without features gives an upper bound of the weight.
             let ln_bound = found.ln_term - found.ln_reference;
             if ln_bound >= self.ln_floor() {
                 let correction = correction.get_or_insert_with(|| {
@@ -228,8 +231,8 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         Some((expectation.detection.probability, ln_missed))
     }
 
-    /// Adds what becomes of the components of a page, and its others as they are where any is in view; whether one is, so that
-    /// the page is to be written anew.
+    /// Adds the updated components of a page, and its components out of view unchanged. Returns whether any is in view, so that
+    /// the page must be rewritten.
     #[inline(always)]
     pub(crate) fn look_at_page<F, X>(
         &mut self,
@@ -246,7 +249,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
     {
         let bounds = &scan_view.bounds;
         let outside = self.outside();
-        // A page whose last component was dropped is not carried on.
+        // A page without components is not kept.
         let mut in_view = page.components().is_empty();
         if page.bounds().meets(bounds) {
             let within = bounds.covers(page.bounds());
@@ -273,8 +276,8 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         in_view
     }
 
-    /// Takes down what was to be left of confirmed components by what their detections weigh, those apart that are to be pruned, but not
-    /// below w (1 − p_D), and tells how much more is left of known ones than was counted.
+    /// Subtracts the weights of the detections of a confirmed component, except detections that will be pruned, from the weight
+    /// that it keeps, but leaves at least w (1 − p_D). Adds the difference for known landmarks to the counts.
     fn settle_remembered(
         &mut self,
         normalisers: &Normalisers<'_, T>,
@@ -303,7 +306,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
             }
             let (least, missed) = (entry.component.ln_weight.exp(), ln_missed.exp());
             let mut left = least;
-            // Of what nothing has detected, to the bit what is to be left.
+            // A component without detections keeps its weight to the last bit.
             if detected > T::ZERO {
                 left = (least - detected).at_least(missed);
                 entry.component.ln_weight = if left > missed { left.ln() } else { ln_missed };
@@ -334,21 +337,21 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         self.prune();
     }
 
-    /// Merges, caps and names what is in view.
+    /// Merges and caps the components in view, and makes their labels unique.
     fn reduce(&mut self, config: &Config<T>, next_label: &mut u32, tally: &mut Tally<T>) {
         tally.merged += merge_and_cap(self, config.merge_distance, config.max_components);
         self.tell_apart(next_label);
     }
 
-    /// Adds what the workspace dropped, for its weight or for want of room, to the counts of the scan.
+    /// Adds the components that the workspace removed, for their weight or for lack of room, to the counts of the scan.
     pub(crate) fn count(&self, tally: &mut Tally<T>) {
         tally.tightened += usize::from(self.tightened());
         tally.lost += self.lost();
         tally.pruned_mass += self.pruned_mass();
     }
 
-    /// What one component has become, missed or detected, and has not been merged since, bears one label, and stands side
-    /// by side: the heaviest keeps the label, the others get fresh ones.
+    /// Makes labels unique: the copies of a component, missed and detected, that have not been merged have the same label and are
+    /// adjacent. The heaviest keeps the label, the others get new ones.
     fn tell_apart(&mut self, next_label: &mut u32) {
         let mut rest = self.in_view_mut();
         while let Some(label) = rest.first().map(|entry| entry.component.label) {

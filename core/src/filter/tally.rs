@@ -4,16 +4,16 @@ use crate::detection::seen::Weighed;
 use crate::report::watch::Recognised;
 use crate::{Peak, Real};
 
-/// Known landmarks in view.
+/// Sums over known landmarks in view.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Known<T> {
     /// Σ w before the scan.
     pub(crate) weight: T,
     /// Σ p_D w.
     pub(crate) expected: T,
-    /// Σ w of the same, missed.
+    /// Σ w after a miss, of the same landmarks.
     pub(crate) missed: T,
-    /// Σ w of the same, detected.
+    /// Σ w of their detections.
     pub(crate) detected: T,
 }
 
@@ -21,38 +21,39 @@ impl<T: Real> Known<T> {
     const NOTHING: Self = Self { weight: T::ZERO, expected: T::ZERO, missed: T::ZERO, detected: T::ZERO };
 }
 
-/// What the updates of one scan did, over all maps of both kinds.
+/// Counts and sums over the map updates of a scan, for both kinds of maps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Tally<T> {
-    /// Distinct survivors.
+    /// Number of distinct survivors.
     pub(crate) survivors: usize,
-    /// Particles whose maps of both kinds were written.
+    /// Number of particles whose maps of both kinds were written.
     pub(crate) updated: usize,
     /// Mass of the components dropped for their weight.
     pub(crate) pruned_mass: T,
-    /// Components merged into another.
+    /// Number of components merged into another.
     pub(crate) merged: usize,
-    /// Components born that outlived pruning, before merging.
+    /// Number of births that were not pruned, before merging.
     pub(crate) births: usize,
-    /// Maps for which pruning had to be tightened, by any lack of room.
+    /// Number of maps for which the pruning threshold was raised because of a capacity.
     pub(crate) tightened: usize,
-    /// Components that found no room at all.
+    /// Number of components for which there was no room.
     pub(crate) lost: usize,
-    /// Particles of whose maps one was left as predicted, because its confirmed components would not have fitted.
+    /// Number of particles with a map that was left as predicted, because its confirmed components would not have fitted.
     pub(crate) kept: usize,
-    /// Corrected covariances that had to be repaired.
+    /// Number of corrected covariances that had to be repaired.
     pub(crate) repaired: usize,
-    /// Measurements that could not give birth: without an inverse, or with one out of view.
+    /// Number of measurements that could not give birth, because their inverse does not exist or is out of view.
     pub(crate) no_birth: usize,
     /// Σ w d² and Σ w over the detections kept: the normalised innovation squared and its weight.
     pub(crate) innovation: (T, T),
     /// Σ p_D w over the components in view.
     pub(crate) expected_detections: T,
-    /// The same over the known landmarks.
+    /// Sums over the known landmarks in view.
     pub(crate) known: Known<T>,
-    /// The most that the maps of static and of moving features have taken of their capacities.
+    /// The greatest use of the capacities, of the maps of static and of moving features.
     pub(crate) peaks: [Peak; 2],
-    /// What the last of the maps says of its pose, as [`weigh`](crate::detection::weigh::weigh) would have it, where that is asked for.
+    /// Likelihood and components in view of the last updated map, as [`weigh`](crate::detection::weigh::weigh) would give, if
+    /// requested.
     pub(crate) last: Weighed<T>,
 }
 
@@ -77,8 +78,8 @@ impl<T: Real> Tally<T> {
         }
     }
 
-    /// Adds what the update of one survivor has counted. Sums over its components are its own first, so that survivors can be updated one
-    /// after the other or at the same time, to the same bits.
+    /// Adds the counts of one survivor's update. Each survivor has sums of its own first, so that updates in sequence and in
+    /// parallel give the same bits.
     pub(crate) fn add(&mut self, other: &Self) {
         self.pruned_mass += other.pruned_mass;
         self.tightened += other.tightened;
@@ -99,7 +100,7 @@ impl<T: Real> Tally<T> {
         }
     }
 
-    /// A known landmark in view: w and p_D w before the scan, and w of it missed.
+    /// Adds a known landmark in view: w and p_D w before the scan, and w after a miss.
     #[inline(always)]
     pub(crate) fn known(&mut self, weight: T, expected: T, missed: T) {
         self.known.weight += weight;
@@ -107,7 +108,7 @@ impl<T: Real> Tally<T> {
         self.known.missed += missed;
     }
 
-    /// A detection kept: its weight, its squared Mahalanobis distance, and whether it is one of a known landmark.
+    /// Adds a detection that was kept: its weight, its squared Mahalanobis distance, and whether it is of a known landmark.
     #[inline(always)]
     pub(crate) fn detected(&mut self, weight: T, distance: T, is_known: bool) {
         self.innovation.0 += weight * distance;
@@ -124,13 +125,13 @@ impl<T: Real> Tally<T> {
         self.no_birth += other.no_birth;
     }
 
-    /// Detections expected and made, in the mean over the maps.
+    /// Expected and actual number of detections, mean over the maps.
     pub(crate) fn mean_detections(&self) -> [T; 2] {
         let maps = T::from_usize(self.survivors.max(1));
         [self.expected_detections / maps, self.innovation.1 / maps]
     }
 
-    /// What became of the known landmarks, in the mean over the maps.
+    /// Expected and detected known landmarks, mean over the maps.
     pub(crate) fn recognised(&self) -> Recognised<T> {
         let Known { weight, expected, missed, detected } = self.known;
         let detection = if weight > T::ZERO { expected / weight } else { T::ZERO };
@@ -138,7 +139,7 @@ impl<T: Real> Tally<T> {
         Recognised { expected, detected, given_up }.over(self.survivors)
     }
 
-    /// Mean squared innovation per dimension of the measurement; 0 where nothing was detected.
+    /// Mean squared innovation per dimension of the measurement; 0 without detections.
     pub(crate) fn mean_innovation(&self, dimension: usize) -> T {
         let (sum, weight) = self.innovation;
         if weight > T::ZERO { sum / (weight * T::from_usize(dimension)) } else { T::ZERO }
@@ -149,9 +150,9 @@ impl<T: Real> Tally<T> {
 mod tests {
     use super::Tally;
 
-    /// Whichever of the survivors comes first.
+    /// For any order of the survivors.
     #[test]
-    fn the_peak_is_the_most_of_any_survivor() {
+    fn the_peak_is_the_maximum_over_survivors() {
         let with = |in_view: [usize; 2]| {
             let mut tally = Tally::<f32>::new();
             tally.peaks.iter_mut().zip(in_view).for_each(|(peak, in_view)| peak.in_view = in_view);

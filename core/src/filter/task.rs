@@ -2,32 +2,32 @@
 
 use crate::numerics::work;
 
-/// Which map to update, where to put it, and what share of the pool it may take.
+/// A map update: which map, for which particle, and with what share of the pool.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Task {
-    /// The candidate that goes on.
+    /// The selected candidate.
     pub(crate) survivor: u16,
     /// The particle whose predicted map is updated.
     pub(crate) parent: usize,
     /// The particle that gets the updated map.
     pub(crate) particle: usize,
-    /// Copies of the survivor: the particles from that one on which share the map.
+    /// Number of particles that share the updated map, from `particle` on.
     pub(crate) copies: usize,
-    /// No later survivor needs the parent's map.
+    /// Whether no later survivor needs the parent's map.
     pub(crate) last_child: bool,
-    /// Maps still to be updated, this one included.
+    /// Number of maps still to be updated, this one included.
     pub(crate) remaining: usize,
-    /// Pages of the pool that are to be left free.
+    /// Number of pages of the pool that must remain free.
     pub(crate) reserved: usize,
 }
 
 impl Task {
-    /// Of nothing; a placeholder.
+    /// A placeholder.
     pub(crate) const NONE: Self =
         Self { survivor: 0, parent: 0, particle: 0, copies: 0, last_child: false, remaining: 0, reserved: 0 };
 }
 
-/// One task for each of the survivors that differ, of which there are `distinct`; together they leave `reserved` pages free.
+/// One task for each of the `distinct` different survivors; together they leave `reserved` pages free.
 pub(crate) fn tasks<'s>(
     survivors: &'s [u16],
     distinct: usize,
@@ -50,8 +50,7 @@ pub(crate) fn tasks<'s>(
     })
 }
 
-/// The survivors in runs of equal ones. The standard library's `chunk_by` has a panic that the compiler cannot see to
-/// be out of reach.
+/// The survivors in runs of equal ones. The standard library's `chunk_by` has a panic that the compiler does not remove.
 pub(crate) fn runs(mut survivors: &[u16]) -> impl Iterator<Item = &[u16]> {
     core::iter::from_fn(move || {
         let first = survivors.first()?;

@@ -215,7 +215,7 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         of_moving.line_up((&moving_maps.table, &moving_maps.pool), task.parent, only_child, bounds);
     }
 
-    /// Whether no survivor before has the same parent.
+    /// Whether no earlier survivor has the same parent.
     fn is_first_child(&self, task: &Task) -> bool {
         let before = task.particle.checked_sub(1).and_then(|before| self.memory.survivors.get(before));
         before.is_none_or(|&before| self.layout.parent_of(usize::from(before)) != task.parent)

@@ -13,16 +13,16 @@ use crate::map::{Maps, PageId};
 use crate::numerics::work;
 use crate::{Bounds, Dynamic, Feature, LnSum, MeasurementModel, Place, Pose, Probe, Real, Static};
 
-/// All maps of both kinds, what is counted on them, and what they change beside.
+/// All maps of both kinds, and the other data that updates change.
 #[derive(Debug)]
 pub(crate) struct Update<'a, 's, D: Place> {
     pub(crate) static_maps: &'a mut Maps<'s, Static<D>>,
     pub(crate) moving_maps: &'a mut Maps<'s, Dynamic<D>>,
-    /// Whether the tally is to tell how well the last of the survivors explains the scan.
+    /// Whether the likelihood of the scan for the last survivor is computed too.
     pub(crate) weighs: bool,
-    /// The first label that has not been given away.
+    /// The first free label.
     pub(crate) next_label: &'a mut u32,
-    /// Where births are noted that are to wait, if they are.
+    /// Delayed births.
     pub(crate) noted: Notes<'a, D::Scalar>,
     pub(crate) tally: &'a mut Tally<D::Scalar>,
 }
@@ -32,7 +32,7 @@ pub(crate) struct Update<'a, 's, D: Place> {
 /// Copies of one survivor share its map. The last child of a parent reuses the parent's map, so that without resampling every map
 /// is updated in place, and components out of view are not copied.
 impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
-    /// Frees the maps of those of the `parents` that are not among the ones `alive`, which come in ascending order.
+    /// Frees the maps of `parents` that are not in `alive`, which is in ascending order.
     pub(crate) fn begin(&mut self, parents: usize, alive: impl Iterator<Item = usize>) {
         let pages = [self.static_maps.pages_used(), self.moving_maps.pages_used()];
         for (peak, pages) in self.tally.peaks.iter_mut().zip(pages) {
@@ -52,7 +52,7 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
         }
     }
 
-    /// Makes a survivor's map that of all its copies.
+    /// Makes the copies of a survivor share its map.
     pub(crate) fn share(&mut self, task: &Task) {
         for twin in 1..task.copies {
             let Self { static_maps, moving_maps, .. } = self;
@@ -62,14 +62,14 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
         }
     }
 
-    /// The updated maps are those of the particles.
+    /// Makes the updated maps those of the particles.
     pub(crate) fn finish(&mut self, particles: usize) {
         self.static_maps.table.finish(particles);
         self.moving_maps.table.finish(particles);
     }
 
-    /// Updates one survivor's map as seen from its pose, reduces it and writes it to fresh pages. Pages out of view
-    /// are shared with the parent.
+    /// Updates one survivor's map as seen from its pose, reduces it and writes it to new pages. Pages out of view are shared with
+    /// the parent.
     pub(crate) fn one<X: MeasurementModel<Pose: Pose<Scalar = T, Position = D>>>(
         &mut self,
         task: &Task,
@@ -107,12 +107,12 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
         self.note_stored(task.particle, &noted, static_stored && moving_stored);
     }
 
-    /// Stores a whole draft as [`one`](Self::one) stores what is in the workspaces of the maps. Its fresh labels begin with `first_fresh`.
+    /// Stores a complete draft, as [`one`](Self::one) stores the workspaces. Its new labels begin with `first_fresh`.
     pub(crate) fn store_draft(&mut self, draft: &mut Draft<'_, D>, first_fresh: u32) {
         let Self { static_maps, moving_maps, next_label, tally, .. } = self;
         let tally = &mut **tally;
         tally.add(&draft.tally);
-        // As many fresh labels have been given away before, that the draft knew nothing of.
+        // Previous drafts have used this number of new labels.
         draft.renaming =
             Renaming { first_fresh, fresh: draft.labels, label_offset: next_label.wrapping_sub(first_fresh) };
         **next_label = next_label.wrapping_add(draft.labels);
@@ -126,7 +126,7 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
         self.note_stored(task.particle, &draft.noted, static_stored && moving_stored);
     }
 
-    /// Notes the births that wait, counts a particle's maps as stored or left as predicted, and what has been taken of the capacities.
+    /// Stores delayed births, counts a particle's maps as stored or left as predicted, and updates the peaks of the capacities.
     fn note_stored(&mut self, particle: usize, noted: &Noted<T>, stored: bool) {
         self.noted.set(particle, noted);
         let taken = [self.static_maps.taken(particle), self.moving_maps.taken(particle)];
@@ -143,8 +143,8 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
 
 /// The steps of one map's update, for features of either kind.
 impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
-    /// Makes the parent's map the particle's, fills the workspace with what becomes of the components in view, η_z with their
-    /// terms, and puts their pages aside. Returns how many of those nobody else holds.
+    /// Makes the parent's map that of the particle, fills the workspace with its updated components in view, adds their terms to
+    /// η_z, and sets their pages aside. Returns the number of these pages that no other map holds.
     fn collect<X: MeasurementModel<Pose: Pose<Scalar = T, Position = F::Position>>>(
         &mut self,
         task: &Task,
@@ -169,7 +169,7 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
         regained
     }
 
-    /// The same where it is known already which pages are replaced.
+    /// As [`collect`](Self::collect), with known pages to replace.
     fn put_aside(&mut self, task: &Task, bounds: &Bounds<F::Position>, replaced: &[PageId]) -> usize {
         self.take_on(task, bounds);
         let Maps { table, pool, .. } = self;
@@ -185,17 +185,17 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
         regained
     }
 
-    /// Makes the parent's map the particle's, and sorts out what is far from its view.
+    /// Makes the parent's map that of the particle, and sorts pages far from the view to the front.
     fn take_on(&mut self, task: &Task, bounds: &Bounds<F::Position>) {
         let Maps { table, pool, .. } = self;
         table.take_on(task.parent, task.particle, task.last_child, pool);
-        // What moves does not stay where it was sorted out.
+        // Pages of moving features would not stay out of view.
         if !F::MOVES {
             table.sort_out(task.particle, bounds, pool);
         }
     }
 
-    /// Pages of the pool, and those of the particle's updated map, while the scan goes on.
+    /// Number of pages in use in the pool, and in the particle's updated map.
     fn taken(&self, particle: usize) -> (usize, usize) {
         let map_pages = self.table.map_pages().saturating_sub(self.table.room(particle));
         (self.pages_used(), map_pages)

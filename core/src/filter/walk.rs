@@ -10,7 +10,7 @@ use crate::snapshot::write::NEW_PAGE;
 use crate::{Bounds, Component, Feature, Flaw, Noise, Pose, Real, RestoreError, Symmetric, Vector};
 
 impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
-    /// Walks through the state, and through the covariances of poses where the proposal is `informed` and they count.
+    /// Visits the state, with the covariances of poses if the proposal is `informed`.
     pub(crate) fn walk(&self, informed: bool, visit: &mut impl Visit) {
         self.walk_cursor(visit);
         for candidate in self.candidates() {
@@ -30,7 +30,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         self.waiting.walk(self.cursor.particles, visit);
     }
 
-    /// Walks through what is small and vital.
+    /// Visits the small and vital data.
     pub(crate) fn walk_cursor(&self, visit: &mut impl Visit) {
         let cursor = &*self.cursor;
         for count in [cursor.particles, cursor.children, usize::from(cursor.predicted), cursor.heaviest] {
@@ -46,10 +46,10 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         }
     }
 
-    /// Fills an empty state with what a walk has written, in the same order. What comes of it is to be audited.
+    /// Fills an empty state with what `walk` has written, in the same order. The caller must audit the result.
     ///
     /// # Errors
-    /// The source fails, or what it says cannot be followed: the state is then any.
+    /// The source fails, or its data is inconsistent: the state is then undefined.
     pub(crate) fn fill<S, E>(
         &mut self,
         informed: bool,
@@ -94,7 +94,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
 }
 
 impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Maps<'_, F> {
-    /// Walks through one particle's map, component by component. A snapshot knows its pages, too.
+    /// Visits one particle's map, component by component. A snapshot also stores its pages.
     fn walk(&self, particle: usize, visit: &mut impl Visit) {
         let pages = self.table.pages(particle);
         if !self.table.is_none() {
@@ -113,7 +113,7 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Maps<'_, F> {
         visit.word(u32::MAX);
     }
 
-    /// The way back: of a map where there was one. Pages are taken in the order in which a walk meets them.
+    /// Restores a map, if there was one. Pages are allocated in the order of their first visit.
     fn fill<S, E>(
         &mut self,
         was_there: bool,
@@ -132,7 +132,7 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Maps<'_, F> {
             }
             for _ in 0..len {
                 let Some(id) = self.next_page(from) else { return flawed };
-                // No map has a page twice.
+                // A map has each page at most once.
                 if self.table.pages(particle).contains(&id) || !self.table.push(particle, id) {
                     return flawed;
                 }
@@ -173,7 +173,7 @@ fn walk_component<T: Real, N: Vector<Scalar = T>>(component: &Component<N>, visi
     component.covariance.as_lower().iter().for_each(|&x| visit.scalar(x));
 }
 
-/// The way back.
+/// Restores a component.
 fn next_component<T: Real, N: Vector<Scalar = T>, S, E>(from: &mut Reader<'_, S, E>) -> Component<N>
 where
     S: FnMut(usize, &mut [u8]) -> Result<(), E>,

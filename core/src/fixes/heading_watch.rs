@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn headings_that_are_off_by_one_angle_are_right() {
+    fn headings_with_a_constant_offset_are_right() {
         // Across the cut at π.
         let (when, back) =
             told(|second| 3.1 + 0.1 * f64::from(second) + if second % 2 == 0 { 0.02 } else { -0.02 }).unwrap();
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn a_compass_that_stands_still_beside_a_vehicle_that_turns_is_not() {
+    fn a_constant_heading_of_a_turning_vehicle_is_wrong() {
         assert_eq!(told(|_| 2.0), None);
         assert_eq!(told(|_| f64::NAN), None);
     }

@@ -6,7 +6,7 @@ use super::waited::Waited;
 use crate::{Fix, ModelError, PlanarPose, PoseEstimate, PositionFix, Real};
 use nalgebra::Vector2;
 
-/// A vehicle that moves slowly is given so many times the time, until its way tells the turn.
+/// Multiple of the rule's time that a slow vehicle gets, until its path determines the rotation.
 const PATIENCE_OF_THE_SLOW: f64 = 4.0;
 
 /// Decides, from positions of one receiver that are rejected by their gate, whether the fixes are wrong or the filter has diverged.
@@ -18,7 +18,7 @@ const PATIENCE_OF_THE_SLOW: f64 = 4.0;
 /// scale between ½ and 2 because odometry may have a scale error, the filter is wrong, and the aligned pose is that of the vehicle.
 /// The rotation is used if the path is long enough to determine it to 0.1 rad, for which a slow vehicle gets four times the time; a
 /// vehicle that stands still keeps its heading. If the paths do not fit, as for a receiver with multipath between buildings or one
-/// that repeats its last position, the sums are reset, and the next rejected fix begins anew. An accepted fix also resets them.
+/// that repeats its last position, the sums are reset, and the next rejected fix starts new ones. An accepted fix resets them.
 ///
 /// The memory is a fixed number of sums, at any rate of fixes.
 ///
@@ -102,7 +102,7 @@ mod tests {
         PoseEstimate { mean: pose, covariance: Symmetric::from_diagonal([0.01, 0.01, 0.0004]) }
     }
 
-    /// A vehicle on a circle of 20 m at 2 m/s, seen once a second.
+    /// A vehicle on a circle of radius 20 m at 2 m/s, once a second.
     fn driven(second: u32) -> PlanarPose<f64> {
         let angle = 0.1 * f64::from(second);
         PlanarPose::new(20.0 * angle.sin(), 20.0 * (1.0 - angle.cos()), angle)
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn a_way_that_is_turned_and_shifted_is_laid_over_the_fixes() {
+    fn a_rotated_and_shifted_path_is_aligned_with_the_fixes() {
         let fix = PositionFix::new(0.3).unwrap().mounted(0.7, -0.2).unwrap();
         let (turn, shift) = (0.8_f64, Vector2::new(1400.0, -3.0));
         let truly = |pose: PlanarPose<f64>| {
@@ -133,10 +133,10 @@ mod tests {
             )
         };
         let (when, back) = told(&fix, 20, driven, |second| fix.expect(&truly(driven(second))).unwrap()).unwrap();
-        // 7 s after the first.
+        // 7 s after the first fix.
         assert_eq!(when, 7);
         assert!(back.mean.difference(&truly(driven(7))).norm() < 1e-9, "{back:?}");
-        // Σ |p − p̄|² of the antenna's places gives the variance of the turn.
+        // Σ |p − p̄|² over the positions of the antenna gives the variance of the rotation.
         let places: std::vec::Vec<_> = (0..8).map(|second| fix.expect(&driven(second)).unwrap()).collect();
         let middle = places.iter().sum::<Vector2<f64>>() / 8.0;
         let spread: f64 = places.iter().map(|place| (place - middle).norm_squared()).sum();
@@ -155,9 +155,10 @@ mod tests {
         assert!((variances[0] - 0.25).abs() < 1e-12 && variances[2] == 0.0004, "{back:?}");
     }
 
-    /// At half a metre a second a way of 7 s tells no turn to fixes of 1.5 m. To keep the heading then would be to come back as wrong as before.
+    /// At 0.5 m/s a path of 7 s does not determine the rotation from fixes of 1.5 m. Keeping the heading would then keep its
+    /// error.
     #[test]
-    fn a_slow_vehicle_is_waited_for_until_its_way_tells_the_turn() {
+    fn a_slow_vehicle_gets_time_until_its_path_determines_the_rotation() {
         let fix = PositionFix::new(1.5).unwrap();
         let slow = |second: u32| PlanarPose::new(0.5 * f64::from(second), 0.0, 0.0);
         let truly = |second: u32| Vector2::new(-0.5 * f64::from(second), 20.0);
@@ -168,20 +169,20 @@ mod tests {
     }
 
     #[test]
-    fn fixes_that_do_not_agree_are_never_right() {
+    fn inconsistent_fixes_are_never_right() {
         let fix = PositionFix::new(0.5).unwrap();
-        // A receiver that repeats its last place while the vehicle goes on; one that jumps; one that goes ten times as fast.
+        // A receiver that repeats its last position while the vehicle moves; one that jumps; one that moves ten times as fast.
         assert_eq!(told(&fix, 60, driven, |_| Vector2::new(500.0, 0.0)), None);
         assert_eq!(told(&fix, 60, driven, |second| Vector2::new(f64::from(second * 37 % 11) * 20.0, 300.0)), None);
         let fast = |second| Vector2::new(500.0 + 10.0 * driven(second).x_m, 10.0 * driven(second).y_m);
         assert_eq!(told(&fix, 60, driven, fast), None);
-        // What is wrong by less than the seven seconds takes is passed over.
+        // An error that lasts less than seven seconds is ignored.
         assert_eq!(told(&fix, 7, driven, |second| fix.expect(&driven(second)).unwrap().add_scalar(50.0)), None);
         assert_eq!(told(&fix, 60, driven, |_| Vector2::new(f64::NAN, 0.0)), None);
     }
 
     #[test]
-    fn one_that_is_taken_in_ends_the_row_and_few_are_not_enough() {
+    fn an_accepted_fix_resets_the_sums_and_few_fixes_are_not_enough() {
         let fix = PositionFix::new(0.5).unwrap();
         let mut watch = PositionWatch::new(FixRule::default()).unwrap();
         let refused = |watch: &mut PositionWatch<f64>, second: u32, elapsed_s| {
@@ -195,7 +196,7 @@ mod tests {
             }
         }
         watch.accepted();
-        // One in 10 s: four are not enough, however long they take; times that are none count as none.
+        // One fix in 10 s: four are not enough, however long they take; a time of NaN counts as zero.
         for second in 0..4 {
             assert_eq!(refused(&mut watch, second, 10.0), None);
         }

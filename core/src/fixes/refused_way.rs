@@ -3,14 +3,14 @@
 use super::rule::LOOSE;
 use crate::{PlanarPose, PoseEstimate, Real, Symmetric, wrap};
 
-/// A turn that the fixes tell to less than this is taken from them, rad; below it the filter's heading is the better one.
+/// Greatest standard deviation with which the rotation is taken from the fixes, rad; above it the filter's heading is better.
 const TOLD_RAD: f64 = 0.1;
-/// A vehicle moves where its places scatter by more than this, in standard deviations of a fix.
+/// A vehicle moves if the standard deviation of its positions is above this multiple of that of a fix.
 const MOVES: f64 = 0.3;
-/// Wheels slip and scales are off by tenths; a way that is half or twice as long is not the vehicle's.
+/// Greatest ratio of the two paths' lengths. Wheel slip and scale errors change it by tenths only.
 const SCALE: f64 = 2.0;
 
-/// Sums over pairs of where the filter expected an antenna, p, and where the fix was, q, both from the first pair.
+/// Sums over pairs of the antenna's predicted position, p, and the fix, q, both relative to the first pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RefusedWay<T> {
     first: [[T; 2]; 2],
@@ -44,7 +44,7 @@ impl<T: Real> RefusedWay<T> {
         (*along, *across) = (*along + dot(p, q), *across + cross(p, q));
     }
 
-    /// Whether the filter takes the vehicle to move, but not far enough yet for the turn to be told by fixes of this noise, m.
+    /// Whether the filter predicts a motion, but one that is too short to determine the rotation with fixes of this noise, m.
     pub(super) fn tells_soon(&self, sigma_m: T) -> bool {
         let variance = sigma_m * sigma_m;
         let [p, _] = self.sums.map(|sum| sum.map(|sum| sum / self.count));
@@ -53,10 +53,10 @@ impl<T: Real> RefusedWay<T> {
         !is_told && of_p > self.count * variance * T::from_f64(MOVES * MOVES)
     }
 
-    /// The pose after the turn and shift, of three pairs or more; `None` where no turn and shift lays one way over the other.
+    /// The pose after the rotation and translation that align three or more pairs; `None` if the paths do not fit.
     ///
-    /// The turn of least squares is θ = atan2(Σ p×q, Σ p·q) over differences from the means (Horn 1987, in the plane), its variance σ²/Σ p·p.
-    /// What remains is judged after a change of scale has been taken out as well, for odometry has one.
+    /// The rotation by least squares is θ = atan2(Σ p×q, Σ p·q) over differences from the means (Horn 1987, in the plane), its
+    /// variance σ²/Σ p·p. The residuals are those after a change of scale, because odometry has a scale error.
     pub(super) fn laid_over(
         &self,
         sigma_m: T,
@@ -80,7 +80,7 @@ impl<T: Real> RefusedWay<T> {
         } else {
             (T::ZERO, (of_p + of_q - two * along).at_least(T::ZERO) / (two * n - two))
         };
-        // Written so that NaN agrees with nothing.
+        // The comparison is written so that NaN does not fit.
         if !(unexplained <= variance * T::from_f64(LOOSE * LOOSE)) {
             return None;
         }
@@ -92,7 +92,7 @@ impl<T: Real> RefusedWay<T> {
         let (s, c) = turn.sin_cos();
         let arm = [c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]];
         let mean = PlanarPose::new(first_qx + q[0] + arm[0], first_qy + q[1] + arm[1], wrap(heading_rad + turn));
-        // To turn is to swing the pose around the middle of the fixes.
+        // A rotation moves the pose around the centre of the fixes.
         let by_turn = [-arm[1], arm[0], T::ONE];
         let own = [variance, variance, T::ZERO];
         let covariance = Symmetric::from_fn(|row, column| {
@@ -117,8 +117,8 @@ mod tests {
     use super::RefusedWay;
     use crate::{PlanarPose, PoseEstimate, Symmetric};
 
-    /// Three pairs on a line, the middle one displaced by `e` across it: least squares leaves 2 e²/3, for two degrees of freedom after turn,
-    /// shift and scale.
+    /// Three pairs on a line, the middle one displaced by `e` across it: least squares leaves 2 e²/3, with two degrees of freedom
+    /// after rotation, translation and scale.
     #[test]
     fn the_covariance_is_that_of_the_residuals() {
         let (sigma_m, e) = (0.1, 0.3);

@@ -22,7 +22,7 @@ impl<T: Real> Default for FixRule<T> {
 }
 
 impl<T: Real> FixRule<T> {
-    /// The number that is out of range, if any.
+    /// Checks the parameters.
     pub(super) fn check(self) -> Result<Self, ModelError> {
         require(self.patience_s >= T::ZERO, "patience_s", "0 or more")?;
         require((3..=1000).contains(&self.fewest), "fewest", "3 to 1000")?;
@@ -30,6 +30,6 @@ impl<T: Real> FixRule<T> {
     }
 }
 
-/// Fixes that agree with each other may be this many times as far from their line as their noise says: it is more than a data
-/// sheet says, and odometry has its own.
+/// Greatest residual of consistent fixes, in standard deviations of their noise: real noise exceeds that of data sheets, and
+/// odometry adds its own.
 pub(super) const LOOSE: f64 = 3.0;

@@ -4,7 +4,7 @@ use crate::numerics::range::is_within_range;
 use crate::numerics::vector::applied;
 use crate::{Factor, Linear, Matrix, Real, Symmetric, Vector, Zero};
 
-/// ln of a million.
+/// ln 10⁶, the greatest ln w of a component from outside.
 const LN_HEAVIEST: f64 = 13.815_510_557_964_274;
 
 /// A component w N(m, P) of a Gaussian mixture (5.8), with the logarithm of its weight.
@@ -12,8 +12,8 @@ const LN_HEAVIEST: f64 = 13.815_510_557_964_274;
 /// The weight is the expected number of features of the component. The state of a static feature is its position, that of a moving
 /// one its position and velocity.
 ///
-/// `T` is the scalar of `N`, and never given: a field whose type is a projection makes the compiler (1.95) fail where a closure
-/// uses the rest of a captured component, `Component { label, ..known }`.
+/// `T` is always the scalar of `N`: with a projection as the type of a field, the compiler (1.95) fails if a closure uses the
+/// rest of a captured component, as in `Component { label, ..known }`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Component<N: Vector, T = <N as Vector>::Scalar> {
     /// Identity of the feature from scan to scan, unique in one map among components of one kind. The label identifies the
@@ -31,8 +31,8 @@ impl<T: Real, N: Vector<Scalar = T>> Component<N> {
     /// All zero; a placeholder for unused memory.
     pub const ZERO: Self = Self { label: 0, ln_weight: T::ZERO, mean: N::ZERO, covariance: Symmetric::ZERO };
 
-    /// Whether it may come from outside: of a finite weight, at most a million features, so that sums of weights stay finite;
-    /// within range, and the covariance positive definite.
+    /// Whether a component from outside is valid: a finite weight of at most a million features, so that sums of weights stay
+    /// finite; a mean within range; and a positive definite covariance.
     pub(crate) fn is_usable(&self) -> bool {
         self.ln_weight.is_finite()
             && self.ln_weight <= T::from_f64(LN_HEAVIEST)
@@ -56,7 +56,7 @@ pub struct Correction<N: Vector, Z: Vector> {
     gain: Linear<N, Z>,
     /// P⁺, positive definite.
     covariance: Symmetric<N>,
-    /// Whether rounding errors had to be repaired to keep it positive definite.
+    /// Whether rounding errors had to be repaired to keep the covariance positive definite.
     repaired: bool,
 }
 

@@ -11,7 +11,7 @@ pub trait DraftStorage<F: Feature>: Debug + Send {
     /// All zero.
     const ZERO: Self;
 
-    /// The draft over this memory.
+    /// The draft in this memory.
     #[doc(hidden)]
     fn draft(&mut self) -> MapDraft<'_, F>;
 }
@@ -56,24 +56,24 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>, const MAP_PAGES: usize, c
 pub struct MapDraft<'w, F: Feature> {
     /// Its components in view.
     pub(crate) workspace: Workspace<'w, F::State>,
-    /// Pages of the predicted map that they replace, in order: the first `aside_len`. Afterwards those that are taken for the updated
-    /// ones: the first `placed_len`.
+    /// First, the pages of the predicted map that the update replaces, in order: `aside_len` of them. Later, the pages allocated
+    /// for the updated map: `placed_len` of them.
     pub(crate) aside: &'w mut [PageId],
     pub(crate) aside_len: usize,
     pub(crate) placed_len: usize,
-    /// The components as they are written to pages where there is room for all: the first `pages_len`, or more than there are.
+    /// The pages to store if there is room for all: `pages_len` of them, which may be greater than the capacity.
     pub(crate) pages: &'w mut [Page<F>],
     pub(crate) pages_len: usize,
-    /// The pages of the updated map, the first `row_len`, and the data for storing several drafts at the same time.
+    /// The pages of the updated map, `row_len` of them; used if several drafts are stored at the same time.
     row: &'w mut [PageId],
     pub(crate) row_len: usize,
     head: Row<F::Position>,
-    /// Pages aside that nobody else holds, as far as is known without the drafts before.
+    /// Number of replaced pages that no other map holds, not considering the drafts before.
     pub(crate) regained: usize,
 }
 
 impl<T: Real, F: Feature<Position: Place<Scalar = T>>> MapDraft<'_, F> {
-    /// A draft of no map.
+    /// A draft without memory.
     pub(crate) fn none() -> Self {
         Self {
             workspace: Workspace::none(),
@@ -89,17 +89,17 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> MapDraft<'_, F> {
         }
     }
 
-    /// Whether it is as large as maps in this table and this workspace need.
+    /// Whether its capacities are those of the table and the workspace.
     pub(crate) fn fits(&self, table: &MapTable<'_, F::Position>, workspace: &Workspace<'_, F::State>) -> bool {
         self.workspace.capacity() == workspace.capacity() && self.aside.len() == table.map_pages()
     }
 
-    /// The pages aside.
+    /// The pages that the update replaces.
     pub(crate) fn aside(&self) -> &[PageId] {
         self.aside.get(..self.aside_len).unwrap_or(&[])
     }
 
-    /// Finds the pages that the updated map keeps of the parent's, in the order in which it would have them if it was stored by itself.
+    /// Finds the pages that the updated map keeps from the parent's, in the order that storing the draft by itself would give.
     pub(crate) fn line_up(
         &mut self,
         (table, pool): (&MapTable<'_, F::Position>, &Pool<'_, F>),
@@ -109,7 +109,7 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> MapDraft<'_, F> {
     ) {
         let pages = table.pages(parent);
         let (known_far, known_vicinity) = table.far(parent);
-        // What moves does not stay where it was sorted out.
+        // Pages of moving features do not stay out of view.
         let sorted_anew = !F::MOVES && !known_vicinity.covers(bounds);
         let vicinity = if sorted_anew { bounds.grown(T::from_f64(MARGIN)) } else { known_vicinity };
         let first_near = if sorted_anew { 0 } else { known_far };
@@ -144,12 +144,12 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> MapDraft<'_, F> {
         self.row.get(..self.row_len).unwrap_or(&[])
     }
 
-    /// Whether the updated map has room for the pages that are to come.
+    /// Whether the updated map has room for its new pages.
     pub(crate) fn fits_row(&self) -> bool {
         self.pages_len <= self.pages.len() && self.row_len + self.pages_len <= self.row.len()
     }
 
-    /// Takes pages for those that are written.
+    /// Allocates the new pages.
     pub(crate) fn take(&mut self, mut next: impl FnMut(usize) -> Option<PageId>) {
         for (place, slot) in self.aside.iter_mut().enumerate().take(self.pages_len) {
             let Some(id) = next(place) else { break };
@@ -163,7 +163,7 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> MapDraft<'_, F> {
         self.head.len = self.row_len as u16;
     }
 
-    /// Writes the list of its pages.
+    /// Writes the page list of the updated map.
     pub(crate) fn write_row(&self, ids: &mut [PageId], head: &mut Row<F::Position>) {
         ids.iter_mut().zip(self.row()).for_each(|(slot, &id)| *slot = id);
         *head = self.head;

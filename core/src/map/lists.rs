@@ -20,14 +20,14 @@ pub struct Lists<'s, F: Feature> {
 }
 
 impl<'s, F: Feature> Maps<'s, F> {
-    /// Hands the lists over, until they are given back.
+    /// Hands over the lists until they are given back.
     pub(crate) fn lend_lists(&mut self) -> Lists<'s, F> {
         let (ids, rows, row_of, map_pages) = self.table.lend();
         let (references, free) = self.pool.lend_lists();
         Lists { ids, rows, row_of, references, free, map_pages }
     }
 
-    /// Takes them back; so many pages are free.
+    /// Takes the lists back, with the number of free pages.
     pub(crate) fn give_lists_back(&mut self, lists: Lists<'s, F>, free_pages: usize) {
         let Lists { ids, rows, row_of, references, free, .. } = lists;
         self.table.give_back(ids, rows, row_of);

@@ -19,7 +19,7 @@ pub trait MapStorage<F: Feature>: sealed::Sealed + Debug {
     #[doc(hidden)]
     type Draft: DraftStorage<F>;
 
-    /// The maps over this memory.
+    /// The maps in this memory.
     #[doc(hidden)]
     fn maps(&mut self) -> Maps<'_, F>;
 }
@@ -110,7 +110,7 @@ impl<F: Feature> Maps<'_, F> {
         pages.filter_map(|&id| self.pool.get(id)).flat_map(|page| page.components())
     }
 
-    /// Pages in use.
+    /// Number of pages in use.
     pub(crate) fn pages_used(&self) -> usize {
         self.pool.capacity() - self.pool.free()
     }

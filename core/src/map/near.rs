@@ -3,7 +3,7 @@
 use super::{MapTable, Maps, Pool};
 use crate::{Bounds, Component, Feature, Place, Real};
 
-/// The components of a particle's map within `bounds`; of a map of which the workspace may be in other hands.
+/// The components of a particle's map within `bounds`. Takes table and pool, so that the workspace can be borrowed elsewhere.
 pub(crate) fn on_pages_within<'m, F: Feature>(
     (table, pool): (&'m MapTable<'_, F::Position>, &'m Pool<'_, F>),
     particle: usize,
@@ -14,7 +14,7 @@ pub(crate) fn on_pages_within<'m, F: Feature>(
     components.filter(|component| bounds.holds(&component.position()))
 }
 
-/// Shows `look` the same components, each with its weight.
+/// Calls `look` for the components of a particle's map within `bounds`, with their weights.
 #[inline(always)]
 pub(crate) fn look_within<T: Real, F: Feature<Position: Place<Scalar = T>>>(
     maps: &Maps<'_, F>,

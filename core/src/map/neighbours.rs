@@ -8,7 +8,7 @@ use crate::{Component, Real, Vector};
 /// Number of cells along each axis.
 const CELLS: usize = 16;
 
-/// Cells of the same size that hold every component.
+/// A grid that covers all components.
 #[derive(Debug)]
 pub(crate) struct Cells<T> {
     first: [[u16; CELLS]; CELLS],
@@ -23,7 +23,7 @@ struct Axis<T> {
 }
 
 impl<T: Real> Axis<T> {
-    /// Cells from the least to the greatest of these coordinates.
+    /// Cells from the minimum to the maximum of these coordinates.
     fn over(coordinates: impl Iterator<Item = T>) -> Self {
         let (mut low, mut high) = (T::INFINITY, T::NEG_INFINITY);
         for x in coordinates {
@@ -33,7 +33,7 @@ impl<T: Real> Axis<T> {
         Self { low, per_unit }
     }
 
-    /// The cell that a coordinate falls into; the outer ones go on for ever.
+    /// The cell of a coordinate; the outer cells are unbounded.
     #[inline]
     fn cell(&self, x: T) -> usize {
         ((x - self.low) * self.per_unit).to_i32().clamp(0, CELLS as i32 - 1).unsigned_abs() as usize
@@ -41,11 +41,11 @@ impl<T: Real> Axis<T> {
 }
 
 impl<T: Real> Cells<T> {
-    /// Cells of nothing.
+    /// An empty grid.
     pub(crate) const EMPTY: Self =
         Self { first: [[NONE; CELLS]; CELLS], axes: [Axis { low: T::ZERO, per_unit: T::ZERO }; 2] };
 
-    /// Lists the components of all cells in `links`, which must be as long as `entries`. Of empty cells.
+    /// Adds all components to the lists of their cells, in `links`, which must be as long as `entries`. The grid must be empty.
     pub(crate) fn fill<N: Vector<Scalar = T>>(&mut self, entries: &[Entry<N>], links: &mut [Linked]) {
         self.axes = [0, 1].map(|axis| Axis::over(entries.iter().map(|entry| along(&entry.component, axis))));
         for (index, (entry, link)) in entries.iter().zip(links).enumerate() {
@@ -64,8 +64,8 @@ impl<T: Real> Cells<T> {
         if axis == 0 { first } else { second }
     }
 
-    /// Shows `visit` the places of all components whose squared Mahalanobis distance by the covariance of `component` may be
-    /// as small as `distance`, its own among them: that distance is at least δ²/P of any one axis.
+    /// Calls `visit` with the indices of all components whose squared Mahalanobis distance, with the covariance of `component`,
+    /// may be at most `distance`, including itself. That distance is at least δ²/P on any axis.
     #[inline]
     pub(crate) fn reached_by<N: Vector<Scalar = T>>(
         &self,
@@ -74,7 +74,7 @@ impl<T: Real> Cells<T> {
         links: &[Linked],
         mut visit: impl FnMut(usize),
     ) {
-        // A little more than the distance at which rounding could still decide.
+        // The distance is increased by more than the rounding errors.
         let widened = distance * (T::ONE + T::from_f64(16.0) * T::EPSILON);
         let reached = |axis| {
             let (x, reach) = (along(component, axis), (widened * component.covariance.get(axis, axis)).sqrt_above());
@@ -94,7 +94,7 @@ impl<T: Real> Cells<T> {
     }
 }
 
-/// The places in a list.
+/// The indices in a list.
 pub(crate) fn list(first: u16, links: &[Linked]) -> impl Iterator<Item = usize> {
     let mut next = first;
     core::iter::from_fn(move || {
@@ -105,7 +105,7 @@ pub(crate) fn list(first: u16, links: &[Linked]) -> impl Iterator<Item = usize> 
     })
 }
 
-/// A coordinate of the mean; 0 for one that there is not.
+/// A coordinate of the mean; 0 if the mean has fewer dimensions.
 #[inline]
 fn along<T: Real, N: Vector<Scalar = T>>(component: &Component<N>, axis: usize) -> T {
     component.mean.at(axis)
@@ -121,7 +121,7 @@ mod tests {
     use std::vec::Vec;
 
     #[test]
-    fn nothing_within_reach_is_passed_over() {
+    fn all_components_within_the_distance_are_visited() {
         let mut noise = Noise::seeded(3);
         for (count, extent) in [(0, 1.0), (1, 1.0), (7, 0.0), (200, 30.0), (200, 1e-6)] {
             let entries: Vec<Entry<Vector2<f64>>> = (0..count)

@@ -2,7 +2,7 @@
 
 use crate::{Bounds, Component, Feature, Real, Vector};
 
-/// Components in one page. A page is shared, copied and skipped as a whole.
+/// Number of components in one page. A page is shared, copied and skipped as a whole.
 pub const PAGE_LEN: usize = 8;
 
 /// Up to [`PAGE_LEN`] components and the bounding box of their positions.
@@ -15,7 +15,7 @@ pub struct Page<F: Feature> {
     len: u16,
 }
 
-/// All of a page, to be damaged.
+/// All data of a page, for fault injection.
 #[cfg(any(test, feature = "flips"))]
 pub(crate) struct Fields<'p, F: Feature> {
     pub(crate) components: &'p mut [Component<F::State>; PAGE_LEN],
@@ -41,32 +41,32 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Page<F> {
         self.components().iter().zip(self.weights.iter().copied())
     }
 
-    /// The box of their positions.
+    /// The bounding box of their positions.
     #[inline]
     pub(crate) fn bounds(&self) -> &Bounds<F::Position> {
         &self.bounds
     }
 
-    /// All that a memory fault may change.
+    /// All data that a memory fault may change.
     #[cfg(any(test, feature = "flips"))]
     pub(crate) fn fields(&mut self) -> Fields<'_, F> {
         let Self { components, weights, bounds, len } = self;
         Fields { components, weights, bounds, len }
     }
 
-    /// Replaces every component by what `change` makes of it, and drops those of which it makes nothing.
+    /// Replaces every component by the result of `change`, and removes those for which it is `None`.
     pub(crate) fn change(&mut self, change: impl Fn(&Component<F::State>) -> Option<Component<F::State>>) {
         let before = core::mem::replace(&mut self.len, 0);
         self.bounds = Bounds::EMPTY;
         for place in 0..usize::from(before).min(PAGE_LEN) {
-            // What has been kept lies before what is still to come.
+            // Kept components are at indices before the next one to read.
             if let Some(changed) = self.components.get(place).and_then(&change) {
                 self.push(&changed);
             }
         }
     }
 
-    /// Replaces the contents; takes at most [`PAGE_LEN`] components.
+    /// Replaces the content by at most [`PAGE_LEN`] components.
     pub(crate) fn fill<'a>(&mut self, components: impl Iterator<Item = &'a Component<F::State>>) {
         self.len = 0;
         self.bounds = Bounds::EMPTY;
@@ -85,7 +85,7 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Page<F> {
         self.components.iter_mut().take(len).map(|component| &mut component.label)
     }
 
-    /// Adds a component where there is room.
+    /// Adds a component if there is room.
     pub(crate) fn push(&mut self, component: &Component<F::State>) {
         let place = usize::from(self.len);
         if let Some((slot, weight)) = self.components.get_mut(place).zip(self.weights.get_mut(place)) {

@@ -17,7 +17,7 @@ impl PageId {
         Self(index)
     }
 
-    /// Its index among the pages of the pool.
+    /// The index of the page in its pool.
     #[must_use]
     pub fn index(self) -> usize {
         usize::from(self.0)
@@ -44,7 +44,7 @@ impl<F: Feature, const PAGES: usize> PoolMemory<F, PAGES> {
     pub(crate) const ZERO: Self =
         Self { pages: [Page::ZERO; PAGES], references: [0; PAGES], free: [PageId::ZERO; PAGES], free_len: 0 };
 
-    /// The pool over this memory.
+    /// The pool in this memory.
     pub(crate) fn view(&mut self) -> Pool<'_, F> {
         Pool {
             pages: &mut self.pages,
@@ -74,7 +74,7 @@ impl<'s, F: Feature> Pool<'s, F> {
     pub(crate) fn clear(&mut self) {
         self.references.fill(0);
         *self.free_len = 0;
-        // The last one freed is the first one taken: ids in ascending order.
+        // The last page freed is the first one allocated: so indices are allocated in ascending order.
         for index in (0..self.pages.len()).rev() {
             self.put_back(PageId(index as u16));
         }
@@ -87,34 +87,34 @@ impl<'s, F: Feature> Pool<'s, F> {
         }
     }
 
-    /// Number of free pages. A count that memory faults have made greater than there are pages is taken for all of them.
+    /// Number of free pages, limited to the capacity because a memory fault may have increased it.
     pub(crate) fn free(&self) -> usize {
         usize::from(*self.free_len).min(self.pages.len())
     }
 
-    /// Number of pages in all.
+    /// Total number of pages.
     pub(crate) fn capacity(&self) -> usize {
         self.pages.len()
     }
 
-    /// The page of an id.
+    /// The page with this id.
     #[inline]
     pub(crate) fn get(&self, id: PageId) -> Option<&Page<F>> {
         self.pages.get(id.index())
     }
 
-    /// All pages that some map holds, for changing in all of them at once.
+    /// All pages that maps hold, to change them for all maps at once.
     pub(crate) fn held_mut(&mut self) -> impl Iterator<Item = &mut Page<F>> {
         let held = self.pages.iter_mut().zip(self.references.iter()).filter(|(_, references)| **references > 0);
         held.map(|(page, _)| page)
     }
 
-    /// The same in so many parts at most.
+    /// The same pages, in at most `parts` parts.
     pub(crate) fn held_in_parts(
         &mut self,
         parts: usize,
     ) -> impl Iterator<Item = impl Iterator<Item = &mut Page<F>> + Send> + Send {
-        // Pages are taken from the front: beyond the last one held there are often many.
+        // Pages are allocated from the front: often many pages behind the last held one are free.
         let len = self.references.iter().rposition(|&references| references > 0).map_or(0, |last| last + 1);
         let each = len.div_ceil(parts.max(1)).max(1);
         let parts = self.pages.get_mut(..len).unwrap_or(&mut []).chunks_mut(each).zip(self.references.chunks(each));
@@ -124,7 +124,7 @@ impl<'s, F: Feature> Pool<'s, F> {
         })
     }
 
-    /// Makes a page that some map holds a copy of another.
+    /// Copies a page to a page that a map holds.
     pub(crate) fn write(&mut self, id: PageId, other: &Page<F>)
     where
         F: Feature<Position: Vector<Scalar: Real>>,
@@ -134,12 +134,12 @@ impl<'s, F: Feature> Pool<'s, F> {
         }
     }
 
-    /// Whether some map holds the page of that number.
+    /// Whether a map holds the page with this index.
     pub(crate) fn is_held(&self, index: usize) -> bool {
         self.references.get(index).is_some_and(|&references| references > 0)
     }
 
-    /// Hands all pages over, until they are [given back](Self::give_pages_back): there is none meanwhile.
+    /// Hands over all pages, until they are [given back](Self::give_pages_back). Meanwhile the pool has none.
     pub(crate) fn lend_pages(&mut self) -> &'s mut [Page<F>] {
         core::mem::take(&mut self.pages)
     }
@@ -149,18 +149,18 @@ impl<'s, F: Feature> Pool<'s, F> {
         self.pages = pages;
     }
 
-    /// Hands over the counts of the pages and the list of those that are free.
+    /// Hands over the reference counts and the list of free pages.
     pub(crate) fn lend_lists(&mut self) -> (&'s mut [u16], &'s mut [PageId]) {
         (core::mem::take(&mut self.references), core::mem::take(&mut self.free))
     }
 
-    /// Takes them back; so many pages are free.
+    /// Takes them back, with the number of free pages.
     pub(crate) fn give_lists_back(&mut self, references: &'s mut [u16], free: &'s mut [PageId], free_pages: usize) {
         *self.free_len = free_pages.min(free.len()) as u16;
         (self.references, self.free) = (references, free);
     }
 
-    /// Takes a free page, with one reference, for the caller to fill; `None` when the pool is full.
+    /// Allocates a page, with one reference, for the caller to fill; `None` if no page is free.
     pub(crate) fn take(&mut self) -> Option<(PageId, &mut Page<F>)> {
         let last = self.free_len.checked_sub(1)?;
         let id = *self.free.get(usize::from(last))?;
@@ -171,7 +171,7 @@ impl<'s, F: Feature> Pool<'s, F> {
         Some((id, page))
     }
 
-    /// Takes a free page and makes it a copy of another, that some map holds; `None` when the pool is full.
+    /// Allocates a page and copies a held page to it; `None` if no page is free.
     pub(crate) fn take_copy(&mut self, of: PageId) -> Option<PageId>
     where
         F: Feature<Position: Vector<Scalar: Real>>,
@@ -183,14 +183,14 @@ impl<'s, F: Feature> Pool<'s, F> {
         Some(id)
     }
 
-    /// One more map holds this page.
+    /// Adds a reference to a page.
     pub(crate) fn share(&mut self, id: PageId) {
         if let Some(references) = self.references.get_mut(id.index()) {
             *references = references.saturating_add(1);
         }
     }
 
-    /// One map fewer holds this page; the last one frees it.
+    /// Removes a reference to a page, and frees it if that was the last.
     pub(crate) fn release(&mut self, id: PageId) {
         if let Some(references) = self.references.get_mut(id.index())
             && *references > 0
@@ -202,21 +202,21 @@ impl<'s, F: Feature> Pool<'s, F> {
         }
     }
 
-    /// Changes the count of a page, for an audit that puts it back.
+    /// Changes the reference count of a page, for an audit that restores it.
     pub(crate) fn recount(&mut self, id: PageId, change: fn(u16) -> u16) {
         if let Some(references) = self.references.get_mut(id.index()) {
             *references = change(*references);
         }
     }
 
-    /// Whether no count is left where all holders have been taken off.
+    /// Whether all reference counts are zero, after the audit has removed the references of all maps.
     pub(crate) fn is_accounted_for(&self) -> bool {
         self.references.iter().all(|&references| references == 0)
     }
 
-    /// Whether the free pages are those that nobody holds, each once.
+    /// Whether the list of free pages has each page without references exactly once.
     pub(crate) fn free_is_sound(&mut self) -> bool {
-        // More than there are particles.
+        // Greater than any valid count.
         const COUNTED: u16 = u16::MAX;
         let unheld = self.references.iter().filter(|&&references| references == 0).count();
         let mut distinct = 0;
@@ -232,20 +232,20 @@ impl<'s, F: Feature> Pool<'s, F> {
         distinct == usize::from(*self.free_len) && distinct == unheld
     }
 
-    /// All that a memory fault may change beside the pages.
+    /// All data except the pages that a memory fault may change.
     #[cfg(any(test, feature = "flips"))]
     pub(crate) fn words(&mut self) -> impl Iterator<Item = &mut u16> {
         let free = self.free.iter_mut().map(|id| &mut id.0);
         self.references.iter_mut().chain(free).chain(core::iter::once(&mut *self.free_len))
     }
 
-    /// A page that some map holds.
+    /// A page that a map holds.
     pub(crate) fn held(&mut self, index: usize) -> Option<&mut Page<F>> {
         let references = self.references.get(index).copied().unwrap_or(0);
         self.pages.get_mut(index).filter(|_| references > 0)
     }
 
-    /// Makes the free pages those that nobody holds.
+    /// Sets the list of free pages to the pages without references.
     pub(crate) fn free_what_nobody_holds(&mut self) {
         *self.free_len = 0;
         for index in (0..self.pages.len()).rev() {
@@ -255,19 +255,19 @@ impl<'s, F: Feature> Pool<'s, F> {
         }
     }
 
-    /// Hands the counts over as scratch of a place for every page, until [`recount_all`](Self::recount_all) puts them back.
+    /// Hands over the reference counts as scratch with one element for each page, until [`recount_all`](Self::recount_all).
     pub(crate) fn lend_counts(&mut self) -> &'s mut [u16] {
         core::mem::take(&mut self.references)
     }
 
-    /// Takes the counts back, and counts again for every page the maps that hold it.
+    /// Takes the counts back, and recomputes them from the page lists of all maps.
     pub(crate) fn recount_all<'i>(&mut self, counts: &'s mut [u16], held: impl Iterator<Item = &'i PageId>) {
         self.references = counts;
         self.references.fill(0);
         held.for_each(|&id| self.share(id));
     }
 
-    /// The page that was taken as the one of that number, none having been given back since [`clear`](Self::clear).
+    /// The page that was the allocation `number` since [`clear`](Self::clear), if none was freed since.
     pub(crate) fn taken(&self, number: u32) -> Option<PageId> {
         let taken = (number as usize) < self.pages.len() - self.free();
         taken.then_some(PageId(number as u16))
@@ -287,7 +287,7 @@ mod tests {
     use std::vec::Vec;
 
     #[test]
-    fn pages_come_back_when_nothing_holds_them() {
+    fn pages_without_references_are_free_again() {
         let mut memory = PoolMemory::<Static<Vector2<f32>>, 3>::ZERO;
         let mut pool = memory.view();
         assert!(pool.take().is_none());
@@ -299,14 +299,14 @@ mod tests {
         assert_eq!((pool.free(), pool.references(ids[1])), (0, 1));
         pool.release(ids[1]);
         assert_eq!(pool.free(), 1);
-        // Releasing what nobody holds changes nothing.
+        // Releasing a page without references changes nothing.
         pool.release(ids[1]);
         assert_eq!(pool.free(), 1);
         assert_eq!(pool.take().unwrap().0, ids[1]);
     }
 
     #[test]
-    fn a_page_knows_its_box() {
+    fn a_page_has_the_bounding_box_of_its_components() {
         let mut memory = PoolMemory::<Static<Vector2<f32>>, 1>::ZERO;
         let mut pool = memory.view();
         pool.clear();

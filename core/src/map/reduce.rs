@@ -7,7 +7,7 @@ use crate::numerics::sort::shell_sort;
 use crate::{Component, Factor, Real, Vector};
 use core::borrow::Borrow;
 
-/// Merges and caps the components in view, which are pruned already; returns how many were merged away.
+/// Merges and caps the components in view, which have been pruned. Returns the number of components removed by merging.
 pub(crate) fn merge_and_cap<T: Real, N: Vector<Scalar = T>>(
     workspace: &mut Workspace<'_, N>,
     merge_distance: T,
@@ -22,7 +22,7 @@ pub(crate) fn merge_and_cap<T: Real, N: Vector<Scalar = T>>(
     merged
 }
 
-/// Keeps the `limit` first components in view by class, then heaviest first.
+/// Keeps the first `limit` components in view in the order of their classes, and the heaviest first within a class.
 pub(crate) fn keep_heaviest<T: Real, N: Vector<Scalar = T>>(
     workspace: &mut Workspace<'_, N>,
     limit: usize,
@@ -41,11 +41,11 @@ pub(crate) fn keep_heaviest<T: Real, N: Vector<Scalar = T>>(
     workspace.retain(|entry| entry.origin != Origin::Gone);
 }
 
-/// Steps of the order for one of ln w.
+/// Resolution of the sorting key, steps per unit of ln w.
 const STEPS_PER_UNIT: f64 = 65_536.0;
 
-/// Key that puts heavy components first: ln w in steps of 2⁻¹⁶, so that the order does not hang on the last bit of a
-/// sum, in the lower 28 bits; the class above them.
+/// Sorting key, heaviest first: ln w in steps of 2⁻¹⁶ in the lower 28 bits, so that the order does not depend on the last bit of
+/// a sum, and the class above them.
 fn heaviest_first<T: Real>(ln_weight: T, class: u32) -> u32 {
     const MIDDLE: i32 = 1 << 27;
     let scaled = ln_weight * T::from_f64(STEPS_PER_UNIT) + T::from_f64(0.5);
@@ -61,12 +61,12 @@ pub(crate) fn heavier<T: Real, N: Vector<Scalar = T>>(a: &Component<N>, b: &Comp
     if a_key == b_key { lies_before(&a.mean, &b.mean).unwrap_or(false) } else { a_key < b_key }
 }
 
-/// The same of components at different places, of which the first one comes first where they are equal.
+/// The same order for components in a list; equal components are in the order of the list.
 fn comes_before<T: Real, N: Vector<Scalar = T>>(a: (usize, &Component<N>), b: (usize, &Component<N>)) -> bool {
     heavier(a.1, b.1) || (a.0 < b.0 && !heavier(b.1, a.1))
 }
 
-/// Whether `a` lies before `b` by x, then by y, …; `None` where they are the same.
+/// Whether `a` is before `b` in lexicographic order; `None` if they are equal.
 fn lies_before<T: Real, N: Vector<Scalar = T>>(a: &N, b: &N) -> Option<bool> {
     a.as_slice().iter().zip(b.as_slice()).find(|(a, b)| a != b).map(|(a, b)| a < b)
 }
@@ -95,12 +95,12 @@ fn sort_heaviest_first<T: Real, N: Vector<Scalar = T>>(entries: &[Entry<N>], ran
     });
 }
 
-/// Vo & Ma 2006, table II: the heaviest component h left takes in every component i left with
-/// (m_i − m_h)ᵀ P_i⁻¹ (m_i − m_h) ≤ `merge_distance`; repeat. Those taken in are marked as gone.
+/// Vo & Ma 2006, table II: repeatedly, the heaviest remaining component h absorbs all remaining components i with (m_i − m_h)ᵀ
+/// P_i⁻¹ (m_i − m_h) ≤ `merge_distance`. Absorbed components are marked as gone.
 ///
-/// The same the other way around: every component goes to the heaviest of the heads before it that are as near as that, and is a
-/// head itself where there is none. So the order matters among neighbours alone: most components have none that
-/// comes before them, and of the others most follow one of those.
+/// Implemented from the other side: every component joins the first head before it in the order within that distance, and is a
+/// head itself if there is none. So the order matters only among neighbours: most components have no neighbour before them, and
+/// most of the others join one of those.
 fn merge_near<T: Real, N: Vector<Scalar = T>>(
     entries: &mut [Entry<N>],
     ranking: &mut [Ranked],
@@ -129,7 +129,7 @@ fn merge_near<T: Real, N: Vector<Scalar = T>>(
             doubtful += 1;
         }
     }
-    // Those whose leader has one itself wait for what becomes of it.
+    // Components whose leader itself has a leader must be processed in order.
     let doubtful = ranking.get_mut(..doubtful).unwrap_or(&mut []);
     sort_heaviest_first(entries, doubtful);
     for ranked in doubtful.iter() {
@@ -142,7 +142,7 @@ fn merge_near<T: Real, N: Vector<Scalar = T>>(
             }
         }
     }
-    // The cells are done with: now the lists are those of the members of every head.
+    // The lists of the cells are no longer needed; their memory now holds the lists of members of every head.
     for index in 0..entries.len() {
         let Some(&Linked { head, .. }) = links.get(index) else { break };
         let Some(first) = links.get_mut(usize::from(head)) else { continue };
@@ -164,7 +164,7 @@ fn merge_near<T: Real, N: Vector<Scalar = T>>(
     }
 }
 
-/// The first of those components as near to one as `merge_distance`, and not gone, that come before it.
+/// The first component in the order, before this one and not gone, within `merge_distance` of it.
 fn leader<T: Real, N: Vector<Scalar = T>>(
     index: usize,
     entries: &[Entry<N>],
@@ -189,16 +189,16 @@ fn leader<T: Real, N: Vector<Scalar = T>>(
     if first.0 == index { NONE } else { first.0 as u16 }
 }
 
-/// Whether a component is lighter by more than one step of the order, which settles most pairs of a crowd.
+/// Whether a component is lighter by more than one step of the sorting key, which decides most pairs in dense areas.
 #[inline]
 fn clearly_lighter<T: Real, N: Vector<Scalar = T>>(a: &Component<N>, b: &Component<N>) -> bool {
     a.ln_weight + T::from_f64(2.0 / STEPS_PER_UNIT) < b.ln_weight
 }
 
-/// What lies within a squared Mahalanobis distance of a component.
+/// The region within a squared Mahalanobis distance of a component.
 pub(crate) struct Near<'c, N: Vector> {
     component: &'c Component<N>,
-    /// That of the covariance, from the first time that it was needed.
+    /// The Cholesky factor of the covariance, computed when it is first needed.
     factor: Option<Option<Factor<N>>>,
     distance: N::Scalar,
 }
@@ -208,12 +208,12 @@ impl<'c, T: Real, N: Vector<Scalar = T>> Near<'c, N> {
         Self { component, factor: None, distance }
     }
 
-    /// Whether `mean` does.
+    /// Whether `mean` is in the region.
     #[inline]
     pub(crate) fn holds(&mut self, mean: &N) -> bool {
         let Self { component, distance, .. } = *self;
         let difference = component.mean - *mean;
-        // d² ≥ δ_k² / P_kk for every coordinate k, which settles nearly all pairs without a factorisation.
+        // d² ≥ δ_k² / P_kk for every coordinate k, which decides nearly all pairs without a factorisation.
         let mut deltas = difference.as_slice().iter().enumerate();
         deltas.all(|(k, &delta)| delta * delta <= distance * component.covariance.get(k, k)) && {
             let factor = self.factor.get_or_insert_with(|| component.covariance.factor());
@@ -222,13 +222,13 @@ impl<'c, T: Real, N: Vector<Scalar = T>> Near<'c, N> {
     }
 }
 
-/// One Gaussian with the mass, the mean and the spread of `head` and the others together; where that is beyond the range of
-/// the scalar, with the mean and the spread of `head`.
+/// One Gaussian with the mass, mean and covariance of `head` and the others together. If the result is beyond the range of the
+/// scalar, mean and covariance are those of `head`.
 pub(crate) fn moment_match<T: Real, N: Vector<Scalar = T>>(
     head: &Component<N>,
     others: impl Iterator<Item = impl Borrow<Component<N>>>,
 ) -> Component<N> {
-    // Weights and means relative to the head keep single precision where the map is far from its origin.
+    // Weights and means relative to the head avoid rounding errors in single precision far from the origin.
     let mut mass = T::ONE;
     let mut offset = N::ZERO;
     let mut second_moment = head.covariance;
@@ -307,7 +307,7 @@ mod tests {
         assert!((after.0 - before.0).abs() < 1e-14);
         assert!((after.1 - before.1).norm() < 1e-13);
         assert!((after.2 - before.2).norm() < 1e-12);
-        // The label is that of the heaviest part.
+        // The label is that of the heaviest component.
         let mut labels: Vec<u32> = left.iter().map(|c| c.label).collect();
         labels.sort_unstable();
         assert_eq!(labels, [30, 50, 90]);

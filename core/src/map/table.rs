@@ -7,25 +7,26 @@
 use super::{PageId, Pool};
 use crate::{Bounds, Feature, Real, Vector};
 
-/// The box beyond which pages are sorted out is larger than the view by this share of its extent on every side: the vehicle
-/// can move so far before they are sorted again, and what is looked at page by page stays within twice the view.
+/// Margin of the box `vicinity` around the view on every side, as a share of the view's extent. While the vehicle moves within
+/// the margin, pages need not be sorted again, and the pages that are checked one by one meet a box of one and a half times the
+/// view's extent.
 pub(super) const MARGIN: f64 = 0.25;
 
 /// The data of a row beside its pages.
 #[derive(Debug, Clone, Copy)]
 pub struct Row<D> {
-    /// Pages in the row.
+    /// Number of pages in the row.
     pub(super) len: u16,
-    /// Pages at its beginning that do not meet `vicinity`.
+    /// Number of pages at its beginning that do not meet `vicinity`.
     pub(super) far: u16,
-    /// A box around the last view that pages were sorted for.
+    /// The box around the view for which the pages were last sorted.
     pub(super) vicinity: Bounds<D>,
 }
 
 impl<T: Real, D: Vector<Scalar = T>> Row<D> {
     /// All zero; a placeholder for unused memory.
     const ZERO: Self = Self { len: 0, far: 0, vicinity: Bounds::ZERO };
-    /// No page.
+    /// A row without pages.
     pub(super) const EMPTY: Self = Self { len: 0, far: 0, vicinity: Bounds::EMPTY };
 }
 
@@ -43,7 +44,7 @@ pub struct MapTableMemory<D: Vector, const PARTICLES: usize, const MAP_PAGES: us
 impl<T: Real, D: Vector<Scalar = T>, const PARTICLES: usize, const MAP_PAGES: usize>
     MapTableMemory<D, PARTICLES, MAP_PAGES>
 {
-    /// Every map empty.
+    /// All zero: every map is empty.
     pub(crate) const ZERO: Self = Self {
         ids: [[PageId::ZERO; MAP_PAGES]; PARTICLES],
         rows: [Row::ZERO; PARTICLES],
@@ -53,7 +54,7 @@ impl<T: Real, D: Vector<Scalar = T>, const PARTICLES: usize, const MAP_PAGES: us
         aside: [PageId::ZERO; MAP_PAGES],
     };
 
-    /// The table over this memory.
+    /// The table in this memory.
     pub(crate) fn view(&mut self) -> MapTable<'_, D> {
         MapTable {
             ids: self.ids.as_flattened_mut(),
@@ -74,30 +75,30 @@ impl<T: Real, D: Vector<Scalar = T>, const PARTICLES: usize, const MAP_PAGES: us
 pub struct MapTable<'s, D: Vector> {
     ids: &'s mut [PageId],
     rows: &'s mut [Row<D>],
-    /// The row of every map.
+    /// For every map, its row.
     row_of: &'s mut [u16],
-    /// During an update, the rows of the maps that have been written.
+    /// During an update, the rows of the updated maps.
     next_row_of: &'s mut [u16],
-    /// During an update, rows that nobody needs, in the first `free_len` places.
+    /// During an update, the unused rows: the first `free_len` elements.
     free: &'s mut [u16],
     free_len: usize,
-    /// During the update of a map, the pages that are to be written anew.
+    /// During the update of a map, the pages that will be replaced.
     aside: &'s mut [PageId],
     aside_len: usize,
     map_pages: usize,
 }
 
-/// The rows of a table: pages, what else there is to know of each, the row of every map, and the pages that one can have.
+/// The rows of a table: their pages, their other data, the row of every map, and the capacity of a row.
 pub(super) type Rows<'s, D> = (&'s mut [PageId], &'s mut [Row<D>], &'s mut [u16], usize);
 
 impl<'s, D: Vector> MapTable<'s, D> {
-    /// Hands the rows over, until they are given back.
+    /// Hands over the rows until they are given back.
     pub(super) fn lend(&mut self) -> Rows<'s, D> {
         use core::mem::take;
         (take(&mut self.ids), take(&mut self.rows), take(&mut self.row_of), self.map_pages)
     }
 
-    /// Takes them back.
+    /// Takes the rows back.
     pub(super) fn give_back(&mut self, ids: &'s mut [PageId], rows: &'s mut [Row<D>], row_of: &'s mut [u16]) {
         (self.ids, self.rows, self.row_of) = (ids, rows, row_of);
     }
@@ -119,23 +120,23 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         }
     }
 
-    /// Pages one map can have.
+    /// Capacity of a map, pages.
     pub(crate) fn map_pages(&self) -> usize {
         self.map_pages
     }
 
-    /// Empties every list, without regard to references.
+    /// Empties every list, without releasing the pages.
     pub(crate) fn clear(&mut self) {
         self.rows.fill(Row::EMPTY);
         self.row_of.iter_mut().enumerate().for_each(|(map, row)| *row = map as u16);
     }
 
-    /// Whether each of the first `maps` maps has a row of its own, no longer than a row can be; also where there are none at all.
+    /// Whether each of the first `maps` maps has a row of its own with a valid length. Also true for a table without maps.
     pub(crate) fn has_rows_for(&mut self, maps: usize) -> bool {
         if self.rows.is_empty() {
             return true;
         }
-        // Between scans the rows of updated maps mean nothing; their memory holds which rows have been met.
+        // Between scans `next_row_of` is not in use; here it holds the rows that were found so far.
         self.next_row_of.fill(u16::MAX);
         let map_pages = self.map_pages;
         self.row_of.len() >= maps
@@ -147,17 +148,17 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
             })
     }
 
-    /// Whether there are maps at all.
+    /// Whether this is a table without maps.
     pub(crate) fn is_none(&self) -> bool {
         self.rows.is_empty()
     }
 
-    /// How many pages at the beginning of a map lie beyond which box.
+    /// Number of pages at the beginning of a map that are outside a box, and that box.
     pub(crate) fn far(&self, map: usize) -> (usize, Bounds<D>) {
         self.rows.get(self.row(map)).map_or((0, Bounds::EMPTY), |row| (usize::from(row.far), row.vicinity))
     }
 
-    /// Takes so many pages at the beginning of a map for beyond that box; no more than there are.
+    /// Sets the number of pages at the beginning of a map that are outside a box, limited to the length of the map.
     pub(crate) fn set_far(&mut self, map: usize, far: usize, vicinity: Bounds<D>) {
         let row = self.row(map);
         if let Some(row) = self.rows.get_mut(row) {
@@ -165,23 +166,24 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         }
     }
 
-    /// All that a memory fault may change.
+    /// All data that a memory fault may change, except the boxes.
     #[cfg(any(test, feature = "flips"))]
     pub(crate) fn words(&mut self) -> impl Iterator<Item = &mut u16> {
         let heads = self.rows.iter_mut().flat_map(|row| [&mut row.len, &mut row.far]);
         self.row_of.iter_mut().chain(heads).chain(self.ids.iter_mut().map(PageId::number))
     }
 
-    /// The boxes beyond which pages lie, of as many.
+    /// The coordinates of the boxes.
     #[cfg(any(test, feature = "flips"))]
     pub(crate) fn corners(&mut self) -> impl Iterator<Item = &mut T> {
         let corners = self.rows.iter_mut().flat_map(|row| [&mut row.vicinity.low, &mut row.vicinity.high]);
         corners.flat_map(Vector::as_mut_slice)
     }
 
-    /// Gives each of the first `maps` maps a row of its own, and leaves out of the rows what is no page among so many, or there twice.
+    /// Repairs the lists: gives each of the first `maps` maps a row of its own, and removes duplicates and invalid pages (index
+    /// `pages` or above).
     pub(crate) fn mend(&mut self, maps: usize, pages: usize) {
-        // As in `has_rows_for`, which rows have been met.
+        // As in `has_rows_for`, the rows that were found so far.
         self.next_row_of.fill(u16::MAX);
         for row in self.row_of.iter_mut().take(maps) {
             match self.next_row_of.get_mut(usize::from(*row)) {
@@ -217,7 +219,7 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
                 }
             }
             if kept < usize::from(head.len) || head.far > head.len {
-                // Nothing is known of what is far.
+                // The pages outside the box are not known any more.
                 *head = Row { len: kept as u16, ..Row::EMPTY };
             }
         }
@@ -229,7 +231,7 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         self.pages_of(self.row(map), 0)
     }
 
-    /// The pages of a map, but for those known to lie out of `bounds`.
+    /// The pages of a map, except those known to be outside `bounds`.
     #[inline]
     pub(crate) fn pages_near(&self, map: usize, bounds: &Bounds<D>) -> &[PageId] {
         let row = self.row(map);
@@ -237,12 +239,12 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         self.pages_of(row, near.map_or(0, |row| usize::from(row.far)))
     }
 
-    /// Adds a page to a map, whose reference the map takes over; `false` when the list is full.
+    /// Adds a page to a map, which takes over the reference; `false` if the list is full.
     pub(crate) fn push(&mut self, map: usize, id: PageId) -> bool {
         self.append(self.row(map), id)
     }
 
-    /// Empties a map and gives its references back.
+    /// Empties a map and releases its pages.
     pub(crate) fn release<F: Feature<Position = D>>(&mut self, map: usize, pool: &mut Pool<'_, F>) {
         self.pages(map).iter().for_each(|&id| pool.release(id));
         let row = self.row(map);
@@ -251,12 +253,12 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         }
     }
 
-    /// Makes map `to` one more holder of the pages of map `from`. What `to` held before is forgotten, not released.
+    /// Makes map `to` share the pages of map `from`. The previous pages of `to` are not released.
     pub(crate) fn share<F: Feature<Position = D>>(&mut self, from: usize, to: usize, pool: &mut Pool<'_, F>) {
         self.copy(self.row(from), self.row(to), pool);
     }
 
-    /// Puts a page in the place of a map's last one, whose reference the map gives away and the other's it takes over.
+    /// Replaces the last page of a map. The map takes over the reference to the new page, and does not release the old one.
     pub(crate) fn replace_last(&mut self, map: usize, id: PageId) {
         let row = self.row(map);
         let last = self.rows.get(row).and_then(|row| usize::from(row.len).checked_sub(1));
@@ -277,7 +279,7 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         self.ids.get(start.saturating_add(first)..start.saturating_add(len)).unwrap_or(&[])
     }
 
-    /// Where a row begins; past the end of all for none.
+    /// Index of the first page of a row; beyond the end for an invalid row.
     fn start(&self, row: usize) -> usize {
         row.saturating_mul(self.map_pages)
     }
@@ -298,7 +300,7 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
     fn copy<F: Feature<Position = D>>(&mut self, from: usize, to: usize, pool: &mut Pool<'_, F>) {
         let Some(&head) = self.rows.get(from) else { return };
         let (from_start, to_start) = (self.start(from), self.start(to));
-        // The standard library's copy has a panic that the compiler cannot see to be out of reach.
+        // The standard library's copy has a panic that the compiler does not remove.
         for place in 0..usize::from(head.len) {
             let Some(&id) = self.ids.get(from_start.saturating_add(place)) else { break };
             pool.share(id);
@@ -315,9 +317,9 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
 /// The update of a scan, map by map: [`begin`](Self::begin), [`let_go`](Self::let_go) of the maps without a survivor,
 /// [`take_on`](Self::take_on) the others in ascending order, [`finish`](Self::finish).
 impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
-    /// Finds the rows that none of the first `parents` maps has, among as many: with their own, maps need no more.
+    /// Finds the unused rows among the first `parents` ones: the updated maps need no more rows.
     pub(crate) fn begin(&mut self, parents: usize) {
-        // The rows of updated maps are not known yet; their memory holds which rows are taken.
+        // The rows of updated maps are not known yet; here `next_row_of` holds the rows in use.
         let all_taken = self.next_row_of.get_mut(..parents).unwrap_or(&mut []);
         all_taken.fill(u16::MAX);
         for &row in self.row_of.iter().take(parents) {
@@ -333,7 +335,7 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         }
     }
 
-    /// Frees the row of a map that nothing continues.
+    /// Frees the row of a map without a survivor.
     pub(crate) fn let_go<F: Feature<Position = D>>(&mut self, parent: usize, pool: &mut Pool<'_, F>) {
         self.release(parent, pool);
         let row = self.row(parent);
@@ -343,9 +345,9 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         }
     }
 
-    /// Makes the map of `parent` that of `particle` after the update: in its own row where this is the last child, in a free one
-    /// with one more reference to every page otherwise. Every row is the parent's, a particle's or free, and every parent has a
-    /// child, so that there is one.
+    /// Makes the map of `parent` that of `particle` after the update: in the same row for its last child, otherwise in a free row
+    /// with one more reference to every page. A free row exists, because every parent has a child, and every row is that of a
+    /// parent or a particle, or free.
     pub(crate) fn take_on<F: Feature<Position = D>>(
         &mut self,
         parent: usize,
@@ -359,7 +361,7 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         }
     }
 
-    /// Makes the updated map of `from` that of `to` too.
+    /// Makes the updated map of `from` that of `to` too, in another row.
     pub(crate) fn share_updated<F: Feature<Position = D>>(&mut self, from: usize, to: usize, pool: &mut Pool<'_, F>) {
         let row = self.copied(self.next_row(from), pool);
         if let Some(slot) = self.next_row_of.get_mut(to) {
@@ -374,8 +376,8 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         }
     }
 
-    /// Where the view has left the box that the pages of an updated map were sorted for, sorts those beyond a new one
-    /// to the front.
+    /// If the view has left the box for which the pages of an updated map were sorted, sorts the pages outside a new box to the
+    /// front.
     pub(crate) fn sort_out<F: Feature<Position = D>>(&mut self, particle: usize, view: &Bounds<D>, pool: &Pool<'_, F>) {
         let row = self.next_row(particle);
         if self.rows.get(row).is_none_or(|row| row.vicinity.covers(view)) {
@@ -389,15 +391,15 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         self.take_back(particle);
     }
 
-    /// Leaves of an updated map, from the pages not known to be out of view, those that satisfy `keep`, and puts the others aside.
+    /// Keeps the pages of an updated map that are known to be out of view or satisfy `keep`, and sets the others aside.
     pub(crate) fn retain_near(&mut self, particle: usize, keep: impl FnMut(PageId) -> bool) {
         let row = self.next_row(particle);
         let far = self.rows.get(row).map_or(0, |row| usize::from(row.far));
         self.retain(row, far, keep);
     }
 
-    /// The pages that an update of a map looks at as seen from `view`, in order: those that [`sort_out`](Self::sort_out), for maps that it
-    /// is called for, leaves to [`retain_near`](Self::retain_near). Nothing is changed.
+    /// The pages that an update of a map from `view` checks, in order: those that [`sort_out`](Self::sort_out), for static
+    /// features, leaves to [`retain_near`](Self::retain_near). Changes nothing.
     pub(crate) fn pages_to_update<F: Feature<Position = D>>(
         &self,
         map: usize,
@@ -414,7 +416,7 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         })
     }
 
-    /// Pages that an updated map has room for, without those that are aside.
+    /// Number of pages for which an updated map has room, not counting the pages aside.
     pub(crate) fn room(&self, particle: usize) -> usize {
         self.map_pages.saturating_sub(self.pages_of(self.next_row(particle), 0).len())
     }
@@ -424,13 +426,13 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         self.append(self.next_row(particle), id)
     }
 
-    /// Gives the references of the pages aside back.
+    /// Releases the pages aside.
     pub(crate) fn drop_aside<F: Feature<Position = D>>(&mut self, pool: &mut Pool<'_, F>) {
         self.aside.iter().take(self.aside_len).for_each(|&id| pool.release(id));
         self.aside_len = 0;
     }
 
-    /// Puts the pages aside back into the map that they came from.
+    /// Returns the pages aside to the map that they came from.
     pub(crate) fn take_back(&mut self, particle: usize) {
         let row = self.next_row(particle);
         for place in 0..self.aside_len {
@@ -444,7 +446,7 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         self.next_row_of.get(particle).copied().map_or(usize::MAX, usize::from)
     }
 
-    /// A free row with the pages of another.
+    /// Copies a row to a free one. Returns its index.
     fn copied<F: Feature<Position = D>>(&mut self, row: usize, pool: &mut Pool<'_, F>) -> usize {
         self.free_len = self.free_len.saturating_sub(1);
         let copy = self.free.get(self.free_len).copied().map_or(usize::MAX, usize::from);
@@ -452,7 +454,7 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         copy
     }
 
-    /// Keeps of a row, from the place `first` on, the pages that satisfy `keep`, and puts the others aside, in order.
+    /// Keeps the pages of a row, from index `first` on, that satisfy `keep`, and sets the others aside, in order.
     fn retain(&mut self, row: usize, first: usize, mut keep: impl FnMut(PageId) -> bool) {
         let start = self.start(row);
         let Some(head) = self.rows.get_mut(row) else { return };
@@ -513,7 +515,7 @@ mod tests {
         let ids: Vec<_> = (0..3).map(|map| (map, pool.take().unwrap().0)).collect();
         assert!(ids.iter().all(|&(map, id)| table.push(map, id)));
         let [first, second, third] = [0, 1, 2].map(|map: usize| ids[map].1);
-        // The second survives twice over, once with a page of its own, and the third once: 1, 1, 2.
+        // The second survives twice, once with a page of its own, and the third once: 1, 1, 2.
         table.let_go(0, &mut pool);
         assert_eq!((pool.free(), pool.references(first)), (1, 0));
         table.take_on(1, 0, false, &mut pool);
@@ -527,7 +529,7 @@ mod tests {
     }
 
     #[test]
-    fn pages_beyond_the_vicinity_are_passed_over_and_come_back_when_the_view_moves_on() {
+    fn pages_outside_the_vicinity_are_skipped_until_the_view_moves_there() {
         let mut pool_memory = PoolMemory::<Static<Vector2<f32>>, 4>::ZERO;
         let mut pool = pool_memory.view();
         pool.clear();
@@ -551,12 +553,12 @@ mod tests {
             table.finish(1);
             [0.0, 4.0, 45.0].map(|x| table.pages_near(0, &view(x)).len())
         };
-        // A quarter of 20 m more on either side: 4 m are within, 45 m are not.
+        // The margin is a quarter of 20 m on every side: a view at 4 m is within it, one at 45 m is not.
         assert_eq!(sort_out(0.0), [2, 2, 4]);
         assert_eq!(sort_out(4.0), [2, 2, 4]);
         assert_eq!(sort_out(45.0), [4, 4, 2]);
         assert_eq!(table.pages(0), [ids[0], ids[2], ids[1], ids[3]]);
-        // What is put aside can be dropped, or put back.
+        // Pages aside can be released or returned.
         table.take_on(0, 0, true, &mut pool);
         table.retain_near(0, |id| id == ids[3]);
         assert_eq!(table.room(0), 1);

@@ -8,17 +8,18 @@ use crate::{Component, Real, Symmetric, Vector};
 /// Where a component of the updated map comes from (5.17).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Origin<T> {
-    /// Not in view, but on a page with components that are: kept as it is.
+    /// Not in view, but on a page with components in view: kept unchanged.
     Outside,
     /// In view and missed.
     Missed,
-    /// The same of a confirmed one: what misses leave of it is known once its detections are, which follow. ln of w (1 − p_D).
+    /// As `Missed`, for a confirmed component: the weight that it keeps depends on its detections, which follow. ln of w (1 −
+    /// p_D).
     Remembered { ln_missed: T },
-    /// Detected by the measurement at this place of the scan, at this squared Mahalanobis distance.
+    /// Detected by the measurement with this index, at this squared Mahalanobis distance.
     Detected { measurement: u16, distance: T },
     /// Born from a measurement.
     Born,
-    /// Merged into another or dropped.
+    /// Merged into another component or removed.
     Gone,
 }
 
@@ -30,7 +31,7 @@ pub(crate) struct Entry<N: Vector> {
 }
 
 impl<T: Real, N: Vector<Scalar = T>> Entry<N> {
-    /// Makes it the same as another, number by number: compilers for small processors call a function for the whole.
+    /// Copies an entry element by element: for small processors, compilers would call a function for the whole.
     #[inline]
     fn copy_from(&mut self, other: &Self) {
         let Component { label, ln_weight, mean, covariance } = &other.component;
@@ -44,16 +45,16 @@ impl<T: Real, N: Vector<Scalar = T>> Entry<N> {
     }
 }
 
-/// An entry's place in some order.
+/// An entry in a sorted list.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ranked {
-    /// What the order goes by.
+    /// The sorting key.
     pub(crate) key: u32,
     /// Index of the entry.
     pub(crate) entry: u16,
 }
 
-/// The components in view and the order and the lists that their reduction needs, each at least as long.
+/// The components in view, with the memory that their reduction needs, at least as long.
 #[derive(Debug)]
 pub(crate) struct InView<'w, N: Vector> {
     pub(crate) entries: &'w mut [Entry<N>],
@@ -91,7 +92,7 @@ impl<T: Real, N: Vector<Scalar = T>, const VIEW: usize> WorkspaceMemory<N, VIEW>
     }
 }
 
-/// Components in view from the front of the memory, components out of view from its back.
+/// Components in view are stored from the front of the memory, components out of view from its back.
 #[derive(Debug)]
 pub(crate) struct Workspace<'s, N: Vector> {
     entries: &'s mut [Entry<N>],
@@ -105,15 +106,15 @@ pub(crate) struct Workspace<'s, N: Vector> {
     pruned_mass: N::Scalar,
 }
 
-/// Pruning is tightened by this factor at a time, from this weight at least, up to components of half a feature.
+/// Factor by which the pruning threshold is raised at a time; least and greatest raised threshold, the latter half a feature.
 const TIGHTEN: f64 = 4.0;
 const TIGHTEN_FROM: f64 = 1e-12;
 const TIGHTEN_UP_TO: f64 = 0.5;
-/// How often that can be, wherever it starts: 4²⁰ times 10⁻¹² is more than half, and one further round finds that out.
+/// Maximum number of raises: 4²⁰ times 10⁻¹² is more than a half, and one further iteration detects that.
 const TIGHTENINGS: usize = 21;
 
 impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
-    /// A workspace without room.
+    /// A workspace without memory.
     pub(crate) fn none() -> Self {
         Self {
             entries: &mut [],
@@ -128,7 +129,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         }
     }
 
-    /// Empties the workspace for the next map, and sets ln of the weight below which components are dropped.
+    /// Empties the workspace for the next map, and sets ln of the pruning threshold.
     pub(crate) fn clear(&mut self, ln_floor: T) {
         self.in_view = 0;
         self.outside = 0;
@@ -138,27 +139,27 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         self.pruned_mass = T::ZERO;
     }
 
-    /// ln of the weight below which components are dropped, after any tightening.
+    /// ln of the pruning threshold, which may have been raised.
     pub(crate) fn ln_floor(&self) -> T {
         self.ln_floor
     }
 
-    /// Whether pruning had to be tightened for want of room.
+    /// Whether the pruning threshold was raised for lack of room.
     pub(crate) fn tightened(&self) -> bool {
         self.tightened
     }
 
-    /// Components that found no room although pruning had been tightened as far as it goes.
+    /// Number of components without room at the greatest pruning threshold.
     pub(crate) fn lost(&self) -> usize {
         self.lost
     }
 
-    /// Whether it had less room than was asked for.
+    /// Whether room was lacking.
     pub(crate) fn is_short(&self) -> bool {
         self.tightened || self.lost > 0
     }
 
-    /// Mass of the components dropped for their weight.
+    /// Mass of the pruned components.
     pub(crate) fn pruned_mass(&self) -> T {
         self.pruned_mass
     }
@@ -168,12 +169,12 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         self.entries.get(..self.in_view).unwrap_or(&[])
     }
 
-    /// Components in view, for changing.
+    /// Components in view, mutable.
     pub(crate) fn in_view_mut(&mut self) -> &mut [Entry<N>] {
         self.entries.get_mut(..self.in_view).unwrap_or(&mut [])
     }
 
-    /// Components in view, for changing, with the memory of their orders.
+    /// Components in view, mutable, with the memory for sorting.
     pub(crate) fn orders_mut(&mut self) -> InView<'_, N> {
         InView {
             entries: self.entries.get_mut(..self.in_view).unwrap_or(&mut []),
@@ -188,7 +189,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         self.in_view().iter().chain(outside).map(|entry| entry.component.label)
     }
 
-    /// Number of components that there is room for.
+    /// Capacity in components.
     pub(crate) fn capacity(&self) -> usize {
         self.entries.len()
     }
@@ -203,17 +204,17 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         self.outside
     }
 
-    /// Forgets the components out of view that were pushed since there were `outside` of them.
+    /// Removes the components out of view that were added since there were `outside` of them.
     pub(crate) fn forget_outside(&mut self, outside: usize) {
         self.outside = outside;
     }
 
-    /// Keeps of the components out of view, pushed since there were `outside` of them, those that satisfy `keep`.
+    /// Removes the components out of view, added since there were `outside` of them, that do not satisfy `keep`.
     pub(crate) fn retain_outside(&mut self, outside: usize, keep: impl Fn(&Component<N>) -> bool) {
         let capacity = self.entries.len();
         let mut kept = outside;
         for place in outside..self.outside {
-            // Those kept before lie behind it.
+            // Entries kept before are stored behind it.
             let Some((ahead, behind)) = self.entries.split_at_mut_checked(capacity.saturating_sub(place)) else {
                 break;
             };
@@ -230,7 +231,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         self.outside = kept;
     }
 
-    /// A place for a component in view of this weight, to be filled; none where it is below the floor, or finds no room.
+    /// A slot for a component in view with this weight; `None` if it is below the threshold, or has no room.
     #[inline(never)]
     pub(crate) fn place(&mut self, ln_weight: T) -> Option<&mut Entry<N>> {
         if !(ln_weight >= self.ln_floor) {
@@ -245,7 +246,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         Some(slot)
     }
 
-    /// Adds a component in view, unless it is below the floor.
+    /// Adds a component in view, unless it is below the threshold.
     #[inline]
     pub(crate) fn push(&mut self, component: &Component<N>, origin: Origin<T>) {
         if let Some(slot) = self.place(component.ln_weight) {
@@ -266,15 +267,15 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         }
     }
 
-    /// Makes room for a component of this weight by tightening the pruning; `false` where that does not help, or the
-    /// component itself falls below the new floor.
+    /// Makes room for a component with this weight by raising the pruning threshold; `false` if that does not help, or the
+    /// component itself is below the new threshold.
     fn make_room(&mut self, ln_weight: T) -> bool {
         for _ in 0..TIGHTENINGS {
             if self.len() < self.entries.len() {
                 return ln_weight >= self.ln_floor;
             }
             work::round();
-            // Without a floor, or with one next to nothing, it would take many rounds to get to where anything is dropped.
+            // From no threshold, or a very small one, it would take many iterations until anything is pruned.
             let ln_raised = (self.ln_floor + T::from_f64(TIGHTEN).ln()).at_least(T::from_f64(TIGHTEN_FROM).ln());
             if !(ln_raised <= T::from_f64(TIGHTEN_UP_TO).ln()) {
                 break;
@@ -287,7 +288,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         false
     }
 
-    /// Drops the components in view that are below the floor.
+    /// Removes the components in view below the threshold.
     pub(crate) fn prune(&mut self) {
         let ln_floor = self.ln_floor;
         let mut pruned_mass = self.pruned_mass;
@@ -318,14 +319,14 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         self.in_view = kept;
     }
 
-    /// All components, and their places in the order of their buckets, below [`BUCKETS`](crate::numerics::sort::BUCKETS). The keys of those
-    /// mean nothing.
+    /// All components, and their indices sorted by bucket, below [`BUCKETS`](crate::numerics::sort::BUCKETS). The keys are not
+    /// set.
     #[inline(never)]
     pub(crate) fn in_order(&mut self, bucket: impl Fn(&Component<N>) -> usize) -> (&[Entry<N>], &[Ranked]) {
         let capacity = self.entries.len();
         let places = (0..self.in_view).chain(capacity.saturating_sub(self.outside)..capacity);
-        // The lists of the reduction are done with; their memory holds those of the buckets. The last place comes first, so
-        // that in a bucket they stay in order.
+        // The lists of the reduction are no longer needed; their memory now holds those of the buckets. Insertion in reverse
+        // order keeps the order within a bucket.
         let mut buckets = Buckets::EMPTY;
         for place in places.rev() {
             if let Some((entry, link)) = self.entries.get(place).zip(self.links.get_mut(place)) {

@@ -54,7 +54,7 @@ struct Centreline<T> {
     d_rate: [T; 2],
 }
 
-/// How the map sees the car: its heading, and the lever arm of the sensor around the rear axle, rotated by it.
+/// The heading of the car, and the lever arm of the sensor from the rear axle, rotated into the map.
 struct Attitude<T> {
     sine: T,
     cosine: T,
@@ -65,7 +65,7 @@ struct Attitude<T> {
 }
 
 impl<T: Real> Attitude<T> {
-    /// Velocity of the sensor in x and y by those of centreline and turn.
+    /// Velocity of the sensor in x and y, from the speed of the centreline and the turn rate.
     fn velocity(&self, speed: T, rate: T) -> (T, T) {
         (speed * self.cosine - rate * self.across, speed * self.sine + rate * self.along)
     }
@@ -152,7 +152,7 @@ impl<T: Real> Motion for Ackermann<T> {
         let (attitude, centreline) = (self.attitude(pose.heading_rad), self.centreline(control));
         let (x_mps, y_mps) = attitude.velocity(centreline.speed, centreline.rate);
         let (one, zero) = (T::ONE, T::ZERO);
-        // Turning the start turns the velocity.
+        // A rotation of the initial pose rotates the velocity.
         let transition = Matrix3::new(one, zero, dt * -y_mps, zero, one, dt * x_mps, zero, zero, one);
         let control_noise = self.noise.covariance([control.speed_mps, control.steering_rad], dt);
         Linearised { transition, noise: control_noise.congruence(&attitude.by_control(&centreline, dt)) }
@@ -232,9 +232,10 @@ mod tests {
         }
     }
 
-    /// Whatever the interval is to the step: a raised error of the steering never meets the poles of the tangent.
+    /// For any ratio of interval and step: errors are added to the pose, so that a large steering error cannot reach the poles of
+    /// the tangent.
     #[test]
-    fn samples_of_errors_that_last_scatter_as_linearised() {
+    fn samples_of_correlated_errors_have_the_linearised_covariance() {
         let runs = 20_000;
         for (interval_s, dt) in [(1.0, 0.025), (3.0, 0.025), (0.5, 1.0)] {
             let noise = ControlNoise { interval_s, speed_sigma_ratio: 0.1, ..ControlNoise::white(0.1, 0.05) };

@@ -61,16 +61,17 @@ pub struct Auv<T> {
     interval_s: T,
 }
 
-/// One step: the mean, what it is by the start, and the covariance of what is left open.
+/// One step: its mean, the gains of the readings, and the covariance that remains to be sampled.
 struct StepOf<T: Real> {
     pose: AuvPose<T>,
-    /// Share of z's deviation from the reading that each coordinate of the position takes back.
+    /// Gain of z's reading on each coordinate of the position: the share of a deviation of z that is corrected.
     gain: Vector3<T>,
     /// Covariance of the position, m².
     covariance: Symmetric<Vector3<T>>,
     /// Gain of the yaw rate's reading.
     rate_gain: T,
-    /// Share of n_θ Δt² that the yaw gains: ½ of an even change of the rate (7.1), 1 of a rate read for the whole step.
+    /// Share of n_θ Δt² by which the yaw changes: ½ for a uniform change of the rate (7.1), 1 if the reading is the mean rate of
+    /// the step.
     yaw_share: T,
     /// Variance of n_θ given the reading.
     acceleration_variance: T,
@@ -95,7 +96,7 @@ impl<T: Real> Auv<T> {
     }
 
     fn step(&self, pose: &AuvPose<T>, control: &AuvControl<T>, dt: T) -> StepOf<T> {
-        // The vehicle turned from the last attitude to this one; the velocity is in that of the start (7.1).
+        // The vehicle has rotated from its last attitude to this one; the velocity refers to the attitude at the start (7.1).
         let turned: Matrix3<T> = rotation(pose.roll_rad, pose.pitch_rad, pose.yaw_rad);
         let moved = turned * (control.velocity_mps * dt);
 
@@ -125,7 +126,7 @@ impl<T: Real> Auv<T> {
             }
             _ => (T::ZERO, T::ZERO, T::from_f64(0.5)),
         };
-        // To turn the start is to turn all of the way, what the reading of z adds to it included.
+        // A rotation of the initial pose rotates the displacement, including the correction by the reading of z.
         let [[dx, dy, _]] = (position - pose.position()).data.0;
         StepOf {
             pose: AuvPose {
@@ -147,7 +148,7 @@ impl<T: Real> Auv<T> {
     }
 }
 
-/// Whether a covariance has no direction of negative variance, but for rounding.
+/// Whether a covariance is positive semidefinite within rounding errors.
 fn is_positive_semidefinite<T: Real>(covariance: &Symmetric<Vector3<T>>) -> bool {
     let trace = (0..3).fold(T::ZERO, |sum, k| sum + covariance.get(k, k));
     let rounding = Symmetric::from_diagonal([trace * T::EPSILON * T::from_f64(16.0); 3]);
@@ -172,7 +173,7 @@ impl<T: Real> Motion for Auv<T> {
             && usable(control.z_m)
     }
 
-    /// The speed as its mean and its covariance together have it: both move the particles.
+    /// The RMS speed from mean and covariance, because both move the particles.
     fn rates(&self, control: &Self::Control) -> Rates<T> {
         let variance = (0..3).fold(T::ZERO, |sum, axis| sum + control.velocity_covariance.get(axis, axis));
         let [[x, y, z]] = control.velocity_mps.data.0;
@@ -249,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn a_vehicle_left_alone_moves_as_printed() {
+    fn a_vehicle_without_readings_moves_by_the_equations() {
         let auv = Auv::new(0.5, 0.0).unwrap();
         let control = AuvControl { roll_rad: 0.0, pitch_rad: 0.0, ..control(false) };
         let start = AuvPose { roll_rad: 0.0, pitch_rad: 0.0, ..POSE };
@@ -263,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn readings_are_taken_for_what_they_are_worth() {
+    fn readings_are_weighted_by_their_noise() {
         let auv = Auv::new(0.5, 0.0).unwrap();
         let exact = AuvControl {
             yaw_rate_radps: Some(Reading { value: 0.3, sigma: 1e-9 }),
@@ -302,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_scatter_as_linearised() {
+    fn samples_have_the_linearised_covariance() {
         let auv = Auv::new(0.5, 0.4).unwrap();
         for aided in [false, true] {
             let (control, mut noise) = (control(aided), Noise::seeded(5));
@@ -323,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_worked_with_is_refused() {
+    fn invalid_parameters_and_controls_are_refused() {
         let auv = Auv::new(0.5, 0.0).unwrap();
         assert!(auv.admits(&control(true)));
         let bad = Some(Reading { value: 0.1, sigma: 0.0 });

@@ -110,7 +110,7 @@ impl<T: Real> Pose for AuvPose<T> {
         let [[x_m, y_m, z_m]] = (origin + lever).data.0;
         let [roll_rad, pitch_rad, yaw_rad] = angles(&(of_vehicle * rotation(roll, pitch, yaw)));
         let seat = Self { x_m, y_m, z_m, yaw_rad, yaw_rate_radps: self.yaw_rate_radps, roll_rad, pitch_rad };
-        // To turn the vehicle about the vertical is to swing the sensor around it.
+        // A rotation of the vehicle about the vertical moves the sensor around it.
         let [[x, y, _]] = lever.data.0;
         (seat, Vector5::from([-y, x, T::ZERO, T::ONE, T::ZERO]))
     }
@@ -156,8 +156,8 @@ pub fn rotation<T: Real>(roll_rad: T, pitch_rad: T, yaw_rad: T) -> Matrix3<T> {
     )
 }
 
-/// Roll, pitch and yaw of a [`rotation`], rad. Where the x axis points straight up or down the yaw is whatever rounding makes it,
-/// and the roll fits to it.
+/// Roll, pitch and yaw of a [`rotation`], rad. If the x axis is vertical, the yaw depends on rounding errors, and the roll agrees
+/// with it.
 fn angles<T: Real>(rotation: &Matrix3<T>) -> [T; 3] {
     let [[xx, xy, xz], [yx, yy, _], [zx, zy, _]] = rotation.data.0;
     let yaw = xy.atan2(xx);
@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_go_there_and_back() {
+    fn frame_transforms_are_inverse() {
         let pose = AuvPose { roll_rad: 0.2, pitch_rad: -0.1, ..AuvPose::new(1.0, -2.0, 3.0, 2.5_f64) };
         let frame = BodyFrame::of(&pose);
         let point = Vector3::new(0.3, -4.0, 1.5);

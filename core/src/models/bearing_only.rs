@@ -63,7 +63,7 @@ impl<T: Real, B: BirthIntensity<PlanarFrame<T>, Vector2<T>>> Sensor for BearingO
     fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 2>) -> Option<Expected<Vector2<T>, Vector1<T>>> {
         let [[dx, dy]] = (feature - frame.position).data.0;
         let squared = dx * dx + dy * dy;
-        // Written so that NaN fails too.
+        // The comparison is written so that NaN fails it.
         if !(squared > T::ZERO && squared.is_finite()) {
             return None;
         }
@@ -86,7 +86,7 @@ impl<T: Real, B: BirthIntensity<PlanarFrame<T>, Vector2<T>>> Sensor for BearingO
         self.births.component(frame, index)
     }
 
-    /// None: any range fits a bearing.
+    /// `None`: any range is possible.
     fn invert(&self, _frame: &Self::Frame, _measured: &SVector<T, 1>) -> Option<Inverse<Vector2<T>, Vector1<T>>> {
         None
     }
@@ -143,7 +143,7 @@ pub struct PolarBirths<T> {
     grid: PolarGrid<T>,
 }
 
-/// That ranges of births are in order, and their squares within single precision.
+/// Checks that the ranges of births are in order, and their squares within single precision.
 pub(super) fn check_ranges<T: Real>(nearest_m: T, farthest_m: T) -> Result<(), ModelError> {
     require(nearest_m >= T::from_f64(1e-9), "nearest_m", "at least 1e-9 m")?;
     let holds = farthest_m > nearest_m && farthest_m <= T::from_f64(1e9);
@@ -176,7 +176,7 @@ impl<T: Real> BirthIntensity<PlanarFrame<T>, Vector2<T>> for PolarBirths<T> {
         let range = nearest_m * (step * T::from_usize(ring)).exp();
         let width = (T::PI + T::PI) / T::from_usize(sectors);
         let (sine, cosine) = (frame.heading_rad + width * T::from_usize(sector)).sin_cos();
-        // Standard deviations of half the distance to the neighbours, along and across.
+        // Standard deviations of half the distance to the neighbours, in the directions of range and of bearing.
         let (along, across) = (range * step * T::from_f64(0.5), range * width * T::from_f64(0.5));
         let covariance = Symmetric::from_fn(|row, column| {
             let (a, b) = ([cosine, sine], [-sine, cosine]);
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn a_grid_that_cannot_be_is_refused() {
+    fn an_invalid_grid_is_refused() {
         let refused = |grid| PolarBirths::new(grid).unwrap_err().field;
         assert_eq!(refused(PolarGrid { sectors: 0, ..GRID }), "sectors");
         assert_eq!(refused(PolarGrid { rings: 1, ..GRID }), "rings");
@@ -256,7 +256,7 @@ mod tests {
         }
     }
 
-    /// Landmarks seen as bearings from a path around them come out where they are, though no single bearing can tell.
+    /// Bearings from a path around the landmarks determine their positions, although a single bearing does not.
     #[test]
     fn bearings_from_many_places_make_a_map() {
         let landmarks = [Vector2::new(8.0, 6.0), Vector2::new(12.0, -5.0), Vector2::new(3.0, -9.0)];
@@ -277,7 +277,7 @@ mod tests {
             filter.predict(&pose, 0.1).unwrap();
             let mut scan = Vec::new();
             for landmark in &landmarks {
-                // A landmark that the last scan missed would not be among the estimated ones.
+                // A landmark that the last scan missed would not be extracted.
                 if step > 140 || noise.uniform::<f64>() < 0.95 {
                     let bearing = (landmark.y - pose.y_m).atan2(landmark.x - pose.x_m);
                     scan.push(Vector1::new(wrap(bearing + 0.01 * noise.normal::<f64>())));

@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Calibrated<S>(pub S);
 
-/// ∂h/∂x with columns of zeros for the odometry.
+/// ∂h/∂x with zero columns for the odometry correction.
 fn widened<T: Real, Z: Vector<Scalar = T>>(
     by_vehicle: &Linear<Z, TangentOf<PlanarPose<T>>>,
 ) -> Linear<Z, TangentOf<CalibratedPose<T>>> {

@@ -28,7 +28,7 @@ impl<T: Real> OdometryCorrection<T> {
         [speed + self.speed_scale * speed, turn + self.turn_scale * turn + self.turn_offset]
     }
 
-    /// The derivative of [`corrected`](Self::corrected) by these three numbers.
+    /// The derivative of [`corrected`](Self::corrected) with respect to the correction.
     pub(super) fn by_itself([speed, turn]: [T; 2]) -> Matrix2x3<T> {
         Matrix2x3::new(speed, T::ZERO, T::ZERO, T::ZERO, turn, T::ONE)
     }
@@ -56,7 +56,7 @@ impl<T: Real> CalibratedPose<T> {
     }
 }
 
-/// A difference of planar poses with nothing said of the odometry.
+/// A difference of planar poses, with zeros for the odometry correction.
 fn widened<T: Real>(planar: &impl Vector<Scalar = T>) -> SVector<T, 6> {
     Vector::with(|k| planar.at(k))
 }

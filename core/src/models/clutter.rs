@@ -23,7 +23,7 @@ pub trait Clutter<Z: Vector> {
     }
 }
 
-/// Whether this may be a number of false measurements to expect: sums of it over all scans to come stay finite.
+/// Whether this is a valid number of expected false measurements: sums over all scans must stay finite.
 fn is_rate<T: Real>(per_scan: T) -> bool {
     per_scan >= T::ZERO && per_scan <= T::from_f64(1e9)
 }
@@ -82,7 +82,7 @@ mod tests {
     use super::UniformClutter;
 
     #[test]
-    fn rates_that_no_scan_has_are_refused() {
+    fn invalid_rates_are_refused() {
         assert!(UniformClutter::of_scan(20.0_f32, 94.0).is_ok() && UniformClutter::of_scan(0.0_f32, 94.0).is_ok());
         for rate in [-1.0, f32::NAN, f32::INFINITY, f32::MAX] {
             assert_eq!(UniformClutter::of_scan(rate, 94.0).unwrap_err().field, "clutter_per_scan");

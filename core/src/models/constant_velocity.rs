@@ -42,7 +42,7 @@ impl<T: Real> ConstantVelocity<T> {
         self.check_as(["acceleration_psd", "lifetime_s"])
     }
 
-    /// The same, with the names that the fields have where this is a part of a configuration.
+    /// As [`check`](Self::check), with the names of the fields in the configuration that contains this model.
     pub(crate) fn check_as(&self, [psd, lifetime]: [&'static str; 2]) -> Result<(), ModelError> {
         require(self.acceleration_psd > T::ZERO && self.acceleration_psd.is_finite(), psd, "finite and positive")?;
         require(self.lifetime_s > T::ZERO, lifetime, "positive")
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn two_steps_are_one_of_their_summed_length() {
+    fn two_steps_equal_one_of_their_total_length() {
         let first = MOTION.advance::<Vector2<f64>>(&component(), 0.3).unwrap();
         let twice = MOTION.advance::<Vector2<f64>>(&first, 1.1).unwrap();
         let once = MOTION.advance::<Vector2<f64>>(&component(), 1.4).unwrap();
@@ -127,13 +127,13 @@ mod tests {
     }
 
     #[test]
-    fn nothing_comes_of_a_step_beyond_the_range() {
+    fn a_step_out_of_range_gives_no_component() {
         assert!(MOTION.advance::<Vector2<f64>>(&component(), 1e25).is_some());
         assert_eq!(MOTION.advance::<Vector2<f64>>(&component(), 1e160), None);
     }
 
     #[test]
-    fn what_cannot_be_is_refused() {
+    fn invalid_parameters_are_refused() {
         assert!(MOTION.check().is_ok());
         assert!(ConstantVelocity { lifetime_s: f64::INFINITY, ..MOTION }.check().is_ok());
         let bad = ConstantVelocity { acceleration_psd: 0.0, ..MOTION };

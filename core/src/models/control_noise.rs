@@ -72,12 +72,12 @@ impl<T: Real> ControlNoise<T> {
         require(usable(self.interval_s), "interval_s", "finite and not negative")
     }
 
-    /// Whether errors last for longer than a prediction.
+    /// Whether errors are correlated in time.
     pub(super) fn lasts(&self) -> bool {
         self.interval_s > T::ZERO
     }
 
-    /// Standard deviations of one draw, for controls of this size.
+    /// Standard deviations of one draw, for these controls.
     pub(super) fn sigmas(&self, [speed, turn]: [T; 2], dt: T) -> [T; 2] {
         let raise = if self.lasts() && dt > T::ZERO { (self.interval_s / dt).sqrt() } else { T::ONE };
         let sigma = |constant: T, ratio: T, control: T| {
@@ -115,7 +115,7 @@ impl<T: Real> ControlNoise<T> {
     }
 }
 
-/// A draw with errors of these standard deviations, added to the pose where they last, otherwise to the control.
+/// Draws errors with these standard deviations, and adds them to the pose if they are correlated, otherwise to the control.
 pub(super) fn drawn<P: Pose, C: Vector<Scalar = P::Scalar>>(
     lasts: bool,
     control: C,
@@ -137,7 +137,7 @@ mod tests {
     use super::ControlNoise;
     use crate::{Motion, Noise, PlanarPose, Step, Unicycle, UnicycleControl};
 
-    /// How far a vehicle that stands has come after `seconds`: standard deviation over many draws.
+    /// Standard deviation of the position of a vehicle at rest after `seconds`, over many draws.
     fn spread_after(noise: ControlNoise<f64>, dt: f64, seconds: f64) -> f64 {
         let mut stream = Noise::seeded(3);
         let robot = Unicycle::new(Step::Euler, noise).unwrap();
@@ -149,11 +149,11 @@ mod tests {
         (sum / f64::from(runs)).sqrt()
     }
 
-    /// By longer predictions than the error lasts, too.
+    /// Also for predictions that are longer than the correlation time.
     #[test]
-    fn spread_does_not_hang_on_the_rate() {
+    fn spread_does_not_depend_on_the_rate() {
         let noise = ControlNoise { interval_s: 0.4, ..ControlNoise::white(0.5, 0.0) };
-        // Five independent errors of 0.5 m/s held for 0.4 s each.
+        // Five independent errors of 0.5 m/s with a duration of 0.4 s each.
         let expected = 0.5 * 0.4 * 5.0_f64.sqrt();
         for dt in [0.025, 0.1, 0.4, 1.0, 2.0] {
             let measured = spread_after(noise, dt, 2.0);
@@ -161,7 +161,7 @@ mod tests {
         }
     }
 
-    /// In the order of the control's numbers.
+    /// In the order of the control's elements.
     #[test]
     fn errors_are_added_to_the_control() {
         let (sigmas, start, dt) = ([0.5, 0.2], PlanarPose::new(1.0, 2.0, 0.3), 0.1);
@@ -174,11 +174,11 @@ mod tests {
     }
 
     #[test]
-    fn shares_add_in_quadrature() {
+    fn constant_and_relative_noise_add_in_quadrature() {
         let noise = ControlNoise { speed_sigma_ratio: 0.2, turn_sigma_ratio: 0.5, ..ControlNoise::white(0.3, 0.0) };
         let covariance = noise.covariance([2.0, -0.1], 0.1);
         assert!((covariance.get(0, 0) - 0.25_f64).abs() < 1e-15 && (covariance.get(1, 1) - 0.0025).abs() < 1e-15);
-        // At rest only the constant part is left.
+        // At rest only the constant part remains.
         assert!((noise.covariance([0.0, 0.0], 0.1).get(0, 0) - 0.09).abs() < 1e-15);
     }
 

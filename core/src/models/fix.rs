@@ -286,7 +286,7 @@ mod tests {
     use crate::{AuvPose, Matrix, Mounting, PlanarPose, Pose, RangeBearing, TangentOf, Vector};
     use nalgebra::{Vector1, Vector2};
 
-    /// ∂h/∂x against central differences.
+    /// Compares ∂h/∂x with central differences.
     fn check<F: Fix<Pose: Pose<Scalar = f64>>>(fix: &F, pose: &F::Pose) {
         const STEP: f64 = 1e-6;
         let slope = fix.by_pose(pose);
@@ -320,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn headings_wrap_and_nonsense_is_refused() {
+    fn headings_wrap_and_invalid_parameters_are_refused() {
         let compass = HeadingFix::<PlanarPose<f64>>::new(0.1).unwrap();
         let off = compass.innovation(&Vector1::new(3.1), &Vector1::new(-3.1));
         assert!((off.x - (6.2 - core::f64::consts::TAU)).abs() < 1e-15);

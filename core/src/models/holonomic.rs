@@ -41,14 +41,14 @@ pub struct Holonomic<T> {
 struct Displacement<T> {
     x: T,
     y: T,
-    /// ∂(x, y)/∂v_x; by v_y it is the same, turned to the left by a right angle.
+    /// ∂(x, y)/∂v_x; ∂(x, y)/∂v_y is this vector rotated to the left by a right angle.
     d_forward: [T; 2],
     /// ∂(x, y)/∂ω.
     d_rate: [T; 2],
 }
 
 impl<T: Real> Displacement<T> {
-    /// Along the chord of the arc: dt sin(a)/a of the velocity, turned by the mean heading θ + a, with a = ω dt/2.
+    /// Along the chord of the arc: dt sin(a)/a times the velocity, rotated by the mean heading θ + a, with a = ω dt/2.
     fn of(heading: T, control: &HolonomicControl<T>, dt: T) -> Self {
         let &HolonomicControl { forward_mps, left_mps, rate_radps } = control;
         let d_half_turn = T::from_f64(0.5) * dt;
@@ -83,7 +83,7 @@ impl<T: Real> Holonomic<T> {
         Ok(Self { noise })
     }
 
-    /// Standard deviations of one draw of ahead, aside and turn.
+    /// Standard deviations of one draw of v_x, v_y and the turn rate.
     fn sigmas(&self, control: &HolonomicControl<T>, dt: T) -> [T; 3] {
         let [speed, rate] = self.noise.sigmas([speed(control), control.rate_radps], dt);
         [speed, speed, rate]
@@ -132,7 +132,7 @@ impl<T: Real> Motion for Holonomic<T> {
         let displacement = Displacement::of(pose.heading_rad, control, dt);
         let Displacement { x, y, .. } = displacement;
         let (one, zero) = (T::ONE, T::ZERO);
-        // Turning the start turns the whole displacement.
+        // A rotation of the initial pose rotates the displacement.
         let transition = Matrix3::new(one, zero, -y, zero, one, x, zero, zero, one);
         let variances = self.sigmas(control, dt).map(|sigma| sigma * sigma);
         let of_control = Symmetric::<Vector3<T>>::from_diagonal(variances);
@@ -187,7 +187,7 @@ mod tests {
         }
     }
 
-    /// In small straight steps, heading at the middle of each.
+    /// In short straight steps along the mean heading of each.
     #[test]
     fn the_arc_is_the_limit_of_many_short_steps() {
         let robot = Holonomic::new(NOISE).unwrap();
@@ -206,9 +206,9 @@ mod tests {
         }
     }
 
-    /// What the axes of the vehicle's frame are called decides nothing: neither where it goes nor how far it spreads.
+    /// Neither the motion nor its covariance depends on the direction of the vehicle's axes.
     #[test]
-    fn a_turned_frame_is_the_same_vehicle() {
+    fn motion_does_not_depend_on_the_body_axes() {
         let robot = Holonomic::new(NOISE).unwrap();
         let (start, turned) = (PlanarPose::new(1.0, 2.0, 0.4), PlanarPose::new(1.0, 2.0, 0.4 + 0.9));
         let (s, c) = f64::sin_cos(0.9);
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_scatter_as_linearised() {
+    fn samples_have_the_linearised_covariance() {
         let robot = Holonomic::new(ControlNoise { interval_s: 0.4, ..NOISE }).unwrap();
         let (pose, told) = (PlanarPose::new(5.0, -7.0, 0.6), control([0.8, -0.5, 0.6]));
         let mean = robot.propagate(&pose, &told, 0.1);
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_vehicle_does_is_refused() {
+    fn invalid_parameters_and_controls_are_refused() {
         let robot = Holonomic::new(ControlNoise::white(0.1_f32, 0.1)).unwrap();
         let admits =
             |forward_mps, left_mps, rate_radps| robot.admits(&HolonomicControl { forward_mps, left_mps, rate_radps });

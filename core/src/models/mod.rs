@@ -91,7 +91,7 @@ impl core::fmt::Display for ModelError {
 
 impl core::error::Error for ModelError {}
 
-/// `Ok` where `holds`, otherwise the error that names the field.
+/// Returns an error that names the field unless `holds`.
 pub(crate) fn require(holds: bool, field: &'static str, range: &'static str) -> Result<(), ModelError> {
     if holds { Ok(()) } else { Err(ModelError { field, range }) }
 }

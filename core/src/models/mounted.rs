@@ -4,15 +4,15 @@ use super::{ExpectedOf, FieldOfView, InverseOf, ModelError, Mounting, Pose, Sens
 use crate::numerics::vector::applied;
 use crate::{Bounds, Component, Linear, Matrix, PositionOf, ScalarOf, Symmetric, TangentOf, Vector};
 
-/// A sensor where it sits on the vehicle: speaks of the vehicle's pose, and asks the model of the sensor's own.
+/// A sensor with its mounting: it takes the pose of the vehicle, and passes its own pose to the model.
 #[derive(Debug)]
 pub(crate) struct Mounted<'a, S: Sensor> {
     pub(crate) sensor: &'a S,
-    /// `None` where the sensor's pose is the vehicle's.
+    /// `None` if the sensor's pose is that of the vehicle.
     pub(crate) mounting: Option<Mounting<ScalarOf<S::Pose>>>,
 }
 
-/// A field of view as it is seen from the vehicle.
+/// The field of view of a mounted sensor.
 #[derive(Debug)]
 pub(crate) struct MountedView<'a, V> {
     pub(crate) field_of_view: &'a V,
@@ -22,12 +22,12 @@ pub(crate) struct MountedView<'a, V> {
 #[derive(Debug)]
 pub(crate) struct MountedFrame<F, K> {
     frame: F,
-    /// How the sensor's pose changes with the vehicle's heading; `None` where they are the same.
+    /// The derivative of the sensor's pose with respect to the vehicle's heading; `None` without a mounting.
     by_heading: Option<K>,
 }
 
 impl<S: Sensor> Mounted<'_, S> {
-    /// The frame where it is mounted elsewhere than where the pose is. Out of line: a sensor that is not takes none of its stack.
+    /// The frame of a sensor with a mounting. Not inlined, so that a sensor without one does not need its stack.
     #[inline(never)]
     fn seated(&self, mounting: &Mounting<ScalarOf<S::Pose>>, pose: &S::Pose) -> <Self as Sensor>::Frame {
         let (seat, by_heading) = pose.mounted(mounting);
@@ -35,7 +35,7 @@ impl<S: Sensor> Mounted<'_, S> {
     }
 }
 
-/// ∂h/∂x by the vehicle's pose, of one by the sensor's: another column of the heading.
+/// ∂h/∂x with respect to the vehicle's pose, from that with respect to the sensor's pose: the column of the heading differs.
 #[inline(never)]
 fn swung<P: Pose, Z: Vector<Scalar = P::Scalar>>(
     by_seat: Linear<Z, P::Tangent>,

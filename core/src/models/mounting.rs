@@ -27,7 +27,7 @@ pub struct Mounting<T> {
     yaw_rad: T,
 }
 
-/// No sensor sits farther from the origin of its vehicle, m.
+/// Greatest distance of a sensor from the origin of its vehicle, m.
 const FARTHEST_M: f64 = 1e4;
 
 impl<T: Real> Mounting<T> {
@@ -82,7 +82,7 @@ mod tests {
     use nalgebra::{SVector, Vector2, Vector3};
 
     #[test]
-    fn a_mounted_sensor_measures_from_where_it_sits() {
+    fn a_mounted_sensor_measures_from_its_own_pose() {
         let mounting = Mounting::in_plane(0.22, -0.1, 0.5).unwrap();
         let lidar = RangeBearing::new(0.1, 0.01).unwrap();
         let mounted = Mounted { sensor: &lidar, mounting: Some(mounting) };
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn in_space_too() {
+    fn a_mounting_in_space_agrees_too() {
         let sonar = RangeBearingElevation::new(0.05, 0.01, 0.01).unwrap();
         for angles in [[0.1, -0.3, 2.0], [0.0, core::f64::consts::FRAC_PI_2, 0.4], [3.0, 0.2, -3.0]] {
             let mounting = Some(Mounting::in_space([0.4, -0.2, 0.3], angles).unwrap());
@@ -133,7 +133,7 @@ mod tests {
         }
     }
 
-    /// Also where it looks straight down, so that its yaw means nothing of itself.
+    /// Also with the x axis straight down, where the yaw is not unique.
     #[test]
     fn a_mounting_in_space_is_the_product_of_the_rotations() {
         let half = core::f64::consts::FRAC_PI_2;
@@ -152,7 +152,7 @@ mod tests {
         }
     }
 
-    /// (5.25) has the lever arm of the sensor in the motion; an axle with a mounted sensor must go the same way.
+    /// (5.25) contains the lever arm of the sensor; the motion of the axle with a mounted sensor must agree with it.
     #[test]
     fn the_lever_arm_of_the_motion_is_a_mounting() {
         let geometry =
@@ -168,13 +168,13 @@ mod tests {
             of_axle = axle.propagate(&of_axle, &control, 1e-4);
             of_sensor = sensor.propagate(&of_sensor, &control, 1e-4);
         }
-        // Both are Euler steps, of different points.
+        // Both are Euler steps, but of different points.
         let off = of_axle.mounted(&mounting).0.difference(&of_sensor);
         assert!(off.norm() < 2e-4, "{off}");
     }
 
     #[test]
-    fn what_no_vehicle_has_is_refused() {
+    fn impossible_mountings_are_refused() {
         assert_eq!(Mounting::in_plane(f32::NAN, 0.0, 0.0).unwrap_err().field, "forward_m");
         assert_eq!(Mounting::in_plane(0.0, 1e5, 0.0_f32).unwrap_err().field, "left_m");
         assert_eq!(Mounting::in_plane(0.0, 0.0, 7.0_f32).unwrap_err().field, "yaw_rad");

@@ -41,7 +41,7 @@ pub enum PlanarControl<T> {
     Holonomic(HolonomicControl<T>),
 }
 
-/// Does the same with a motion of any kind and a control of the same kind; `$other` where it is of another one.
+/// Evaluates an expression with the motion and the control of its type; `$other` if their types differ.
 macro_rules! each {
     ($motion:expr, $control:expr, |$vehicle:ident, $own:ident| $done:expr, else $other:expr) => {
         match ($motion, $control) {
@@ -130,7 +130,8 @@ mod tests {
     const CORRECTION: OdometryCorrection<f64> =
         OdometryCorrection { speed_scale: 0.03, turn_scale: -0.02, turn_offset: 0.01 };
 
-    /// Every answer is that of the vehicle itself, and controls of other kinds are refused and move nothing.
+    /// Compares all results with those of the vehicle itself, and checks that controls of other types are refused and have no
+    /// effect.
     fn is_as<M: ByOdometry<Pose = PlanarPose<f64>>>(
         any: PlanarMotion<f64>,
         own: M,
@@ -160,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn every_kind_is_the_vehicle_itself() {
+    fn every_type_agrees_with_the_vehicle_itself() {
         let noise = ControlNoise { speed_sigma_ratio: 0.1, ..ControlNoise::white(0.1, 0.05) };
         let geometry =
             AckermannGeometry { wheelbase_m: 2.8, encoder_offset_m: 0.7, sensor_forward_m: 1.0, sensor_left_m: 0.2 };

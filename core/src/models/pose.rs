@@ -144,7 +144,7 @@ impl<T: Real> Pose for PlanarPose<T> {
         let (sine, cosine) = self.heading_rad.sin_cos();
         let (x, y) = (forward * cosine - left * sine, forward * sine + left * cosine);
         let seat = Self::new(self.x_m + x, self.y_m + y, wrap(self.heading_rad + yaw));
-        // To turn the vehicle is to swing the sensor around it.
+        // A rotation of the vehicle moves the sensor around it.
         (seat, Vector3::new(-y, x, T::ONE))
     }
 
@@ -166,7 +166,7 @@ mod tests {
     use super::{PlanarPose, Pose};
 
     #[test]
-    fn headings_average_across_the_cut() {
+    fn headings_average_across_pi() {
         let poses = [PlanarPose::new(1.0, 2.0, 3.1_f64), PlanarPose::new(3.0, 4.0, -3.1)];
         let mean = PlanarPose::mean(poses.into_iter().map(|pose| (0.5, pose)));
         assert!((mean.x_m - 2.0).abs() < 1e-15 && (mean.y_m - 3.0).abs() < 1e-15);

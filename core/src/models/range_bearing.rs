@@ -89,8 +89,8 @@ impl<T: Real> Sensor for RangeBearing<T> {
     fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 2>) -> Option<Expected<Vector2<T>, Vector2<T>>> {
         let [[dx, dy]] = (feature - frame.position).data.0;
         let squared = dx * dx + dy * dy;
-        // At the sensor itself the bearing has no derivative. Written so that NaN gives `None` too. A feature at infinity is out of every
-        // field of view.
+        // At the sensor itself the bearing has no derivative. The comparison is written so that NaN gives `None` too. A feature
+        // at infinity is out of every field of view.
         if !(squared > T::ZERO) {
             return None;
         }
@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_measured_or_inverted() {
+    fn features_and_measurements_without_a_result_give_none() {
         let sensor = RangeBearing::new(0.2_f32, 0.01).unwrap();
         let frame = sensor.frame(&PlanarPose::new(1.0, 1.0, 0.0));
         assert!(sensor.expect(&frame, &Vector2::new(1.0, 1.0)).is_none());

@@ -102,7 +102,7 @@ impl<T: Real> RangeBearingWindow<T> {
         let is_even = limits.probability_far == limits.probability_near
             && limits.range_min_m == T::ZERO
             && limits.bearing_half_width_rad >= T::PI;
-        // A little less, for rounding.
+        // The factor allows for rounding errors.
         let inner = (limits.range_max_m - limits.range_edge_m) * (T::ONE - T::from_f64(4.0) * T::EPSILON);
         Ok(Self { limits, even_within_m: if is_even { inner } else { -T::ONE } })
     }
@@ -129,7 +129,7 @@ impl<T: Real> RangeBearingWindow<T> {
     }
 }
 
-/// The ramp from 0 at `inside` = −`edge` to 1 at +`edge`.
+/// The ramp from 0 at `inside` = −`edge` to 1 at `inside` = +`edge`.
 #[inline]
 pub(super) fn ramp<T: Real>(inside: T, edge: T) -> T {
     if inside >= edge {
@@ -167,7 +167,7 @@ impl<T: Real> FieldOfView<PlanarFrame<T>, Vector2<T>, Vector2<T>> for RangeBeari
     }
 
     fn bounds(&self, frame: &PlanarFrame<T>) -> Bounds<Vector2<T>> {
-        // Rounding of the range must not push a feature that is in view out of the box.
+        // The factor keeps features in view inside the box in spite of rounding errors.
         let reach = (self.limits.range_max_m + self.limits.range_edge_m) * (T::ONE + T::from_f64(4.0) * T::EPSILON);
         Bounds::around(&frame.position, reach)
     }
@@ -189,9 +189,9 @@ mod tests {
         )
     }
 
-    /// Up to the soft edge p_D is that at the sensor to the bit, as the product over all edges has it.
+    /// Up to the soft edge p_D equals that at the sensor to the bit, and the product over all edges.
     #[test]
-    fn it_is_even_where_no_edge_is_near() {
+    fn probability_is_constant_inside_the_edges() {
         let limits = RangeBearingLimits { range_edge_m: 0.3, ..RangeBearingLimits::full_circle(15.0, 0.95) };
         let even = RangeBearingWindow::new(limits).unwrap();
         let without = RangeBearingWindow { limits, even_within_m: -1.0 };
@@ -205,14 +205,14 @@ mod tests {
     }
 
     #[test]
-    fn a_hard_window_is_the_thesis_s() {
+    fn a_hard_window_is_that_of_the_thesis() {
         let window = RangeBearingWindow::full_circle(15.0, 0.95).unwrap();
         assert_eq!(probability(&window, 15.0, 3.0), 0.95);
         assert_eq!(probability(&window, 15.000_001, 3.0), 0.0);
     }
 
     #[test]
-    fn soft_edges_are_half_way_at_the_rim_and_monotonous() {
+    fn soft_edges_are_half_at_the_limit_and_monotonic() {
         let limits = RangeBearingLimits {
             range_min_m: 1.0,
             range_edge_m: 0.5,

@@ -224,14 +224,14 @@ mod tests {
             squares.iter_mut().zip(off.iter()).for_each(|(sum, off)| *sum += off * off);
         }
         for (k, sum) in squares.iter().enumerate() {
-            // Of a variance by so many draws the standard deviation is 1 % of it.
+            // The variance of this number of draws has a standard deviation of 1 %.
             let ratio = sum / f64::from(runs) / linearised.noise.get(k, k);
             assert!((ratio - 1.0).abs() < 0.05, "{k}: {ratio}");
         }
     }
 
     #[test]
-    fn what_cannot_be_is_refused() {
+    fn invalid_parameters_are_refused() {
         let robot = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.05)).unwrap();
         let bad = |prior: OdometryPrior<f64>| SelfCalibrating::new(robot, prior).unwrap_err().field;
         let sigma = |speed_scale| OdometryCorrection { speed_scale, ..PRIOR.sigma };

@@ -90,7 +90,7 @@ where
     }
 }
 
-/// The models of a sensor where it sits on the vehicle: speak of the vehicle's pose.
+/// The models of a sensor with its mounting: they take the pose of the vehicle.
 #[derive(Debug)]
 pub(crate) struct OnVehicle<'a, X: MeasurementModel> {
     pub(crate) sensor: Mounted<'a, X::Sensor>,
@@ -99,7 +99,7 @@ pub(crate) struct OnVehicle<'a, X: MeasurementModel> {
 }
 
 impl<'a, X: MeasurementModel> OnVehicle<'a, X> {
-    /// Models that speak of the sensor's pose; that of the vehicle where it is not mounted elsewhere.
+    /// The models with this mounting; without one, the sensor's pose is that of the vehicle.
     pub(crate) fn of(models: &'a X, mounting: Option<Mounting<ScalarOf<X::Pose>>>) -> Self {
         Self {
             sensor: Mounted { sensor: models.sensor(), mounting },

@@ -86,8 +86,8 @@ impl<T: Real, B> BearingElevation<T, B> {
     }
 }
 
-/// Range, bearing and elevation of a feature, with their derivatives; `None` straight above and below the vehicle and at
-/// itself, where the bearing has none. Written so that NaN gives none too.
+/// Range, bearing and elevation of a feature, with their derivatives; `None` exactly above and below the vehicle and at its
+/// position, where the bearing is not defined. The comparison is written so that NaN gives `None` too.
 #[inline]
 fn polar<T: Real>(frame: &BodyFrame<T>, feature: &Vector3<T>) -> Option<(Vector3<T>, Matrix3<T>)> {
     let [[x, y, z]] = frame.to_body(feature).data.0;
@@ -140,7 +140,7 @@ impl<T: Real> Sensor for RangeBearingElevation<T> {
         &self.noise
     }
 
-    /// A measurement of no range, or of an elevation beyond straight up or down, has no inverse.
+    /// A measurement with a range of zero or less, or an elevation of ±π/2 or beyond, has no inverse.
     fn invert(&self, frame: &Self::Frame, measured: &SVector<T, 3>) -> Option<Inverse<Vector3<T>, Vector3<T>>> {
         let [[range, bearing, elevation]] = measured.data.0;
         let ((sb, cb), (se, ce)) = (bearing.sin_cos(), elevation.sin_cos());
@@ -201,7 +201,7 @@ impl<T: Real, B: BirthIntensity<BodyFrame<T>, Vector3<T>>> Sensor for RangeOnly<
         self.births.component(frame, index)
     }
 
-    /// None: any direction fits a range.
+    /// `None`: any direction is possible.
     fn invert(&self, _frame: &Self::Frame, _measured: &SVector<T, 1>) -> Option<Inverse<Vector3<T>, Vector1<T>>> {
         None
     }
@@ -254,7 +254,7 @@ impl<T: Real, B: BirthIntensity<BodyFrame<T>, Vector3<T>>> Sensor for BearingEle
         self.births.component(frame, index)
     }
 
-    /// None: any range fits a direction.
+    /// `None`: any range is possible.
     fn invert(&self, _frame: &Self::Frame, _measured: &SVector<T, 2>) -> Option<Inverse<Vector3<T>, Vector2<T>>> {
         None
     }
@@ -349,7 +349,7 @@ impl<T: Real, Z: Vector<Scalar = T>> FieldOfView<BodyFrame<T>, Vector3<T>, Z> fo
     }
 
     fn bounds(&self, frame: &BodyFrame<T>) -> Bounds<Vector3<T>> {
-        // Rounding of the range must not push a feature that is in view out of the box.
+        // The factor keeps features in view inside the box in spite of rounding errors.
         let reach = (self.limits.range_max_m + self.limits.range_edge_m) * (T::ONE + T::from_f64(8.0) * T::EPSILON);
         Bounds::around(&frame.position, reach)
     }
@@ -401,14 +401,15 @@ impl<T: Real> BirthIntensity<BodyFrame<T>, Vector3<T>> for SphericalBirths<T> {
         }
         let step = (farthest_m / nearest_m).ln() / T::from_usize(shells - 1);
         let range = nearest_m * (step * T::from_usize(shell)).exp();
-        // Equal steps in height cut equal areas off a sphere; the golden angle keeps neighbours apart.
+        // Equal steps in height give equal areas on a sphere; the golden angle separates neighbours.
         let (half, two) = (T::from_f64(0.5), T::from_f64(2.0));
         let count = T::from_usize(directions);
         let height = (two * T::from_usize(place) + T::ONE) / count - T::ONE;
         let across = (T::ONE - height * height).sqrt();
         let (sine, cosine) = wrap(T::from_f64(GOLDEN_ANGLE_RAD) * T::from_usize(place)).sin_cos();
         let direction = frame.rotation * Vector3::new(across * cosine, across * sine, height);
-        // Standard deviations of half the distance to the neighbours, along and across: a direction has 4π/n of the sphere.
+        // Standard deviations of half the distance to the neighbours, along and across the range: a direction has 4π/n of the
+        // sphere.
         let along = range * step * half;
         let aside = range * (two * two * T::PI / count).sqrt() * half;
         let mut covariance = Symmetric::from_diagonal([aside * aside; 3]);
@@ -466,7 +467,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_measured_or_inverted() {
+    fn features_and_measurements_without_a_result_give_none() {
         let sonar = RangeBearingElevation::new(0.1, 0.01, 0.02).unwrap();
         let frame = sonar.frame(&poses()[0]);
         assert!(sonar.expect(&frame, &frame.position).is_none());
@@ -492,7 +493,7 @@ mod tests {
         }
         let mean = births.iter().map(|birth| birth.mean).sum::<Vector3<f64>>() / births.len() as f64;
         assert!((mean - frame.position).norm() < 0.2, "{mean}");
-        // Every direction is within two standard deviations of a component's.
+        // Every direction is within two standard deviations of a component.
         let outer = &births[5 * 60..];
         for k in 0..500 {
             let (bearing, height) = (0.37 * f64::from(k), f64::from(k) / 250.0 - 0.998);
@@ -510,7 +511,7 @@ mod tests {
     }
 
     #[test]
-    fn the_window_ends_where_it_says() {
+    fn the_window_has_the_given_limits() {
         let limits = SonarLimits {
             range_max_m: 10.0,
             range_edge_m: 0.5,

@@ -75,7 +75,7 @@ pub fn projection<T: Real>(calibration: &Matrix3<T>, rotation: &Matrix3<T>, plac
     SMatrix::from_columns(&[turn.column(0).into(), turn.column(1).into(), turn.column(2).into(), shift])
 }
 
-/// Least depth of a feature before either camera, m: nearer, it counts as behind.
+/// Least depth of a feature in front of either camera, m: nearer features count as behind it.
 const LEAST_DEPTH_M: f64 = 1e-3;
 
 /// A stereo camera at a pose.
@@ -113,13 +113,14 @@ impl<T: Real> Camera<T> {
         let determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g);
         let length = (g * g + h * h + i * i).sqrt();
         let usable = determinant != T::ZERO && length > T::ZERO && projection.iter().all(|element| element.is_finite());
-        // With its sign: a matrix and its negative are the same camera, and only one of them counts depth forwards.
+        // The scale has the sign of the determinant: a matrix and its negative describe the same camera, but only one of them has
+        // positive depths in front of it.
         let scale = if determinant > T::ZERO { T::ONE / length } else { -T::ONE / length };
         usable.then_some(Self { turn: turn * scale, shift: shift * scale })
     }
 
-    /// Pixels of what lies at `offset` in directions that `turn` takes to homogeneous pixels, with their derivative; `None`
-    /// for what is behind the camera. Written so that NaN is behind too.
+    /// Pixels of a point at `offset`, where `turn` maps directions to homogeneous pixels, with their derivative; `None` for a
+    /// point behind the camera. The comparison is written so that NaN counts as behind.
     #[inline]
     fn project(turn: &Matrix3<T>, shift: &Vector3<T>, offset: &Vector3<T>) -> Option<([T; 2], Matrix2x3<T>)> {
         let [[x, y, depth]] = (turn * offset + shift).data.0;
@@ -136,8 +137,8 @@ impl<T: Real> Camera<T> {
         Some(([u, v], slope * per_depth))
     }
 
-    /// The two rows of the linear equations (A_1 − u A_3) p = u a_3 − a_1 that a point p of the vehicle's frame satisfies where it
-    /// projects to (u, v), with their right sides.
+    /// The two rows of the linear equations (A_1 − u A_3) p = u a_3 − a_1 of a point p in the vehicle's frame that projects to
+    /// (u, v), with their right-hand sides.
     fn equations(&self, u: T, v: T) -> (Matrix2x3<T>, [T; 2]) {
         let [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]] = self.turn.data.0;
         let [[x, y, z]] = self.shift.data.0;
@@ -146,7 +147,7 @@ impl<T: Real> Camera<T> {
     }
 }
 
-/// Two rows above two rows.
+/// The first matrix above the second.
 #[inline]
 fn stacked<T: Real>(upper: &Matrix2x3<T>, lower: &Matrix2x3<T>) -> Matrix4x3<T> {
     let ([[a, d], [b, e], [c, f]], [[g, j], [h, k], [i, l]]) = (upper.data.0, lower.data.0);
@@ -179,7 +180,7 @@ impl<T: Real> StereoCamera<T> {
         Ok(Self { left, right, noise, precision: factor.inverse(), epipolar_gate })
     }
 
-    /// The point of the vehicle's frame that lies before the left camera at this pixel and depth (m).
+    /// The point in the vehicle's frame at this pixel of the left camera and this depth, m.
     #[must_use]
     pub(crate) fn point_at(&self, u: T, v: T, depth: T) -> Option<Vector3<T>> {
         let Camera { turn, shift } = self.left;
@@ -187,7 +188,7 @@ impl<T: Real> StereoCamera<T> {
         solve(&turn, &homogeneous)
     }
 
-    /// What is to be expected of a point in the vehicle's frame.
+    /// The predicted measurement of a point in the vehicle's frame.
     fn project(&self, point: &Vector3<T>) -> Option<Expected<Vector3<T>, Vector4<T>>> {
         let ([ul, vl], left) = Camera::project(&self.left.turn, &self.left.shift, point)?;
         let ([ur, vr], right) = Camera::project(&self.right.turn, &self.right.shift, point)?;
@@ -208,10 +209,10 @@ impl<T: Real> StereoCamera<T> {
         Some(inverse)
     }
 
-    /// g⁻¹ of (7.5): the point of the vehicle's frame whose image comes nearest to the measurement, in standard deviations, and its
-    /// derivative by the measurement.
+    /// g⁻¹ of (7.5): the point in the vehicle's frame whose projection is nearest to the measurement, in standard deviations, and
+    /// its derivative with respect to the measurement.
     ///
-    /// From the weighted linear solution one Gauss–Newton step, which also takes back what rounding did to the former.
+    /// The weighted linear solution, followed by a Gauss–Newton step, which also removes rounding errors of the former.
     fn triangulate(&self, measured: &Vector4<T>) -> Option<(Vector3<T>, SMatrix<T, 3, 4>)> {
         let [[ul, vl, ur, vr]] = measured.data.0;
         let (left, [lu, lv]) = self.left.equations(ul, vl);
@@ -230,7 +231,7 @@ impl<T: Real> StereoCamera<T> {
     }
 }
 
-/// A⁻¹ b by Cramer's rule; `None` where A is singular.
+/// A⁻¹ b by Cramer's rule; `None` if A is singular.
 fn solve<T: Real>(a: &Matrix3<T>, b: &Vector3<T>) -> Option<Vector3<T>> {
     let [[x, y, z]] = [[a.column(0), a.column(1), a.column(2)]];
     let (x, y, z): (Vector3<T>, Vector3<T>, Vector3<T>) = (x.into(), y.into(), z.into());
@@ -283,8 +284,8 @@ impl<T: Real> Sensor for StereoCamera<T> {
         &self.noise
     }
 
-    /// (7.5). A pair whose rays do not meet before both cameras (no disparity, a negative one) or that does not lie on one
-    /// epipolar line has none.
+    /// (7.5). `None` for a pair whose rays do not meet in front of both cameras (a disparity of zero or less), or that is not on
+    /// one epipolar line.
     fn invert(&self, frame: &Self::Frame, measured: &SVector<T, 4>) -> Option<Inverse<Vector3<T>, Vector4<T>>> {
         let (point, by_measurement) = self.triangulate(measured)?;
         let jacobian = frame.body.rotation * by_measurement;
@@ -311,7 +312,7 @@ pub(super) mod tests {
     use crate::{AuvPose, Noise, Real, Sensor};
     use nalgebra::{Matrix3, SMatrix, Vector3, Vector4};
 
-    /// A camera like that of the Girona 500, looking down, a little ahead of the vehicle's middle.
+    /// A camera like that of the Girona 500, looking down, a little ahead of the vehicle's centre.
     pub(crate) fn camera<T: Real>(tilt_rad: f64) -> StereoCamera<T> {
         let (s, c) = tilt_rad.sin_cos();
         let calibration = Matrix3::new(890.0, 0.0, 400.0, 0.0, 885.0, 300.0, 0.0, 0.0, 1.0);
@@ -328,7 +329,7 @@ pub(super) mod tests {
         [tilted(0.0, 0.0, 0.0), tilted(2.9, 0.2, -0.1), tilted(-1.2, -0.3, 0.25)]
     }
 
-    /// Features a few metres before the camera.
+    /// Features a few metres in front of the camera.
     fn features(frame: &super::StereoFrame<f64>) -> impl Iterator<Item = Vector3<f64>> {
         let frame = *frame;
         (0..27).map(move |k| {
@@ -354,7 +355,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn the_inverse_s_derivative_agrees_with_differences() {
+    fn the_derivative_of_the_inverse_agrees_with_differences() {
         let camera = camera::<f64>(0.1);
         for pose in poses() {
             let frame = camera.frame(&pose);
@@ -374,10 +375,10 @@ pub(super) mod tests {
         }
     }
 
-    /// R* = H* R H*ᵀ (7.5) is the covariance of triangulated points, as far as a linear function can tell: with a noise of
-    /// 0.3 px, where the depth is nearly linear in the disparity.
+    /// R* = H* R H*ᵀ (7.5) is the covariance of triangulated points within the accuracy of linearisation: with noise of 0.3 px
+    /// the depth is nearly linear in the disparity.
     #[test]
-    fn the_triangulation_s_covariance_is_that_of_samples() {
+    fn the_covariance_of_the_triangulation_is_that_of_samples() {
         let camera = camera::<f64>(0.0);
         let pose = poses()[1];
         let frame = camera.frame(&pose);
@@ -403,13 +404,13 @@ pub(super) mod tests {
             );
         }
         assert!(mean.norm() < 0.05 * expected.trace().sqrt());
-        // Along the line of sight the point is some twenty times less certain than across it.
+        // Along the line of sight the standard deviation is more than ten times that across it.
         let eigenvalues = expected.symmetric_eigenvalues();
         assert!(eigenvalues.max() / eigenvalues.min() > 100.0);
     }
 
     #[test]
-    fn single_precision_triangulates_to_a_small_part_of_the_uncertainty() {
+    fn single_precision_errors_are_small_against_the_covariance() {
         let (coarse, fine) = (camera::<f32>(0.1), camera::<f64>(0.1));
         let frame = fine.frame(&poses()[0]);
         let coarse_frame = coarse.frame(&AuvPose::new(1.0, -2.0, 0.5, 0.0));
@@ -423,7 +424,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn what_cannot_be_seen_or_inverted() {
+    fn features_and_measurements_without_a_result_give_none() {
         let camera = camera::<f64>(0.0);
         let frame = camera.frame(&poses()[0]);
         let body = |x, y, z| frame.body.to_map(&Vector3::new(x, y, z));
@@ -441,7 +442,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_matrix_and_its_multiples_are_one_camera() {
+    fn a_matrix_and_its_multiples_are_the_same_camera() {
         let calibration = Matrix3::new(500.0, 0.0, 320.0, 0.0, 500.0, 240.0, 0.0, 0.0, 1.0);
         let left = projection(&calibration, &Matrix3::identity(), &Vector3::zeros());
         let right = projection(&calibration, &Matrix3::identity(), &Vector3::new(0.24, 0.0, 0.0));
@@ -459,9 +460,10 @@ pub(super) mod tests {
         assert_eq!(error(left, right, noise, f64::NAN), "epipolar_gate");
     }
 
-    /// What both images have in common moves the point across the line of sight and leaves its depth as certain as before.
+    /// Noise that is common to both images moves the point across the line of sight, and does not change the variance of its
+    /// depth.
     #[test]
-    fn common_noise_leaves_the_depth_alone() {
+    fn common_noise_does_not_change_the_variance_of_the_depth() {
         let camera = camera::<f64>(0.0);
         let shaken = StereoCamera { noise: pixel_noise([3.0; 4], [30.0; 2]), ..camera };
         let shaken = StereoCamera { precision: shaken.noise.factor().unwrap().inverse(), ..shaken };

@@ -105,12 +105,12 @@ impl<T: Real> FieldOfView<StereoFrame<T>, Vector3<T>, Vector4<T>> for StereoFrus
         probability * ramp((depth - near_m).at_most(far_m - depth), depth_edge_m)
     }
 
-    /// Whether the left image may show it, at a depth that is in view.
+    /// Whether the feature may be in the left image, at a depth in view.
     #[inline]
     fn may_see(&self, frame: &StereoFrame<T>, feature: &SVector<T, 3>) -> bool {
         let FrustumLimits { width_px, height_px, edge_px, near_m, far_m, depth_edge_m, .. } = self.limits;
         let [[x, y, depth]] = frame.homogeneous(feature).data.0;
-        // Pixels are not divided by the depth yet, and may be rounded another way afterwards.
+        // Pixels are not yet divided by the depth here; the margin exceeds the difference in rounding.
         let margin = (width_px + height_px + edge_px) * T::from_f64(64.0) * T::EPSILON;
         let shows = |homogeneous: T, size: T| {
             let beyond = edge_px + margin;
@@ -120,13 +120,13 @@ impl<T: Real> FieldOfView<StereoFrame<T>, Vector3<T>, Vector4<T>> for StereoFrus
         within_depth && shows(x, width_px) && shows(y, height_px)
     }
 
-    /// The box around what the left image shows.
+    /// The bounding box of the view of the left image.
     fn bounds(&self, frame: &StereoFrame<T>) -> Bounds<Vector3<T>> {
         let mut bounds = Bounds::EMPTY;
         for corner in &self.corners {
             bounds.include(&frame.body.to_map(corner));
         }
-        // Rounding must not push a feature that is in view out of the box.
+        // The margin keeps features in view inside the box in spite of rounding errors.
         let size = self.limits.far_m + frame.body.position.iter().fold(T::ZERO, |sum, x| sum + x.abs());
         let margin = size * T::from_f64(64.0) * T::EPSILON;
         Bounds { low: bounds.low.map(|x| x - margin), high: bounds.high.map(|x| x + margin) }
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn the_probability_falls_at_the_rims_of_both_images_and_with_depth() {
+    fn the_probability_falls_at_the_edges_of_both_images_and_of_the_depth() {
         let camera = camera::<f64>(0.0);
         let frustum = StereoFrustum::new(&camera, limits()).unwrap();
         let frame = camera.frame(&AuvPose::new(0.0, 0.0, 0.0, 0.4));
@@ -162,7 +162,7 @@ mod tests {
         assert_eq!(at(400.0, 300.0, 330.0, 2.0), 0.85);
         assert!((at(800.0, 300.0, 700.0, 2.0) - 0.425).abs() < 1e-12);
         assert!((at(100.0, 300.0, 0.0, 2.0) - 0.425).abs() < 1e-12);
-        // Both images lose what leaves at the top.
+        // A feature at the upper edge of the left image is at that of the right image too.
         assert!((at(400.0, 0.0, 330.0, 2.0) - 0.2125).abs() < 1e-12);
         assert!((at(400.0, 300.0, 330.0, 5.0) - 0.425).abs() < 1e-9);
         assert!((at(400.0, 300.0, 330.0, 0.5) - 0.425).abs() < 1e-9);
@@ -189,13 +189,13 @@ mod tests {
                 assert!(bounds.holds(&feature), "{feature}");
             }
         }
-        // The box is not much larger than it must be: the frustum is a pyramid, a third of its box, and tilted.
+        // The box is not much too large: the frustum is a pyramid, a third of its box, and tilted.
         assert!(seen > 1000 && held < 9 * seen, "{seen} {held}");
     }
 
-    /// In single precision, with features crowded around the rims, where rounding decides.
+    /// In single precision, with many features at the edges, where rounding decides.
     #[test]
-    fn what_may_not_be_seen_is_out_of_view() {
+    fn features_excluded_by_may_see_have_zero_probability() {
         let camera = camera::<f32>(0.2);
         let frustum = StereoFrustum::new(&camera, limits()).unwrap();
         let pose = AuvPose { roll_rad: 0.2, pitch_rad: -0.3, ..AuvPose::new(50.0_f32, -20.0, -3.0, 2.0) };
@@ -219,7 +219,7 @@ mod tests {
                 passed += usize::from(may_see);
             }
         }
-        // What passes and is not seen is what the right image does not show.
+        // Features that pass `may_see` and are out of view are out of the right image.
         assert!(seen > 10_000 && passed < seen * 3 / 2, "{seen} {passed}");
     }
 

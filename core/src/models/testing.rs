@@ -3,7 +3,7 @@
 use crate::{AuvPose, Matrix, Motion, PlanarPose, Pose, Sensor, Symmetric, Vector};
 use nalgebra::{SMatrix, SVector, Vector3, Vector5};
 
-/// That measurements are sifted by a coordinate that is no angle: its innovation is the difference, also past a turn.
+/// Checks that the coordinate `SIFTED_BY` does not wrap: its innovation is the difference, even beyond a full turn.
 pub(super) fn check_sifting<S: Sensor<Pose: Pose<Scalar = f64>>>(sensor: &S, measured: &S::Measurement) {
     let Some(k) = S::SIFTED_BY else { return };
     assert!(k < S::Measurement::DIMENSION && k != S::SORTED_BY);
@@ -11,13 +11,14 @@ pub(super) fn check_sifting<S: Sensor<Pose: Pose<Scalar = f64>>>(sensor: &S, mea
     assert_eq!(sensor.innovation(measured, &expected).at(k), measured.at(k) - expected.at(k));
 }
 
-/// How far a difference quotient is from the column of a matrix.
+/// Distance of a difference quotient from the column of a matrix.
 pub(super) fn off_by<Z: Vector<Scalar = f64>>(quotient: &Z, of_matrix: impl Fn(usize) -> f64) -> f64 {
     let off = Z::with(|row| quotient.at(row) - of_matrix(row));
     off.dot(&off).sqrt()
 }
 
-/// H by the feature and by the pose of a sensor in space against central differences, relative to the size of either.
+/// Compares H with respect to the feature and to the pose of a sensor in space with central differences, relative to the size of
+/// either.
 pub(super) fn check_in_space<S>(sensor: &S, pose: &AuvPose<f64>, feature: &Vector3<f64>, tolerance: f64)
 where
     S: Sensor<Pose = AuvPose<f64>>,
@@ -48,7 +49,7 @@ where
     }
 }
 
-/// F and Q of a planar motion model of `N` controls against central differences at one pose and control.
+/// Compares F and Q of a planar motion model with `N` controls with central differences, at one pose and control.
 pub(super) fn check_linearised<M: Motion<Pose = PlanarPose<f64>>, const N: usize>(
     motion: &M,
     pose: &PlanarPose<f64>,

@@ -57,11 +57,11 @@ impl<T: Real> Displacement<T> {
     }
 }
 
-/// Below half a turn of this, rad, the series of [`chord`] serves: its terms left out are below the rounding of double precision, and above it the
-/// differences of the closed form keep four digits in single precision.
+/// Half turn below which [`chord`] uses the series, rad: there its omitted terms are below the rounding errors of double
+/// precision; above it the differences in the closed form keep four digits in single precision.
 const SMALL_HALF_TURN_RAD: f64 = 0.05;
 
-/// sin(a)/a and its derivative: how much shorter the chord is than the arc that turns by 2a.
+/// sin(a)/a, the ratio of the chord to the arc that turns by 2a, and its derivative.
 pub(super) fn chord<T: Real>(a: T) -> (T, T) {
     let of = T::from_f64;
     if a.abs() < of(SMALL_HALF_TURN_RAD) {
@@ -88,7 +88,7 @@ impl<T: Real> Unicycle<T> {
 
     fn displacement(&self, heading: T, control: &UnicycleControl<T>, dt: T) -> Displacement<T> {
         let UnicycleControl { speed_mps: v, rate_radps: omega } = *control;
-        // Along the chord of the arc: dt sin(a)/a long, in the direction of the mean heading θ + a, with a = ω dt/2.
+        // Along the chord of the arc: a length of dt sin(a)/a in the direction of the mean heading θ + a, with a = ω dt/2.
         let (length, d_length, along, d_along) = match self.step {
             Step::Euler => (dt, T::ZERO, heading, T::ZERO),
             Step::Arc => {
@@ -143,7 +143,7 @@ impl<T: Real> Motion for Unicycle<T> {
         let displacement = self.displacement(pose.heading_rad, control, dt);
         let Displacement { x, y, .. } = displacement;
         let (one, zero) = (T::ONE, T::ZERO);
-        // Turning the start turns the whole displacement.
+        // A rotation of the initial pose rotates the displacement.
         let transition = Matrix3::new(one, zero, -y, zero, one, x, zero, zero, one);
         let control_noise = self.noise.covariance([control.speed_mps, control.rate_radps], dt);
         Linearised { transition, noise: control_noise.congruence(&displacement.by_control(dt)) }
@@ -190,9 +190,9 @@ mod tests {
         }
     }
 
-    /// In single precision too, where differences of sines would have lost all digits of a slow turn.
+    /// Also in single precision, where differences of sines would lose all digits of a slow turn.
     #[test]
-    fn a_slow_turn_keeps_its_digits_in_single_precision() {
+    fn a_slow_turn_is_accurate_in_single_precision() {
         let exact = Unicycle::new(Step::Arc, ControlNoise::white(0.0, 0.05)).unwrap();
         let single = Unicycle::new(Step::Arc, ControlNoise::white(0.0, 0.05_f32)).unwrap();
         for turn in [0.0, 1e-7, 1.1e-4, 2e-4, 1e-3, 0.02, 0.0999, 0.1001, 0.3, 2.0_f64] {

@@ -191,17 +191,17 @@ where
     }
 }
 
-/// R of one measurement, where the sensor has one of its own for it.
+/// The covariance R of one measurement, if the sensor has an individual one for it.
 #[derive(Debug)]
 pub(crate) struct OwnNoise<Z: Vector> {
     /// R.
     pub(crate) covariance: Symmetric<Z>,
-    /// Its factor.
+    /// Its Cholesky factor.
     pub(crate) factor: Factor<Z>,
 }
 
 impl<Z: Vector> OwnNoise<Z> {
-    /// `None` also where it is not positive definite.
+    /// `None` if the sensor has no individual covariance for it, or one that is not positive definite.
     #[inline(always)]
     pub(crate) fn of<S: Sensor<Measurement = Z>>(sensor: &S, measured: &Z, expected: &Z) -> Option<Self> {
         let covariance = sensor.noise_of(measured, expected)?;
@@ -209,7 +209,7 @@ impl<Z: Vector> OwnNoise<Z> {
     }
 }
 
-/// R where only the measured or only the expected measurement is at hand: its own, or that of all.
+/// R from either a measurement or a predicted measurement: its individual covariance, or that of all measurements.
 #[inline(always)]
 pub(crate) fn noise_at<S: Sensor>(sensor: &S, measurement: &S::Measurement) -> Symmetric<S::Measurement> {
     OwnNoise::of(sensor, measurement, measurement).map_or(*sensor.noise(), |own| own.covariance)

@@ -103,9 +103,9 @@ mod tests {
     use crate::Noise;
     use nalgebra::Vector3;
 
-    /// With a perfect yaw the error is what the log's noise integrates to, and the filter knows it.
+    /// With an exact yaw, the error is the integral of the velocity log's noise, and agrees with the covariance.
     #[test]
-    fn the_error_grows_as_the_filter_says() {
+    fn the_error_agrees_with_the_covariance() {
         let (mut squares, mut variance, runs) = (0.0, 0.0, 400);
         for run in 0..runs {
             let mut noise = Noise::seeded(run);
@@ -122,16 +122,16 @@ mod tests {
             squares += (filter.position_m() - truth).xy().norm_squared() / 2.0;
             variance = filter.covariance().get(0, 0);
         }
-        // White noise of 0.1 m/s ten times a second for 30 s spreads by 0.1² · 0.1 · 30 = 0.03 m²; the log's filter cannot do
-        // better over a time much longer than its own.
+        // White noise of 0.1 m/s at 10 Hz over 30 s gives a variance of 0.1² · 0.1 · 30 = 0.03 m²; over a time much longer than
+        // its time constant the filter cannot be better.
         let measured = squares / runs as f64;
         assert!((measured / 0.03 - 1.0).abs() < 0.2, "{measured}");
-        // It allows for a velocity that wanders, and this one does not.
+        // The filter assumes a random walk of the velocity, but here the velocity is constant.
         assert!(variance > 0.9 * measured && variance < 1.5 * measured, "{variance} {measured}");
     }
 
     #[test]
-    fn a_wrong_yaw_turns_the_way() {
+    fn a_wrong_yaw_rotates_the_path() {
         let mut filter = DeadReckoning::new(NOISE, Vector3::new(0.0, 0.0, -1.0)).unwrap();
         for _ in 0..200 {
             filter.predict(0.0, 0.0, 0.25, 0.1);
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn a_depth_that_stays_is_believed_at_last() {
+    fn a_constant_depth_is_accepted_after_several_rejections() {
         let mut filter = DeadReckoning::new(NOISE, Vector3::zeros()).unwrap();
         let outcomes: [Outcome; 6] = core::array::from_fn(|_| filter.z(-30.0));
         assert_eq!(outcomes[..5], [Outcome::Rejected; 5]);
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn a_velocity_that_stays_is_believed_at_last() {
+    fn a_constant_velocity_is_accepted_after_several_rejections() {
         let mut filter = DeadReckoning::new(NOISE, Vector3::zeros()).unwrap();
         for _ in 0..20 {
             filter.predict(0.0, 0.0, 0.0, 0.1);

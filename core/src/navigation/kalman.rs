@@ -21,7 +21,7 @@ pub(super) struct Kalman<N: Vector> {
 }
 
 impl<T: Real, N: Vector<Scalar = T>> Kalman<N> {
-    /// x ← F x, P ← F P Fᵀ + Q, unless that is beyond the range of the scalar: then the state is as it was.
+    /// x ← F x, P ← F P Fᵀ + Q; the state is unchanged if the result is beyond the range of the scalar.
     pub(super) fn predict(&mut self, transition: &Linear<N, N>, noise: &Symmetric<N>) {
         let mean = applied::<N, N>(transition, &self.mean);
         let covariance = self.covariance.congruence::<N>(transition).plus(noise);
@@ -30,7 +30,7 @@ impl<T: Real, N: Vector<Scalar = T>> Kalman<N> {
         }
     }
 
-    /// Takes in z = H x + e, e ~ N(0, R), unless (z − H x)ᵀ S⁻¹ (z − H x) exceeds `gate`.
+    /// Updates with z = H x + e, e ~ N(0, R), unless (z − H x)ᵀ S⁻¹ (z − H x) exceeds `gate`.
     pub(super) fn update<Z: Vector<Scalar = T>>(
         &mut self,
         measured: &Z,
@@ -40,7 +40,7 @@ impl<T: Real, N: Vector<Scalar = T>> Kalman<N> {
     ) -> Outcome {
         let innovation = *measured - applied::<Z, N>(h, &self.mean);
         let Some(factor) = self.covariance.congruence::<Z>(h).plus(noise).factor() else { return Outcome::Rejected };
-        // Written so that NaN is rejected too.
+        // The comparison is written so that NaN is rejected.
         if !(factor.mahalanobis(&innovation) <= gate) {
             return Outcome::Rejected;
         }

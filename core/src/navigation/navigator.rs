@@ -131,7 +131,7 @@ impl<T: Real> Navigator<T> {
             yaw_rate_radps: self.yaw_rate_radps,
             z_m,
         };
-        // The velocity is that of the vehicle as it stood before the step.
+        // The velocity refers to the attitude at the start of the step.
         self.velocity.predict(self.roll_rad, self.pitch_rad, dt);
         Ok(Some(control))
     }
@@ -153,7 +153,7 @@ mod tests {
     };
 
     #[test]
-    fn a_step_has_the_velocity_from_before_and_the_attitude_and_depth_from_after() {
+    fn a_step_has_the_previous_velocity_and_the_new_attitude_and_depth() {
         let mut navigator = Navigator::new(NOISE, -2.0, [0.0; 2]).unwrap();
         let mut velocity = VelocityFilter::new(NOISE, -2.0).unwrap();
         let first = navigator.instruments(&ROW, 0.1).unwrap().unwrap();
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn other_noise_holds_from_the_next_row_on() {
+    fn new_noise_applies_from_the_next_readings_on() {
         let mut navigator = Navigator::new(NOISE, -2.0, [0.0; 2]).unwrap();
         navigator.instruments(&ROW, 0.1).unwrap();
         let (mut same, before) = (navigator, navigator);
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_changes_nothing() {
+    fn non_finite_input_changes_nothing() {
         let mut navigator = Navigator::new(NOISE, -2.0, [0.0; 2]).unwrap();
         navigator.instruments(&ROW, 0.0).unwrap();
         let before = navigator;

@@ -9,7 +9,7 @@ use crate::snapshot::visit::{Visit, Walk};
 use crate::snapshot::write::write;
 use crate::{Flaw, Reading, Real, RestoreError, SaveError, Symmetric};
 
-/// What snapshots of navigators have in common.
+/// Properties that all snapshots of navigators have in common.
 fn shape<T: Real>(kind: u32) -> Shape {
     // A velocity and z.
     Shape { content: Content::Navigator, scalar: size_of::<T>() as u8, dimensions: [0, 4, 0], kind }
@@ -58,7 +58,7 @@ impl<T: Real> Navigator<T> {
         let mut reader = Reader::behind(&head, &mut source);
         let mut restored = *self;
         let [outliers, z_outliers, turns] = core::array::from_fn(|_| reader.word());
-        // Bits beyond the count are none that were written.
+        // The counts have 16 bits; the snapshot stores them in 32.
         let [outliers, z_outliers] = [outliers, z_outliers].map(|count| Outliers(count as u16));
         (restored.velocity.outliers, restored.velocity.z_outliers) = (outliers, z_outliers);
         restored.velocity.state =
@@ -74,7 +74,7 @@ impl<T: Real> Navigator<T> {
         Ok(head.len())
     }
 
-    /// Finite, and no variance negative.
+    /// Whether all numbers are finite and no variance is negative.
     fn is_sound(&self) -> bool {
         let Kalman { mean, covariance } = &self.velocity.state;
         let rate = self.yaw_rate_radps.unwrap_or(Reading { value: T::ZERO, sigma: T::ZERO });
@@ -106,7 +106,7 @@ mod tests {
     use super::super::velocity_filter::tests::NOISE;
     use crate::{Instruments, Navigator, Reading, RestoreError, VelocityNoise, from_slice, into_slice};
 
-    /// After some rows, one of them an outlier.
+    /// A navigator after several rows, one of them with an outlier.
     fn under_way() -> Navigator<f64> {
         let mut navigator = Navigator::new(NOISE, -2.0, [0.1, 0.0]).unwrap();
         for (step, velocity) in [0.3, 0.31, 5.0, 0.32].into_iter().enumerate() {
@@ -123,13 +123,13 @@ mod tests {
     }
 
     #[test]
-    fn a_restored_one_goes_on_to_the_bit_and_no_bit_may_change() {
+    fn a_restored_navigator_continues_with_the_same_bits_and_every_changed_bit_is_detected() {
         let navigator = under_way();
         let mut bytes = [0; 256];
         let len = navigator.save(5, into_slice(&mut bytes)).unwrap();
-        // Head, three words, four numbers and ten of their covariance, four of the attitude, check.
+        // Head, three words, four numbers and ten of their covariance, four of the attitude, checksum.
         assert_eq!(len, 36 + 12 + 8 * (4 + 10 + 4) + 4);
-        // The noise is that of the setup.
+        // The noise is not part of the snapshot.
         let fresh = Navigator::new(VelocityNoise { z_sigma_m: NOISE.z_sigma_m, ..NOISE }, 0.0, [0.0; 2]).unwrap();
         let mut restored = fresh;
         assert_eq!(restored.restore(5, from_slice(&bytes[..len])), Ok(len));

@@ -36,31 +36,32 @@ impl<T: Real> VelocityNoise<T> {
         require(self.outliers_believed > 0, "outliers_believed", "at least 1")
     }
 
-    /// Greatest squared length of an innovation, in standard deviations.
+    /// The gate as a squared Mahalanobis distance.
     pub(super) fn gate(&self) -> T {
         self.gate_sigmas * self.gate_sigmas
     }
 
-    /// Variance that each velocity gains in `dt` seconds, m²/s².
+    /// Increase of the variance of each velocity component in `dt` seconds, m²/s².
     pub(super) fn walked(&self, dt: T) -> T {
         self.walk_mps_rts * self.walk_mps_rts * dt
     }
 }
 
-/// Readings of one instrument rejected in a row.
+/// Number of an instrument's readings that were rejected in a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Outliers(pub(super) u16);
 
 impl Outliers {
-    /// None, of a quantity that is known.
+    /// No rejected reading, for a quantity with a known initial value.
     pub(super) const NONE: Self = Self(0);
-    /// None, for there was no reading yet of a quantity that only readings tell.
+    /// No reading so far of a quantity that only readings determine.
     pub(super) const NO_READING: Self = Self(u16::MAX);
 
-    /// Counts what became of a reading; whether there were so many in a row that the filter has to start again from it.
+    /// Counts the outcome of a reading. Returns whether the filter must start again from this reading, because too many in a
+    /// row were rejected.
     ///
-    /// The first reading, and one from which the filter has started again, may be an outlier itself: it is believed until the
-    /// next one, and no longer if that is another.
+    /// The first reading, and one from which the filter has started again, may itself be an outlier: if the next reading is
+    /// rejected, the filter starts again from that one.
     pub(super) fn counted(&mut self, outcome: Outcome, reading: &impl Vector, believed: u16) -> bool {
         if reading.as_slice().iter().any(|x| !x.is_finite()) {
             return false;
@@ -223,7 +224,7 @@ pub(super) mod tests {
     };
 
     #[test]
-    fn settles_at_the_closed_form_and_is_as_uncertain_as_it_says() {
+    fn it_converges_to_the_closed_form_and_is_consistent() {
         let (mut squares, mut variance, runs) = (0.0, 0.0, 400);
         for run in 0..runs {
             let mut noise = Noise::seeded(run);
@@ -237,7 +238,7 @@ pub(super) mod tests {
             squares += (filter.velocity_mps() - truth).norm_squared() / 3.0;
             variance = filter.covariance().get(0, 0);
         }
-        // P = −q/2 + √(q²/4 + q r) before, P r/(P + r) after the reading, with q = 0.05² 0.1 and r = 0.01 a step.
+        // P = −q/2 + √(q²/4 + q r) before, P r/(P + r) after the reading, with q = 0.05² · 0.1 and r = 0.01 a step.
         let (q, r) = (0.000_25, 0.01_f64);
         let before = 0.5 * q + (0.25 * q * q + q * r).sqrt();
         assert!((variance - before * r / (before + r)).abs() < 1e-6, "{variance}");
@@ -246,7 +247,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn without_the_bottom_the_uncertainty_grows_and_the_pressure_holds_the_vertical() {
+    fn without_bottom_lock_the_variance_grows_except_the_vertical_with_pressure() {
         let mut filter = VelocityFilter::new(NOISE, -1.0).unwrap();
         for _ in 0..100 {
             filter.predict(0.0, 0.0, 0.1);
@@ -265,7 +266,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn outliers_are_left_out_until_they_are_the_rule() {
+    fn outliers_are_rejected_until_they_persist() {
         let mut filter = VelocityFilter::new(NOISE, 0.0).unwrap();
         for _ in 0..50 {
             filter.predict(0.0, 0.0, 0.1);
@@ -275,7 +276,7 @@ pub(super) mod tests {
         assert_eq!(filter.dvl(&Vector3::new(2.0, 0.0, 0.0)), Outcome::Rejected);
         assert_eq!(filter.dvl(&Vector3::new(f64::NAN, 0.0, 0.0)), Outcome::Rejected);
         assert_eq!(filter.velocity_mps(), before.velocity_mps());
-        // One good reading between: the count starts again.
+        // A valid reading between them resets the count.
         assert_eq!(filter.dvl(&Vector3::new(0.3, 0.0, 0.0)), Outcome::Accepted);
         for _ in 0..5 {
             assert_eq!(filter.dvl(&Vector3::new(2.0, 0.1, 0.0)), Outcome::Rejected);
@@ -286,9 +287,9 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_first_reading_that_is_an_outlier_lasts_until_the_next() {
+    fn a_first_reading_that_is_an_outlier_is_replaced_by_the_next() {
         let (good, bad) = (Vector3::new(0.3, 0.0, 0.0), Vector3::new(1.2, -0.8, 0.0));
-        // At the start, and where outliers have become the rule: the last of them, from which the filter starts again, is another one.
+        // At the start, and after persistent outliers: the last of them, from which the filter starts again, is another outlier.
         let mut known = VelocityFilter::new(NOISE, 0.0).unwrap();
         (0..50).for_each(|_| {
             known.predict(0.0, 0.0, 0.1);
@@ -302,14 +303,14 @@ pub(super) mod tests {
             filter.predict(0.0, 0.0, 0.1);
             filter.dvl(&good);
             assert_eq!(filter.velocity_mps(), good);
-            // Two that agree are known: one that does not is left out.
+            // After two consistent readings an outlier is rejected.
             assert_eq!(filter.dvl(&good), Outcome::Accepted);
             assert_eq!(filter.dvl(&bad), Outcome::Rejected);
             assert_eq!(filter.velocity_mps(), good);
         }
     }
 
-    /// After a step of 1e25 s, and one that leaves the range of the scalar.
+    /// After a step of 1e25 s, and steps beyond the range of the scalar.
     #[test]
     fn it_recovers_from_any_step() {
         for dt in [1e25, 1e160, 1e300] {

@@ -12,18 +12,18 @@ use crate::Real;
 #[inline]
 #[must_use]
 pub fn wrap<T: Real>(angle_rad: T) -> T {
-    // Nearly every call meets an angle that is in range already; it must come back to the bit.
+    // Most angles are in range already and must be returned unchanged to the bit.
     if angle_rad > -T::PI && angle_rad <= T::PI {
         return angle_rad;
     }
     let turn = T::PI + T::PI;
-    // Sums and differences of two angles in range are out of it by less than a turn.
+    // Sums and differences of two angles in range are at most one turn out of range.
     let nearest = if angle_rad > T::ZERO { angle_rad - turn } else { angle_rad + turn };
     if nearest > -T::PI && nearest <= T::PI {
         return nearest;
     }
     let wrapped = angle_rad - turn * ((angle_rad + T::PI) / turn).floor();
-    // The subtraction leaves [−π, π); −π itself, and what rounding pushed out, belongs to π.
+    // The subtraction gives a result in [−π, π); −π, and results out of range by rounding, become π.
     if wrapped > -T::PI { wrapped.at_most(T::PI) } else { T::PI }
 }
 
@@ -55,7 +55,7 @@ mod tests {
     }
 
     #[test]
-    fn not_a_number_does_not_hide() {
+    fn nan_stays_nan() {
         assert!(!(wrap(f64::INFINITY).abs() < PI));
     }
 }

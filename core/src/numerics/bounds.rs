@@ -38,7 +38,7 @@ impl<T: Real, D: Vector<Scalar = T>> Bounds<D> {
         Self { low: D::with(|k| centre.at(k) - reach), high: D::with(|k| centre.at(k) + reach) }
     }
 
-    /// The box with so much of its extent more on every side.
+    /// The box with a margin on every side of `share` times its extent.
     pub(crate) fn grown(&self, share: T) -> Self {
         let more = (self.high - self.low) * share;
         Self { low: self.low - more, high: self.high + more }

@@ -2,13 +2,13 @@
 
 use crate::{Noise, Symmetric, Vector};
 
-/// A number in memory. Of a truth value and of what is there or not only the one bit that means something: no other is a value in Rust.
+/// A number in memory. Of a `bool` or an `Option` only the one meaningful bit is flipped: other values are invalid in Rust.
 pub(crate) enum Word<'w> {
     Real(&'w mut f32),
     Short(&'w mut u16),
     Long(&'w mut u32),
     Wide(&'w mut u64),
-    /// A count, of the 32 bits that it has on the boards.
+    /// A count, of which 32 bits are flipped, as on the boards.
     Count(&'w mut usize),
     Truth(&'w mut bool),
     Stream(&'w mut Noise),
@@ -44,10 +44,10 @@ impl Word<'_> {
     }
 }
 
-/// Takes every word, with what it is part of.
+/// A function that is called with every word and the name of its part.
 pub(crate) type Each<'e> = dyn FnMut(&'static str, Word<'_>) + 'e;
 
-/// The numbers of a covariance.
+/// Visits the elements of a covariance.
 pub(crate) fn of_symmetric<N: Vector<Scalar = f32>>(what: &'static str, of: &mut Symmetric<N>, each: &mut Each<'_>) {
     for row in 0..N::DIMENSION {
         for column in 0..=row {
@@ -60,11 +60,12 @@ pub(crate) fn of_symmetric<N: Vector<Scalar = f32>>(what: &'static str, of: &mut
     }
 }
 
-/// Flips one bit of all that `words` goes through, each with the same chance: what it is part of, and which one of its word.
+/// Flips one bit of all words that `words` visits, each with the same probability. Returns the name of its part, and the index of
+/// the bit in its word.
 pub(crate) fn flip_one(mut words: impl FnMut(&mut Each<'_>), draws: &mut Noise) -> (&'static str, usize) {
     let mut bits = 0;
     words(&mut |_, word| bits += word.bits());
-    // 24 bits of chance do for a few hundred thousand.
+    // 24 random bits are sufficient for some hundred thousand bits of state.
     let mut left = Some((draws.uniform::<f64>() * bits as f64) as usize);
     let mut flipped = ("nothing", 0);
     words(&mut |what, word: Word<'_>| {

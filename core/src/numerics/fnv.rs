@@ -6,10 +6,10 @@ use crate::Real;
 pub(crate) struct Fnv(u64);
 
 impl Fnv {
-    /// Of nothing.
+    /// The hash of no words.
     pub(crate) const EMPTY: Self = Self(0xcbf2_9ce4_8422_2325);
 
-    /// Of all that was taken in.
+    /// The hash of all words so far.
     pub(crate) fn value(&self) -> u64 {
         self.0
     }

@@ -1,15 +1,15 @@
 //! Linked lists of indices in an array.
 
-/// What a component in view is linked to, by their places.
+/// The links of a component in view to others, by their indices.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Linked {
-    /// The next in the list that it is in.
+    /// The next component in the same list.
     pub(crate) next: u16,
-    /// The component that it is merged into.
+    /// The component into which this one is merged.
     pub(crate) head: u16,
-    /// The first of those that are merged into it.
+    /// The first component that is merged into this one.
     pub(crate) first_member: u16,
 }
 
-/// Past the last of a list.
+/// The end of a list.
 pub(crate) const NONE: u16 = u16::MAX;

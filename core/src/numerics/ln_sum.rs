@@ -60,7 +60,7 @@ impl<T: Real> LnSum<T> {
     }
 }
 
-/// Σ of the logarithms of some sums, with one logarithm for as many of them as the scalar's range lets be multiplied.
+/// Sum of the logarithms of `LnSum` values. Multiplies them while the product is in range, so that few logarithms are necessary.
 pub(crate) fn ln_product<'s, T: Real>(sums: impl Iterator<Item = &'s LnSum<T>>) -> T {
     // Relative to its greatest term, a sum is between one and the number of its terms.
     let many = T::from_f64(1e30);
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn zero_weights_are_normal() {
+    fn zero_weights_are_valid() {
         assert_eq!(ln_sum([f32::NEG_INFINITY; 3].into_iter()), f32::NEG_INFINITY);
         assert_eq!(ln_sum([f32::NEG_INFINITY, 0.0].into_iter()), 0.0);
         let mut sum = LnSum::of(1.0_f32);

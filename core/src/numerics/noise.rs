@@ -30,12 +30,12 @@ impl Noise {
         Self { stream: Xoshiro128PlusPlus::seed_from_u64(seed) }
     }
 
-    /// The 128 bits that decide every number to come, for digests and snapshots.
+    /// The 128 bits that determine all following numbers, for digests and snapshots.
     pub(crate) fn bytes(&self) -> [u8; 16] {
         self.stream.state()
     }
 
-    /// The stream that goes on from these bits.
+    /// The stream that continues from these bits.
     pub(crate) fn from_bytes(bytes: [u8; 16]) -> Self {
         Self { stream: Xoshiro128PlusPlus::from_seed(bytes) }
     }
@@ -64,8 +64,8 @@ impl Noise {
 fn inverse_normal<T: Real>(k: i32) -> T {
     let c = T::from_f64;
     let scale = c(1.0 / 4_294_967_296.0);
-    // p − ½ and the distance of p from its nearer end are both formed from integers: subtracting in T would
-    // lose the tail, and round p to 1, in single precision.
+    // p − ½ and the distance of p from the nearer end are computed from integers: a subtraction in T would lose the digits of the
+    // tail, and round p to 1 in single precision.
     let q = (T::from_i32(k) + c(0.5)) * scale;
     if q.abs() <= c(0.425) {
         let r = c(0.180625) - q * q;
@@ -73,7 +73,7 @@ fn inverse_normal<T: Real>(k: i32) -> T {
     }
     let to_end = if k < 0 { k.wrapping_sub(i32::MIN) } else { i32::MAX - k };
     let tail = (T::from_i32(to_end) + c(0.5)) * scale;
-    // The third range of AS 241 begins beyond r = 5; 32 bits end at r = 4.79.
+    // The third range of AS 241 begins at r = 5; 32 bits reach only r = 4.79.
     let magnitude = ratio((-tail.ln()).sqrt() - c(1.6), &MIDDLE);
     if k < 0 { -magnitude } else { magnitude }
 }
@@ -136,13 +136,13 @@ const MIDDLE: Ratio = Ratio(
 mod tests {
     use super::{Noise, inverse_normal};
 
-    /// Word whose quantile is that of probability `p`, as nearly as 32 bits can.
+    /// The word whose quantile has a probability nearest to `p`.
     fn word(p: f64) -> i32 {
         (p * 4_294_967_296.0 - 0.5 - 2_147_483_648.0).round() as i32
     }
 
     #[test]
-    fn meets_known_quantiles() {
+    fn agrees_with_known_quantiles() {
         // Standard normal table; the tolerance is that of a 32-bit probability.
         let cases = [
             (0.5, 0.0, 1e-9),
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_skipped_is_what_would_have_been_drawn() {
+    fn skipping_has_the_effect_of_drawing() {
         let mut noise = Noise::seeded(3);
         let mut other = noise.clone();
         let _: [f32; 5] = core::array::from_fn(|k| if k % 2 == 0 { noise.normal() } else { noise.uniform() });
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stream_goes_on_from_its_bits() {
+    fn a_stream_continues_from_its_bits() {
         let mut noise = Noise::seeded(3);
         let _: [f32; 100] = core::array::from_fn(|_| noise.normal());
         let mut other = Noise::from_bytes(noise.bytes());

@@ -76,7 +76,7 @@ proptest! {
         }
     }
 
-    /// Whatever is there: what comes back is positive definite, and is the matrix with something on its diagonal.
+    /// The result is positive definite, and equals the input except for an addition to its diagonal.
     #[test]
     fn what_is_kept_is_positive_definite(lower in proptest::array::uniform6(-1e3..1e3_f32)) {
         let places = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
@@ -91,7 +91,7 @@ proptest! {
     }
 
     #[test]
-    fn a_root_is_one(elements in numbers()) {
+    fn a_root_times_its_transpose_is_the_matrix(elements in numbers()) {
         let (packed, full) = definite(elements);
         let root = packed.root();
         let back = Matrix3::from_fn(|row, column| (0..3).map(|k| root.at(row, k) * root.at(column, k)).sum::<f64>());

@@ -5,7 +5,7 @@
 //! target, and so give the same bits everywhere. The polynomials are minimax fits of this project; the tests check the error bounds
 //! in the documentation of each function over millions of arguments.
 
-// The constants are those of the fits; they are rounded to single precision here, once, by the compiler.
+// The compiler rounds the constants of the fits to single precision.
 #![allow(clippy::excessive_precision)]
 
 /// ln 2 in two parts, the first short enough that its multiples up to 2¹⁰ are exact.
@@ -37,7 +37,7 @@ fn power_of_two(n: i32) -> f32 {
 pub(crate) fn exp(x: f32) -> f32 {
     const COEFFICIENTS: [f32; 7] =
         [1.0, 1.0, 0.499_999_934, 0.166_665_206, 0.041_668_388, 0.008_368_717, 0.001_381_459_8];
-    // Beyond, the result is 0 or infinite; also where `x` is not a number.
+    // Outside this range the result is 0 or infinite. NaN is handled here too.
     if !(x > -104.0 && x < 88.8) {
         return if x < 0.0 {
             0.0
@@ -51,13 +51,13 @@ pub(crate) fn exp(x: f32) -> f32 {
     let whole = n as f32;
     let rest = x - whole * LN_2[0] - whole * LN_2[1];
     let power = polynomial(COEFFICIENTS, rest);
-    // In two steps, so that neither leaves the range of normal numbers.
+    // In two steps, so that neither factor leaves the range of normal numbers.
     let half = n >> 1;
     power * power_of_two(half) * power_of_two(n - half)
 }
 
-/// Whether the number is positive, neither subnormal nor infinite nor NaN: one comparison of whole numbers, where those of
-/// floating-point numbers cost three instructions each.
+/// Whether the number is positive and neither subnormal, infinite nor NaN: one comparison of integers, because each comparison of
+/// floating-point numbers takes three instructions.
 #[inline]
 fn is_normal_positive(x: f32) -> bool {
     const LEAST: u32 = f32::MIN_POSITIVE.to_bits();
@@ -85,7 +85,7 @@ pub(crate) fn ln(x: f32) -> f32 {
     whole * LN_2[0] + (f - (half_square - rest))
 }
 
-/// That of a number which is not normal or not positive: by itself, so that its code is there but once.
+/// The logarithm of a number that is not normal or not positive. Not inlined, so that its code exists only once.
 #[cold]
 #[inline(never)]
 fn ln_of_abnormal(x: f32) -> f32 {
@@ -98,7 +98,7 @@ pub(crate) fn inverse_sqrt(x: f32) -> f32 {
     if !is_normal_positive(x) {
         return 1.0 / libm::sqrtf(x);
     }
-    // Halving the exponent gives 1/√x to 3.5 %; two steps of third order, on what is missing of x y² = 1, give the rest.
+    // Halving the exponent gives 1/√x to 3.5 %; two iterations of third order, on the residual 1 − x y², give full precision.
     let start = f32::from_bits(0x5f37_59df - (x.to_bits() >> 1));
     (0..2).fold(start, |y, _| {
         let missing = 1.0 - x * y * y;
@@ -106,14 +106,14 @@ pub(crate) fn inverse_sqrt(x: f32) -> f32 {
     })
 }
 
-/// Not below √x, nor more than 0.1 % above it.
+/// An upper bound of √x, at most 0.1 % above it.
 #[inline]
 pub(crate) fn sqrt_above(x: f32) -> f32 {
     if !is_normal_positive(x) {
         return libm::sqrtf(x);
     }
-    // The mean of a and x/a is never below √x; halving the exponent gives an a that is 3.5 % off at most. The last factor
-    // outweighs rounding.
+    // The mean of a and x/a is never below √x; halving the exponent gives an a with an error of at most 3.5 %. The last factor
+    // exceeds rounding errors.
     let start = f32::from_bits(0x1fbd_1df5 + (x.to_bits() >> 1));
     (start + x / start) * 0.500_000_2
 }
@@ -149,7 +149,7 @@ pub(crate) fn atan2(y: f32, x: f32) -> f32 {
 pub(crate) fn sin_cos(angle: f32) -> (f32, f32) {
     const SINE: [f32; 3] = [-0.166_666_506, 0.008_331_976, -0.000_194_952_93];
     const COSINE: [f32; 3] = [0.041_666_647, -0.001_388_736_4, 2.443_809_06e-5];
-    // Angles that have not been wrapped for very long, and what is not a number.
+    // Most angles are below 4096. Larger ones and NaN are handled separately.
     let (n, rest) = if angle.abs() < 4096.0 {
         let n = nearest(angle * core::f32::consts::FRAC_2_PI);
         let whole = n as f32;
@@ -172,8 +172,8 @@ pub(crate) fn sin_cos(angle: f32) -> (f32, f32) {
 
 /// The nearest multiple of π/2 to an angle of at least 4096, modulo four, and the angle from there.
 ///
-/// After Payne and Hanek (1983): those digits of 2/π decide that are neither too high to change the quadrant nor too low to
-/// be seen.
+/// After Payne and Hanek (1983): uses only those digits of 2/π that are not so high that they count whole turns, nor so low that
+/// they have no effect.
 #[cold]
 #[inline(never)]
 fn quadrant_of_large(angle: f32) -> (i32, f32) {
@@ -183,7 +183,7 @@ fn quadrant_of_large(angle: f32) -> (i32, f32) {
     let bits = angle.to_bits();
     let m = u64::from(bits & 0x007f_ffff | 0x0080_0000);
     let e = (bits >> 23 & 0xff).cast_signed() - 150;
-    // 64 digits of 2/π, of which the first counts quadrants by 2 where m is 1.
+    // 64 digits of 2/π, the first of which is worth two quadrants for m = 1.
     let first = e - 2;
     let digits = if first < 0 {
         DIGITS[0] >> -first
@@ -192,7 +192,7 @@ fn quadrant_of_large(angle: f32) -> (i32, f32) {
     } else {
         window(DIGITS[1], DIGITS[2], first - 64)
     };
-    // Quadrants modulo 4, in units of 2⁻⁶²: whole turns are what overflows.
+    // Quadrants modulo 4, in units of 2⁻⁶²: whole turns overflow.
     let quadrants = m.wrapping_mul(digits);
     let n = (quadrants >> 61).div_ceil(2) as i32;
     let rest = (quadrants << 2).cast_signed() >> 32;
@@ -200,7 +200,7 @@ fn quadrant_of_large(angle: f32) -> (i32, f32) {
     if angle < 0.0 { (-n, -rest) } else { (n, rest) }
 }
 
-/// The 64 digits that begin so many digits after the beginning of two words; fewer than 64.
+/// The 64 digits of two words from index `digits` on, which is below 64.
 fn window(high: u64, low: u64, digits: i32) -> u64 {
     if digits == 0 { high } else { high << digits | low >> (64 - digits) }
 }
@@ -216,7 +216,7 @@ pub(crate) fn tan(angle: f32) -> f32 {
 mod tests {
     use super::{atan2, exp, inverse_sqrt, ln, sin_cos, sqrt_above, tan};
 
-    /// Every step-th number between two, by their bits, which follow the order of positive numbers.
+    /// Every step-th number between two positive ones: their bits have the same order.
     fn numbers(from: f32, to: f32, step: usize) -> impl Iterator<Item = f32> {
         (from.to_bits()..=to.to_bits()).step_by(step).map(f32::from_bits)
     }
@@ -233,7 +233,7 @@ mod tests {
         assert_eq!((exp(0.0), exp(f32::NEG_INFINITY), exp(f32::INFINITY)), (1.0, 0.0, f32::INFINITY));
         assert_eq!((exp(-200.0), exp(89.0)), (0.0, f32::INFINITY));
         assert!(exp(f32::NAN).is_nan());
-        // Below the normal numbers it ends gradually.
+        // Below the normal numbers the result is subnormal.
         assert!((f64::from(exp(-90.0)) / (-90.0_f64).exp() - 1.0).abs() < 1e-3 && exp(-103.0) > 0.0);
     }
 
@@ -305,7 +305,7 @@ mod tests {
     #[test]
     fn sines_and_cosines_of_large_angles() {
         let mut worst = 0.0_f64;
-        // To the last digits of 2/π, and both ends of every part of them.
+        // Powers of two use all digits of 2/π; the numbers next to them are both ends of every interval.
         let beside =
             (12..128).map(|power| 2.0_f32.powi(power)).flat_map(|x| [x, x.next_up(), x.next_down(), 1.999_999 * x]);
         for angle in numbers(4096.0, f32::MAX, 1009).chain(beside).flat_map(|angle| [angle, -angle]) {

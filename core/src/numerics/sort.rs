@@ -2,14 +2,14 @@
 
 use crate::numerics::work;
 
-/// Distances at which items are compared, largest first (M. Ciura 2001).
+/// Gaps between compared items, largest first (M. Ciura 2001).
 const GAPS: [usize; 10] = [3690, 1636, 701, 301, 132, 57, 23, 10, 4, 1];
 
-/// Sorts in place so that no item `comes_before` its predecessor: Shell's sort, which for the few hundred items of a map takes
-/// half as many steps as a heap, about n^(4/3) at worst. Not stable, so that `comes_before` must tell any two items apart
+/// Sorts in place so that no item `comes_before` its predecessor, with Shell's sort: for the some hundred items of a map it takes
+/// half as many steps as a heap, about n^(4/3) in the worst case. It is not stable: `comes_before` must distinguish any two items
 /// whose order matters.
 ///
-/// The standard library's unstable sort may panic where the order is not total.
+/// The standard library's unstable sort may panic if the order is not total.
 pub(crate) fn shell_sort<I: Copy>(items: &mut [I], comes_before: impl Fn(&I, &I) -> bool) {
     let len = items.len();
     for gap in GAPS.into_iter().filter(|&gap| gap < len) {
@@ -33,25 +33,26 @@ pub(crate) fn shell_sort<I: Copy>(items: &mut [I], comes_before: impl Fn(&I, &I)
     }
 }
 
-/// Buckets to order places by.
+/// Number of buckets.
 pub(crate) const BUCKETS: usize = 256;
 const PER_WORD: usize = u32::BITS as usize;
 
-/// For every bucket a list of places, linked in memory of the caller's. Linear in the places, however many buckets are empty.
+/// A list of indices for every bucket, linked in the caller's memory. The cost is linear in the number of indices, independent of
+/// empty buckets.
 #[derive(Debug)]
 pub(crate) struct Buckets {
-    /// The first place of every bucket that is occupied.
+    /// The first index of every occupied bucket.
     first: [u16; BUCKETS],
-    /// One bit for each.
+    /// A bit for each bucket: whether it is occupied.
     occupied: [u32; BUCKETS / PER_WORD],
-    /// Words of those up to the last that has any.
+    /// Number of words up to the last one with an occupied bucket.
     words: usize,
 }
 
 impl Buckets {
     pub(crate) const EMPTY: Self = Self { first: [0; BUCKETS], occupied: [0; BUCKETS / PER_WORD], words: 0 };
 
-    /// Puts a place at the head of a bucket's list; what comes next in that, if anything.
+    /// Inserts an index at the head of a bucket's list. Returns the next index in that list, if any.
     #[inline]
     pub(crate) fn push(&mut self, bucket: usize, place: u16) -> Option<u16> {
         let word = self.occupied.get_mut(bucket / PER_WORD)?;
@@ -64,7 +65,7 @@ impl Buckets {
         next
     }
 
-    /// Shows `visit` the heads of all lists, in the order of the buckets.
+    /// Calls `visit` with the heads of all lists, in the order of the buckets.
     #[inline]
     pub(crate) fn heads(&self, mut visit: impl FnMut(u16)) {
         for (word, &occupied) in self.occupied.iter().take(self.words).enumerate() {
@@ -103,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn buckets_come_in_order_and_keep_theirs() {
+    fn buckets_are_in_order_and_keep_the_order_of_insertion() {
         for count in [0, 1, 40, 300_usize] {
             let bucket = |place: usize| place * 7919 % BUCKETS;
             let mut buckets = Buckets::EMPTY;

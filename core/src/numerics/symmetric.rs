@@ -2,8 +2,8 @@
 //!
 //! A covariance of dimension N takes N(N+1)/2 scalars: the lower triangle, row after row.
 
-// Every index below is a pair bounded by the dimension, or by the length of the triangle that goes with it. The
-// loops unroll and the checks vanish; iterators would hide the linear algebra.
+// Every index below is bounded by the dimension or by the length of the triangle. The loops are unrolled and the checks removed;
+// iterators would hide the linear algebra.
 #![allow(clippy::indexing_slicing)]
 
 use crate::{Linear, Matrix, Real, Vector, Zero};
@@ -38,7 +38,7 @@ impl<T: Real, V: Vector<Scalar = T>> Symmetric<V> {
     #[must_use]
     pub fn from_fn(mut element: impl FnMut(usize, usize) -> T) -> Self {
         let mut result = Self::ZERO;
-        // Row by row, each with a number that the compiler knows: two nested loops would not be unrolled.
+        // A constant row index each: the compiler would not unroll two nested loops.
         result.fill_row::<0>(&mut element);
         result.fill_row::<1>(&mut element);
         result.fill_row::<2>(&mut element);
@@ -48,7 +48,7 @@ impl<T: Real, V: Vector<Scalar = T>> Symmetric<V> {
         result
     }
 
-    /// Sets one row, if there is such.
+    /// Sets one row, if the matrix has it.
     #[inline(always)]
     fn fill_row<const ROW: usize>(&mut self, element: &mut impl FnMut(usize, usize) -> T) {
         if ROW < V::DIMENSION {
@@ -73,7 +73,7 @@ impl<T: Real, V: Vector<Scalar = T>> Symmetric<V> {
     #[must_use]
     pub fn get(&self, row: usize, column: usize) -> T {
         let (row, column) = if row < column { (column, row) } else { (row, column) };
-        // The compiler does not see everywhere that the place is within the triangle, and an index could panic.
+        // The compiler cannot always see that the index is within the triangle; indexing could then panic.
         let element = if row < V::DIMENSION { self.lower.as_ref().get(at(row, column)) } else { None };
         element.copied().unwrap_or(T::ZERO)
     }
@@ -85,7 +85,7 @@ impl<T: Real, V: Vector<Scalar = T>> Symmetric<V> {
         self.lower.as_ref()
     }
 
-    /// The same, to be changed.
+    /// The packed lower triangle, mutable.
     #[cfg(any(test, feature = "flips"))]
     pub(crate) fn as_lower_mut(&mut self) -> &mut [T] {
         self.lower.as_mut()
@@ -140,8 +140,8 @@ impl<T: Real, V: Vector<Scalar = T>> Symmetric<V> {
         Symmetric::from_fn(|row, column| sum(V::DIMENSION, |k| product.at(row, k) * a.at(column, k)))
     }
 
-    /// (I − K H) P (I − K H)ᵀ for a measurement matrix H that sees the first coordinates: all other columns of I − K H are those
-    /// of I, so that no product with them need be taken.
+    /// (I − K H) P (I − K H)ᵀ for a measurement matrix H that applies to the first coordinates: the other columns of I − K H are
+    /// those of I, and need no multiplication.
     #[inline]
     #[must_use]
     pub(crate) fn joseph<D: Vector<Scalar = T>, Z: Vector<Scalar = T>>(
@@ -181,7 +181,8 @@ impl<T: Real, V: Vector<Scalar = T>> Symmetric<V> {
         if self.is_beyond_rounding() { Some((self, false)) } else { Some((self.raised()?, true)) }
     }
 
-    /// Whether rounding leaves it positive definite. Asked for in many places, and unrolled in one.
+    /// Whether the matrix is positive definite beyond rounding errors. Not inlined, because it is called from several places and
+    /// unrolled.
     #[inline(never)]
     fn is_beyond_rounding(&self) -> bool {
         let least = T::EPSILON * T::from_f64(4.0);
@@ -189,14 +190,14 @@ impl<T: Real, V: Vector<Scalar = T>> Symmetric<V> {
         self.factor().is_some_and(|factor| factor.pivots.as_ref().iter().enumerate().all(above))
     }
 
-    /// With as little added to its diagonal as makes it positive definite.
+    /// The matrix with the smallest sufficient addition to its diagonal, from a sequence of powers of four.
     #[cold]
     #[inline(never)]
     fn raised(&self) -> Option<Self> {
         let trace = (0..V::DIMENSION).fold(T::ZERO, |sum, k| sum + self.get(k, k).abs());
         let mut raise = trace * T::EPSILON * T::from_f64(4.0);
-        // Each round adds four times as much, up to the trace itself, which is enough for any matrix that was positive
-        // semidefinite but for rounding: 12 rounds in single precision, 26 in double.
+        // Each iteration adds four times as much, up to the trace itself, which is sufficient for any matrix that is positive
+        // semidefinite except for rounding errors: 12 iterations in single precision, 26 in double.
         for _ in 0..26 {
             if !(raise <= trace * T::from_f64(2.0)) {
                 break;
@@ -222,7 +223,7 @@ impl<T: Real, V: Vector<Scalar = T>> Symmetric<V> {
             let pivot =
                 (0..column).fold(self.get(column, column), |pivot, k| pivot - a[column].at(k) * a[column].at(k));
             let rounding = T::EPSILON * T::from_f64(16.0) * self.get(column, column);
-            // Written so that NaN gives zeros too.
+            // The comparison is written so that NaN gives zeros too.
             if !(pivot > rounding && pivot.is_finite()) {
                 continue;
             }
@@ -241,7 +242,7 @@ impl<T: Real, V: Vector<Scalar = T>> Symmetric<V> {
     #[must_use]
     pub fn factor(&self) -> Option<Factor<V>> {
         let mut factor = Factor { lower: self.lower, pivots: V::Array::ZERO };
-        // Column by column, each with a number that the compiler knows: a loop over them would not be unrolled.
+        // A constant column index each: the compiler would not unroll a loop.
         let positive = factor.eliminate::<0>()
             && factor.eliminate::<1>()
             && factor.eliminate::<2>()
@@ -255,13 +256,13 @@ impl<T: Real, V: Vector<Scalar = T>> Symmetric<V> {
 /// The factors of a positive definite matrix S = L diag(d) Lᵀ, L with a unit diagonal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Factor<V: Vector> {
-    /// Below the diagonal: L. The diagonal is implied.
+    /// The elements of L below its diagonal of ones.
     lower: V::Lower,
     pivots: V::Array<V::Scalar>,
 }
 
 impl<T: Real, V: Vector<Scalar = T>> Factor<V> {
-    /// The pivot of a column and what is below it, from the columns before it; `false` where the pivot is not positive.
+    /// Computes the pivot of a column and the elements below it, from the columns before; `false` if the pivot is not positive.
     #[inline(always)]
     fn eliminate<const COLUMN: usize>(&mut self) -> bool {
         if COLUMN >= V::DIMENSION {
@@ -274,7 +275,7 @@ impl<T: Real, V: Vector<Scalar = T>> Factor<V> {
             *scaled = element(l, at(COLUMN, k)) * earlier;
             pivot -= element(l, at(COLUMN, k)) * *scaled;
         }
-        // Written so that NaN fails too. Below the least normal number the reciprocal is beyond the range.
+        // The comparison is written so that NaN fails it. Below the least normal number the reciprocal would overflow.
         if !(pivot >= T::LEAST_NORMAL && pivot < T::INFINITY) {
             return false;
         }
@@ -396,14 +397,13 @@ impl<T: Real, V: Vector<Scalar = T>> Factor<V> {
 /// ln 2π.
 const LN_TAU: f64 = 1.837_877_066_409_345_3;
 
-/// The sum of so many terms, from the first one on.
+/// The sum of a number of terms.
 #[inline]
 fn sum<T: Real>(terms: usize, term: impl Fn(usize) -> T) -> T {
     (1..terms).fold(term(0), |sum, k| sum + term(k))
 }
 
-/// The element at a place of the packed triangle; the loops over a generic dimension stay inside it, which the compiler
-/// cannot always see.
+/// The element at an index of the packed triangle. The loops stay inside the triangle, which the compiler cannot always see.
 #[inline]
 fn element<T: Real>(lower: &[T], place: usize) -> T {
     lower.get(place).copied().unwrap_or(T::ZERO)
@@ -420,7 +420,7 @@ mod tests {
     }
 
     #[test]
-    fn factor_solves_and_measures() {
+    fn factor_solves_and_gives_distances() {
         let s = example();
         let full = s.to_matrix();
         let factor = s.factor().unwrap();
@@ -435,7 +435,7 @@ mod tests {
     }
 
     #[test]
-    fn peak_is_that_of_the_normal_density() {
+    fn peak_is_that_of_the_normal_distribution() {
         let s = Symmetric::<Vector1<f64>>::from_diagonal([0.25]);
         let peak = 1.0 / (0.5 * core::f64::consts::TAU.sqrt());
         assert!((s.factor().unwrap().ln_peak() - peak.ln()).abs() < 1e-15);
@@ -459,8 +459,8 @@ mod tests {
     }
 
     #[test]
-    fn a_covariance_that_rounding_flattened_is_repaired() {
-        // One metre long and 0.1 mm wide at 30°, in single precision.
+    fn a_covariance_made_indefinite_by_rounding_is_repaired() {
+        // Standard deviations of 1 m and 0.1 mm at 30°, in single precision.
         let (s, c) = (0.5_f32, 0.75_f32.sqrt());
         let flat = Symmetric::<Vector2<f32>>::from_fn(|row, column| match (row, column) {
             (0, 0) => c * c + 1e-8 * s * s,
@@ -476,7 +476,7 @@ mod tests {
 
     #[test]
     fn a_covariance_is_repaired_in_either_precision_or_not_at_all() {
-        // Not positive semidefinite by 1e-8: rounding of single precision, left in double.
+        // Not positive semidefinite by 1e-8: a rounding error of single precision, but a large one in double precision.
         let flat = Symmetric::<Vector2<f64>>::from_fn(|row, column| if row == column { 1.0 } else { 1.0 + 1e-8 });
         let (repaired, changed) = flat.kept_positive_definite().unwrap();
         assert!(changed && repaired.factor().is_some(), "{repaired:?}");
@@ -501,7 +501,7 @@ mod tests {
         assert!(Symmetric::<Vector2<f64>>::from_fn(|r, c| if r == c { 1.0 } else { 1.5 }).factor().is_none());
         assert!(Symmetric::<Vector2<f64>>::from_diagonal([1.0, f64::NAN]).factor().is_none());
         assert!(Symmetric::<Vector2<f64>>::from_diagonal([f64::INFINITY, 1.0]).factor().is_none());
-        // What a range of 1e-18 m leaves of a variance: its reciprocal would be infinite.
+        // The variance of a range of 1e-18 m: its reciprocal would be infinite.
         let flat = Symmetric::<Vector2<f32>>::from_diagonal([0.27, 4e-43]);
         assert!(flat.factor().is_none());
         let (repaired, _) = flat.kept_positive_definite().unwrap();

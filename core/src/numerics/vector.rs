@@ -74,7 +74,7 @@ pub type Linear<R, C> = <R as Vector>::Rows<C>;
 /// A times x.
 #[inline]
 pub(crate) fn applied<R: Vector, C: Vector<Scalar = R::Scalar>>(a: &Linear<R, C>, x: &C) -> R {
-    // From the first product on, as nalgebra does it.
+    // Starts with the first product, as nalgebra does.
     R::with(|row| (1..C::DIMENSION).fold(a.at(row, 0) * x.at(0), |sum, k| sum + a.at(row, k) * x.at(k)))
 }
 

@@ -1,10 +1,10 @@
-//! Counts the rounds of loops whose bound depends on data, so that a test can compare them with the bound, and fails if a loop does
-//! not end. Only in tests. `docs/performance.md` states the bounds.
+//! Counts the iterations of loops whose bound depends on data, so that tests can compare them with the bound, and fail if a loop
+//! does not end. Only in tests. `docs/performance.md` states the bounds.
 
 #[cfg(test)]
 pub(crate) use counted::{limited, round};
 
-/// One round of such a loop.
+/// Marks an iteration of such a loop.
 #[cfg(not(test))]
 #[inline(always)]
 pub(crate) fn round() {}
@@ -18,14 +18,14 @@ mod counted {
         static LIMIT: Cell<u64> = const { Cell::new(u64::MAX) };
     }
 
-    /// One round of such a loop; panics beyond the limit of this thread.
+    /// Counts an iteration of such a loop; panics beyond the limit of this thread.
     pub(crate) fn round() {
         let rounds = ROUNDS.get() + 1;
         ROUNDS.set(rounds);
         assert!(rounds <= LIMIT.get(), "a loop goes on beyond its bound of {} rounds", LIMIT.get());
     }
 
-    /// What `work` returns, and the rounds that it took, which must be no more than `limit`.
+    /// Returns the result of `work` and its number of iterations, which must be at most `limit`.
     pub(crate) fn limited<R>(limit: u64, work: impl FnOnce() -> R) -> (R, u64) {
         ROUNDS.set(0);
         LIMIT.set(limit);

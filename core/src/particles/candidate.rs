@@ -11,7 +11,7 @@ pub struct Candidate<P: Pose> {
     pub pose: P,
     /// ln ζ.
     pub ln_weight: P::Scalar,
-    /// What rounding took from x and y in the last [short](crate::particles::short) step, m.
+    /// Rounding errors of x and y in the last [short](crate::particles::short) step, m.
     pub(crate) remainder: [P::Scalar; 2],
 }
 
@@ -19,13 +19,13 @@ impl<P: Pose> Candidate<P> {
     /// All zero; a placeholder for unused memory.
     pub(crate) const ZERO: Self = Self { pose: P::ZERO, ln_weight: P::Scalar::ZERO, remainder: [P::Scalar::ZERO; 2] };
 
-    /// One at this pose, of this weight.
+    /// A candidate with this pose and weight.
     pub(crate) fn new(pose: P, ln_weight: P::Scalar) -> Self {
         Self { pose, ln_weight, ..Self::ZERO }
     }
 }
 
-/// Σ ζ: one, but for rounding.
+/// Σ ζ, which is one except for rounding errors.
 pub(crate) fn total_weight<T: Real, P: Pose<Scalar = T>>(candidates: &[Candidate<P>]) -> T {
     candidates.iter().fold(T::ZERO, |sum, candidate| sum + candidate.ln_weight.exp())
 }
@@ -48,8 +48,8 @@ pub(crate) fn moments<T: Real, P: Pose<Scalar = T>>(
 /// bits.
 pub const PART: usize = 64;
 
-/// Multiplies the weights by the likelihoods and scales them to a sum of one (5.23); returns the logarithm of what the
-/// sum was. Where it is zero or not a number, the weights stay and the result is −∞.
+/// Multiplies the weights by the likelihoods and normalises them (5.23). Returns the logarithm of their sum before that. If the
+/// sum is zero or not finite, the weights are unchanged and the result is −∞.
 pub(crate) fn reweigh<T: Real, P: Pose<Scalar = T>>(candidates: &mut [Candidate<P>], ln_likelihoods: &[T]) -> T {
     let of_parts = candidates.chunks(PART).zip(ln_likelihoods.chunks(PART));
     let total = ln_sum(of_parts.map(|(part, ln_likelihoods)| ln_products(part, ln_likelihoods)));
@@ -64,12 +64,13 @@ pub(crate) fn reweigh<T: Real, P: Pose<Scalar = T>>(candidates: &mut [Candidate<
     total
 }
 
-/// ln Σ ζ L of some candidates.
+/// ln Σ ζ L over some candidates.
 pub(crate) fn ln_products<T: Real, P: Pose<Scalar = T>>(candidates: &[Candidate<P>], ln_likelihoods: &[T]) -> T {
     ln_sum(candidates.iter().zip(ln_likelihoods).map(|(candidate, &ln_l)| candidate.ln_weight + ln_l))
 }
 
-/// Multiplies the weights of some candidates by the likelihoods, and divides by the total of all; ln Σ ζ is then that.
+/// Multiplies the weights of some candidates by the likelihoods, and divides them by the total over all. Returns ln Σ ζ of these
+/// candidates.
 pub(crate) fn multiply<T: Real, P: Pose<Scalar = T>>(
     candidates: &mut [Candidate<P>],
     ln_likelihoods: &[T],
@@ -81,14 +82,14 @@ pub(crate) fn multiply<T: Real, P: Pose<Scalar = T>>(
     ln_sum(candidates.iter().map(|candidate| candidate.ln_weight))
 }
 
-/// What all weights are still to be divided by, from ln Σ ζ of every part: a sum far from zero has few digits behind the point, and all
-/// weights are wrong by what it lacks.
+/// ln of the remaining normalisation constant of all weights, from ln Σ ζ of every part, if it exceeds the tolerance. `ln_total`
+/// far from zero has a coarse resolution, and its rounding error is in all weights.
 pub(crate) fn ln_rest<T: Real>(of_parts: impl Iterator<Item = T>) -> Option<T> {
     let rest = ln_sum(of_parts);
     (rest.abs() > T::EPSILON * T::from_f64(TOLERATED_ROUNDINGS)).then_some(rest)
 }
 
-/// How far ln Σ ζ may be from zero, in units of the last place of one: 9.5e-6 in single precision, as sums up to 256 leave it.
+/// Tolerance of ln Σ ζ = 0, in units of the last place of one: 9.5e-6 in single precision, the error of an ln Σ ζ L up to 256.
 const TOLERATED_ROUNDINGS: f64 = 80.0;
 
 /// N_eff = 1 / Σ ζ², for normalised weights.
@@ -115,7 +116,7 @@ pub struct PartSums<T> {
     pub last: Option<usize>,
 }
 
-/// Divides the weights of some candidates, and sums them up; writes what is reached with each of them.
+/// Divides the weights of some candidates by the normalisation constant, and writes their cumulative sums.
 pub(crate) fn sum_up<T: Real, P: Pose<Scalar = T>>(
     candidates: &mut [Candidate<P>],
     rest: T,
@@ -142,7 +143,7 @@ mod tests {
     use std::vec::Vec;
 
     #[test]
-    fn weights_sum_to_one_however_little_explains_the_scan() {
+    fn weights_sum_to_one_for_any_likelihood() {
         for ln_likelihood in [-3.0_f32, -150.0, -1500.3, -40_000.7, 1e6] {
             let mut candidates: Vec<Candidate<PlanarPose<f32>>> =
                 (0..16).map(|_| Candidate::new(PlanarPose::ZERO, -(16.0_f32.ln()))).collect();

@@ -3,35 +3,35 @@
 use crate::report::watch::Watch;
 use crate::{Noise, Real};
 
-/// The time since the last scan, with so much more. Times that no number can hold together stand still.
+/// Adds `dt` to the time since the last scan. If the sum is not finite, the time is unchanged.
 pub(crate) fn passed<T: Real>(waited_s: T, dt: T) -> T {
     let sum = waited_s + dt;
     if sum.is_finite() { sum } else { waited_s }
 }
 
-/// Where the recursion stands.
+/// Counts, times and other small data of the recursion.
 #[derive(Debug, Clone)]
 pub(crate) struct Cursor<T> {
     /// Particles in use; zero before the first reset.
     pub(crate) particles: usize,
     /// Candidates of every particle: M between a prediction and the next scan, otherwise 1.
     pub(crate) children: usize,
-    /// Whether the candidates have moved since the last scan.
+    /// Whether there was a prediction since the last scan.
     pub(crate) predicted: bool,
-    /// Summed dt of the predictions since the last scan, s, which the moving features have still to be moved by.
+    /// Sum of dt of the predictions since the last scan, s, over which the moving features are still to be predicted.
     pub(crate) waited_s: T,
-    /// Predictions refused since the last scan.
+    /// Number of predictions refused since the last scan.
     pub(crate) refused: u16,
-    /// Candidates that the last scan weighed; zero before the first.
+    /// Number of candidates weighted by the last scan; zero before the first.
     pub(crate) weighed: usize,
     /// The particle whose map is the estimate: the one that continues the heaviest surviving candidate of the last
     /// scan.
     pub(crate) heaviest: usize,
-    /// The label that the next feature gets. It wraps after four thousand million.
+    /// The next free label. Labels wrap around after 2³².
     pub(crate) next_label: u32,
-    /// The random stream; none before the first reset.
+    /// The random stream; `None` before the first reset.
     pub(crate) noise: Option<Noise>,
-    /// Whether the vehicle is where it is taken to be.
+    /// The divergence monitor.
     pub(crate) watch: Watch<T>,
 }
 
@@ -49,7 +49,7 @@ impl<T: Real> Cursor<T> {
         watch: Watch::ZERO,
     };
 
-    /// So much more time has passed.
+    /// Adds to the time since the last scan.
     pub(crate) fn wait(&mut self, dt: T) {
         self.waited_s = passed(self.waited_s, dt);
     }

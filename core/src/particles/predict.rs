@@ -6,8 +6,8 @@ use crate::particles::cursor::Cursor;
 use crate::particles::short::{at_origin, is_short, propagated, short_beyond, summed};
 use crate::{Health, Linearised, Motion, Noise, Pose, PredictError, PredictReport, Real, Symmetric, TangentOf};
 
-/// Splits every particle into `samples` candidates in the first prediction after a scan, then moves every candidate
-/// with its own noise. A step of no length moves nothing and draws nothing. The moving features wait for the scan.
+/// Splits every particle into `samples` candidates in the first prediction after a scan, then moves every candidate with its own
+/// noise. With `dt` = 0 it changes nothing and draws no random numbers. Moving features are predicted at the scan.
 pub(crate) fn predict<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
     motion: &M,
     samples: usize,
@@ -29,7 +29,7 @@ pub(crate) fn predict<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
     Ok(report(cursor, rejected))
 }
 
-/// Gets ready for the samples of a step of some length: the first one after a scan splits every particle into so many candidates (5.13).
+/// Prepares the sampling with `dt` > 0: the first prediction after a scan splits every particle into `samples` candidates (5.13).
 pub(crate) fn begin<T: Real, P: Pose<Scalar = T>>(
     samples: usize,
     cursor: &mut Cursor<T>,
@@ -44,8 +44,8 @@ pub(crate) fn begin<T: Real, P: Pose<Scalar = T>>(
     cursor.wait(dt);
 }
 
-/// Moves one candidate with noise of its own (5.12); `false` where it stays, for it would be moved out of range. So far
-/// from the origin its steps are [short](crate::particles::short).
+/// Moves one candidate with its own noise (5.12); `false`, without a change, if it would leave the range. Steps are
+/// [short](crate::particles::short) beyond `short_beyond` from the origin, m.
 #[inline]
 pub(crate) fn sample<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
     motion: &M,
@@ -56,7 +56,7 @@ pub(crate) fn sample<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
     noise: &mut Noise,
 ) -> bool {
     let Candidate { pose, remainder, .. } = candidate;
-    // One call of the motion for both, for it is large.
+    // The motion is called in one place for both cases, because its code is large.
     let near = is_short(pose, short_beyond).then(|| at_origin(pose));
     let step = motion.sample(near.as_ref().unwrap_or(pose), control, dt, noise);
     let (moved, left) = if near.is_some() { summed(pose, *remainder, &step) } else { (step, *remainder) };
@@ -67,8 +67,8 @@ pub(crate) fn sample<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
     stays_in_range
 }
 
-/// Moves every particle without noise and lets the covariance of its pose grow, x ← f(x, u), P ← F P Fᵀ + Q: what the
-/// informed proposal starts from when the scan comes. Draws nothing.
+/// Moves every particle without noise and increases the covariance of its pose, x ← f(x, u), P ← F P Fᵀ + Q: the prior of the
+/// informed proposal at the scan. Draws no random numbers.
 pub(crate) fn predict_gaussians<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
     motion: &M,
     cursor: &mut Cursor<T>,
@@ -115,7 +115,7 @@ fn report<T: Real>(cursor: &Cursor<T>, rejected: usize) -> PredictReport {
     PredictReport { candidates: cursor.candidates(), rejected, refused, health }
 }
 
-/// M candidates ζ/M of every particle (5.13), in place, from the last particle back.
+/// Replaces every particle by M candidates of weight ζ/M (5.13), in place, beginning with the last particle.
 pub(crate) fn split<T: Real, P: Pose<Scalar = T>>(candidates: &mut [Candidate<P>], particles: usize, samples: usize) {
     let ln_samples = T::from_usize(samples).ln();
     for particle in (0..particles).rev() {
@@ -127,7 +127,7 @@ pub(crate) fn split<T: Real, P: Pose<Scalar = T>>(candidates: &mut [Candidate<P>
     }
 }
 
-/// One of as many candidates of a particle.
+/// One of the M candidates of a particle.
 pub(crate) fn child_of<T: Real, P: Pose<Scalar = T>>(parent: &Candidate<P>, ln_samples: T) -> Candidate<P> {
     Candidate { ln_weight: parent.ln_weight - ln_samples, ..*parent }
 }

@@ -27,14 +27,14 @@ use crate::{
 #[derive(Debug, Clone, Copy)]
 struct Posterior<K: Vector> {
     mean: K,
-    /// The factor of Λ.
+    /// The Cholesky factor of Λ.
     information: Factor<K>,
     /// Λ⁻¹.
     covariance: Symmetric<K>,
 }
 
 impl<T: Real, K: Vector<Scalar = T>> Posterior<K> {
-    /// N(ξ̂, Λ⁻¹) with Λ ξ̂ = `pull`; `None` where rounding or overflow has left nothing of it.
+    /// N(ξ̂, Λ⁻¹) with Λ ξ̂ = `pull`; `None` if it is not finite or not positive definite because of rounding or overflow.
     fn new(information: &Symmetric<K>, pull: &K) -> Option<Self> {
         let information = information.factor()?;
         let (mean, covariance) = (information.solve(pull), information.inverse());
@@ -48,19 +48,19 @@ impl<T: Real, K: Vector<Scalar = T>> Posterior<K> {
     }
 }
 
-/// A round that moved ξ̂ by no more than so many standard deviations of what it found is the last.
+/// Iteration stops when ξ̂ has moved by at most this number of standard deviations of the posterior.
 const SETTLED: f64 = 0.3;
 
 fn identity<T: Real, K: Vector<Scalar = T>>() -> Symmetric<K> {
     Symmetric::from_fn(|row, column| if row == column { T::ONE } else { T::ZERO })
 }
 
-/// What the proposal works with, beside the particles.
+/// The data that the proposal needs besides the particles.
 pub(crate) struct Proposer<'a, 's, 'v, X: MeasurementModel> {
     pub(crate) informed: Informed<ScalarOf<X::Pose>>,
-    /// ln of the weight below which the update drops components: those do not steer.
+    /// ln of the pruning threshold of the update: lighter components are not used.
     pub(crate) ln_floor: ScalarOf<X::Pose>,
-    /// What is seen from a pose.
+    /// Data for views from any pose.
     pub(crate) views: &'a Views<'v, X>,
     pub(crate) static_maps: &'a mut StaticMaps<'s, X::Pose>,
     pub(crate) moving_maps: &'a mut DynamicMaps<'s, X::Pose>,
@@ -69,9 +69,10 @@ pub(crate) struct Proposer<'a, 's, 'v, X: MeasurementModel> {
 }
 
 impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '_, '_, X> {
-    /// Replaces every particle by `samples` candidates, and sets for each ln p(ξ) − ln q(ξ), the part of its weight that
-    /// corrects for where it was drawn. Of the covariances, what has not been drawn stays. Returns for how many particles more
-    /// components lie near measurements than the workspaces hold: there the heavier ones claim and steer, and of equal ones the first.
+    /// Replaces every particle by `samples` candidates, and sets ln p(ξ) − ln q(ξ) for each, the term of its weight that corrects
+    /// for the proposal density. The covariances keep the part that is not sampled. Returns the number of particles with more
+    /// components near measurements than the workspaces hold: then only the heaviest components are used, and of equal ones the
+    /// first.
     pub(crate) fn all(
         mut self,
         samples: usize,
@@ -95,7 +96,8 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '
             let Some(posterior) = posterior else { continue };
             let left =
                 posterior.covariance.congruence::<P::Tangent>(&root).scaled(T::ONE - self.informed.sampled_fraction);
-            // Rounding may have left a prior that no Gaussian has. Then it stays, and the next predictions blur it.
+            // Rounding may have made the posterior covariance invalid. Then the particle keeps its prior, whose covariance the
+            // next predictions increase.
             if !is_within_square(&left) {
                 continue;
             }
@@ -128,7 +130,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '
         let mut posterior = Posterior::prior()?;
         let mut look = Look { view: views.from(parent), root, covariance: posterior.covariance, scan };
         let bounds = look.view.bounds();
-        // The first round's claims: what has none is left out of the others.
+        // The first iteration selects the components: those without an association are not used in later iterations.
         reset_eta(eta, scan);
         look.gather(static_maps, particle, &bounds, *ln_floor, eta);
         if static_maps.workspace.in_view().is_empty() {
@@ -147,7 +149,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '
             let steered = look.steered(components, &posterior.mean, informed.min_responsibility, eta)?;
             let moved = steered.mean - posterior.mean;
             posterior = steered;
-            // Rounds converge quadratically. Also where the motion is NaN.
+            // The iteration converges quadratically. The comparison is written so that NaN stops it.
             if !(posterior.information.quadratic(&moved) > T::from_f64(SETTLED * SETTLED)) {
                 break;
             }
@@ -156,7 +158,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '
     }
 }
 
-/// A look at some components from a pose of which the covariance is known, in coordinates ξ.
+/// A view of some components from a pose with a covariance, in coordinates ξ.
 struct Look<'l, 'v, X: MeasurementModel> {
     view: View<'v, X>,
     /// A.
@@ -167,7 +169,7 @@ struct Look<'l, 'v, X: MeasurementModel> {
 }
 
 impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Look<'_, '_, X> {
-    /// What is expected of a component from the uncertain pose.
+    /// The predicted measurement of a component from the uncertain pose.
     #[inline]
     fn at<N: Vector<Scalar = T>>(&self, component: &Component<N>) -> Option<Sighted<X>> {
         let mut blurred = self.view.expect(component)?;
@@ -178,7 +180,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Look<'_, '_, X
         Some(Sighted { sharp, blurred, slope })
     }
 
-    /// Adds a component's terms to η_z; whether it has any.
+    /// Adds a component's terms to η_z. Returns whether it has any.
     #[inline(never)]
     fn claims<N: Vector<Scalar = T>>(&self, component: &Component<N>, eta: &mut [LnSum<T>]) -> bool {
         let mut any = false;
@@ -193,7 +195,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Look<'_, '_, X
         any
     }
 
-    /// Fills the workspace with the components of a map that claim a share of some measurement, and η_z with their terms.
+    /// Fills the workspace with the components of a map that may explain a measurement, and adds their terms to η_z.
     fn gather<F: Feature<Position = P::Position>>(
         &self,
         maps: &mut Maps<'_, F>,
@@ -211,15 +213,15 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Look<'_, '_, X
         }
     }
 
-    /// Adds the terms of the components in a workspace to η_z.
+    /// Adds the terms of the workspace's components to η_z.
     fn claim<N: Vector<Scalar = T>>(&self, workspace: &Workspace<'_, N>, eta: &mut [LnSum<T>]) {
         for Entry { component, .. } in workspace.in_view() {
             self.claims(component, eta);
         }
     }
 
-    /// The Gaussian that the components' shares of the measurements make of the prior. Shares are those of complete η_z; what explains
-    /// less than `least` of a measurement does not speak for it.
+    /// The posterior after correction with all associations of the components, weighted with their association probabilities by
+    /// complete η_z. Associations with a probability below `least` are ignored.
     fn steered<'c>(
         &self,
         components: impl Iterator<Item = &'c Component<P::Position>>,
@@ -258,11 +260,11 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Look<'_, '_, X
     }
 }
 
-/// What is expected of a component from an uncertain pose.
+/// The predicted measurement of a component from an uncertain pose.
 struct Sighted<X: MeasurementModel> {
-    /// S, from the pose itself.
+    /// S without the uncertainty of the pose.
     sharp: Symmetric<X::Measurement>,
-    /// With the uncertainty of the pose in S.
+    /// The predicted measurement, with the uncertainty of the pose in S.
     blurred: ExpectationOf<X>,
     /// ∂h/∂ξ = ∂h/∂x A.
     slope: Linear<X::Measurement, TangentOf<X::Pose>>,

@@ -5,13 +5,13 @@ use crate::numerics::work;
 use crate::particles::candidate::{Candidate, PART};
 use crate::{Pose, Real};
 
-/// Systematic resampling (Arulampalam et al. 2002, algorithm 2): one uniform number, positions (i + u)/N, each takes the
-/// first index whose cumulated weight exceeds it. The weights must sum to one; what rounding leaves over goes to the last
-/// that weighs anything.
+/// Systematic resampling (Arulampalam et al. 2002, algorithm 2): one uniform number, positions (i + u)/N, each selects the first
+/// index whose cumulative weight exceeds it. The weights must sum to one; positions beyond the sum, because of rounding, select
+/// the last index with a weight above 0.
 pub(crate) fn systematic<T: Real>(weights: impl Iterator<Item = T>, uniform: T, survivors: &mut [u16]) {
     let count = T::from_usize(survivors.len());
     let mut weights = weights.enumerate().filter(|&(_, weight)| weight > T::ZERO);
-    // The sum of the parts before, and of this one so far.
+    // The sum over the previous parts, and the sum within this part so far.
     let (mut index, mut before, mut within) = (0, T::ZERO, T::ZERO);
     for (place, survivor) in survivors.iter_mut().enumerate() {
         let position = position(place, uniform, count);
@@ -28,13 +28,13 @@ pub(crate) fn systematic<T: Real>(weights: impl Iterator<Item = T>, uniform: T, 
     }
 }
 
-/// The position of one of so many survivors.
+/// The position of survivor `place` of `count`.
 pub(crate) fn position<T: Real>(place: usize, uniform: T, count: T) -> T {
     (T::from_usize(place) + uniform) / count
 }
 
-/// One of a particle's children, drawn in proportion to weight with a uniform number; returns its place among them and ln
-/// of the weight of all together, which it carries on. Unbiased: the expected measure is that of the children.
+/// Draws one of a particle's children in proportion to their weights, with a uniform number. Returns its index among them and ln
+/// of their total weight, which it gets. Unbiased: the expected measure is that of the children.
 pub(crate) fn one_child<T: Real, P: Pose<Scalar = T>>(children: &[Candidate<P>], uniform: T) -> (usize, T) {
     let total = ln_sum(children.iter().map(|child| child.ln_weight));
     if !(total > T::NEG_INFINITY) {
@@ -62,9 +62,9 @@ mod tests {
         weights.iter().map(|w| Candidate { ln_weight: w.ln(), ..Candidate::ZERO }).collect()
     }
 
-    /// Numbers of an independent implementation.
+    /// The expected values are from an independent implementation.
     #[test]
-    fn survivors_and_their_effective_number_are_those_of_the_oracle() {
+    fn survivors_and_effective_number_agree_with_the_oracle() {
         let file = scphd_shared_data::oracle("systematic_resampling.json");
         let numbers =
             |value: &Value| -> Vec<f64> { value.as_array().unwrap().iter().flat_map(Value::as_f64).collect() };
@@ -100,7 +100,7 @@ mod tests {
             drawn[child] += total.exp();
         }
         for (mean, weight) in drawn.iter().map(|sum| sum / f64::from(runs)).zip(weights) {
-            // Five standard errors of a choice with a total of ½.
+            // Five standard errors: values 0 and ½ have a standard deviation of at most ¼.
             assert!((mean - weight).abs() < 5.0 * 0.25 / f64::from(runs).sqrt(), "{mean} against {weight}");
         }
     }

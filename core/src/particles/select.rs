@@ -4,7 +4,7 @@ use crate::particles::candidate::Candidate;
 use crate::particles::resample::{one_child, systematic};
 use crate::{Config, Noise, Pose, Real};
 
-/// What is selected from.
+/// The input of the selection.
 #[derive(Debug)]
 pub(crate) struct Weighed<'a, P: Pose> {
     pub(crate) candidates: &'a [Candidate<P>],
@@ -15,24 +15,25 @@ pub(crate) struct Weighed<'a, P: Pose> {
     pub(crate) n_eff: P::Scalar,
 }
 
-/// What the selection did.
+/// The result of the selection.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Selection {
-    /// Whether all particles were drawn anew.
+    /// Whether the particles were resampled.
     pub(crate) resampled: bool,
     /// The particle that continues the heaviest of the surviving candidates.
     pub(crate) heaviest: usize,
 }
 
 impl Selection {
-    /// Nothing has been selected.
+    /// The placeholder before the selection.
     pub(crate) const NONE: Self = Self { resampled: false, heaviest: 0 };
 }
 
-/// Chooses for every particle the candidate that it continues: by systematic resampling where
-/// `N_eff` is below the threshold, otherwise one of its own children.
+/// Selects the candidate that each particle continues: by systematic resampling if `N_eff` is below the threshold, otherwise one
+/// of its own children.
 ///
-/// Writes the chosen candidates' indices, in ascending order of parents, to `survivors`, and the particles to `selected`.
+/// Writes the indices of the selected candidates, in ascending order of their parents, to `survivors`, and the candidates to
+/// `selected`.
 pub(crate) fn select<T: Real, P: Pose<Scalar = T>>(
     weighed: &Weighed<'_, P>,
     config: &Config<T>,
@@ -55,7 +56,7 @@ pub(crate) fn select<T: Real, P: Pose<Scalar = T>>(
     } else {
         let families = candidates.chunks(children.max(1)).enumerate();
         for ((family, members), (slot, survivor)) in families.zip(selected.iter_mut().zip(survivors.iter_mut())) {
-            // An only child needs no draw.
+            // A single child needs no random number.
             let (child, ln_weight) = match members {
                 [only] => (0, only.ln_weight),
                 _ => one_child(members, noise.uniform()),

@@ -113,13 +113,14 @@ pub enum ResetError {
 }
 
 impl ResetError {
-    /// Whether a filter may be put to this pose.
+    /// Checks a pose that a filter is set to.
     pub(crate) fn check_pose<P: Pose>(pose: &P) -> Result<(), Self> {
         let usable = pose.is_finite() && is_within_range(&pose.coordinates());
         if usable { Ok(()) } else { Err(Self::NonFinitePose) }
     }
 
-    /// Whether poses may be spread by this: finite, no variance negative, and no more in common than two variances allow, but for rounding.
+    /// Checks a covariance: finite, no negative variance, and covariances within the limits of the variances, except for rounding
+    /// errors.
     pub(crate) fn check_covariance<T: Real, K: Vector<Scalar = T>>(covariance: &Symmetric<K>) -> Result<(), Self> {
         let rounding = T::from_f64(1.05);
         let variance = |k: usize| covariance.get(k, k);
@@ -247,7 +248,7 @@ pub enum ScanError {
 }
 
 impl ScanError {
-    /// Whether a state with room for so many measurements can take these.
+    /// Checks the number of measurements against the capacity, and that they are finite.
     pub(crate) fn check<Z: Vector>(measurements: &[Z], capacity: usize) -> Result<(), Self> {
         if measurements.len() > capacity {
             return Err(Self::TooManyMeasurements { measurements: measurements.len(), capacity });
@@ -288,7 +289,7 @@ pub enum ObserveError {
 }
 
 impl ObserveError {
-    /// Whether a filter can take this fix.
+    /// Checks a fix.
     pub(crate) fn check<F: Fix>(fix: &F, measured: &F::Measurement) -> Result<(), Self> {
         if !measured.as_slice().iter().all(|coordinate| coordinate.is_finite()) {
             return Err(Self::NonFinite);

@@ -15,7 +15,8 @@ use core::ops::{BitOr, BitOrAssign};
 #[derive(Clone, Copy, PartialEq, Eq, Default)]
 pub struct Health(u16);
 
-/// Mean squared innovations above this are a condition, where they are beyond what is expected by so many standard deviations.
+/// INNOVATION_HIGH: the mean squared innovation is above the first value, and above its expectation by the second number of
+/// standard deviations.
 const INNOVATION_HIGH: f64 = 2.0;
 const INNOVATION_DEVIATIONS: f64 = 4.5;
 
@@ -104,17 +105,17 @@ impl Health {
         self.0
     }
 
-    /// This condition where it holds, otherwise the empty set.
+    /// This flag if `holds`, otherwise the empty set.
     pub(crate) fn when(self, holds: bool) -> Self {
         if holds { self } else { Self::GOOD }
     }
 
-    /// The condition of innovations of this mean square over so many coordinates of detections: such a mean is that of χ² by its degrees
-    /// of freedom, of variance 2 over their number.
+    /// INNOVATION_HIGH for this mean square over this number of coordinates of detections: the mean is χ² divided by its degrees
+    /// of freedom, with a variance of 2 over their number.
     pub(crate) fn of_innovation<T: Real>(mean: T, coordinates: T) -> Self {
         let real = T::from_f64;
         let bound = T::ONE + real(INNOVATION_DEVIATIONS) * (real(2.0) / coordinates).sqrt();
-        // Written so that nothing detected, and NaN, is none.
+        // The comparison is written so that no detections, and NaN, give no flag.
         Self::INNOVATION_HIGH.when(mean > bound.at_least(real(INNOVATION_HIGH)))
     }
 }

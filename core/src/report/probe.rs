@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn both_of_a_pair_are_told() {
+    fn both_probes_of_a_pair_are_called() {
         let (mut first, mut second) = (Listener::default(), Listener::default());
         let mut pair = (&mut first, &mut second);
         pair.enter(Stage::Weigh);
@@ -165,7 +165,7 @@ mod tests {
 
     #[cfg(feature = "embedded-hal")]
     #[test]
-    fn a_stage_drives_its_own_pin() {
+    fn a_stage_sets_its_own_pin() {
         use embedded_hal_mock::eh1::MockError;
         use embedded_hal_mock::eh1::digital::{Mock, State, Transaction};
         use std::io::ErrorKind;

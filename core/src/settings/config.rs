@@ -106,7 +106,7 @@ impl<T: Real> MovingConfig<T> {
         }
     }
 
-    /// The first field that is out of range, if any.
+    /// Checks all fields.
     pub(crate) fn check(&self) -> Result<(), ConfigError> {
         let require = |holds, field, range| if holds { Ok(()) } else { Err(ConfigError { field, range }) };
         require(
@@ -168,8 +168,8 @@ impl<T: Real> Config<T> {
 }
 
 impl<T: Real> Default for Config<T> {
-    /// The figures of section 5.3.1. Pruning drops what a false measurement leaves behind after one miss at p_D = 0.95: where it is looked at again and
-    /// again, it is most of the map, and improves nothing.
+    /// The values of section 5.3.1. Pruning removes births of false measurements after one miss at p_D = 0.95: in areas that are
+    /// observed repeatedly these are most of the map, and do not improve the estimate.
     fn default() -> Self {
         Self {
             particles: 32,

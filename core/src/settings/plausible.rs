@@ -51,7 +51,7 @@ impl<T: Real> Plausible<T> {
         jump_max_m: T::INFINITY,
     };
 
-    /// The limit that is out of range, if any.
+    /// Checks all limits.
     ///
     /// # Errors
     /// Every limit must be positive.
@@ -68,12 +68,12 @@ impl<T: Real> Plausible<T> {
         }
     }
 
-    /// Whether a step takes a time that a vehicle can have moved for, whatever the control says: what moves has moved on then.
+    /// Whether the time step is valid. Then the time counts as elapsed for moving features, even if the control is refused.
     pub(crate) fn takes_time(&self, dt: T) -> bool {
         dt >= T::ZERO && dt.is_finite() && dt <= self.step_max_s
     }
 
-    /// Why a prediction is refused, if it is; where there is no pose yet, nothing is implausible.
+    /// The reason for which a prediction is refused, if any. Without a pose, a valid control is not implausible.
     pub(crate) fn refusal<M: Motion<Pose: Pose<Scalar = T>>>(
         &self,
         motion: &M,
@@ -90,7 +90,7 @@ impl<T: Real> Plausible<T> {
         pose.and_then(|pose| self.violated(motion, pose, control, dt)).map(PredictError::Implausible)
     }
 
-    /// What is implausible of a step from `pose`, if anything. NaN is.
+    /// The limit that a step from `pose` exceeds, if any. NaN exceeds every limit.
     fn violated<M: Motion<Pose: Pose<Scalar = T>>>(
         &self,
         motion: &M,
@@ -109,7 +109,7 @@ impl<T: Real> Plausible<T> {
             return Some(Implausible::TurnRate);
         }
         let jump = motion.propagate(pose, control, dt).distance_m(pose);
-        // A pose beyond the range of the scalar is told of candidate by candidate.
+        // A predicted pose that is not finite is reported for each candidate.
         (jump > self.jump_max_m).then_some(Implausible::Jump)
     }
 }

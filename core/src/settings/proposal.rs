@@ -17,7 +17,7 @@ pub enum Proposal<T> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Informed<T> {
-    /// Maximum number of linearisations, 1 to 16. Each decides the associations anew, from the pose of the previous one; iteration
+    /// Maximum number of linearisations, 1 to 16. Each repeats the data association at the pose of the previous one; iteration
     /// stops when the pose moves by at most 0.3 standard deviations of the result.
     pub rounds: usize,
     /// Fraction of the Gaussian's covariance with which the samples are drawn; the rest remains the covariance of the particle and

@@ -67,7 +67,7 @@ pub enum RestoreError<E> {
 }
 
 impl<E> RestoreError<E> {
-    /// Whether so many of something fit.
+    /// Checks a number against a capacity.
     pub(crate) fn check_room(what: &'static str, needed: usize, capacity: usize) -> Result<(), Self> {
         if needed <= capacity { Ok(()) } else { Err(Self::NoRoom { what, needed, capacity }) }
     }

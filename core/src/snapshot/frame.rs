@@ -5,26 +5,26 @@ use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
 
 /// Checksum of the header and of the whole snapshot: CRC-32 as in Ethernet and zip files.
 static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
-/// A check that goes on.
+/// A checksum in progress.
 pub(crate) type Check = Digest<'static, u32, Table<1>>;
 
 /// The first four bytes.
 const MAGIC: [u8; 4] = *b"SCPH";
-/// What is written, and all that is read.
+/// The version that is written, and the only one that is read.
 const VERSION: u16 = 4;
-/// Words of the head before its check.
+/// Number of words of the head before its checksum.
 pub(crate) const WORDS: usize = 8;
-/// Bytes of the head and its check.
+/// Number of bytes of the head with its checksum.
 pub(crate) const HEAD: usize = 4 * WORDS + 4;
-/// Bytes that go to a sink, or are asked of a source, at once.
+/// Maximum number of bytes passed to a sink, or requested from a source, in a call.
 pub(crate) const CHUNK: usize = 64;
 
-/// A check of nothing yet.
+/// An empty checksum.
 pub(crate) fn check() -> Check {
     CRC.digest()
 }
 
-/// What a snapshot is of.
+/// The content of a snapshot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Content {
     /// A filter of particles and mixtures.
@@ -33,19 +33,19 @@ pub(crate) enum Content {
     Joint,
     /// The features of a map.
     Map,
-    /// What runs beside the particles of an underwater vehicle.
+    /// The navigator of an underwater vehicle.
     Navigator,
 }
 
-/// What must be the same in the filter that wrote and the one that reads.
+/// Properties that must be the same in the filter that wrote a snapshot and the one that reads it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Shape {
     pub(crate) content: Content,
-    /// Bytes of a scalar.
+    /// Number of bytes of a scalar.
     pub(crate) scalar: u8,
-    /// Of the pose's tangent, of a feature's position, and how many numbers a pose or a measurement has.
+    /// Dimensions of the pose's tangent and of a feature's position, and number of numbers of a pose or a measurement.
     pub(crate) dimensions: [u8; 3],
-    /// Which vehicle, as its user counts them.
+    /// The type of vehicle, a number of the user.
     pub(crate) kind: u32,
 }
 
@@ -54,14 +54,14 @@ pub(crate) struct Shape {
 pub(crate) struct Head {
     pub(crate) shape: Shape,
     pub(crate) flags: u8,
-    /// Bytes of the whole, head and check included.
+    /// Number of bytes of the whole snapshot, including head and checksum.
     pub(crate) len: u32,
-    /// How much room it takes: what, the content knows.
+    /// Sizes that the memory must have; their meaning depends on the content.
     pub(crate) sizes: [u32; 3],
 }
 
 impl Head {
-    /// The words of the head before its check.
+    /// The words of the head before its checksum.
     pub(crate) fn words(&self) -> [[u8; 4]; WORDS] {
         let Self { shape: Shape { content, scalar, dimensions: [k, d, numbers], kind }, flags, len, sizes } = *self;
         let [low, high] = VERSION.to_le_bytes();
@@ -70,15 +70,15 @@ impl Head {
         [MAGIC, about, kind.to_le_bytes(), [k, d, numbers, flags], len.to_le_bytes(), first, second, third]
     }
 
-    /// The check of the head alone.
+    /// The checksum of the head.
     pub(crate) fn check(words: &[[u8; 4]; WORDS]) -> [u8; 4] {
         CRC.checksum(words.as_flattened()).to_le_bytes()
     }
 
-    /// The head of a snapshot of this shape, from the words of one and their check.
+    /// Parses the words of a head and their checksum, for a snapshot of this shape.
     ///
     /// # Errors
-    /// It is no snapshot, damaged, or of something else.
+    /// The bytes are not a snapshot, are damaged, or are a snapshot of another shape.
     pub(crate) fn parse<E>(words: &[[u8; 4]; WORDS], check: [u8; 4], shape: Shape) -> Result<Self, RestoreError<E>> {
         let &[magic, [low, high, content, scalar], kind, [k, d, numbers, flags], len, first, second, third] = words;
         if magic != MAGIC {
@@ -100,22 +100,22 @@ impl Head {
         }
         let sizes = [first, second, third].map(u32::from_le_bytes);
         let head = Self { shape, flags, len: u32::from_le_bytes(len), sizes };
-        // Whole words, and not less than head and check.
+        // A whole number of words, and more than head and checksum.
         let whole = head.len.is_multiple_of(4) && head.body() > 0;
         if whole { Ok(head) } else { Err(RestoreError::Damaged) }
     }
 
-    /// Bytes of the whole.
+    /// Number of bytes of the whole snapshot.
     pub(crate) fn len(&self) -> usize {
         usize::try_from(self.len).unwrap_or(0)
     }
 
-    /// Bytes between the head and the check of the whole.
+    /// Number of bytes between the head and the checksum of the whole snapshot.
     pub(crate) fn body(&self) -> usize {
         self.len().saturating_sub(HEAD + 4)
     }
 
-    /// Gives the head the length that goes with so many words of a body.
+    /// Sets the length, from the number of words of the body.
     pub(crate) fn with_body(self, words: u32) -> Self {
         Self { len: words.saturating_mul(4).saturating_add(HEAD as u32 + 4), ..self }
     }
@@ -138,7 +138,7 @@ mod tests {
     use crate::RestoreError;
 
     #[test]
-    fn a_head_is_read_as_it_was_written_and_no_bit_of_it_may_change() {
+    fn a_head_is_restored_and_every_changed_bit_is_detected() {
         let shape = Shape { content: Content::Joint, scalar: 8, dimensions: [5, 3, 7], kind: 0xdead_beef };
         let head = Head { shape, flags: 3, len: 0, sizes: [1, pair(2, 65_535), 3] }.with_body(10);
         assert_eq!((head.len, head.body(), halves(head.sizes[1])), (80, 40, [2, 65_535]));
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn another_version_is_told_from_damage() {
+    fn another_version_is_distinguished_from_damage() {
         let shape = Shape { content: Content::Joint, scalar: 8, dimensions: [5, 3, 7], kind: 1 };
         let mut words = Head { shape, flags: 0, len: 80, sizes: [0; 3] }.words();
         words[1][0] = 2;

@@ -7,7 +7,7 @@ use super::write::write;
 use super::{RestoreError, SaveError};
 use crate::{Component, Flaw, Real, Symmetric, Vector};
 
-/// What maps of such features have in common.
+/// Properties that all maps of this type of features have in common.
 fn shape<D: Vector>(kind: u32) -> Shape {
     let dimensions = [0, D::DIMENSION as u8, 0];
     Shape { content: Content::Map, scalar: size_of::<D::Scalar>() as u8, dimensions, kind }
@@ -76,7 +76,7 @@ pub fn restore_map<T: Real, D: Vector<Scalar = T>, E>(
     if sound { Ok(count) } else { Err(RestoreError::Flawed(Flaw::Component)) }
 }
 
-/// Of each its label, ln w, mean and the lower triangle of the covariance.
+/// Writes label, ln w, mean and the lower triangle of the covariance of each feature.
 struct Features<I>(I);
 
 impl<T: Real, D: Vector<Scalar = T>, I: Iterator<Item = Component<D>> + Clone> Walk for Features<I> {
@@ -101,11 +101,11 @@ mod tests {
     }
 
     #[test]
-    fn no_bit_of_a_map_may_change() {
+    fn every_changed_bit_of_a_map_is_detected() {
         let map = [post(1.0, -2.0), post(7.0, 4.5)];
         let mut bytes = [0; 256];
         let len = save_map(3, map.into_iter(), into_slice(&mut bytes)).unwrap();
-        // Head and check, then label, weight, mean and three numbers of each, then the check of all.
+        // Head and checksum, then label, weight, mean and three numbers of each feature, then the checksum of the whole.
         assert_eq!(len, 36 + 2 * (4 + 8 + 16 + 24) + 4);
         let mut read = [Component::ZERO; 3];
         assert_eq!(restore_map(3, &mut read, from_slice(&bytes[..len])), Ok(2));
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_such_map_is_refused() {
+    fn other_content_is_refused() {
         let mut bytes = [0; 256];
         let len = save_map(3, [post(1.0, 2.0), post(3.0, 4.0)].into_iter(), into_slice(&mut bytes)).unwrap();
         let read = |kind, room: &mut [Component<Vector2<f64>>]| restore_map(kind, room, from_slice(&bytes[..len]));

@@ -2,7 +2,7 @@
 
 use crate::map::PageId;
 
-/// A page that has not been met.
+/// A page that was not visited yet.
 const UNMET: u16 = u16::MAX;
 
 /// The numbers of the pages of one pool.
@@ -12,23 +12,23 @@ pub(crate) struct Numbering<'n> {
     next: u16,
 }
 
-/// What a page is to a walk.
+/// Whether a page was visited before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Met {
-    /// It comes for the first time.
+    /// The first visit of this page.
     First,
-    /// It has come before, as the page of that number.
+    /// The page was visited before, and has this number.
     Before(u16),
 }
 
 impl<'n> Numbering<'n> {
-    /// None met yet, over a place for every page.
+    /// No pages visited yet; the memory has an element for every page.
     pub(crate) fn over(of_page: &'n mut [u16]) -> Self {
         of_page.fill(UNMET);
         Self { of_page, next: 0 }
     }
 
-    /// Meets a page.
+    /// Visits a page.
     pub(crate) fn meet(&mut self, id: PageId) -> Met {
         match self.of_page.get_mut(id.index()) {
             Some(number) if *number == UNMET => {

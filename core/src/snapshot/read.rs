@@ -4,24 +4,24 @@ use super::RestoreError;
 use super::frame::{CHUNK, Check, HEAD, Head, Shape, WORDS, check};
 use crate::{Pose, Real, Vector};
 
-/// The words between a head and the check of the whole; zeros once something has failed.
+/// The words between a head and the checksum of the whole snapshot; zeros after an error.
 pub(crate) struct Reader<'s, S, E> {
     source: &'s mut S,
     chunk: [[u8; 4]; CHUNK / 4],
-    /// The next word of the chunk, and how many it has.
+    /// Index of the next word of the chunk, and number of its words.
     next: usize,
     len: usize,
-    /// Bytes taken out of the source, and where the check of the whole is.
+    /// Number of bytes read from the source, and position of the checksum of the whole snapshot.
     at: usize,
     end: usize,
     check: Check,
     failed: Option<RestoreError<E>>,
 }
 
-/// Reads a whole snapshot of this shape and checks it; leaves with its head.
+/// Reads a whole snapshot of this shape and checks it. Returns its head.
 ///
 /// # Errors
-/// It is not such a one, not whole, or the source fails.
+/// The bytes are not a snapshot of this shape, are damaged or truncated, or the source fails.
 pub(crate) fn checked<S, E>(source: &mut S, shape: Shape) -> Result<Head, RestoreError<E>>
 where
     S: FnMut(usize, &mut [u8]) -> Result<(), E>,
@@ -39,7 +39,7 @@ where
 }
 
 impl<'s, E, S: FnMut(usize, &mut [u8]) -> Result<(), E>> Reader<'s, S, E> {
-    /// Behind a head.
+    /// A reader of the words behind a head.
     pub(crate) fn behind(head: &Head, source: &'s mut S) -> Self {
         let mut check = check();
         check.update(head.words().as_flattened());
@@ -47,7 +47,7 @@ impl<'s, E, S: FnMut(usize, &mut [u8]) -> Result<(), E>> Reader<'s, S, E> {
         Self { source, chunk, next: 0, len: 0, at: HEAD, end: HEAD + head.body(), check, failed: None }
     }
 
-    /// The next word; 0 where there is none. Wanted in many places, and once in flash.
+    /// The next word; 0 after an error. Not inlined, because it is called from many places.
     #[inline(never)]
     pub(crate) fn word(&mut self) -> u32 {
         if self.next == self.len {
@@ -58,7 +58,7 @@ impl<'s, E, S: FnMut(usize, &mut [u8]) -> Result<(), E>> Reader<'s, S, E> {
         u32::from_le_bytes(*word)
     }
 
-    /// All that is left, or up to where the source fails.
+    /// Reads all remaining words, until the source fails.
     fn pass_over(&mut self) {
         while self.at < self.end && self.failed.is_none() {
             self.refill();
@@ -73,7 +73,7 @@ impl<'s, E, S: FnMut(usize, &mut [u8]) -> Result<(), E>> Reader<'s, S, E> {
             return;
         }
         let Some(words) = self.chunk.get_mut(..len).filter(|words| !words.is_empty()) else {
-            // More is asked for than there is.
+            // There are fewer words than requested.
             self.failed = Some(RestoreError::Damaged);
             return;
         };
@@ -105,18 +105,18 @@ impl<'s, E, S: FnMut(usize, &mut [u8]) -> Result<(), E>> Reader<'s, S, E> {
         V::with(|_| self.scalar())
     }
 
-    /// Whether nothing has failed so far.
+    /// Checks that there was no error so far.
     ///
     /// # Errors
-    /// The first one.
+    /// The first error.
     pub(crate) fn so_far(&mut self) -> Result<(), RestoreError<E>> {
         self.failed.take().map_or(Ok(()), Err)
     }
 
-    /// Whether everything was read, and the check says that it is what was written.
+    /// Checks that everything was read and the checksum is correct.
     ///
     /// # Errors
-    /// The source's; or the check does not agree.
+    /// The error of the source, or a wrong checksum.
     pub(crate) fn end(mut self) -> Result<(), RestoreError<E>> {
         self.so_far()?;
         let mut written = [0; 4];
@@ -126,7 +126,7 @@ impl<'s, E, S: FnMut(usize, &mut [u8]) -> Result<(), E>> Reader<'s, S, E> {
     }
 }
 
-/// How many numbers a pose has.
+/// Number of numbers of a pose.
 pub(crate) fn numbers<P: Pose>() -> u8 {
     let mut count = 0;
     P::ZERO.to_numbers(|_| count += 1);

@@ -4,36 +4,37 @@ use crate::map::PageId;
 use crate::numerics::fnv::Fnv;
 use crate::{Pose, Real, Vector};
 
-/// What walks through all that decides how a filter goes on, in one order.
+/// A visitor of all data that determines how a filter continues, in a fixed order.
 ///
-/// A digest need not know how it is stored, as long as the numbers come in the same order; nor what shows in the next report alone.
-/// A snapshot keeps that too: it comes by the methods that are named `beside`.
+/// A digest depends only on the order of the numbers, not on their storage, and leaves out data that only the next report shows.
+/// A snapshot contains that data too: the methods named `beside` visit it.
 pub(crate) trait Visit {
-    /// A count, a name, or the end of something.
+    /// A count, an identifier, or an end mark.
     fn word(&mut self, word: u32);
     /// A number.
     fn scalar<T: Real>(&mut self, number: T);
-    /// A pose: its coordinates, and what travels with them.
+    /// A pose: its coordinates and its other data.
     fn pose<P: Pose>(&mut self, pose: &P);
-    /// A word that no digest has.
+    /// A word that is not part of a digest.
     fn beside(&mut self, _word: u32) {}
-    /// A number that no digest has.
+    /// A number that is not part of a digest.
     fn beside_scalar<T: Real>(&mut self, _number: T) {}
-    /// What rounding took from x and y. A digest has it only where it is not zero, which it is unless steps are short.
+    /// The rounding errors of x and y. They are part of a digest only if they are not zero, which they are unless steps are
+    /// short.
     fn remainder<T: Real>(&mut self, remainder: &[T; 2]) {
         for &number in remainder {
             if number == T::ZERO { self.beside_scalar(number) } else { self.scalar(number) }
         }
     }
-    /// A page of so many components, of features that move or stand still. Whether to walk through them.
+    /// A page with this number of components, of moving or static features. Returns whether its components should be visited.
     fn page(&mut self, _moves: bool, _id: PageId, _components: usize) -> bool {
         true
     }
 }
 
-/// What can be walked through.
+/// Data that can be visited.
 pub(crate) trait Walk {
-    /// Walks through all of it.
+    /// Visits all data.
     fn walk(&self, visit: &mut impl Visit);
 }
 
@@ -52,21 +53,21 @@ impl Visit for Fnv {
     }
 }
 
-/// A hash of all that a snapshot has.
+/// A hash of all data that a snapshot contains.
 pub(crate) struct Sealing(Fnv);
 
 impl Sealing {
-    /// Of nothing.
+    /// The hash of no data.
     pub(crate) const EMPTY: Self = Self(Fnv::EMPTY);
 
-    /// A count, with all its bits.
+    /// Adds a count, with all its bits.
     pub(crate) fn count(&mut self, count: usize) {
         let count = count as u64;
         self.0.take(count as u32);
         self.0.take((count >> 32) as u32);
     }
 
-    /// Of all that was taken in.
+    /// The hash of all data so far.
     pub(crate) fn value(&self) -> u64 {
         self.0.value()
     }

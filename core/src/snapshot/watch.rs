@@ -6,7 +6,7 @@ use crate::snapshot::read::Reader;
 use crate::snapshot::visit::Visit;
 
 impl<T: Real> Watch<T> {
-    /// Walks through what it knows.
+    /// Visits its state.
     pub(crate) fn walk(&self, visit: &mut impl Visit) {
         let Self { doubt, lost, given_up, usually_missed, usually_new, usually_stated, usually_waited_s, .. } = *self;
         for word in [u32::from(lost), self.scans, self.known_below, self.next_known_below] {
@@ -17,7 +17,7 @@ impl<T: Real> Watch<T> {
         }
     }
 
-    /// The way back. What no scan leaves is forgotten by the next.
+    /// Restores its state. The next scan removes invalid values.
     pub(crate) fn next<S, E>(from: &mut Reader<'_, S, E>) -> Self
     where
         S: FnMut(usize, &mut [u8]) -> Result<(), E>,

@@ -7,14 +7,14 @@ use super::visit::{Visit, Walk};
 use crate::map::PageId;
 use crate::{Pose, Real};
 
-/// In the word of a page that comes for the first time, beside the number of its components.
+/// Flag in the word of a page at its first visit, together with the number of its components.
 pub(crate) const NEW_PAGE: u32 = 1 << 31;
 
-/// Writes a snapshot, of which the head lacks the length alone; how many bytes it takes. `pages` is scratch: a place for every page of
-/// the features that stand still, and of those that move.
+/// Writes a snapshot with this head, except its length, which is measured. Returns the number of bytes. `pages` is scratch: an
+/// element for every page of the static features, and of the moving ones.
 ///
 /// # Errors
-/// The sink takes no more.
+/// The error of the sink.
 pub(crate) fn write<E>(
     head: Head,
     content: &impl Walk,
@@ -37,7 +37,7 @@ trait Words {
     fn put(&mut self, word: u32);
 }
 
-/// A walk of which only the length counts.
+/// Measures the length of a traversal.
 #[derive(Debug, Default)]
 struct Measure {
     words: u32,
@@ -49,11 +49,11 @@ impl Words for Measure {
     }
 }
 
-/// Words on their way to a sink, with the check of all of them; after the sink's first error, nothing more.
+/// Writes words to a sink, with the checksum of all of them; after the sink's first error, nothing more.
 struct Writer<F, E> {
     sink: F,
     chunk: [[u8; 4]; CHUNK / 4],
-    /// Words in the chunk.
+    /// Number of words in the chunk.
     len: usize,
     check: Check,
     written: usize,
@@ -66,15 +66,15 @@ impl<E, F: FnMut(&[u8]) -> Result<(), E>> Writer<F, E> {
         let mut writer = Self { sink, chunk: [[0; 4]; CHUNK / 4], len: 0, check: check(), written: 0, result: Ok(()) };
         let words = head.words();
         words.iter().for_each(|word| writer.put_bytes(*word));
-        // Were the head's own check taken into that of the whole, the head would leave no trace in it.
+        // The checksum of the head is not part of the checksum of the whole: otherwise the latter would not depend on the head.
         writer.queue(Head::check(&words));
         writer
     }
 
-    /// Ends with the check; how many bytes there were.
+    /// Ends with the checksum. Returns the number of bytes.
     ///
     /// # Errors
-    /// The sink's first one.
+    /// The first error of the sink.
     fn end(mut self) -> Result<usize, SaveError<E>> {
         let check = core::mem::replace(&mut self.check, check()).finalize();
         self.queue(check.to_le_bytes());
@@ -108,18 +108,18 @@ impl<E, F: FnMut(&[u8]) -> Result<(), E>> Writer<F, E> {
 }
 
 impl<E, F: FnMut(&[u8]) -> Result<(), E>> Words for Writer<F, E> {
-    // Wanted in many places, and once in flash.
+    // Not inlined, because it is called from many places.
     #[inline(never)]
     fn put(&mut self, word: u32) {
         self.put_bytes(word.to_le_bytes());
     }
 }
 
-/// A walk that becomes words, the components of a page where it comes for the first time.
+/// Converts a traversal to words; the components of a page are written at its first visit.
 #[derive(Debug)]
 struct AsWords<'n, W> {
     words: W,
-    /// Of the features that stand still, and of those that move.
+    /// Of the static and of the moving features.
     pages: [Numbering<'n>; 2],
 }
 

@@ -4,10 +4,10 @@ use crate::*;
 use core::ops::{Deref, DerefMut};
 use std::boxed::Box;
 
-/// Room for measurements in a scan.
+/// Capacity for measurements of a scan.
 const MEASUREMENTS: usize = 64;
 
-/// What the tests choose together.
+/// Models that a test combines.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Models<M, S, V, C> {
     pub(crate) motion: M,
@@ -16,7 +16,7 @@ pub(crate) struct Models<M, S, V, C> {
     pub(crate) clutter: C,
 }
 
-/// A filter, and the detector that all its scans are of.
+/// A filter with the detector of all its scans.
 pub(crate) struct Alone<'s, M: Motion, X: MeasurementModel> {
     pub(crate) slam: ScPhd<'s, M>,
     pub(crate) detector: Detector<X, ScanRoom<'s, X::Measurement>>,
@@ -42,7 +42,7 @@ where
     {
         let Models { motion, sensor, field_of_view, clutter } = models;
         let slam = ScPhd::new(motion, config, state)?;
-        // A test ends before it matters.
+        // Leaked: the memory lives until the test ends.
         let memory = Box::leak(Box::new(DetectorMemory::<S::Measurement, MEASUREMENTS>::new()));
         let detector = Detector::new(Sensing { sensor, field_of_view, clutter }, births)?.over(memory)?;
         slam.check(&detector)?;

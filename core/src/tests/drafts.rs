@@ -1,4 +1,4 @@
-//! Maps updated in drafts, where what they are told of labels turns out otherwise.
+//! Maps updated in drafts whose label assumptions turn out wrong.
 
 use crate::tests::alone::{Alone, Models};
 use crate::*;
@@ -8,7 +8,7 @@ use std::vec::Vec;
 
 type Memory = State<PlanarPose<f32>, 8, 16, MapMemory<Static<Vector2<f32>>, 8, 256, 32, 256>>;
 
-/// A map of `features` on a ring around the vehicle, and scans that show every second one as two.
+/// A map of `features` on a ring around the vehicle. Every second feature causes two measurements in the scans.
 fn features(count: u32) -> Vec<Component<Vector2<f32>>> {
     (0..count)
         .map(|label| {
@@ -23,10 +23,10 @@ fn features(count: u32) -> Vec<Component<Vector2<f32>>> {
         .collect()
 }
 
-/// Labels run in a circle, and are given to what has become of one component in several. Wherever on the circle that begins, also
-/// where labels in the map are given again, drafts lead to the labels of one update after the other.
+/// Labels wrap around, and components that were split get new ones. For any start of the labels, also when they collide with
+/// labels in the map, drafts give the same labels as updates in sequence.
 #[test]
-fn labels_that_have_gone_once_around_are_given_in_the_same_order() {
+fn wrapped_labels_are_assigned_in_the_same_order() {
     const FEATURES: u32 = 40;
     let window = RangeBearingWindow::full_circle(20.0, 0.9).unwrap();
     let models = Models {
@@ -62,7 +62,7 @@ fn labels_that_have_gone_once_around_are_given_in_the_same_order() {
             (filter.slam.digest(), filter.slam.memory.cursor.next_label)
         });
         assert_eq!(alone, drafted, "from {next_label} on");
-        // More than one label a measurement: some were given to what stands side by side.
+        // More than one label per measurement: some were given to copies of a component.
         met += usize::from(alone.1.wrapping_sub(next_label) > 3 * 60);
     }
     assert_eq!(met, FEATURES as usize);

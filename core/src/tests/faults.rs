@@ -1,5 +1,5 @@
-//! What goes wrong on a vehicle, on purpose: full memory, empty input, weights that vanish. Nothing may panic, leak or
-//! stall, and everything must be reported.
+//! Faults of a vehicle, injected: full memory, empty input, vanishing weights. None may cause a panic, a leak or an endless loop,
+//! and each must be reported.
 
 use crate::tests::alone::{Alone, Models};
 use crate::*;
@@ -76,7 +76,7 @@ fn check_map<'c, N: Vector<Scalar = f32>>(map: impl Iterator<Item = &'c Componen
 }
 
 #[test]
-fn an_audit_finds_what_damaged_memory_shows() {
+fn an_audit_finds_damaged_memory() {
     let mut state = Box::new(Roomy::new());
     let mut filter = Planar::new(models(2.0), BIRTHS, config(), &mut *state).unwrap();
     assert_eq!(filter.audit(), Ok(()));
@@ -89,7 +89,7 @@ fn an_audit_finds_what_damaged_memory_shows() {
     assert_eq!(filter.audit(), Err(Flaw::Pages));
     filter.memory.static_maps.pool.release(held);
     assert_eq!(filter.audit(), Ok(()));
-    // Given away while a map still holds it.
+    // Allocated although a map still holds it.
     let extra = filter.memory.static_maps.pool.take().unwrap().0;
     assert_eq!(filter.audit(), Err(Flaw::Pages));
     filter.memory.static_maps.pool.release(extra);
@@ -168,7 +168,7 @@ fn refused_input_leaves_the_state_as_it_was() {
 }
 
 #[test]
-fn loaded_features_have_tags_of_their_own() {
+fn loaded_features_have_unique_labels() {
     let mut state = Box::new(Roomy::new());
     let mut filter = Planar::new(models(2.0), BIRTHS, config(), &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
@@ -178,7 +178,7 @@ fn loaded_features_have_tags_of_their_own() {
     assert_eq!(labels, [4, 7, 8, 0]);
     filter.scan(&[Vector2::new(9.0, 1.0)]).unwrap();
     check_consistent(&mut filter);
-    // The next features are named after the greatest there can be.
+    // Features born after this have labels above the greatest label of a loaded feature.
     filter.load_map(&[tagged(ScPhd::<Car>::GREATEST_LOADED_LABEL), tagged(0)]).unwrap();
     filter.scan(&[Vector2::new(9.0, 1.0)]).unwrap();
     assert!(filter.map(0).any(|component| component.label > i32::MAX as u32));
@@ -186,7 +186,7 @@ fn loaded_features_have_tags_of_their_own() {
 }
 
 #[test]
-fn a_garbage_row_is_refused_and_told_of_and_its_time_passes() {
+fn invalid_odometry_is_refused_and_reported_and_its_time_counts() {
     let mut state = Box::new(Roomy::new());
     let mut filter = Planar::new(models(2.0), BIRTHS, config(), &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
@@ -203,7 +203,7 @@ fn a_garbage_row_is_refused_and_told_of_and_its_time_passes() {
         assert_eq!(filter.predict(&control, dt), Err(error));
     }
     assert_eq!((filter.candidates(), filter.noise()), (&poses[..], noise.as_ref()));
-    // The first one's, and of those refused all but the one that took too long.
+    // The time of the first prediction, and of all refused ones except the one that was too long.
     assert!((filter.waited_s() - 0.4).abs() < 1e-6);
     let report = filter.predict(&AHEAD, 0.1).unwrap();
     assert_eq!((report.refused, report.health), (4, Health::PREDICTION_REFUSED));
@@ -217,7 +217,7 @@ fn a_garbage_row_is_refused_and_told_of_and_its_time_passes() {
 #[test]
 fn the_mean_pose_is_right_far_from_the_origin_and_in_an_unlikely_scan() {
     let mut state = Box::new(Roomy::new());
-    // Almost nothing explains what is measured.
+    // The likelihood of the measurements is very small.
     let mut filter = Planar::new(models(1e-7), Births::of_static(1e-9), config(), &mut *state).unwrap();
     filter.reset(PlanarPose::new(1000.0, -1000.0, 0.0), 1).unwrap();
     let mut number = numbers(5);
@@ -262,7 +262,7 @@ fn a_pose_that_overflows_stays_where_it_was_and_is_reported() {
 }
 
 #[test]
-fn a_time_beyond_every_number_stands_still() {
+fn a_time_beyond_the_range_of_the_scalar_does_not_change() {
     let mut state = Box::new(Roomy::new());
     let config = Config { plausible: Plausible::ANYTHING, ..config() };
     let mut filter = Planar::new(models(2.0), BIRTHS, config, &mut *state).unwrap();
@@ -275,7 +275,7 @@ fn a_time_beyond_every_number_stands_still() {
 }
 
 #[test]
-fn empty_scans_are_normal() {
+fn empty_scans_are_valid() {
     let mut state = Box::new(Roomy::new());
     let mut filter = Planar::new(models(2.0), BIRTHS, config(), &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
@@ -291,7 +291,7 @@ fn empty_scans_are_normal() {
 }
 
 #[test]
-fn a_full_measurement_list_is_normal() {
+fn a_full_measurement_list_is_valid() {
     let mut state = Box::new(Roomy::new());
     let mut filter = Planar::new(models(2.0), BIRTHS, config(), &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
@@ -305,7 +305,7 @@ fn a_full_measurement_list_is_normal() {
 }
 
 #[test]
-fn one_particle_is_normal() {
+fn one_particle_is_valid() {
     let mut state = Box::new(Compact::<1, 1, 8, 8, 64>::new());
     let mut filter =
         Planar::new(models(2.0), BIRTHS, Config { particles: 1, ..Config::default() }, &mut *state).unwrap();
@@ -320,14 +320,14 @@ fn one_particle_is_normal() {
 }
 
 #[test]
-fn a_scan_that_nothing_explains_keeps_the_weights_and_says_so() {
+fn an_unexplained_scan_keeps_the_weights_and_is_reported() {
     unexplained(8, 2);
-    // A lone candidate is not weighed before its map is updated.
+    // A single candidate is weighted by the update of its map.
     unexplained(1, 1);
 }
 
 fn unexplained(particles: usize, samples: usize) {
-    // No clutter, no births, and the only feature out of view: every likelihood is zero.
+    // No clutter, no births, and the only feature out of view: all likelihoods are zero.
     let mut state = Box::new(Roomy::new());
     let config = Config { particles, samples, ..config() };
     let mut filter = Planar::new(models(0.0), Births::NONE, config, &mut *state).unwrap();
@@ -341,7 +341,7 @@ fn unexplained(particles: usize, samples: usize) {
     assert_eq!(report.ln_evidence, f32::NEG_INFINITY);
     assert_eq!(report.n_eff.round(), (particles * samples) as f32);
     check_consistent(&mut filter);
-    // It goes on when the feature comes into view.
+    // It continues when the feature comes into view.
     filter.predict(&UnicycleControl { speed_mps: 10.0, rate_radps: 0.0 }, 1.0).unwrap();
     let report = filter.scan(&[Vector2::new(14.9, 0.0)]).unwrap();
     assert!(report.ln_evidence.is_finite());
@@ -349,7 +349,7 @@ fn unexplained(particles: usize, samples: usize) {
 }
 
 #[test]
-fn a_measurement_without_range_weighs_but_gives_no_birth() {
+fn a_measurement_without_inverse_is_weighted_but_gives_no_birth() {
     let mut state = Box::new(Roomy::new());
     let mut filter = Planar::new(models(2.0), BIRTHS, config(), &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
@@ -370,7 +370,7 @@ fn a_measurement_beyond_the_view_gives_no_birth() {
 
 #[test]
 fn full_memory_degrades_in_order_and_recovers() {
-    // Room for a tenth of what the scans bring: 24 pages for 8 particles, 3 pages a map, 32 components in an update.
+    // Capacity for a tenth of the features in the scans: 24 pages for 8 particles, 3 pages a map, 32 components in an update.
     let mut state = Box::new(Compact::<8, 16, 24, 3, 32>::new());
     let mut filter = Planar::new(models(0.5), Births::of_static(0.05), config(), &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
@@ -385,7 +385,7 @@ fn full_memory_degrades_in_order_and_recovers() {
         check_consistent(&mut filter);
     }
     assert!(seen.contains(Health::PRUNING_TIGHTENED), "{seen:?}");
-    // With less to hold, it is well again.
+    // With fewer features, all warnings disappear.
     let mut last = Health::GOOD;
     for _ in 0..60 {
         filter.predict(&AHEAD, 0.1).unwrap();
@@ -398,7 +398,7 @@ fn full_memory_degrades_in_order_and_recovers() {
 
 #[test]
 fn confirmed_features_outlive_clutter_when_memory_is_full() {
-    // Two pages a map hold the sixteen landmarks and nothing else.
+    // The two pages of a map have room for exactly the sixteen landmarks.
     let mut state = Box::new(Compact::<4, 4, 16, 2, 128>::new());
     let motionless = Models { motion: Unicycle::new(Step::Euler, ControlNoise::NONE).unwrap(), ..models(4.0) };
     let config = Config { particles: 4, ..Config::default() };
@@ -452,8 +452,8 @@ fn long_random_operation_sequences_stay_consistent() {
 
 #[test]
 fn covariances_stay_positive_definite_over_a_million_updates() {
-    // The hardest case for single precision: a static feature, seen again and again from the same place, far off and
-    // under a narrow angle, with ranges known to a millimetre beside bearings of a tenth of a radian.
+    // The hardest case for single precision: a static feature that is measured repeatedly from the same place, far away and in a
+    // narrow range of angles, with standard deviations of 1 mm for the range and 0.1 rad for the bearing.
     let mut covariance = Symmetric::<Vector2<f32>>::from_diagonal([400.0, 400.0]);
     let noise = Symmetric::from_diagonal([1e-6, 1e-2]);
     let sensor = RangeBearing::new(1e-3_f32, 0.1).unwrap();
@@ -505,7 +505,7 @@ fn a_probe_sees_the_stages_in_order_and_changes_nothing() {
     assert_eq!(digest(Some(&mut steps)), digest(None));
     let begun: Vec<Stage> = steps.0.iter().filter(|step| step.1).map(|step| step.0).collect();
     let (before_reduce, reduce) = begun.split_at(5);
-    // The moving features are predicted when the scan comes.
+    // Moving features are predicted at the scan.
     assert_eq!(before_reduce, [Stage::Predict, Stage::Predict, Stage::Weigh, Stage::Resample, Stage::Update]);
     assert!(!reduce.is_empty() && reduce.iter().all(|&stage| stage == Stage::Reduce));
     assert_eq!(steps.0.last(), Some(&(Stage::Update, false)));

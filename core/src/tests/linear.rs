@@ -1,11 +1,11 @@
-//! Models in which all is linear and Gaussian, for tests against closed forms.
+//! Linear Gaussian models, for tests against closed forms.
 
 use crate::{Bounds, Expected, FieldOfView, Inverse, Linearised, Motion, Noise, PlanarPose, Rates, Sensor, Symmetric};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
-/// A vehicle that is moved by what it is told, with noise in x and y: linear and Gaussian.
+/// A vehicle displaced by its control, with noise in x and y.
 pub(crate) struct Drift {
-    /// Standard deviations of a second's noise in x and y, m.
+    /// Standard deviations of the noise of one second in x and y, m.
     pub(crate) sigmas: [f64; 2],
 }
 
@@ -33,7 +33,7 @@ impl Motion for Drift {
     }
 }
 
-/// A sensor that measures where a feature is from the vehicle, in the map's directions: linear.
+/// A sensor that measures the position of a feature relative to the vehicle, in map directions.
 pub(crate) struct Offset {
     /// R.
     pub(crate) noise: Symmetric<Vector2<f64>>,
@@ -67,7 +67,7 @@ impl Sensor for Offset {
     }
 }
 
-/// The same p_D everywhere.
+/// A constant p_D everywhere.
 pub(crate) struct Everywhere(pub(crate) f64);
 
 impl FieldOfView<Vector2<f64>, Vector2<f64>, Vector2<f64>> for Everywhere {

@@ -1,5 +1,5 @@
-//! Models of a user that say what cannot be: nothing of it becomes a weight or a stored feature that is no number, and
-//! nothing goes on for ever.
+//! Models of a user that return invalid values: none of them makes a weight or a stored feature non-finite, or causes an endless
+//! loop.
 
 use crate::numerics::work::limited;
 use crate::tests::alone::{Alone, Models};
@@ -9,11 +9,11 @@ use nalgebra::{Matrix2, Matrix2x3, SVector, Vector2, Vector3};
 use std::boxed::Box;
 use std::vec::Vec;
 
-/// What may be said instead of a number.
+/// Values that a model returns instead of a valid one.
 const HOSTILE: [f64; 10] =
     [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, -f64::MAX, 0.0, -1.0, 1.0, 1.5, 5e-324];
 
-/// What lies.
+/// The function of a model that returns them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Lie {
     Detection,
@@ -55,14 +55,14 @@ const LIES: [Lie; 17] = [
     Lie::Transition,
 ];
 
-/// Says `number` every `period`th time that it is asked for `lie`.
+/// A model that returns `number` at every `period`th call of the function `lie`.
 struct Liar {
     lie: Lie,
     number: f64,
     period: usize,
     asked: AtomicUsize,
     noise: Symmetric<Vector2<f64>>,
-    /// Components of the birth intensity.
+    /// Number of components of the birth intensity.
     births: usize,
 }
 
@@ -226,7 +226,7 @@ fn no_lie_becomes_a_weight_or_a_feature() {
 }
 
 #[test]
-fn births_that_never_end_are_refused_or_cut_off() {
+fn endless_births_are_refused_or_limited() {
     let mut state = Box::new(Memory::new());
     let config = Config { particles: 3, samples: 2, ..Config::default() };
     let mut liar = Liar::new(Lie::Birth, 0.0, usize::MAX);
@@ -237,7 +237,7 @@ fn births_that_never_end_are_refused_or_cut_off() {
     }
     liar.births = 64;
     assert!(Filter::new(models(&liar), BIRTHS, config, &mut *state).is_ok());
-    // A sensor that has more of them from elsewhere than from the origin.
+    // A sensor with more components of the birth intensity away from the origin than at it.
     let endless = Endless { noise: Symmetric::from_diagonal([0.04, 0.04]) };
     let models = Models {
         motion: Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.1)).unwrap(),
@@ -255,7 +255,7 @@ fn births_that_never_end_are_refused_or_cut_off() {
     }
 }
 
-/// Two births at the origin, and without end elsewhere.
+/// Two births at the origin, and endless ones elsewhere.
 struct Endless {
     noise: Symmetric<Vector2<f64>>,
 }
@@ -304,9 +304,9 @@ impl FieldOfView<Vector2<f64>, Vector2<f64>, Vector2<f64>> for Everywhere {
     }
 }
 
-/// What the model itself says of its parameters is asked for, and named.
+/// The `check` of a user's model is called, and its error returned.
 #[test]
-fn a_model_that_refuses_itself_is_refused() {
+fn a_model_whose_check_fails_is_refused() {
     struct Wrong;
     impl Clutter<Vector2<f64>> for Wrong {
         fn check(&self) -> Result<(), ModelError> {

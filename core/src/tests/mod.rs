@@ -1,6 +1,6 @@
-//! Tests of the whole filter that look into its memory or ask its private steps: words that are flipped or miscounted (`faults`,
-//! `drafts`, `flips`, `prior`, `scrubbing`, `taken_over`), snapshots by their bytes, and how often a step goes round (`lying`, `settled`, `smallest`). What a
-//! user can see of the filter is tested in `core/tests/filter`, with the models of `alone` and `linear`.
+//! Tests of the whole filter that access its memory or private functions: flipped or invalid words (`faults`, `drafts`, `flips`,
+//! `prior`, `scrubbing`, `taken_over`), snapshots byte by byte, and the number of loop iterations in a step (`lying`, `settled`,
+//! `smallest`). `core/tests/filter` tests the public interface, with the models of `alone` and `linear`.
 
 pub(crate) mod alone;
 mod drafts;

@@ -1,4 +1,4 @@
-//! A prior that no Gaussian has.
+//! A prior with an invalid covariance.
 
 use crate::tests::alone::{Alone, Models};
 use crate::tests::linear::{Drift, Everywhere, Offset};
@@ -6,9 +6,9 @@ use crate::*;
 use nalgebra::Vector2;
 use std::boxed::Box;
 
-/// A variance of next to nothing beside a covariance that it cannot have.
+/// A very small variance with a covariance that is too large for it.
 #[test]
-fn a_prior_that_no_gaussian_has_leaves_the_state_sound() {
+fn a_prior_with_an_invalid_covariance_leaves_the_state_valid() {
     type Memory = State<PlanarPose<f64>, 1, 4, MapMemory<Static<Vector2<f64>>, 1, 64, 16, 128>>;
     for sampled_fraction in [0.0, 0.4] {
         let models = Models {

@@ -1,4 +1,4 @@
-//! Memory that fails under a running filter: what is found is mended, and the filter goes on.
+//! Memory faults in a running filter: the damage that is found is repaired, and the filter continues.
 
 use crate::particles::cursor::Cursor;
 use crate::tests::alone::{Alone, Models};
@@ -13,7 +13,7 @@ type Memory = State<PlanarPose<f32>, 8, 16, Still, Moving>;
 type Filter<'s> = Alone<'s, Unicycle<f32>, Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>>;
 
 const AHEAD: UnicycleControl<f32> = UnicycleControl { speed_mps: 1.0, rate_radps: 0.1 };
-/// Particles, lists, and the pages of either kind.
+/// The particles, the page lists, and the pages of either kind.
 const PARTS: usize = 2 + 2 * 48;
 
 fn filter(config: Config<f32>, state: &mut Memory) -> Filter<'_> {
@@ -36,7 +36,7 @@ fn step(filter: &mut Filter<'_>, scan: usize) {
     filter.scan(&measurements).unwrap();
 }
 
-/// Blind with several samples, and informed.
+/// The blind proposal with several samples, and the informed one.
 fn configs() -> [Config<f32>; 2] {
     [Config::blind(8, 2), Config { samples: 2, ..Config::informed(8) }]
 }
@@ -54,7 +54,7 @@ fn what_is_sound_is_left_to_the_bit_and_all_of_it_is_looked_at() {
             rounds += usize::from(found.round);
             [&mut scrubbed, &mut left].into_iter().for_each(|filter| step(filter, scan));
             assert_eq!((scrubbed.digest(), scrubbed.seal()), (left.digest(), left.seal()));
-            // Between a prediction and its scan as well.
+            // Also between a prediction and its scan.
             if scan % 5 == 0 {
                 [&mut scrubbed, &mut left].into_iter().for_each(|filter| _ = filter.predict(&AHEAD, 0.1).unwrap());
                 assert!(
@@ -68,9 +68,9 @@ fn what_is_sound_is_left_to_the_bit_and_all_of_it_is_looked_at() {
     }
 }
 
-/// Where there is room for more particles than the filter has.
+/// In a state with room for more particles than the filter has.
 #[test]
-fn a_count_of_particles_that_are_not_the_filters_is_no_count() {
+fn a_wrong_number_of_particles_is_detected() {
     let mut state = Box::new(Memory::new());
     let mut filter = filter(Config::blind(4, 2), &mut state);
     (0..5).for_each(|scan| step(&mut filter, scan));
@@ -82,7 +82,7 @@ fn a_count_of_particles_that_are_not_the_filters_is_no_count() {
     }
 }
 
-/// Flips one bit somewhere; tells what of.
+/// Flips one bit. Returns the name of its part.
 fn flip(filter: &mut Filter<'_>, noise: &mut Noise) -> &'static str {
     let mut below = |bound: usize| ((noise.uniform::<f32>() * bound as f32) as usize).min(bound - 1);
     let (what, bit, word_bit) = (below(9), below(32), below(16));
@@ -132,9 +132,9 @@ fn flip(filter: &mut Filter<'_>, noise: &mut Noise) -> &'static str {
     ["a weight", "a pose", "a covariance", "a page", "a page", "a count", "a count", "a list", "a list"][what]
 }
 
-/// Thousands of bits that flip, one after the other: after each round of scrubbing the state is sound, and the filter goes on.
+/// Thousands of bit flips, one after the other: after each round of scrubbing the state is valid, and the filter continues.
 #[test]
-fn whatever_bit_flips_the_state_is_sound_after_a_round() {
+fn the_state_is_valid_after_any_flip_and_a_round() {
     for config in configs() {
         let mut state = Box::new(Memory::new());
         let mut filter = filter(config, &mut state);
@@ -157,7 +157,7 @@ fn whatever_bit_flips_the_state_is_sound_after_a_round() {
     }
 }
 
-/// A whole particle, a whole page, all lists: what is left carries the estimate.
+/// After the loss of a particle, a page or all lists, the rest gives the estimate.
 #[test]
 fn the_estimate_survives_a_lost_particle_and_a_lost_page() {
     let mut state = Box::new(Memory::new());
@@ -188,7 +188,7 @@ fn the_estimate_survives_a_lost_particle_and_a_lost_page() {
     assert!(filter.scrub(&mut scrubber, PARTS).unwrap().is_clean());
 }
 
-/// Counts far beyond all room: every step ends, and uses what there is room for.
+/// Counts far above the capacities: every step ends, and uses the capacity.
 #[test]
 fn counts_that_cannot_be_are_clamped_by_every_step() {
     type Count = fn(&mut Cursor<f32>) -> &mut usize;
@@ -215,7 +215,7 @@ fn counts_that_cannot_be_are_clamped_by_every_step() {
 }
 
 #[test]
-fn what_cannot_be_mended_is_told_and_the_seal_tells_what_might_be() {
+fn irreparable_damage_is_reported_and_the_seal_detects_the_rest() {
     type Damage = fn(&mut Filter<'_>);
     let damages: [(Damage, Flaw); 5] = [
         (|filter| filter.memory.cursor.particles = 9, Flaw::Cursor),
@@ -239,7 +239,7 @@ fn what_cannot_be_mended_is_told_and_the_seal_tells_what_might_be() {
     filter.memory.cursor.next_label ^= 1 << 20;
     assert_ne!(filter.seal(), seal);
     assert!(filter.scrub(&mut Scrubber::new(), PARTS).unwrap().is_clean());
-    // Before a start there is nothing to look at.
+    // Before a reset there is nothing to check.
     let mut empty = Box::new(Memory::new());
     let mut fresh = ScPhd::new(*filter.motion(), Config::blind(8, 2), &mut *empty).unwrap();
     assert_eq!(fresh.scrub(&mut Scrubber::new(), PARTS), Ok(Scrubbed::default()));

@@ -1,4 +1,4 @@
-//! How many rounds the informed proposal takes.
+//! Number of iterations of the informed proposal.
 
 use crate::tests::alone::{Alone, Models};
 use crate::tests::linear::{Drift, Offset};
@@ -9,7 +9,7 @@ use std::boxed::Box;
 
 static LOOKS: AtomicUsize = AtomicUsize::new(0);
 
-/// The same p_D everywhere, asked for once a look.
+/// A constant p_D that counts its calls.
 struct Counted;
 
 impl FieldOfView<Vector2<f64>, Vector2<f64>, Vector2<f64>> for Counted {
@@ -22,7 +22,7 @@ impl FieldOfView<Vector2<f64>, Vector2<f64>, Vector2<f64>> for Counted {
     }
 }
 
-/// Looks of one scan at two features, and the pose found.
+/// Number of calls in a scan of two features, and the estimated pose.
 fn scanned(rounds: usize) -> (usize, Vector2<f64>) {
     type Memory = State<PlanarPose<f64>, 1, 1, MapMemory<Static<Vector2<f64>>, 1, 8, 8, 32>>;
     let models = Models {
@@ -43,16 +43,16 @@ fn scanned(rounds: usize) -> (usize, Vector2<f64>) {
     filter.load_map(&[feature(0, 10.0, 5.0), feature(1, -8.0, 14.0)]).unwrap();
     filter.predict(&Vector2::new(3.0, 1.0), 1.0).unwrap();
     LOOKS.store(0, Ordering::Relaxed);
-    // From where a deviation of 0.9 of that of x is seen.
+    // Measurements from a pose with a Mahalanobis distance of 0.9 from the predicted one.
     filter.scan(&[Vector2::new(5.6, 6.1), Vector2::new(-12.4, 15.1)]).unwrap();
     let pose = filter.estimate_pose().unwrap().mean;
     (LOOKS.load(Ordering::Relaxed), Vector2::new(pose.x_m, pose.y_m))
 }
 
-/// In a linear model the first round finds the pose, the second one finds that it has been found, and there is no third one. Each but
-/// the first looks at every feature twice.
+/// In a linear model the first iteration finds the pose, the second confirms it, and there is no third one. Each iteration but
+/// the first evaluates every feature twice.
 #[test]
-fn a_round_that_settles_is_the_last() {
+fn a_converged_iteration_is_the_last() {
     let [(once, first), (twice, second), (often, last)] = [1, 2, 16].map(scanned);
     assert_eq!((twice - once, often), (4, twice));
     assert_eq!(second, last);

@@ -1,5 +1,5 @@
-//! The smallest capacities under every proposal and option: every step ends within the bounds of
-//! `docs/performance.md`, which are counted, not timed.
+//! The smallest capacities with every proposal and option: the loop iterations of every step are counted, and within the bounds
+//! of `docs/performance.md`.
 
 use crate::numerics::work::limited;
 use crate::tests::alone::{Alone, Models};
@@ -24,34 +24,35 @@ fn models(
     }
 }
 
-/// What bounds the rounds of one step.
+/// The capacities on which the number of loop iterations in a step depends.
 #[derive(Debug, Clone, Copy)]
 struct Capacities {
     particles: usize,
     candidates: usize,
-    /// Pages of a map of each kind.
+    /// Pages of a map, of each kind.
     map_pages: usize,
-    /// Components in an update of each kind.
+    /// Components in an update, of each kind.
     view: usize,
     measurements: usize,
 }
 
 impl Capacities {
-    /// The most rounds that the table of `docs/performance.md` allows a scan.
+    /// The bound on loop iterations of a scan by the table of `docs/performance.md`.
     fn rounds(&self) -> u64 {
         let Self { particles: n, candidates: c, map_pages, view, measurements: z } = *self;
         // Both kinds of features.
         let (j, v) = (2 * map_pages * PAGE_LEN, 2 * view);
-        // Every look goes around a circle of measurements once or twice.
+        // Every search covers a circle of measurements once or twice.
         let looks = c * j + n * (j + 16 * 2 * (v + j) + j) + 2 * j;
         let pushes = j * (z + 1) + z;
-        // Merging: two looks of every component at the lists of all cells; sorting; cheapest mergers; lists of members and of pages.
+        // Merging: two searches of every component in the lists of all cells; sorting; cheapest merges; lists of members and of
+        // pages.
         let a_map = 21 + pushes + 2 * v * v + 2 * v * v + 2 * v + 3 * v;
         (2 * looks + n * a_map + 2 * c + 4 * n) as u64
     }
 }
 
-/// Features on a ring around the start, all in view.
+/// Features on a ring around the initial pose, all in view.
 fn ring(count: usize) -> Vec<Component<Vector2<f32>>> {
     let place = |k: usize| (core::f32::consts::TAU * k as f32 / count as f32).sin_cos();
     let feature = |k| {
@@ -70,9 +71,9 @@ fn measurements(count: usize) -> Vec<Vector2<f32>> {
     (0..count).map(|k| Vector2::new(10.0, wrap(core::f32::consts::TAU * k as f32 / count as f32))).collect()
 }
 
-/// More features near measurements than an update has room for: the proposal takes what it can, and says so.
+/// More features near measurements than an update has room for: the proposal uses as many as fit, and reports it.
 #[test]
-fn an_informed_proposal_with_more_in_view_than_there_is_room_for_ends() {
+fn an_informed_proposal_with_too_many_features_in_view_ends() {
     type Memory = State<PlanarPose<f32>, 4, 4, MapMemory<Static<Vector2<f32>>, 4, 64, 16, 24>>;
     let capacities = Capacities { particles: 4, candidates: 4, map_pages: 16, view: 24, measurements: 64 };
     for features in [24, 25, 100] {
@@ -86,7 +87,7 @@ fn an_informed_proposal_with_more_in_view_than_there_is_room_for_ends() {
         let scan = measurements(features.min(64));
         let (report, rounds) = limited(capacities.rounds(), || filter.scan(&scan).unwrap());
         assert!(rounds > 0);
-        // Every map lacks room in its update; where there is none for what is near measurements either, it counts twice.
+        // Every map lacks room in its update. If the proposal lacks room too, the map is counted twice.
         assert!(report.health.contains(Health::PRUNING_TIGHTENED), "{features}: {report:?}");
         assert_eq!(report.tightened > report.survivors, features > 24, "{features}: {report:?}");
     }
@@ -98,11 +99,11 @@ fn proposals() -> Vec<Proposal<f32>> {
     std::vec![Proposal::Blind, informed(1.0, 1), informed(0.5, 3), informed(0.0, 16)]
 }
 
-/// Every choice that a configuration has, with the numbers at their ends.
+/// All options of a configuration, with numbers at the ends of their ranges.
 fn configurations(particles: usize, samples: usize, moves: bool) -> Vec<(Births<f32>, Config<f32>)> {
     let mut all = Vec::new();
     let ends = [
-        // Nothing is pruned or born; everything is.
+        // Nothing is pruned or born; or everything is.
         (f32::MIN_POSITIVE, f32::MIN_POSITIVE, 0.0),
         (2.5e-3, f32::EPSILON, 0.01),
         (0.9, 0.9, 1e30),
@@ -132,7 +133,7 @@ fn configurations(particles: usize, samples: usize, moves: bool) -> Vec<(Births<
     all
 }
 
-/// Steps of every kind on one state; returns the most rounds of a scan.
+/// Runs steps of every kind on one state. Returns the largest number of loop iterations in a scan.
 fn run<
     const N: usize,
     const C: usize,
@@ -183,24 +184,24 @@ fn run<
 }
 
 #[test]
-fn one_of_everything() {
+fn capacities_of_one() {
     assert!(run::<1, 1, 1, 1, 1, 8, NoMoving>(false) > 0);
     assert!(run::<1, 1, 1, 1, 1, 8, MapMemory<Dynamic<Vector2<f32>>, 1, 1, 1, 8>>(true) > 0);
 }
 
 #[test]
-fn one_particle_of_several_samples() {
+fn one_particle_with_several_samples() {
     assert!(run::<1, 3, 2, 2, 1, 8, NoMoving>(false) > 0);
 }
 
 #[test]
-fn many_particles_over_one_page() {
+fn many_particles_with_one_page() {
     assert!(run::<4, 4, 8, 1, 1, 8, NoMoving>(false) > 0);
     assert!(run::<3, 6, 8, 3, 2, 9, MapMemory<Dynamic<Vector2<f32>>, 3, 2, 1, 8>>(true) > 0);
 }
 
 #[test]
-fn a_long_map_before_a_small_view() {
+fn a_long_map_with_a_small_view() {
     assert!(run::<2, 2, 24, 64, 16, 8, NoMoving>(false) > 0);
     assert!(run::<2, 2, 24, 64, 16, 24, MapMemory<Dynamic<Vector2<f32>>, 2, 16, 8, 8>>(true) > 0);
 }

@@ -1,4 +1,4 @@
-//! States that an earlier filter has worked on: gone on from where they fit, refused where they do not.
+//! States that an earlier filter has used: a filter continues from them if they fit, and refuses them otherwise.
 
 use crate::tests::alone::{Alone, Models};
 use crate::*;
@@ -36,7 +36,7 @@ fn scan() -> [Vector2<f64>; 2] {
     [Vector2::new(5.0, 1.0), Vector2::new(9.0, -2.0)]
 }
 
-/// A state on which a filter of this configuration has taken one scan, and moved on if asked to.
+/// The state of a filter with this configuration after one scan and, if `moves_on`, another prediction.
 fn worked(config: Config<f64>, moves_on: bool) -> Box<Memory> {
     let mut state = Box::new(Memory::new());
     let mut filter = Filter::new(models(), BIRTHS, config, &mut *state).unwrap();
@@ -66,26 +66,26 @@ fn another_number_of_particles_is_refused_until_the_state_is_cleared() {
     let report = filter.predict(&AHEAD, 0.5).unwrap();
     assert_eq!((report.candidates, report.rejected), (16, 0));
     assert!(filter.estimate_pose().unwrap().mean.x_m > 0.2, "the vehicle moves");
-    // Fewer than configured are refused too, unless their number is adapted.
+    // Fewer particles than configured are refused too, unless the configured number is adapted.
     let mut state = worked(config(2, 2), false);
     assert_eq!(refused(&mut state, config(8, 2)), Some(SetupError::HeldParticles { held: 2, configured: 8 }));
     assert_eq!(refused(&mut state, config(2, 8)), None);
 }
 
 #[test]
-fn samples_that_wait_for_their_scan_keep_their_number() {
+fn samples_between_prediction_and_scan_keep_their_number() {
     let mut state = worked(config(8, 2), true);
     assert_eq!(refused(&mut state, config(8, 1)), Some(SetupError::HeldSamples { held: 2, configured: 1 }));
     assert_eq!(refused(&mut state, informed(8, 2, 1.0)), Some(SetupError::HeldSamples { held: 2, configured: 1 }));
     assert_eq!(refused(&mut state, config(8, 2)), None);
-    // After the scan any number will do, and either proposal.
+    // After the scan any number of samples is accepted, and either proposal.
     let mut state = worked(config(8, 2), false);
     assert_eq!(refused(&mut state, config(8, 1)), None);
     assert_eq!(refused(&mut state, informed(8, 2, 0.5)), None);
 }
 
 #[test]
-fn uncertain_poses_are_not_taken_for_certain_ones() {
+fn poses_with_covariances_need_the_informed_proposal() {
     let mut state = worked(informed(8, 1, 0.5), false);
     assert_eq!(refused(&mut state, config(8, 1)), Some(SetupError::HeldCovariance));
     assert_eq!(refused(&mut state, informed(8, 2, 1.0)), None);
@@ -96,7 +96,7 @@ fn uncertain_poses_are_not_taken_for_certain_ones() {
 }
 
 #[test]
-fn a_state_that_fits_goes_on_to_the_bit() {
+fn a_state_that_fits_continues_with_the_same_bits() {
     for (config, moves_on) in [(config(8, 2), true), (config(8, 2), false), (informed(8, 2, 0.5), true)] {
         let digest = |interrupted: bool| {
             let mut state = worked(config, moves_on);
@@ -114,7 +114,8 @@ fn a_state_that_fits_goes_on_to_the_bit() {
     }
 }
 
-/// A program that keeps the state and borrows a filter for every step has the same bits, and is refused what does not fit.
+/// A program that stores the state and borrows a filter for every step gets the same bits, and the same errors for a state that
+/// does not fit.
 #[test]
 fn a_filter_borrowed_for_every_step_is_the_same() {
     let Models { motion, sensor, field_of_view, clutter } = models();
@@ -146,7 +147,7 @@ fn a_filter_borrowed_for_every_step_is_the_same() {
     assert_eq!(refusal, Some(SetupError::TooManyParticles { particles: 9, capacity: 8 }));
 }
 
-/// Every kind of damage that a fault of the memory may do is found.
+/// All kinds of memory damage are detected.
 #[test]
 fn a_damaged_state_is_refused() {
     type Damage = fn(&mut Filter<'_>);
@@ -181,7 +182,7 @@ fn a_damaged_state_is_refused() {
         let mut filter = Filter::new(models(), BIRTHS, config(8, 2), &mut *state).unwrap();
         damage(&mut filter);
         assert!(refused(&mut state, config(8, 2)).is_some(), "{name}");
-        // It is told again, and what was refused can be started anew.
+        // The error is repeated, and the state can be cleared and used again.
         assert!(refused(&mut state, config(8, 2)).is_some(), "{name}");
         state.clear();
         let mut filter = Filter::new(models(), BIRTHS, config(8, 2), &mut *state).unwrap();

@@ -1,4 +1,4 @@
-//! Births that wait: what the filter knows is what it knows without, in fewer components.
+//! Delayed births: the estimate is that of a filter without the delay, with fewer components.
 
 use crate::numerics::flip::flip_one;
 use crate::tests::snapshots::world::{Eyes, KIND, Scratch, detector, lidar, motion, saved, start, world};
@@ -11,7 +11,7 @@ type Still<T> = MapMemory<Static<Vector2<T>>, 16, 512, 64, 256>;
 type Moving<T> = MapMemory<Dynamic<Vector2<T>>, 16, 512, 64, 256>;
 type Memory<T> = State<PlanarPose<T>, 16, 32, Still<T>, Moving<T>>;
 
-/// What a miss leaves of a birth of w_b/(κ + Σ w_b) = 0.04 is not kept.
+/// A birth of weight w_b/(κ + Σ w_b) = 0.04 is pruned after a miss.
 fn config<T: Real>(births_wait: bool) -> Config<T> {
     Config { births_wait, prune_weight: T::from_f64(0.01), ..Config::blind(16, 2) }
 }
@@ -21,7 +21,7 @@ fn informed<T: Real>(births_wait: bool) -> Config<T> {
     Config { particles: 4, samples: 1, proposal, ..config(births_wait) }
 }
 
-/// Two filters of the same world, step by step, of which only one lets births wait.
+/// Two filters in the same world, step by step, of which only one delays births.
 fn side_by_side<T: Real>(
     of: fn(bool) -> Config<T>,
     steps: usize,
@@ -48,10 +48,10 @@ fn side_by_side<T: Real>(
     }
 }
 
-/// The stated bound: a birth that no detection would be kept of adds less than `prune_weight` times what explains a measurement without
-/// any feature. A few may lie near one measurement. As long as the same particles survive, nothing else is different.
+/// The stated bound: a birth whose detection would be pruned contributes less than `prune_weight` times the measurement's
+/// intensity without features. A few may be near one measurement. While the same particles survive, there is no other difference.
 #[test]
-fn likelihoods_differ_by_what_is_left_out() {
+fn likelihoods_differ_by_the_omitted_terms() {
     let mut compared = 0;
     side_by_side(config::<f64>, 100, |[at_once, late], [report, late_report]| {
         let bound = 0.05 * f64::from(u16::try_from(report.measurements).unwrap());
@@ -66,7 +66,7 @@ fn likelihoods_differ_by_what_is_left_out() {
 }
 
 #[test]
-fn the_same_is_known_in_fewer_components() {
+fn the_estimate_is_the_same_with_fewer_components() {
     for of in [config::<f32>, informed::<f32>] {
         let (mut components, mut births, mut apart, mut scans) = ([0; 2], [0; 2], 0.0, 0);
         side_by_side(of, 200, |slam, reports| {
@@ -82,15 +82,15 @@ fn the_same_is_known_in_fewer_components() {
         });
         assert_eq!(scans, 200);
         assert!(5 * components[1] < 4 * components[0], "{components:?}");
-        // Nor is less born: what waits is counted when it is measured.
+        // The number of births is about the same: delayed births are counted when they are measured.
         assert!((births[1] as f32 / births[0] as f32 - 1.0).abs() < 0.05, "{births:?}");
         assert!(apart < 0.3, "{apart} m");
     }
 }
 
-/// What a second sensor measures would wait for the first one: then nothing waits, and both map what they see.
+/// Births of a second sensor would have to wait for its next scan: so none is delayed, and both sensors map their features.
 #[test]
-fn with_a_second_sensor_nothing_waits() {
+fn with_a_second_sensor_no_birth_is_delayed() {
     let mut memory = Box::new(Memory::<f32>::new());
     let mut slam = ScPhd::new(motion(), config(true), &mut *memory).unwrap();
     slam.reset(start(), 5).unwrap();
@@ -121,9 +121,9 @@ fn with_a_second_sensor_nothing_waits() {
     assert!(slam.memory.waiting.waits(), "after a reset they do again");
 }
 
-/// Maps updated in drafts note the same births.
+/// Drafts delay the same births.
 #[test]
-fn drafts_let_them_wait_too() {
+fn drafts_delay_births_too() {
     let mut memory = [(); 2].map(|()| (Box::new(Memory::<f32>::new()), Scratch::new()));
     let mut updates = Box::new(UpdateMemory::<Memory<f32>, 3>::new());
     let [alone, drafted] = memory.each_mut().map(|(memory, scratch)| {
@@ -143,10 +143,10 @@ fn drafts_let_them_wait_too() {
     }
 }
 
-/// A clutter of a hundred measurements a scan: all of it waits where there is room for that, as far as the room goes elsewhere, and is known
-/// to a snapshot.
+/// Clutter of a hundred measurements a scan: all births are delayed if there is room for them, otherwise as many as fit; a
+/// snapshot contains them.
 #[test]
-fn as_many_wait_as_there_is_room_for() {
+fn as_many_births_are_delayed_as_there_is_room_for() {
     type Wide = State<PlanarPose<f32>, 16, 32, Still<f32>, Moving<f32>, 2>;
     let window = RangeBearingWindow::full_circle(10.0, 0.9).unwrap();
     let sensing = || Sensing { clutter: UniformClutter::of_scan(103.0, window.measure()).unwrap(), ..lidar::<f32>() };
@@ -191,9 +191,9 @@ fn as_many_wait_as_there_is_room_for() {
     assert!(at_once.distance_m(&all) < 0.3, "{at_once:?} {all:?}");
 }
 
-/// With hardly a page they are lost, and counted, and pruning is tightened to leave them room; the state stays sound.
+/// With very few pages births are lost and counted, and the pruning threshold is raised; the state remains valid.
 #[test]
-fn where_there_is_no_room_they_are_lost() {
+fn births_without_room_are_lost() {
     type Tight = State<PlanarPose<f32>, 4, 4, MapMemory<Static<Vector2<f32>>, 4, 3, 2, 24>>;
     let mut memory = Box::new(Tight::new());
     let config = Config { particles: 4, samples: 1, ..config(true) };
@@ -211,7 +211,7 @@ fn where_there_is_no_room_they_are_lost() {
     assert!(lost > 0 && tightened > 0, "{lost} {tightened}");
 }
 
-/// Flips a bit of what waits after every prediction of so many steps, and looks at the filter before the scan. Where it ends.
+/// Flips a bit of the delayed births after every prediction, and calls `before_the_scan`. Returns the final pose.
 fn flipped(steps: usize, seed: u64, mut before_the_scan: impl FnMut(&mut ScPhd<'_, Unicycle<f32>>)) -> PlanarPose<f32> {
     let mut memory = Box::new(Memory::<f32>::new());
     let mut slam = ScPhd::new(motion(), config(true), &mut *memory).unwrap();
@@ -229,9 +229,9 @@ fn flipped(steps: usize, seed: u64, mut before_the_scan: impl FnMut(&mut ScPhd<'
     slam.estimate_pose().unwrap().mean
 }
 
-/// A memory fault in what waits is found and mended, or leaves what might be; the filter goes on.
+/// A memory fault in the delayed births is repaired, or leaves valid data; the filter continues.
 #[test]
-fn bits_that_flip_are_mended_or_harmless() {
+fn flips_in_delayed_births_are_repaired_or_harmless() {
     let mut mended = 0;
     let pose = flipped(300, 3, |slam| {
         let damaged = slam.audit().is_err();
@@ -244,8 +244,8 @@ fn bits_that_flip_are_mended_or_harmless() {
     assert!(pose.x_m.hypot(pose.y_m) < 6.0, "{pose:?}");
 }
 
-/// Nor does it panic or corrupt the maps where nobody scrubs.
+/// Without scrubbing it causes no panic, and the maps remain valid.
 #[test]
-fn bits_that_flip_unnoticed_leave_the_maps_sound() {
+fn undetected_flips_in_delayed_births_leave_the_maps_valid() {
     flipped(1000, 4, |_| ());
 }

@@ -1,4 +1,4 @@
-//! The inputs of many runs in flat buffers, each run with its offsets.
+//! The inputs of a batch of runs in flat buffers, with the offsets of each run.
 
 use crate::setup::setup_of;
 use crate::unfit::Unfit;
@@ -10,49 +10,49 @@ use scphd_gpu_kernels::{
 use scphd_log::events::{Event, events};
 use scphd_log::log::Log;
 
-/// Room for estimated features beside the landmarks of the scenario, a scan in the mean over a run.
+/// Capacity for estimated features per scan in addition to the landmarks of the scenario, averaged over a run.
 pub const SPARE_FEATURES: usize = 16;
-/// Room for estimated moving features, likewise.
+/// Capacity for estimated moving features per scan, averaged over a run.
 pub const MOVERS_A_SCAN: usize = 16;
 
-/// The inputs of some runs.
+/// The inputs of several runs.
 #[derive(Debug, Clone)]
 pub struct Batch {
     /// The runs.
     pub runs: Vec<Run>,
     /// The scans of all runs, one run after the other.
     pub scans: Vec<Scan>,
-    /// The predictions, likewise.
+    /// The predictions of all runs, one run after the other.
     pub predictions: Vec<Prediction>,
-    /// The measurements, likewise: range, m, and bearing, rad.
+    /// The measurements of all runs, one run after the other: range, m, and bearing, rad.
     pub measurements: Vec<[f32; 2]>,
-    /// Particles that a filter may have, and samples of each.
+    /// The capacities of a filter: particles, and samples of each.
     room: [usize; 2],
 }
 
 impl Default for Batch {
-    /// No run, for filters of a slot.
+    /// A batch without runs, for filters of a slot's capacities.
     fn default() -> Self {
         Self::with_room([PARTICLES, SAMPLES])
     }
 }
 
-/// A place or a number of things in a buffer.
+/// An index or a number of elements in a buffer, as `u32`.
 fn number(count: usize) -> Result<u32, Unfit> {
     u32::try_from(count).map_err(|_| Unfit(format!("{count} things in one buffer; there is room for {}", u32::MAX)))
 }
 
 impl Batch {
-    /// No run, for filters of up to so many particles, and samples of each.
+    /// A batch without runs, for filters with these capacities: particles, and samples of each.
     pub(crate) fn with_room(room: [usize; 2]) -> Self {
         let (runs, scans, predictions, measurements) = Default::default();
         Self { runs, scans, predictions, measurements, room }
     }
 
-    /// Adds a run over that log, with the filter of that seed.
+    /// Adds a run over the log, whose filter has the seed.
     ///
     /// # Errors
-    /// The kernels have no room or no code for it; the batch is of no use any more.
+    /// The kernels have no capacity or no code for the run. The batch must not be used afterwards.
     pub fn push(&mut self, log: &Log, settings: &Settings, seed: u64) -> Result<(), Unfit> {
         let (scans, predictions, measurements) = (self.scans.len(), self.predictions.len(), self.measurements.len());
         let mut since = 0;
@@ -101,26 +101,26 @@ impl Batch {
         Ok(())
     }
 
-    /// Particles of the first run's filter.
+    /// Number of particles of the first run's filter.
     #[must_use]
     pub fn particles(&self) -> u32 {
         self.runs.first().map_or(0, |run| run.setup.particles)
     }
 
-    /// Whether its one run is of a large filter.
+    /// Whether the batch is the single run of a large filter.
     #[must_use]
     pub fn is_large(&self) -> bool {
         self.room[0] > PARTICLES
     }
 
-    /// The most particles of a run, and samples of each.
+    /// The greatest numbers of particles of a run, and of samples of each.
     #[must_use]
     pub fn most(&self) -> [usize; 2] {
         let most = |of: fn(&Run) -> u32| self.runs.iter().map(of).max().unwrap_or(0) as usize;
         [most(|run| run.setup.particles), most(|run| run.setup.samples)]
     }
 
-    /// The most predictions before a scan.
+    /// The greatest number of predictions before the scan of any run.
     #[must_use]
     pub fn predictions_before(&self, scan: u32) -> u32 {
         let of = |run: &Run| {
@@ -130,13 +130,13 @@ impl Batch {
         self.runs.iter().map(of).max().unwrap_or(0)
     }
 
-    /// Whether a digest is asked for after that scan of any run: after every so many, and after the last.
+    /// Whether any run needs a digest after the scan: after every `every` scans, and after its last.
     pub(crate) fn asks_for_digest(&self, scan: u32, every: u32) -> bool {
         let taken = scan as usize + 1;
         self.runs.iter().any(|run| asks_for_digest(every as usize, taken, taken == run.scans as usize))
     }
 
-    /// Filters, the most particles of one, and samples of each.
+    /// Number of filters, greatest number of particles, and greatest number of samples of each.
     pub(crate) fn counts(&self) -> [u64; 3] {
         let [particles, samples] = self.most();
         [self.runs.len(), particles, samples].map(|count| count as u64)
@@ -148,7 +148,7 @@ impl Batch {
         self.runs.iter().map(|run| run.scans).max().unwrap_or(0)
     }
 
-    /// Room for the estimated features, and for the moving ones, of all runs.
+    /// Capacities for the estimated features, and for the moving ones, of all runs.
     #[must_use]
     pub fn rooms(&self) -> [usize; 2] {
         let last = |end: fn(&Run) -> usize| self.runs.last().map_or(0, end);
@@ -158,7 +158,7 @@ impl Batch {
         ]
     }
 
-    /// Bytes of inputs and outputs.
+    /// Bytes of the inputs and outputs.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let [features, movers] = self.rooms();

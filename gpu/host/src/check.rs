@@ -1,4 +1,4 @@
-//! Whether a device's filter has the state of the host's after every scan.
+//! Checks whether a filter on a device has the same state as the one on the host after every scan.
 
 use crate::batch::Batch;
 use crate::device::Device;
@@ -13,36 +13,36 @@ use scphd_log::log::Log;
 use scphd_run::session::{SessionError, with_roomy_stack};
 use std::time::Instant;
 
-/// What a comparison of all scans of some runs has found.
+/// The result of a comparison of all scans of several runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Checked {
-    /// Digests that were compared.
+    /// Number of digests that were compared.
     pub digests: usize,
-    /// The first that differs of every run with one.
+    /// The first difference of every run that has one.
     pub differences: Vec<Difference>,
     /// Wall time of the launches, s.
     pub launched_s: f64,
-    /// The most pages of static and of moving features that a scan has taken.
+    /// The greatest numbers of pages of static and of moving features that a scan has used.
     pub peak_pages: [u32; 2],
-    /// The most estimated features and moving ones, a scan in the mean over a run.
+    /// The greatest numbers of estimated features and of moving ones per scan, each averaged over a run.
     pub features_a_scan: [f64; 2],
 }
 
-/// A digest of the device that is not the host's.
+/// A digest of the device that differs from the host's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Difference {
     /// Seed of scenario and filter.
     pub seed: u64,
     /// The scan, from 0.
     pub scan: usize,
-    /// That of the host.
+    /// The digest of the host.
     pub host: u64,
-    /// That of the device.
+    /// The digest of the device.
     pub device: u64,
 }
 
-/// Runs the filter over a log on the host, as `scphd-sim` does, up to so many scans: the digest after each, and the wall time of all
-/// predictions and scans, s.
+/// Runs the filter over a log on the host, as `scphd-sim` does, for at most `most_scans` scans. Returns the digest after each,
+/// and the wall time of all predictions and scans, s.
 ///
 /// # Errors
 /// The filter refused the settings or a step.
@@ -55,7 +55,7 @@ pub fn digests_of_host(
     on_host(log, settings, seed, most_scans, true)
 }
 
-/// The same without digests, which take a time of their own.
+/// [`digests_of_host`] without digests, whose computation would count as time. Returns the wall time, s.
 ///
 /// # Errors
 /// As for [`digests_of_host`].
@@ -104,11 +104,11 @@ fn on_host(
 }
 
 impl Checked {
-    /// Runs the source with each of the seeds on the device, for scenario and filter, and compares the digest after each of so many scans
-    /// with the host's.
+    /// Runs the source on the device with each of the seeds (of the scenario and of the filter), and compares the digests after
+    /// the first `most_scans` scans with the host's.
     ///
     /// # Errors
-    /// A run is not for the kernels, has stopped, or the device does not work.
+    /// The kernels cannot do a run, a run has stopped, or the device does not work.
     pub fn of(device: &mut dyn Device, source: &Source, seeds: &[u64], most_scans: usize) -> Result<Self, StudyError> {
         let (mut batch, mut hosts) = (Batch::default(), Vec::new());
         for (run, &seed) in seeds.iter().enumerate() {

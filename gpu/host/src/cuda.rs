@@ -1,4 +1,4 @@
-//! A device of CUDA: driver, module and memory, all looked for at run time.
+//! A CUDA device: the driver, the module and the memory, all located at run time.
 
 use crate::batch::Batch;
 use crate::device::{Device, DeviceError, Launch, Outcome, buffers, of_scan};
@@ -13,37 +13,37 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// What the driver aligns its memory to at least, bytes.
+/// Least alignment of memory that the driver allocates, bytes.
 const ALIGNMENT: u64 = 256;
 
-/// Warps that a multiprocessor of a card executes at a time.
+/// Number of warps that a multiprocessor executes at the same time.
 const SCHEDULERS: usize = 4;
-/// Threads of a block at least, where there are as many.
+/// Least number of threads of a block, if the launch has that many.
 const FEWEST: usize = 8;
 
-/// The modules that `cargo xtask gpu` makes.
+/// The modules that `cargo xtask gpu` builds.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Modules {
     folder: PathBuf,
 }
 
 impl Modules {
-    /// The module as text, which the driver assembles for its card when it loads it; that takes it a while.
+    /// File name of the module as PTX text, which the driver assembles for its card when it loads it; this takes a while.
     pub const TEXT: &'static str = "scphd.ptx";
 
-    /// Those of a folder.
+    /// The modules in a folder.
     #[must_use]
     pub fn of(folder: impl Into<PathBuf>) -> Self {
         Self { folder: folder.into() }
     }
 
-    /// The name of the module that is assembled for cards of this kind: 8 and 0 for sm_80.
+    /// File name of the module that is assembled for a compute capability: 8 and 0 for sm_80.
     #[must_use]
     pub fn assembled(major: i32, minor: i32) -> String {
         format!("scphd-sm_{major}{minor}.cubin")
     }
 
-    /// The one for such a card: assembled for it, or otherwise as text.
+    /// Reads the module for a compute capability: the assembled one, or the text if there is none.
     fn read(&self, (major, minor): (i32, i32)) -> Result<(Ptx, PathBuf), DeviceError> {
         let own = self.folder.join(Self::assembled(major, minor));
         if own.is_file() {
@@ -66,17 +66,17 @@ fn read(path: &Path) -> Result<Vec<u8>, DeviceError> {
     std::fs::read(path).map_err(|error| DeviceError::Module { path: path.into(), why: error.to_string() })
 }
 
-/// What was asked of the driver when it said no.
+/// Makes the error for a request that the driver refused.
 fn refused(doing: &'static str) -> impl Fn(DriverError) -> DeviceError {
     move |DriverError(code)| DeviceError::Driver { doing, why: format!("{code:?}") }
 }
 
-/// The launches of filters of one size.
+/// The kernels for filters of one size.
 #[derive(Debug)]
 struct Kernels {
-    /// Those that start the filters, those of a prediction, those of a scan, and that of a digest.
+    /// The kernels that start the filters, those of a prediction, those of a scan, and that of a digest.
     launches: [Vec<(CudaFunction, Launch)>; 4],
-    /// Bytes of what the buffers are made of: room, sight, desk, draft, stream, part.
+    /// Bytes of one element of each buffer: room, sight, desk, draft, stream, part.
     sizes: [usize; 6],
 }
 
@@ -91,28 +91,29 @@ impl Kernels {
     }
 }
 
-/// One card with the module in it.
+/// One card with the module loaded.
 #[derive(Debug)]
 pub struct Cuda {
     context: Arc<CudaContext>,
     stream: Arc<CudaStream>,
-    /// Those of many filters, and of a large one.
+    /// The kernels for many filters, and for one large filter.
     kernels: [Kernels; 2],
-    /// Threads of a block at most, and blocks that a launch is to have at least, if it can.
+    /// Greatest number of threads of a block, and number of blocks that a launch should have at least.
     block: u32,
     blocks: usize,
     name: String,
-    /// The wall time of every kernel over all launches of the last batch, s, where that is asked for.
+    /// The wall time of every kernel over all launches of the last batch, s; `None` without a profile.
     times: Option<Vec<(String, f64)>>,
 }
 
 impl Cuda {
-    /// The card of that number, with so many threads a block. For a profile, the host waits for every launch and notes its time.
+    /// Opens the card with this index, for at most `block` threads a block. For a profile, the host waits for every launch and
+    /// records its time.
     ///
     /// # Errors
     /// There is no driver or no such card, or the module cannot be loaded.
     pub fn open(modules: &Modules, card: usize, block: u32, profile: bool) -> Result<Self, DeviceError> {
-        // SAFETY: it loads the driver's library, whose initialisation is the system's business, and lets go of it.
+        // SAFETY: the call loads the driver's library, whose initialisation is the system's responsibility, and releases it.
         if !unsafe { sys::is_culib_present() } {
             return Err(DeviceError::NoDriver);
         }
@@ -130,8 +131,8 @@ impl Cuda {
         Ok(Self { context, stream, kernels, block, blocks, name, times: profile.then(Vec::new) })
     }
 
-    /// Threads of a block of a launch: fewer where there are not enough for all schedulers of the card, for threads of a block wait for each
-    /// other where they take different paths.
+    /// Number of threads of a block of a launch. Blocks are smaller if there are not enough threads for all schedulers of the
+    /// card, because the threads of a block wait for each other where their paths diverge.
     fn block_of(&self, threads: usize) -> u32 {
         let few = (threads / self.blocks).next_power_of_two().max(FEWEST);
         u32::try_from(few).unwrap_or(self.block).min(self.block).min(threads.max(1) as u32)
@@ -142,7 +143,7 @@ impl Cuda {
         if batch.is_large() { large } else { many }
     }
 
-    /// A buffer with these things in it; the driver has no empty ones.
+    /// Allocates a buffer with this content. The driver has no empty buffers.
     fn upload<T: Pod>(&self, things: &[T]) -> Result<CudaSlice<u8>, DeviceError> {
         let bytes: &[u8] = bytemuck::cast_slice(things);
         let bytes = if bytes.is_empty() { &[0; 16] } else { bytes };
@@ -153,7 +154,7 @@ impl Cuda {
         self.stream.alloc_zeros(bytes.max(16)).map_err(refused("allocating memory of the card"))
     }
 
-    /// Copies a buffer back into as many things as there are.
+    /// Copies the start of a buffer back, as many elements as `to` has.
     fn download<T: Pod>(&self, from: &CudaSlice<u8>, to: &mut [T]) -> Result<(), DeviceError> {
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(to);
         if bytes.is_empty() {
@@ -163,14 +164,14 @@ impl Cuda {
     }
 }
 
-/// Bytes of what buffers are made of, as the module's compiler has laid it out, which need not be what the host's has made of it. A
-/// kernel writes them, and what all of it must be aligned to.
+/// Bytes of the elements of the buffers as the module's compiler laid them out, which may differ from the host's layout. A kernel
+/// writes them and their common alignment.
 fn told_bytes(stream: &Arc<CudaStream>, kernel: &CudaFunction) -> Result<[usize; 6], DeviceError> {
     let doing = "asking the module for the bytes of its buffers";
     let mut said: CudaSlice<u64> = stream.alloc_zeros(7).map_err(refused(doing))?;
     let mut launch = stream.launch_builder(kernel);
     launch.arg(&mut said);
-    // SAFETY: the kernel takes a pointer to so many numbers, and there they are.
+    // SAFETY: the kernel takes a pointer to seven numbers, and the buffer has seven.
     unsafe { launch.launch(grid(1, 1)) }.map_err(refused(doing))?;
     let mut numbers = vec![0_u64; 7];
     stream.memcpy_dtoh(&said, &mut numbers).map_err(refused(doing))?;
@@ -178,7 +179,7 @@ fn told_bytes(stream: &Arc<CudaStream>, kernel: &CudaFunction) -> Result<[usize;
     bytes_of_buffers(&numbers)
 }
 
-/// Bytes of things, from what a kernel has said of them and of their alignment.
+/// Bytes of the buffers' elements, from the numbers that a kernel wrote: the bytes, and then the greatest alignment.
 pub(crate) fn bytes_of_buffers(numbers: &[u64]) -> Result<[usize; 6], DeviceError> {
     let bytes: [usize; 6] = std::array::from_fn(|thing| usize::try_from(numbers[thing]).unwrap_or(0));
     if bytes.contains(&0) || numbers[6] > ALIGNMENT {
@@ -188,7 +189,7 @@ pub(crate) fn bytes_of_buffers(numbers: &[u64]) -> Result<[usize; 6], DeviceErro
     Ok(bytes)
 }
 
-/// A grid with so many threads at least.
+/// A grid of at least `threads` threads.
 fn grid(threads: usize, block: u32) -> LaunchConfig {
     let blocks = (threads as u32).div_ceil(block).max(1);
     LaunchConfig { grid_dim: (blocks, 1, 1), block_dim: (block, 1, 1), shared_mem_bytes: 0 }
@@ -203,8 +204,8 @@ impl Device for Cuda {
         buffers(batch, self.kernels(batch).sizes).iter().sum::<usize>() / batch.runs.len().max(1)
     }
 
-    /// As many as fit into nine tenths of the memory that is free: the stacks of all threads that the card can hold at once take theirs when a
-    /// kernel is launched.
+    /// As many as fit into nine tenths of the free memory. The rest is for the stacks of all threads that the card can hold at
+    /// the same time, which are allocated when a kernel is launched.
     fn resident(&self, bytes_a_run: usize) -> Result<usize, DeviceError> {
         let (free, _) = self.context.mem_get_info().map_err(refused("asking for free memory"))?;
         Ok((free / 10 * 9 / bytes_a_run.max(1)).max(1))
@@ -227,7 +228,7 @@ impl Device for Cuda {
             self.zeros(size_of_val(&outcome.features[..]))?,
             self.zeros(size_of_val(&outcome.movers[..]))?,
         ];
-        // The addresses of the buffers, and counts, in the order of `Filters`.
+        // The addresses of the buffers, and the counts, in the order of the fields of `Filters`.
         let addresses = inputs.iter().chain(&scratch).chain(&outputs).map(|buffer| buffer.device_ptr(&self.stream).0);
         let filters = self.upload(&addresses.chain(batch.counts()).collect::<Vec<u64>>())?;
         let doing = "running the kernels";
@@ -239,8 +240,9 @@ impl Device for Cuda {
             let mut call = self.stream.launch_builder(kernel);
             call.arg(&filters).arg(&scan).arg(&digest_every);
             let begun = Instant::now();
-            // SAFETY: these are the arguments of the kernel, in its order, and the buffers, which outlive the launches, are those of a batch and
-            // its runs; rooms and desks are zeros. Launches of one stream come one after the other; threads beyond the last place do nothing.
+            // SAFETY: these are the arguments of the kernel, in its order. The buffers are those of the batch and its runs, and
+            // outlive the launches; rooms and desks are zeros. Launches of one stream run one after the other; threads beyond the
+            // last place do nothing.
             unsafe { call.launch(grid(threads, block)) }.map_err(refused(doing))?;
             if let Some(times) = &mut times {
                 self.stream.synchronize().map_err(refused(doing))?;
@@ -296,7 +298,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_module_that_is_assembled_for_the_card_goes_first() {
+    fn a_module_assembled_for_the_card_is_preferred() {
         let folder = std::env::temp_dir().join(format!("scphd-gpu-modules-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         let modules = Modules::of(&folder);
@@ -311,9 +313,9 @@ mod tests {
     }
 
     #[test]
-    fn without_a_driver_it_says_so() {
+    fn a_missing_driver_is_reported() {
         let error = Cuda::open(&Modules::of("nowhere"), 0, 32, false).map(drop);
-        // With one, there is no module.
+        // With a driver, the module is missing.
         let said = error.unwrap_err().to_string();
         assert!(["no CUDA driver", "no CUDA device", "nowhere"].iter().any(|what| said.contains(what)), "{said}");
     }

@@ -1,4 +1,4 @@
-//! Who runs the threads of a batch.
+//! The interface of devices that run the threads of a batch.
 
 use crate::batch::Batch;
 use bytemuck::Zeroable;
@@ -7,10 +7,10 @@ use scphd_gpu_kernels::{
 };
 use std::path::PathBuf;
 
-/// What a batch leaves.
+/// The outputs of a batch.
 #[derive(Debug, Clone)]
 pub struct Outcome {
-    /// How each run has ended.
+    /// How each run ended.
     pub statuses: Vec<Status>,
     /// The results of all scans.
     pub results: Vec<ScanResult>,
@@ -18,12 +18,12 @@ pub struct Outcome {
     pub features: Vec<Feature>,
     /// The estimated moving features of all runs.
     pub movers: Vec<Mover>,
-    /// Wall time of all launches but those of digests, without copies, s.
+    /// Wall time of all launches except those of digests, without copies, s.
     pub launched_s: f64,
 }
 
 impl Outcome {
-    /// Nothing yet.
+    /// The outputs before the first launch: zeros.
     pub(crate) fn untouched(batch: &Batch) -> Self {
         let [features, movers] = batch.rooms();
         Self {
@@ -40,60 +40,61 @@ impl Outcome {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DeviceError {
-    /// There is none, because there is no driver for it.
+    /// There is no device, because there is no driver.
     #[error("no CUDA driver (no libcuda on this machine)")]
     NoDriver,
-    /// The driver knows no device.
+    /// The driver has found no device.
     #[error("no CUDA device: {0}")]
     NoDevice(String),
     /// The module cannot be read.
     #[error("{path}: {why}", path = .path.display())]
     Module {
-        /// Its file or folder.
+        /// The file or folder of the module.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         why: String,
     },
-    /// The driver has said no.
+    /// The driver has refused a request.
     #[error("{doing}: {why}")]
     Driver {
-        /// What was asked of it.
+        /// The request.
         doing: &'static str,
-        /// Its reason.
+        /// The driver's reason.
         why: String,
     },
-    /// The system has no thread.
+    /// The system cannot start a thread.
     #[error("cannot start a thread: {0}")]
     Thread(std::io::Error),
 }
 
-/// Whatever runs the threads of a batch.
+/// A device that runs the threads of a batch.
 pub trait Device {
-    /// What it is.
+    /// Name of the device.
     fn name(&self) -> &str;
 
-    /// Bytes that a run of the batch takes, without inputs and results.
+    /// Bytes of memory for one run of the batch, without inputs and results.
     fn run_bytes(&self, batch: &Batch) -> usize;
 
-    /// How many runs it has memory for at once, if each takes so many bytes.
+    /// Number of runs whose memory fits at the same time, if each needs `bytes_a_run` bytes.
     ///
     /// # Errors
-    /// It cannot tell.
+    /// The device cannot tell.
     fn resident(&self, bytes_a_run: usize) -> Result<usize, DeviceError>;
 
-    /// Takes every run of the batch through its scans, launch by launch; with a digest after every so many scans, and after the last.
+    /// Processes all scans of every run of the batch, launch by launch, with a digest after every `digest_every` scans and after
+    /// the last.
     ///
     /// # Errors
     /// The device does not work.
     fn run(&mut self, batch: &Batch, digest_every: u32) -> Result<Outcome, DeviceError>;
 
-    /// What else it has to say of the last batch.
+    /// A further report on the last batch, if there is one.
     fn report(&self) -> Option<String> {
         None
     }
 }
 
-/// Bytes of all rooms, sights, desks, drafts, streams and parts of a batch, each of so many bytes, and of all words.
+/// Bytes of all rooms, sights, desks, drafts, streams and parts of a batch, given the bytes of one of each, and of all words.
 pub(crate) fn buffers(batch: &Batch, [room, sight, desk, draft, stream, part]: [usize; 6]) -> [usize; 7] {
     let (filters, [particles, samples]) = (batch.runs.len(), batch.most());
     let candidates = particles * samples;
@@ -110,7 +111,7 @@ pub(crate) fn buffers(batch: &Batch, [room, sight, desk, draft, stream, part]: [
     .map(|each| each * filters)
 }
 
-/// What is launched for a scan of a batch, in order: `predicting` for every prediction before it, then `scanning`.
+/// The launches for a scan of a batch, in order: `predicting` for every prediction before it, then `scanning`.
 pub(crate) fn of_scan<'s, S>(
     batch: &Batch,
     scan: u32,
@@ -119,7 +120,7 @@ pub(crate) fn of_scan<'s, S>(
     (0..batch.predictions_before(scan)).flat_map(move |_| predicting).chain(scanning)
 }
 
-/// A kernel by its name, and how many threads it is launched with.
+/// A kernel by its name, and how its number of threads is computed.
 #[derive(Debug, Clone)]
 pub(crate) struct Launch {
     pub(crate) kernel: String,
@@ -132,18 +133,18 @@ impl Launch {
         Self { kernel: format!("{}_{}", M::NAME, stage.name), count: Places::count::<M>, places: stage.places }
     }
 
-    /// Those that start filters of a size, those of a prediction, those of a scan, and that of a digest.
+    /// The launches that start filters of a size, those of a prediction, those of a scan, and that of a digest.
     pub(crate) fn all<M: Size>() -> [Vec<Self>; 4] {
         [Stage::<M>::STARTING, Stage::PREDICTING, Stage::SCANNING, Stage::DIGESTING]
             .map(|stages| stages.iter().map(Self::of).collect())
     }
 
-    /// The kernel that tells the bytes of the buffers of filters of a size.
+    /// Name of the kernel that writes the bytes of the buffers' elements of filters of a size.
     pub(crate) fn bytes<M: Size>() -> String {
         format!("{}_bytes", M::NAME)
     }
 
-    /// Threads for a batch.
+    /// Number of threads for a batch.
     pub(crate) fn threads(&self, batch: &Batch) -> usize {
         let [particles, samples] = batch.most();
         batch.runs.len() * (self.count)(self.places, particles, samples)

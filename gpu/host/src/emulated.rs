@@ -1,4 +1,4 @@
-//! The threads of a batch on the host: the same bodies, over the same places, in the same buffers.
+//! An emulated device: runs the threads of a batch on the host, with the same functions, places and buffers.
 
 use crate::batch::Batch;
 use crate::device::{Device, DeviceError, Outcome, buffers, of_scan};
@@ -9,13 +9,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::{Builder, available_parallelism, scope};
 use std::time::Instant;
 
-/// Buffers are made of these, which are as much aligned.
+/// Element of the memory of all buffers, with an alignment that suffices for all of them.
 type Word = u64;
 
-/// Runs at once, whatever there is of them: a host has no other limit than what it takes to hold them.
+/// Number of runs at a time. The host needs no other limit than the memory for them.
 const RESIDENT: usize = 64;
 
-/// Threads of the host in place of those of a device.
+/// Threads of the host that stand in for those of a device.
 #[derive(Debug, Clone)]
 pub struct Emulated {
     threads: usize,
@@ -23,7 +23,7 @@ pub struct Emulated {
 }
 
 impl Emulated {
-    /// With so many threads; as many as the machine has cores where it is not said.
+    /// An emulated device with this number of threads; by default, one for each core.
     #[must_use]
     pub fn new(threads: Option<usize>) -> Self {
         let threads = threads.unwrap_or_else(|| available_parallelism().map_or(1, usize::from)).max(1);
@@ -32,16 +32,16 @@ impl Emulated {
     }
 }
 
-/// Places that a thread takes at once where there are thousands.
+/// Number of places that a thread takes at a time, if there are many.
 const PLACES: usize = 16;
 
-/// What the threads share.
+/// Makes a value usable by several threads.
 struct Shared<L>(L);
 
-// SAFETY: every place is taken by one thread, and what places have in common is only read.
+// SAFETY: every place is processed by one thread, and data that places share is only read.
 unsafe impl<L> Sync for Shared<L> {}
 
-/// Memory of so many bytes; all zero, as the memory of a device is set to be.
+/// Memory of at least `bytes` bytes, all zero, as on a device.
 fn zeros(bytes: usize) -> Vec<Word> {
     vec![0; bytes.div_ceil(size_of::<Word>())]
 }
@@ -69,7 +69,7 @@ impl Device for Emulated {
     }
 }
 
-/// Bytes of what the buffers are made of.
+/// Bytes of one element of each buffer.
 fn sizes<M: Size>() -> [usize; 6] {
     let [room, sight, desk, draft, stream, part, _] = bytes::<M>();
     [room, sight, desk, draft, stream, part].map(|bytes| bytes as usize)
@@ -105,8 +105,8 @@ impl Emulated {
         let shared = Shared(filters);
         let launch = |stage: &Stage<M>, scan| {
             let threads = batch.runs.len() * stage.places.count::<M>(particles, samples);
-            // SAFETY: the buffers are those of a batch, and what else its runs ask for, as zeros; they stay where they are. The launches come
-            // in order, each with every place once, and this returns when it has ended.
+            // SAFETY: the buffers are those of the batch, and the memory that its runs need, as zeros; they do not move. The
+            // launches come in order, each with every place once, and `places` returns when its launch has ended.
             let body = |place| unsafe { stage.run(place, &shared.get(), scan, digest_every) };
             self.places(threads, if stage.places == Places::One { 1 } else { PLACES }, body)
         };
@@ -132,7 +132,7 @@ impl<L: Copy> Shared<L> {
 }
 
 impl Emulated {
-    /// Every place once, and one more than there are, as a grid has; `each` at a time.
+    /// Runs every place once, and one place more, as a grid may have; each thread takes `each` places at a time.
     fn places(&self, count: usize, each: usize, body: impl Fn(usize) + Sync) -> Result<(), DeviceError> {
         let next = AtomicUsize::new(0);
         let work = || {
@@ -155,12 +155,12 @@ impl Emulated {
     }
 }
 
-/// The batch's first run by the library's own scan, on this thread, over the state of a large filter.
+/// Processes the batch's first run by the library's own scan, on this thread, over the state of a large filter.
 pub(crate) fn alone(batch: &Batch, digest_every: u32) -> Outcome {
     let mut outcome = Outcome::untouched(batch);
     let Some(run) = batch.runs.first() else { return outcome };
     let mut memory = zeros(size_of::<Slot<LargeMemory>>());
-    // SAFETY: it is as large and as much aligned, and zeros are a value of it, as `slot.rs` of the kernels holds all slots to.
+    // SAFETY: the memory is large and aligned enough, and zeros are a valid slot, which `slot.rs` of the kernels checks.
     let slot = unsafe { &mut *memory.as_mut_ptr().cast::<Slot<LargeMemory>>() };
     let measurements: Vec<_> = batch.measurements.iter().map(|&z| z.into()).collect();
     let inputs = Inputs { run, scans: &batch.scans, predictions: &batch.predictions, measurements: &measurements };

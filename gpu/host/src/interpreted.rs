@@ -1,4 +1,4 @@
-//! The module itself on the host: every instruction of its text, one after the other, by `scphd-ptx`.
+//! A device that interprets the module on the host, instruction by instruction, with `scphd-ptx`.
 
 use crate::batch::Batch;
 use crate::cuda::{Modules, bytes_of_buffers};
@@ -9,7 +9,7 @@ use scphd_ptx::{AccessError, Counts, Grid, LaunchError, Module};
 use std::fmt::Write as _;
 use std::time::Instant;
 
-/// Runs at once: a host has no other limit than what it takes to hold them.
+/// Number of runs at a time. The host needs no other limit than the memory for them.
 const RESIDENT: usize = 64;
 
 /// How the module is executed.
@@ -17,23 +17,23 @@ const RESIDENT: usize = 64;
 pub struct Execution {
     /// Threads of a block.
     pub block: u32,
-    /// Threads that go together.
+    /// Threads of a warp.
     pub warp: u32,
-    /// Whether two threads of a launch at one place, one of them to write, are an error.
+    /// Whether it is an error if two threads of a launch use the same byte and one of them writes it.
     pub watch: bool,
 }
 
-/// The module, and what its launches have taken.
+/// The module, and the counts of its launches.
 #[derive(Debug, Clone)]
 pub struct Interpreted {
     module: Module,
-    /// Memory with the variables of the module, and nothing else yet.
+    /// Memory that contains only the variables of the module.
     fresh: scphd_ptx::Memory,
     execution: Execution,
-    /// Bytes of what the buffers are made of, of many filters and of a large one: room, sight, desk, draft, stream.
+    /// Bytes of one element of each buffer, for many filters and for a large one: room, sight, desk, draft, stream, part.
     sizes: [[usize; 6]; 2],
     name: String,
-    /// Of every kernel, over all launches of the last run.
+    /// The counts of every kernel, over all launches of the last run.
     taken: Vec<(String, Counts)>,
 }
 
@@ -41,7 +41,7 @@ impl Interpreted {
     /// Reads the module.
     ///
     /// # Errors
-    /// There is none, or it has something in it that is not known.
+    /// There is no module, or it contains something unknown.
     pub fn open(modules: &Modules, execution: Execution) -> Result<Self, DeviceError> {
         let (text, path) = modules.text()?;
         let mut fresh = scphd_ptx::Memory::new();
@@ -57,7 +57,7 @@ impl Interpreted {
         Ok(new)
     }
 
-    /// What a kernel writes of the bytes of its buffers.
+    /// Bytes of one element of each buffer, which the kernel writes.
     fn told_bytes(&self, kernel: &str) -> Result<[usize; 6], DeviceError> {
         let mut memory = self.fresh.clone();
         let said = memory.allocate_zeros(8 * 7);
@@ -67,7 +67,7 @@ impl Interpreted {
         bytes_of_buffers(&numbers)
     }
 
-    /// Launches a kernel, and counts what it takes.
+    /// Launches a kernel, and adds its counts.
     fn launch(
         &mut self,
         launch: &Launch,
@@ -106,7 +106,7 @@ fn download<T: Pod>(memory: &scphd_ptx::Memory, from: u64, to: &mut [T]) -> Resu
     Ok(())
 }
 
-/// Where the results of a run lie: statuses, results, features, movers.
+/// Addresses of the outputs: statuses, results, features, movers.
 fn outputs(memory: &mut scphd_ptx::Memory, outcome: &Outcome) -> [u64; 4] {
     let Outcome { statuses, results, features, movers, .. } = outcome;
     let bytes =
@@ -151,7 +151,7 @@ impl Device for Interpreted {
         let scratch =
             buffers(batch, self.sizes[usize::from(batch.is_large())]).map(|bytes| memory.allocate_zeros(bytes));
         let outputs = outputs(&mut memory, &outcome);
-        // In the order of `Filters`.
+        // In the order of the fields of `Filters`.
         let filters = upload(&mut memory, &[&inputs[..], &scratch, &outputs, &batch.counts()].concat());
         let [starting, predicting, scanning, digest] =
             if batch.is_large() { Launch::all::<LargeMemory>() } else { Launch::all::<Memory>() };
@@ -176,7 +176,7 @@ impl Device for Interpreted {
         Ok(outcome)
     }
 
-    /// Counts of every kernel.
+    /// The counts of every kernel.
     fn report(&self) -> Option<String> {
         let mut table = format!(
             "{:<20}{:>15}{:>15}{:>10}{:>15}{:>13}{:>13}{:>13}{:>8}\n",

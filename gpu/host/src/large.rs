@@ -1,4 +1,4 @@
-//! One large filter on a device, beside the library's own on one core of the host.
+//! One large filter on a device, compared with the library's own on one core of the host.
 
 use crate::batch::Batch;
 use crate::check::Difference;
@@ -8,10 +8,10 @@ use crate::source::Source;
 use crate::study::{Short, StudyError};
 use scphd_gpu_kernels::{LARGE_PARTICLES, SAMPLES, ScanResult, Status};
 
-/// The inputs of a large filter: one run of so many scans.
+/// The inputs of a large filter: one run of at most `most_scans` scans.
 ///
 /// # Errors
-/// The kernels have no room or no code for it.
+/// The kernels have no capacity or no code for it.
 pub fn large(source: &Source, seed: u64, most_scans: usize) -> Result<Batch, StudyError> {
     let mut log = source.log(seed)?;
     let settings = source.settings(&log)?;
@@ -21,17 +21,17 @@ pub fn large(source: &Source, seed: u64, most_scans: usize) -> Result<Batch, Stu
     Ok(batch)
 }
 
-/// What came of a large filter's run.
+/// The outcome of a large filter's run.
 #[derive(Debug, Clone)]
 pub struct LargeRun {
-    /// What is known after every scan.
+    /// The result after every scan.
     pub results: Vec<ScanResult>,
-    /// Wall time of a scan with the predictions before it, in the mean, ms.
+    /// Mean wall time of a scan with the predictions before it, ms.
     pub scan_ms: f64,
 }
 
 impl LargeRun {
-    /// On a device, with a digest after every so many scans.
+    /// Runs the filter on a device, with a digest after every `digest_every` scans.
     ///
     /// # Errors
     /// The run has stopped, or the device does not work.
@@ -39,7 +39,7 @@ impl LargeRun {
         Self::of(device.run(batch, digest_every)?)
     }
 
-    /// By the library's own scan, on one core, over a state of the same capacities.
+    /// Runs the filter by the library's own scan, on one core, over a state with the same capacities.
     ///
     /// # Errors
     /// The run has stopped.
@@ -58,20 +58,20 @@ impl LargeRun {
         }
     }
 
-    /// Scans for which the pages did not suffice, or the room of a map.
+    /// Number of scans for which the pages or the capacity of a map did not suffice.
     #[must_use]
     pub fn short_scans(&self) -> usize {
         Short::scans_of(&self.results)
     }
 
-    /// The most pages of static and of moving features that a scan has taken.
+    /// The greatest numbers of pages of static and of moving features that a scan has used.
     #[must_use]
     pub fn peak_pages(&self) -> [u32; 2] {
         let most = |of: fn(&ScanResult) -> u32| self.results.iter().map(of).max().unwrap_or(0);
         [most(|result| result.peak_pages), most(|result| result.peak_moving_pages)]
     }
 
-    /// The first scan after which the state is not that of another run of the same filter.
+    /// The first scan after which the state differs from that of another run of the same filter.
     #[must_use]
     pub fn difference(&self, host: &Self, seed: u64) -> Option<Difference> {
         let pairs = host.results.iter().zip(&self.results).enumerate();

@@ -1,7 +1,8 @@
-//! scphd on a GPU, or the same threads on the host: Monte Carlo studies with every run a thread, and one large filter.
+//! scphd on a GPU, or the same threads on the host: Monte Carlo studies with one thread for each candidate or map of many
+//! filters, and single large filters.
 //!
-//! The measurements of all runs are simulated here and laid into flat buffers ([`Batch`]); a [`Device`] takes them through the whole
-//! scenario; what it leaves is [played](Played) to the simulator's scores as if a filter had said it. `docs/gpu.md` has the layout.
+//! The measurements of all runs are simulated here and stored in flat buffers ([`Batch`]). A [`Device`] processes all scans. Its
+//! outputs are [replayed](Played) to the simulator's scores as if a filter had produced them. `docs/gpu.md` describes the layout.
 #![deny(missing_docs)]
 
 mod setup;

@@ -1,4 +1,4 @@
-//! `scphd-gpu`: a Monte Carlo study with all runs at once on a GPU, or one large filter there; or the same threads on the host.
+//! `scphd-gpu`: a Monte Carlo study with all runs at once on a GPU, one large filter there, or the same threads on the host.
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use scphd_gpu::{
@@ -13,7 +13,7 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// The exit code where there is no driver or no card.
+/// The exit code if there is no driver or no card.
 const NO_DEVICE: u8 = 3;
 
 /// Runs many filters at once, each over a whole scenario; or one large filter.
@@ -26,21 +26,21 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Runs a scenario many times and prints means over the runs: those of `scphd-sim monte-carlo SCENARIO --filter core`, but for the
-    /// times of scans.
+    /// Runs a scenario many times and prints means over the runs: those of `scphd-sim monte-carlo SCENARIO --filter core`, except
+    /// for the times of scans.
     MonteCarlo {
         /// Name of the scenario, in the plane and with one sensor.
         scenario: String,
         /// Number of runs.
         #[arg(long, default_value_t = 100)]
         runs: usize,
-        /// Different inputs; as many as runs, or as the thesis has, unless said otherwise.
+        /// Number of different inputs; by default, as many as runs, or as in the thesis.
         #[arg(long, value_name = "M")]
         input_sets: Option<usize>,
-        /// Added to all seeds.
+        /// Number that is added to all seeds.
         #[arg(long, default_value_t = 0)]
         seed: u64,
-        /// Runs at once; as many as the device has memory for unless said otherwise.
+        /// Number of runs at a time; by default, as many as the device has memory for.
         #[arg(long, value_name = "K")]
         resident: Option<usize>,
         /// Writes the figures as JSON.
@@ -58,7 +58,7 @@ enum Command {
         /// Number of runs, with seeds from 1 on.
         #[arg(long, default_value_t = 4)]
         runs: u64,
-        /// Scans of each.
+        /// Number of scans of each run.
         #[arg(long, default_value_t = 300)]
         scans: usize,
         #[command(flatten)]
@@ -66,12 +66,12 @@ enum Command {
         #[command(flatten)]
         on: DeviceArgs,
     },
-    /// Says which device there is; ends with 3 where there is none, as every command does.
+    /// Prints the device; ends with 3 if there is none, as every command does.
     Device {
         #[command(flatten)]
         on: DeviceArgs,
     },
-    /// Times so many runs of a scenario, without digests, beside one run on one core of the host.
+    /// Times this number of runs of a scenario, without digests, and one run on one core of the host.
     Time {
         /// Name of the scenario, or the folder of a recorded log.
         scenario: String,
@@ -87,7 +87,7 @@ enum Command {
     LargeCheck {
         /// Name of the scenario, or the folder of a recorded log.
         scenario: String,
-        /// Scans.
+        /// Number of scans.
         #[arg(long, default_value_t = 300)]
         scans: usize,
         /// Seed of scenario and filter.
@@ -98,17 +98,17 @@ enum Command {
         #[command(flatten)]
         on: DeviceArgs,
     },
-    /// Times one large filter of 32 particles, twice as many and so on, beside one core of the host.
+    /// Times one large filter of 32 particles, of twice as many and so on, on the device and on one core of the host.
     LargeTime {
         /// Name of the scenario, or the folder of a recorded log.
         scenario: String,
-        /// Scans of each filter.
+        /// Number of scans of each filter.
         #[arg(long, default_value_t = 30)]
         scans: usize,
-        /// The fewest particles.
+        /// The smallest number of particles.
         #[arg(long, value_name = "N", default_value_t = 32)]
         least: usize,
-        /// The most particles.
+        /// The greatest number of particles.
         #[arg(long, value_name = "N", default_value_t = 16_384)]
         most: usize,
         #[command(flatten)]
@@ -120,10 +120,10 @@ enum Command {
 
 #[derive(Debug, Args)]
 struct TuningArgs {
-    /// Particles.
+    /// Number of particles.
     #[arg(long, value_name = "N")]
     particles: Option<usize>,
-    /// Samples of each.
+    /// Number of samples of each particle.
     #[arg(long, value_name = "M")]
     samples: Option<usize>,
     /// Whether features may move.
@@ -136,39 +136,40 @@ struct TuningArgs {
 
 #[derive(Debug, Args)]
 struct DeviceArgs {
-    /// Who runs the threads.
+    /// The device that runs the threads.
     #[arg(long, value_enum, default_value_t = DeviceName::Emulated)]
     device: DeviceName,
-    /// Folder with the modules that `cargo xtask gpu` has made.
+    /// Folder with the modules that `cargo xtask gpu` has built.
     #[arg(long, value_name = "DIR", default_value = "target/xtask/gpu/modules")]
     modules: PathBuf,
-    /// Number of the card.
+    /// Index of the card.
     #[arg(long, default_value_t = 0)]
     card: usize,
-    /// Threads of a block at most.
+    /// Greatest number of threads of a block.
     #[arg(long, value_name = "K", default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=1024))]
     block: u32,
-    /// On a card, waits for every launch and prints the time of every kernel; all together takes longer then.
+    /// On a card, waits for every launch and prints the time of every kernel; the total time is longer then.
     #[arg(long)]
     profile: bool,
-    /// Threads that go together where the module is executed on the host; 1 is the fastest there, and cards have 32.
+    /// Threads of a warp if the module is executed on the host; 1 is the fastest there, and cards have 32.
     #[arg(long, value_name = "K", default_value_t = 32)]
     warp: u32,
-    /// Where the module is executed on the host, two threads at one place, one of them to write, are an error. Takes 17 times the memory.
+    /// If the module is executed on the host, refuses two threads of a launch at the same byte if one of them writes it. Takes 17
+    /// times the memory.
     #[arg(long)]
     watch: bool,
-    /// Threads of the host that stand for those of a device; one a core unless said otherwise.
+    /// Threads of the host for the emulated device; by default, one for each core.
     #[arg(long, value_name = "K")]
     threads: Option<usize>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum DeviceName {
-    /// A card of NVIDIA.
+    /// An NVIDIA card.
     Cuda,
     /// The same threads on the host.
     Emulated,
-    /// The module itself on the host, instruction by instruction, with counts of them.
+    /// The module itself on the host, instruction by instruction, with counts of the instructions.
     Ptx,
 }
 
@@ -286,7 +287,7 @@ fn run(command: Command) -> Result<(), Box<dyn Error>> {
     }
 }
 
-/// The state of one large filter after every scan, beside that of the library's own scan.
+/// Compares the state of one large filter after every scan with that of the library's own scan.
 fn check_large(device: &mut dyn Device, source: &Source, seed: u64, scans: usize) -> Result<(), Box<dyn Error>> {
     let batch = large(source, seed, scans)?;
     let found = LargeRun::on(device, &batch, 1)?;
@@ -306,7 +307,7 @@ fn check_large(device: &mut dyn Device, source: &Source, seed: u64, scans: usize
     Ok(())
 }
 
-/// One large filter after the other, each with twice the particles.
+/// Times one large filter after the other, each with twice the particles of the one before.
 fn time_large(
     device: &mut dyn Device,
     scenario: &str,

@@ -1,4 +1,4 @@
-//! What a device has left of a run, told as a filter tells it.
+//! The outputs of a run on a device, through the interface of a filter.
 
 use crate::batch::Batch;
 use crate::device::Outcome;
@@ -9,26 +9,26 @@ use scphd_gpu_kernels::{Feature, Mover, Run, ScanResult, Status};
 use scphd_log::dimensions::{Coordinates, Planar};
 use scphd_score::record::{MapFeature, MovingFeature, Usage};
 
-/// One run of a batch.
+/// One run of a batch, whose outputs are replayed scan by scan.
 #[derive(Debug)]
 pub struct Played<'o> {
     run: &'o Run,
     outcome: &'o Outcome,
     status: Status,
-    /// Scans told of.
+    /// Number of scans replayed.
     told: usize,
     state_bytes: usize,
 }
 
 impl<'o> Played<'o> {
-    /// Run number `run` of a batch, by a filter with so many bytes of state; `None` where the batch has no such run.
+    /// Run number `run` of a batch, by a filter with `state_bytes` bytes of state; `None` if the batch has no such run.
     #[must_use]
     pub fn of(batch: &'o Batch, outcome: &'o Outcome, run: usize, state_bytes: usize) -> Option<Self> {
         let status = *outcome.statuses.get(run)?;
         Some(Self { run: batch.runs.get(run)?, outcome, status, told: 0, state_bytes })
     }
 
-    /// The results of the scans that were taken in.
+    /// The results of the processed scans.
     #[must_use]
     pub fn results(&self) -> &'o [ScanResult] {
         let from = self.outcome.results.get(self.run.first_scan as usize..).unwrap_or(&[]);
@@ -51,13 +51,13 @@ impl<'o> Played<'o> {
     }
 }
 
-/// The conditions of these bits.
+/// The health conditions of these bits.
 fn health_of(bits: u32) -> Health {
     let held = Health::all().filter(|condition| bits & u32::from(condition.bits()) != 0);
     held.fold(Health::GOOD, |health, condition| health | condition)
 }
 
-/// A symmetric matrix of its upper triangle, row by row.
+/// The symmetric matrix of an upper triangle, row by row.
 fn square<const N: usize>(triangle: &[f32]) -> [[f64; N]; N] {
     <[f64; N]>::square(|row, column| {
         let (row, column) = (row.min(column), row.max(column));
@@ -135,14 +135,14 @@ mod tests {
     use scphd::Health;
 
     #[test]
-    fn triangles_make_squares() {
+    fn upper_triangles_become_symmetric_matrices() {
         assert_eq!(square::<2>(&[1.0, 2.0, 3.0]), [[1.0, 2.0], [2.0, 3.0]]);
         let whole = [[1.0, 2.0, 3.0], [2.0, 4.0, 5.0], [3.0, 5.0, 6.0]];
         assert_eq!(square::<3>(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]), whole);
     }
 
     #[test]
-    fn conditions_come_back_from_their_bits() {
+    fn conditions_are_restored_from_their_bits() {
         let health = Health::DEGENERATE | Health::DETECTIONS_LOW;
         assert_eq!(health_of(u32::from(health.bits())), health);
         assert_eq!(health_of(0), Health::GOOD);

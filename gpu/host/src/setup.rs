@@ -7,10 +7,10 @@ use scphd::settings::{Extraction, Informed, Proposal};
 use scphd_filters::slam::{PlanarNumbers, PlanarVehicle};
 use scphd_gpu_kernels::{MOUNTED, Setup, extraction, vehicle};
 
-/// The numbers of a run, of a filter of at most so many particles, and samples of each.
+/// The numbers of a run, for a filter with at most `room` particles and samples of each.
 ///
 /// # Errors
-/// The kernels have no room or no code for such a filter, and for what of it.
+/// The kernels have no capacity or no code for such a filter; the error names the reason.
 pub fn setup_of(numbers: &PlanarNumbers<f32>, room: [usize; 2]) -> Result<Setup, Unfit> {
     let PlanarNumbers { vehicle, noise, sensors, config, start } = numbers;
     let [sensor] = &sensors[..] else { return Err(Unfit(format!("{} sensors; there may be one", sensors.len()))) };
@@ -41,7 +41,7 @@ pub fn setup_of(numbers: &PlanarNumbers<f32>, room: [usize; 2]) -> Result<Setup,
     })
 }
 
-/// What moves, and nothing else.
+/// A setup with the fields of the vehicle; all others are zero.
 fn of_vehicle(moves: &PlanarVehicle<f32>) -> Result<Setup, Unfit> {
     let nothing: Setup = bytemuck::Zeroable::zeroed();
     Ok(match *moves {
@@ -84,7 +84,7 @@ fn of_config(config: &Config<f32>, [particles, samples]: [usize; 2], setup: Setu
         unconfirmed_weight: config.unconfirmed_weight,
         confirmed_weight: config.confirmed_weight,
         merge_distance: config.merge_distance,
-        // More than any map of a slot holds is as good as no limit.
+        // A limit beyond `u32` exceeds every map of a slot, and has no effect.
         max_components: u32::try_from(config.max_components).unwrap_or(u32::MAX),
         extraction: match config.extraction {
             Extraction::Heaviest => extraction::HEAVIEST,

@@ -1,4 +1,4 @@
-//! Where the logs of a study come from: a scenario, made anew for every seed, or a recorded log; and the settings.
+//! The logs of a study, from a scenario that is simulated for every seed or from a recorded log; and the settings.
 
 use scphd_filters::settings::Settings;
 use scphd_filters::slam::Precision;
@@ -13,16 +13,16 @@ use std::path::Path;
 /// The filter of a study.
 pub(crate) const FILTER: Filter = Filter::Core(Precision::F32);
 
-/// What is changed in the settings of a scenario, as `scphd-sim monte-carlo` has it.
+/// Changes to the settings of a scenario, as in `scphd-sim monte-carlo`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Tuning {
-    /// Particles.
+    /// Number of particles.
     pub particles: Option<usize>,
-    /// Samples of each.
+    /// Number of samples of each particle.
     pub samples: Option<usize>,
     /// Whether features may move.
     pub moving: Option<bool>,
-    /// Fields in TOML that are put over the defaults.
+    /// Fields in TOML that override the defaults.
     pub settings: Option<String>,
 }
 
@@ -33,13 +33,13 @@ pub struct Source {
     tuning: Tuning,
 }
 
-/// What is wrong with a study's source or extent.
+/// The reason why a study's source or number of runs is invalid.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct SourceError(String);
 
 impl Source {
-    /// That scenario, or the log in that folder, with that tuning.
+    /// The scenario of that name, or the log in that folder, with the tuning.
     ///
     /// # Errors
     /// There is no such scenario or log, or its settings are out of range.
@@ -49,10 +49,10 @@ impl Source {
         Ok(source)
     }
 
-    /// The log of that seed; a recorded one is the same for all.
+    /// The log of a seed. A recorded log is the same for all seeds.
     ///
     /// # Errors
-    /// There is no such scenario, or the log is flawed.
+    /// There is no such scenario, or the log is invalid.
     pub fn log(&self, seed: u64) -> Result<Log, SourceError> {
         if let Some(folder) = self.folder() {
             return log_folder::read(folder).map_err(|error| SourceError(error.to_string()));
@@ -62,12 +62,13 @@ impl Source {
             .ok_or_else(|| SourceError(format!("no scenario '{}', there are {}", self.scenario, known())))
     }
 
-    /// The folder of a recorded log, if that is what was named.
+    /// The folder of the recorded log, if the source is one.
     fn folder(&self) -> Option<&Path> {
         Some(Path::new(&self.scenario)).filter(|path| path.is_dir())
     }
 
-    /// The settings of a log of it: those of the scenario, then the file, then what was said.
+    /// The settings for a log of the source: those of the scenario, overridden by the file, then by the other fields of the
+    /// tuning.
     ///
     /// # Errors
     /// They are out of range.
@@ -89,10 +90,11 @@ impl Source {
         Ok(settings)
     }
 
-    /// The plan of a study of so many runs from that seed on, with as many inputs as asked for, or as the thesis has.
+    /// The plan of a study of `runs` runs with seeds from `seed` on, and the given number of input sets; by default, that of the
+    /// thesis.
     ///
     /// # Errors
-    /// The inputs do not divide the runs.
+    /// The number of runs is no multiple of the number of input sets.
     pub fn plan(&self, runs: usize, input_sets: Option<usize>, seed: u64) -> Result<Plan, SourceError> {
         let usual = thesis_run(&self.scenario).map(|run| run.runs_per_input);
         let usual = usual.filter(|&each| runs.is_multiple_of(each)).map(|each| runs / each);

@@ -1,4 +1,4 @@
-//! A Monte Carlo study on a device: batches of runs, then the simulator's scores of each.
+//! A Monte Carlo study on a device: batches of runs, and the simulator's scores of each run.
 
 use crate::batch::Batch;
 use crate::device::{Device, DeviceError, Outcome};
@@ -12,14 +12,14 @@ use scphd_log::log::Log;
 use scphd_run::monte_carlo::{Job, Plan, RunResult, Study};
 use scphd_run::session::{self, SessionError};
 
-/// Why a study came to no end.
+/// Why a study failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StudyError {
-    /// The scenario or its settings.
+    /// The scenario or its settings are invalid.
     #[error(transparent)]
     Source(#[from] SourceError),
-    /// A run is not for the kernels.
+    /// The kernels cannot do a run.
     #[error(transparent)]
     Unfit(#[from] Unfit),
     /// The device does not work.
@@ -28,56 +28,56 @@ pub enum StudyError {
     /// A run has stopped.
     #[error("run {run}, scan {scan}: {why}")]
     Stopped {
-        /// The run.
+        /// Index of the run.
         run: usize,
-        /// The scan that was not taken in, from 0.
+        /// The scan that was not processed, from 0.
         scan: u32,
-        /// Why.
+        /// The reason.
         why: &'static str,
     },
-    /// What the device left makes no session.
+    /// The outputs of the device make no valid session.
     #[error("run {run}: {why}")]
     Session {
-        /// The run.
+        /// Index of the run.
         run: usize,
-        /// Why.
+        /// The reason.
         why: SessionError,
     },
 }
 
-/// A study, and what it took.
+/// A study, and its cost.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Studied {
-    /// The study, as `scphd-sim monte-carlo` makes it but for the times of scans, which a device does not tell.
+    /// The study, as `scphd-sim monte-carlo` makes it, except for the times of scans, which a device does not measure.
     pub study: Study,
-    /// What its runs took.
+    /// The cost of its runs.
     pub took: Took,
-    /// Runs whose memory was too small at some scan, so that larger memory would have given other results.
+    /// Runs whose memory was too small at some scan, so that more memory would have given other results.
     pub short: Short,
 }
 
-/// What all runs of a plan took of a device.
+/// The cost of all runs of a plan on a device.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Took {
-    /// Runs at once.
+    /// Number of runs at a time.
     pub resident: usize,
-    /// Bytes of a run on the device, inputs and results among them.
+    /// Bytes of a run on the device, with its inputs and results.
     pub bytes_a_run: usize,
     /// Wall time of all launches, s.
     pub launched_s: f64,
 }
 
-/// Where the memory of a filter was too small.
+/// How often the memory of a filter was too small.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Short {
-    /// Runs with such a scan.
+    /// Number of runs with such a scan.
     pub runs: usize,
-    /// Such scans of all runs.
+    /// Number of such scans of all runs.
     pub scans: usize,
 }
 
 impl Short {
-    /// Conditions that say so.
+    /// The conditions that report it.
     const CONDITIONS: [Health; 3] = [Health::PRUNING_TIGHTENED, Health::MAP_NOT_UPDATED, Health::COMPONENTS_LOST];
 
     fn add(&mut self, played: &Played<'_>) {
@@ -86,17 +86,17 @@ impl Short {
         self.runs += usize::from(scans > 0);
     }
 
-    /// Such scans of one run.
+    /// Number of such scans of one run.
     pub(crate) fn scans_of(results: &[ScanResult]) -> usize {
         let bits = Self::CONDITIONS.iter().fold(0, |bits, condition| bits | u32::from(condition.bits()));
         results.iter().filter(|result| result.health & bits != 0).count()
     }
 }
 
-/// Does all runs of a plan, as many at once as asked for or as the device has memory for, and scores them.
+/// Processes all runs of a plan, `resident` at a time or as many as the device has memory for, and scores them.
 ///
 /// # Errors
-/// A run is not for the kernels, has stopped, or the device does not work.
+/// The kernels cannot do a run, a run has stopped, or the device does not work.
 pub fn study(
     device: &mut dyn Device,
     source: &Source,
@@ -112,7 +112,7 @@ pub fn study(
     Ok(Studied { study: Study { plan: plan.clone(), results }, took, short })
 }
 
-/// The same without scores.
+/// [`study`] without scores.
 ///
 /// # Errors
 /// As for [`study`].
@@ -162,7 +162,7 @@ fn run_all(
     Ok(took)
 }
 
-/// What the device left of that run of a batch, which has come to its end; `number` is the run's in what is asked for.
+/// The outputs of a completed run of a batch. `number` is the index of the run in the plan.
 pub(crate) fn played<'o>(
     batch: &'o Batch,
     outcome: &'o Outcome,
@@ -181,6 +181,6 @@ fn scored(mut played: Played<'_>, log: &Log, settings: &Settings, job: &Job) -> 
     let session = session::run_of(&mut played, log, settings, FILTER, job.filter_seed)
         .map_err(|why| StudyError::Session { run: job.run, why })?;
     let result = RunResult::of(job, settings.filter.samples, session);
-    // What was timed is the telling, not the scan.
+    // The measured time is that of the replay, not of the scan.
     Ok(RunResult { scan_us_mean: None, ..result })
 }

@@ -1,6 +1,6 @@
-//! What the kernels cannot do.
+//! The error for runs that the kernels cannot do.
 
-/// A run that the kernels have no room or no code for: what of it.
+/// Why the kernels have no capacity or no code for a run.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("not for the kernels: {0}")]
 pub struct Unfit(pub String);

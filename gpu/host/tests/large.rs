@@ -1,4 +1,4 @@
-//! One large filter, launch by launch on the host, has the state of the library's own scan, bit for bit.
+//! One large filter, launch by launch on the host, has the same state as the library's own scan, bit for bit.
 
 use scphd_gpu::{Batch, Emulated, LargeRun, Source, Tuning, digests_of_host, large};
 use scphd_gpu_kernels::ScanResult;
@@ -9,14 +9,15 @@ fn source(scenario: &str, particles: usize) -> Source {
     Source::new(scenario, Tuning { particles: Some(particles), ..Tuning::default() }).unwrap()
 }
 
-/// The run on the emulated device, after a comparison of every scan with the library's own.
+/// Runs the batch on the emulated device, and compares every scan with the library's own.
 fn same_digests(batch: &Batch, scans: usize) -> LargeRun {
     let found = LargeRun::on(&mut Emulated::new(None), batch, 1).unwrap();
     let host = LargeRun::alone(batch, 1).unwrap();
     assert_eq!(found.results.len(), scans);
     assert!(found.results.iter().all(|result| result.digest != 0));
     assert_eq!(found.difference(&host, SEED), None);
-    // Reports and estimates, too, but for the most pages: maps that are stored at once take theirs when all others have given theirs back.
+    // Reports and estimates are the same too, except for the peak of pages: maps that are stored at once allocate their pages
+    // after all others have freed theirs.
     let plain = |run: &LargeRun| -> Vec<ScanResult> {
         let of_scan = |result: &ScanResult| ScanResult { peak_pages: 0, peak_moving_pages: 0, ..*result };
         run.results.iter().map(of_scan).collect()
@@ -26,7 +27,7 @@ fn same_digests(batch: &Batch, scans: usize) -> LargeRun {
 }
 
 #[test]
-fn sixty_four_particles_have_the_digests_of_the_simulator_over_300_scans() {
+fn sixty_four_particles_match_the_simulator_over_300_scans() {
     let source = source("thesis-dynamic", 64);
     let found = same_digests(&large(&source, SEED, 300).unwrap(), 300);
     assert!(found.results.iter().any(|result| result.resampled != 0));
@@ -38,20 +39,20 @@ fn sixty_four_particles_have_the_digests_of_the_simulator_over_300_scans() {
 }
 
 #[test]
-fn thousands_of_particles_have_the_digests_of_the_library() {
+fn thousands_of_particles_match_the_library() {
     let found = same_digests(&large(&source("thesis-dynamic", 4096), SEED, 12).unwrap(), 12);
     assert!(found.results.iter().any(|result| result.resampled != 0));
     assert_eq!(found.short_scans(), 0, "{:?}", found.peak_pages());
 }
 
 #[test]
-fn more_particles_than_pages_for_their_maps_have_them_too() {
+fn more_particles_than_pages_match_the_library() {
     let found = same_digests(&large(&source("thesis-dynamic", 16_384), SEED, 4).unwrap(), 4);
     assert!(found.short_scans() > 0, "{:?}", found.peak_pages());
 }
 
 #[test]
-fn informed_particles_have_them_too() {
+fn informed_particles_match_the_library() {
     let text = "[filter]\nproposal = \"informed\"\nproposal_sampled_fraction = 0.2\n".to_owned();
     let tuning = Tuning { particles: Some(16), settings: Some(text), ..Tuning::default() };
     let source = Source::new("survey", tuning).unwrap();

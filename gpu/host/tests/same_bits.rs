@@ -1,4 +1,4 @@
-//! The kernels' bodies, on the host, have the state and the results of `scphd-sim`'s own filter, bit for bit.
+//! The functions of the kernels, on the host, have the same state and results as `scphd-sim`'s own filter, bit for bit.
 
 use scphd_filters::slam::Precision;
 use scphd_gpu::{Batch, Checked, Device, Emulated, Source, Tuning, study};
@@ -8,14 +8,14 @@ use scphd_run::monte_carlo::RunResult;
 use scphd_run::session::{self, Filter};
 use scphd_view::output::overview;
 
-/// Scans that are compared.
+/// Number of scans that are compared.
 const SCANS: usize = 300;
 
 fn source(scenario: &str, particles: Option<usize>) -> Source {
     Source::new(scenario, Tuning { particles, ..Tuning::default() }).unwrap()
 }
 
-/// Every run has the host's digest after each scan.
+/// Checks that every run has the host's digest after each scan.
 fn same_digests(source: &Source, seeds: &[u64]) -> Checked {
     let checked = Checked::of(&mut Emulated::new(None), source, seeds, SCANS).unwrap();
     assert_eq!(checked.differences, []);
@@ -41,7 +41,7 @@ fn other_vehicles_and_tunings_have_the_digests_of_the_host() {
     assert!(same_digests(&source("worlds-exact", Some(4)), &[900_001]).digests > 100);
 }
 
-/// `scphd-sim`'s own run, without what was timed.
+/// The result of `scphd-sim`'s own run, without times.
 fn plain(source: &Source, job: &scphd_run::monte_carlo::Job) -> RunResult {
     let log = source.log(job.scenario_seed).unwrap();
     let settings = source.settings(&log).unwrap();
@@ -75,7 +75,7 @@ fn a_study_of_survey_has_the_results_of_the_host() {
 }
 
 #[test]
-fn runs_that_do_not_fit_say_so() {
+fn unfit_runs_are_refused() {
     let refusal = |scenario, particles| {
         let source = source(scenario, particles);
         let log = source.log(1).unwrap();
@@ -87,7 +87,7 @@ fn runs_that_do_not_fit_say_so() {
 }
 
 #[test]
-fn a_run_that_cannot_go_on_stops_with_a_code_and_leaves_the_others_alone() {
+fn a_stopped_run_reports_a_code_and_does_not_affect_the_others() {
     let source = source("thesis-dynamic", None);
     let log = source.log(1).unwrap();
     let settings = source.settings(&log).unwrap();

@@ -1,62 +1,62 @@
-//! What lies in the buffers that host and device share: numbers of four and eight bytes, without gaps.
+//! The elements of the buffers that host and device share: numbers of four and eight bytes, without padding.
 
 use crate::Setup;
 use bytemuck::{Pod, Zeroable};
 
-/// One run: its filter, and where its inputs and outputs lie in the buffers of all runs.
+/// One run: its filter, and the positions of its inputs and outputs in the buffers of all runs.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Run {
-    /// Seed of the filter: its lower half, then its upper one.
+    /// Seed of the filter: the lower half, then the upper half.
     pub seed: [u32; 2],
-    /// The place of its first scan, and of that scan's result.
+    /// Index of its first scan, and of that scan's result.
     pub first_scan: u32,
     /// Number of its scans.
     pub scans: u32,
-    /// The place of its first prediction.
+    /// Index of its first prediction.
     pub first_prediction: u32,
     /// Number of its predictions.
     pub predictions: u32,
-    /// The place of its first measurement.
+    /// Index of its first measurement.
     pub first_measurement: u32,
     /// Number of its measurements.
     pub measurements: u32,
-    /// Where its estimated features begin.
+    /// Index of its first estimated feature.
     pub first_feature: u32,
-    /// Room for them, over all scans.
+    /// Capacity for estimated features, over all scans.
     pub features: u32,
-    /// Where its estimated moving features begin.
+    /// Index of its first estimated moving feature.
     pub first_mover: u32,
-    /// Room for them, over all scans.
+    /// Capacity for estimated moving features, over all scans.
     pub movers: u32,
     /// Models and tuning.
     pub setup: Setup,
 }
 
 impl Run {
-    /// The seed in one.
+    /// The seed as one number.
     #[must_use]
     pub fn seed(&self) -> u64 {
         let [low, high] = self.seed.map(u64::from);
         high << 32 | low
     }
 
-    /// A seed in halves.
+    /// A seed in two halves.
     #[must_use]
     pub fn halves(seed: u64) -> [u32; 2] {
         [seed, seed >> 32].map(|half| half as u32)
     }
 }
 
-/// One scan: the predictions before it and its measurements, counted from the first of the run.
+/// One scan: the predictions before it and its measurements. Indices count from the first of the run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Scan {
-    /// The place of the first prediction since the scan before.
+    /// Index of the first prediction since the previous scan.
     pub first_prediction: u32,
     /// Number of predictions since then.
     pub predictions: u32,
-    /// The place of its first measurement.
+    /// Index of its first measurement.
     pub first_measurement: u32,
     /// Number of its measurements.
     pub measurements: u32,
@@ -66,17 +66,17 @@ pub struct Scan {
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Prediction {
-    /// Speed, m/s, then steering angle, rad, or turn rate, rad/s.
+    /// Controls: speed, m/s, then steering angle, rad, or turn rate, rad/s.
     pub control: [f32; 2],
-    /// For how long, s.
+    /// Duration, s.
     pub dt_s: f32,
 }
 
-/// What is known after a scan.
+/// The result of a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ScanResult {
-    /// The digest of filter and detector; 0 where it was not asked for.
+    /// The digest of filter and detector; 0 if none was requested.
     pub digest: u64,
     /// Estimated x, y, m, and heading, rad.
     pub pose: [f32; 3],
@@ -84,31 +84,31 @@ pub struct ScanResult {
     pub covariance: [f32; 6],
     /// Effective number of particles before resampling.
     pub n_eff: f32,
-    /// ln of the likelihood of the scan given all before, up to a constant.
+    /// ln of the likelihood of the scan given all earlier ones, up to a constant.
     pub ln_evidence: f32,
-    /// Mean squared innovation over what was expected of it; 0 where nothing was detected.
+    /// Mean squared innovation relative to its expectation; 0 if nothing was detected.
     pub innovation: f32,
-    /// N̂ of the static map.
+    /// N̂, the expected number of features of the static map.
     pub expected_features: f32,
     /// Whether the particles were resampled, 0 or 1.
     pub resampled: u32,
     /// Greatest number of components in view of a candidate.
     pub in_view: u32,
-    /// Measurements that could not give birth.
+    /// Number of measurements that could not give birth to a feature.
     pub no_birth: u32,
-    /// Pages of static features in use.
+    /// Number of pages of static features in use.
     pub pages_used: u32,
-    /// The most pages of static features that the scan has taken.
+    /// Peak number of pages of static features in use during the scan.
     pub peak_pages: u32,
-    /// The same of moving features.
+    /// Peak number of pages of moving features in use during the scan.
     pub peak_moving_pages: u32,
-    /// Conditions, as bits of [`scphd::Health`].
+    /// Health conditions, as bits of [`scphd::Health`].
     pub health: u32,
-    /// The place of the first estimated feature, counted from the first of the run.
+    /// Index of the first estimated feature, from the first of the run.
     pub first_feature: u32,
     /// Number of estimated features.
     pub features: u32,
-    /// The place of the first estimated moving feature, counted likewise.
+    /// Index of the first estimated moving feature, from the first of the run.
     pub first_mover: u32,
     /// Number of estimated moving features.
     pub movers: u32,
@@ -118,7 +118,7 @@ pub struct ScanResult {
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Feature {
-    /// Its name for life.
+    /// Its label, which it keeps.
     pub label: u32,
     /// ln of its weight.
     pub ln_weight: f32,
@@ -132,7 +132,7 @@ pub struct Feature {
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Mover {
-    /// Its name for life.
+    /// Its label, which it keeps.
     pub label: u32,
     /// ln of its weight.
     pub ln_weight: f32,
@@ -142,33 +142,33 @@ pub struct Mover {
     pub covariance: [f32; 3],
 }
 
-/// How a run ended, or that it goes on.
+/// How a run ended, or that it continues.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Status {
     /// One of the constants.
     pub code: u32,
-    /// Scans taken in.
+    /// Number of processed scans.
     pub scans: u32,
 }
 
 impl Status {
-    /// No thread has touched it: a buffer begins as zeros.
+    /// No thread has processed the run. A buffer starts as zeros.
     pub const UNTOUCHED: u32 = 0;
-    /// All scans that were asked for are taken in.
+    /// All requested scans are processed.
     pub const DONE: u32 = 1;
-    /// The places of the run lie outside its buffers.
+    /// The inputs or outputs of the run are outside its buffers.
     pub const BUFFERS: u32 = 2;
-    /// The models or the tuning are out of range, or there is no room for as many particles.
+    /// The models or the tuning are out of range, or the memory has no capacity for the particles.
     pub const SETUP: u32 = 3;
     /// The filter refused a prediction.
     pub const PREDICTION: u32 = 4;
     /// The filter refused a scan.
     pub const SCAN: u32 = 5;
-    /// There is no room for the estimated features.
+    /// The capacity for estimated features is too small.
     pub const FEATURES: u32 = 6;
 
-    /// What a code says.
+    /// The meaning of a code.
     #[must_use]
     pub fn text(code: u32) -> &'static str {
         match code {

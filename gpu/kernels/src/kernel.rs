@@ -5,15 +5,15 @@ use crate::size::{LargeMemory, Memory};
 use crate::stages::{Stage, launches};
 use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x};
 
-/// The place of this thread in a grid of one dimension.
+/// The index of this thread in a one-dimensional grid.
 fn place() -> usize {
-    // SAFETY: they read registers of the thread.
+    // SAFETY: the functions read registers of the thread.
     let [block, size, thread] = unsafe { [_block_idx_x(), _block_dim_x(), _thread_idx_x()] };
     block as usize * size as usize + thread as usize
 }
 
-/// The entry points of filters of one size: a launch each, and one that writes the [bytes](bytes) of what its buffers are made of, as this
-/// module's compiler has laid it out.
+/// The entry points for filters of one size: one for each launch, and one that writes the [bytes](bytes) of the buffers' elements
+/// as this module's compiler laid them out.
 macro_rules! kernels {
     ($module:ident, $size:ty, $prefix:literal,
         $($(#[$about:meta])* $list:ident {
@@ -27,7 +27,7 @@ macro_rules! kernels {
             $($(
                 #[unsafe(export_name = concat!($prefix, $name))]
                 unsafe extern "ptx-kernel" fn $stage(filters: *const Filters<$size>, scan: u32, digest_every: u32) {
-                    // SAFETY: the caller's word, as of `Stage::run`; every thread of a grid has a place of its own.
+                    // SAFETY: the caller guarantees what `Stage::run` requires; every thread of a grid has its own place.
                     unsafe { const { Stage::<$size>::$stage }.run(place(), &*filters, scan, digest_every) }
                 }
             )+)+
@@ -35,7 +35,7 @@ macro_rules! kernels {
             #[unsafe(export_name = concat!($prefix, "bytes"))]
             unsafe extern "ptx-kernel" fn write_bytes(to: *mut [u64; 7]) {
                 if place() == 0 {
-                    // SAFETY: the caller's word that the pointer leads to as many numbers, and one thread alone writes.
+                    // SAFETY: the caller guarantees that the pointer leads to that many numbers; only one thread writes.
                     unsafe { to.write(bytes::<$size>()) };
                 }
             }
@@ -50,7 +50,7 @@ unsafe extern "C" {
     safe fn scphd_a_panic_is_reachable() -> !;
 }
 
-/// No panic is reachable: where one were, the module would need a function that is nowhere.
+/// No panic is reachable. Otherwise the module would need a function that is not defined anywhere.
 #[panic_handler]
 fn panic(_info: &core::panic::PanicInfo<'_>) -> ! {
     scphd_a_panic_is_reachable()

@@ -1,8 +1,9 @@
-//! scphd on a GPU: many filters at once, or one large filter, a scan as a sequence of launches.
+//! scphd on a GPU: many filters at once, or one large filter. A scan is a sequence of launches.
 //!
-//! What a thread does is an ordinary function, a [stage](Stage) of a scan, that gets its place as a number. `kernel.rs` has the entry points of
-//! the device, which call it, and the panic handler; it is compiled for the target `nvptx64-nvidia-cuda` alone. On a host the same function is
-//! called for the same places, over the same buffers. `docs/gpu.md` says how buffers are laid out and what it costs.
+//! A thread runs an ordinary function, a [stage](Stage) of a scan, which gets the index of the thread as its place. `kernel.rs`
+//! has the entry points of the device, which call the stages, and the panic handler; it is compiled only for the target
+//! `nvptx64-nvidia-cuda`. A host calls the same functions for the same places, over the same buffers. `docs/gpu.md` describes the
+//! layout of the buffers and the cost.
 #![cfg_attr(not(test), no_std)]
 #![cfg_attr(target_arch = "nvptx64", feature(abi_ptx, stdarch_nvptx))]
 #![deny(missing_docs)]

@@ -1,4 +1,4 @@
-//! Any vehicle in the plane as one motion, so that a module has one kernel for all.
+//! One motion model for all vehicles in the plane, so that a module needs only one kernel for them.
 
 use scphd::models::{
     Ackermann, AckermannControl, Linearised, ModelError, Motion, PlanarPose, Rates, TangentOf, Unicycle,
@@ -16,11 +16,11 @@ pub enum Vehicle {
 }
 
 impl Vehicle {
-    /// Numbers of the random stream that a sample of either costs: one for the speed, and one for the turn.
+    /// Random numbers that a sample of either vehicle uses: one for the speed, and one for the turn.
     pub(crate) const NUMBERS: usize = 2;
 }
 
-/// Does the same with either, each with its own control.
+/// Evaluates the same expression for either vehicle, with its own type of control.
 macro_rules! either {
     ($vehicle:expr, $control:expr, $motion:ident, $own:ident => $done:expr) => {{
         let [speed_mps, turn] = *$control;
@@ -78,7 +78,7 @@ mod tests {
     use scphd::numerics::Noise;
 
     #[test]
-    fn a_sample_costs_as_many_numbers_as_said() {
+    fn a_sample_uses_the_stated_number_of_random_numbers() {
         let noise = ControlNoise::white(0.1, 0.02);
         let geometry =
             AckermannGeometry { wheelbase_m: 2.0, encoder_offset_m: 0.0, sensor_forward_m: 0.0, sensor_left_m: 0.0 };

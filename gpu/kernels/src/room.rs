@@ -1,4 +1,4 @@
-//! The device memory of a filter, and where that of all filters of a launch lies.
+//! The device memory of a filter, and the buffers of all filters of a launch.
 
 use crate::buffer::{Feature, Mover, Prediction, Run, Scan, ScanResult, Status};
 use crate::run::{Filter, Sighted};
@@ -16,7 +16,7 @@ use scphd::storage::{
     COUNTS, Candidate, Draft, Dynamic, Lent, Lists, PART, Page, PageId, Row, Scanning, Static, TERMS, UpdateMemory,
 };
 
-/// A filter and the scan that it is taking in, as they stay from launch to launch.
+/// A filter and its scan in progress. They stay in memory from launch to launch.
 #[derive(Debug)]
 pub struct Room<M> {
     pub(crate) slot: Slot<M>,
@@ -24,33 +24,33 @@ pub struct Room<M> {
     pub(crate) detector: MaybeUninit<Sighted<'static>>,
     pub(crate) between: MaybeUninit<Between>,
     pub(crate) prediction: Predicting,
-    /// The greatest |V| of the candidates that have been weighed.
+    /// The greatest |V| of the weighed candidates.
     pub(crate) in_view: AtomicU32,
-    /// What is summed over the drafts of a scan, as bits.
+    /// Sums over the drafts of a scan, as bits of `f32`.
     pub(crate) kept: [AtomicU32; TERMS],
-    /// The mean pose after it, as bits.
+    /// The mean pose after the scan, as bits of `f32`.
     pub(crate) centre: [AtomicU32; 3],
 }
 
-/// Candidates that start from one place of the random stream.
+/// Number of consecutive candidates for which one position in the random stream is stored.
 pub const TOGETHER: usize = 32;
 
-/// The prediction that is being taken in. It begins as zeros.
+/// The prediction in progress. It starts as zeros.
 #[derive(Debug)]
 pub(crate) struct Predicting {
-    /// How many have been since the last scan, this one included.
+    /// Number of predictions since the last scan, including this one.
     pub(crate) taken: u32,
-    /// The memory of all candidates, while that is lent, and how many of them are to move.
+    /// The memory of all candidates while it is lent, and its length; 0 while it is not.
     pub(crate) candidates: (*mut Candidate<PlanarPose<f32>>, usize),
     pub(crate) particles: (*mut Candidate<PlanarPose<f32>>, usize),
     pub(crate) in_use: usize,
-    /// Whether every particle is split into candidates.
+    /// Whether each particle is split into several candidates.
     pub(crate) splits: bool,
-    /// The random stream behind the last of them.
+    /// The random stream after the last candidate.
     pub(crate) after: MaybeUninit<Noise>,
 }
 
-/// Things that are lent out, each to one thread at a time.
+/// A slice that is lent, each element to one thread at a time.
 #[derive(Debug)]
 pub(crate) struct Many<T> {
     first: NonNull<T>,
@@ -66,46 +66,46 @@ impl<T> Clone for Many<T> {
 impl<T> Copy for Many<T> {}
 
 impl<T> Many<T> {
-    /// None.
+    /// An empty slice.
     pub(crate) const NONE: Self = Self { first: NonNull::dangling(), len: 0 };
 
-    /// These.
+    /// Lends this slice.
     pub(crate) fn of(things: &'static mut [T]) -> Self {
         Self { len: things.len(), first: NonNull::from(things).cast() }
     }
 
-    /// All of them, for the one thread that has them back.
+    /// Returns the whole slice, for the single thread that takes it back.
     pub(crate) unsafe fn back(self) -> &'static mut [T] {
-        // SAFETY: they came as such a slice, and nobody else has any of them.
+        // SAFETY: it was lent as such a slice, and no other thread uses any element.
         unsafe { from_raw_parts_mut(self.first.as_ptr(), self.len) }
     }
 
-    /// All of them, while nobody writes any.
+    /// The whole slice, while no thread writes it.
     pub(crate) unsafe fn all<'r>(self) -> &'r [T] {
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { from_raw_parts(self.first.as_ptr(), self.len) }
     }
 
-    /// Some of them, for the one thread that has these.
+    /// At most `most` elements from `first` on, for the single thread that uses them.
     pub(crate) unsafe fn some<'r>(self, first: usize, most: usize) -> &'r mut [T] {
         let first = first.min(self.len);
-        // SAFETY: there are as many; the rest is the caller's word.
+        // SAFETY: the range is within the slice; the caller guarantees the rest.
         unsafe { from_raw_parts_mut(self.first.as_ptr().add(first), most.min(self.len - first)) }
     }
 
-    /// Where one of them is.
+    /// Pointer to one element.
     pub(crate) fn at(self, place: usize) -> Option<*mut T> {
         (place < self.len).then(|| self.first.as_ptr().wrapping_add(place))
     }
 
-    /// One of them, for the one thread that has this.
+    /// One element, for the single thread that uses it.
     pub(crate) unsafe fn one<'r>(self, place: usize) -> Option<&'r mut T> {
-        // SAFETY: there is such a one; the rest is the caller's word.
+        // SAFETY: the index is within the slice; the caller guarantees the rest.
         (place < self.len).then(|| unsafe { &mut *self.first.as_ptr().add(place) })
     }
 }
 
-/// What there is of candidates and particles, while it is lent out.
+/// The arrays of candidates and particles, while they are lent.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Lending {
     pub(crate) candidates: Many<Candidate<PlanarPose<f32>>>,
@@ -137,9 +137,9 @@ impl Lending {
         }
     }
 
-    /// For the one thread that has it back.
+    /// Returns the arrays, for the single thread that takes them back.
     pub(crate) unsafe fn back(self) -> Lent<'static, PlanarPose<f32>> {
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe {
             Lent {
                 candidates: self.candidates.back(),
@@ -153,7 +153,7 @@ impl Lending {
     }
 }
 
-/// The lists of the pages of one kind of maps, while they are lent out.
+/// The lists of the pages of one kind of maps, while they are lent.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Listed {
     pub(crate) ids: Many<PageId>,
@@ -185,9 +185,9 @@ impl Listed {
         }
     }
 
-    /// For the one thread that has them back.
+    /// Returns the lists, for the single thread that takes them back.
     pub(crate) unsafe fn back<F: scphd::storage::Feature<Position = Vector2<f32>>>(self) -> Lists<'static, F> {
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe {
             Lists {
                 ids: self.ids.back(),
@@ -201,7 +201,7 @@ impl Listed {
     }
 }
 
-/// What there is between the launches of one scan.
+/// The state between the launches of one scan.
 #[derive(Debug)]
 pub(crate) struct Between {
     pub(crate) scanning: Scanning<'static, 'static, Models>,
@@ -210,82 +210,84 @@ pub(crate) struct Between {
     pub(crate) pages: Many<Page<Static<Vector2<f32>>>>,
     pub(crate) moving_pages: Many<Page<Dynamic<Vector2<f32>>>>,
     pub(crate) lent: Lending,
-    /// What all weights are still to be divided by, in the log domain.
+    /// ln of the divisor that all weights still need.
     pub(crate) rest: f32,
-    /// The number that all particles are drawn with, if they are drawn anew.
+    /// The uniform random number of the resampling; `None` without resampling.
     pub(crate) uniform: Option<f32>,
-    /// The last candidate that weighs anything.
+    /// The last candidate whose weight is not zero.
     pub(crate) last: usize,
-    /// Drafts with a task.
+    /// Number of drafts with a task.
     pub(crate) drafts: usize,
-    /// The first label that was fresh for all drafts.
+    /// The first unused label before the drafts were stored.
     pub(crate) first_fresh: u32,
-    /// Fresh labels of all drafts.
+    /// Number of new labels of all drafts.
     pub(crate) labels: u32,
-    /// Free pages of either kind once the drafts are stored, and before they take any.
+    /// Pages of each kind that no updated map keeps, before the drafts allocate any.
     pub(crate) free: [usize; 2],
-    /// Pages of either kind that all drafts take.
+    /// Pages of each kind that all drafts allocate.
     pub(crate) wanted: [usize; 2],
     pub(crate) lists: [Listed; 2],
-    /// Whether the drafts have been stored one after the other, for want of pages.
+    /// Whether the drafts were stored one after the other because there were too few pages.
     pub(crate) in_turn: bool,
-    /// Not zero where they have to be.
+    /// Not zero if the drafts must be stored one after the other.
     pub(crate) crowded: AtomicU32,
-    /// What the drafts count, and the most in view of either kind, and the most pages.
+    /// Counts over the drafts, the greatest numbers in view of either kind, and the peaks of pages of either kind.
     pub(crate) counts: [AtomicU32; COUNTS + 4],
-    /// Sums of columns, as bits.
+    /// Sums of columns, as bits of `f32`.
     pub(crate) sums: [AtomicU32; COLUMNS],
 }
 
-/// Columns of numbers, one a particle, that are summed in order: what drafts sum up, and the weight.
+/// Number of columns of `f32` with one number for each particle, which are summed in order: the terms of the drafts, and the
+/// weight.
 pub(crate) const COLUMNS: usize = TERMS + 1;
-/// Columns of whole numbers: of a particle its draft, and of a draft the labels and pages of those before.
+/// Number of columns of integers: the draft of each particle, and for each draft the labels and the pages of all drafts before
+/// it.
 pub(crate) const WHOLES: usize = 4;
-/// Pages that one thread counts.
+/// Number of pages that one thread counts.
 pub(crate) const PAGES_TOGETHER: usize = 256;
 
-/// Parts of so many pages of both kinds: static ones first.
+/// Number of parts of the pages of static features, and of those of moving features.
 pub const fn page_parts<M: Size>() -> [usize; 2] {
     [M::PAGES.div_ceil(PAGES_TOGETHER), M::MOVING_PAGES.div_ceil(PAGES_TOGETHER)]
 }
 
-/// Parts of so many candidates.
+/// Number of parts of the candidates.
 #[must_use]
 pub const fn parts(candidates: usize) -> usize {
     candidates.div_ceil(PART)
 }
 
-/// Words of scratch of a filter of so many particles and samples.
+/// Words of scratch of a filter with `particles` particles and `samples` samples of each.
 #[must_use]
 pub const fn words<M: Size>(particles: usize, samples: usize) -> usize {
     let [of_static, of_moving] = page_parts::<M>();
     particles * (samples + COLUMNS + WHOLES) + M::PAGES + M::MOVING_PAGES + of_static + of_moving
 }
 
-/// Sums of some candidates, or of some drafts, and what those before come to.
+/// Sums over one part of the candidates or of the drafts, and over all parts before it.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct PartPlace {
     pub(crate) ln: f32,
     pub(crate) squares: f32,
     pub(crate) weight: f32,
-    /// Σ ζ of the parts before.
+    /// Σ ζ of the parts before this one.
     pub(crate) before: f32,
-    /// One more than the place of the last that weighs anything; 0 where none does.
+    /// Index of the last candidate with a weight above zero, plus one; 0 if there is none.
     pub(crate) last: u32,
-    /// Survivors that differ from the one before; afterwards those of the parts before.
+    /// Number of survivors that differ from the preceding one; later, the sum over the parts before this one.
     pub(crate) heads: u32,
     pub(crate) heaviest: u32,
     pub(crate) heaviest_ln_weight: f32,
-    /// Fresh labels; afterwards those of the parts before.
+    /// Number of new labels; later, the sum over the parts before this one.
     pub(crate) labels: u32,
-    /// Pages of either kind; afterwards likewise.
+    /// Number of allocated pages of either kind; later, the sum over the parts before this one.
     pub(crate) pages: [u32; 2],
-    /// Of these, those that the drafts give back as their only holders; afterwards likewise.
+    /// Number of pages that the drafts free as their only owners; later, the sum over the parts before this one.
     pub(crate) regained: [u32; 2],
 }
 
-/// Scratch of the thread that weighs a candidate, or updates the map of a survivor.
+/// Scratch of the thread that weighs a candidate, or that updates the maps of a survivor.
 #[derive(Debug)]
 pub struct Sight {
     pub(crate) eta: [LnSum<f32>; MEASUREMENTS],
@@ -300,24 +302,24 @@ pub struct Desk<M: Size> {
 /// The update of one survivor's maps.
 pub(crate) type DraftOf = Draft<'static, Vector2<f32>>;
 
-/// A place for that.
+/// An element of the buffer of drafts.
 #[derive(Debug)]
 pub struct DraftPlace {
     pub(crate) draft: MaybeUninit<DraftOf>,
 }
 
-/// The random stream as it is for the first of every so many candidates.
+/// The state of the random stream at the first of [`TOGETHER`] candidates.
 #[derive(Debug)]
 pub struct StreamPlace {
     pub(crate) stream: MaybeUninit<Noise>,
 }
 
-/// The buffers of all filters of a launch, in the memory of whoever runs its kernels. What there is of a filter lies beside that of the next,
-/// with room for as many particles and samples as the largest has.
+/// The buffers of all filters of a launch, in the device's memory. In each buffer, the data of a filter is followed by that of
+/// the next, all with capacity for the particles and samples of the largest filter.
 #[derive(Debug)]
 #[repr(C)]
 pub struct Filters<M: Size> {
-    /// The runs, one a filter.
+    /// The runs, one for each filter.
     pub runs: *const Run,
     /// The scans of all runs.
     pub scans: *const Scan,
@@ -325,33 +327,33 @@ pub struct Filters<M: Size> {
     pub predictions: *const Prediction,
     /// The measurements of all runs.
     pub measurements: *const Vector2<f32>,
-    /// The filters, which begin as zeros.
+    /// The filters, which start as zeros.
     pub rooms: *mut Room<M>,
-    /// One for every candidate.
+    /// One for each candidate.
     pub sights: *mut Sight,
-    /// One for every particle, which begins as zeros.
+    /// One for each particle. They start as zeros.
     pub desks: *mut Desk<M>,
-    /// One for every particle.
+    /// One for each particle.
     pub drafts: *mut DraftPlace,
-    /// One for every [so many](TOGETHER) candidates.
+    /// One for each [`TOGETHER`] candidates.
     pub streams: *mut StreamPlace,
-    /// One for every [part](parts) of the candidates.
+    /// One for each [part](parts) of the candidates.
     pub parts: *mut PartPlace,
-    /// So many [words](words).
+    /// Scratch, [words](words) for each filter.
     pub words: *mut u32,
-    /// How every run stands.
+    /// The status of every run.
     pub statuses: *mut Status,
-    /// A result for every scan.
+    /// A result for each scan.
     pub results: *mut ScanResult,
-    /// Room for the estimated features of all runs.
+    /// Memory for the estimated features of all runs.
     pub features: *mut Feature,
-    /// Room for the estimated moving features of all runs.
+    /// Memory for the estimated moving features of all runs.
     pub movers: *mut Mover,
     /// Number of filters.
     pub count: u64,
-    /// The most particles of a filter.
+    /// The greatest number of particles of a filter.
     pub particles: u64,
-    /// The most samples of a particle.
+    /// The greatest number of samples of a particle.
     pub samples: u64,
 }
 
@@ -363,7 +365,7 @@ impl<M: Size> Clone for Filters<M> {
 
 impl<M: Size> Copy for Filters<M> {}
 
-/// What belongs to one filter of a launch.
+/// The data of one filter of a launch.
 #[derive(Debug)]
 pub struct Group<M: Size> {
     pub(crate) run: *const Run,
@@ -377,7 +379,7 @@ pub struct Group<M: Size> {
     pub(crate) streams: *mut StreamPlace,
     pub(crate) parts: *mut PartPlace,
     pub(crate) cumulated: *mut f32,
-    /// So many places from one column to the next.
+    /// Distance between two columns, in numbers.
     pub(crate) stride: usize,
     pub(crate) columns: *mut f32,
     pub(crate) wholes: *mut u32,
@@ -389,13 +391,13 @@ pub struct Group<M: Size> {
     pub(crate) movers: *mut Mover,
 }
 
-/// Places of the random stream that a filter of so many candidates keeps.
+/// Number of positions in the random stream that a filter with `candidates` candidates stores.
 #[must_use]
 pub const fn streams(candidates: usize) -> usize {
     candidates.div_ceil(TOGETHER)
 }
 
-/// Bytes of what the buffers of filters are made of, room, sight, desk, draft, stream and part, and what all of them are aligned to at most.
+/// Bytes of one element of each buffer (room, sight, desk, draft, stream, part), and the greatest alignment of all of them.
 #[must_use]
 pub fn bytes<M: Size>() -> [u64; 7] {
     let alignments = [

@@ -11,7 +11,7 @@ use scphd::numerics::{Symmetric, Vector};
 use scphd::storage::ScanRoom;
 use scphd::{Component, Detector, PoseEstimate, ScPhd, ScanReport};
 
-/// What a run takes in.
+/// The inputs of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct Inputs<'a> {
     /// The filter.
@@ -24,24 +24,24 @@ pub struct Inputs<'a> {
     pub measurements: &'a [Vector2<f32>],
 }
 
-/// What it leaves.
+/// The outputs of a run.
 #[derive(Debug)]
 pub struct Outputs<'a> {
     /// A result for every scan.
     pub results: &'a mut [ScanResult],
-    /// Room for the estimated features of all scans.
+    /// Memory for the estimated features of all scans.
     pub features: &'a mut [Feature],
-    /// Room for the estimated moving features of all scans.
+    /// Memory for the estimated moving features of all scans.
     pub movers: &'a mut [Mover],
 }
 
-/// Whether a digest is asked for after so many scans: after every so many, and after the last; 0: after the last alone.
+/// Whether a digest is needed after `taken` scans: after every `every` scans and after the last; for 0, only after the last.
 #[must_use]
 pub fn asks_for_digest(every: usize, taken: usize, last: bool) -> bool {
     last || taken.checked_rem(every) == Some(0)
 }
 
-/// Takes a run through its scans by the library's own scan: what one core does that has nothing to share.
+/// Processes all scans of a run by the library's own scan, on one core.
 pub fn follow<M: Size>(
     inputs: Inputs<'_>,
     slot: &mut Slot<M>,
@@ -56,14 +56,14 @@ pub fn follow<M: Size>(
     Status { code, scans: u32::try_from(taken).unwrap_or(u32::MAX) }
 }
 
-/// A filter over a slot's state, of whatever capacities.
+/// A filter over a slot's state, of any capacities.
 pub(crate) type Filter<'s> = ScPhd<'s, Vehicle>;
 /// The sensor of a run.
 pub(crate) type Sighted<'s> = Detector<Models, ScanRoom<'s, Vector2<f32>>>;
-/// Room for the estimates of one scan.
+/// Memory for the estimates of one scan.
 pub(crate) type Lists<'s> = (&'s mut [Component<Vector2<f32>>; FEATURES], &'s mut [Component<Vector4<f32>>; MOVERS]);
 
-/// Filter and sensor over a slot, and room for estimates. They are started.
+/// The started filter and the sensor over a slot, and the memory for estimates.
 pub(crate) fn over<'s, M: Size>(run: &Run, slot: &'s mut Slot<M>) -> Result<(Filter<'s>, Sighted<'s>, Lists<'s>), u32> {
     let Slot { memory, scratch, features, movers } = slot;
     let refused = Status::SETUP;
@@ -94,7 +94,7 @@ fn scans<M: Size>(
     Ok(())
 }
 
-/// Writes what is known after the scan of that place, with the pose if it is estimated already; the lists of earlier scans stay where they are.
+/// Writes the result of a scan, with the pose if it is already estimated. The lists of earlier scans are not moved.
 pub(crate) fn tell(
     filter: &Filter<'_>,
     detector: &Sighted<'_>,
@@ -129,7 +129,7 @@ pub(crate) fn tell(
     Ok(())
 }
 
-/// Takes in the predictions before a scan; returns its measurements.
+/// Processes the predictions before a scan. Returns its measurements.
 fn predict<'i>(inputs: Inputs<'i>, place: usize, filter: &mut Filter<'_>) -> Result<&'i [Vector2<f32>], u32> {
     let (predictions, measurements) = before(inputs, place)?;
     for Prediction { control, dt_s } in predictions {
@@ -146,13 +146,13 @@ pub(crate) fn before<'i>(inputs: Inputs<'i>, place: usize) -> Result<(&'i [Predi
     Ok((predictions, measurements))
 }
 
-/// So many from a place on; `None` where there are not as many.
+/// `count` elements from `first` on; `None` if there are fewer.
 fn part<T>(all: &[T], first: u32, count: u32) -> Option<&[T]> {
     let first = usize::try_from(first).ok()?;
     all.get(first..)?.get(..usize::try_from(count).ok()?)
 }
 
-/// Writes items from a place on: how many; `None` where there is no room for them.
+/// Writes items from index `first` on. Returns their number; `None` if the capacity is too small.
 fn append<T>(to: &mut [T], first: u32, items: impl ExactSizeIterator<Item = T>) -> Option<u32> {
     let count = items.len();
     let room = to.get_mut(usize::try_from(first).ok()?..)?.get_mut(..count)?;
@@ -185,7 +185,7 @@ fn of_report(report: &ScanReport<f32>, estimate: &PoseEstimate<PlanarPose<f32>>)
     }
 }
 
-/// The covariance of the position.
+/// The covariance of the position: xx, xy, yy.
 fn of_position<V: Vector<Scalar = f32>>(covariance: &Symmetric<V>) -> [f32; 3] {
     [(0, 0), (0, 1), (1, 1)].map(|(row, column)| covariance.get(row, column))
 }

@@ -1,7 +1,8 @@
-//! The stages from the weighed candidates to the drafts of their maps: sums in parts, and parts one after the other.
+//! The stages from the weighed candidates to the drafts of their maps. Sums are computed in parts, and one thread adds the parts
+//! up.
 //!
-//! Every function is the body of a [`Stage`](crate::Stage), under whose safety it stands: what is lent out is written by the one thread whose
-//! place it is, or read by all.
+//! Every function is the body of a [`Stage`](crate::Stage), whose safety requirements apply: lent data is either written by the
+//! single thread at its place, or only read.
 
 use crate::group::{alone, between, draft, whole};
 use crate::room::{Group, Lending, PartPlace, StreamPlace, TOGETHER, parts};
@@ -11,15 +12,15 @@ use core::slice::{from_raw_parts, from_raw_parts_mut};
 use core::sync::atomic::Ordering;
 use scphd::storage::{PART, PartSums};
 
-/// The parts of so many things, for one thread.
+/// The parts of `things` elements, for one thread.
 unsafe fn all_parts<'r, M: Size>(group: &Group<M>, things: usize) -> &'r mut [PartPlace] {
-    // SAFETY: there are as many.
+    // SAFETY: the buffer has this number of parts.
     unsafe { from_raw_parts_mut(group.parts, parts(things)) }
 }
 
-/// ln Σ ζ L of a part.
+/// Computes ln Σ ζ L of a part.
 pub(crate) unsafe fn products<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: ln L are read.
+    // SAFETY: the ln L are only read.
     unsafe {
         let Some(between) = between(group, scan) else { return };
         let (first, candidates) = (place * PART, between.scanning.candidates());
@@ -31,7 +32,7 @@ pub(crate) unsafe fn products<M: Size>(place: usize, group: &Group<M>, scan: u32
     }
 }
 
-/// The evidence; lends what there is of candidates and particles.
+/// Computes the evidence, and lends the arrays of candidates and particles.
 pub(crate) unsafe fn evidence<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: no other thread runs.
     unsafe {
@@ -47,7 +48,7 @@ pub(crate) unsafe fn evidence<M: Size>(place: usize, group: &Group<M>, scan: u32
 
 /// Multiplies the weights of a part by the likelihoods.
 pub(crate) unsafe fn multiply<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: the candidates of a part are its thread's.
+    // SAFETY: only this thread uses the candidates of the part.
     unsafe {
         let Some(between) = between(group, scan) else { return };
         let (first, candidates) = (place * PART, between.scanning.candidates());
@@ -60,7 +61,7 @@ pub(crate) unsafe fn multiply<M: Size>(place: usize, group: &Group<M>, scan: u32
     }
 }
 
-/// What the weights are still to be divided by.
+/// Computes the divisor that the weights still need.
 pub(crate) unsafe fn rest<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: no other thread runs.
     unsafe {
@@ -70,9 +71,9 @@ pub(crate) unsafe fn rest<M: Size>(place: usize, group: &Group<M>, scan: u32, _d
     }
 }
 
-/// Divides the weights of a part, and cumulates them.
+/// Divides the weights of a part, and computes their cumulative sums.
 pub(crate) unsafe fn cumulate<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: the candidates of a part are its thread's, and so is what is cumulated.
+    // SAFETY: only this thread uses the candidates and the cumulative sums of the part.
     unsafe {
         let Some(between) = between(group, scan) else { return };
         let (first, candidates) = (place * PART, between.scanning.candidates());
@@ -88,7 +89,7 @@ pub(crate) unsafe fn cumulate<M: Size>(place: usize, group: &Group<M>, scan: u32
     }
 }
 
-/// Whether all particles are drawn anew, and with which numbers of the random stream.
+/// Decides whether to resample, and finds the positions in the random stream.
 pub(crate) unsafe fn decide<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: no other thread runs.
     unsafe {
@@ -114,9 +115,9 @@ pub(crate) unsafe fn decide<M: Size>(place: usize, group: &Group<M>, scan: u32, 
     }
 }
 
-/// The candidate that a particle goes on with.
+/// Selects the candidate with which a particle continues.
 pub(crate) unsafe fn draw<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: candidates are read, and what is selected is written in the place of its thread.
+    // SAFETY: candidates are only read; each thread writes the selection at its place.
     unsafe {
         let Some(between) = between(group, scan) else { return };
         let scanning = &between.scanning;
@@ -156,9 +157,9 @@ pub(crate) unsafe fn draw<M: Size>(place: usize, group: &Group<M>, scan: u32, _d
     }
 }
 
-/// Counts the survivors of a part that are not the one before, and finds the heaviest.
+/// Counts the survivors of a part that differ from the preceding one, and finds the heaviest.
 pub(crate) unsafe fn runs<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: all is read but for the part's own.
+    // SAFETY: everything except the part itself is only read.
     unsafe {
         let Some(between) = between(group, scan) else { return };
         let [particles, _] = between.scanning.particles();
@@ -184,7 +185,7 @@ pub(crate) unsafe fn runs<M: Size>(place: usize, group: &Group<M>, scan: u32, _d
 
 /// Begins the update.
 pub(crate) unsafe fn settle<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: no other thread runs; what `evidence` has lent comes back.
+    // SAFETY: no other thread runs; the arrays that `evidence` has lent are given back.
     unsafe {
         let Some(between) = alone(place, group, scan) else { return };
         let [particles, _] = between.scanning.particles();
@@ -203,9 +204,9 @@ pub(crate) unsafe fn settle<M: Size>(place: usize, group: &Group<M>, scan: u32, 
     }
 }
 
-/// Gives the survivors of a part that differ their drafts, and notes of all particles which they have.
+/// Assigns a draft to each different survivor of a part, and stores the draft of every particle.
 pub(crate) unsafe fn assign<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: each draft is that of one survivor, and each note of one particle.
+    // SAFETY: each draft belongs to one survivor, and each stored index to one particle.
     unsafe {
         let Some(between) = between(group, scan) else { return };
         let survivors = between.scanning.survivors();

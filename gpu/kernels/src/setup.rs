@@ -1,4 +1,4 @@
-//! Models and tuning of a run as plain numbers, and what the filter makes of them.
+//! Models and tuning of a run as plain numbers, and the filter's types made from them.
 
 use crate::motion::Vehicle;
 use bytemuck::{Pod, Zeroable};
@@ -29,15 +29,15 @@ pub mod extraction {
     pub const CONFIRMED: u32 = 2;
 }
 
-/// [`Setup::is_mounted`] where the sensor's pose is not the vehicle's.
+/// Value of [`Setup::is_mounted`] if the sensor has its own pose on the vehicle.
 pub const MOUNTED: u32 = 1;
 
-/// Models and tuning. Every field is the one of the same name of `scphd`'s own types; there are no gaps between them.
+/// Models and tuning. Every field corresponds to the field of the same name in `scphd`'s own types. There is no padding.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 #[expect(missing_docs, reason = "the types of the library document them")]
 pub struct Setup {
-    /// Which vehicle, one of [`vehicle`].
+    /// The vehicle, one of [`vehicle`].
     pub vehicle: u32,
     pub wheelbase_m: f32,
     pub encoder_offset_m: f32,
@@ -48,7 +48,7 @@ pub struct Setup {
     pub turn_sigma: f32,
     pub turn_sigma_ratio: f32,
     pub noise_interval_s: f32,
-    /// x, y, m, and heading, rad, at the start.
+    /// Pose at the start: x, y, m, and heading, rad.
     pub start: [f32; 3],
     pub range_sigma_m: f32,
     pub bearing_sigma_rad: f32,
@@ -63,13 +63,13 @@ pub struct Setup {
     pub clutter_per_scan: f32,
     /// [`MOUNTED`], or 0.
     pub is_mounted: u32,
-    /// Ahead, left, m, and turned to the left, rad.
+    /// Pose of the sensor: forward, left, m, and its rotation to the left, rad.
     pub mounting: [f32; 3],
     pub births_of_static: f32,
     pub births_of_moving: f32,
     pub particles: u32,
     pub samples: u32,
-    /// Linearisations of the informed proposal; 0 is the blind one.
+    /// Number of linearisations of the informed proposal; 0 for the blind proposal.
     pub proposal_rounds: u32,
     pub sampled_fraction: f32,
     pub min_responsibility: f32,
@@ -80,7 +80,7 @@ pub struct Setup {
     pub confirmed_weight: f32,
     pub merge_distance: f32,
     pub max_components: u32,
-    /// One of [`extraction`].
+    /// The extraction, one of [`extraction`].
     pub extraction: u32,
     pub extraction_weight: f32,
     pub velocity_sigma_mps: f32,
@@ -98,7 +98,7 @@ pub struct Setup {
 /// The sensor of a run.
 pub(crate) type Models = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
 
-/// What a filter is made of.
+/// The parts of a filter.
 pub(crate) struct Made {
     pub(crate) vehicle: Vehicle,
     pub(crate) config: Config<f32>,
@@ -107,7 +107,7 @@ pub(crate) struct Made {
 }
 
 impl Setup {
-    /// The models and the tuning; `None` where one of them is out of range.
+    /// The models and the tuning; `None` if one of them is out of range.
     pub(crate) fn make(&self) -> Option<Made> {
         let [x_m, y_m, heading_rad] = self.start;
         Some(Made {

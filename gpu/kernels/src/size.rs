@@ -1,4 +1,4 @@
-//! The two sizes of filters on a device: one for many at once, one for a single large one.
+//! The two sizes of filters on a device: one for many filters at once, one for a single large filter.
 
 use crate::motion::Vehicle;
 use core::fmt::Debug;
@@ -8,21 +8,22 @@ use scphd::models::Unicycle;
 use scphd::storage::Capacities;
 use scphd::{Config, ScPhd, memory};
 
-/// Room for particles of each of many filters.
+/// Capacity for particles of each of many filters.
 pub const PARTICLES: usize = 32;
-/// Room for particles of a large filter.
+/// Capacity for particles of a large filter.
 pub const LARGE_PARTICLES: usize = 16_384;
-/// Room for samples of each particle.
+/// Capacity for samples of each particle.
 pub const SAMPLES: usize = 2;
-/// Pages of moving features of all maps of a large filter, and as many of static ones: the most that can be counted.
+/// Number of pages of a large filter, of static and of moving features each: the greatest that a `u16` can count.
 const LARGE_PAGES: usize = 65_535;
-/// Pages of static features of all maps of one of many filters.
+/// Number of pages of static features of each of many filters.
 const PAGES: usize = 640;
-/// Pages of moving features, likewise.
+/// Number of pages of moving features of each of many filters.
 const MOVING_PAGES: usize = 448;
 
 memory! {
-    /// What one of many filters knows, whatever moves its vehicle: a state is of a pose, and all vehicles in the plane have the same.
+    /// The memory of one of many filters, for any vehicle: a state depends only on the pose, which all vehicles in the plane
+    /// share.
     pub type Memory: Unicycle<f32> {
         particles: PARTICLES, samples: SAMPLES,
         features { pages: PAGES, pages_per_map: 64, in_view: 768 },
@@ -31,7 +32,7 @@ memory! {
 }
 
 memory! {
-    /// What a large filter knows: maps as large as those of one of many.
+    /// The memory of a large filter. Its maps have the same capacity as those of one of many filters.
     pub type LargeMemory: Unicycle<f32> {
         particles: LARGE_PARTICLES, samples: SAMPLES,
         features { pages: LARGE_PAGES, pages_per_map: 64, in_view: 768 },
@@ -41,21 +42,21 @@ memory! {
 
 /// The memory of one filter, with its capacities.
 pub trait Size: Capacities<Position = Vector2<f32>> + Debug + Sized + 'static {
-    /// What the names of its kernels begin with.
+    /// Prefix of the names of its kernels.
     const NAME: &'static str;
-    /// Particles that it has room for.
+    /// Capacity for particles.
     const PARTICLES: usize;
-    /// Pages of static features.
+    /// Number of pages of static features.
     const PAGES: usize;
-    /// Pages of moving features.
+    /// Number of pages of moving features.
     const MOVING_PAGES: usize;
-    /// All zero.
+    /// An empty memory, all zero.
     const EMPTY: Self;
 
     /// A filter over this memory.
     ///
     /// # Errors
-    /// The configuration does not fit it, or what it holds does not.
+    /// The memory has no capacity for the configuration, or has an invalid content.
     fn filter(&mut self, vehicle: Vehicle, config: Config<f32>) -> Result<ScPhd<'_, Vehicle>, SetupError>;
 }
 

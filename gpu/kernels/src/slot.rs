@@ -6,17 +6,17 @@ use nalgebra::{Vector2, Vector4};
 use scphd::numerics::Noise;
 use scphd::{Component, DetectorMemory};
 
-/// Room for measurements of a scan.
+/// Capacity for measurements of a scan.
 pub const MEASUREMENTS: usize = 128;
-/// Room for estimated features of a scan.
+/// Capacity for estimated features of a scan.
 pub const FEATURES: usize = 192;
-/// Room for estimated moving features of a scan.
+/// Capacity for estimated moving features of a scan.
 pub const MOVERS: usize = 64;
 
-/// The scratch of its sensor.
+/// The scratch of the sensor.
 pub(crate) type Scratch = DetectorMemory<Vector2<f32>, MEASUREMENTS>;
 
-/// All that one filter works in. It begins as zeros, and nothing of it is on a thread's stack.
+/// The working memory of one filter. It starts as zeros, and no part of it is on a thread's stack.
 #[derive(Debug)]
 pub struct Slot<M> {
     pub(crate) memory: M,
@@ -26,7 +26,7 @@ pub struct Slot<M> {
 }
 
 impl<M: Size> Slot<M> {
-    /// Empty, all zero.
+    /// An empty slot, all zero.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -44,9 +44,9 @@ impl<M: Size> Default for Slot<M> {
     }
 }
 
-// All of a slot is numbers but for this, whose nothing has to be zero for the compiler of the device too.
+// All of a slot is numbers except this option, whose `None` must be zero for the compiler of the device as well.
 const _: () = {
-    // SAFETY: either variant is a value, and a random stream is numbers.
+    // SAFETY: either variant is valid, and a random stream is numbers.
     let zero: Option<Noise> = unsafe { MaybeUninit::zeroed().assume_init() };
     assert!(zero.is_none(), "a slot does not begin as zeros");
 };
@@ -61,7 +61,7 @@ mod tests {
     #[test]
     fn zeros_are_a_new_slot() {
         let mut zeros: Box<MaybeUninit<Slot>> = Box::new(MaybeUninit::uninit());
-        // SAFETY: it is as large; the values that it holds are compared with those of a new one.
+        // SAFETY: the memory has the same size; its values are compared with those of a new slot.
         let zeros = unsafe {
             zeros.as_mut_ptr().cast::<u8>().write_bytes(0, size_of::<Slot>());
             zeros.assume_init_ref()
@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slot_is_as_large_as_said() {
+    fn a_slot_has_at_most_the_documented_size() {
         // docs/gpu.md has 535 096 bytes, of one compiler.
         assert!(size_of::<Slot>() <= 536_000, "{}", size_of::<Slot>());
     }

@@ -1,8 +1,8 @@
-//! A scan as a sequence of launches, for any number of filters at once: what each thread does in each of them.
+//! A scan as a sequence of launches, for any number of filters at once: the function of each thread in each launch.
 //!
-//! The stages are those of [`scphd::storage::Scanning`]. What weighs a candidate, or updates the map of a survivor, is a thread; what goes on from
-//! one to the next is one thread for a filter, so that everything stays where it is. A launch is of one stage, whatever the number of filters,
-//! so that all threads of a device execute the same code.
+//! The stages are those of [`scphd::storage::Scanning`]. Weighing a candidate or updating the maps of a survivor is the work of
+//! one thread. Steps that must be sequential are one thread for each filter, so that the state stays on the device. All threads
+//! of a launch run the same stage, for all filters, so that all threads of a device execute the same code.
 
 use crate::buffer::{Prediction, Run, Status};
 use crate::group::{alone, between, give_pages_back, goes_on, whole};
@@ -19,31 +19,31 @@ use core::slice::{from_raw_parts, from_raw_parts_mut};
 use core::sync::atomic::{AtomicU32, Ordering};
 use scphd::storage::{COUNTS, Samples};
 
-/// How many threads a launch is of, for each filter.
+/// Number of threads of a launch for each filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Places {
     /// One.
     One,
-    /// One for every page.
+    /// One for each page.
     Pages,
-    /// One for every few hundred pages.
+    /// One for each few hundred pages.
     PageParts,
-    /// One for every candidate.
+    /// One for each candidate.
     Candidates,
-    /// One for every particle.
+    /// One for each particle.
     Particles,
-    /// One for every few dozens of candidates.
+    /// One for each few dozen candidates.
     CandidateParts,
-    /// The same of particles.
+    /// One for each few dozen particles.
     ParticleParts,
-    /// So many for every particle as write pages together.
+    /// Several for each particle, which write its pages together.
     Lanes,
-    /// One for every column of numbers that are summed.
+    /// One for each column of numbers that are summed.
     Columns,
 }
 
 impl Places {
-    /// How many that is for a filter of a size with so many particles and samples.
+    /// The number of threads for a filter of this size with `particles` particles and `samples` samples of each.
     #[must_use]
     pub const fn count<M: Size>(self, particles: usize, samples: usize) -> usize {
         match self {
@@ -63,7 +63,7 @@ impl Places {
     }
 }
 
-/// Hands the launches to another macro, in their order: each with its name, its threads for a filter, and what one of them does.
+/// Passes the launches to another macro, in their order: each with its name, its threads for each filter, and its function.
 macro_rules! launches {
     ($then:ident! { $($with:tt)* }) => {
         $then! {
@@ -72,10 +72,10 @@ macro_rules! launches {
             STARTING {
                 /// Starts the filters.
                 START = "start", One, start;
-                /// Makes a draft over every desk.
+                /// Makes a draft over each desk.
                 DESKS = "desks", Particles, desks;
             }
-            /// The launches of every prediction before a scan.
+            /// The launches of each prediction before a scan.
             PREDICTING {
                 /// Begins the next prediction before a scan.
                 PREDICT = "predict", One, predict;
@@ -86,68 +86,68 @@ macro_rules! launches {
             SCANNING {
                 /// Sorts the measurements.
                 OPEN = "open", One, open;
-                /// Moves the moving features (5.14), and counts no page as held.
+                /// Predicts the moving features (5.14), and resets the numbers of maps that hold a page.
                 DRIFT = "drift", Pages, drift;
-                /// Draws candidates of an informed proposal.
+                /// Draws the candidates of an informed proposal.
                 PROPOSE = "propose", One, propose;
                 /// Weighs the candidates (4.52).
                 WEIGH = "weigh", Candidates, weigh;
                 /// Sums ζ L over parts of the candidates.
                 PRODUCTS = "products", CandidateParts, select::products;
-                /// Sums these.
+                /// Adds these sums up.
                 EVIDENCE = "evidence", One, select::evidence;
                 /// Multiplies the weights by the likelihoods (5.23).
                 MULTIPLY = "multiply", CandidateParts, select::multiply;
-                /// Finds what they are still to be divided by.
+                /// Computes the divisor that the weights still need.
                 REST = "rest", One, select::rest;
-                /// Divides them by that, and cumulates them in parts.
+                /// Divides the weights by it, and computes their cumulative sums in parts.
                 CUMULATE = "cumulate", CandidateParts, select::cumulate;
-                /// Decides whether all particles are drawn anew.
+                /// Decides whether to resample.
                 DECIDE = "decide", One, select::decide;
                 /// Draws the survivors (5.2.2).
                 DRAW = "draw", Particles, select::draw;
-                /// Counts those that differ, and finds the heaviest, in parts.
+                /// Counts the different survivors, and finds the heaviest, in parts.
                 RUNS = "runs", ParticleParts, select::runs;
                 /// Begins the update of the survivors' maps.
                 SETTLE = "settle", One, select::settle;
-                /// Gives every survivor that differs a draft.
+                /// Assigns a draft to each different survivor.
                 ASSIGN = "assign", ParticleParts, select::assign;
-                /// Updates their maps (5.17–5.22), each in its draft.
+                /// Updates the survivors' maps (5.17–5.22), each in its draft.
                 MAKE = "make", Particles, store::make;
-                /// Sums the labels and pages that drafts take, in parts.
+                /// Sums the labels and pages that the drafts allocate, in parts.
                 CLAIM = "claim", ParticleParts, store::claim;
                 /// Counts the pages that no map holds any more, in parts.
                 UNHELD = "unheld", PageParts, store::unheld;
-                /// Adds up these sums.
+                /// Adds these sums up.
                 ADD_UP = "add_up", One, store::add_up;
-                /// Finds the places of every draft's labels and pages, and whether there are enough pages.
+                /// Finds the positions of each draft's labels and pages, and whether there are enough pages.
                 JUDGE = "judge", ParticleParts, store::judge;
-                /// Lends the lists of pages; where there are not enough, stores the drafts one after the other.
+                /// Lends the lists of pages; if there are too few pages, stores the drafts one after the other.
                 COMMIT = "commit", One, store::commit;
                 /// Lists the free pages.
                 LIST = "list", PageParts, store::list;
-                /// Takes pages and labels for the drafts.
+                /// Allocates pages and labels for the drafts.
                 TAKE = "take", Particles, store::take;
                 /// Writes the pages.
                 FILL = "fill", Lanes, store::fill;
-                /// Gives every particle the list of its pages, and its candidate the particle's place.
+                /// Gives every particle the list of its pages, and moves its candidate to the particle's place.
                 SHARE = "share", Particles, store::share;
                 /// Sums over drafts and particles.
                 SUM = "sum", Columns, tell::sum;
-                /// The terms of the mean pose.
+                /// Computes the terms of the mean pose.
                 CENTRE = "centre", Particles, tell::centre;
-                /// Sums them.
+                /// Adds them up.
                 SUM_CENTRE = "sum_centre", Columns, tell::sum_centre;
-                /// The terms of its covariance.
+                /// Computes the terms of the covariance of the pose.
                 SPREAD = "spread", Particles, tell::spread;
-                /// Sums them.
+                /// Adds them up.
                 SUM_SPREAD = "sum_spread", Columns, tell::sum_spread;
-                /// Estimates and report.
+                /// Writes estimates and report.
                 CLOSE = "close", One, tell::close;
             }
-            /// The launch of a digest, after a scan for which it is asked.
+            /// The launch of a digest, after a scan for which it is requested.
             DIGESTING {
-                /// The digest of the state after a scan, where it is asked for.
+                /// Computes the digest of the state after a scan, if it is requested.
                 DIGEST = "digest", One, tell::digest;
             }
         }
@@ -156,7 +156,7 @@ macro_rules! launches {
 #[cfg(target_arch = "nvptx64")]
 pub(crate) use launches;
 
-/// A constant for every launch, and lists of them.
+/// Defines a constant for each launch, and lists of them.
 macro_rules! constants {
     ($($(#[$about:meta])* $list:ident {
         $($(#[$does:meta])* $stage:ident = $name:literal, $places:ident, $body:path;)+
@@ -171,16 +171,16 @@ macro_rules! constants {
     )+ };
 }
 
-/// What a thread does in a launch: its place among those of its filter, the filter's buffers, the scan, and after how many scans a digest is
-/// asked for.
+/// The function of a thread in a launch. Arguments: its place among the threads of its filter, the data of the filter, the scan,
+/// and the number of scans between two digests.
 pub(crate) type Body<M> = unsafe fn(usize, &Group<M>, u32, u32);
 
 /// A launch.
 #[derive(Debug, Clone, Copy)]
 pub struct Stage<M: Size> {
-    /// Its name; that of its kernel begins with [`Size::NAME`].
+    /// Its name. The name of its kernel has the prefix [`Size::NAME`].
     pub name: &'static str,
-    /// Its threads.
+    /// The number of its threads.
     pub places: Places,
     body: Body<M>,
 }
@@ -188,37 +188,39 @@ pub struct Stage<M: Size> {
 impl<M: Size> Stage<M> {
     launches!(constants! {});
 
-    /// What the thread of that place does. Places beyond the last have nothing to do; a run that has stopped stays as it is.
+    /// Runs the function of one thread. Places beyond the last do nothing; a run that has stopped does not change.
     ///
     /// # Safety
-    /// Every pointer of the buffers is aligned and leads to as many values as the filters, runs, particles and samples say, which live and stay
-    /// where they are until the last launch has ended; rooms and desks begin as zeros. The launches come in the order of
-    /// [`STARTING`](Self::STARTING), and for every scan of [`PREDICTING`](Self::PREDICTING), as many times as there are predictions before it
-    /// in any run, [`SCANNING`](Self::SCANNING) and, where it is asked for, [`DIGEST`](Self::DIGEST), each with a thread for every place, once, and ends before the next begins.
+    /// Every pointer of the buffers is aligned and leads to as many values as the numbers of filters, runs, particles and samples
+    /// require. The values live and do not move until the last launch has ended; rooms and desks start as zeros. The launches
+    /// come in the order of [`STARTING`](Self::STARTING), and then for every scan [`PREDICTING`](Self::PREDICTING), once for each
+    /// prediction before it in the run that has most, [`SCANNING`](Self::SCANNING) and, if requested, [`DIGEST`](Self::DIGEST).
+    /// Each launch has one thread for each place, and ends before the next begins.
     #[inline(always)]
     pub unsafe fn run(&self, place: usize, filters: &Filters<M>, scan: u32, digest_every: u32) {
         let each = self.places.count::<M>(filters.particles as usize, filters.samples as usize);
-        // Both fit into 32 bits, in which a device divides much faster.
+        // Both fit into 32 bits, for which a device divides much faster.
         let (filter, place) = ((place as u32).checked_div(each as u32), (place as u32).checked_rem(each as u32));
         if let (Some(filter), Some(place)) = (filter, place)
             && u64::from(filter) < filters.count
         {
-            // SAFETY: there is such a filter; the rest is the caller's word.
+            // SAFETY: the index is below the number of filters; the caller guarantees the rest.
             unsafe { (self.body)(place as usize, &filters.group(filter as usize), scan, digest_every) }
         }
     }
 }
 
 impl<M: Size> Filters<M> {
-    /// What belongs to the filter of that number.
+    /// The data of one filter.
     ///
     /// # Safety
-    /// There is such a filter, and every pointer leads to as many values as there are filters, particles and samples, and as the runs say.
+    /// There is such a filter, and every pointer leads to as many values as the numbers of filters, particles and samples and the
+    /// runs require.
     unsafe fn group(&self, filter: usize) -> Group<M> {
         let particles = self.particles as usize;
         let samples = self.samples as usize;
         let candidates = particles * samples;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe {
             let cumulated = self.words.add(filter * words::<M>(particles, samples));
             let columns = cumulated.add(candidates);
@@ -253,7 +255,7 @@ impl<M: Size> Filters<M> {
 }
 
 unsafe fn inputs<'r, M: Size>(group: &Group<M>) -> Inputs<'r> {
-    // SAFETY: where the run says that its inputs lie they do, and nobody writes them.
+    // SAFETY: the inputs are where the run says, and are never written.
     unsafe {
         let run = &*group.run;
         Inputs {
@@ -273,8 +275,8 @@ unsafe fn start<M: Size>(place: usize, group: &Group<M>, _scan: u32, _digest_eve
     if place > 0 {
         return;
     }
-    // SAFETY: no other thread runs; a room begins as zeros, which are a value of it, and stays where it is, so that what points into it
-    // may be kept beside it.
+    // SAFETY: no other thread runs. A room starts as zeros, which are a valid value, and does not move, so that it can hold
+    // pointers to its own parts.
     unsafe {
         let room = group.room;
         let code = match over(inputs(group).run, &mut (*room).slot) {
@@ -289,12 +291,12 @@ unsafe fn start<M: Size>(place: usize, group: &Group<M>, _scan: u32, _digest_eve
     }
 }
 
-/// Makes a draft over the desk of this place.
+/// Makes a draft over the desk at this place.
 ///
 /// # Safety
 /// As of [`Stage::run`].
 unsafe fn desks<M: Size>(place: usize, group: &Group<M>, _scan: u32, _digest_every: u32) {
-    // SAFETY: there are as many desks and drafts as particles, and those of a place are its thread's own; the desks stay where they are.
+    // SAFETY: there is a desk and a draft for each particle, and only this thread uses those at its place; the desks do not move.
     unsafe {
         if place < whole((*group.run).setup.particles) {
             let [draft] = (*group.desks.add(place)).memory.drafts();
@@ -303,12 +305,12 @@ unsafe fn desks<M: Size>(place: usize, group: &Group<M>, _scan: u32, _digest_eve
     }
 }
 
-/// Begins the next of the predictions before a scan, lends the candidates, and finds where in the random stream their numbers are.
+/// Begins the next prediction before a scan, lends the candidates, and finds the positions of their numbers in the random stream.
 ///
 /// # Safety
 /// As of [`Stage::run`].
 unsafe fn predict<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: no other thread runs; `start` has made filter and detector.
+    // SAFETY: no other thread runs; `start` has initialised filter and detector.
     unsafe {
         if place > 0 || !goes_on(group, scan) {
             return;
@@ -346,7 +348,7 @@ unsafe fn predict<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_ev
 /// # Safety
 /// As of [`Stage::run`].
 unsafe fn sample<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: the candidates are lent, and each is that of one place.
+    // SAFETY: the candidates are lent, and each belongs to one place.
     unsafe {
         if !goes_on(group, scan) {
             return;
@@ -370,11 +372,11 @@ unsafe fn sample<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_eve
     }
 }
 
-/// The candidates come back, if they were lent.
+/// Gives the candidates back, if they were lent.
 unsafe fn give_candidates_back(filter: &mut Filter<'static>, predicting: &mut Predicting) {
     let Predicting { candidates: (candidates, len), particles, in_use, splits, after, .. } = predicting;
     if *len > 0 {
-        // SAFETY: these are the slices that were lent, and nobody else has them any more; what is behind the last one was set as they were lent.
+        // SAFETY: these are the slices that were lent, and nothing else refers to them; `after` was set when they were lent.
         let (candidates, selected, noise) = unsafe {
             let selected = from_raw_parts_mut(particles.0, particles.1);
             (from_raw_parts_mut(*candidates, *len), selected, after.assume_init_ref().clone())
@@ -389,7 +391,7 @@ unsafe fn give_candidates_back(filter: &mut Filter<'static>, predicting: &mut Pr
 /// # Safety
 /// As of [`Stage::run`].
 unsafe fn open<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: no other thread runs; `start` has made filter and detector.
+    // SAFETY: no other thread runs; `start` has initialised filter and detector.
     unsafe {
         if place > 0 || !goes_on(group, scan) {
             return;
@@ -432,12 +434,12 @@ unsafe fn open<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every
     }
 }
 
-/// Moves what moves on one page.
+/// Predicts the moving features of one page.
 ///
 /// # Safety
 /// As of [`Stage::run`].
 unsafe fn drift<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: the pages are lent, and each is that of one place, as is each count.
+    // SAFETY: the pages are lent, and each page and each count belongs to one place.
     unsafe {
         let Some(Between { scanning, moving_pages, .. }) = between(group, scan) else { return };
         if place < M::PAGES + M::MOVING_PAGES {
@@ -449,12 +451,12 @@ unsafe fn drift<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_ever
     }
 }
 
-/// Draws candidates of an informed proposal, and lends their ln L.
+/// Draws the candidates of an informed proposal, and lends their ln L.
 ///
 /// # Safety
 /// As of [`Stage::run`].
 unsafe fn propose<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: no other thread runs, and the pages come back that `open` has lent.
+    // SAFETY: no other thread runs; the pages that `open` has lent are given back.
     unsafe {
         let Some(between) = alone(place, group, scan) else { return };
         give_pages_back(between);
@@ -470,7 +472,7 @@ unsafe fn propose<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_ev
 /// # Safety
 /// As of [`Stage::run`].
 unsafe fn weigh<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: the ln L are lent, and each of them and of the sights is that of one place.
+    // SAFETY: the ln L are lent, and each of them and of the sights belongs to one place.
     unsafe {
         if let Some(Between { scanning, lent, .. }) = between(group, scan)
             && place < scanning.candidates()

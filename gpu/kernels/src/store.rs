@@ -1,7 +1,8 @@
-//! The stages that update the maps of the survivors and give them pages: sums in parts, and parts one after the other.
+//! The stages that update the maps of the survivors and allocate their pages. Sums are computed in parts, and one thread adds the
+//! parts up.
 //!
-//! Every function is the body of a [`Stage`](crate::Stage), under whose safety it stands: what is lent out is written by the one thread whose
-//! place it is, or read by all.
+//! Every function is the body of a [`Stage`](crate::Stage), whose safety requirements apply: lent data is either written by the
+//! single thread at its place, or only read.
 
 use crate::group::{all_drafts, alone, between, draft, whole};
 use crate::room::{Between, COLUMNS, DraftOf, Group, Lending, Listed, Many, PAGES_TOGETHER, PartPlace, page_parts};
@@ -14,7 +15,7 @@ use scphd::storage::{COUNTS, Feature, PART, Page, PageId, Placed};
 
 /// Updates the maps of one survivor.
 pub(crate) unsafe fn make<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: maps are only read; each draft and each sight is that of one place, and so are its numbers.
+    // SAFETY: maps are only read; each draft, sight and number belongs to one place.
     unsafe {
         let Some(between) = between(group, scan) else { return };
         if place >= between.drafts {
@@ -46,15 +47,15 @@ pub(crate) unsafe fn make<M: Size>(place: usize, group: &Group<M>, scan: u32, _d
     }
 }
 
-/// The drafts of a part.
+/// Indices of the drafts of a part.
 fn of_part(place: usize, between: &Between) -> Range<usize> {
     let first = (place * PART).min(between.drafts);
     first..(first + PART).min(between.drafts)
 }
 
-/// Sums what the drafts of a part take.
+/// Sums the labels and pages that the drafts of a part allocate.
 pub(crate) unsafe fn claim<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: drafts are read, and the sums are the part's own.
+    // SAFETY: drafts are only read, and only this thread uses the sums of the part.
     unsafe {
         let Some(between) = between(group, scan) else { return };
         let mut sum = Claimed::NOTHING;
@@ -69,7 +70,7 @@ pub(crate) unsafe fn claim<M: Size>(place: usize, group: &Group<M>, scan: u32, _
     }
 }
 
-/// What some drafts take.
+/// Labels and pages that some drafts allocate, and pages that they free.
 #[derive(Debug, Clone, Copy)]
 struct Claimed {
     labels: u32,
@@ -104,7 +105,7 @@ impl Claimed {
     }
 }
 
-/// The pages of a part, counted from the first static one, and whether they are moving ones.
+/// Indices of the pages of a part, counted from the first static one, and whether they are pages of moving features.
 fn pages_of_part<M: Size>(place: usize) -> (Range<usize>, bool) {
     let [of_static, _] = page_parts::<M>();
     match place.checked_sub(of_static) {
@@ -119,7 +120,7 @@ fn pages_of_part<M: Size>(place: usize) -> (Range<usize>, bool) {
 
 /// Counts the pages of a part that no updated map holds.
 pub(crate) unsafe fn unheld<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: counts are read, and the sum is the part's own.
+    // SAFETY: counts are only read, and only this thread uses the sum of the part.
     unsafe {
         if between(group, scan).is_some() {
             let (pages, _) = pages_of_part::<M>(place);
@@ -129,7 +130,7 @@ pub(crate) unsafe fn unheld<M: Size>(place: usize, group: &Group<M>, scan: u32, 
     }
 }
 
-/// What the parts before every part take, and the pages that are free.
+/// Sums what the parts before each part allocate, and the free pages.
 pub(crate) unsafe fn add_up<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: no other thread runs.
     unsafe {
@@ -156,10 +157,10 @@ pub(crate) unsafe fn add_up<M: Size>(place: usize, group: &Group<M>, scan: u32, 
     }
 }
 
-/// Finds where the labels and pages of the drafts of a part begin, and whether each would find as many pages if they were stored one after the
-/// other.
+/// Finds the positions of the labels and pages of a part's drafts, and checks that each draft would get all its pages if the
+/// drafts were stored one after the other.
 pub(crate) unsafe fn judge<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: drafts are read, and the places are their own.
+    // SAFETY: drafts are only read, and each position belongs to one draft.
     unsafe {
         let Some(between) = between(group, scan) else { return };
         let mut before = Claimed::of(&*group.parts.add(place));
@@ -170,7 +171,7 @@ pub(crate) unsafe fn judge<M: Size>(place: usize, group: &Group<M>, scan: u32, _
             let kinds = free.into_iter().zip(draft.pages()).zip(before.pages.into_iter().zip(before.regained));
             for (kind, ((free, [pages, regained]), (taken, given_back))) in kinds.enumerate() {
                 *group.wholes.add((2 + kind) * group.stride + number) = taken;
-                // As many are free then at least, and as many of them are this one's.
+                // At least this number of pages is free then, and this share of them is for this draft.
                 let left = (free + whole(given_back)).saturating_sub(whole(taken));
                 let share = left.checked_div(draft.remaining()).unwrap_or(0) + regained;
                 if pages > share {
@@ -202,9 +203,9 @@ pub(crate) unsafe fn commit<M: Size>(place: usize, group: &Group<M>, scan: u32, 
     }
 }
 
-/// Lists the free pages of a part, and notes how many maps hold the others.
+/// Lists the free pages of a part, and stores the numbers of maps that hold the others.
 pub(crate) unsafe fn list<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: the lists are lent, and each place is that of one part.
+    // SAFETY: the lists are lent, and each element belongs to one part.
     unsafe {
         let Some(Between { lists, in_turn: false, .. }) = between(group, scan) else { return };
         let (pages, is_moving) = pages_of_part::<M>(place);
@@ -227,9 +228,9 @@ pub(crate) unsafe fn list<M: Size>(place: usize, group: &Group<M>, scan: u32, _d
     }
 }
 
-/// Takes pages and labels for one draft.
+/// Allocates pages and labels for one draft.
 pub(crate) unsafe fn take<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: the lists are lent, and no two drafts are given the same page; each draft is that of one place.
+    // SAFETY: the lists are lent, and no two drafts get the same page; each draft belongs to one place.
     unsafe {
         let Some(between) = between(group, scan) else { return };
         if place >= between.drafts {
@@ -247,7 +248,7 @@ pub(crate) unsafe fn take<M: Size>(place: usize, group: &Group<M>, scan: u32, _d
                 };
                 let before = whole(noted(2 + kind));
                 move |number: usize| {
-                    // The last one freed is the first one taken.
+                    // The page that was freed last is allocated first.
                     let last = free?.checked_sub(1 + before + number)?;
                     let lists = lists?;
                     let id = *lists.free.all().get(last)?;
@@ -261,12 +262,12 @@ pub(crate) unsafe fn take<M: Size>(place: usize, group: &Group<M>, scan: u32, _d
     }
 }
 
-/// Threads that write the pages of a draft together, word by word.
+/// Number of threads that write the pages of a draft together, word by word.
 pub(crate) const LANES: usize = 32;
 
 /// Writes the pages of one draft, together with other threads.
 pub(crate) unsafe fn fill<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: the pages are lent, and no two drafts have been given the same one; each word is that of one place.
+    // SAFETY: the pages are lent, and no two drafts have the same page; each word belongs to one place.
     unsafe {
         let Some(between) = between(group, scan) else { return };
         let (number, lane) = (place / LANES, place % LANES);
@@ -278,23 +279,23 @@ pub(crate) unsafe fn fill<M: Size>(place: usize, group: &Group<M>, scan: u32, _d
     }
 }
 
-/// Writes to pages every so manieth word of what belongs there, from that one on.
+/// Writes the words number `lane`, `lane + LANES`, ... of each page.
 unsafe fn copy_all<F: Feature>((ids, pages): Placed<'_, F>, to: Many<Page<F>>, lane: usize) {
     const { assert!(size_of::<Page<F>>().is_multiple_of(size_of::<u32>())) };
     for (id, page) in ids.iter().zip(pages) {
         if let Some(to) = to.at(id.index()) {
             let (from, to) = (ptr::from_ref(page).cast::<MaybeUninit<u32>>(), to.cast::<MaybeUninit<u32>>());
             for word in (lane..size_of::<Page<F>>() / size_of::<u32>()).step_by(LANES) {
-                // SAFETY: both have as many words, and nobody else writes this one.
+                // SAFETY: both have this word, and no other thread writes it.
                 unsafe { to.add(word).write(from.add(word).read()) };
             }
         }
     }
 }
 
-/// Gives one particle the list of its pages, and makes the candidate that it goes on with the particle.
+/// Gives one particle the list of its pages, and moves its selected candidate to the particle's place.
 pub(crate) unsafe fn share<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: rows and candidates are lent, and each is that of one place.
+    // SAFETY: rows and candidates are lent, and each belongs to one place.
     unsafe {
         let Some(between) = between(group, scan) else { return };
         let [particles, _] = between.scanning.particles();

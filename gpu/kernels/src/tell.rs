@@ -1,6 +1,6 @@
-//! The stages that tell what a scan has come to: sums over particles in their order, each by one thread.
+//! The stages that compute the result of a scan: sums over the particles in their order, each by one thread.
 //!
-//! Every function is the body of a [`Stage`](crate::Stage), under whose safety it stands.
+//! Every function is the body of a [`Stage`](crate::Stage), whose safety requirements apply.
 
 use crate::buffer::{Feature, Mover, Status};
 use crate::group::{alone, between, give_pages_back, goes_on, whole};
@@ -16,16 +16,16 @@ use scphd::settings::Proposal;
 use scphd::storage::{COUNTS, TERMS};
 use scphd::{PoseEstimate, Real};
 
-/// Columns of the terms of the mean pose: x, y, sine and cosine.
+/// Number of columns for the terms of the mean pose: x, y, sine and cosine.
 const CENTRE: usize = 4;
-/// Columns of the terms of its covariance, row by row of the lower triangle.
+/// Columns of the terms of the covariance of the pose, row by row of the lower triangle.
 const SPREAD: [(usize, usize); 6] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
-/// Numbers that are read before they are summed.
+/// Number of values that are read before they are summed.
 const READ: usize = 32;
 
-/// Sums so many numbers of a column in order.
+/// Sums the first `count` numbers of a column in order.
 unsafe fn sum_column<M: Size>(place: usize, group: &Group<M>, count: usize, between: &Between) {
-    // SAFETY: nobody writes the columns, and there are as many numbers.
+    // SAFETY: nothing writes the columns now, and a column has at least this number of elements.
     let column = unsafe { from_raw_parts(group.columns.add(place * group.stride), count.min(group.stride)) };
     let (some, rest) = column.as_chunks::<READ>();
     let sum = some.iter().fold(0.0, |sum, numbers| numbers.iter().fold(sum, |sum, number| sum + number));
@@ -40,9 +40,9 @@ fn summed(between: &Between, column: usize) -> f32 {
     f32::from_bits(between.sums.get(column).map_or(0, |sum| sum.load(Ordering::Relaxed)))
 }
 
-/// Sums what the drafts sum up, and the weights of the particles.
+/// Sums the terms of the drafts, and the weights of the particles.
 pub(crate) unsafe fn sum<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: as of the stage.
+    // SAFETY: as for the stage.
     unsafe {
         let Some(between) = between(group, scan) else { return };
         let [particles, _] = between.scanning.particles();
@@ -50,15 +50,15 @@ pub(crate) unsafe fn sum<M: Size>(place: usize, group: &Group<M>, scan: u32, _di
     }
 }
 
-/// The terms of one particle for the mean pose.
+/// Computes the terms of one particle for the mean pose.
 pub(crate) unsafe fn centre<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: the particles are lent, and the terms are the place's own.
+    // SAFETY: the particles are lent, and only this thread writes the terms at its place.
     unsafe {
         let Some(between) = between(group, scan) else { return };
         let [particles, _] = between.scanning.particles();
         let Some(particle) = between.lent.candidates.all().get(place).filter(|_| place < particles) else { return };
         if place == 0 {
-            // The sums of the columns that the terms come into.
+            // The sums of the terms overwrite these sums, so they are copied.
             for (column, kept) in (*group.room).kept.iter().enumerate() {
                 kept.store(summed(between, column).to_bits(), Ordering::Relaxed);
             }
@@ -74,7 +74,7 @@ pub(crate) unsafe fn centre<M: Size>(place: usize, group: &Group<M>, scan: u32, 
 
 /// Sums the terms of the mean pose.
 pub(crate) unsafe fn sum_centre<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: as of the stage.
+    // SAFETY: as for the stage.
     unsafe {
         let Some(between) = between(group, scan) else { return };
         if place < CENTRE {
@@ -90,9 +90,9 @@ fn mean(between: &Between) -> PlanarPose<f32> {
     PlanarPose::new(x, y, Real::atan2(sine, cosine))
 }
 
-/// The terms of one particle for the covariance of the pose.
+/// Computes the terms of one particle for the covariance of the pose.
 pub(crate) unsafe fn spread<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: the particles are lent, and the terms are the place's own.
+    // SAFETY: the particles are lent, and only this thread writes the terms at its place.
     unsafe {
         let Some(between) = between(group, scan) else { return };
         let [particles, _] = between.scanning.particles();
@@ -114,7 +114,7 @@ pub(crate) unsafe fn spread<M: Size>(place: usize, group: &Group<M>, scan: u32, 
 
 /// Sums the terms of the covariance.
 pub(crate) unsafe fn sum_spread<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: as of the stage.
+    // SAFETY: as for the stage.
     unsafe {
         let Some(between) = between(group, scan) else { return };
         if place < SPREAD.len() {
@@ -124,10 +124,10 @@ pub(crate) unsafe fn sum_spread<M: Size>(place: usize, group: &Group<M>, scan: u
     }
 }
 
-/// Ends the scan, and tells what is known then.
+/// Ends the scan, and writes its result.
 pub(crate) unsafe fn close<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: no other thread runs; what is lent comes back; what is between the launches of a scan ends with it, and before the filter is
-    // looked at again. Where the run says that its outputs lie they do.
+    // SAFETY: no other thread runs; lent data is given back. The state between the launches ends with the scan, before the filter
+    // is used again. The outputs are where the run says.
     unsafe {
         let Some(between) = alone(place, group, scan) else { return };
         give_pages_back(between);
@@ -173,7 +173,7 @@ pub(crate) unsafe fn close<M: Size>(place: usize, group: &Group<M>, scan: u32, _
     }
 }
 
-/// The digest of the state, where it is asked for after this scan.
+/// Computes the digest of the state, if it is requested after this scan.
 pub(crate) unsafe fn digest<M: Size>(place: usize, group: &Group<M>, scan: u32, digest_every: u32) {
     // SAFETY: no other thread runs; there is a result for every scan.
     unsafe {

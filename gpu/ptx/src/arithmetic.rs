@@ -1,6 +1,7 @@
-//! What an instruction makes of its operands.
+//! The functions of arithmetic instructions.
 //!
-//! A register is a `u64` of which the lowest bits count: an instruction reads as many as its type has, and leaves zeros above them.
+//! A register is a `u64` whose lowest bits are used: an instruction reads as many bits as its type has, and writes zeros above
+//! them.
 
 mod function;
 mod single;
@@ -8,13 +9,13 @@ mod whole;
 
 pub(crate) use function::Function;
 
-/// What the mnemonic of an instruction stands for, if it is known.
+/// The function of a mnemonic, if it is known.
 pub(crate) fn function_of(mnemonic: &str) -> Option<Function> {
     let (name, kinds) = mnemonic.split_once('.')?;
-    // A hint for the assembler: all threads of a warp agree.
+    // A hint for the assembler that all threads of a warp agree.
     let kinds = kinds.strip_prefix("uni.").unwrap_or(kinds);
     if name == "cvta" {
-        // Addresses of all spaces are those of the one space.
+        // All address spaces share one range of addresses.
         return Some(Function::One(|address| address));
     }
     if let Some(kind) = kinds.strip_suffix("f32") {
@@ -47,14 +48,14 @@ mod tests {
     }
 
     #[test]
-    fn whole_numbers_wrap_in_their_own_width() {
+    fn integers_wrap_at_their_width() {
         assert_eq!(value("add.s16", &[0xffff, 2]), 1);
         assert_eq!(value("sub.s32", &[0, 1]), 0xffff_ffff);
         assert_eq!(value("add.u64", &[u64::MAX, 2]), 1);
         assert_eq!(value("mul.lo.s32", &[0xffff_ffff, 3]), 0xffff_fffd);
         assert_eq!(value("mad.lo.s64", &[2, 3, u64::MAX]), 5);
         assert_eq!(value("neg.s32", &[1]), 0xffff_ffff);
-        // What is above the width of an operand does not count.
+        // Bits above the width of an operand are ignored.
         assert_eq!(value("add.s32", &[0xff_0000_0001, 1]), 2);
     }
 
@@ -68,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn order_depends_on_the_sign() {
+    fn comparison_depends_on_the_sign() {
         assert_eq!(value("min.u16", &[5, 0xfffe]), 5);
         assert_eq!(value("max.s32", &[0xffff_ffff, 0]), 0);
         assert_eq!(value("max.u32", &[0xffff_ffff, 0]), 0xffff_ffff);
@@ -81,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shift_by_more_than_the_width_leaves_nothing() {
+    fn a_shift_by_the_width_or_more_leaves_zeros_or_the_sign() {
         assert_eq!(value("shl.b32", &[1, 31]), 1 << 31);
         assert_eq!(value("shl.b32", &[1, 32]), 0);
         assert_eq!(value("shr.u64", &[u64::MAX, 64]), 0);
@@ -93,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn fields_and_bytes() {
+    fn bit_fields_and_byte_permutations() {
         assert_eq!(value("bfe.u32", &[0x1234_5678, 8, 12]), 0x456);
         assert_eq!(value("bfe.u32", &[0xffff_ffff, 31, 8]), 1);
         assert_eq!(value("bfe.u64", &[0x00ab_cd00, 8, 8]), 0xcd);
@@ -106,14 +107,14 @@ mod tests {
     }
 
     #[test]
-    fn conversions_of_whole_numbers() {
+    fn conversions_of_integers() {
         assert_eq!(value("cvt.u64.u16", &[0xab_ffff]), 0xffff);
         assert_eq!(value("cvt.u16.u64", &[0x1_0002]), 2);
         assert_eq!(value("cvt.u64.u32", &[0x1_ffff_ffff]), 0xffff_ffff);
     }
 
     #[test]
-    fn single_precision_rounds_to_nearest_and_keeps_what_is_subnormal() {
+    fn single_precision_rounds_to_nearest_and_keeps_subnormals() {
         assert_eq!(value("add.rn.f32", &[bits(1.0), bits(f32::EPSILON / 2.0)]), bits(1.0));
         assert_eq!(value("mul.rn.f32", &[bits(f32::MIN_POSITIVE), bits(0.5)]), bits(f32::MIN_POSITIVE / 2.0));
         assert_eq!(value("div.rn.f32", &[bits(1.0), bits(3.0)]), bits(1.0 / 3.0));
@@ -126,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn comparisons_say_what_they_make_of_nan() {
+    fn comparisons_with_nan_follow_their_mnemonic() {
         let nan = bits(f32::NAN);
         for (name, of_nan, of_equal) in [
             ("eq", 0, 1),
@@ -160,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_known_is_not_guessed() {
+    fn unknown_mnemonics_are_refused() {
         for mnemonic in
             ["fma.rn.f32", "add.f32", "add.rn.ftz.f32", "div.full.f32", "add.f64", "setp.eq.and.b32", "bar.sync"]
         {

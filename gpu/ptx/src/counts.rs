@@ -1,33 +1,33 @@
-//! What a launch has taken.
+//! The cost of a launch.
 
-/// Counts of a launch. A warp executes an instruction once for all of its threads that have come to it together; where their ways have
-/// parted, once for each way.
+/// Counts of a launch. A warp executes an instruction once for all of its threads that are on the same path, and once for each
+/// path after they have diverged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counts {
-    /// Instructions of all threads.
+    /// Number of instructions of all threads.
     pub instructions: u64,
-    /// Instructions that warps have executed.
+    /// Number of instructions that warps have executed.
     pub warp_instructions: u64,
-    /// Those of the warp with the most: the launch takes no less than their time.
+    /// Number of instructions of the warp with the most: a lower bound of the launch's time.
     pub longest_warp: u64,
-    /// Loads and stores of buffers that warps have executed.
+    /// Number of loads and stores of buffers that warps have executed.
     pub accesses: u64,
-    /// Sectors of 32 bytes that these have touched: an access of 32 threads to neighbouring numbers of 4 bytes is 4 of them.
+    /// Number of sectors of 32 bytes that these accesses use: 4 for 32 threads that access consecutive numbers of 4 bytes.
     pub sectors: u64,
-    /// Loads and stores of the threads' own memory that warps have executed.
+    /// Number of loads and stores of the threads' own memory that warps have executed.
     pub local_accesses: u64,
-    /// The most bytes of its own memory that a thread has used.
+    /// Greatest number of bytes of its own memory that a thread has used.
     pub deepest_stack: usize,
 }
 
 impl Counts {
-    /// Threads of a warp that an instruction has been executed for, in the mean.
+    /// Mean number of threads of a warp for which an instruction was executed.
     #[must_use]
     pub fn threads_together(&self) -> f64 {
         self.instructions as f64 / self.warp_instructions.max(1) as f64
     }
 
-    /// With those of another launch, after this one: the longest warps come one after the other.
+    /// The sum with the counts of a later launch. The longest warps run one after the other.
     #[must_use]
     pub fn and(self, next: Self) -> Self {
         Self {

@@ -1,10 +1,10 @@
-//! What is declared in a text, and its brackets.
+//! Declarations in the text of a module, and its brackets.
 
 use crate::errors::ReadError;
 use crate::function::Declared;
 use crate::token::Token;
 
-/// `.param .align 16 .b8 name[8]`: name and bytes.
+/// Name and bytes of a declaration such as `.param .align 16 .b8 name[8]`.
 pub(crate) fn declared<'t>(tokens: &'t [Token<'t>]) -> Result<Declared<'t>, ReadError> {
     let line = tokens.first().map_or(0, |token| token.line);
     let wrong = |what: &str| ReadError { line, what: what.to_owned() };
@@ -42,7 +42,7 @@ pub(crate) fn bytes_of(kind: &str) -> Option<usize> {
     })
 }
 
-/// Where the bracket at this place is closed.
+/// The position of the bracket that closes the one at `at`.
 pub(crate) fn matching(tokens: &[Token<'_>], at: usize) -> Result<usize, ReadError> {
     let mut depth = 0;
     for (place, token) in tokens.iter().enumerate().skip(at) {

@@ -1,4 +1,4 @@
-//! From the words of a function's body to what is executed.
+//! Decodes the tokens of a function's body into instructions.
 
 use crate::arithmetic::{Function, function_of};
 use crate::declared::{bytes_of, declared, matching};
@@ -11,7 +11,7 @@ use crate::registers::Registers;
 use crate::token::Token;
 use std::collections::HashMap;
 
-/// What a body may refer to.
+/// The names that a body may refer to.
 pub(crate) struct Names<'a, 't> {
     /// Number and signature of every function.
     pub(crate) functions: &'a HashMap<&'t str, (usize, Signature<'t>)>,
@@ -26,12 +26,12 @@ struct Decoder<'a, 't> {
     registers: Registers<'t>,
     own: HashMap<&'t str, usize>,
     outgoing: HashMap<&'t str, usize>,
-    /// The function's own variables.
+    /// Offsets of the function's own variables.
     frame: HashMap<&'t str, u32>,
     frame_bytes: usize,
     labels: HashMap<&'t str, usize>,
     lists: HashMap<&'t str, Vec<&'t str>>,
-    /// Where branches go to, by the number of the instruction.
+    /// Targets of branches, by the number of the instruction.
     targets: Vec<(usize, &'t str)>,
     instructions: Vec<Instruction>,
 }
@@ -100,7 +100,7 @@ impl<'t> Decoder<'_, 't> {
         Ok(())
     }
 
-    /// One statement: a declaration, a label, an instruction, the beginning or the end of a block.
+    /// Decodes one statement: a declaration, a label, an instruction, the beginning or the end of a block.
     fn statement(&mut self) -> Result<(), ReadError> {
         match self.peek() {
             "{" => {
@@ -182,7 +182,7 @@ impl<'t> Decoder<'_, 't> {
         Ok(())
     }
 
-    /// A block with a call in it: what its parameters are called here.
+    /// Finds the parameters of the call in this block, if it contains one.
     fn prepare_call(&mut self) -> Result<(), ReadError> {
         let end = matching(self.tokens, self.at)?;
         let inner = &self.tokens[self.at + 1..end];
@@ -300,7 +300,7 @@ impl<'t> Decoder<'_, 't> {
                 "local" => space = Space::Local,
                 "v2" => count = 2,
                 "v4" => count = 4,
-                // Threads of one host see everything in order.
+                // The threads of one host see all accesses in order.
                 "nc" | "relaxed" | "volatile" | "weak" | "sys" | "gpu" | "cta" => {}
                 _ if kind.is_empty() => kind = part,
                 _ => return Err(self.wrong(format!("`{kinds}` is not known"))),
@@ -341,7 +341,7 @@ impl<'t> Decoder<'_, 't> {
         Ok(Action::Change { function, bytes, to, at, of: self.operand()? })
     }
 
-    /// One thing, or a list of them in braces.
+    /// One element, or a list of them in braces.
     fn list<V>(&mut self, count: usize, each: fn(&mut Self) -> Result<V, ReadError>) -> Result<Box<[V]>, ReadError> {
         if count == 1 {
             return Ok([each(self)?].into());
@@ -369,7 +369,7 @@ impl<'t> Decoder<'_, 't> {
         self.register_of(name)
     }
 
-    /// `_` is none.
+    /// A register, or `None` for `_`.
     fn register_or_none(&mut self) -> Result<Option<Register>, ReadError> {
         match self.next() {
             "_" => Ok(None),
@@ -429,7 +429,7 @@ impl<'t> Decoder<'_, 't> {
         found.ok_or_else(|| self.wrong(format!("no parameter `{name}`")))
     }
 
-    /// Finds where branches lead to.
+    /// Finds the targets of branches.
     fn resolve(&mut self) -> Result<(), ReadError> {
         let labels = &self.labels;
         let find = |name: &str, line| {
@@ -452,7 +452,7 @@ impl<'t> Decoder<'_, 't> {
     }
 }
 
-/// The words in brackets of a call, and the name between or before them.
+/// The words in each pair of parentheses of a call, and the callee's name outside them.
 fn groups_of<'t>(words: &[&'t str]) -> (Vec<Vec<&'t str>>, Option<&'t str>) {
     let (mut groups, mut callee, mut inside) = (Vec::new(), None, false);
     for &word in words {

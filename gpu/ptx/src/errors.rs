@@ -2,13 +2,13 @@
 
 use crate::memory::AccessError;
 
-/// Why a text is no module that can be executed.
+/// Why a text is no executable module.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("line {line} of the module: {what}")]
 pub struct ReadError {
     /// The line, from 1.
     pub line: usize,
-    /// What is wrong with it.
+    /// The reason.
     pub what: String,
 }
 
@@ -19,36 +19,36 @@ pub enum LaunchError {
     /// The module has no such kernel.
     #[error("no kernel {0}")]
     NoKernel(String),
-    /// The kernel takes another number of them.
+    /// The number of arguments is wrong.
     #[error("the kernel takes {takes} arguments, not {given}")]
     Arguments {
-        /// As many.
+        /// Number of arguments that the kernel takes.
         takes: usize,
-        /// Not so many.
+        /// Number of arguments that were given.
         given: usize,
     },
     /// A grid without threads, or a warp of 0 or more than 32.
     #[error("a grid of {0:?}")]
     Grid(Grid),
-    /// An access of a thread.
+    /// An invalid access of a thread.
     #[error("line {line} of the module, thread {thread}: {error}")]
     Access {
         /// The line of the instruction.
         line: usize,
         /// The thread, from 0, over all blocks.
         thread: u32,
-        /// What is wrong with it.
+        /// The reason.
         error: AccessError,
     },
-    /// A switch over more than there is.
+    /// The index of a switch is beyond its list of targets.
     #[error("line {line} of the module: nowhere to go for {index}")]
     Switch {
         /// The line of the instruction.
         line: usize,
-        /// What it was to switch by.
+        /// The index.
         index: u64,
     },
-    /// Calls have gone deeper than a thread has memory for.
+    /// Nested calls need more memory than a thread has.
     #[error("line {line} of the module: calls go too deep")]
     TooDeep {
         /// The line of the call.
@@ -56,13 +56,13 @@ pub enum LaunchError {
     },
 }
 
-/// How many threads a launch is of.
+/// The numbers of threads of a launch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Grid {
     /// Number of blocks.
     pub blocks: u32,
-    /// Threads of each.
+    /// Threads of a block.
     pub block: u32,
-    /// Threads that go together, up to 32, as many as cards have. With one, nobody waits for anybody, and this host is done soonest.
+    /// Threads of a warp, up to 32, as on cards. With 1, no thread waits for another, and the host is fastest.
     pub warp: u32,
 }

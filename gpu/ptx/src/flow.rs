@@ -1,9 +1,9 @@
-//! Where threads that have parted come together again: the first instruction that all ways to the end go through, as compilers for
-//! such devices place it (immediate post-dominators; K. D. Cooper, T. J. Harvey and K. Kennedy, A Simple, Fast Dominance Algorithm, 2001).
+//! Where diverged threads reconverge: the first instruction on all paths to the end, where compilers for such devices place it
+//! (immediate post-dominators; K. D. Cooper, T. J. Harvey and K. Kennedy, A Simple, Fast Dominance Algorithm, 2001).
 
 use crate::instruction::{Action, Instruction};
 
-/// Fills in where the threads of every branch meet; the number of instructions is the end.
+/// Sets the reconvergence point of every branch. The number of instructions stands for the end.
 pub(crate) fn find_meetings(instructions: &mut [Instruction]) {
     let meetings = post_dominators(&successors(instructions));
     for (instruction, found) in instructions.iter_mut().zip(meetings) {
@@ -13,7 +13,7 @@ pub(crate) fn find_meetings(instructions: &mut [Instruction]) {
     }
 }
 
-/// Where control goes from each of the instructions; the number of them is the end.
+/// The successors of each instruction. The number of instructions stands for the end.
 fn successors(instructions: &[Instruction]) -> Vec<Vec<usize>> {
     let end = instructions.len();
     let each = instructions.iter().enumerate().map(|(at, Instruction { action, .. })| match action {
@@ -26,7 +26,7 @@ fn successors(instructions: &[Instruction]) -> Vec<Vec<usize>> {
     each.collect()
 }
 
-/// The immediate post-dominator of each.
+/// The immediate post-dominator of each instruction.
 fn post_dominators(successors: &[Vec<usize>]) -> Vec<usize> {
     let end = successors.len();
     let mut predecessors = vec![Vec::new(); end + 1];
@@ -35,7 +35,7 @@ fn post_dominators(successors: &[Vec<usize>]) -> Vec<usize> {
             predecessors[to].push(at);
         }
     }
-    // Numbers in the order in which a search from the end leaves them; the end is left last.
+    // Numbers in post-order of a depth-first search from the end; the end is last.
     let mut number = vec![usize::MAX; end + 1];
     let mut order = Vec::with_capacity(end + 1);
     let mut seen = vec![false; end + 1];
@@ -84,7 +84,7 @@ fn post_dominators(successors: &[Vec<usize>]) -> Vec<usize> {
         }
     }
     found.truncate(end);
-    // From an endless loop no way leads to the end.
+    // An endless loop has no path to the end.
     found.iter().map(|&meet| meet.min(end)).collect()
 }
 
@@ -93,19 +93,19 @@ mod tests {
     use super::post_dominators;
 
     #[test]
-    fn the_ways_of_a_branch_meet_behind_it() {
+    fn the_paths_of_a_branch_meet_behind_it() {
         // 0 branches to 1 and 3; 1, 2 and 3 lead to 4, which returns.
         assert_eq!(post_dominators(&[vec![1, 3], vec![2], vec![4], vec![4], vec![5]]), [4, 2, 4, 4, 5]);
     }
 
     #[test]
-    fn a_loop_meets_where_it_is_left() {
-        // 1 is the head of a loop of 1, 2, 3, which is left to 4; 2 may skip 3.
+    fn a_loop_meets_at_its_exit() {
+        // 1 is the head of a loop of 1, 2 and 3, whose exit is 4; 2 may skip 3.
         assert_eq!(post_dominators(&[vec![1], vec![4, 2], vec![3, 1], vec![1], vec![5]]), [1, 4, 1, 1, 5]);
     }
 
     #[test]
-    fn ways_that_return_meet_at_the_end() {
+    fn paths_that_return_meet_at_the_end() {
         assert_eq!(post_dominators(&[vec![1, 2], vec![3], vec![3]]), [3, 3, 3]);
         // An endless loop.
         assert_eq!(post_dominators(&[vec![1, 2], vec![1], vec![3]]), [2, 3, 3]);

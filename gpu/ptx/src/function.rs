@@ -3,17 +3,17 @@
 use crate::instruction::Instruction;
 use crate::token::Token;
 
-/// What is declared with a name and a size: a parameter or a variable.
+/// A declared parameter or variable: its name and its size.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Declared<'t> {
     pub(crate) name: &'t str,
     pub(crate) bytes: usize,
 }
 
-/// Parameters, and what is returned, lie at multiples of this.
+/// Alignment of parameters and returned values, bytes.
 const ALIGNMENT: usize = 16;
 
-/// What a function takes, and before it what it returns.
+/// The returned values and the parameters of a function, in this order.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Signature<'t> {
     pub(crate) returned: Vec<Declared<'t>>,
@@ -21,7 +21,7 @@ pub(crate) struct Signature<'t> {
 }
 
 impl<'t> Signature<'t> {
-    /// Where each of them lies, in this order.
+    /// The name and the offset of each, in this order.
     pub(crate) fn places(&self) -> impl Iterator<Item = (&'t str, usize)> + '_ {
         let all = self.returned.iter().chain(&self.taken);
         all.scan(0, |next, declared| {
@@ -31,7 +31,7 @@ impl<'t> Signature<'t> {
         })
     }
 
-    /// Bytes of all.
+    /// Total number of bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.returned.iter().chain(&self.taken).map(|declared| aligned(declared.bytes)).sum()
     }
@@ -41,13 +41,13 @@ pub(crate) fn aligned(bytes: usize) -> usize {
     bytes.next_multiple_of(ALIGNMENT)
 }
 
-/// The head of a function, and the tokens of its body.
+/// The header of a function, and the tokens of its body.
 #[derive(Debug, Clone)]
 pub(crate) struct Header<'t> {
     pub(crate) name: &'t str,
     pub(crate) is_kernel: bool,
     pub(crate) signature: Signature<'t>,
-    /// None where it is only announced.
+    /// `None` for a declaration without a body.
     pub(crate) body: Option<&'t [Token<'t>]>,
 }
 
@@ -57,12 +57,12 @@ pub(crate) struct Code {
     pub(crate) name: String,
     pub(crate) is_kernel: bool,
     pub(crate) instructions: Vec<Instruction>,
-    /// How many registers it has.
+    /// Number of registers.
     pub(crate) registers: usize,
     /// Bytes of its own variables.
     pub(crate) frame: usize,
-    /// Bytes of its parameters and of what it returns.
+    /// Bytes of its parameters and returned values.
     pub(crate) parameters: usize,
-    /// Where the parameters of a kernel lie, and their bytes.
+    /// Offset and bytes of each parameter of a kernel.
     pub(crate) taken: Vec<(usize, usize)>,
 }

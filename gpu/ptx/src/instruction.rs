@@ -1,29 +1,29 @@
-//! Instructions as they are executed.
+//! Decoded instructions.
 
 use crate::arithmetic::Function;
 use crate::memory::Space;
 
-/// The number of a register in its function.
+/// The index of a register in its function.
 pub(crate) type Register = u32;
 
-/// Where an operand comes from.
+/// The source of an operand.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Operand {
     Register(Register),
     Value(u64),
-    /// So many bytes into the memory of the function's own variables.
+    /// An offset in the memory of the function's own variables, bytes.
     Frame(u32),
     Special(Special),
 }
 
-/// What a thread knows of its place.
+/// A register with the thread's position in the grid.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Special {
-    /// Its number in its block.
+    /// Index of the thread in its block.
     Thread,
-    /// The number of its block.
+    /// Index of the block.
     Block,
-    /// Threads of a block.
+    /// Number of threads of a block.
     BlockThreads,
 }
 
@@ -33,16 +33,16 @@ pub(crate) struct Address {
     pub(crate) offset: u64,
 }
 
-/// A place among the parameters of a function.
+/// An offset in the parameters of a function.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Parameter {
-    /// Its own, or what it returns.
+    /// The function's own parameters and returned values.
     Own(usize),
-    /// Those of the function that it calls next, or has called.
+    /// Those of the function that it calls next, or called last.
     Outgoing(usize),
 }
 
-/// Only threads take a branch for which the register holds, or does not.
+/// The condition of a branch: whether the register must be true or false.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Guard {
     pub(crate) register: Register,
@@ -56,7 +56,7 @@ pub(crate) enum Action {
         to: Register,
         of: [Operand; 3],
     },
-    /// The lower half of so many bits, and the upper.
+    /// The lower and the upper half of a value; `half` is the number of bits of each.
     Split {
         half: u32,
         to: [Option<Register>; 2],
@@ -89,7 +89,7 @@ pub(crate) enum Action {
         of: Box<[Operand]>,
         to: Parameter,
     },
-    /// A change that nobody comes between.
+    /// An atomic change.
     Change {
         function: fn(u64, u64) -> u64,
         bytes: usize,
@@ -97,7 +97,7 @@ pub(crate) enum Action {
         at: Address,
         of: Operand,
     },
-    /// `meet` is where the threads that go on and those that do not come together again.
+    /// `meet` is where the threads that take the branch and the others reconverge.
     Branch {
         guard: Option<Guard>,
         to: usize,

@@ -1,11 +1,13 @@
-//! Executes PTX on a host, in the subset of it that the compiler makes of scphd's kernels.
+//! Executes PTX on a host, for the subset that the compiler uses for scphd's kernels.
 //!
-//! [`Module::read`] takes the text of a module, [`Memory`] has the buffers, and [`Module::launch`] runs a grid of threads over them, in warps
-//! whose threads go together until they [diverge](Counts). What the text leaves to a device is not here: registers and cycles, shared
-//! memory and barriers, which the kernels have not. An instruction that is not known is an error when the module is read.
+//! [`Module::read`] reads the text of a module, [`Memory`] contains the buffers, and [`Module::launch`] runs a grid of threads
+//! over them, in warps whose threads run together until they [diverge](Counts). Not modelled are physical registers and cycles,
+//! which the text leaves to the device, and shared memory and barriers, which the kernels do not use. Unknown instructions are an
+//! error when the module is read.
 //!
-//! Every access is checked as a device would not do: it must lie within one buffer, at a multiple of its size, and in the space that the
-//! instruction names. With [`Memory::watch`] two threads of a launch that use the same place, one of them to write, are an error too.
+//! Every access is checked, more strictly than on a device: it must lie within one buffer, be aligned to its size, and be in the
+//! space that the instruction names. With [`Memory::watch`] it is also an error if two threads of a launch use the same byte and
+//! one of them writes it.
 //!
 //! Meaning of the instructions: NVIDIA, Parallel Thread Execution ISA, version 9.0.
 //!

@@ -1,22 +1,22 @@
-//! Buffers, as a device has them.
+//! Buffers, as on a device.
 
 use crate::races::{Touched, Who};
 
-/// A buffer begins at every multiple of this; the first place of all is nobody's.
+/// log₂ of the distance between the addresses of two buffers. The first range of addresses has no buffer.
 const SPACING: u32 = 40;
-/// Where the memory of a thread alone begins, its stack.
+/// First address of a thread's own memory, its stack.
 pub(crate) const LOCAL: u64 = 0xffff << SPACING;
 
-/// An access that a device might not refuse, but that is wrong.
+/// An invalid access, which a device might not report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AccessError {
-    /// There is no buffer, or it ends before.
+    /// There is no buffer at the address, or it is too short.
     #[error("{bytes} bytes at {address:#x} are not within a buffer")]
     Outside {
         /// The first byte.
         address: u64,
-        /// How many.
+        /// Number of bytes.
         bytes: usize,
     },
     /// The address is no multiple of the size.
@@ -24,7 +24,7 @@ pub enum AccessError {
     Unaligned {
         /// The first byte.
         address: u64,
-        /// How many.
+        /// Number of bytes.
         bytes: usize,
     },
     /// The instruction is for the other space.
@@ -33,17 +33,17 @@ pub enum AccessError {
         /// The first byte.
         address: u64,
     },
-    /// Another thread of the launch has written there, or read what is written now.
+    /// Another thread of the launch has written there, or has read what this one writes.
     #[error("{bytes} bytes at {address:#x} are used by two threads of a launch")]
     Race {
         /// The first byte.
         address: u64,
-        /// How many.
+        /// Number of bytes.
         bytes: usize,
     },
 }
 
-/// What an instruction says of where an address is.
+/// The address space that an instruction names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Space {
     Any,
@@ -52,7 +52,7 @@ pub(crate) enum Space {
 }
 
 impl Space {
-    /// Whether the address is the thread's own memory.
+    /// Whether the address is in the thread's own memory.
     pub(crate) fn is_local(self, address: u64) -> Result<bool, AccessError> {
         let local = address >= LOCAL;
         match (self, local) {
@@ -77,24 +77,24 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// None.
+    /// A memory without buffers.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// From now on, two threads of a launch that use the same byte of a buffer made later, one of them to write it, are an error. That
-    /// takes 16 bytes for each.
+    /// From now on, it is an error if two threads of a launch use the same byte of a buffer made later and one of them writes it.
+    /// This takes 16 more bytes for each byte.
     pub fn watch(&mut self) {
         self.watched = true;
     }
 
-    /// A buffer with these bytes; its address.
+    /// Makes a buffer with these bytes. Returns its address.
     pub fn allocate(&mut self, bytes: &[u8]) -> u64 {
         self.allocate_owned(bytes.to_vec())
     }
 
-    /// A buffer of so many zeros.
+    /// Makes a buffer of zeros. Returns its address.
     pub fn allocate_zeros(&mut self, bytes: usize) -> u64 {
         self.allocate_owned(vec![0; bytes])
     }
@@ -105,16 +105,16 @@ impl Memory {
         (self.buffers.len() as u64) << SPACING
     }
 
-    /// All bytes of the buffer of that address.
+    /// All bytes of the buffer at this address.
     ///
     /// # Errors
-    /// There is none.
+    /// There is no buffer.
     pub fn bytes(&self, address: u64) -> Result<&[u8], AccessError> {
         let found = buffer_of(address).and_then(|index| self.buffers.get(index));
         found.map(|buffer| &buffer.bytes[..]).ok_or(AccessError::Outside { address, bytes: 0 })
     }
 
-    /// A launch begins.
+    /// Begins a launch.
     pub(crate) fn begin_launch(&mut self) {
         self.launches += 1;
     }
@@ -142,7 +142,7 @@ impl Memory {
         Ok(())
     }
 
-    /// Changes what is there, as nobody else can in between; what was there.
+    /// Replaces a value by a function of it, atomically. Returns the old value.
     pub(crate) fn change(
         &mut self,
         address: u64,
@@ -169,7 +169,7 @@ fn place(buffers: &mut [Buffer], address: u64, bytes: usize) -> Result<(&mut Buf
     Ok((buffer, at))
 }
 
-/// Whether so many bytes are there, and aligned.
+/// Checks that the bytes exist and are aligned.
 pub(crate) fn check(at: usize, address: u64, bytes: usize, end: usize) -> Result<(), AccessError> {
     if at > end || bytes > end - at {
         return Err(AccessError::Outside { address, bytes });
@@ -180,7 +180,7 @@ pub(crate) fn check(at: usize, address: u64, bytes: usize, end: usize) -> Result
     Ok(())
 }
 
-/// Up to eight bytes as a number, the lowest first.
+/// Up to eight bytes as a number, lowest byte first.
 pub(crate) fn number(bytes: &[u8]) -> u64 {
     let mut all = [0; 8];
     all[..bytes.len()].copy_from_slice(bytes);

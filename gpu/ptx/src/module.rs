@@ -10,7 +10,7 @@ use crate::token::{Token, tokens};
 use crate::warp::{Place, Warp};
 use std::collections::HashMap;
 
-/// A module whose text has been read.
+/// A module that was read from a text.
 #[derive(Debug, Clone)]
 pub struct Module {
     functions: Vec<Code>,
@@ -18,10 +18,10 @@ pub struct Module {
 }
 
 impl Module {
-    /// Reads a text, and lays its variables into the memory that its launches are to have.
+    /// Reads a text, and allocates its variables in the memory, which the launches must use.
     ///
     /// # Errors
-    /// There is something in it that is not known here.
+    /// The text contains something unknown.
     pub fn read(text: &str, memory: &mut Memory) -> Result<Self, ReadError> {
         let tokens = tokens(text);
         let Parts { headers, variables } = parts(&tokens, memory)?;
@@ -52,7 +52,7 @@ impl Module {
     /// Runs a kernel with these arguments, each in the lowest bits of a number: all threads of a grid, warp by warp, in order.
     ///
     /// # Errors
-    /// There is no such kernel for such arguments, or a thread has done what it must not.
+    /// There is no such kernel with these arguments, or a thread has done something invalid.
     pub fn launch(
         &self,
         kernel: &str,
@@ -84,7 +84,7 @@ impl Module {
     }
 }
 
-/// What a text is made of.
+/// The functions and variables of a text.
 struct Parts<'t> {
     headers: Vec<Header<'t>>,
     variables: HashMap<&'t str, u64>,
@@ -115,7 +115,7 @@ fn parts<'t>(tokens: &'t [Token<'t>], memory: &mut Memory) -> Result<Parts<'t>, 
     Ok(found)
 }
 
-/// A function from its name to its end, and where that is.
+/// A function from its name to its end, and the position after it.
 fn header<'t>(tokens: &'t [Token<'t>], at: usize, is_kernel: bool) -> Result<(Header<'t>, usize), ReadError> {
     let line = tokens[at].line;
     let wrong = |what: &str| ReadError { line, what: what.to_owned() };
@@ -134,7 +134,7 @@ fn header<'t>(tokens: &'t [Token<'t>], at: usize, is_kernel: bool) -> Result<(He
         signature.taken = all_declared(&tokens[next + 1..end])?;
         next = end + 1;
     }
-    // What it may say of itself, as `.noreturn`.
+    // Attributes such as `.noreturn`.
     while sign(next).starts_with('.') {
         next += 1;
     }

@@ -6,14 +6,14 @@ use std::collections::HashMap;
 /// The registers that a function has declared.
 #[derive(Debug, Default)]
 pub(crate) struct Registers<'t> {
-    /// `%r<5>`: those from `%r0` to `%r4`, by what is before the number.
+    /// Ranges such as `%r<5>`, from `%r0` to `%r4`, by the prefix before the number: first register, and length.
     rows: HashMap<&'t str, (Register, u32)>,
     single: HashMap<&'t str, Register>,
     count: Register,
 }
 
 impl<'t> Registers<'t> {
-    /// How many there are.
+    /// Number of registers.
     pub(crate) fn count(&self) -> usize {
         self.count as usize
     }
@@ -44,14 +44,14 @@ mod tests {
     use super::Registers;
 
     #[test]
-    fn rows_and_single_ones() {
+    fn ranges_and_single_registers() {
         let mut registers = Registers::default();
         registers.declare("%SP");
         registers.declare_row("%r", 3);
         registers.declare_row("%rd", 2);
         let found = ["%SP", "%r0", "%r2", "%rd1", "%r3", "%p0", "tmp"].map(|name| registers.find(name));
         assert_eq!(found, [Some(0), Some(1), Some(3), Some(5), None, None, None]);
-        // A name of an inner block takes the place of the one before.
+        // A name in an inner block hides the earlier one.
         registers.declare("tmp");
         registers.declare("tmp");
         assert_eq!((registers.find("tmp"), registers.count()), (Some(7), 8));

@@ -1,4 +1,4 @@
-//! The words of a text.
+//! The tokens of a text.
 
 /// A word or a sign, and its line, from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -7,7 +7,7 @@ pub(crate) struct Token<'t> {
     pub(crate) line: usize,
 }
 
-/// All tokens of a text; comments are left out.
+/// All tokens of a text, without comments.
 pub(crate) fn tokens(text: &str) -> Vec<Token<'_>> {
     let mut all = Vec::new();
     for (line, text) in (1..).zip(text.lines()) {
@@ -27,7 +27,7 @@ pub(crate) fn tokens(text: &str) -> Vec<Token<'_>> {
     all
 }
 
-/// Names, numbers and mnemonics, and the signs before them.
+/// Whether a character belongs to a name, a number or a mnemonic, or to the signs before them.
 fn is_of_word(c: char) -> bool {
     c.is_ascii_alphanumeric() || "_$%.@!-".contains(c)
 }

@@ -1,4 +1,4 @@
-//! Threads that go together.
+//! Executes the threads of a warp together.
 
 use crate::arithmetic::Function;
 use crate::counts::Counts;
@@ -7,23 +7,23 @@ use crate::function::Code;
 use crate::instruction::{Action, Address, Guard, Instruction, Operand, Parameter, Register, Special};
 use crate::memory::{AccessError, LOCAL, Memory, Space, check, number, put};
 
-/// Threads, a bit each.
+/// A set of threads, one bit each.
 type Mask = u32;
-/// Bytes of parameters of all calls that a thread is in.
+/// Bytes for the parameters of all nested calls of a thread.
 const PARAMETERS: usize = 4096;
 /// Bytes of a thread's own memory.
 const STACK: usize = 1 << 16;
 
-/// Where a warp is in its grid.
+/// The position of a warp in its grid.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Place {
     pub(crate) block: u32,
     pub(crate) block_threads: u32,
-    /// Its first thread in the block.
+    /// Index of its first thread in the block.
     pub(crate) first: u32,
 }
 
-/// Where the registers, parameters and variables of a call begin.
+/// Offsets of the registers, parameters and variables of a call.
 #[derive(Debug, Clone, Copy, Default)]
 struct Frame {
     registers: usize,
@@ -31,23 +31,23 @@ struct Frame {
     stack: usize,
 }
 
-/// Some threads on their way.
+/// Threads that are at the same instruction.
 #[derive(Debug, Clone, Copy)]
 struct Path {
     at: usize,
-    /// Where others wait for them.
+    /// The instruction where they wait for the others.
     meet: usize,
     threads: Mask,
 }
 
-/// A warp and what it works on.
+/// A warp and the memory that it uses.
 pub(crate) struct Warp<'m> {
     functions: &'m [Code],
     memory: &'m mut Memory,
     width: usize,
     place: Place,
     counts: Counts,
-    /// Those of all calls, each for all threads.
+    /// The registers of all nested calls, each for all threads.
     registers: Vec<u64>,
     parameters: Vec<u8>,
     stack: Vec<u8>,
@@ -80,7 +80,7 @@ impl<'m> Warp<'m> {
         }
     }
 
-    /// All threads of a warp through a kernel.
+    /// Runs all threads of a warp through a kernel.
     pub(crate) fn run(&mut self, kernel: usize, place: Place, arguments: &[u64]) -> Result<Counts, LaunchError> {
         self.place = place;
         self.counts = Counts::default();
@@ -170,7 +170,7 @@ impl<'m> Warp<'m> {
         Ok(())
     }
 
-    /// The threads that the guard lets take a branch.
+    /// The threads that take a branch with this guard.
     fn taking(&self, mask: Mask, guard: Option<Guard>, frame: Frame) -> Mask {
         let Some(Guard { register, holds }) = guard else { return mask };
         let holding = threads(mask).filter(|&thread| (self.register(register, thread, frame) != 0) == holds);
@@ -196,7 +196,7 @@ impl<'m> Warp<'m> {
         }
     }
 
-    /// Everything but what decides on the way.
+    /// Executes an instruction that does not change the control flow.
     fn execute(
         &mut self,
         Instruction { action, line, .. }: &Instruction,
@@ -304,7 +304,7 @@ impl<'m> Warp<'m> {
         self.value(address.base, thread, frame).wrapping_add(address.offset)
     }
 
-    /// The number of a thread in its grid.
+    /// The index of a thread in its grid.
     fn number(&self, thread: usize) -> u32 {
         self.place.block * self.place.block_threads + self.place.first + thread as u32
     }
@@ -364,14 +364,14 @@ impl<'m> Warp<'m> {
     }
 }
 
-/// Bytes that memory is read and written by.
+/// Number of bytes that memory transfers at a time.
 const SECTOR: u64 = 32;
 
-/// Threads go different ways from the last path on, each up to where they meet.
+/// Splits the last path: its threads take different paths up to where they meet.
 fn part(paths: &mut Vec<Path>, meet: usize, ways: impl IntoIterator<Item = (usize, Mask)>) {
     if let Some(path) = paths.last_mut() {
         if path.meet == meet {
-            // Whoever waits there for the path waits for its parts.
+            // Threads that wait for the split path now wait for its parts.
             paths.pop();
         } else {
             path.at = meet;
@@ -387,7 +387,7 @@ fn parameter(parameter: Parameter, frame: Frame, after: Frame) -> usize {
     }
 }
 
-/// Several numbers at once must be aligned as one.
+/// A vector access must be aligned to its whole size.
 fn check_aligned(address: u64, bytes: usize) -> Result<(), AccessError> {
     if address.is_multiple_of(bytes as u64) { Ok(()) } else { Err(AccessError::Unaligned { address, bytes }) }
 }

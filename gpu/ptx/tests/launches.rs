@@ -1,4 +1,4 @@
-//! Launches of small kernels whose outcome and counts can be told by hand.
+//! Launches of small kernels whose results and counts can be computed by hand.
 
 use scphd_ptx::{AccessError, Counts, Grid, LaunchError, Memory, Module};
 
@@ -7,7 +7,7 @@ fn module(text: &str, memory: &mut Memory) -> Module {
     Module::read(&format!(".version 7.0\n.target sm_80\n.address_size 64\n{text}"), memory).unwrap()
 }
 
-/// A kernel of one pointer; `%rd1` is where the number of the thread lies, `%r1` its place, `%rd2` the pointer.
+/// A kernel with one pointer. `%rd1` is the address of the thread's number, `%r1` its index, `%rd2` the pointer.
 fn kernel(body: &str) -> String {
     format!(
         ".visible .entry k(.param .u64 .ptr .align 1 k_0) {{
@@ -22,7 +22,7 @@ fn kernel(body: &str) -> String {
     )
 }
 
-/// Instructions of [`kernel`] before its body.
+/// Number of instructions of [`kernel`] before its body.
 const BEFORE: u64 = 7;
 
 fn grid(threads: u32) -> Grid {
@@ -34,7 +34,7 @@ fn numbers(memory: &Memory, at: u64) -> Vec<u32> {
     bytes.map(|bytes| u32::from_le_bytes(bytes.try_into().unwrap())).collect()
 }
 
-/// What the kernel leaves in as many numbers as threads, and its counts.
+/// Runs the kernel on a buffer with one number for each thread. Returns the numbers and the counts.
 fn run(text: &str, grid: Grid) -> (Vec<u32>, Counts) {
     let mut memory = Memory::new();
     memory.watch();
@@ -53,7 +53,7 @@ fn refused(text: &str, grid: Grid, bytes: usize) -> LaunchError {
 }
 
 #[test]
-fn a_grid_has_every_thread_once() {
+fn a_grid_runs_every_thread_once() {
     let text = kernel("add.s32 %r5, %r1, 100; st.global.b32 [%rd1], %r5; ret;");
     let expected: Vec<u32> = (100..250).collect();
     let (found, counts) = run(&text, Grid { blocks: 3, block: 50, warp: 32 });
@@ -70,7 +70,7 @@ fn a_grid_has_every_thread_once() {
 }
 
 #[test]
-fn threads_that_part_take_both_ways_and_meet_again() {
+fn diverged_threads_take_both_paths_and_reconverge() {
     let text = kernel(
         "and.b32 %r5, %r1, 1; setp.ne.b32 %p1, %r5, 0;
          @%p1 bra $odd;
@@ -80,7 +80,7 @@ fn threads_that_part_take_both_ways_and_meet_again() {
     );
     let (found, counts) = run(&text, grid(32));
     assert!(found.iter().zip(0..).all(|(&value, place)| value == if place % 2 == 1 { 3 * place } else { 7 + place }));
-    // The way of even threads is 3 instructions, the other 1; they meet for the last two.
+    // The path of even threads has 3 instructions, the other 1; both continue with the last two.
     assert_eq!(counts.warp_instructions, BEFORE + 3 + 3 + 1 + 2);
     assert_eq!(counts.instructions, 32 * (BEFORE + 3 + 2) + 16 * (3 + 1));
 }
@@ -102,7 +102,7 @@ fn a_loop_takes_as_long_as_its_longest_thread() {
 }
 
 #[test]
-fn threads_that_return_are_waited_for_by_nobody() {
+fn returned_threads_are_not_waited_for() {
     let text = kernel(
         "setp.lt.u32 %p1, %r1, 8; @%p1 bra $on; ret;
          $on: st.global.b32 [%rd1], 5; ret;",
@@ -110,13 +110,13 @@ fn threads_that_return_are_waited_for_by_nobody() {
     let (found, counts) = run(&text, grid(12));
     assert_eq!(found, [5, 5, 5, 5, 5, 5, 5, 5, 0, 0, 0, 0]);
     assert_eq!(counts.warp_instructions, BEFORE + 2 + 1 + 2);
-    // The same by a guard that must not hold.
+    // The same with a negated guard.
     let text = kernel("setp.lt.u32 %p1, %r1, 8; @!%p1 bra $end; st.global.b32 [%rd1], 5; $end: ret;");
     assert_eq!(run(&text, grid(12)).0, found);
 }
 
 #[test]
-fn a_switch_parts_into_as_many_ways_as_there_are() {
+fn a_switch_splits_into_one_path_for_each_target() {
     let text = kernel(
         "and.b32 %r5, %r1, 3;
          $list: .branchtargets $zero, $other, $two, $other;
@@ -133,7 +133,7 @@ fn a_switch_parts_into_as_many_ways_as_there_are() {
     assert!(matches!(refused(&beyond, grid(2), 8), LaunchError::Switch { index: 1, .. }));
 }
 
-/// n! modulo 2^32, by a function that calls itself, with its argument in memory of its own.
+/// n! modulo 2^32, by a recursive function that keeps its argument in its own memory.
 const FACTORIAL: &str = "
     .func (.param .b32 func_retval0) factorial(.param .b32 factorial_0);
     .func (.param .b32 func_retval0) factorial(.param .b32 factorial_0)
@@ -162,7 +162,7 @@ const FACTORIAL: &str = "
     }";
 
 #[test]
-fn functions_have_parameters_and_memory_of_their_own() {
+fn functions_have_their_own_parameters_and_memory() {
     let body = "{ .param .b32 param0; .param .b32 retval0; st.param.b32 [param0], %r1;
           call.uni (retval0), factorial, (param0); ld.param.b32 %r5, [retval0]; }
         st.global.b32 [%rd1], %r5; ret;";
@@ -191,7 +191,7 @@ fn vectors_halves_and_variables() {
 }
 
 #[test]
-fn accesses_that_are_wrong_are_refused() {
+fn invalid_accesses_are_refused() {
     let of = |body: &str| match refused(&kernel(body), grid(4), 12) {
         LaunchError::Access { thread, error, .. } => (thread, error),
         error => panic!("{error}"),
@@ -204,18 +204,18 @@ fn accesses_that_are_wrong_are_refused() {
 }
 
 #[test]
-fn two_threads_at_one_place_are_refused_where_one_writes() {
+fn two_threads_at_one_place_are_refused_if_one_writes() {
     let of = |body: &str| refused(&kernel(body), grid(4), 16);
     let race = |error| matches!(error, LaunchError::Access { error: AccessError::Race { .. }, .. });
     assert!(race(of("st.global.b32 [%rd2], 5; ret;")));
     assert!(race(of("ld.b32 %r5, [%rd2]; setp.eq.b32 %p1, %r1, 0; @%p1 bra $one; ret; $one: st.b32 [%rd2], 1; ret;")));
-    // All may read one place, and change it in one go.
+    // All may read one place, and change it atomically.
     let (found, _) = run(&kernel("atom.max.u32 %r5, [%rd2], %r1; ret;"), grid(4));
     assert_eq!(found, [3, 0, 0, 0]);
 }
 
 #[test]
-fn what_cannot_be_launched_is_refused() {
+fn invalid_launches_are_refused() {
     let mut memory = Memory::new();
     let module = module(&kernel("ret;"), &mut memory);
     assert_eq!(module.kernels(), ["k"]);
@@ -228,7 +228,7 @@ fn what_cannot_be_launched_is_refused() {
 }
 
 #[test]
-fn what_is_not_known_is_refused_with_its_line() {
+fn unknown_instructions_are_refused_with_their_line() {
     for (body, line, what) in [
         ("fma.rn.f32 %r5, %r5, %r5, %r5;\nret;", 12, "fma.rn.f32"),
         ("@%p1 ret;", 12, "ret"),

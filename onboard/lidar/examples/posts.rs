@@ -1,7 +1,7 @@
-//! The posts that an LD06 or LD19 sees: `posts RADIUS_M FILE`, `posts RADIUS_M tcp:HOST:PORT`, from bytes as they came from the lidar.
+//! Finds posts with an LD06 or LD19: `posts RADIUS_M FILE` or `posts RADIUS_M tcp:HOST:PORT` reads the bytes of the lidar.
 //!
-//! A serial port is a file, once its speed is set: `stty -F /dev/ttyUSB0 230400 raw`, then `posts 0.05 /dev/ttyUSB0`. Without arguments a
-//! room with three posts is looked at, and it is checked that they are found.
+//! A serial port is a file once its speed is set: `stty -F /dev/ttyUSB0 230400 raw`, then `posts 0.05 /dev/ttyUSB0`. Without
+//! arguments the example simulates a room with three posts, and checks that they are found.
 
 use embedded_io::{ErrorKind, ErrorType};
 use scphd_lidar::{Assembler, Found, Packet, PostFinder, PostSettings, Reading, Receiver, ReceiverReport, Resolution};
@@ -11,15 +11,15 @@ use std::fs::File;
 use std::io::Read;
 use std::net::TcpStream;
 
-/// Room for the points of a revolution at 5 Hz.
+/// Capacity for the points of a revolution at 5 Hz.
 const POINTS: usize = 1024;
-/// Room for posts.
+/// Capacity for posts.
 const POSTS: usize = 32;
 
-/// A line of the standard library, as one of `embedded_io`.
+/// A reader of the standard library as one of `embedded_io`.
 struct Line<R>(R);
 
-/// What went wrong with it.
+/// An error of the reader.
 #[derive(Debug)]
 struct Broken(std::io::Error);
 
@@ -66,7 +66,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 }
 
-/// Looks at what a line brings until it ends.
+/// Finds posts in the bytes of a reader until it ends.
 fn look(
     mut line: impl embedded_io::Read<Error: 'static>,
     settings: PostSettings,
@@ -94,10 +94,10 @@ fn print(found: &Found<POSTS>) {
     );
 }
 
-/// Three posts of 5 cm radius, their range (m) and bearing (degrees), in a round room of 6 m; the lidar does not move.
+/// Range (m) and bearing (degrees) of three posts with a radius of 5 cm in a round room of 6 m; the lidar does not move.
 const SEEN: [(f32, f32); 3] = [(1.5, 0.0), (2.0, 60.0), (1.0, -100.0)];
 
-/// What the lidar reads there at this angle, degrees clockwise.
+/// The simulated reading at this angle, degrees clockwise.
 fn reading(angle: f32) -> Reading {
     let range_m = SEEN.iter().fold(6.0_f32, |nearest, (range, bearing)| {
         let aside = (-angle - bearing).to_radians();

@@ -1,23 +1,23 @@
-//! Packets to revolutions.
+//! Assembles packets to revolutions.
 
 use crate::packet::{FULL_CIRCLE, Packet, Point};
 use crate::scan::{Beam, MISSING_STEPS, Scan};
 use heapless::Vec;
 
-/// One turn of the lidar: its points in the order of time.
+/// One revolution of the lidar: its points in the order of time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Revolution<const POINTS: usize> {
-    /// The points, clockwise from the seam on.
+    /// The points, clockwise from the seam.
     pub points: Vec<Point, POINTS>,
-    /// Points that there was no room for: those at the end.
+    /// Number of points at the end that were left out for lack of room.
     pub beyond: u32,
-    /// How fast it turned, degrees/s, by the last packet.
+    /// Rotation speed of the last packet, degrees/s.
     pub speed_degps: u16,
-    /// From a point to the next, hundredths of a degree, the mean of its packets.
+    /// Mean step between points over its packets, hundredths of a degree.
     pub step_cdeg: f32,
-    /// How much of the circle was not received, hundredths of a degree.
+    /// The part of the circle that was not received, hundredths of a degree.
     pub missing_cdeg: u32,
-    /// Clock of the lidar when it ended, to within a packet, ms; after 30 000 it begins at 0.
+    /// Time of the lidar's clock at the end, within the duration of a packet, ms; it wraps at 30 000.
     pub time_ms: u16,
 }
 
@@ -30,7 +30,7 @@ impl<const POINTS: usize> Revolution<POINTS> {
     }
 }
 
-/// The view has its ends at the seam: what is on both sides of it was seen a revolution apart.
+/// The view ends at the seam, because the beams on both sides of it were measured a revolution apart.
 impl<const POINTS: usize> Scan for Revolution<POINTS> {
     fn beams(&self) -> usize {
         self.points.len()
@@ -64,37 +64,39 @@ fn radians(cdeg: f32) -> f32 {
     cdeg * (core::f32::consts::PI / 18_000.0)
 }
 
-/// From one angle on to another, hundredths of a degree.
+/// Clockwise angle from one direction to another, hundredths of a degree.
 fn clockwise(from: u16, to: u16) -> u32 {
     (u32::from(to) + FULL_CIRCLE - u32::from(from) % FULL_CIRCLE) % FULL_CIRCLE
 }
 
-/// Makes revolutions of packets. What stands across the seam, where one ends and the next begins, is not found: the two halves were
-/// seen a revolution apart.
+/// Assembles packets to revolutions. A post across the seam, where revolutions begin and end, is not found: its halves were
+/// measured a revolution apart.
 #[derive(Debug)]
 pub struct Assembler<const POINTS: usize> {
-    /// Where a revolution begins.
+    /// The angle at which revolutions begin.
     seam_cdeg: u16,
     revolution: Revolution<POINTS>,
-    /// Of the packet in which a revolution ended, what belongs to the next.
+    /// Points of the last packet that belong to the next revolution.
     carried: Vec<Point, { Packet::POINTS }>,
-    /// Whether the revolution has been handed out.
+    /// Whether the revolution is complete and was returned.
     is_done: bool,
-    /// Whether the revolution began at the seam: the first one does not.
+    /// Whether the revolution began at the seam; the first one does not.
     is_whole: bool,
-    /// The last point, by its angle from the seam.
+    /// Angle of the last point from the seam.
     last: Option<u32>,
     packets: u32,
 }
 
 impl<const POINTS: usize> Assembler<POINTS> {
-    /// An assembler whose revolutions begin behind, opposite of the arrow. An LD06 at 10 Hz has 450 points in a revolution, at 5 Hz 900.
+    /// An assembler whose revolutions begin at the rear, opposite to the arrow. An LD06 has 450 points in a revolution at 10 Hz,
+    /// 900 at 5 Hz.
     #[must_use]
     pub const fn new() -> Self {
         Self::with_seam(18_000)
     }
 
-    /// An assembler whose revolutions begin at this angle, hundredths of a degree clockwise from the arrow: where nothing is to be seen.
+    /// An assembler whose revolutions begin at this angle, hundredths of a degree clockwise from the arrow. Choose a direction
+    /// without posts.
     #[must_use]
     pub const fn with_seam(seam_cdeg: u16) -> Self {
         Self {
@@ -108,19 +110,19 @@ impl<const POINTS: usize> Assembler<POINTS> {
         }
     }
 
-    /// Takes a packet; the revolution that it ends, if it does. The one in which the assembler was started is not whole, and is left out.
+    /// Adds a packet. Returns the revolution that it completes, if any. The first, incomplete revolution is left out.
     pub fn push(&mut self, packet: &Packet) -> Option<&Revolution<POINTS>> {
         if self.is_done {
             self.begin();
         }
         let revolution = &mut self.revolution;
-        // A motor that is held fast ends no revolution.
+        // A blocked motor completes no revolution.
         self.packets = self.packets.saturating_add(1);
         revolution.step_cdeg += (packet.step_cdeg() - revolution.step_cdeg) / self.packets as f32;
         let mut ended = false;
         for point in packet.points() {
             let from_seam = clockwise(self.seam_cdeg, point.angle_cdeg);
-            // Angles that go back by less than half a circle are of a motor that is held fast.
+            // Angles that decrease by less than half a circle come from a blocked motor.
             if self.last.is_some_and(|last| last > from_seam && last - from_seam > FULL_CIRCLE / 2) && !ended {
                 ended = true;
                 revolution.missing_cdeg =
@@ -128,7 +130,7 @@ impl<const POINTS: usize> Assembler<POINTS> {
                 self.last = Some(0);
             }
             if ended {
-                // There are as many as a packet has.
+                // The capacity is that of a packet.
                 let _always = self.carried.push(point);
                 continue;
             }
@@ -148,7 +150,7 @@ impl<const POINTS: usize> Assembler<POINTS> {
         core::mem::replace(&mut self.is_whole, true).then_some(&self.revolution)
     }
 
-    /// A new revolution begins with what was carried over.
+    /// Begins a new revolution with the carried points.
     fn begin(&mut self) {
         self.is_done = false;
         self.packets = 0;
@@ -174,7 +176,7 @@ impl<const POINTS: usize> Default for Assembler<POINTS> {
     }
 }
 
-/// What was not received between two angles from the seam, hundredths of a degree.
+/// The angle between two points that was not received, hundredths of a degree from the seam.
 fn missing(last: Option<u32>, next: u32, step_cdeg: f32) -> u32 {
     let gap = next.saturating_sub(last.unwrap_or(0));
     if gap as f32 > MISSING_STEPS * step_cdeg { gap } else { 0 }

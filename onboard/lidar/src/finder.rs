@@ -5,74 +5,74 @@ use crate::scan::{Beam, MISSING_STEPS, Scan};
 use crate::settings::{PostSettings, SettingsError};
 use heapless::Vec;
 
-/// What was found, and why the other clusters of beams are no posts.
+/// The posts in a scan, and counts of the clusters that are no posts.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Found<const POSTS: usize> {
-    /// The posts; where there are more than there is room for, the nearest.
+    /// The posts; the nearest ones if there are more than the capacity.
     pub posts: Vec<Post, POSTS>,
-    /// Posts that there was no room for.
+    /// Number of posts left out for lack of room.
     pub beyond: u32,
-    /// Clusters of too few beams.
+    /// Number of clusters with too few beams.
     pub small: u32,
-    /// Clusters that are too wide or too narrow.
+    /// Number of clusters that are too wide or too narrow.
     pub misshapen: u32,
-    /// Clusters beside which something nearer stands, which may hide a part of them.
+    /// Number of clusters beside a nearer object, which may occlude a part of them.
     pub hidden: u32,
-    /// Clusters at the ends of the view, or beside a part of it that was not received.
+    /// Number of clusters at the ends of the view, or beside a part of it that was not received.
     pub cut: u32,
 }
 
-/// Finds posts.
+/// Finds posts in a scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PostFinder {
     settings: PostSettings,
 }
 
-/// How many beams side by side may have come back with nothing before that is taken for the end of what is there.
+/// Greatest number of adjacent beams without a return inside an object.
 const HOLES: usize = 3;
 
-/// On which side of a beam, in the order of the scan.
+/// A side of a beam, in the order of the scan.
 #[derive(Clone, Copy)]
 enum Side {
     Before,
     After,
 }
 
-/// Beams side by side that are of one thing, but for some between that came back with nothing.
+/// Adjacent beams on one object, with a few beams without a return between them.
 struct Cluster {
     first: usize,
     last: usize,
     beams: usize,
-    /// How many came back.
+    /// Number of beams with a return.
     readings: usize,
-    /// Of their ranges.
+    /// Sum of their ranges, m.
     sum_m: f32,
-    /// Of the brightest.
+    /// Greatest intensity.
     intensity: f32,
 }
 
-/// What is beside a cluster.
+/// The object beside a cluster.
 #[derive(PartialEq)]
 enum Beside {
-    /// Something farther away, or nothing.
+    /// A farther object, or none.
     Free,
-    /// Something nearer.
+    /// A nearer object.
     Nearer,
 }
 
-/// What a cluster is.
+/// Classification of a cluster.
 enum Verdict {
     Post(Post),
     Small,
     Misshapen,
     Hidden,
     Cut,
-    /// Nearer or farther than posts are looked for.
+    /// Outside the limits of the range.
     Outside,
 }
 
 impl PostFinder {
-    /// A finder of such posts.
+    /// A finder of posts with these settings.
     ///
     /// # Errors
     /// A setting is out of range.
@@ -87,13 +87,13 @@ impl PostFinder {
         &self.settings
     }
 
-    /// Finds the posts in a scan. Looks at every beam a fixed number of times, and at all that were found once for each that there is no
-    /// room for.
+    /// Finds the posts in a scan. Visits every beam a bounded number of times, and all posts once for each post beyond the
+    /// capacity.
     #[must_use]
     pub fn find<const POSTS: usize, S: Scan>(&self, scan: &S) -> Found<POSTS> {
         let mut found = Found::default();
         let beams = scan.beams();
-        // A circle without ends is walked from the begin of a cluster on, so that none is taken for two.
+        // A closed scan is processed from the beginning of a cluster, so that no cluster is split.
         let begins = |&number: &usize| {
             scan.beam(number).filter(|beam| self.is_of_post(*beam)).is_some_and(|beam| {
                 !matches!(near(scan, number, Side::Before), Near::Reading { beam: before, .. }
@@ -126,13 +126,13 @@ impl PostFinder {
         found
     }
 
-    /// Whether a reading may be of a post.
+    /// Whether a beam may be on a post.
     fn is_of_post(&self, beam: Beam) -> bool {
         let least = self.settings.min_intensity;
         beam.range_m > 0.0 && (least <= 0.0 || beam.intensity >= least)
     }
 
-    /// Whether two neighbours are of one thing, of which the first may be of a post.
+    /// Whether two adjacent beams are on the same object, if the first may be on a post.
     fn go_together(&self, last: Beam, next: Beam) -> bool {
         self.adjoin(last, next) && self.is_of_post(next)
     }
@@ -147,7 +147,7 @@ impl PostFinder {
         let mean_m = sum_m / readings as f32;
         let (span_rad, step_rad) = (scan.between_rad(first, last), scan.step_rad().abs());
         let diameter = 2.0 * settings.radius_m;
-        // What is too wide before its depth is known, as walls are, is so with it.
+        // A cluster that is too wide at its mean range, such as a wall, is also too wide at the range of its axis.
         let is_wide = mean_m * span_rad > diameter + settings.tolerance_m;
         let depth_m =
             if is_wide { 0.0 } else { settings.depth_m(beams, span_rad, mean_m + settings.radius_m, step_rad) };
@@ -164,25 +164,25 @@ impl PostFinder {
         if readings < usize::from(settings.min_points) {
             return Verdict::Small;
         }
-        // The edges lie up to a step farther out on either side.
+        // Each edge is up to a step beyond the outer beam.
         let (narrowest, widest) = (range_m * span_rad, range_m * (span_rad + 2.0 * step_rad));
         if narrowest > diameter + settings.tolerance_m || widest < diameter - settings.tolerance_m {
             return Verdict::Misshapen;
         }
         let first_rad = scan.beam(first).unwrap_or_default().bearing_rad;
         let bearing_rad = wrap(first_rad + 0.5 * span_rad.copysign(scan.step_rad()));
-        // Where a post lies across the ends of a circle, half of it was seen first and half last.
+        // For a post across the ends of a closed scan, the mean of the times of its first and last half.
         let before_end_s = 0.5 * (scan.before_end_s(first) + scan.before_end_s(last));
         let points = u16::try_from(readings).unwrap_or(u16::MAX);
         Verdict::Post(Post { range_m, bearing_rad, before_end_s, points, intensity })
     }
 
-    /// What is beside the edge of a cluster; `None` where the view ends before a beam came back.
+    /// The object beside the edge of a cluster; `None` if the view ends before a beam with a return.
     fn beside<S: Scan>(&self, scan: &S, edge: usize, side: Side) -> Option<Beside> {
         let last = scan.beam(edge)?;
         match near(scan, edge, side) {
             Near::End => None,
-            // A dark reading as far away as a reflector is of what that is fixed to.
+            // A beam with low intensity at the same range as a reflector is on the mount of the reflector.
             Near::Reading { beam, .. } if beam.range_m < last.range_m && !self.adjoin(last, beam) => {
                 Some(Beside::Nearer)
             }
@@ -191,13 +191,13 @@ impl PostFinder {
     }
 }
 
-/// The first beam beside one that came back.
+/// The nearest beam with a return beside another one.
 enum Near {
-    /// The beam, its number, and how many beams on it is.
+    /// The beam, its index, and its distance in beams.
     Reading { number: usize, beam: Beam, steps: usize },
-    /// None came back before it was plain that nothing goes on here.
+    /// No return within the greatest number of beams inside an object.
     Nothing,
-    /// The view ends before.
+    /// The view ends first.
     End,
 }
 
@@ -214,12 +214,12 @@ fn near<S: Scan>(scan: &S, from: usize, side: Side) -> Near {
     Near::Nothing
 }
 
-/// The next beam, after the last the first.
+/// Index of the next beam; the first after the last one.
 fn after<S: Scan>(scan: &S, beam: usize) -> usize {
     if beam + 1 < scan.beams() { beam + 1 } else { 0 }
 }
 
-/// The beam beside one; `None` where the view ends, or what was between them was not received.
+/// Index of the beam beside another one; `None` at the end of the view, or if beams between them were not received.
 fn neighbour<S: Scan>(scan: &S, beam: usize, side: Side) -> Option<usize> {
     let (next, last) = match side {
         Side::Before => (beam.checked_sub(1), scan.beams().saturating_sub(1)),

@@ -1,25 +1,25 @@
-//! Scans at equal steps, as most drivers give them.
+//! Scans with a constant angle between beams, the format of most drivers.
 
 use crate::scan::{Beam, Scan};
 use crate::settings::SettingsError;
 use core::f32::consts::TAU;
 
-/// What of a laser scan is the same in each: the fields of ROS's `LaserScan`, under names with units.
+/// The geometry of a laser scan: the fields of ROS's `LaserScan`, with units in their names.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sweep {
     /// Direction of the first beam, rad to the left of the lidar's axis.
     pub start_rad: f32,
-    /// From a beam to the next, rad: negative where they run clockwise. Not 0, and at most 1 either way.
+    /// Angle between beams, rad; negative if clockwise. Not 0, at most 1 in magnitude.
     pub increment_rad: f32,
-    /// A range below this is no return, m: at least 0.
+    /// Smaller ranges are no return, m; at least 0.
     pub range_min_m: f32,
-    /// A range that reaches this is no return, m: above the least; it may be infinite.
+    /// Ranges of this or more are no return, m; above the least range, may be infinite.
     pub range_max_m: f32,
-    /// From the first beam to the last, s: 0 where all are of one time, negative where the last was sent first.
+    /// Time from the first beam to the last, s; 0 if all have the same time, negative if the last beam is the earliest.
     pub duration_s: f32,
 }
 
-/// A scan at equal steps: any number of beams, in either direction, of a full circle or a part.
+/// A scan with a constant angle between beams: any number of beams, in either direction, over a full circle or a part of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LaserScan<'a> {
     sweep: Sweep,
@@ -29,8 +29,9 @@ pub struct LaserScan<'a> {
 }
 
 impl<'a> LaserScan<'a> {
-    /// A scan of these ranges, m, from the first beam on. What is not a number, infinite, 0, or outside of the sweep's ranges is no
-    /// return. `intensities` is as long, or empty where the lidar does not measure them: then reflectors cannot be told from others.
+    /// A scan with these ranges, m, from the first beam. Ranges that are NaN, infinite, 0 or outside the limits are no return.
+    /// `intensities` has the same length, or is empty if the lidar does not measure them: reflectors can then not be
+    /// distinguished.
     ///
     /// # Errors
     /// A field of the sweep is out of range, or the lengths differ.
@@ -50,7 +51,7 @@ impl<'a> LaserScan<'a> {
         } else if !(intensities.is_empty() || intensities.len() == ranges_m.len()) {
             wrong("intensities", "as many as ranges, or none")
         } else {
-            // Drivers that count both ends of a circle send the same direction twice.
+            // Drivers that include both ends of a circle send the same direction twice.
             let open = TAU / increment_rad.abs() - ranges_m.len() as f32 + 1.0;
             let is_closed = (-0.5..=1.5).contains(&open);
             Ok(Self { sweep, ranges_m, intensities, is_closed })
@@ -123,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn what_came_back_from_nowhere_is_no_return() {
+    fn invalid_ranges_are_no_return() {
         let ranges = [1.0, 0.0, -1.0, 0.05, 10.0, 11.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 9.99];
         let scan = LaserScan::new(SWEEP, &ranges, &[]).unwrap();
         let read: vec::Vec<f32> = (0..10).map(|beam| scan.beam(beam).unwrap().range_m).collect();
@@ -132,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn a_circle_is_closed_however_its_ends_are_counted() {
+    fn a_circle_is_closed_with_one_or_both_ends() {
         let ranges = vec![1.0; 400];
         let is_closed = |count: usize, increment_rad: f32| {
             LaserScan::new(Sweep { increment_rad, ..SWEEP }, &ranges[..count], &[]).unwrap().is_closed()

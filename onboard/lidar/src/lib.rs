@@ -1,12 +1,12 @@
-//! From a planar laser scan, or the bytes of a turning lidar, to posts and reflectors, as range and bearing.
+//! Detects posts and reflectors, as range and bearing, in a planar laser scan or in the bytes of a rotating lidar.
 //!
-//! [`PostFinder`] finds in a [`Scan`] what stands alone and is as thick as a post, or reflects as a reflector does. The detections go to
-//! a filter with the noise and the probability that [`Resolution`] says of such posts. A [`LaserScan`] is a scan of ranges at equal
-//! steps. [`Receiver`] finds the packets of an LD06 or LD19 in a stream of bytes and refuses those that are damaged; [`Assembler`] makes
-//! revolutions of them, which are scans too.
+//! [`PostFinder`] finds in a [`Scan`] isolated objects with the width of a post or the intensity of a reflector. A filter gets
+//! the detections, with the noise and the probability of detection that [`Resolution`] computes for such posts. A [`LaserScan`]
+//! is a scan of ranges with a constant angle between beams. [`Receiver`] finds the packets of an LD06 or LD19 in a stream of
+//! bytes and rejects damaged ones; [`Assembler`] assembles them to revolutions, which are scans too.
 //!
-//! Angles of an LD06 run clockwise, seen from above, from the arrow on its housing; all bearings here are the field's, rad to the
-//! left. Every loop ends after as many rounds as there are beams, and what there is no room for is counted.
+//! Angles of an LD06 are clockwise, seen from above, from the arrow on its housing; all bearings here are in rad to the left.
+//! Every loop is bounded by the number of beams, and data without room is counted.
 //!
 //! ```
 //! use scphd_lidar::{LaserScan, PostFinder, PostSettings, Sweep};

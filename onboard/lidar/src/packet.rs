@@ -3,20 +3,20 @@
 use core::fmt;
 use crc::{Algorithm, Crc};
 
-/// Bytes of a packet.
+/// Number of bytes of a packet.
 const LENGTH: usize = 47;
-/// Points of a packet.
+/// Number of points of a packet.
 const POINTS: usize = 12;
-/// What it begins with: the mark, then one kind of packet (upper three bits) of twelve points (lower five).
+/// Its first bytes: the mark, then the type of packet (upper three bits) with twelve points (lower five).
 pub(crate) const HEADER: [u8; 2] = [0x54, 0x2c];
-/// Bytes of a point.
+/// Number of bytes of a point.
 const POINT_LENGTH: usize = 3;
 /// Hundredths of a degree in a revolution.
 pub(crate) const FULL_CIRCLE: u32 = 36_000;
-/// Packets of the fastest motor at the lowest rate of points are narrower; hundredths of a degree.
+/// Greatest span of a packet, hundredths of a degree: above that of the fastest motor with the lowest rate of points.
 const WIDEST: u32 = 6_000;
 
-/// The manual gives a table of 256 numbers; it is that of x⁸+x⁶+x³+x²+1, most significant bit first, from zero.
+/// The table of 256 numbers in the manual is that of x⁸+x⁶+x³+x²+1, most significant bit first, with initial value zero.
 const CHECK: Crc<u8> = Crc::<u8>::new(&Algorithm {
     width: 8,
     poly: 0x4d,
@@ -28,36 +28,36 @@ const CHECK: Crc<u8> = Crc::<u8>::new(&Algorithm {
     residue: 0,
 });
 
-/// One of twelve readings as it is sent.
+/// One of the twelve readings of a packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Reading {
-    /// Distance, mm; 0 where nothing came back.
+    /// Distance, mm; 0 without a return.
     pub range_mm: u16,
-    /// How bright it came back; some 200 for white paper at 6 m, by the manual.
+    /// Intensity of the return; about 200 for white paper at 6 m, according to the manual.
     pub intensity: u8,
 }
 
-/// A reading and where it was taken.
+/// A reading and its direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Point {
-    /// Clockwise from the arrow on the housing, hundredths of a degree below 36 000.
+    /// Direction clockwise from the arrow on the housing, hundredths of a degree, below 36 000.
     pub angle_cdeg: u16,
-    /// What was read there.
+    /// The reading.
     pub reading: Reading,
 }
 
-/// A packet.
+/// A packet of the lidar.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Packet {
-    /// How fast it turns, degrees/s: 3 600 at 10 Hz.
+    /// Rotation speed, degrees/s: 3 600 at 10 Hz.
     pub speed_degps: u16,
     /// Angle of the first reading, hundredths of a degree, clockwise.
     pub start_cdeg: u16,
-    /// The readings, at equal steps.
+    /// The readings, with a constant angle between them.
     pub readings: [Reading; POINTS],
     /// Angle of the last reading, hundredths of a degree, clockwise.
     pub end_cdeg: u16,
-    /// Clock of the lidar, ms; after 30 000 it begins at 0.
+    /// Time of the lidar's clock, ms; it wraps at 30 000.
     pub time_ms: u16,
 }
 
@@ -86,9 +86,9 @@ impl fmt::Display for PacketError {
 impl core::error::Error for PacketError {}
 
 impl Packet {
-    /// Bytes of a packet.
+    /// Number of bytes of a packet.
     pub const LENGTH: usize = LENGTH;
-    /// Readings of a packet.
+    /// Number of readings of a packet.
     pub const POINTS: usize = POINTS;
 
     /// Reads a packet.
@@ -140,22 +140,22 @@ impl Packet {
         bytes
     }
 
-    /// From the first reading to the last, hundredths of a degree.
+    /// Angle from the first reading to the last, hundredths of a degree.
     fn span_cdeg(&self) -> u32 {
         (u32::from(self.end_cdeg) + FULL_CIRCLE - u32::from(self.start_cdeg) % FULL_CIRCLE) % FULL_CIRCLE
     }
 
-    /// From a reading to the next, hundredths of a degree.
+    /// Angle between readings, hundredths of a degree.
     #[must_use]
     pub fn step_cdeg(&self) -> f32 {
         self.span_cdeg() as f32 / (POINTS - 1) as f32
     }
 
-    /// The readings and where each was taken, in the order of time.
+    /// The readings with their directions, in the order of time.
     pub fn points(&self) -> impl Iterator<Item = Point> + '_ {
         let (start, span) = (u32::from(self.start_cdeg), self.span_cdeg());
         (0..).zip(&self.readings).map(move |(k, &reading)| {
-            // To the nearest hundredth.
+            // Rounded to the nearest hundredth.
             let within = (2 * k * span + (POINTS as u32 - 1)) / (2 * (POINTS as u32 - 1));
             Point { angle_cdeg: ((start + within) % FULL_CIRCLE) as u16, reading }
         })

@@ -1,27 +1,27 @@
-//! A post that was found.
+//! A detected post.
 
-/// Where a post is, seen from the lidar at the time when the ray passed it.
+/// Position of a post, seen from the lidar at the time of the beam.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Post {
     /// Range of its axis, m.
     pub range_m: f32,
     /// Bearing of its axis, rad to the left of the lidar's axis (the arrow on an LD06), from −π to π.
     pub bearing_rad: f32,
-    /// How long before the end of the scan it was seen, s.
+    /// Time from the measurement to the end of the scan, s.
     pub before_end_s: f32,
-    /// Beams on it.
+    /// Number of beams on it.
     pub points: u16,
-    /// The brightest of them.
+    /// Greatest intensity.
     pub intensity: f32,
 }
 
 impl Post {
-    /// Range (m) and bearing (rad) at the end of the scan, on a vehicle that since moved with this speed (m/s, of the lidar, in the
-    /// direction of its axis) and turn rate (rad/s): so that all posts of a scan are of one time.
+    /// Range (m) and bearing (rad) at the end of the scan, for a vehicle that has moved since the measurement with this speed
+    /// (m/s, of the lidar, along its axis) and turn rate (rad/s): all posts of a scan then have the same time.
     #[must_use]
     pub fn at_end(&self, speed_mps: f32, rate_radps: f32) -> [f32; 2] {
         let turned = rate_radps * self.before_end_s;
-        // An arc as its chord: shorter by a share of turned²/24.
+        // The arc length is used as the length of the chord; the relative error is turned²/24.
         let way = speed_mps * self.before_end_s;
         let x = self.range_m * libm::cosf(self.bearing_rad) - way * libm::cosf(0.5 * turned);
         let y = self.range_m * libm::sinf(self.bearing_rad) - way * libm::sinf(0.5 * turned);
@@ -29,7 +29,7 @@ impl Post {
     }
 }
 
-/// The same angle between −π and π.
+/// The same angle in [−π, π).
 pub(crate) fn wrap(angle_rad: f32) -> f32 {
     use core::f32::consts::{PI, TAU};
     let turns = libm::floorf((angle_rad + PI) / TAU);
@@ -42,7 +42,7 @@ mod tests {
     use core::f32::consts::{FRAC_PI_2, PI};
 
     #[test]
-    fn motion_since_then_is_taken_out() {
+    fn motion_since_the_measurement_is_compensated() {
         let post = Post { range_m: 5.0, bearing_rad: 0.0, before_end_s: 0.1, ..Post::default() };
         let close = |[range, bearing]: [f32; 2], expected: [f32; 2]| {
             assert!((range - expected[0]).abs() < 1e-4 && (bearing - expected[1]).abs() < 1e-4, "{range} {bearing}");
@@ -50,7 +50,7 @@ mod tests {
         close(post.at_end(0.0, 0.0), [5.0, 0.0]);
         close(post.at_end(2.0, 0.0), [4.8, 0.0]);
         close(post.at_end(0.0, 1.0), [5.0, -0.1]);
-        // A quarter of a circle of radius 1 m to the left ends at (1, 1), turned by 90°; the chord of so long an arc is √2, not π/2.
+        // A quarter of a circle of radius 1 m to the left ends at (1, 1), turned by 90°; its chord is √2, not π/2.
         let far = Post { before_end_s: 1.0, ..post };
         let [range, bearing] = far.at_end(FRAC_PI_2, FRAC_PI_2);
         assert!((range - 4.123).abs() < 0.2 && (bearing + FRAC_PI_2 + 0.245).abs() < 0.05, "{range} {bearing}");

@@ -1,22 +1,22 @@
-//! Finds packets in bytes as they come.
+//! Finds packets in a stream of bytes.
 
 use crate::packet::{HEADER, Packet, PacketError};
 use embedded_io::Read;
 
-/// What has come so far. Every byte is of a packet, or skipped, or still waits for the rest of its packet.
+/// Counts of a receiver. Every byte belongs to a packet, was skipped, or waits for the rest of its packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ReceiverReport {
-    /// Whole packets.
+    /// Number of complete packets.
     pub packets: u32,
-    /// Packets whose check was wrong: damaged on the line, or no packets at all but bytes that began like one.
+    /// Number of packets with a wrong checksum: damaged, or other bytes that begin like a packet.
     pub damaged: u32,
-    /// Packets with the right check and angles that the lidar does not send: another model.
+    /// Number of packets with a correct checksum and angles that the lidar does not send: another model.
     pub unlikely: u32,
-    /// Bytes that belong to no whole packet.
+    /// Number of bytes that belong to no packet.
     pub skipped: u32,
 }
 
-/// Finds packets. After damage it goes on with the next place at which a packet may begin, which may lie in the damaged one.
+/// Finds packets. After damage it continues at the next byte that may begin a packet, which may be in the damaged one.
 #[derive(Debug)]
 pub struct Receiver {
     held: [u8; Packet::LENGTH],
@@ -25,7 +25,7 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// A receiver that has seen nothing.
+    /// A receiver without any bytes.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -35,7 +35,7 @@ impl Receiver {
         }
     }
 
-    /// Takes a byte; the packet that it ends, if it does.
+    /// Adds a byte. Returns the packet that it completes, if any.
     pub fn push(&mut self, byte: u8) -> Option<Packet> {
         if let Some(slot) = self.held.get_mut(self.len) {
             *slot = byte;
@@ -64,13 +64,13 @@ impl Receiver {
         }
     }
 
-    /// Whether a packet may begin at this place of what is held.
+    /// Whether a packet may begin at this index of the stored bytes.
     fn may_begin(&self, at: usize) -> bool {
         let held = self.held.get(at..self.len).unwrap_or(&[]);
         held.iter().zip(&HEADER).all(|(byte, mark)| byte == mark)
     }
 
-    /// Leaves out the first byte, and what follows up to where a packet may begin.
+    /// Removes the first byte, and the following ones up to the next that may begin a packet.
     fn skip(&mut self) {
         let begin = (1..self.len).find(|&at| self.may_begin(at)).unwrap_or(self.len);
         if let Some(held) = self.held.get_mut(..self.len) {
@@ -80,13 +80,13 @@ impl Receiver {
         count(&mut self.report.skipped, begin as u32);
     }
 
-    /// Reads from a line until a packet is whole; `None` where the line ends.
+    /// Reads from a line until a packet is complete; `None` if the line ends.
     ///
     /// # Errors
-    /// Those of the line. What has been read of a packet is kept.
+    /// The errors of the line. The bytes of an incomplete packet are kept.
     pub fn read<L: Read>(&mut self, line: &mut L) -> Result<Option<Packet>, L::Error> {
         loop {
-            // No more than the packet can still have: nothing is read that would have to be kept.
+            // At most the rest of the packet is read, so that no other bytes must be stored.
             let mut bytes = [0; Packet::LENGTH];
             let wanted = bytes.get_mut(self.len..).unwrap_or_default();
             let count = line.read(wanted)?;
@@ -95,7 +95,7 @@ impl Receiver {
             }
             let mut whole = None;
             for &byte in wanted.iter().take(count) {
-                // Only the last of them can end one.
+                // Only the last byte can complete a packet.
                 whole = self.push(byte).or(whole);
             }
             if whole.is_some() {
@@ -104,13 +104,13 @@ impl Receiver {
         }
     }
 
-    /// What has come so far.
+    /// The counts so far.
     #[must_use]
     pub fn report(&self) -> ReceiverReport {
         self.report
     }
 
-    /// Bytes that wait for the rest of their packet.
+    /// Number of bytes that wait for the rest of their packet.
     #[must_use]
     pub fn waiting(&self) -> usize {
         self.len

@@ -1,34 +1,34 @@
-//! What a post looks like to the lidar: how many points it has, how probable its detection is, and how good.
+//! Measurement model of a post: number of beams on it, probability of detection, and noise.
 
 use crate::settings::PostSettings;
 
-/// How fine the lidar looks, and how noisy.
+/// Angular resolution and noise of a lidar.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resolution {
-    /// From a ray to the next, rad, [`Scan::step_rad`](crate::Scan::step_rad) without its sign: above 0. At 4 500 points a second and
-    /// 10 Hz it is 0.8°.
+    /// Angle between beams, rad, the magnitude of [`Scan::step_rad`](crate::Scan::step_rad); above 0. At 4 500 points per second
+    /// and 10 Hz it is 0.8°.
     pub step_rad: f32,
-    /// Noise of a single range, m, standard deviation.
+    /// Standard deviation of a single range, m.
     pub range_sigma_m: f32,
-    /// Share of the rays that come back from what they meet: above 0, at most 1.
+    /// Share of the beams with a return among those that hit an object: above 0, at most 1.
     pub returned: f32,
 }
 
 impl Resolution {
-    /// An LD06 at 10 Hz: its manual says 4 500 points a second, and a standard deviation of ranges of 10 mm from 0.3 m on. Its mean
-    /// may be off by 45 mm, the same for all posts about it; that is not noise, and not in here.
+    /// An LD06 at 10 Hz: by its manual 4 500 points per second, and a standard deviation of 10 mm from 0.3 m on. The mean may
+    /// have an error of up to 45 mm, which is the same for all posts nearby; it is not noise, and not included.
     pub const LD06: Self = Self { step_rad: 0.013_962_634, range_sigma_m: 0.01, returned: 0.99 };
 
-    /// How many steps wide a post is at this range, m; where the lidar is inside it, as wide as can be.
+    /// Angular width of a post at this range (m) in steps; the greatest width if the lidar is inside the post.
     #[must_use]
     pub fn steps_wide(&self, settings: &PostSettings, range_m: f32) -> f32 {
         let sine = (settings.radius_m / range_m).min(1.0);
         2.0 * libm::asinf(sine) / self.step_rad
     }
 
-    /// The probability that a post at this range, m, which nothing hides, is detected. The rays fall where they will: a post `w` steps
-    /// wide has `⌊w⌋` of them, and one more with the probability of what is left of `w`. As many must come back as a post must have:
-    /// with a ray more on it than that, it is all but certain.
+    /// The probability of detection of a post at this range, m, without occlusion. The phase of the beams is random: a post with
+    /// a width of `w` steps has `⌊w⌋` beams on it, and one more with a probability of the fraction of `w`. The required number of
+    /// beams must have a return; with one beam more than required on the post, detection is nearly certain.
     #[must_use]
     pub fn detection_probability(&self, settings: &PostSettings, range_m: f32) -> f32 {
         if !(range_m >= settings.range_min_m && range_m <= settings.range_max_m) {
@@ -40,7 +40,7 @@ impl Resolution {
         enough * (1.0 - missed * (1.0 - spare).clamp(0.0, 1.0))
     }
 
-    /// The farthest range, m, at which a post is detected with at least this probability, but for rays that do not come back.
+    /// The greatest range, m, at which a post is detected with at least this probability, if all beams have a return.
     #[must_use]
     pub fn reach_m(&self, settings: &PostSettings, probability: f32) -> f32 {
         let wide = f32::from(settings.min_points) - 1.0 + probability.clamp(0.0, 1.0);
@@ -48,10 +48,10 @@ impl Resolution {
         if sine > 0.0 { (settings.radius_m / sine).min(settings.range_max_m) } else { settings.range_max_m }
     }
 
-    /// Standard deviation of a detected post's bearing at this range, rad. What is left of the width beyond the rays on it lies on either
-    /// side, and nobody knows how much on which: with `f` of a step left over its variance is `(f³ + (1−f)³)` of a step's, which is its
-    /// square by 12. Where one ray more is needed than must fall on the post, what is left is `f` alone. An outer ray that
-    /// does not come back moves the middle by half a step.
+    /// Standard deviation of the bearing of a detected post at this range, rad. The position of the outer beams within the post
+    /// is unknown: if the width exceeds a whole number of steps by the fraction `f`, the variance is `(f³ + (1−f)³)` times that
+    /// of a uniform distribution over a step, step²/12. If one beam more is required than is certainly on the post, only `f`
+    /// remains. An outer beam without a return moves the centre by half a step.
     #[must_use]
     pub fn bearing_sigma_rad(&self, settings: &PostSettings, range_m: f32) -> f32 {
         let wide = self.steps_wide(settings, range_m);
@@ -66,8 +66,9 @@ impl Resolution {
         self.step_rad * libm::sqrtf(cubes / 12.0)
     }
 
-    /// Standard deviation of a detected post's range at this range, m: the noise of as many readings, and what the round front leaves
-    /// open, less than a tenth of the radius for a single reading (the test below has rays at every phase).
+    /// Standard deviation of the range of a detected post at this range, m: from the noise of its readings, and from the unknown
+    /// position of the beams on the round front, less than a tenth of the radius for a single reading (tested below with beams at
+    /// all phases).
     #[must_use]
     pub fn post_range_sigma_m(&self, settings: &PostSettings, range_m: f32) -> f32 {
         let rays = self.steps_wide(settings, range_m).max(f32::from(settings.min_points));
@@ -75,7 +76,7 @@ impl Resolution {
         libm::sqrtf((self.range_sigma_m * self.range_sigma_m + front * front) / rays)
     }
 
-    /// The greatest standard deviations of range (m) and bearing (rad) of posts within the ranges that are looked for: for a filter
+    /// The greatest standard deviations of range (m) and bearing (rad) of posts within the limits of the range: for a filter
     /// whose sensor has the same noise at every range.
     #[must_use]
     pub fn worst_sigmas(&self, settings: &PostSettings) -> [f32; 2] {
@@ -91,10 +92,10 @@ impl Resolution {
     }
 }
 
-/// How many ranges of the view the worst noise is taken of.
+/// Number of ranges at which the greatest noise is computed.
 const WITHIN_VIEW: u16 = 16;
 
-/// What a round front leaves open for a single ray, as a share of the radius.
+/// Standard deviation of a single range from the round front, as a share of the radius.
 const SHAPE: f32 = 0.1;
 
 fn cube(x: f32) -> f32 {
@@ -106,7 +107,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_thin_post_is_seen_as_far_as_its_rays() {
+    fn a_thin_post_is_detected_within_its_reach() {
         let posts = PostSettings::of_radius(0.05);
         let lidar = Resolution { returned: 1.0, ..Resolution::LD06 };
         assert_eq!(lidar.detection_probability(&posts, 2.0), 1.0);
@@ -117,14 +118,14 @@ mod tests {
             let back = lidar.detection_probability(&posts, reach);
             assert!((back - probability).abs() < 1e-3, "{reach} {back}");
         }
-        // One point is enough three times as far as two and a half.
+        // With one point required instead of two, the range is about three times as great.
         let single = PostSettings { min_points: 1, ..posts };
         assert!(lidar.reach_m(&single, 0.5) > 2.9 * lidar.reach_m(&posts, 0.5).min(4.0));
     }
 
-    /// Against rays that fall on a circle at every phase.
+    /// Compared with beams on a circle at every phase.
     #[test]
-    fn noise_is_that_of_rays_on_a_circle() {
+    fn noise_is_that_of_beams_on_a_circle() {
         let posts = PostSettings::of_radius(0.1);
         let lidar = Resolution { range_sigma_m: 0.0, returned: 1.0, ..Resolution::LD06 };
         for range in [2.0_f32, 3.3, 5.1, 7.0, 10.0, 12.0] {
@@ -154,7 +155,7 @@ mod tests {
             let expected = lidar.bearing_sigma_rad(&posts, range);
             assert!((bearing / expected - 1.0).abs() < 0.02, "{range} m: {bearing} for {expected}");
             assert!((bias / seen).abs() < 0.004, "{range} m: {}", bias / seen);
-            // Rays that stand evenly are better than as many that do not.
+            // Beams with constant spacing are better than the same number at random positions.
             let bound = lidar.post_range_sigma_m(&posts, range);
             assert!(depth < bound, "{range} m: {depth} for {bound}");
         }

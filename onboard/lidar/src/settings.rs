@@ -1,32 +1,31 @@
-//! What the finder takes for a post.
+//! Settings of the finder.
 
 use core::fmt;
 
-/// What the finder takes for a post, or for a reflector.
+/// Properties of the posts or reflectors to find.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PostSettings {
     /// Radius of the posts, m: above 0.
     pub radius_m: f32,
-    /// By how much the width that a cluster of points shows may differ from the posts' diameter, m, beside what the step from point to
-    /// point leaves open: at least 0.
+    /// Tolerance of the width of a cluster, m, in addition to that from the angle between beams: at least 0.
     pub tolerance_m: f32,
-    /// A point is of the same thing as the one beside it where their ranges differ by no more than this, m: above 0, and above what
-    /// the noise of two readings can be.
+    /// Greatest difference of the ranges of adjacent beams on one object, m: above 0, and above the noise of two readings.
     pub gap_m: f32,
-    /// Points that a post must have: at least 1. More keep single false readings out, and let the view end sooner:
+    /// Number of points that a post must have: at least 1. A greater number excludes single false readings, and shortens the
+    /// range:
     /// [`Resolution::detection_probability`](crate::Resolution::detection_probability).
     pub min_points: u16,
-    /// Readings darker than this, in the lidar's own unit, are of no post: 0 for posts that do not reflect, about 200 for reflectors of an
-    /// LD06.
+    /// Least intensity of a beam on a post, in the lidar's own unit: 0 for posts without reflectors, about 200 for reflectors of
+    /// an LD06.
     pub min_intensity: f32,
-    /// The nearest post, m: at least 0.
+    /// Least range of a post, m: at least 0.
     pub range_min_m: f32,
-    /// The farthest post, m: above the nearest.
+    /// Greatest range of a post, m: above the least.
     pub range_max_m: f32,
 }
 
 impl PostSettings {
-    /// For posts of this radius, m, that do not reflect, as far as an LD06 reaches: two points at least.
+    /// For posts of this radius, m, without reflectors, with the range of an LD06 and at least two points.
     #[must_use]
     pub const fn of_radius(radius_m: f32) -> Self {
         Self {
@@ -40,14 +39,14 @@ impl PostSettings {
         }
     }
 
-    /// Whether a finder can work with it.
+    /// Checks all fields.
     ///
     /// # Errors
     /// Names the field that is out of range.
     pub fn check(&self) -> Result<(), SettingsError> {
         let wrong = |field, range| Err(SettingsError { field, range });
         let Self { radius_m, tolerance_m, gap_m, min_points, min_intensity, range_min_m, range_max_m } = *self;
-        // What is not a number fails every comparison.
+        // The comparisons are written so that NaN fails them.
         if !(radius_m > 0.0 && radius_m.is_finite()) {
             wrong("radius_m", "above 0")
         } else if !(tolerance_m >= 0.0 && tolerance_m.is_finite()) {
@@ -67,15 +66,15 @@ impl PostSettings {
         }
     }
 
-    /// From the mean of so many readings to the axis, m: how far before it they are on average where they are a step apart, span so much,
-    /// and lie about the middle of the post, or beside it by as much as its width leaves open.
+    /// Mean distance from the readings to the axis of the post, m, for this number of beams with this span and step. The cluster
+    /// is about the centre of the post, or beside it by at most the excess of the post's width.
     pub(crate) fn depth_m(&self, rays: usize, span_rad: f32, range_m: f32, step_rad: f32) -> f32 {
         let (width, span, step) = (2.0 * self.radius_m, range_m * span_rad, range_m * step_rad);
         let open = (width - span).max(0.0);
         let aside = 0.5 * open.min(2.0 * step - open).max(0.0);
         let (mut sum, mut count) = (0.0, 0.0);
         let places = rays.min(ENOUGH_RAYS);
-        // Each ray stands in the middle of a step.
+        // Each beam is at the centre of a step.
         let covered = if rays > 1 { span * rays as f32 / (rays - 1) as f32 } else { 0.0 };
         for place in 0..places {
             let across = covered * ((place as f32 + 0.5) / places as f32 - 0.5);
@@ -85,25 +84,25 @@ impl PostSettings {
                 count += 1.0;
             }
         }
-        // Rays beside the axis are longer than what lies along it, by the mean of range · (1 − cos).
+        // Ranges beside the axis are longer than their component along it, by the mean of range · (1 − cos).
         let slant = range_m * span_rad * span_rad / 24.0;
         if count > 0.0 { sum / count + slant } else { 0.0 }
     }
 }
 
-/// As many places as stand for more rays.
+/// Greatest number of positions that are evaluated instead of all beams.
 const ENOUGH_RAYS: usize = 16;
 
-/// Places that stand for all between −1 and 1.
+/// Offsets that represent the interval from −1 to 1.
 const SHIFTS: [f32; 4] = [-0.75, -0.25, 0.25, 0.75];
 
 /// A field of the settings is out of range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct SettingsError {
-    /// The field, by its name.
+    /// Name of the field.
     pub field: &'static str,
-    /// What it must be.
+    /// Its valid range.
     pub range: &'static str,
 }
 

@@ -1,4 +1,4 @@
-//! Any bytes: nothing panics, no byte is lost without being counted, and what is whole is found again.
+//! Arbitrary bytes: nothing panics, every byte is counted, and intact packets are found again.
 
 use proptest::prelude::*;
 use scphd_lidar::{Assembler, Packet, PostFinder, PostSettings, Reading, Receiver};
@@ -17,7 +17,7 @@ fn packets() -> impl Strategy<Value = Vec<Packet>> {
     prop::collection::vec(packet, 0..12)
 }
 
-/// All that a receiver makes of the bytes. Every byte is accounted for.
+/// The packets of a receiver. Checks that every byte is accounted for.
 fn received(bytes: &[u8]) -> Vec<Packet> {
     let mut receiver = Receiver::new();
     let found: Vec<Packet> = bytes.iter().filter_map(|&byte| receiver.push(byte)).collect();
@@ -31,10 +31,10 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn whole_packets_come_through(packets in packets()) {
+    fn intact_packets_are_received(packets in packets()) {
         let bytes: Vec<u8> = packets.iter().flat_map(Packet::to_bytes).collect();
         prop_assert_eq!(&received(&bytes), &packets);
-        // The same from a line that hands out a few bytes at a time.
+        // The same from a line that returns a few bytes at a time.
         let (mut line, mut receiver, mut read) = (&bytes[..], Receiver::new(), Vec::new());
         while let Ok(Some(packet)) = receiver.read(&mut line) {
             read.push(packet);
@@ -42,7 +42,7 @@ proptest! {
         prop_assert_eq!(read, packets);
     }
 
-    /// Noise between packets that cannot begin one takes none of them away.
+    /// Noise between packets that cannot begin a packet removes none of them.
     #[test]
     fn packets_are_found_between_other_bytes(
         packets in packets(),
@@ -52,9 +52,9 @@ proptest! {
         prop_assert_eq!(received(&bytes), packets);
     }
 
-    /// A damaged packet is lost, and none of the others, unless its damage makes it look like the begin of one.
+    /// A damaged packet is lost, and no other one, unless the damage makes it look like the beginning of a packet.
     #[test]
-    fn damage_costs_the_packet_that_has_it(packets in packets(), at in any::<prop::sample::Index>(), flip in 1..=255_u8) {
+    fn damage_affects_only_its_packet(packets in packets(), at in any::<prop::sample::Index>(), flip in 1..=255_u8) {
         prop_assume!(packets.len() > 1);
         let mut bytes: Vec<u8> = packets.iter().flat_map(Packet::to_bytes).collect();
         let at = at.index(bytes.len());
@@ -64,7 +64,7 @@ proptest! {
         prop_assert_eq!(received(&bytes), left);
     }
 
-    /// Any bytes, and any readings, go through everything.
+    /// Arbitrary bytes and readings through the whole chain.
     #[test]
     fn nothing_panics(
         bytes in prop::collection::vec(prop_oneof![3 => any::<u8>(), 1 => Just(0x54_u8), 1 => Just(0x2c_u8)], 0..600),

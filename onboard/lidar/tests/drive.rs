@@ -1,5 +1,4 @@
-//! A whole drive: the bytes of a lidar on a robot, posts of them, and a filter, which knows where the robot is when odometry has long
-//! lost it.
+//! A whole drive: bytes of a lidar on a robot, posts, and a filter that knows the position when dead reckoning has long diverged.
 
 mod world;
 
@@ -14,16 +13,16 @@ use world::{Draws, Lidar, World};
 
 joint_memory! { type Map: Unicycle<f32> { measurement: Vector2<f32>, features: 48, measurements: 32 } }
 
-/// Seconds of a drive, round the yard four times.
+/// Duration of a drive, s: four rounds of the yard.
 const DURATION_S: f64 = 120.0;
-/// From an odometry sample to the next.
+/// Time between odometry samples, s.
 const ODOMETRY_S: f64 = 0.02;
-/// Detections of nothing in a revolution, at most as many as `tests/scene.rs` has.
+/// Number of false detections in a revolution, at most that of `tests/scene.rs`.
 const CLUTTER: f32 = 0.1;
-/// Posts farther away than this are not looked for, m: up to there most of them have two points.
+/// Greatest range of posts, m: up to there most of them have two points.
 const FAR_M: f32 = 8.0;
 
-/// Where the robot is: on an ellipse, at a speed that changes.
+/// Position of the robot: on an ellipse, with a varying speed.
 fn place(time_s: f64) -> [f64; 2] {
     let phase = 0.2 * time_s + 0.2 * (0.1 * time_s).sin();
     [5.0 * phase.cos(), 3.5 * phase.sin()]
@@ -35,7 +34,7 @@ fn pose(time_s: f64) -> [f64; 3] {
     [x, y, (y1 - y0).atan2(x1 - x0)]
 }
 
-/// What the wheels say of a time: 4 % too fast, 3 % too much to the left, and noise.
+/// Odometry: 4 % too fast, 3 % too much rotation, and noise.
 fn odometry(from_s: f64, to_s: f64, draws: &mut Draws) -> UnicycleControl<f32> {
     let dt = to_s - from_s;
     let ([x0, y0, h0], [x1, y1, h1]) = (pose(from_s), pose(to_s));
@@ -46,7 +45,8 @@ fn odometry(from_s: f64, to_s: f64, draws: &mut Draws) -> UnicycleControl<f32> {
     }
 }
 
-/// Errors of the position over a drive, RMS, m: of the filter, of dead reckoning. And NEES by 2, the share of posts that the map has.
+/// Results of a drive: RMS errors of the position of the filter and of dead reckoning, m; NEES divided by 2; and the share of
+/// posts in the map.
 fn drive(seed: u64, takes_motion_out: bool, damage: f64) -> [f64; 4] {
     let mut draws = Draws::seeded(seed);
     let off_the_way = |[x, y]: [f64; 2]| ((x / 5.0).hypot(y / 3.5) - 1.0).abs() > 0.25;
@@ -57,7 +57,7 @@ fn drive(seed: u64, takes_motion_out: bool, damage: f64) -> [f64; 4] {
     let finder = PostFinder::new(posts).unwrap();
     let (near, far) = (2.0, FAR_M);
     let [p_near, p_far] = [near, far].map(|range| Resolution::LD06.detection_probability(&posts, range));
-    // Of what is in view some is hidden.
+    // Some posts in view are occluded.
     let limits = RangeBearingLimits {
         probability_far: 0.9 * p_far,
         bearing_half_width_rad: 3.05,
@@ -66,7 +66,7 @@ fn drive(seed: u64, takes_motion_out: bool, damage: f64) -> [f64; 4] {
         ..RangeBearingLimits::full_circle(FAR_M, 0.9 * p_near)
     };
     let view = RangeBearingWindow::new(limits).unwrap();
-    // The worst noise within view; and the motion that is taken out is that of the odometry, which is wrong by a few percent.
+    // The greatest noise within the view. The motion is compensated by the odometry, whose error is a few percent.
     let [range_sigma_m, bearing_sigma_rad] = Resolution::LD06.worst_sigmas(&posts);
     let sensing = Sensing {
         sensor: RangeBearing::new(range_sigma_m.max(0.02), bearing_sigma_rad).unwrap(),
@@ -143,7 +143,7 @@ fn drives(takes_motion_out: bool, damage: f64) -> [f64; 4] {
 }
 
 #[test]
-fn bytes_of_a_lidar_keep_a_robot_in_its_place() {
+fn a_lidar_keeps_a_robot_located() {
     let [clean, reckoning, nees, known] = drives(true, 0.0);
     println!("a byte in a thousand damaged:");
     let [damaged, ..] = drives(true, 1e-3);

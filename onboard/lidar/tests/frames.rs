@@ -1,4 +1,4 @@
-//! Packets byte by byte, and revolutions of them.
+//! Packets byte by byte, and revolutions from them.
 
 use scphd_lidar::{Assembler, Packet, PacketError, Reading, Receiver};
 
@@ -10,7 +10,7 @@ const MANUAL: [u8; 47] = [
 ];
 
 #[test]
-fn the_manuals_example_is_read() {
+fn the_example_of_the_manual_is_read() {
     let packet = Packet::parse(&MANUAL).unwrap();
     assert_eq!((packet.speed_degps, packet.start_cdeg, packet.end_cdeg, packet.time_ms), (2152, 32_427, 33_470, 6714));
     let ranges = packet.readings.map(|reading| reading.range_mm);
@@ -24,7 +24,7 @@ fn the_manuals_example_is_read() {
 }
 
 #[test]
-fn angles_go_on_through_north() {
+fn angles_continue_through_north() {
     let packet = Packet { start_cdeg: 35_800, end_cdeg: 640, ..Packet::parse(&MANUAL).unwrap() };
     let packet = Packet::parse(&packet.to_bytes()).unwrap();
     let angles: Vec<u16> = packet.points().map(|point| point.angle_cdeg).collect();
@@ -32,7 +32,7 @@ fn angles_go_on_through_north() {
 }
 
 #[test]
-fn every_changed_bit_is_seen() {
+fn every_changed_bit_is_detected() {
     for place in 0..MANUAL.len() {
         for bit in 0..8 {
             let mut bytes = MANUAL;
@@ -44,14 +44,14 @@ fn every_changed_bit_is_seen() {
 }
 
 #[test]
-fn angles_that_are_none_are_refused() {
+fn invalid_angles_are_refused() {
     let good = Packet::parse(&MANUAL).unwrap();
     for packet in [
         Packet { start_cdeg: 36_000, ..good },
         Packet { end_cdeg: 36_000, ..good },
         Packet { start_cdeg: u16::MAX, end_cdeg: u16::MAX, ..good },
         Packet { start_cdeg: 0, end_cdeg: 6_001, ..good },
-        // Against the clock.
+        // Counterclockwise.
         Packet { start_cdeg: 1_000, end_cdeg: 0, ..good },
     ] {
         assert_eq!(Packet::parse(&packet.to_bytes()), Err(PacketError::Angles), "{packet:?}");
@@ -62,7 +62,7 @@ fn angles_that_are_none_are_refused() {
     assert_eq!((receiver.report().unlikely, receiver.report().damaged), (1, 0));
 }
 
-/// A turn at 10 Hz from behind on, all at one range.
+/// A revolution at 10 Hz, beginning at the rear, with constant range.
 fn turn(packets: u32) -> impl Iterator<Item = Packet> {
     let angle = |k: u32| ((18_000 + 80 * k) % 36_000) as u16;
     (0..packets).map(move |packet| Packet {
@@ -87,28 +87,28 @@ fn revolutions_begin_at_the_seam() {
             assert!((1..revolution.points.len()).all(|k| from_seam(k) > from_seam(k - 1)));
         }
     }
-    // 114 packets are three turns and a little; the first one is not known to be whole.
+    // 114 packets are three revolutions and a little; the first one is not known to be complete.
     assert_eq!(whole, [(450, 0, 0); 2]);
 }
 
 #[test]
-fn what_was_not_received_is_told() {
+fn missing_packets_are_reported() {
     let mut assembler = Assembler::<512>::new();
     let mut told = Vec::new();
     for (k, packet) in turn(38 * 4).enumerate() {
-        // Of the third turn a packet in its middle, and the one across the seam at its end.
+        // Without a packet in the middle of the third revolution, and the one across the seam at its end.
         if k != 38 * 2 + 10 && k != 112 {
             told.extend(assembler.push(&packet).map(|revolution| (revolution.points.len(), revolution.missing_cdeg)));
         }
     }
     assert_eq!(told[0], (450, 0));
-    // Twelve points and the step that joins them; the packet at the end takes six or so of this turn.
+    // Twelve points and the step to the next one; about six points of the packet at the end belong to this revolution.
     assert_eq!(told[1].0 + told[2].0, 900 - 24, "{told:?}");
     assert!(told[1].1 >= 13 * 80 && told[1].1 + told[2].1 >= 2 * 12 * 80, "{told:?}");
 }
 
 #[test]
-fn what_there_is_no_room_for_is_told() {
+fn points_without_room_are_counted() {
     let mut assembler = Assembler::<100>::new();
     let told: Vec<_> = turn(38 * 3)
         .filter_map(|packet| assembler.push(&packet).map(|revolution| (revolution.points.len(), revolution.beyond)))

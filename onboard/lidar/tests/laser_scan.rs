@@ -1,4 +1,4 @@
-//! Planar scans of any lidar: their orders, ends, returns and times.
+//! Planar scans of any lidar: their directions, ends, returns and times.
 
 mod world;
 
@@ -7,7 +7,7 @@ use scphd_lidar::{Assembler, Found, LaserScan, PostFinder, PostSettings, Scan, S
 use std::f32::consts::{PI, TAU};
 use world::{Draws, Lidar, World};
 
-/// Half a degree, all round, from behind on to the left.
+/// Half a degree between beams, over a full circle, from the rear to the left.
 const BEAMS: usize = 720;
 const ROUND: Sweep =
     Sweep { start_rad: -PI, increment_rad: TAU / BEAMS as f32, range_min_m: 0.05, range_max_m: 12.0, duration_s: 0.1 };
@@ -17,7 +17,7 @@ fn find(sweep: Sweep, ranges: &[f32]) -> Found<32> {
     finder.find(&LaserScan::new(sweep, ranges, &[]).unwrap())
 }
 
-/// Range and bearing of all posts, by bearing.
+/// Range and bearing of all posts, sorted by bearing.
 fn places(found: &Found<32>) -> Vec<[f32; 2]> {
     let mut places: Vec<[f32; 2]> = found.posts.iter().map(|post| [post.range_m, post.bearing_rad]).collect();
     places.sort_by(|one, other| one[1].total_cmp(&other[1]));
@@ -32,7 +32,7 @@ fn are_near(one: &Found<32>, other: &Found<32>) {
     }
 }
 
-/// A yard and a scan of it.
+/// A yard, and a scan of it.
 fn yard(seed: u64) -> (World, Vec<f32>) {
     let mut draws = Draws::seeded(seed);
     let world = World::random(&mut draws, 15, 0.1, |[x, y]| x.hypot(y) > 0.7);
@@ -41,7 +41,7 @@ fn yard(seed: u64) -> (World, Vec<f32>) {
 }
 
 #[test]
-fn the_order_and_the_first_beam_of_a_circle_do_not_matter() {
+fn the_direction_and_the_first_beam_of_a_circle_do_not_matter() {
     for seed in 0..20 {
         let (_, ranges) = yard(seed);
         let found = find(ROUND, &ranges);
@@ -67,9 +67,9 @@ fn the_order_and_the_first_beam_of_a_circle_do_not_matter() {
     }
 }
 
-/// What nothing is told as has no effect, nor has what there is beyond the greatest range.
+/// The encoding of a missing return has no effect, nor have ranges beyond the greatest one.
 #[test]
-fn all_ways_to_say_nothing_are_one() {
+fn all_encodings_of_a_missing_return_are_equal() {
     for seed in 0..20 {
         let (_, ranges) = yard(seed);
         let found = find(ROUND, &ranges);
@@ -80,7 +80,7 @@ fn all_ways_to_say_nothing_are_one() {
     }
 }
 
-/// A part of a circle has the posts of the whole that lie within it, and none at its ends.
+/// A part of a circle has the posts of the whole that are inside it, and none at its ends.
 #[test]
 fn the_ends_of_a_view_are_cut() {
     let (mut inside, mut cut) = (0, 0);
@@ -106,9 +106,9 @@ fn the_ends_of_a_view_are_cut() {
     assert!(inside > 1000 && cut > 1000);
 }
 
-/// On a vehicle that drives on an arc posts are moved to where they are at the end of the scan.
+/// On a vehicle that drives on an arc, posts are moved to their positions at the end of the scan.
 #[test]
-fn the_motion_of_a_scan_is_taken_out() {
+fn the_motion_during_a_scan_is_compensated() {
     let (speed, rate) = (2.0, 0.5);
     let pose =
         |time: f64| [speed / rate * (rate * time).sin(), speed / rate * (1.0 - (rate * time).cos()), rate * time];
@@ -132,7 +132,7 @@ fn the_motion_of_a_scan_is_taken_out() {
     assert!(count > 100.0 && errors < 0.03 && blurred > 0.1, "{errors} {blurred} {count}");
 }
 
-/// A revolution of an LD06 as a laser scan: the same posts.
+/// A revolution of an LD06 and the same ranges as a laser scan give the same posts.
 #[test]
 fn an_ld06_is_one_source_of_scans() {
     let mut draws = Draws::seeded(3);
@@ -153,10 +153,10 @@ fn an_ld06_is_one_source_of_scans() {
         let finder = PostFinder::new(PostSettings::of_radius(0.1)).unwrap();
         let from_bytes = finder.find::<32, _>(revolution);
         let from_ranges = finder.find::<32, _>(&LaserScan::new(sweep, &ranges, &intensities).unwrap());
-        // The scan has no ends at the seam.
+        // The laser scan has no ends at the seam.
         assert!(from_bytes.posts.len() > 5 && from_ranges.posts.len() >= from_bytes.posts.len());
         for post in &from_bytes.posts {
-            // Angles of an LD06 are whole hundredths of a degree, and its motor is faster and slower by a percent.
+            // Angles of an LD06 are multiples of a hundredth of a degree, and the speed of its motor varies by a percent.
             let same = |other: &&scphd_lidar::Post| {
                 (post.range_m - other.range_m).abs() < 5e-3 && (post.bearing_rad - other.bearing_rad).abs() < 0.02
             };
@@ -172,7 +172,7 @@ fn an_ld06_is_one_source_of_scans() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Any ranges in any geometry: what is found is within it.
+    /// For any ranges and any geometry, the posts are within the limits.
     #[test]
     fn nothing_panics(
         ranges in prop::collection::vec(prop_oneof![4 => 0.9..1.1_f32, 2 => 0.0..20.0_f32, 1 => any::<f32>()], 0..80),

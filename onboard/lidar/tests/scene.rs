@@ -1,4 +1,4 @@
-//! Posts in a yard of a size and noise that are known: how many are found, how well, and whether that is what is said of them.
+//! Posts with known size and noise in a yard: number of detections and their errors, compared with the model.
 
 mod world;
 
@@ -6,9 +6,9 @@ use scphd_lidar::{Assembler, Found, LaserScan, Post, PostFinder, PostSettings, R
 use std::io::Write;
 use world::{Draws, Lidar, World, wrap};
 
-/// How many posts a revolution may report.
+/// Capacity for posts of a revolution.
 const POSTS: usize = 32;
-/// Posts within a band of ranges, m: in sight, of these found, errors of those squared and added up.
+/// Sums over the posts within a range band, m: visible, detected, and errors of the detected ones.
 #[derive(Debug, Default, Clone, Copy)]
 struct Band {
     in_sight: f64,
@@ -30,15 +30,15 @@ struct Score {
 
 /// Width of a band, m.
 const BAND_M: f64 = 2.0;
-/// What is expected of a lidar.
+/// The resolution of a lidar, and the posts that count.
 #[derive(Debug, Clone, Copy)]
 struct Seer {
     resolution: Resolution,
-    /// Posts farther from ahead are left out of the score, rad.
+    /// Greatest bearing of posts that count, rad.
     half_view_rad: f64,
 }
 
-/// Posts near to the seam are left out.
+/// Posts near the seam do not count.
 const LD06: Seer = Seer { resolution: Resolution::LD06, half_view_rad: std::f64::consts::PI - 0.15 };
 
 impl Score {
@@ -91,7 +91,7 @@ impl Score {
     }
 }
 
-/// A yard, and a place in it.
+/// A yard, and a pose in it.
 fn yard(seed: u64, settings: &PostSettings) -> (World, [f64; 3], Draws) {
     let mut draws = Draws::seeded(seed);
     let pose = [8.0 * draws.uniform() - 4.0, 6.0 * draws.uniform() - 3.0, std::f64::consts::TAU * draws.uniform()];
@@ -99,7 +99,7 @@ fn yard(seed: u64, settings: &PostSettings) -> (World, [f64; 3], Draws) {
     (World::random(&mut draws, 15, f64::from(settings.radius_m), off), pose, draws)
 }
 
-/// Looks at yards from standing lidars. `damage` changes bytes on the line.
+/// Scans yards from lidars at rest. `damage` changes bytes on the line.
 fn look(
     seeds: std::ops::Range<u64>,
     settings: PostSettings,
@@ -129,13 +129,13 @@ fn look(
     score
 }
 
-/// What is measured is what [`Resolution`] says: as many found, and as good.
+/// Checks that the share of detected posts and their errors agree with [`Resolution`].
 fn is_as_said(score: &Score) {
     for band in score.bands.iter().filter(|band| band.found > 100.0) {
         let (found, expected) = (band.found / band.in_sight, band.expected / band.in_sight);
         assert!((found - expected).abs() < 0.04, "found {found}, expected {expected}: {band:?}");
         assert!(band.range.abs() / band.found < 0.004, "{band:?}");
-        // Not too sure, and not much too careful.
+        // Neither overconfident nor much too conservative.
         let range = (band.range_square / band.range_variance).sqrt();
         let bearing = (band.bearing_square / band.bearing_variance).sqrt();
         assert!((0.7..1.15).contains(&range) && (0.8..1.2).contains(&bearing), "{range} {bearing}: {band:?}");
@@ -143,7 +143,7 @@ fn is_as_said(score: &Score) {
 }
 
 #[test]
-fn posts_are_found_as_often_and_as_well_as_is_said() {
+fn detections_agree_with_the_model() {
     for radius_m in [0.05, 0.1] {
         let settings = PostSettings::of_radius(radius_m);
         let score = look(0..60, settings, |_| (), |_, _| (), |_| ());
@@ -153,7 +153,7 @@ fn posts_are_found_as_often_and_as_well_as_is_said() {
     }
 }
 
-/// Other lidars: how many beams, where the first one points (degrees), how far apart they are, and what nothing is.
+/// Other lidars: number of beams, direction of the first one (degrees), angle between them, and the value of a missing return.
 const OTHERS: [(&str, usize, f32, f32, f32); 4] = [
     ("0.25° over 270° from the right", 1081, -135.0, 0.25, f32::INFINITY),
     ("0.5° over 180° from the left", 361, 90.0, -0.5, 0.0),
@@ -162,7 +162,7 @@ const OTHERS: [(&str, usize, f32, f32, f32); 4] = [
 ];
 
 #[test]
-fn posts_are_found_at_any_resolution_and_order() {
+fn posts_are_found_at_any_resolution_and_direction() {
     let settings = PostSettings::of_radius(0.1);
     let finder = PostFinder::new(settings).unwrap();
     for (name, beams, start, step, empty_m) in OTHERS {
@@ -190,7 +190,7 @@ fn posts_are_found_at_any_resolution_and_order() {
 }
 
 #[test]
-fn reflectors_are_found_among_posts_that_are_none() {
+fn reflectors_are_found_among_other_posts() {
     let settings = PostSettings { min_intensity: 200.0, ..PostSettings::of_radius(0.05) };
     let reflect = |world: &mut World| world.intensity = 230;
     let score = look(100..140, settings, reflect, |_, _| (), |_| ());
@@ -203,9 +203,9 @@ fn reflectors_are_found_among_posts_that_are_none() {
 }
 
 #[test]
-fn damaged_bytes_cost_what_they_damage() {
+fn damaged_bytes_affect_only_their_packets() {
     let settings = PostSettings::of_radius(0.1);
-    // A byte in a thousand: a packet in twenty-two.
+    // One byte in a thousand: one packet in twenty-two.
     let (mut flipped, mut sent) = (0.0, 0.0);
     let damage = |draws: &mut Draws, bytes: &mut [u8]| {
         let mut hit = false;
@@ -227,14 +227,14 @@ fn damaged_bytes_cost_what_they_damage() {
     };
     let (lost, packets) = (share(&clean) - share(&damaged), flipped / sent);
     println!("{:.3} of the packets damaged, {lost:.3} of the posts lost; {cut} clusters cut", packets);
-    // A packet is 9.6° wide and a post 4° at 3 m: a damaged packet touches more of them than its share, not twice as many.
+    // A packet is 9.6° wide and a post 4° at 3 m: a damaged packet affects more posts than its share, but not twice as many.
     assert!(lost > 0.5 * packets && lost < 2.5 * packets && cut > 0);
-    // What is left is as good, and no more of it is of nothing.
+    // The other detections have the same errors, and no more of them are false.
     assert!(damaged.none / damaged.revolutions < 0.1);
 }
 
 #[test]
-fn more_posts_than_there_is_room_for_are_told() {
+fn posts_without_room_are_counted() {
     let settings = PostSettings::of_radius(0.1);
     let finder = PostFinder::new(settings).unwrap();
     let mut draws = Draws::seeded(7);

@@ -1,5 +1,5 @@
-//! A board with the sensors sends a vehicle's computer what it needs, over a line that damages a frame: the computer takes the rest, and knows
-//! what is missing.
+//! A board with the sensors sends records to the computer of a vehicle, over a line that damages a frame: the computer uses the
+//! other frames, and knows which are missing.
 
 use scphd_link::{Gaps, Received, Receiver, Sender, line_bytes};
 use scphd_stream::planar::{Odometry, Planar};
@@ -7,11 +7,11 @@ use scphd_stream::{Header, Piece, Piecewise, Record, Writer};
 use std::cell::RefCell;
 use std::convert::Infallible;
 
-/// Bytes of a record, at most: 64 measurements in single precision, or the head.
+/// Maximum number of bytes of a record: 64 measurements in single precision, or the head.
 const RECORD: usize = 1024;
 const STEPS: usize = 20;
 
-/// The line: on boards two serial ports.
+/// The line: on boards, two serial ports.
 #[derive(Default)]
 struct Line(Vec<u8>);
 
@@ -30,7 +30,7 @@ impl embedded_io::Write for Line {
     }
 }
 
-/// The board with the sensors: every record that the writer makes goes into a frame.
+/// The board with the sensors: sends every record of the writer in a frame.
 fn sensors(line: &mut Line) -> Result<(), Box<dyn std::error::Error>> {
     let mut sender = Sender::<{ line_bytes(RECORD) }>::new(1);
     let made = RefCell::new(Vec::with_capacity(RECORD));
@@ -49,7 +49,8 @@ fn sensors(line: &mut Line) -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// The vehicle's computer: what comes goes to the filter. Predictions, measurements, and frames that were missing before one that came.
+/// The computer of the vehicle: receives the inputs of the filter. Returns the numbers of predictions, measurements and missing
+/// frames.
 fn vehicle(mut line: &[u8]) -> Result<[usize; 3], Box<dyn std::error::Error>> {
     let mut receiver = Receiver::<{ RECORD + scphd_link::OVERHEAD }>::new(Gaps::Passed);
     let (mut stream, mut counts) = (None, [0; 3]);
@@ -83,6 +84,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 #[test]
-fn one_frame_is_lost_and_told() {
+fn one_frame_is_lost_and_reported() {
     main().expect("the example runs");
 }

@@ -1,9 +1,9 @@
-//! What the vehicle's end says.
+//! The status report that the target sends.
 
 use crate::report::Report;
 use scphd_stream::{Kind, Numbers};
 
-/// How the filter stands.
+/// State of the filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Standing {
@@ -11,62 +11,62 @@ pub enum Standing {
     Running,
     /// The stream has ended.
     Ended,
-    /// It cannot be set up as the head says, or the head cannot be read.
+    /// The filter cannot be constructed from the head, or the head cannot be read.
     NotSetUp,
 }
 
-/// What costs are counted in.
+/// Unit of the costs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Unit {
     /// Cycles of the processor.
     Cycles,
-    /// Instructions, where an emulator counts them.
+    /// Instructions, counted by an emulator.
     Instructions,
     /// Nanoseconds.
     Nanoseconds,
 }
 
-/// What the last scan took, with the predictions since the one before.
+/// Cost of the last scan, and of the predictions since the previous one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Cost {
-    /// The predictions, all of them.
+    /// Cost of all these predictions.
     pub predict: u32,
-    /// The scan.
+    /// Cost of the scan.
     pub update: u32,
-    /// The estimate of pose and map.
+    /// Cost of the estimates of pose and map.
     pub estimate: u32,
 }
 
 impl Cost {
-    /// All of it.
+    /// The sum.
     #[must_use]
     pub fn total(&self) -> u64 {
         u64::from(self.predict) + u64::from(self.update) + u64::from(self.estimate)
     }
 }
 
-/// What the vehicle's end says of the state after the last scan.
+/// Status of the target after the last scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Answer<K: Kind> {
-    /// How the filter stands.
+    /// State of the filter.
     pub standing: Standing,
-    /// What the cost is counted in.
+    /// Unit of the cost.
     pub unit: Unit,
-    /// Bits of the health flags of the last scan.
+    /// Health flags of the last scan, as bits.
     pub health: u16,
     /// The number of the last record that the link accepted.
     pub accepted: u32,
-    /// Scans so far.
+    /// Number of scans.
     pub scans: u32,
-    /// Records so far that the filter refused, or that it could not read.
+    /// Number of records that the filter refused or that could not be read.
     pub refused: u32,
-    /// Estimated features.
+    /// Number of estimated features.
     pub features: u32,
-    /// What the scan took.
+    /// Cost of the last scan.
     pub cost: Cost,
-    /// What the link has taken and refused.
+    /// Counts of the accepted and refused frames.
     pub report: Report,
     /// Digest of the state.
     pub digest: u64,
@@ -77,11 +77,11 @@ pub struct Answer<K: Kind> {
 }
 
 impl<K: Kind> Answer<K> {
-    /// Bytes of it.
+    /// Number of its bytes.
     pub const LENGTH: usize =
         4 + 4 * (4 + 3 + Report::COUNTS) + 8 + 8 * (<K::Pose as Numbers>::COUNT + <K::Covariance as Numbers>::COUNT);
 
-    /// Nothing has come yet.
+    /// The status before the first scan.
     pub(crate) const fn none(standing: Standing, unit: Unit) -> Self {
         Self {
             standing,
@@ -99,7 +99,7 @@ impl<K: Kind> Answer<K> {
         }
     }
 
-    /// Its bytes, into a buffer of [`LENGTH`](Self::LENGTH); `None` where that has another one.
+    /// Encodes it into a buffer of [`LENGTH`](Self::LENGTH) bytes; `None` for another length.
     pub(crate) fn encode<'b>(&self, into: &'b mut [u8]) -> Option<&'b [u8]> {
         let mut slots = into.iter_mut();
         let mut is_room = true;
@@ -125,7 +125,7 @@ impl<K: Kind> Answer<K> {
         (is_room && is_full).then_some(into)
     }
 
-    /// The answer that these bytes are, which a frame of that kind holds; `None` where they are none, or one of another vehicle.
+    /// Decodes the content of a frame of this type; `None` if it is invalid, or of another type of vehicle.
     #[must_use]
     pub fn decode(bytes: &[u8]) -> Option<Self> {
         if bytes.len() != Self::LENGTH {
@@ -186,7 +186,7 @@ mod tests {
     use std::vec;
 
     #[test]
-    fn an_answer_comes_out_as_it_went_in() {
+    fn an_answer_is_decoded_as_it_was_encoded() {
         let answer = Answer::<Planar> {
             standing: Standing::Ended,
             unit: Unit::Nanoseconds,

@@ -1,42 +1,42 @@
-//! The bytes of a frame.
+//! The format of a frame.
 
 use crate::report::Refused;
 use cobs::CobsEncoder;
 use core::num::NonZeroU16;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
-/// The version that this code speaks.
+/// The version of the format.
 pub const VERSION: u8 = 1;
 /// Bytes before the content: version, kind, session, number, token.
 const FRONT: usize = 10;
-/// Bytes of the check.
+/// Number of bytes of the checksum.
 const CHECK: usize = 4;
-/// Bytes of a frame beside its content, before the stuffing.
+/// Number of bytes of a frame besides its content, before byte stuffing.
 pub const OVERHEAD: usize = FRONT + CHECK;
 
-/// Without a table: a line is slower than the longer way, and flash is dear.
+/// Without a table: the line is slower than the computation, and flash is scarce.
 static CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
-/// The most bytes on the line of a frame with so much content, the zeros around it included.
+/// Maximum number of bytes on the line for a frame with this number of bytes of content, including the zeros around it.
 #[must_use]
 pub const fn line_bytes(content: usize) -> usize {
     cobs::max_encoding_length(content + OVERHEAD) + 2
 }
 
-/// What the sender of a frame wants to be answered by: the answer has it too.
+/// Identifies a request for an answer; the answer contains it too.
 pub type Token = NonZeroU16;
 
-/// What a frame holds.
+/// Type of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FrameKind {
-    /// The head of a stream, number 0 of its session, which it opens.
+    /// The head of a stream, number 0 of the session that it opens.
     Head,
     /// A record of the stream, or its end.
     Record,
-    /// Nothing; an answer is wanted. Its number means nothing.
+    /// A request for an answer, without content. Its number has no meaning.
     Ask,
-    /// An [`Answer`](crate::Answer), with a number among the answers of the session.
+    /// An [`Answer`](crate::Answer), numbered among the answers of the session.
     Answer,
 }
 
@@ -64,20 +64,20 @@ impl FrameKind {
 /// A frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Frame<'a> {
-    /// What it holds.
+    /// Its type.
     pub kind: FrameKind,
-    /// The session that it belongs to: another number for each time that a stream is begun.
+    /// The session: a different number for each stream.
     pub session: u16,
     /// Its number in the session, from 0.
     pub number: u32,
-    /// Whether an answer is wanted to it; of an answer, what it answers.
+    /// The token if an answer is requested; of an answer, the token of its request.
     pub token: Option<Token>,
-    /// What it holds.
+    /// Its content.
     pub content: &'a [u8],
 }
 
 impl<'a> Frame<'a> {
-    /// The bytes for the line, with a zero before and behind them; `None` where there is no room for them.
+    /// Encodes the frame for the line, with a zero before and behind it; `None` if the buffer is too small.
     pub(crate) fn encode<'b>(&self, into: &'b mut [u8]) -> Option<&'b [u8]> {
         let [version, kind] = [VERSION, self.kind.code()];
         let [s0, s1] = self.session.to_le_bytes();
@@ -98,10 +98,10 @@ impl<'a> Frame<'a> {
         into.get(..len + 2)
     }
 
-    /// The frame that these bytes are, without the stuffing.
+    /// Decodes a frame after removal of the byte stuffing.
     ///
     /// # Errors
-    /// Damaged or unknown.
+    /// The frame is damaged or unknown.
     pub(crate) fn decode(bytes: &'a [u8]) -> Result<Self, Refused> {
         let (checked, check) = bytes.split_last_chunk::<CHECK>().ok_or(Refused::Damaged)?;
         if CRC.checksum(checked) != u32::from_le_bytes(*check) {
@@ -126,7 +126,7 @@ mod tests {
     use std::vec;
     use std::vec::Vec;
 
-    /// All that a line could do to the stuffing: zeros, runs of 254 and their neighbours, and what looks random.
+    /// Contents that are critical for byte stuffing: zeros, runs of about 254 bytes, and pseudo-random bytes.
     fn contents() -> Vec<Vec<u8>> {
         let patterns: [fn(usize) -> u8; 4] = [|_| 0, |_| 7, |k| (k % 255 != 0).into(), |k| (k * k + 3 * k) as u8];
         let lengths = (0..20).chain(230..270).chain(490..530).chain([1000]);
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_comes_out_as_it_went_in() {
+    fn a_frame_is_decoded_as_it_was_encoded() {
         for content in contents() {
             let frame =
                 Frame { kind: FrameKind::Record, session: 0x1234, number: 9, token: Token::new(3), content: &content };
@@ -155,13 +155,13 @@ mod tests {
             Frame { kind: FrameKind::Ask, session: 0x0102, number: 0x0304_0506, token: Token::new(7), content: &[] };
         let mut line = [0; line_bytes(0)];
         let sent = frame.encode(&mut line).unwrap();
-        // The check by Python: zlib.crc32(bytes([1, 3, 2, 1, 6, 5, 4, 3, 7, 0])).
+        // The checksum by Python: zlib.crc32(bytes([1, 3, 2, 1, 6, 5, 4, 3, 7, 0])).
         let [c0, c1, c2, c3] = 0x0d4b_e0e0_u32.to_le_bytes();
         assert_eq!(sent, [0, 10, 1, 3, 2, 1, 6, 5, 4, 3, 7, 5, c0, c1, c2, c3, 0]);
     }
 
     #[test]
-    fn where_there_is_no_room_nothing_is_sent() {
+    fn nothing_is_sent_without_room() {
         for content in contents() {
             let frame = Frame { kind: FrameKind::Record, session: 1, number: 1, token: None, content: &content };
             let whole = frame.encode(&mut vec![0; line_bytes(content.len())]).unwrap().len();
@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn another_version_and_another_kind_are_told_from_damage() {
+    fn other_versions_and_types_are_distinguished_from_damage() {
         let sealed = |front: [u8; FRONT]| {
             let check = CRC.checksum(&front).to_le_bytes();
             [&front[..], &check[..]].concat()

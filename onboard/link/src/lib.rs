@@ -1,14 +1,14 @@
-//! A filter's stream over a serial line: frames that tell damage and loss, and what the vehicle answers.
+//! A filter's stream over a serial line: frames that detect damage and loss, and the status that the vehicle sends back.
 //!
-//! The records are those of `scphd-stream`, whole and unchanged, each in a frame of its own with a version, a session, a number
-//! and a check, between zeros that stand nowhere else (consistent overhead byte stuffing). The line is whatever implements
-//! [`embedded_io::Read`] and [`embedded_io::Write`]. `docs/link.md` has the layout of the bytes.
+//! Each frame contains one complete record of `scphd-stream`, with a version, a session, a number and a checksum, between zeros
+//! that occur nowhere else (consistent overhead byte stuffing). The line is any type that implements [`embedded_io::Read`] and
+//! [`embedded_io::Write`]. `docs/link.md` has the format.
 //!
-//! * [`Sender`] puts records into frames.
-//! * [`Receiver`] takes frames out of a line in a buffer of a size known from its type. Whatever is damaged, too long, doubled or
-//!   out of order it refuses and counts in a [`Report`]; the next zero is where it goes on.
-//! * [`Target`] is the vehicle's end of a test bench: it feeds a filter with what comes, and says in an [`Answer`] what state the filter
-//!   is in, where the vehicle is, which record came last, and how long it took. `scphd-sim hil` is the other end.
+//! * [`Sender`] sends records in frames.
+//! * [`Receiver`] receives frames, in a buffer whose size is part of its type. It refuses frames that are damaged, too long,
+//!   duplicate or out of order, counts them in a [`Report`], and continues at the next zero.
+//! * [`Target`] is the vehicle's side of a test bench: it passes the records to a filter, and reports its state, the pose, the
+//!   last record and the cost in an [`Answer`]. `scphd-sim hil` is the other side.
 //!
 //! ```
 //! use scphd_link::{Gaps, Received, Receiver, Refused, Sender};

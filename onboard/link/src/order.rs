@@ -3,23 +3,23 @@
 use crate::frame::{Frame, FrameKind};
 use crate::report::Refused;
 
-/// What a receiver does with a frame before which one is missing.
+/// Treatment of a frame after a missing one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Gaps {
-    /// Refuses it, until what is missing was sent again: nothing is ever left out.
+    /// Refuses it until the missing frame was sent again: no record is left out.
     Refused,
-    /// Takes it, and tells how many are missing: what is late helps nobody.
+    /// Accepts it, and counts the missing frames: for data that is useless when it is late.
     Passed,
 }
 
-/// Which frame of which session comes next.
+/// The session and the number of the next frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Order {
     pub(crate) gaps: Gaps,
     session: Option<u16>,
     next: u32,
-    /// Of the 64 numbers before the next, the nearest first, which were there.
+    /// For each of the 64 numbers before the next one, the most recent in the lowest bit, whether it was received.
     there: u64,
 }
 
@@ -28,20 +28,20 @@ impl Order {
         Self { gaps, session: None, next: 0, there: 0 }
     }
 
-    /// Waits for number 0 of a session that the other end does not open.
+    /// Waits for number 0 of a session that this side opens.
     pub(crate) const fn within(gaps: Gaps, session: u16) -> Self {
         Self { session: Some(session), ..Self::new(gaps) }
     }
 
-    /// The number of the last frame that was taken.
+    /// The number of the last accepted frame.
     pub(crate) fn last(&self) -> Option<u32> {
         self.next.checked_sub(1)
     }
 
-    /// Takes a frame; how many are missing before it.
+    /// Accepts a frame. Returns the number of frames missing before it.
     ///
     /// # Errors
-    /// It is not its turn.
+    /// The frame is out of order.
     pub(crate) fn take(&mut self, frame: &Frame<'_>) -> Result<u32, Refused> {
         let is_of_session = self.session == Some(frame.session);
         match frame.kind {
@@ -59,7 +59,7 @@ impl Order {
         if missing > 0 && self.gaps == Gaps::Refused {
             return Err(Refused::Ahead);
         }
-        // A session ends before its numbers do.
+        // A session ends before its numbers wrap.
         self.next = frame.number.checked_add(1).ok_or(Refused::Unknown)?;
         self.there = missing.checked_add(1).and_then(|places| self.there.checked_shl(places)).unwrap_or(0) | 1;
         Ok(missing)
@@ -86,13 +86,13 @@ mod tests {
     }
 
     #[test]
-    fn what_was_passed_over_is_late_and_what_was_there_doubled() {
+    fn skipped_frames_are_late_and_received_ones_duplicate() {
         let mut order = opened(Gaps::Passed);
         assert_eq!([1, 4, 5].map(|number| order.take(&record(number))), [Ok(0), Ok(2), Ok(0)]);
         let expected = [Err(Refused::Doubled), Err(Refused::Late), Err(Refused::Late), Err(Refused::Doubled)];
         assert_eq!([1, 2, 3, 4].map(|number| order.take(&record(number))), expected);
         assert_eq!((order.last(), order.take(&record(70))), (Some(5), Ok(64)));
-        // Beyond what is remembered.
+        // Older than the record of received frames.
         assert_eq!([5, 6, 7, 70].map(|number| order.take(&record(number)).unwrap_err()), {
             [Refused::Late, Refused::Late, Refused::Late, Refused::Doubled]
         });
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_left_out_where_gaps_are_refused() {
+    fn no_frame_is_skipped_if_gaps_are_refused() {
         let mut order = opened(Gaps::Refused);
         let expected = [Ok(0), Err(Refused::Ahead), Ok(0), Ok(0), Err(Refused::Doubled)];
         assert_eq!([1, 3, 2, 3, 1].map(|number| order.take(&record(number))), expected);

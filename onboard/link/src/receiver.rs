@@ -1,4 +1,4 @@
-//! Takes frames out of what a line brings.
+//! Receives frames from a line.
 
 use crate::frame::{Frame, Token};
 use crate::order::{Gaps, Order};
@@ -7,45 +7,45 @@ use cobs::{DecodeResult, DecoderState};
 use core::fmt;
 use embedded_io::Read;
 
-/// What stands between the last zero and here.
+/// State of the bytes since the last zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Span {
-    /// Nothing yet.
+    /// No bytes.
     Empty,
     /// The beginning of a frame.
     Open,
-    /// A frame, up to its zero.
+    /// A frame, complete up to its zero.
     Whole,
-    /// More than there is room for.
+    /// More bytes than the buffer has room for.
     TooLong,
-    /// A zero where the stuffing has none.
+    /// A zero at a wrong position of the byte stuffing.
     Broken,
 }
 
-/// What came.
+/// A received frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Received<'a> {
-    /// A frame whose turn it is, or one that asks.
+    /// The next frame in order, or a request.
     Frame {
         /// The frame.
         frame: Frame<'a>,
-        /// How many numbers are missing before it.
+        /// Number of frames missing before it.
         lost: u32,
     },
-    /// One that is refused.
+    /// A refused frame.
     Refused {
-        /// Why.
+        /// The reason.
         why: Refused,
-        /// Whether an answer is wanted to it all the same; nobody knows of a damaged one.
+        /// The token if an answer is requested; unknown for a damaged frame.
         token: Option<Token>,
     },
 }
 
-/// Takes frames out of a line, in a buffer that holds one of at most `BYTES` bytes without its stuffing: its content and
+/// Receives frames from a line, in a buffer for one frame of at most `BYTES` bytes without byte stuffing: its content and
 /// [`OVERHEAD`](crate::OVERHEAD).
 ///
-/// Every zero ends whatever stands before it, so that damage costs no more than the frames it hits. The work of a byte is bounded; that of
-/// a frame's last byte is its check.
+/// Every zero ends a frame, so that damage affects only the frames in which it is. The work for a byte is bounded; for the last
+/// byte of a frame it includes the checksum.
 pub struct Receiver<const BYTES: usize> {
     buffer: [u8; BYTES],
     len: usize,
@@ -56,13 +56,13 @@ pub struct Receiver<const BYTES: usize> {
 }
 
 impl<const BYTES: usize> Receiver<BYTES> {
-    /// A receiver that waits for a session to be opened.
+    /// A receiver that waits for a session to be opened by the other side.
     #[must_use]
     pub const fn new(gaps: Gaps) -> Self {
         Self::with(Order::new(gaps))
     }
 
-    /// A receiver at the end that opens this session itself.
+    /// A receiver for a session that this side opens.
     #[must_use]
     pub const fn within(gaps: Gaps, session: u16) -> Self {
         Self::with(Order::within(gaps, session))
@@ -73,29 +73,29 @@ impl<const BYTES: usize> Receiver<BYTES> {
         Self { buffer: [0; BYTES], len: 0, stuffing, span: Span::Empty, order, report: Report::NONE }
     }
 
-    /// What it has taken and refused.
+    /// The counts of accepted and refused frames.
     #[must_use]
     pub fn report(&self) -> Report {
         self.report
     }
 
-    /// The number of the frame that was taken last in this session.
+    /// The number of the last accepted frame of this session.
     #[must_use]
     pub fn last(&self) -> Option<u32> {
         self.order.last()
     }
 
-    /// What it does with gaps.
+    /// Its treatment of gaps.
     #[must_use]
     pub fn gaps(&self) -> Gaps {
         self.order.gaps
     }
 
-    /// Waits for the next frame, whatever is wrong with it; `None` where the line ends. The line is read byte by byte: one whose reads
-    /// are dear needs a buffer.
+    /// Waits for the next frame, valid or not; `None` if the line ends. The line is read byte by byte: a line with expensive
+    /// reads needs a buffer.
     ///
     /// # Errors
-    /// Those of the line.
+    /// The errors of the line.
     pub fn receive<L: Read>(&mut self, line: &mut L) -> Result<Option<Received<'_>>, L::Error> {
         loop {
             let mut byte = [0];
@@ -109,12 +109,12 @@ impl<const BYTES: usize> Receiver<BYTES> {
         }
     }
 
-    /// Takes a byte of the line; what came, where it is the last one of it.
+    /// Adds a byte. Returns the frame that it completes, if any.
     pub fn take(&mut self, byte: u8) -> Option<Received<'_>> {
         if self.ends(byte) { Some(self.judge()) } else { None }
     }
 
-    /// Takes a byte; whether it ends something.
+    /// Adds a byte. Returns whether it ends a frame.
     fn ends(&mut self, byte: u8) -> bool {
         match self.stuffing.feed(byte) {
             Ok(DecodeResult::NoData) => {}
@@ -136,7 +136,7 @@ impl<const BYTES: usize> Receiver<BYTES> {
         byte == 0 && self.span != Span::Empty
     }
 
-    /// What stands before the zero that was just taken.
+    /// The frame before the zero that was just added.
     fn judge(&mut self) -> Received<'_> {
         let span = core::mem::replace(&mut self.span, Span::Empty);
         let bytes = self.buffer.get(..self.len).unwrap_or(&[]);

@@ -65,7 +65,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// How many counts there are.
+    /// Number of counts.
     pub(crate) const COUNTS: usize = 9;
 
     /// No frame yet.
@@ -78,7 +78,7 @@ impl Report {
         refused.iter().fold(0, |sum, &count| sum.saturating_add(count))
     }
 
-    /// All counts, in their order here.
+    /// All counts, in the order of the fields.
     pub(crate) const fn counts(&self) -> [u32; Self::COUNTS] {
         let &Self { accepted, damaged, too_long, unknown, foreign, doubled, late, ahead, lost } = self;
         [accepted, damaged, too_long, unknown, foreign, doubled, late, ahead, lost]
@@ -90,7 +90,7 @@ impl Report {
         Self { accepted, damaged, too_long, unknown, foreign, doubled, late, ahead, lost }
     }
 
-    /// Counts one that was refused.
+    /// Counts a refused frame.
     pub(crate) fn count(&mut self, why: Refused) {
         let count = match why {
             Refused::Damaged => &mut self.damaged,

@@ -1,4 +1,4 @@
-//! Puts records into frames.
+//! Sends records in frames.
 
 use crate::frame::{Frame, FrameKind, Token};
 use core::fmt;
@@ -29,7 +29,8 @@ impl<E: fmt::Display> fmt::Display for SendError<E> {
 
 impl<E: fmt::Debug + fmt::Display> core::error::Error for SendError<E> {}
 
-/// Sends the frames of a session, each made in a buffer of `BYTES` bytes: [`line_bytes`](crate::line_bytes) of the longest record.
+/// Sends the frames of a session, each encoded in a buffer of `BYTES` bytes: [`line_bytes`](crate::line_bytes) of the longest
+/// record.
 pub struct Sender<const BYTES: usize> {
     buffer: [u8; BYTES],
     session: u16,
@@ -38,13 +39,13 @@ pub struct Sender<const BYTES: usize> {
 }
 
 impl<const BYTES: usize> Sender<BYTES> {
-    /// A sender for this session, which has to have another number than the one before.
+    /// A sender for this session, whose number must differ from that of the previous session.
     #[must_use]
     pub const fn new(session: u16) -> Self {
         Self { buffer: [0; BYTES], session, next: 0 }
     }
 
-    /// Goes over to another session.
+    /// Begins another session.
     pub(crate) fn begin(&mut self, session: u16) {
         (self.session, self.next) = (session, 0);
     }
@@ -52,7 +53,7 @@ impl<const BYTES: usize> Sender<BYTES> {
     /// Opens the session with the head of the stream.
     ///
     /// # Errors
-    /// The head is too long, or those of the line.
+    /// The head is too long, or an error of the line.
     pub fn open<L: Write>(
         &mut self,
         line: &mut L,
@@ -66,7 +67,7 @@ impl<const BYTES: usize> Sender<BYTES> {
     /// Sends the next record.
     ///
     /// # Errors
-    /// The record is too long, the session has no number left, or those of the line.
+    /// The record is too long, all numbers of the session are used, or an error of the line.
     pub fn record<L: Write>(
         &mut self,
         line: &mut L,
@@ -76,7 +77,7 @@ impl<const BYTES: usize> Sender<BYTES> {
         self.numbered(line, FrameKind::Record, record, token)
     }
 
-    /// Sends a record again, or the head, by its number in the session.
+    /// Sends a record or the head again, with its number in the session.
     ///
     /// # Errors
     /// As for [`record`](Self::record).
@@ -91,10 +92,10 @@ impl<const BYTES: usize> Sender<BYTES> {
         self.put(line, kind, number, record, token)
     }
 
-    /// Asks for an answer.
+    /// Requests an answer.
     ///
     /// # Errors
-    /// Those of the line.
+    /// An error of the line.
     pub fn ask<L: Write>(&mut self, line: &mut L, token: Token) -> Result<(), SendError<L::Error>> {
         self.put(line, FrameKind::Ask, 0, &[], Some(token))
     }
@@ -137,8 +138,7 @@ impl<const BYTES: usize> Sender<BYTES> {
     }
 }
 
-/// Writes all of it. The line's own `write_all` panics where it takes nothing; here what it does not take is lost, as on any line, and the
-/// frame with it.
+/// Writes all bytes. The line's own `write_all` panics if the line accepts nothing; here the rest of the frame is then lost.
 fn write_all<L: Write>(line: &mut L, mut bytes: &[u8]) -> Result<(), L::Error> {
     while !bytes.is_empty() {
         let taken = line.write(bytes)?;

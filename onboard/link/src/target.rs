@@ -1,4 +1,4 @@
-//! The vehicle's end of a test bench.
+//! The vehicle's side of a test bench.
 
 use crate::answer::{Answer, Cost, Standing, Unit};
 use crate::frame::{FrameKind, Token};
@@ -10,21 +10,21 @@ use embedded_io::{Read, Write};
 use scphd::Real;
 use scphd_stream::{Aboard, Filter, Header, Kind, Monitor, Piece, Piecewise, Record, ScanCost, StreamError};
 
-/// Bytes of an answer, at most.
+/// Maximum number of bytes of an answer.
 const ANSWER: usize = 256;
 
-/// Feeds a filter with the records that come over a line, and answers. Records of at most `IN` bytes less
-/// [`OVERHEAD`](crate::OVERHEAD) are taken; `OUT` is the room for an answer on the line.
+/// Passes the records from a line to a filter, and sends answers. The capacity for a record is `IN` bytes less
+/// [`OVERHEAD`](crate::OVERHEAD); that for an answer on the line is `OUT` bytes.
 ///
-/// It answers whatever frame has a token, and where gaps are refused a damaged one as well, for that may have had one. What the filter
-/// refuses it goes on without, as a vehicle does, and counts.
+/// It answers every frame with a token; if gaps are refused, also damaged frames, which may have had one. Inputs that the filter
+/// refuses are counted and otherwise ignored, as on a vehicle.
 #[derive(Debug)]
 pub struct Target<const IN: usize, const OUT: usize> {
     receiver: Receiver<IN>,
     sender: Sender<OUT>,
 }
 
-/// What is known of the filter and of the stream.
+/// The filter, and the state of its stream.
 struct Session<K: Kind, F> {
     filter: Option<F>,
     reader: Option<Piecewise>,
@@ -32,26 +32,26 @@ struct Session<K: Kind, F> {
     cost: ScanCost,
 }
 
-/// A session that the other end has opened: the head, where it can be read, and what wants to be answered.
+/// A session that the other side has opened: the stream if its head can be read, and the token if an answer is requested.
 struct Opened<K: Kind> {
     stream: Option<(Header<K>, Piecewise)>,
     token: Option<Token>,
 }
 
 impl<const IN: usize, const OUT: usize> Target<IN, OUT> {
-    /// A target that does this with gaps.
+    /// A target with this treatment of gaps.
     #[must_use]
     pub const fn new(gaps: Gaps) -> Self {
         Self { receiver: Receiver::new(gaps), sender: Sender::new(0) }
     }
 
-    /// Serves whatever sessions the other end opens, one after the other, until the line ends.
+    /// Serves all sessions that the other side opens, one after the other, until the line ends.
     ///
-    /// The monitor keeps the time, in that unit, and is told of every scan, as in a replay; whether to go on where the filter refuses something it is
-    /// not asked.
+    /// The monitor measures the time in this unit, and is called after every scan, as in a replay; it is not asked whether to
+    /// continue after a refused input.
     ///
     /// # Errors
-    /// Those of the line.
+    /// The errors of the line.
     pub fn serve<A: Aboard<T>, T: Real, L: Read + Write>(
         &mut self,
         line: &mut L,
@@ -64,14 +64,14 @@ impl<const IN: usize, const OUT: usize> Target<IN, OUT> {
             assert!(crate::line_bytes(Answer::<A::Kind>::LENGTH) <= OUT, "an answer does not fit `OUT`");
         }
         let Some(mut opened) = self.wait::<A::Kind, L>(line)? else { return Ok(()) };
-        // Each session is another run of the filter in the same memory.
+        // Each session is a new run of the filter in the same memory.
         while let Some(next) = self.session::<A, T, L>(line, memory, unit, monitor, opened)? {
             opened = next;
         }
         Ok(())
     }
 
-    /// Waits for a session to be opened; `None` where the line ends.
+    /// Waits for a session; `None` if the line ends.
     fn wait<K: Kind, L: Read + Write>(
         &mut self,
         line: &mut L,
@@ -89,7 +89,7 @@ impl<const IN: usize, const OUT: usize> Target<IN, OUT> {
         }
     }
 
-    /// One session, until the next one is opened.
+    /// Serves one session, until the next one is opened.
     fn session<A: Aboard<T>, T: Real, L: Read + Write>(
         &mut self,
         line: &mut L,
@@ -127,7 +127,7 @@ impl<const IN: usize, const OUT: usize> Target<IN, OUT> {
                     FrameKind::Ask => (frame.token, true),
                     FrameKind::Answer => (None, false),
                 },
-                // A session of others is not this one's to answer for.
+                // Frames of other sessions are not answered.
                 Some(Received::Refused { why: Refused::Foreign, .. }) => (None, false),
                 Some(Received::Refused { why: Refused::Damaged | Refused::TooLong, .. }) => {
                     (None, gaps == Gaps::Refused)
@@ -154,12 +154,12 @@ impl<const IN: usize, const OUT: usize> Target<IN, OUT> {
     }
 }
 
-/// No prediction yet.
+/// The cost before the first prediction.
 const NO_COST: ScanCost =
     ScanCost { scan: 0, measurements: 0, predictions: 0, predict: 0, predict_worst: 0, update: 0, estimate: 0 };
 
 impl<K: Kind, F: Filter<K>> Session<K, F> {
-    /// Feeds the filter with a record.
+    /// Passes a record to the filter.
     fn take(&mut self, bytes: &[u8], gaps: Gaps, monitor: &mut impl Monitor) {
         let (Some(filter), Some(reader)) = (&mut self.filter, &mut self.reader) else { return };
         let piece: Result<Piece<'_, K>, StreamError> = match gaps {

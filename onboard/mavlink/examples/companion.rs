@@ -1,5 +1,5 @@
-//! A filter beside a flight stack: speeds and targets come over UDP, poses go back. `companion 0.0.0.0:14560` listens there and answers whoever
-//! sends. Without arguments it checks itself with a vehicle of its own, over loopback.
+//! A filter beside a flight stack: receives speeds and targets over UDP, and sends poses. `companion 0.0.0.0:14560` listens there
+//! and answers the sender. Without arguments it checks itself with a simulated vehicle, over loopback.
 
 use nalgebra::Vector2;
 use scphd::models::{
@@ -17,12 +17,12 @@ use std::time::{Duration, Instant};
 
 joint_memory! { type Map: Unicycle<f32> { measurement: Vector2<f32>, features: 32, measurements: 16 } }
 
-/// A correction greater than this is a jump.
+/// Correction of the pose above which the reset counter increases, m and rad.
 const JUMP: (f32, f32) = (0.5, 0.1);
-/// Farther targets are left out, m.
+/// Greatest distance of a target, m; farther ones are left out.
 const FAR_M: f32 = 15.0;
 
-/// What was sent of a pose: its time, x, y, heading, their covariance, and the reset counter.
+/// A pose that was sent: its time, x, y, heading, covariance, and the reset counter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sent {
     pub time_us: u64,
@@ -31,7 +31,7 @@ pub struct Sent {
     pub reset_counter: u8,
 }
 
-/// Listens until nothing has come for so long, and says what poses it has sent.
+/// Serves until there was no message for the time `silence`. Returns the poses that were sent.
 pub fn accompany(socket: &UdpSocket, silence: Duration) -> Result<Vec<Sent>, Box<dyn Error>> {
     let view = RangeBearingWindow::full_circle(FAR_M, 0.95)?;
     let clutter = UniformClutter::of_scan(0.1, view.measure())?;
@@ -78,7 +78,7 @@ pub fn accompany(socket: &UdpSocket, silence: Duration) -> Result<Vec<Sent>, Box
                 }
                 _ => continue,
             }
-            // Targets before this sample, of one time, are a scan.
+            // The targets before this sample, which have the same time, are one scan.
             let place = |pose: PlanarPose<f32>| [pose.x_m, pose.y_m, pose.heading_rad];
             if !scan.is_empty() && last_us.is_some_and(|last_us| last_us >= seen_us) {
                 let before = slam.estimate_pose().map(|estimate| place(estimate.mean));
@@ -113,7 +113,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 }
 
-/// A vehicle that drives an arc for two seconds, and what comes back: where it is, and how sure that is.
+/// Simulates a vehicle that drives an arc for two seconds, and checks the poses that it receives and their covariance.
 fn check() -> Result<(), Box<dyn Error>> {
     let companion = UdpSocket::bind("127.0.0.1:0")?;
     let address = companion.local_addr()?;
@@ -149,7 +149,7 @@ fn check() -> Result<(), Box<dyn Error>> {
     let last = poses.last().ok_or("no pose")?;
     let ([x, y, _], [_, _, heading]) = (last.pose.position_m, last.pose.attitude_rad);
     println!("{} poses; after 2 s x {x:.3} m, y {y:.3} m, heading {heading:.3} rad", poses.len());
-    // An arc of 2 m radius by 1 rad to the left.
+    // An arc of radius 2 m and 1 rad to the left.
     let off = (x - 2.0 * 1_f32.sin()).hypot(y - 2.0 * (1.0 - 1_f32.cos()));
     assert!(off < 0.01 && (heading - 1.0).abs() < 1e-3 && sent.len() == poses.len());
     let variance = last.pose.covariance.map(|covariance| covariance[0][0]);

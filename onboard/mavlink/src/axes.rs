@@ -1,14 +1,15 @@
-//! Our axes and MAVLink's. Ours are x ahead or east, y left or north, z up; MAVLink's z is down.
+//! Transformation between our axes and MAVLink's. Ours are x ahead or east, y left or north, z up; MAVLink's z is down.
 
 use core::f32::consts::{FRAC_PI_2, PI, TAU};
 
-/// Numbers of a covariance of six states: the rows of its upper right triangle.
+/// Number of elements of a covariance of six states: the upper right triangle, row by row.
 pub(crate) const TRIANGLE: usize = 21;
 
-/// What the axes of the map are.
+/// Directions of the axes of the map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum MapFrame {
-    /// x and y are as the drive began, or as the map has them: MAVLink's `LOCAL_FRD`. ArduPilot takes no other.
+    /// x and y are the directions at the start of the drive, or those of the map: MAVLink's `LOCAL_FRD`. ArduPilot accepts only
+    /// this one.
     #[default]
     Local,
     /// x is east and y is north: MAVLink's `LOCAL_NED`.
@@ -31,7 +32,7 @@ impl MapFrame {
         }
     }
 
-    /// Of which of our states each of MAVLink's is, and its sign: roll, pitch and heading follow x, y and z.
+    /// For each of MAVLink's states, the index of ours and the sign. The states are x, y, z, roll, pitch and heading.
     const fn turned(self) -> [(usize, f32); 6] {
         let [ahead, aside] = match self {
             Self::Local => [(0, 1.0), (1, -1.0)],
@@ -40,7 +41,7 @@ impl MapFrame {
         [ahead, aside, (2, -1.0), (3, 1.0), (4, -1.0), (5, -1.0)]
     }
 
-    /// A place: the change is its own inverse.
+    /// Transforms a position; the transformation is its own inverse.
     pub(crate) fn place(self, [x, y, z]: [f32; 3]) -> [f32; 3] {
         match self {
             Self::Local => [x, -y, -z],
@@ -48,7 +49,7 @@ impl MapFrame {
         }
     }
 
-    /// Roll, pitch and heading: its own inverse too.
+    /// Transforms roll, pitch and heading; the transformation is its own inverse.
     pub(crate) fn attitude(self, [roll, pitch, heading]: [f32; 3]) -> [f32; 3] {
         let ahead = match self {
             Self::Local => 0.0,
@@ -57,7 +58,7 @@ impl MapFrame {
         [roll, -pitch, wrap(ahead - heading)]
     }
 
-    /// The triangle of a covariance of ours.
+    /// The triangle of a covariance in our axes.
     pub(crate) fn triangle(self, covariance: &[[f32; 6]; 6]) -> [f32; TRIANGLE] {
         let turned = self.turned();
         let mut triangle = [0.0; TRIANGLE];
@@ -69,7 +70,7 @@ impl MapFrame {
         triangle
     }
 
-    /// The covariance of a triangle of theirs; `None` where they do not know it.
+    /// The covariance in our axes of a triangle in theirs; `None` if they do not know it.
     pub(crate) fn covariance(self, triangle: &[f32; TRIANGLE]) -> Option<[[f32; 6]; 6]> {
         if triangle.first().is_none_or(|first| first.is_nan()) {
             return None;
@@ -97,18 +98,18 @@ fn at(covariance: &[[f32; 6]; 6], row: usize, column: usize) -> f32 {
     covariance.get(row).and_then(|row| row.get(column)).copied().unwrap_or(0.0)
 }
 
-/// The same angle between −π and π.
+/// The same angle in [−π, π).
 pub(crate) fn wrap(angle_rad: f32) -> f32 {
     angle_rad - libm::floorf((angle_rad + PI) / TAU) * TAU
 }
 
-/// The quaternion of roll, pitch and heading, turned in the order heading, pitch, roll: w, x, y, z.
+/// The quaternion w, x, y, z of roll, pitch and heading; the rotations are heading, pitch, roll.
 pub(crate) fn quaternion(attitude: [f32; 3]) -> [f32; 4] {
     let [(sr, cr), (sp, cp), (sh, ch)] = attitude.map(|angle| libm::sincosf(0.5 * angle));
     [cr * cp * ch + sr * sp * sh, sr * cp * ch - cr * sp * sh, cr * sp * ch + sr * cp * sh, cr * cp * sh - sr * sp * ch]
 }
 
-/// Roll, pitch and heading of a quaternion of any length but 0.
+/// Roll, pitch and heading of a quaternion with any length except 0.
 pub(crate) fn attitude([w, x, y, z]: [f32; 4]) -> [f32; 3] {
     let square = w * w + x * x + y * y + z * z;
     let roll = libm::atan2f(2.0 * (w * x + y * z), w * w - x * x - y * y + z * z);
@@ -122,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_turned_there_and_back_is_the_same() {
+    fn a_transformation_and_its_inverse_give_the_same_values() {
         let mut covariance = [[0.0_f32; 6]; 6];
         for (row, numbers) in covariance.iter_mut().enumerate() {
             for (column, number) in numbers.iter_mut().enumerate() {
@@ -136,7 +137,7 @@ mod tests {
             assert!(back.iter().zip([0.1, 0.2, -3.0]).all(|(one, other)| (one - other).abs() < 1e-6));
             assert_eq!(frame.covariance(&frame.triangle(&covariance)), Some(covariance));
         }
-        // Ahead and right, right down, roll and heading; north and east.
+        // Local: ahead and right, twice right, right and down, roll and heading; then north and east.
         let local = MapFrame::Local.triangle(&covariance);
         assert_eq!([local[0], local[1], local[6], local[8], local[20]], [1.0, -11.0, 12.0, -32.0, 56.0]);
         let earth = MapFrame::EastNorth.triangle(&covariance);
@@ -145,14 +146,14 @@ mod tests {
     }
 
     #[test]
-    fn a_vehicle_that_heads_east_heads_by_ninety_degrees_of_a_compass() {
+    fn a_vehicle_heading_east_has_a_compass_heading_of_ninety_degrees() {
         assert_eq!(MapFrame::EastNorth.place([3.0, 4.0, 1.0]), [4.0, 3.0, -1.0]);
         assert!((MapFrame::EastNorth.attitude([0.0, 0.0, 0.0])[2] - FRAC_PI_2).abs() < 1e-6);
         assert!(MapFrame::EastNorth.attitude([0.0, 0.0, FRAC_PI_2])[2].abs() < 1e-6);
     }
 
     #[test]
-    fn quaternions_are_of_angles() {
+    fn quaternions_agree_with_angles() {
         for angles in [[0.0, 0.0, 0.0], [0.3, -0.5, 2.0], [-1.0, 1.2, -3.0], [3.0, 0.1, 0.5]] {
             let back = attitude(quaternion(angles).map(|number| 1.7 * number));
             assert!(back.iter().zip(angles).all(|(one, other)| wrap(one - other).abs() < 1e-5), "{angles:?} {back:?}");

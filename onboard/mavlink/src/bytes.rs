@@ -1,11 +1,11 @@
-//! Numbers in the payload of a message, little-endian.
+//! Little-endian numbers in the payload of a message.
 
 use heapless::Vec;
 
-/// Bytes of the longest payload.
+/// Number of bytes of the longest payload.
 pub(crate) const PAYLOAD: usize = 255;
 
-/// A payload that is read from its begin on. What a sender has left out at its end is 0.
+/// Reads a payload from its beginning. Bytes that the sender has omitted at its end are 0.
 pub(crate) struct Reader<'b>(pub &'b [u8]);
 
 impl Reader<'_> {
@@ -45,12 +45,12 @@ impl Reader<'_> {
     }
 }
 
-/// A payload that is written.
+/// A payload that is being written.
 #[derive(Default)]
 pub(crate) struct Writer(Vec<u8, PAYLOAD>);
 
 impl Writer {
-    /// The longest message is shorter than the room.
+    /// The capacity is greater than the longest message.
     pub fn bytes(&mut self, bytes: &[u8]) -> &mut Self {
         let _always = self.0.extend_from_slice(bytes);
         self
@@ -63,7 +63,7 @@ impl Writer {
         self
     }
 
-    /// What is sent of it: not the zeros at its end, but at least a byte.
+    /// The bytes to send: without the zeros at the end, but at least one byte.
     pub fn sent(&self) -> &[u8] {
         let zeros = self.0.iter().rev().take_while(|byte| **byte == 0).count();
         self.0.get(..(self.0.len() - zeros).max(1)).unwrap_or(&[0])

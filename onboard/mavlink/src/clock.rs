@@ -1,14 +1,14 @@
-//! TIMESYNC: what a flight stack's clock shows, by ours.
+//! TIMESYNC: the offset between a flight stack's clock and ours.
 
 use crate::bytes::Reader;
 use crate::frame::{Outgoing, Payload};
 
-/// A question for the time, or its answer.
+/// A request for the time, or its answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TimeSync {
-    /// The clock of who answers, ns; 0 in a question.
+    /// Time of the answering clock, ns; 0 in a request.
     pub answered_ns: i64,
-    /// The clock of who asks, ns, when it asked.
+    /// Time of the requesting clock when the request was sent, ns.
     pub asked_ns: i64,
 }
 
@@ -22,13 +22,13 @@ impl Outgoing for TimeSync {
 }
 
 impl TimeSync {
-    /// A question, at this time of ours.
+    /// A request at this time of our clock.
     #[must_use]
     pub const fn question(now_ns: i64) -> Self {
         Self { answered_ns: 0, asked_ns: now_ns }
     }
 
-    /// What is to be sent where this is a question: PX4 asks, and takes our stamps by its clock then.
+    /// The answer if this is a request: PX4 sends requests, and then accepts our time stamps.
     #[must_use]
     pub fn answer(&self, now_ns: i64) -> Option<Self> {
         (self.answered_ns == 0).then_some(Self { answered_ns: now_ns, ..*self })
@@ -39,15 +39,15 @@ impl TimeSync {
     }
 }
 
-/// The other's clock, from the answers to our questions. It goes by those that came back soonest.
+/// Estimates the other clock from the answers to our requests, with the offset of the answer that had the shortest delay.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Clock {
-    /// Theirs less ours, ns, and how long its answer took.
+    /// Their clock minus ours, ns, and the delay of that answer.
     best: Option<(i64, i64)>,
 }
 
 impl Clock {
-    /// Takes an answer that came at this time of ours; whether it was one, and not older than 1 s.
+    /// Adds an answer that was received at this time of our clock. Returns whether it is an answer, with a delay below 1 s.
     pub fn take(&mut self, answer: &TimeSync, now_ns: i64) -> bool {
         let took = now_ns.saturating_sub(answer.asked_ns);
         if answer.answered_ns == 0 || !(0..1_000_000_000).contains(&took) {
@@ -55,14 +55,14 @@ impl Clock {
         }
         let offset = answer.answered_ns.saturating_sub(answer.asked_ns.saturating_add(took / 2));
         self.best = match self.best {
-            // A twentieth longer each time, so that a drift of the clocks is followed.
+            // The stored delay increases by a twentieth each time, so that a drift of the clocks is followed.
             Some((best, least)) if took > least => Some((best, least + least / 20 + 1)),
             _ => Some((offset, took)),
         };
         true
     }
 
-    /// A stamp of theirs, µs, by our clock, ns; `None` before the first answer.
+    /// Converts a time stamp of theirs, µs, to our clock, ns; `None` before the first answer.
     #[must_use]
     pub fn ours_ns(&self, theirs_us: u64) -> Option<i64> {
         let theirs_ns = i64::try_from(theirs_us).ok()?.checked_mul(1000)?;
@@ -75,16 +75,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_answer_that_came_back_soonest_counts() {
+    fn the_answer_with_the_shortest_delay_counts() {
         let mut clock = Clock::default();
         assert_eq!(clock.ours_ns(1), None);
-        // Theirs is 5 s ahead; the way back takes longer.
+        // Their clock is 5 s ahead; the delays of the answers are longer than those of the requests.
         let answer = |asked_ns: i64| TimeSync { answered_ns: asked_ns + 5_000_001_000, asked_ns };
         assert!(clock.take(&answer(1_000_000), 1_021_000));
         assert!(clock.take(&answer(2_000_000), 2_002_000));
         assert!(clock.take(&answer(3_000_000), 3_600_000));
         assert_eq!(clock.ours_ns(5_000_003), Some(3_000));
-        // A question, and an answer to one that was asked too long ago, or is still to be asked.
+        // A request, an answer to one more than a second old, and an answer to a future one.
         assert!(!clock.take(&TimeSync::question(1), 2) && !clock.take(&answer(0), 2_000_000_000));
         assert!(!clock.take(&answer(10), 9));
         assert_eq!(TimeSync::question(7).answer(9), Some(TimeSync { answered_ns: 9, asked_ns: 7 }));

@@ -1,23 +1,23 @@
-//! Frames of MAVLink 2: what is around a payload.
+//! Frames of MAVLink 2: the bytes around a payload.
 
 use crate::bytes::{PAYLOAD, Writer};
 use crc::{CRC_16_MCRF4XX, Crc, Digest, NoTable};
 use heapless::Vec;
 
-/// What a frame begins with.
+/// The first byte of a frame.
 pub(crate) const MARK: u8 = 0xfd;
-/// Bytes before the payload.
+/// Number of bytes before the payload.
 pub(crate) const HEAD: usize = 10;
-/// Bytes of the check after it.
+/// Number of bytes of the checksum.
 pub(crate) const CHECK: usize = 2;
-/// Bytes of a signature after that.
+/// Number of bytes of a signature.
 pub(crate) const SIGNATURE: usize = 13;
-/// Bytes of the longest frame.
+/// Number of bytes of the longest frame.
 pub const FRAME: usize = HEAD + PAYLOAD + CHECK + SIGNATURE;
 
 static CRC: Crc<u16, NoTable> = Crc::<u16, NoTable>::new(&CRC_16_MCRF4XX);
 
-/// The check over what is after the mark, and a byte that both sides know of the message's fields.
+/// The checksum over the bytes after the mark, and over a byte that identifies the fields of the message.
 pub(crate) fn check(covered: &[u8], extra: u8) -> u16 {
     let mut digest: Digest<'_, u16, NoTable> = CRC.digest();
     digest.update(covered);
@@ -25,11 +25,11 @@ pub(crate) fn check(covered: &[u8], extra: u8) -> u16 {
     digest.finalize()
 }
 
-/// A message that is sent.
+/// A message that can be sent.
 pub trait Outgoing {
-    /// Its number.
+    /// Its message id.
     const NUMBER: u32;
-    /// The byte of the check that stands for its fields.
+    /// The byte of the checksum that identifies its fields.
     const EXTRA: u8;
 
     #[doc(hidden)]
@@ -46,12 +46,12 @@ impl core::fmt::Debug for Payload {
     }
 }
 
-/// Numbers frames, as of one component of one system.
+/// Makes numbered frames of one component of one system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sender {
-    /// The vehicle's number: that of its flight stack.
+    /// The system id of the vehicle: that of its flight stack.
     pub system: u8,
-    /// The component's number: [`Sender::VISUAL_ODOMETRY`], say.
+    /// The component id, for example [`Sender::VISUAL_ODOMETRY`].
     pub component: u8,
     sequence: u8,
 }
@@ -60,7 +60,7 @@ impl Sender {
     /// `MAV_COMP_ID_VISUAL_INERTIAL_ODOMETRY`.
     pub const VISUAL_ODOMETRY: u8 = 197;
 
-    /// A sender whose first frame has the number 0.
+    /// A sender whose first frame has the sequence number 0.
     #[must_use]
     pub const fn new(system: u8, component: u8) -> Self {
         Self { system, component, sequence: 0 }
@@ -72,7 +72,7 @@ impl Sender {
         message.write(&mut payload);
         let sent = payload.0.sent();
         let [n0, n1, n2, _] = M::NUMBER.to_le_bytes();
-        // No payload is longer than a byte can say.
+        // The length of a payload fits in a byte.
         let len = sent.len() as u8;
         let head = [MARK, len, 0, 0, self.sequence, self.system, self.component, n0, n1, n2];
         self.sequence = self.sequence.wrapping_add(1);

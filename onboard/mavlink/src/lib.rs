@@ -1,12 +1,12 @@
-//! A filter's pose for PX4 and ArduPilot, and what they have for a filter, as messages of MAVLink 2.
+//! MAVLink 2 messages between a filter and PX4 or ArduPilot: the pose of the filter, and the inputs that they have for it.
 //!
-//! A [`Sender`] makes frames of [`Odometry`], [`VisionPosition`], [`Heartbeat`] and [`TimeSync`]; a [`Receiver`] finds [`Incoming`]
-//! messages in bytes as they come, over a serial line or UDP. A [`ResetCounter`] tells jumps of the pose, a [`Clock`] what time of ours
-//! a stamp of theirs is.
+//! A [`Sender`] makes frames of [`Odometry`], [`VisionPosition`], [`Heartbeat`] and [`TimeSync`]; a [`Receiver`] finds
+//! [`Incoming`] messages in the bytes of a serial line or of UDP. A [`ResetCounter`] counts jumps of the pose, a [`Clock`]
+//! converts time stamps to our clock.
 //!
-//! All here is in our axes: x ahead or east, y left or north, z up, angles to the left. [`MapFrame`] says which of MAVLink's frames that
-//! is, and turns places, angles and covariances to it and back. Every loop ends after as many rounds as there are bytes, and what is of
-//! no use is counted.
+//! All values are in our axes: x ahead or east, y left or north, z up, angles to the left. [`MapFrame`] selects the corresponding
+//! frame of MAVLink, and transforms positions, angles and covariances in both directions. Every loop is bounded by the number of
+//! bytes, and data that cannot be used is counted.
 //!
 //! ```
 //! use scphd_mavlink::{Incoming, MapFrame, Odometry, OffPlane, Pose, Receiver, ResetCounter, Sender};

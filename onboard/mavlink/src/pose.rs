@@ -1,4 +1,4 @@
-//! The filter's pose as it is sent, and what a flight stack says of its own motion.
+//! The pose of the filter to send, and the motion that a flight stack sends.
 
 use crate::axes::{MapFrame, TRIANGLE, attitude, quaternion};
 use crate::bytes::Reader;
@@ -16,23 +16,23 @@ pub struct Pose {
     pub position_m: [f32; 3],
     /// Roll, pitch (nose down) and heading (to the left from x), rad.
     pub attitude_rad: [f32; 3],
-    /// Of x, y, z, roll, pitch and heading; `None` where it is not known.
+    /// Covariance of x, y, z, roll, pitch and heading; `None` if it is unknown.
     pub covariance: Option<[[f32; 6]; 6]>,
 }
 
-/// What a planar filter does not say of a pose.
+/// The components of a pose that a planar filter does not estimate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OffPlane {
     /// Height, m.
     pub z_m: f32,
     /// Its standard deviation, m.
     pub z_sigma_m: f32,
-    /// Standard deviation of roll and pitch, which are 0, rad.
+    /// Standard deviation of roll and pitch, rad; their values are 0.
     pub tilt_sigma_rad: f32,
 }
 
 impl OffPlane {
-    /// On flat ground: ArduPilot adds the variances of the axes, so that one that is great hides the others.
+    /// On flat ground. ArduPilot adds the variances of the axes, so that a large one hides the others.
     pub const FLAT: Self = Self { z_m: 0.0, z_sigma_m: 0.1, tilt_sigma_rad: 0.05 };
 }
 
@@ -54,33 +54,33 @@ impl Pose {
     }
 }
 
-/// Speeds in the vehicle's axes: x ahead, y left, z up.
+/// Velocity and rates in the vehicle's axes: x ahead, y left, z up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Twist {
-    /// m/s.
+    /// Velocity, m/s.
     pub velocity_mps: [f32; 3],
-    /// About x, y (nose down) and z (to the left), rad/s.
+    /// Rates about x, y (nose down) and z (to the left), rad/s.
     pub rates_radps: [f32; 3],
-    /// Of both, in this order; `None` where it is not known.
+    /// Covariance of both, in this order; `None` if it is unknown.
     pub covariance: Option<[[f32; 6]; 6]>,
 }
 
-/// ODOMETRY: pose and speeds.
+/// ODOMETRY: pose, velocity and rates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Odometry {
-    /// When the pose was so, µs, by the sender's clock.
+    /// Time of the pose by the sender's clock, µs.
     pub time_us: u64,
     /// The axes of the map.
     pub frame: MapFrame,
     /// The pose.
     pub pose: Pose,
-    /// The speeds; `None` where the velocity or a rate is not known.
+    /// Velocity and rates; `None` if one of them is unknown.
     pub twist: Option<Twist>,
-    /// It changes where the pose has jumped.
+    /// Its value changes if the pose has jumped.
     pub reset_counter: u8,
 }
 
-/// Vectors of the vehicle are turned as places of a map that is not aligned are.
+/// Vectors of the vehicle are transformed like positions in the local frame.
 const VEHICLE: MapFrame = MapFrame::Local;
 
 fn triangle(frame: MapFrame, covariance: Option<&[[f32; 6]; 6]>) -> [f32; TRIANGLE] {
@@ -111,7 +111,7 @@ impl Outgoing for Odometry {
 }
 
 impl Odometry {
-    /// `None` where it is in a frame that is not one of ours, or has a number where there can be none.
+    /// `None` if the message is in an unsupported frame, or a number is not finite where it must be.
     pub(crate) fn read(mut payload: Reader<'_>) -> Option<Self> {
         let time_us = payload.u64();
         let (position, turned) = (payload.floats::<3>(), payload.floats::<4>());
@@ -138,16 +138,16 @@ impl Odometry {
     }
 }
 
-/// VISION_POSITION_ESTIMATE: the pose alone. It does not say its frame: PX4 takes it for north and east.
+/// VISION_POSITION_ESTIMATE: the pose only. The message does not contain its frame: PX4 assumes north and east.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VisionPosition {
-    /// When the pose was so, µs, by the sender's clock.
+    /// Time of the pose by the sender's clock, µs.
     pub time_us: u64,
     /// The axes of the map.
     pub frame: MapFrame,
     /// The pose.
     pub pose: Pose,
-    /// It changes where the pose has jumped.
+    /// Its value changes if the pose has jumped.
     pub reset_counter: u8,
 }
 

@@ -1,4 +1,4 @@
-//! Messages in bytes as they come.
+//! Finds messages in a stream of bytes.
 
 use crate::bytes::Reader;
 use crate::clock::TimeSync;
@@ -7,7 +7,7 @@ use crate::pose::Odometry;
 use crate::satellite::Satellite;
 use crate::target::Target;
 
-/// A message that has come.
+/// A received message.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 #[expect(clippy::large_enum_variant, reason = "there is no heap to put it on")]
@@ -22,75 +22,76 @@ pub enum Incoming {
     TimeSync(TimeSync),
 }
 
-/// A message and who sent it.
+/// A received message and its sender.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Received {
-    /// The vehicle's number.
+    /// The system id.
     pub system: u8,
-    /// The component's number.
+    /// The component id.
     pub component: u8,
-    /// What it says.
+    /// The message.
     pub message: Incoming,
 }
 
-/// What has come so far. Every byte is of a frame that was counted, or skipped, or still waits for the rest of its frame.
+/// Counts of a receiver. Every byte belongs to a counted frame, was skipped, or waits for the rest of its frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Report {
-    /// Messages that were read.
+    /// Number of messages that were read.
     pub messages: u32,
-    /// Frames of messages that are not read here.
+    /// Number of frames with messages that are not supported here.
     pub others: u32,
-    /// Messages in a frame of reference that is none of ours, without a position, or with a number where there can be none.
+    /// Number of messages in an unsupported frame of reference, without a position, or with a number that is not finite.
     pub unusable: u32,
-    /// Frames whose check was wrong: damaged, or no frames at all.
+    /// Number of frames with a wrong checksum: damaged, or other bytes.
     pub damaged: u32,
-    /// Bytes of no frame. Those of MAVLink 1 are among them, and messages that are not read here until one after them is.
+    /// Number of bytes that belong to no frame. This includes MAVLink 1; and, after skipped bytes, unsupported messages until the
+    /// next supported one.
     pub skipped: u32,
 }
 
-/// Finds messages of MAVLink 2. Signatures are passed over, and not checked.
+/// Finds messages of MAVLink 2. Signatures are skipped, and not checked.
 #[derive(Debug)]
 pub struct Receiver {
     held: [u8; FRAME],
     len: usize,
-    /// Whether the first byte held comes right after a frame.
+    /// Whether the first stored byte is directly behind a frame.
     follows: bool,
     report: Report,
 }
 
-/// What the bytes are that are held.
+/// Classification of the stored bytes.
 #[expect(clippy::large_enum_variant, reason = "there is no heap to put it on")]
 enum Held {
-    /// The begin of a frame, or nothing.
+    /// The beginning of a frame, or no bytes.
     Part,
-    /// A frame of so many bytes, and what it says.
+    /// A frame with this number of bytes, and its message.
     Message(usize, Received),
-    /// A frame of so many bytes that says nothing to us.
+    /// A frame with this number of bytes, whose message is not supported.
     Other(usize),
-    /// A frame of so many bytes whose message is of no use.
+    /// A frame with this number of bytes, whose message cannot be used.
     Unusable(usize),
-    /// The first byte is not the begin of a frame.
+    /// The first byte does not begin a frame.
     None,
-    /// A frame whose check is wrong.
+    /// A frame with a wrong checksum.
     Damaged,
 }
 
 impl Receiver {
-    /// A receiver that has seen nothing.
+    /// A receiver without any bytes.
     #[must_use]
     pub const fn new() -> Self {
         let report = Report { messages: 0, others: 0, unusable: 0, damaged: 0, skipped: 0 };
         Self { held: [0; FRAME], len: 0, follows: true, report }
     }
 
-    /// Takes bytes until a message is whole; `None` where they are all taken.
+    /// Reads bytes until a message is complete; `None` when all are read.
     pub fn read(&mut self, bytes: &mut &[u8]) -> Option<Received> {
         loop {
             match self.look() {
                 Held::Part => {
                     let (&byte, rest) = bytes.split_first()?;
                     *bytes = rest;
-                    // A frame is never longer than the room for it.
+                    // A frame is never longer than the buffer.
                     if let Some(slot) = self.held.get_mut(self.len) {
                         *slot = byte;
                         self.len += 1;
@@ -118,13 +119,13 @@ impl Receiver {
         }
     }
 
-    /// What has come so far.
+    /// The counts so far.
     #[must_use]
     pub fn report(&self) -> Report {
         self.report
     }
 
-    /// Bytes that wait for the rest of their frame.
+    /// Number of bytes that wait for the rest of their frame.
     #[must_use]
     pub fn waiting(&self) -> usize {
         self.len
@@ -135,7 +136,7 @@ impl Receiver {
         let [mark, len, flags, ..] = *held else {
             return if held.first().is_some_and(|mark| *mark != MARK) { Held::None } else { Held::Part };
         };
-        // A flag that is not known stands for a frame that cannot be read.
+        // A frame with an unknown flag cannot be read.
         if mark != MARK || flags > 1 {
             return Held::None;
         }
@@ -143,7 +144,7 @@ impl Receiver {
         let end = HEAD + usize::from(len);
         let whole = end + CHECK + if flags == 1 { SIGNATURE } else { 0 };
         let number = u32::from_le_bytes([n0, n1, n2, 0]);
-        // The check of a message that is not known here cannot be made: it may be a frame where one is due, and nowhere else.
+        // The checksum of an unsupported message is unknown: the bytes count as a frame only directly behind another one.
         let Some((_, extra)) = KNOWN.into_iter().find(|(known, _)| *known == number) else {
             return if !self.follows {
                 Held::None
@@ -182,7 +183,7 @@ impl Receiver {
         self.len = self.len.saturating_sub(bytes);
     }
 
-    /// Leaves out the first byte, and what follows up to where a frame may begin.
+    /// Removes the first byte, and the following ones up to the next that may begin a frame.
     fn skip(&mut self) {
         let held = self.held.get(..self.len).unwrap_or(&[]);
         let next = held.iter().skip(1).position(|byte| *byte == MARK).map_or(self.len, |at| at + 1);
@@ -194,7 +195,7 @@ impl Receiver {
 
 const TARGET: u32 = 149;
 const SATELLITE: u32 = 24;
-/// The messages that are read, each with the byte of its check that stands for its fields.
+/// The supported messages, each with the byte of its checksum that identifies its fields.
 const KNOWN: [(u32, u8); 4] =
     [(Odometry::NUMBER, Odometry::EXTRA), (TARGET, 200), (SATELLITE, 24), (TimeSync::NUMBER, TimeSync::EXTRA)];
 

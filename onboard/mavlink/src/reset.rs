@@ -1,8 +1,8 @@
-//! The reset counter: how a flight stack is told that a pose has jumped, and is not to be taken for motion.
+//! The reset counter, which tells a flight stack that the pose has jumped and that this was no motion.
 
 use crate::axes::wrap;
 
-/// Counts jumps. A correction of the filter is one where it is greater than a limit: a loop closure, say.
+/// Counts jumps of the pose: corrections of the filter above a limit, for example by a loop closure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResetCounter {
     limit_m: f32,
@@ -11,19 +11,20 @@ pub struct ResetCounter {
 }
 
 impl ResetCounter {
-    /// Corrections of at most this size, m and rad, are none.
+    /// Corrections of at most this size, m and rad, are no jumps.
     #[must_use]
     pub const fn new(limit_m: f32, limit_rad: f32) -> Self {
         Self { limit_m, limit_rad, counter: 0 }
     }
 
-    /// What messages carry; after 255 it is 0 again.
+    /// The value to send; it wraps after 255.
     #[must_use]
     pub const fn value(&self) -> u8 {
         self.counter
     }
 
-    /// Takes a correction, as `SmoothOdometry::correct` returns its size, m and rad; whether it was a jump. One that is not a number is.
+    /// Adds a correction with this size, m and rad, as returned by `SmoothOdometry::correct`. Returns whether it is a jump; NaN
+    /// is one.
     pub fn correct(&mut self, distance_m: f32, angle_rad: f32) -> bool {
         let is_small = distance_m <= self.limit_m && angle_rad.abs() <= self.limit_rad;
         if !is_small {
@@ -32,13 +33,13 @@ impl ResetCounter {
         !is_small
     }
 
-    /// The same of the pose (x, y, heading) before a scan or fix and after it.
+    /// Adds the correction between the poses (x, y, heading) before and after a scan or a fix.
     pub fn between(&mut self, before: [f32; 3], after: [f32; 3]) -> bool {
         let ([x, y, heading], [nx, ny, turned]) = (before, after);
         self.correct(libm::hypotf(nx - x, ny - y), wrap(turned - heading))
     }
 
-    /// The vehicle was located anew, or the filter was reset.
+    /// To be called when the vehicle was relocated, or the filter was reset.
     pub fn raise(&mut self) {
         self.counter = self.counter.wrapping_add(1);
     }

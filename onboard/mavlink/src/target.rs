@@ -1,33 +1,34 @@
-//! LANDING_TARGET: something that a camera has found, as range and bearing.
+//! LANDING_TARGET: an object detected by a camera, as range and bearing.
 
 use crate::bytes::Reader;
 
 /// `MAV_FRAME_BODY_FRD`.
 const BODY: u8 = 12;
 
-/// A target, seen from the vehicle, or from the sensor where its place is not known.
+/// A target relative to the vehicle; relative to the sensor if the message has no position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Target {
-    /// When it was seen, µs, by the sender's clock.
+    /// Time of the detection by the sender's clock, µs.
     pub time_us: u64,
-    /// Its number, where the sender tells several apart.
+    /// Its number, if the sender distinguishes several targets.
     pub number: u8,
     /// Direction in the horizontal plane, rad to the left.
     pub bearing_rad: f32,
     /// Direction above the horizontal plane, rad.
     pub elevation_rad: f32,
-    /// How far away it is, m; `None` where that is not known.
+    /// Distance, m; `None` if it is unknown.
     pub distance_m: Option<f32>,
 }
 
 impl Target {
-    /// Range in the horizontal plane (m) and bearing (rad), as a scan of a filter has them; `None` where the distance is not known.
+    /// Range in the horizontal plane (m) and bearing (rad), a measurement for a filter; `None` if the distance is unknown.
     #[must_use]
     pub fn in_plane(&self) -> Option<[f32; 2]> {
         self.distance_m.map(|distance_m| [distance_m * libm::cosf(self.elevation_rad), self.bearing_rad])
     }
 
-    /// By its place in the vehicle's axes where the sender has one, else by the angles from the middle of an image that looks ahead.
+    /// Reads the position in the vehicle's axes if the message has one, otherwise the angles from the centre of an image that
+    /// looks ahead.
     pub(crate) fn read(mut payload: Reader<'_>) -> Option<Self> {
         let time_us = payload.u64();
         let [right_rad, down_rad, distance_m] = payload.floats();

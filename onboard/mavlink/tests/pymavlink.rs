@@ -1,6 +1,6 @@
-//! pymavlink reads what is sent, and what it writes is read; over UDP it drives a vehicle beside a filter.
+//! pymavlink reads our messages, and its messages are read here; over UDP it simulates a vehicle beside a filter.
 //!
-//! `cargo xtask mavlink` gets it into an environment of its own and runs these tests, which do not run without it.
+//! `cargo xtask mavlink` installs it in an environment and runs these tests, which are skipped without it.
 
 #[path = "../examples/companion.rs"]
 mod companion;
@@ -15,10 +15,10 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-/// Names the Python of the environment.
+/// The environment variable with the path of that Python.
 const PYTHON: &str = "SCPHD_MAVLINK_PYTHON";
 
-/// Lines that the peer prints for lines that it gets.
+/// Passes lines to the peer, and returns the lines that it prints.
 fn peer(words: &[&str], input: &str) -> Vec<String> {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peer.py");
     let mut python = Command::new(std::env::var_os(PYTHON).expect(PYTHON));
@@ -38,7 +38,7 @@ fn fields(line: &str) -> (&str, Vec<f64>) {
     (name, numbers.split(' ').map(|number| number.parse().unwrap()).collect())
 }
 
-/// The rotation from our axes of the map to theirs, and from the vehicle's.
+/// The rotation from our axes of the map to theirs; with `Local`, also that of the vehicle's axes.
 fn axes(frame: MapFrame) -> Matrix3<f64> {
     match frame {
         MapFrame::Local => Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0)),
@@ -46,10 +46,10 @@ fn axes(frame: MapFrame) -> Matrix3<f64> {
     }
 }
 
-/// Which sign a change of roll, pitch and heading has in theirs: rotations about turned axes.
+/// Signs of roll, pitch and heading in their axes.
 const TURNED: [f64; 3] = [1.0, -1.0, -1.0];
 
-/// The covariance in their axes, from ours.
+/// The covariance in their axes.
 fn covariance(frame: MapFrame, ours: &[[f32; 6]; 6]) -> Matrix6<f64> {
     let mut change = Matrix6::zeros();
     change.fixed_view_mut::<3, 3>(0, 0).copy_from(&axes(frame));
@@ -81,7 +81,7 @@ fn is_near(one: impl IntoIterator<Item = f64>, other: impl IntoIterator<Item = f
     );
 }
 
-/// Their rotation of a pose of ours, whose attitude is roll, pitch and heading.
+/// Checks their rotation for an attitude of ours, roll, pitch and heading.
 fn is_turned(frame: MapFrame, theirs: Matrix3<f64>, ours: [f32; 3]) {
     let expected = axes(frame) * turn(ours.map(f64::from)) * axes(MapFrame::Local);
     is_near(theirs.iter().copied(), expected.iter().copied(), 3e-6);
@@ -92,7 +92,7 @@ fn quaternion(numbers: &[f64]) -> Matrix3<f64> {
     UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)).to_rotation_matrix().into_inner()
 }
 
-/// ODOMETRY as they have it, and ours of it.
+/// Checks an ODOMETRY of theirs against ours.
 fn is_odometry(theirs: &[f64], ours: &Odometry) {
     let frame = ours.frame;
     assert_eq!(theirs[0], ours.time_us as f64);
@@ -115,7 +115,7 @@ fn is_odometry(theirs: &[f64], ours: &Odometry) {
     assert_eq!(theirs[58], f64::from(ours.reset_counter));
 }
 
-/// Draws from −1 to 1.
+/// Random numbers from −1 to 1.
 struct Draws(u64);
 
 impl Draws {
@@ -179,7 +179,7 @@ fn pymavlink_reads_what_is_sent() {
 
 #[test]
 #[ignore = "needs Python packages: cargo xtask mavlink"]
-fn what_pymavlink_writes_is_read() {
+fn messages_of_pymavlink_are_read() {
     let (mut receiver, mut read, mut positions) = (Receiver::new(), 0, 0);
     for line in peer(&["write"], "") {
         let (bytes, line) = line.split_once(' ').unwrap();
@@ -228,7 +228,7 @@ fn what_pymavlink_writes_is_read() {
 
 #[test]
 #[ignore = "needs Python packages: cargo xtask mavlink"]
-fn a_vehicle_over_udp_is_told_of_its_jump() {
+fn a_vehicle_over_udp_is_informed_of_its_jump() {
     let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
     let port = socket.local_addr().unwrap().port().to_string();
     let companion = std::thread::spawn(move || {

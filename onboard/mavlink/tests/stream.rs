@@ -1,11 +1,11 @@
-//! Bytes in any chunks, with anything between the messages: no byte is lost without being counted, and nothing panics.
+//! Bytes in arbitrary chunks, with other bytes between the messages: every byte is counted, and nothing panics.
 
 use proptest::prelude::*;
 use scphd_mavlink::{
     Heartbeat, Incoming, MapFrame, Odometry, Origin, Pose, Receiver, Report, ResetCounter, Sender, TimeSync, Twist,
 };
 
-/// LANDING_TARGET as pymavlink 2.4.50 writes it: number 3, 0.5 m ahead, 0.25 m to the left and 0.125 m up.
+/// LANDING_TARGET as written by pymavlink 2.4.50: number 3, 0.5 m ahead, 0.25 m to the left and 0.125 m up.
 const TARGET: [u8; 72] = [
     0xfd, 0x3c, 0x00, 0x00, 0x00, 0x03, 0x01, 0x95, 0x00, 0x00, 0x40, 0x42, 0x0f, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
     0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
@@ -29,7 +29,7 @@ fn odometry() -> impl Strategy<Value = Odometry> {
     )
 }
 
-/// All that comes of the bytes in chunks of so many.
+/// All messages in the bytes, in chunks of this length.
 fn received(bytes: &[u8], chunk: usize) -> (Vec<Incoming>, Report, usize) {
     let (mut receiver, mut messages) = (Receiver::new(), Vec::new());
     for mut chunk in bytes.chunks(chunk) {
@@ -41,7 +41,7 @@ fn received(bytes: &[u8], chunk: usize) -> (Vec<Incoming>, Report, usize) {
     (messages, receiver.report(), receiver.waiting())
 }
 
-/// The same number but for what turning it into a quaternion and back costs.
+/// Checks that both are equal, except for rounding errors of the quaternion.
 fn is_same(one: &Incoming, other: &Odometry) {
     let Incoming::Odometry(one) = one else { panic!("{one:?}") };
     let near = |one: [f32; 3], other: [f32; 3]| one.iter().zip(other).all(|(one, other)| (one - other).abs() < 2e-3);
@@ -63,7 +63,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn messages_come_through_in_any_chunks(
+    fn messages_are_received_in_any_chunks(
         sent in prop::collection::vec(odometry(), 0..6),
         chunk in 1..400_usize,
         noise in prop::collection::vec(any::<u8>().prop_filter("a mark", |byte| *byte != 0xfd), 0..40),
@@ -82,9 +82,10 @@ proptest! {
         prop_assert_eq!(report.skipped as usize, noise.len() * sent.len());
     }
 
-    /// A message with a changed byte is lost, and no other, unless the change makes it look longer or like one that is not known.
+    /// A message with a changed byte is lost, and no other one, unless the change makes it look longer, or like an unsupported
+    /// one.
     #[test]
-    fn damage_costs_the_message_that_has_it(sent in prop::collection::vec(odometry(), 4), at in 10..2000_usize, flip in 1..=255_u8) {
+    fn damage_affects_only_its_message(sent in prop::collection::vec(odometry(), 4), at in 10..2000_usize, flip in 1..=255_u8) {
         let mut sender = Sender::new(1, 2);
         let frames: Vec<Vec<u8>> = sent.iter().map(|odometry| sender.frame(odometry).to_vec()).collect();
         let damaged = at % 3;
@@ -98,7 +99,7 @@ proptest! {
         prop_assert!(report.damaged >= 1);
     }
 
-    /// Any bytes, and messages of any numbers.
+    /// Arbitrary bytes, and messages with arbitrary numbers.
     #[test]
     fn nothing_panics(
         bytes in prop::collection::vec(prop_oneof![4 => any::<u8>(), 1 => Just(0xfd_u8), 2 => Just(0_u8)], 0..900),
@@ -109,7 +110,7 @@ proptest! {
     ) {
         let (_, report, waiting) = received(&bytes, 50);
         prop_assert!(report.skipped as usize + waiting <= bytes.len());
-        // A right check about any payload, signed or not.
+        // A correct checksum for any payload, signed or not.
         let payload: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).take(bytes.len() % 241).collect();
         let signed = bytes.len() % 2;
         let mut frame = vec![payload.len() as u8, signed as u8, 0, 0, 1, 1];

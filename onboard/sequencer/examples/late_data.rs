@@ -1,5 +1,5 @@
-//! A robot whose lidar takes up to 150 ms to report. Stamped when they arrive, its scans are laid where it no longer
-//! is; stamped when they were measured, they are not. Beside the filter, a pose for the controller that never jumps.
+//! A robot whose lidar has a delay of up to 150 ms. With the time of arrival as time stamp, its scans would be assigned to wrong
+//! poses; with the time of measurement they are not. Beside the filter, a pose without jumps for the controller.
 
 use heapless::Vec as List;
 use scphd::models::{
@@ -25,14 +25,14 @@ const WHEELS: u8 = 0;
 const LIDAR: u8 = 1;
 const POSTS: [[f32; 2]; 6] = [[6.0, 3.0], [2.0, 9.0], [-6.0, 6.0], [-5.0, -2.0], [4.0, -4.0], [0.0, 4.0]];
 
-/// Where the robot is: it drives a circle.
+/// The true pose: the robot drives a circle.
 fn truth(exact: &Unicycle<f32>, at_ns: u64) -> PlanarPose<f32> {
     let control = UnicycleControl { speed_mps: 1.5, rate_radps: 0.6 };
     exact.propagate(&PlanarPose::new(0.0, 0.0, 0.0), &control, at_ns as f32 / 1e9)
 }
 
-/// A minute, with when each input arrives, ns: the wheels every 20 ms, at once; the lidar every 100 ms, between 10 and
-/// 150 ms later, one scan a second later.
+/// A minute of inputs, with the time of arrival of each, ns: the wheels every 20 ms without delay, the lidar every 100 ms with a
+/// delay between 10 and 150 ms, and one scan with a delay of a second.
 fn log(exact: &Unicycle<f32>) -> Vec<(u64, Stamp, Input)> {
     let (mut log, mut draws) = (Vec::new(), Noise::seeded(1));
     for step in 0..3000 {
@@ -56,8 +56,7 @@ fn log(exact: &Unicycle<f32>) -> Vec<(u64, Stamp, Input)> {
     log
 }
 
-/// RMSE of the pose that the robot has at every time, m; inputs are stamped when they were measured, or when they
-/// arrive.
+/// RMSE of the current pose at every time, m. Time stamps are the times of measurement, or those of arrival.
 fn drive(exact: &Unicycle<f32>, when_measured: bool) -> Result<f32, Box<dyn std::error::Error>> {
     let window = RangeBearingWindow::full_circle(15.0, 0.95)?;
     let clutter = UniformClutter::of_scan(0.1, window.measure())?;
@@ -93,7 +92,7 @@ fn drive(exact: &Unicycle<f32>, when_measured: bool) -> Result<f32, Box<dyn std:
                 }
             }
         }
-        // The filter is a window behind; the controls that wait tell where the robot is now.
+        // The estimate of the filter is delayed by the window; the queued controls give the current pose.
         let now = sequencer
             .ahead(at_ns)
             .fold(odometry.pose(), |pose, (control, dt)| exact.propagate(&pose, &control, dt.seconds()));

@@ -1,21 +1,21 @@
-//! Controls that wait, as the motion they tell of.
+//! Motion by the controls that are still queued.
 
 use crate::Interval;
 use crate::queue::Queue;
 use crate::stamp::Key;
 
-/// The control in force, and since when.
+/// The control in force, and the time from which it holds.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Held<C> {
     pub(crate) control: C,
     pub(crate) since: u64,
 }
 
-/// The controls from a time on, each with how long it holds: see [`Sequencer::ahead`](crate::Sequencer::ahead).
+/// The controls from a time on, each with its duration: see [`Sequencer::ahead`](crate::Sequencer::ahead).
 #[derive(Debug, Clone)]
 pub struct Ahead<'q, C, const CONTROLS: usize> {
     waiting: &'q Queue<C, CONTROLS>,
-    /// The last control taken from the queue.
+    /// The last control from the queue.
     last: Option<Key>,
     held: Option<Held<C>>,
     time: u64,
@@ -38,7 +38,7 @@ impl<'q, C: Copy, const CONTROLS: usize> Ahead<'q, C, CONTROLS> {
 impl<C: Copy, const CONTROLS: usize> Iterator for Ahead<'_, C, CONTROLS> {
     type Item = (C, Interval);
 
-    /// At most one round for every control that waits, and one for the control in force.
+    /// At most one iteration for every queued control, and one for the control in force.
     fn next(&mut self) -> Option<Self::Item> {
         for _ in 0..=CONTROLS {
             let Held { control, since } = self.held?;

@@ -1,18 +1,17 @@
-//! Time stamps in front of a filter, and odometry that never jumps behind it.
+//! Ordering of time-stamped inputs before a filter, and an odometry pose without jumps behind it.
 //!
-//! A filter such as [`ScPhd`](scphd::ScPhd) or [`JointSlam`](scphd::JointSlam) takes its inputs in the order in which
-//! things happened. On a vehicle they come in another order: a radar computes longer than a lidar, a bus delays, a
-//! receiver repeats itself. The [`Sequencer`] takes inputs in any order within a window, and hands them out in the
-//! order of their time stamps, with the predictions between them: the filter has the same digest whatever the order of
-//! arrival was. What is too late, silent, repeated or from a clock that jumps or stands still raises a [flag](Flags)
-//! and is counted.
+//! A filter such as [`ScPhd`](scphd::ScPhd) or [`JointSlam`](scphd::JointSlam) needs its inputs in the order of their
+//! measurement. On a vehicle they arrive in another order: a radar needs more computing time than a lidar, a bus delays, a
+//! receiver repeats messages. The [`Sequencer`] accepts inputs in any order within a window, and outputs them in the order of
+//! their time stamps, with the predictions between them: the filter has the same digest for any order of arrival. Inputs that are
+//! too late, missing, duplicate, or from a clock that jumps or stands still raise a [flag](Flags) and are counted.
 //!
-//! A corrected pose jumps with every correction. [`SmoothOdometry`] keeps a pose that never does, for controllers, and
-//! the frame that takes it to the map, for planners. [`OdometryWatch`] tells from the corrections that odometry is wrong
-//! in one direction: wheels that slip, a gyroscope with a bias.
+//! A corrected pose jumps with every correction. [`SmoothOdometry`] provides a pose without jumps, for controllers, and its
+//! transformation to the map, for planners. [`OdometryWatch`] detects from the corrections that odometry has a bias: wheels that
+//! slip, a gyroscope with an offset.
 //!
-//! Nothing needs a heap, nothing panics, and every loop ends after as many rounds as inputs can wait. Times are whole
-//! nanoseconds in a `u64`; an [`Interval`] becomes seconds once.
+//! No heap, no panics, and every loop is bounded by the capacity for queued inputs. Times are integers in nanoseconds in a `u64`;
+//! an [`Interval`] is converted to seconds once.
 //!
 //! ```
 //! use heapless::Vec;

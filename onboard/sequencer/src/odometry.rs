@@ -1,16 +1,16 @@
-//! A pose that never jumps, and the frame that takes it to the map.
+//! A pose without jumps, and its transformation to the map.
 
 use scphd::Real;
 use scphd::errors::{PredictError, ResetError};
 use scphd::models::{Motion, Pose, PositionOf, ScalarOf, TangentOf};
 use scphd::numerics::{Vector, Zero, wrap};
 
-/// Where the frame of the odometry lies in the map: map_T_odom = map pose ∘ odometry pose⁻¹, a turn about the vertical
-/// and a shift.
+/// The transformation from the odometry frame to the map: map_T_odom = map pose ∘ odometry pose⁻¹, a rotation about the vertical
+/// and a translation.
 ///
-/// Of a pose the coordinates of its place change, which come first, and its [heading](Pose::HEADING): x, y and heading
-/// of a [`PlanarPose`](scphd::models::PlanarPose); x, y, z and yaw of an [`AuvPose`](scphd::models::AuvPose), whose roll and pitch are
-/// the same in either frame, as its instruments tell them, and whose yaw rate is of no frame.
+/// It applies to the coordinates of the position, which come first, and to the [heading](Pose::HEADING): x, y and heading of a
+/// [`PlanarPose`](scphd::models::PlanarPose); x, y, z and yaw of an [`AuvPose`](scphd::models::AuvPose), whose roll and pitch,
+/// given by its instruments, and yaw rate are the same in both frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MapFromOdom<P: Pose> {
     turn_rad: ScalarOf<P>,
@@ -18,10 +18,10 @@ pub struct MapFromOdom<P: Pose> {
 }
 
 impl<P: Pose> MapFromOdom<P> {
-    /// Both frames are one.
+    /// Both frames are the same.
     pub const IDENTITY: Self = Self { turn_rad: ScalarOf::<P>::ZERO, shift_m: PositionOf::<P>::ZERO };
 
-    /// That which takes the pose of the odometry to the pose in the map, of one vehicle at one time.
+    /// The transformation between two poses of a vehicle at the same time.
     #[must_use]
     pub fn between(in_map: &P, in_odom: &P) -> Self {
         let turn_rad = P::HEADING.map_or(ScalarOf::<P>::ZERO, |heading| {
@@ -32,7 +32,7 @@ impl<P: Pose> MapFromOdom<P> {
         Self { turn_rad, shift_m: PositionOf::<P>::with(|axis| in_map.at(axis) - turned.at(axis)) }
     }
 
-    /// The pose in the map of a vehicle with this pose in the frame of the odometry.
+    /// Transforms a pose from the odometry frame to the map.
     #[must_use]
     pub fn apply(&self, in_odom: &P) -> P {
         let (place, before) = (self.place(in_odom), in_odom.coordinates());
@@ -43,7 +43,7 @@ impl<P: Pose> MapFromOdom<P> {
         }))
     }
 
-    /// Where the place of this pose lies in the map.
+    /// Transforms the position of a pose to the map.
     fn place(&self, in_odom: &P) -> PositionOf<P> {
         let from = in_odom.coordinates();
         let (sine, cosine) = self.turn_rad.sin_cos();
@@ -57,36 +57,36 @@ impl<P: Pose> MapFromOdom<P> {
         })
     }
 
-    /// By how much the frame is turned about the vertical, rad, in (−π, π].
+    /// The rotation about the vertical, rad, in (−π, π].
     #[must_use]
     pub fn turn_rad(&self) -> ScalarOf<P> {
         self.turn_rad
     }
 
-    /// Where the origin of the odometry lies in the map, m.
+    /// Position of the odometry frame's origin in the map, m.
     #[must_use]
     pub fn shift_m(&self) -> PositionOf<P> {
         self.shift_m
     }
 }
 
-/// How far a correction has moved the pose in the map.
+/// Size of a correction of the pose in the map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Correction<T> {
-    /// At the vehicle, m: not at the origin, where a turn seems to be a long way.
+    /// Distance at the vehicle, m; at the origin, a rotation would appear as a great distance.
     pub distance_m: T,
-    /// rad, not negative.
+    /// Rotation, rad, not negative.
     pub angle_rad: T,
 }
 
-/// A pose by odometry alone, which never jumps, and what takes it to the map.
+/// A pose by odometry only, which never jumps, and its transformation to the map.
 ///
-/// A controller follows the pose in the frame of the odometry: it drifts, and moves by no more than the vehicle. A
-/// planner works in the map: it applies [`map_from_odom`](Self::map_from_odom) to the pose, and has a jump with every
-/// correction. Both frames are one at the start.
+/// A controller follows the pose in the odometry frame, which drifts but never moves more than the vehicle. A planner works in
+/// the map: it applies [`map_from_odom`](Self::map_from_odom) to the pose, and gets a jump with every correction. Both frames are
+/// the same at the start.
 ///
-/// It is given the same predictions as the filter, and corrected with the filter's pose at the same time.
-/// [`Sequencer::ahead`](crate::Sequencer::ahead) has the controls from there on until now.
+/// Call it with the same predictions as the filter, and correct it with the filter's pose at the same time.
+/// [`Sequencer::ahead`](crate::Sequencer::ahead) has the controls from then until now.
 ///
 /// ```
 /// use scphd::models::{ControlNoise, PlanarPose, Pose, Step, Unicycle, UnicycleControl};
@@ -113,18 +113,17 @@ pub struct SmoothOdometry<P: Pose> {
 }
 
 impl<P: Pose> SmoothOdometry<P> {
-    /// A vehicle at this pose, in either frame.
+    /// A vehicle at this pose in both frames.
     #[must_use]
     pub const fn new(pose: P) -> Self {
         let greatest = Correction { distance_m: ScalarOf::<P>::ZERO, angle_rad: ScalarOf::<P>::ZERO };
         Self { pose, map_from_odom: MapFromOdom::IDENTITY, corrections: 0, greatest }
     }
 
-    /// Moves on for `dt` seconds under `control`, without noise: the filter's own motion will do.
+    /// Predicts by `dt` seconds under `control` without noise; the filter's motion model can be used.
     ///
     /// # Errors
-    /// The motion does not admit the control, `dt` is negative or not finite, or they lead to a pose that is not
-    /// finite; the pose is as it was.
+    /// The motion does not admit the control, `dt` is negative or not finite, or the result is not finite; the pose is unchanged.
     pub fn predict<M: Motion<Pose = P>>(
         &mut self,
         motion: &M,
@@ -145,10 +144,10 @@ impl<P: Pose> SmoothOdometry<P> {
         Ok(())
     }
 
-    /// Takes in the pose that the filter has estimated in the map, of the time that the odometry has come to.
+    /// Corrects the transformation with the pose that the filter has estimated in the map, for the time of the odometry pose.
     ///
     /// # Errors
-    /// The pose is not finite; the frame is as it was.
+    /// The pose is not finite; the transformation is unchanged.
     pub fn correct(&mut self, in_map: &P) -> Result<Correction<ScalarOf<P>>, ResetError> {
         if !in_map.is_finite() {
             return Err(ResetError::NonFinitePose);
@@ -166,7 +165,7 @@ impl<P: Pose> SmoothOdometry<P> {
         Ok(correction)
     }
 
-    /// The pose in the frame of the odometry.
+    /// The pose in the odometry frame.
     #[must_use]
     pub fn pose(&self) -> P {
         self.pose
@@ -178,13 +177,13 @@ impl<P: Pose> SmoothOdometry<P> {
         self.map_from_odom.apply(&self.pose)
     }
 
-    /// What takes poses of the odometry to the map.
+    /// The transformation from the odometry frame to the map.
     #[must_use]
     pub fn map_from_odom(&self) -> MapFromOdom<P> {
         self.map_from_odom
     }
 
-    /// How many corrections there were. Stops at `u32::MAX`.
+    /// Number of corrections. Saturates at `u32::MAX`.
     #[must_use]
     pub fn corrections(&self) -> u32 {
         self.corrections

@@ -1,55 +1,56 @@
-//! Whether odometry is wrong in one direction, scan after scan.
+//! Detection of an odometry bias.
 
 use scphd::Real;
 use scphd::models::{Pose, ScalarOf, TangentOf};
 use scphd::numerics::{Vector, Zero};
 
-/// The weight of the newest correction in the mean of the recent ones: half of that mean is of the last three scans.
+/// Weight of the newest correction in the mean of the recent ones: the last three scans have half of the weight.
 const NEWEST: f64 = 0.2;
-/// The variance of that mean where corrections are independent and have the variance 1.
+/// Variance of that mean for independent corrections with variance 1.
 const VARIANCE: f64 = NEWEST / (2.0 - NEWEST);
-/// The weight of the newest in what is usual of that variance: some hundred scans count.
+/// Weight of the newest value in the usual variance: its memory is some hundred scans.
 const SLOW: f64 = 0.004;
-/// What is usual is learnt from means below this many of their standard deviations, and lies between a quarter and nine times what it
-/// would be if all models were right.
+/// The usual variance is learnt from means below this number of their standard deviations. It is limited to between a quarter of
+/// the variance of correct models and nine times that.
 const USUAL: f64 = 3.0;
 const LEAST_USUAL: f64 = 0.25;
 const MOST_USUAL: f64 = 9.0;
-/// A correction counts for no more standard deviations than this: one jump, as where a round is closed, is no bias.
+/// Limit of a correction in standard deviations: a single jump, for example by a loop closure, is no bias.
 const MOST: f64 = 4.0;
-/// Of every correction, in standard deviations, so much is taken away before it is summed: half of the bias that is found soonest.
+/// Subtracted from every correction, in standard deviations, before it is added to the sum: half of the bias that is detected
+/// fastest.
 const ALLOWED: f64 = 1.0;
-/// A sum beyond this is a bias: with independent corrections one in a hundred thousand scans comes to it in some direction (Siegmund 1985).
+/// Threshold of the sums: with independent corrections, a sum exceeds it in one of a hundred thousand scans (Siegmund 1985).
 const SUSPECTED: f64 = 5.5;
-/// What a sum is at most, so that it is soon over when the bias is.
+/// Limit of a sum, so that it decreases soon after the end of the bias.
 const MOST_SUMMED: f64 = 10.0;
 
-/// What the corrections of late say of the odometry, along the vehicle's own axes: for a [`PlanarPose`](scphd::models::PlanarPose) forward, left and
-/// heading.
+/// Estimate of the odometry bias, along the vehicle's axes: forward, left and heading for a
+/// [`PlanarPose`](scphd::models::PlanarPose).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OdometryBias<V: Vector> {
-    /// By how much odometry has fallen short of late, a scan, in the mean: m, and rad of angles. A correction of more than four of its
-    /// standard deviations counts as one of four.
+    /// Mean of the recent corrections per scan, m, and rad for angles: positive if odometry is too small. A correction above four
+    /// of its standard deviations counts as four.
     pub each_scan: V,
-    /// The sum of what corrections have in common, in their standard deviations: positive where odometry falls short.
+    /// The CUSUM sum of the corrections, in their standard deviations: positive if odometry is too small.
     pub evidence: V,
 }
 
 impl<V: Vector> OdometryBias<V> {
-    /// Whether odometry is wrong beyond chance in some direction: wheels slip or stand, a gyroscope has a bias.
+    /// Whether odometry has a bias in some direction: wheels that slip or stand still, a gyroscope with an offset.
     #[must_use]
     pub fn is_suspected(&self) -> bool {
         self.evidence.as_slice().iter().any(|x| x.abs() > V::Scalar::from_f64(SUSPECTED))
     }
 }
 
-/// Tells from the corrections of a filter that its odometry is wrong in one direction, scan after scan.
+/// Detects an odometry bias from the corrections of a filter.
 ///
-/// Where all models are right, the corrections of a filter that knows its surroundings are independent from scan to scan, and have the
-/// variance that the odometry since the scan before has brought: what is learnt in a scan is what was lost before it. So corrections, in
-/// standard deviations of the odometry, are summed in each direction as long as they are beyond one (the cumulative sums of
-/// Page 1954). Models are seldom right: a standard deviation is taken for what it usually is, which is learnt over some hundred scans,
-/// while nothing is suspected, from means of corrections, so that it counts too if corrections are not independent.
+/// With correct models, the corrections of a filter in a known area are independent between scans, and have the variance of the
+/// odometry since the previous scan, because a scan restores the information lost since then. Corrections, in standard deviations
+/// of the odometry, are therefore summed in each direction as far as they exceed one standard deviation (the cumulative sums of
+/// Page 1954). Models are seldom correct: the standard deviation is replaced by the usual one, which is learnt over some hundred
+/// scans without suspicion, from means of corrections, so that correlation between corrections is included.
 ///
 /// ```
 /// use scphd::models::PlanarPose;
@@ -68,11 +69,11 @@ impl<V: Vector> OdometryBias<V> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OdometryWatch<P: Pose> {
-    /// The mean of the recent corrections, in standard deviations of odometry.
+    /// Mean of the recent corrections, in standard deviations of the odometry.
     recent: TangentOf<P>,
-    /// Its variance, as it usually is, in units of [`VARIANCE`], less one.
+    /// The usual variance of that mean, in units of [`VARIANCE`], minus one.
     beyond: TangentOf<P>,
-    /// Sums of corrections forward, and of those backward.
+    /// Sums of forward and of backward corrections.
     above: TangentOf<P>,
     below: TangentOf<P>,
 }
@@ -84,16 +85,16 @@ impl<P: Pose> Default for OdometryWatch<P> {
 }
 
 impl<P: Pose> OdometryWatch<P> {
-    /// Nothing has been seen yet.
+    /// The state before the first scan.
     #[must_use]
     pub const fn new() -> Self {
         let zero = TangentOf::<P>::ZERO;
         Self { recent: zero, beyond: zero, above: zero, below: zero }
     }
 
-    /// Takes in one scan: the pose before it and behind it, and the standard deviations of the odometry since the scan before, along the
-    /// vehicle's own axes, m and rad: of white noise of σ (m/√s) over a time of dt it is σ √dt. Of a direction in which that is zero or
-    /// not a number nothing is said. A correction that is not finite changes nothing.
+    /// Adds a scan: the poses before and after it, and the standard deviations of the odometry since the previous scan, along the
+    /// vehicle's axes, m and rad; for white noise of σ (m/√s) over a time dt, σ √dt. A direction in which it is zero or not
+    /// finite is ignored. A correction that is not finite changes nothing.
     pub fn scan(&mut self, predicted: &P, corrected: &P, sigmas: &TangentOf<P>) -> OdometryBias<TangentOf<P>> {
         let moved = own_axes(predicted, &corrected.difference(predicted));
         if moved.as_slice().iter().all(|x| x.is_finite()) {
@@ -110,7 +111,7 @@ impl<P: Pose> OdometryWatch<P> {
         }
     }
 
-    /// Takes in what a scan says of one direction.
+    /// Adds the correction in one direction.
     fn take(&mut self, k: usize, moved: ScalarOf<P>, sigma: ScalarOf<P>) {
         if !is_usable(sigma) {
             return;
@@ -137,7 +138,7 @@ fn is_usable<T: Real>(sigma: T) -> bool {
     sigma > T::ZERO && sigma.is_finite()
 }
 
-/// A difference of poses with its first two coordinates along the axes of a vehicle with this pose, if poses have a heading.
+/// A difference of poses with its first two coordinates along the axes of the vehicle at this pose, if poses have a heading.
 fn own_axes<P: Pose>(pose: &P, moved: &TangentOf<P>) -> TangentOf<P> {
     let Some(heading) = P::HEADING else { return *moved };
     let (sine, cosine) = pose.coordinates().at(heading).sin_cos();

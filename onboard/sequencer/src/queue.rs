@@ -1,4 +1,4 @@
-//! Inputs that wait for their turn.
+//! Queue of inputs.
 
 use crate::PushError;
 use crate::stamp::Key;
@@ -10,7 +10,7 @@ struct Entry<X> {
     input: X,
 }
 
-/// At most `N` inputs, no two with the same key, in the order of arrival. Every operation looks at each once.
+/// At most `N` inputs with different keys, in the order of arrival. Every operation visits each once.
 #[derive(Debug)]
 pub(crate) struct Queue<X, const N: usize> {
     entries: Vec<Entry<X>, N>,
@@ -32,12 +32,12 @@ impl<X, const N: usize> Queue<X, N> {
         self.entries.push(Entry { key, input }).map_err(|_| PushError::Full)
     }
 
-    /// The first in the order of the keys.
+    /// The input with the least key.
     pub(crate) fn first(&self) -> Option<(Key, &X)> {
         self.after(None)
     }
 
-    /// The first whose key is greater.
+    /// The input with the next greater key.
     pub(crate) fn after(&self, key: Option<Key>) -> Option<(Key, &X)> {
         let later = self.entries.iter().filter(|entry| key.is_none_or(|key| entry.key > key));
         later.min_by_key(|entry| entry.key).map(|entry| (entry.key, &entry.input))
@@ -51,7 +51,7 @@ impl<X, const N: usize> Queue<X, N> {
         self.entries.retain(|entry| entry.key != key);
     }
 
-    /// Drops all later than this time, and returns how many those were.
+    /// Removes all inputs later than this time. Returns their number.
     pub(crate) fn forget_after(&mut self, time: u64) -> usize {
         let before = self.entries.len();
         self.entries.retain(|entry| entry.key.time <= time);

@@ -185,7 +185,7 @@ mod tests {
     use std::format;
 
     #[test]
-    fn every_condition_has_a_bit_a_name_and_a_count_of_its_own() {
+    fn every_flag_has_its_own_bit_name_and_count() {
         let mut report = Report::NONE;
         for (place, condition) in Flags::all().enumerate() {
             assert_eq!(condition.bits(), 1 << place);

@@ -1,4 +1,4 @@
-//! Inputs in the order of their times, and the time between them.
+//! Outputs inputs in the order of their times, with the time between them.
 
 use crate::ahead::{Ahead, Held};
 use crate::queue::Queue;
@@ -7,7 +7,7 @@ use crate::timeline::Timeline;
 use crate::{Flags, Interval, PushError, Report, Settings, SettingsError, Stamp};
 use heapless::Vec;
 
-/// What the filter is to do next.
+/// The next action of the filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[must_use]
 pub enum Action<'q, C, E> {
@@ -15,37 +15,33 @@ pub enum Action<'q, C, E> {
     Predict {
         /// The control in force.
         control: C,
-        /// How long until the next input, or until the control is too old; above zero.
+        /// Time until the next input, or until the control is too old; above zero.
         dt: Interval,
     },
-    /// Time passes, and the control in force is older than [`gap_ns`](Settings::gap_ns): what moves the vehicle is not
-    /// known.
+    /// Time passes, and the control in force is older than [`gap_ns`](Settings::gap_ns): the motion of the vehicle is unknown.
     Gap {
-        /// The last control there was.
+        /// The last control.
         control: C,
-        /// How long until the next input; above zero.
+        /// Time until the next input; above zero.
         dt: Interval,
     },
-    /// An event takes place now.
+    /// An event occurs now.
     Event(&'q E),
 }
 
-/// Takes inputs in any order within a window, and hands them out in the order of their times.
+/// Accepts inputs in any order within a window, and outputs them in the order of their times.
 ///
-/// `C` is the control of the vehicle's motion, `E` whatever else happens: an enum of the user's own with a variant for
-/// each sensor and each fix. Up to `CONTROLS` controls and `EVENTS` events wait; the size of the type is all the memory
-/// there is.
+/// `C` is the control of the vehicle's motion, `E` the type of all other inputs: an enum of the user with a variant for each
+/// sensor and each fix. The capacity is `CONTROLS` controls and `EVENTS` events; all memory is in this type.
 ///
-/// An input is handed out as soon as the newest time is later than its own by more than the window: then nothing can
-/// come any more that is before it. The newest time is that of the newest stamp, or of the newest [`tick`](Self::tick).
-/// So neither the order of arrival nor how often anyone asks changes what comes out, as long as no input is later than
-/// the window.
+/// An input is output as soon as the newest time is later than its own by more than the window: no earlier input can then be
+/// accepted any more. The newest time is that of the newest time stamp, or of the newest [`tick`](Self::tick). The output
+/// therefore depends neither on the order of arrival nor on the times of the calls, as long as no input is later than the window.
 ///
-/// It belongs to the loop of the filter: interrupts hand inputs to that loop, through a queue such as heapless's
-/// `spsc`.
+/// It belongs to the loop of the filter: interrupts pass inputs to that loop through a queue, for example heapless's `spsc`.
 ///
-/// A control holds from its time on, until the next one or until it is [too old](Settings::gap_ns): steps end at every
-/// input. Odometry that tells of the time before, such as counted ticks, is stamped with the begin of that time.
+/// A control holds from its time until the next one, or until it is [too old](Settings::gap_ns); predictions end at every input.
+/// Odometry that refers to the time before, such as counted ticks, has the beginning of that time as time stamp.
 ///
 /// ```
 /// use scphd_sequencer::{Action, Sequencer, Settings, Stamp};
@@ -78,25 +74,24 @@ pub struct Sequencer<C, E, const CONTROLS: usize, const EVENTS: usize> {
     timeline: Timeline,
     controls: Queue<C, CONTROLS>,
     events: Queue<E, EVENTS>,
-    /// One from the start on. An `Option` of some types is not all zero where it is none; this is, so that a static
-    /// takes no flash.
+    /// One element after the start. Not an `Option`, which for some types is not all zero when empty: a static would need flash.
     held: Vec<Held<C>, 1>,
-    /// How far steps have come.
+    /// The time up to which predictions were output.
     time: u64,
-    /// The event that the last step has handed out.
+    /// The event of the last action.
     handed: Option<Key>,
     in_gap: bool,
     report: Report,
 }
 
-/// What is due.
+/// The next action, without a reference.
 enum Due<C> {
     Time { control: C, dt: Interval, known: bool },
     Event(Key),
 }
 
 impl<C: Copy, E, const CONTROLS: usize, const EVENTS: usize> Sequencer<C, E, CONTROLS, EVENTS> {
-    /// One that has not been started, for a `static`.
+    /// A sequencer before its start, for a `static`.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -112,11 +107,11 @@ impl<C: Copy, E, const CONTROLS: usize, const EVENTS: usize> Sequencer<C, E, CON
         }
     }
 
-    /// Starts, or starts again, with empty queues: at the time for which the filter was given its pose, under the
-    /// control that is in force then, such as standing still. Inputs from before it are late.
+    /// Starts or restarts with empty queues, at the time of the filter's initial pose, with the control in force at that time,
+    /// for example standing still. Earlier inputs are late.
     ///
     /// # Errors
-    /// The settings are out of range; nothing has changed.
+    /// The settings are out of range; the sequencer is unchanged.
     pub fn start(&mut self, settings: Settings, time_ns: u64, control: C) -> Result<(), SettingsError> {
         settings.check()?;
         self.settings = settings;
@@ -128,18 +123,18 @@ impl<C: Copy, E, const CONTROLS: usize, const EVENTS: usize> Sequencer<C, E, CON
         Ok(())
     }
 
-    /// Takes the control that is in force from this time on.
+    /// Adds a control that holds from this time on.
     ///
     /// # Errors
-    /// It came too late, twice or from beyond a jump of the clock, there is no room, or the sequencer has not been
-    /// started. It is counted, and the rest goes on without it.
+    /// It is too late, a duplicate or beyond a jump of the clock, the queue is full, or the sequencer was not started. It is
+    /// counted, and the sequencer continues without it.
     pub fn push_control(&mut self, stamp: Stamp, control: C) -> Result<(), PushError> {
         let key = self.key(stamp)?;
         let taken = self.controls.insert(key, control);
         self.accounted(taken, Flags::CONTROLS_FULL)
     }
 
-    /// Takes an event of this time: a scan, or a fix.
+    /// Adds an event with this time: a scan or a fix.
     ///
     /// # Errors
     /// As for [`push_control`](Self::push_control).
@@ -172,9 +167,8 @@ impl<C: Copy, E, const CONTROLS: usize, const EVENTS: usize> Sequencer<C, E, CON
         taken
     }
 
-    /// Tells what the clock shows, the one that stamps the inputs: what has waited for the window is handed out, though
-    /// nothing newer may come. Without it the stamps of the inputs drive the time alone. May be called as often as one
-    /// likes.
+    /// Sets the present time of the clock of the time stamps, so that queued inputs are output after the window even without
+    /// newer inputs. Without ticks the time advances with the time stamps of the inputs only. May be called at any rate.
     pub fn tick(&mut self, now_ns: u64) {
         if !self.held.is_empty() {
             self.timeline.tick(now_ns, &self.settings, &mut self.report);
@@ -182,9 +176,9 @@ impl<C: Copy, E, const CONTROLS: usize, const EVENTS: usize> Sequencer<C, E, CON
         }
     }
 
-    /// Tells that no input is to come any more that is earlier than this stamp: what is not later is handed out before its window ends, as
-    /// where the newest odometry shows that all before has come. Inputs of just this time may still come, and follow in the order of
-    /// their arrival; earlier ones are late.
+    /// Declares that no input before this time stamp will be added: inputs up to it are output before the end of their window,
+    /// for example because the newest odometry shows that all earlier data has arrived. Further inputs with exactly this time are
+    /// accepted, and follow in the order of their arrival; earlier ones are late.
     pub fn complete_until(&mut self, stamp_ns: u64) {
         if !self.held.is_empty() {
             self.timeline.complete_until(stamp_ns);
@@ -192,15 +186,14 @@ impl<C: Copy, E, const CONTROLS: usize, const EVENTS: usize> Sequencer<C, E, CON
         }
     }
 
-    /// Has everything handed out that waits, as at the end of a log. What is not newer than it comes too late from then
-    /// on.
+    /// Makes all queued inputs due, as at the end of a log. Inputs that are not newer are late from then on.
     pub fn flush(&mut self) {
         self.timeline.close();
     }
 
-    /// What the filter is to do next; `None` where it must wait for inputs, or for their window to end.
+    /// The next action of the filter; `None` if it must wait for inputs, or for the end of their window.
     ///
-    /// Looks at all that waits once, and once more for every control that changes nothing because no time passes.
+    /// Visits all queued inputs once, and again for every control at the same time as the previous one.
     pub fn next_action(&mut self) -> Option<Action<'_, C, E>> {
         self.forget_handed();
         match self.due()? {
@@ -234,7 +227,7 @@ impl<C: Copy, E, const CONTROLS: usize, const EVENTS: usize> Sequencer<C, E, CON
         None
     }
 
-    /// Time passes until then, or until the control is too old.
+    /// A prediction until this time, or until the control is too old.
     fn pass(&mut self, until: u64) -> Option<Due<C>> {
         let Held { control, since } = *self.held.first()?;
         let known_until = since.saturating_add(self.settings.gap_ns);
@@ -245,15 +238,15 @@ impl<C: Copy, E, const CONTROLS: usize, const EVENTS: usize> Sequencer<C, E, CON
         Some(Due::Time { control, dt, known })
     }
 
-    /// This control is in force from now on.
+    /// Sets the control in force.
     fn hold(&mut self, control: C, since: u64) {
         self.held.clear();
-        // There is room for one.
+        // The capacity is one.
         let _always = self.held.push(Held { control, since });
         self.in_gap = false;
     }
 
-    /// Whether the control in force is known to be the only one for too long.
+    /// Raises [`Flags::GAP`] if there was certainly no newer control for too long.
     fn watch_for_gap(&mut self) {
         let Some(&Held { since, .. }) = self.held.first() else { return };
         let closed = self.timeline.closed();
@@ -264,43 +257,42 @@ impl<C: Copy, E, const CONTROLS: usize, const EVENTS: usize> Sequencer<C, E, CON
         }
     }
 
-    /// An event stays in its place until the next call: so it is never copied.
+    /// Removes the event of the last action. Events stay in the queue until the next call, so that they are never copied.
     fn forget_handed(&mut self) {
         if let Some(key) = self.handed.take() {
             self.events.remove(key);
         }
     }
 
-    /// How the vehicle moves from where the steps have come on, until `now_ns`, as far as controls that wait already
-    /// tell: to know at once where the vehicle is, while the filter waits for the window. It is what is known; a
-    /// control that comes late may change it.
+    /// The motion of the vehicle from the time of the last output until `now_ns`, by the queued controls: gives the current pose
+    /// while the filter waits for the window. A control that arrives later may change it.
     ///
-    /// Ends where a control is [too old](Settings::gap_ns), and goes on with the next.
+    /// Leaves out the time in which a control is [too old](Settings::gap_ns).
     #[must_use]
     pub fn ahead(&self, now_ns: u64) -> Ahead<'_, C, CONTROLS> {
         let until = self.timeline.time_of(now_ns).unwrap_or(0);
         Ahead::new(&self.controls, self.held.first().copied(), self.time, until, self.settings.gap_ns)
     }
 
-    /// The time that the steps have come to, by the clock as it is now, ns: that of the filter's estimate.
+    /// The time up to which predictions were output, by the present clock, ns: that of the filter's estimate.
     #[must_use]
     pub fn time_ns(&self) -> u64 {
         self.timeline.stamp_of(self.time)
     }
 
-    /// How many controls and events wait.
+    /// Numbers of queued controls and events.
     #[must_use]
     pub fn waiting(&self) -> (usize, usize) {
         (self.controls.len(), self.events.len().saturating_sub(usize::from(self.handed.is_some())))
     }
 
-    /// What has happened.
+    /// The warnings and counts.
     #[must_use]
     pub fn report(&self) -> Report {
         self.report
     }
 
-    /// What has happened; the next report has the conditions from here on.
+    /// The warnings and counts; resets the warnings.
     pub fn take_report(&mut self) -> Report {
         let report = self.report;
         self.report.flags = Flags::NONE;

@@ -1,8 +1,8 @@
-//! How long to wait, and what is taken for a fault.
+//! Settings of the sequencer.
 
 use core::fmt;
 
-/// How long to wait for inputs that are late, and from when on silence and stamps are taken for a fault.
+/// Reordering window, and limits beyond which missing inputs and time stamps are faults.
 ///
 /// ```
 /// use scphd_sequencer::Settings;
@@ -14,25 +14,25 @@ use core::fmt;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Settings {
-    /// How much later than newer inputs an input may come, ns. The estimate is so much behind. Up to 2⁶² ns; 200 ms by
-    /// default.
+    /// Reordering window: greatest delay of an input relative to newer ones, ns. It is also the delay of the estimate. Up to 2⁶²
+    /// ns; 200 ms by default.
     pub window_ns: u64,
-    /// How long a control is held without another, ns: above 0. 500 ms by default.
+    /// Time for which a control holds without a newer one, ns: above 0. 500 ms by default.
     pub gap_ns: u64,
-    /// A stamp that differs from the newest time by more than this, ns, is taken for a jump of the clock. Above
-    /// `window_ns`, up to 2⁶² ns; 10 s by default. A silence as long, in which nobody calls
-    /// [`tick`](crate::Sequencer::tick), cannot be told from a jump.
+    /// A time stamp that differs from the newest time by more than this, ns, counts as a jump of the clock. Above `window_ns`, up
+    /// to 2⁶² ns; 10 s by default. A silence of this length without calls of [`tick`](crate::Sequencer::tick) cannot be
+    /// distinguished from a jump.
     pub jump_ns: u64,
-    /// So many inputs in a row from beyond a jump, none farther from the one before than `jump_ns`, and the clock is
-    /// believed to have been set: at least 1. More than one instrument sends while all others are silent, or one with a
-    /// clock of its own is believed; 20 by default.
+    /// Number of inputs in a row from beyond a jump, each within `jump_ns` of the previous one, after which the clock counts as
+    /// set: at least 1. It must be above the number of inputs that one instrument sends while all others are silent, otherwise an
+    /// instrument with a wrong clock sets the time; 20 by default.
     pub jumps_believed: u32,
-    /// So many inputs in a row without one that is newer than all before, and the clock of the stamps stands still: at
-    /// least 1. More than arrive within the window; 200 by default.
+    /// Number of inputs in a row that are not newer than all before, after which the clock of the time stamps counts as frozen:
+    /// at least 1. It must be above the number of inputs within the window; 200 by default.
     pub frozen_inputs: u32,
 }
 
-/// Beyond this a difference of two times would no longer have a sign that can be trusted.
+/// Limit within which the sign of a difference of two times is unambiguous.
 const GREATEST_NS: u64 = 1 << 62;
 
 impl Settings {
@@ -45,10 +45,10 @@ impl Settings {
         frozen_inputs: 200,
     };
 
-    /// Before the start: all zero, so that a static lies in `.bss`.
+    /// The placeholder before the start, all zero, so that a static is in `.bss`.
     pub(crate) const UNSET: Self = Self { window_ns: 0, gap_ns: 0, jump_ns: 0, jumps_believed: 0, frozen_inputs: 0 };
 
-    /// Whether the sequencer can work with it.
+    /// Checks all fields.
     ///
     /// # Errors
     /// Names the field that is out of range.
@@ -77,9 +77,9 @@ impl Default for Settings {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct SettingsError {
-    /// The field, by its name.
+    /// Name of the field.
     pub field: &'static str,
-    /// What it must be.
+    /// Its valid range.
     pub range: &'static str,
 }
 

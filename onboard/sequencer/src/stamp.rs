@@ -1,12 +1,11 @@
-//! Points in time and the time between them, in whole nanoseconds.
+//! Times and intervals, in integer nanoseconds.
 
 use scphd::Real;
 
-/// When an input was measured, by which of the vehicle's instruments, and its number among the inputs of that one.
+/// Time of measurement of an input, its source, and its number among the inputs of that source.
 ///
-/// Inputs are taken in the order of their times. Where times are equal a control comes before all events, events come
-/// in the order of `source`, and inputs of one source in the order of `number`: so the order of arrival decides
-/// nothing. Two inputs that agree in all three are taken for one that was sent twice.
+/// Inputs are ordered by time. At equal times a control precedes all events, events are ordered by `source`, and inputs of one
+/// source by `number`: the order of arrival has no effect. Two inputs that agree in all three count as duplicates.
 ///
 /// ```
 /// use scphd_sequencer::Stamp;
@@ -18,12 +17,12 @@ use scphd::Real;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Stamp {
-    /// ns, of a clock that all instruments share. Only differences count, so that the clock may begin anywhere and may
-    /// pass from `u64::MAX` on to 0.
+    /// Time, ns, of a clock that all instruments share. Only differences count: the clock may start anywhere, and may wrap from
+    /// `u64::MAX` to 0.
     pub time_ns: u64,
-    /// Which instrument, as the vehicle numbers them.
+    /// Number of the instrument, chosen by the user.
     pub source: u8,
-    /// Sequence number of the source, where it has one; it matters only among inputs of one source with one time.
+    /// Sequence number of the source, if it has one; used only for inputs of one source with the same time.
     pub number: u32,
 }
 
@@ -34,14 +33,14 @@ impl Stamp {
         Self { time_ns, source, number: 0 }
     }
 
-    /// The same with a sequence number.
+    /// This time stamp with a sequence number.
     #[must_use]
     pub const fn numbered(self, number: u32) -> Self {
         Self { number, ..self }
     }
 }
 
-/// A time that passes.
+/// A time interval.
 ///
 /// ```
 /// use scphd_sequencer::Interval;
@@ -53,19 +52,19 @@ impl Stamp {
 pub struct Interval(u64);
 
 impl Interval {
-    /// So many nanoseconds.
+    /// An interval in nanoseconds.
     #[must_use]
     pub const fn of_ns(ns: u64) -> Self {
         Self(ns)
     }
 
-    /// In nanoseconds.
+    /// The interval in nanoseconds.
     #[must_use]
     pub const fn ns(self) -> u64 {
         self.0
     }
 
-    /// In seconds: the one place where a time becomes a floating-point number. Exact up to the rounding of one
+    /// The interval in seconds: the only conversion of a time to a floating-point number, exact except for the rounding of one
     /// division.
     #[must_use]
     pub fn seconds<T: Real>(self) -> T {
@@ -73,7 +72,7 @@ impl Interval {
     }
 }
 
-/// Where an input stands among the others.
+/// The position of an input in the order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Key {
     /// ns since the start.

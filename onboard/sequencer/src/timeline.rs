@@ -1,34 +1,35 @@
-//! The time of the vehicle, made of the stamps of a clock that may be set, stand still, or begin anywhere.
+//! The time of the vehicle, from the time stamps of a clock that may be set, stand still, or start anywhere.
 
 use crate::{Flags, PushError, Report, Settings};
 
-/// Time as the sequencer counts it, ns since its start: it never goes back, whatever the clock does.
+/// The time of the sequencer, ns since its start, which never goes back.
 #[derive(Debug)]
 pub(crate) struct Timeline {
-    /// The newest time that a stamp or a tick has told of.
+    /// The newest time of a time stamp or a tick.
     newest: u64,
-    /// What the clock showed then.
+    /// Its time stamp.
     newest_stamp: u64,
     /// The time of the newest input.
     newest_input: u64,
-    /// How long after the one before that came.
+    /// The time between the newest input and the one before it.
     spacing: u64,
-    /// Whatever is before this time has come, or comes too late.
+    /// Inputs before this time are late.
     closed: u64,
-    /// Inputs up to this time, it included, are due before their window ends; more of just this time may come.
+    /// Inputs up to and including this time are due before the end of their window; further inputs with exactly this time are
+    /// accepted.
     due: Option<u64>,
-    /// Inputs since the newest, none of them newer.
+    /// Number of inputs since the newest one.
     unmoved: u32,
     jumped: Jumped,
-    /// The latest time of inputs that are ahead of the newest time by more than is [believed](Self::believed). They move the time on once a second input or
-    /// a tick agrees; where an input contradicts them, their stamps were wrong.
+    /// The latest time of inputs that are ahead of the newest time by more than a [plausible step](Self::believed). It becomes
+    /// the newest time when a second input or a tick confirms it; if an input contradicts it, its time stamp was wrong.
     lead: Option<Lead>,
-    /// Inputs after this time were contradicted, and must not be handed out.
+    /// Inputs after this time were contradicted, and must not be output.
     contradicted: Option<u64>,
     tick_behind: bool,
 }
 
-/// A time that is ahead of the newest by more than is believed of one input, and its stamp.
+/// A time that is ahead of the newest by more than a plausible step, and its time stamp.
 #[derive(Debug, Clone, Copy)]
 struct Lead {
     time: u64,
@@ -47,7 +48,7 @@ impl Jumped {
     const NONE: Self = Self { inputs: 0, first_stamp: 0, last_stamp: 0 };
 }
 
-/// By how much a stamp is ahead of another. A clock that passes from its greatest number on to 0 goes on.
+/// Difference of two time stamps, positive if the first is later. The clock may wrap around.
 fn ahead(stamp: u64, of: u64) -> i64 {
     stamp.wrapping_sub(of).cast_signed()
 }
@@ -69,7 +70,7 @@ impl Timeline {
         }
     }
 
-    /// The time of an input with this stamp, which is the newest now if no other is newer.
+    /// The time of an input with this time stamp, which becomes the newest time if it is newer.
     pub(crate) fn input(&mut self, stamp: u64, settings: &Settings, report: &mut Report) -> Result<u64, PushError> {
         let by = ahead(stamp, self.newest_stamp);
         if by.unsigned_abs() > settings.jump_ns {
@@ -77,7 +78,7 @@ impl Timeline {
             if !self.believes(stamp, settings) {
                 return Err(PushError::Jump);
             }
-            // The first input from beyond the jump came when the newest time had just been.
+            // The first input from beyond the jump is assumed to be at the newest time before it.
             self.newest_stamp = self.jumped.first_stamp;
             report.raise(Flags::CLOCK_SET);
         }
@@ -106,12 +107,12 @@ impl Timeline {
         Ok(time)
     }
 
-    /// Whether this time moves the newest time on: not the first that is ahead of it by more than is believed of one, which would make all
-    /// others late if its stamp is wrong.
+    /// Whether the newest time may advance to this time. It may not if this is the first input that is ahead by more than a
+    /// plausible step: if its time stamp was wrong, all other inputs would be late.
     fn is_agreed(&mut self, time: u64, stamp: u64, settings: &Settings) -> bool {
         let reach = self.believed(settings);
         match self.lead.take() {
-            // Later than the window behind the one ahead: either is wrong, and this one is where all others were.
+            // More than the window earlier than the input ahead: one of them is wrong, and this one agrees with all others.
             Some(lead) if time.saturating_add(settings.window_ns) < lead.time => {
                 self.contradicted = Some(reach.max(time));
             }
@@ -128,7 +129,7 @@ impl Timeline {
         time <= reach
     }
 
-    /// An input of this time has come.
+    /// Updates the newest input and the spacing.
     fn came(&mut self, time: u64) {
         if time > self.newest_input {
             self.spacing = time - self.newest_input;
@@ -136,18 +137,19 @@ impl Timeline {
         }
     }
 
-    /// Up to which time a single input moves the newest time on: one may come as late as the window, and another one be missing in between.
+    /// The time up to which a single input advances the newest time: it may be as late as the window, and another one may be
+    /// missing before it.
     fn believed(&self, settings: &Settings) -> u64 {
         let spacing = self.spacing.min(settings.gap_ns);
         self.newest.saturating_add(settings.window_ns).saturating_add(spacing.saturating_mul(2))
     }
 
-    /// After which time inputs that wait were contradicted, once.
+    /// Returns and clears the time after which queued inputs were contradicted.
     pub(crate) fn take_contradicted(&mut self) -> Option<u64> {
         self.contradicted.take()
     }
 
-    /// Counts an input from beyond a jump. Whether there are enough to believe in the clock.
+    /// Counts an input from beyond a jump. Returns whether there are enough to set the clock.
     fn believes(&mut self, stamp: u64, settings: &Settings) -> bool {
         let Jumped { inputs, first_stamp, last_stamp } = self.jumped;
         let goes_on = inputs > 0 && ahead(stamp, last_stamp).unsigned_abs() <= settings.jump_ns;
@@ -159,7 +161,7 @@ impl Timeline {
         self.jumped.inputs >= settings.jumps_believed
     }
 
-    /// The clock shows this.
+    /// Sets the present time of the clock.
     pub(crate) fn tick(&mut self, stamp: u64, settings: &Settings, report: &mut Report) {
         let by = ahead(stamp, self.newest_stamp);
         let is_behind = by < 0 && by.unsigned_abs() > settings.window_ns;
@@ -179,7 +181,7 @@ impl Timeline {
             (self.newest, self.newest_stamp) = (time, stamp);
             self.closed = self.closed.max(time.saturating_sub(settings.window_ns));
         }
-        // The clock is there, or nearly.
+        // The clock has nearly reached the time of the input ahead.
         let reach = self.believed(settings);
         if let Some(lead) = self.lead.filter(|lead| lead.time <= reach) {
             self.lead = None;
@@ -188,7 +190,7 @@ impl Timeline {
         }
     }
 
-    /// Nothing up to this stamp needs to wait any longer, and nothing before it is to come any more.
+    /// Inputs up to this time stamp need not wait any longer; no earlier ones will be added.
     pub(crate) fn complete_until(&mut self, stamp: u64) {
         let time = self.time_of(stamp).map(|time| time.min(self.newest));
         self.due = self.due.max(time);
@@ -199,7 +201,7 @@ impl Timeline {
         time < self.closed || self.due.is_some_and(|due| time <= due)
     }
 
-    /// Nothing that has come needs to wait any longer.
+    /// Makes all queued inputs due.
     pub(crate) fn close(&mut self) {
         if let Some(Lead { time, stamp }) = self.lead.take() {
             (self.newest, self.newest_stamp) = (time, stamp);
@@ -211,12 +213,12 @@ impl Timeline {
         self.closed
     }
 
-    /// The time of a stamp; `None` before the start.
+    /// The time of a time stamp; `None` before the start.
     pub(crate) fn time_of(&self, stamp: u64) -> Option<u64> {
         self.newest.checked_add_signed(ahead(stamp, self.newest_stamp))
     }
 
-    /// The stamp of a time, by the clock as it is now.
+    /// The time stamp of a time, by the present clock.
     pub(crate) fn stamp_of(&self, time: u64) -> u64 {
         self.newest_stamp.wrapping_sub(self.newest.wrapping_sub(time))
     }

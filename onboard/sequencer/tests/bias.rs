@@ -1,4 +1,4 @@
-//! Odometry that is wrong in one direction is told, and odometry that is not is left alone.
+//! An odometry bias is detected, and there are few false alarms without one.
 
 use scphd::models::{AuvPose, PlanarPose, Pose};
 use scphd::numerics::nalgebra::Vector3;
@@ -7,7 +7,7 @@ use scphd_sequencer::OdometryWatch;
 
 const SIGMAS: Vector3<f64> = Vector3::new(0.07, 0.0, 0.02);
 
-/// Watches corrections forward and of the heading, in standard deviations of odometry; whether there is a bias, after each of them.
+/// Adds forward and heading corrections, in standard deviations of the odometry. Returns after each whether a bias is suspected.
 fn watched(corrections: impl Iterator<Item = [f64; 2]>) -> impl Iterator<Item = bool> {
     let mut watch = OdometryWatch::new();
     let predicted = PlanarPose::new(3.0, -2.0, 0.8);
@@ -22,7 +22,7 @@ fn watched(corrections: impl Iterator<Item = [f64; 2]>) -> impl Iterator<Item = 
 fn means_and_sums_are_along_the_axes_of_the_vehicle() {
     let mut watch = OdometryWatch::new();
     let predicted = PlanarPose::new(0.0, 0.0, core::f64::consts::FRAC_PI_2);
-    // North is forward, and west is left: by two standard deviations, and by three quarters of one.
+    // Forward is north and left is west: corrections of two standard deviations and of three quarters of one.
     let corrected = PlanarPose::new(-0.03, 0.1, predicted.heading_rad);
     let bias = watch.scan(&predicted, &corrected, &Vector3::new(0.05, 0.04, 0.0));
     assert!((bias.each_scan - Vector3::new(0.02, 0.006, 0.0)).norm() < 1e-12, "{bias:?}");
@@ -31,7 +31,7 @@ fn means_and_sums_are_along_the_axes_of_the_vehicle() {
 
 #[test]
 fn of_a_hundred_thousand_scans_with_noise_alone_hardly_one_is_suspected() {
-    // Noise as stated, half and twice of it.
+    // Noise with the assumed standard deviation, half of it and twice that.
     for scale in [1.0, 0.5, 2.0] {
         let mut draws = Noise::seeded(31);
         let noise = (0..100_000).map(|_| [scale * draws.normal::<f64>(), scale * draws.normal::<f64>()]);
@@ -62,13 +62,13 @@ fn it_is_as_small_as_the_documentation_says() {
 }
 
 #[test]
-fn one_jump_is_no_bias() {
+fn a_single_jump_is_no_bias() {
     let corrections = (0..100).map(|scan| [if scan == 50 { 1e6 } else { 0.0 }, 0.0]);
     assert!(watched(corrections).all(|suspected| !suspected));
 }
 
 #[test]
-fn what_is_not_a_number_changes_nothing() {
+fn non_finite_corrections_change_nothing() {
     let mut watch = OdometryWatch::new();
     let pose = PlanarPose::new(0.0, 0.0, 0.0);
     let before = watch.scan(&pose, &PlanarPose::new(0.1, 0.0, 0.01), &SIGMAS);
@@ -79,7 +79,7 @@ fn what_is_not_a_number_changes_nothing() {
 }
 
 #[test]
-fn under_water_the_depth_is_watched_too() {
+fn under_water_the_depth_is_monitored_too() {
     let mut watch = OdometryWatch::<AuvPose<f64>>::new();
     let predicted = AuvPose::ZERO;
     let mut moved = predicted.coordinates() - predicted.coordinates();

@@ -1,4 +1,4 @@
-//! Whatever the stamps are, nothing panics, and what comes out is in order.
+//! For any time stamps nothing panics, and the output is in order.
 
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -15,7 +15,7 @@ enum Call {
     Start(Settings, u64),
 }
 
-/// Times around a few corners of the clock, and any.
+/// Times near critical values of the clock, and arbitrary ones.
 fn time() -> impl Strategy<Value = u64> {
     let corner = prop_oneof![Just(0), Just(u64::MAX), Just(1 << 62), Just(1 << 63), Just(u64::MAX / 3)];
     let near = (corner, -2_000_i64..2_000).prop_map(|(corner, by): (u64, i64)| corner.wrapping_add_signed(by));
@@ -50,7 +50,7 @@ fn call() -> impl Strategy<Value = Call> {
     ]
 }
 
-/// A vehicle's memory of what it has pushed and what has come out since the start.
+/// Counts of added and output events, and the output time, since the start.
 #[derive(Default)]
 struct Account {
     events: [u32; 2],
@@ -73,7 +73,7 @@ fn drain(inputs: &mut Sequencer<u8, u32, 3, 2>, account: &mut Account) {
 }
 
 #[test]
-fn nothing_panics_gets_lost_or_goes_back() {
+fn no_panic_no_lost_input_and_no_step_back_in_time() {
     let config = ProptestConfig {
         cases: 10_000,
         failure_persistence: None,
@@ -104,13 +104,13 @@ fn nothing_panics_gets_lost_or_goes_back() {
                     }
                 }
             }
-            // What waited is only ever dropped by an input that contradicts it, and is counted then.
+            // Queued inputs are removed only by an input that contradicts them, and are counted then.
             if pushes {
                 let dropped = waited as u32 + account.events[0] - before - inputs.waiting().1 as u32;
                 prop_assert!(dropped <= inputs.report().count(Flags::JUMP_FORWARD));
                 account.events[1] += dropped;
             }
-            // As many controls as wait, and the one in force.
+            // At most the queued controls and the one in force.
             prop_assert!(inputs.ahead(start).count() <= 4);
         }
     });

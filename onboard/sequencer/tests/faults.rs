@@ -1,4 +1,4 @@
-//! What goes wrong with times raises its flag, is counted, and the rest goes on.
+//! Every fault of the times raises its flag and is counted, and the sequencer continues.
 
 use scphd_sequencer::{Action, Flags, Interval, PushError, Sequencer, Settings, Stamp};
 
@@ -19,7 +19,7 @@ fn at(source: u8, ms: u64) -> Stamp {
     Stamp::new(source, START + ms * MS)
 }
 
-/// What comes out, as a text: control and ms of a prediction, `?` before a gap, events by name.
+/// The output as text: control and ms of a prediction, with `?` for a gap, and events by name.
 fn drained(inputs: &mut Inputs) -> String {
     let mut out = Vec::new();
     while let Some(action) = inputs.next_action() {
@@ -41,7 +41,7 @@ fn only(inputs: &Inputs, expected: &[(Flags, u32)]) {
 }
 
 #[test]
-fn nothing_is_taken_before_the_start_or_from_before_it() {
+fn inputs_before_the_start_are_refused() {
     let mut inputs = Inputs::new();
     assert_eq!(inputs.push_control(at(0, 0), 'a'), Err(PushError::NotStarted));
     inputs.tick(5);
@@ -58,12 +58,12 @@ fn nothing_is_taken_before_the_start_or_from_before_it() {
 }
 
 #[test]
-fn inputs_wait_for_the_window_by_stamps_or_by_the_clock() {
+fn inputs_wait_for_the_window_by_time_stamps_or_ticks() {
     let mut inputs = started();
     inputs.push_event(at(1, 30), "scan").unwrap();
     inputs.push_control(at(0, 20), 'a').unwrap();
     assert_eq!(drained(&mut inputs), "");
-    // 20 ms have been closed when the newest time is later than 70 ms.
+    // The first 20 ms are closed when the newest time is above 70 ms.
     inputs.push_control(at(0, 70), 'b').unwrap();
     assert_eq!(drained(&mut inputs), "");
     inputs.tick(START + 75 * MS);
@@ -78,7 +78,7 @@ fn inputs_wait_for_the_window_by_stamps_or_by_the_clock() {
 }
 
 #[test]
-fn at_one_time_controls_come_first_then_sources_then_numbers() {
+fn at_equal_times_controls_precede_sources_and_numbers() {
     let mut inputs = started();
     inputs.push_event(at(9, 20).numbered(4), "c").unwrap();
     inputs.push_event(at(9, 20).numbered(3), "b").unwrap();
@@ -93,7 +93,7 @@ fn at_one_time_controls_come_first_then_sources_then_numbers() {
 }
 
 #[test]
-fn full_queues_refuse_and_go_on() {
+fn full_queues_refuse_inputs_and_continue() {
     let mut inputs = started();
     for (ms, expected) in [(10, Ok(())), (11, Ok(())), (12, Ok(())), (13, Err(PushError::Full))] {
         assert_eq!(inputs.push_event(at(1, ms), "event"), expected);
@@ -101,7 +101,7 @@ fn full_queues_refuse_and_go_on() {
     for (ms, expected) in [(10, Ok(())), (11, Ok(())), (12, Ok(())), (13, Ok(())), (14, Err(PushError::Full))] {
         assert_eq!(inputs.push_control(at(0, ms), 'a'), expected);
     }
-    // What finds no room has moved the time on all the same.
+    // An input without room has still advanced the time.
     assert_eq!(inputs.push_event(at(1, 64), "refused"), Err(PushError::Full));
     assert_eq!(drained(&mut inputs), "010 event a1 event a1 event a1");
     assert_eq!(inputs.push_event(at(1, 65), "again"), Ok(()));
@@ -109,14 +109,14 @@ fn full_queues_refuse_and_go_on() {
 }
 
 #[test]
-fn a_gap_in_the_controls_is_told_once_and_handed_out_as_such() {
+fn a_gap_in_the_controls_is_reported_once_and_output() {
     let mut inputs = started();
     inputs.push_control(at(0, 10), 'a').unwrap();
     for ms in [100, 200, 310, 350] {
         inputs.tick(START + ms * MS);
     }
     assert_eq!(drained(&mut inputs), "010");
-    // What is before 310 ms has come: the control has been alone for no longer than it may.
+    // The time before 310 ms is closed: the control was not alone for too long.
     inputs.tick(START + 360 * MS);
     only(&inputs, &[]);
     inputs.tick(START + 361 * MS);
@@ -127,7 +127,7 @@ fn a_gap_in_the_controls_is_told_once_and_handed_out_as_such() {
     inputs.flush();
     assert_eq!(drained(&mut inputs), "a300 ?a80 scan ?a10 b10 scan");
     only(&inputs, &[(Flags::GAP, 1)]);
-    // Found from the stamps alone.
+    // Detected from the time stamps only.
     inputs.push_control(at(0, 1000), 'c').unwrap();
     inputs.flush();
     assert_eq!(drained(&mut inputs), "b290 ?b300");
@@ -135,7 +135,7 @@ fn a_gap_in_the_controls_is_told_once_and_handed_out_as_such() {
 }
 
 #[test]
-fn one_wild_stamp_is_refused() {
+fn one_wrong_time_stamp_is_refused() {
     let mut inputs = started();
     for (ms, wild) in [(10, u64::MAX / 2), (30, 0), (50, START + 2_000 * MS), (70, START - 2_000 * MS)] {
         inputs.push_control(at(0, ms), 'a').unwrap();
@@ -147,7 +147,7 @@ fn one_wild_stamp_is_refused() {
 }
 
 #[test]
-fn wild_stamps_that_do_not_agree_are_never_believed() {
+fn wrong_time_stamps_that_disagree_never_set_the_clock() {
     let mut inputs = started();
     for k in 1..40 {
         assert_eq!(inputs.push_control(Stamp::new(0, START + k * 5_000 * MS), 'x'), Err(PushError::Jump));
@@ -156,7 +156,7 @@ fn wild_stamps_that_do_not_agree_are_never_believed() {
     only(&inputs, &[(Flags::JUMP_FORWARD, 39)]);
 }
 
-/// The clock is set by so much while inputs wait: two inputs are lost, and the time that they took is not.
+/// Sets the clock while inputs are queued: two inputs are lost, but the time between them is not.
 fn set_by(shift_ms: i64) -> Inputs {
     let mut inputs = started();
     let after = |ms: u64| Stamp::new(0, (START + ms * MS).wrapping_add_signed(shift_ms * 1_000_000));
@@ -167,7 +167,7 @@ fn set_by(shift_ms: i64) -> Inputs {
     assert_eq!(inputs.push_control(after(80), 'd'), Ok(()));
     assert_eq!(inputs.push_control(after(100), 'e'), Ok(()));
     inputs.flush();
-    // The first after the jump is taken to be of the newest time before it.
+    // The first input after the jump is assumed to be at the newest time before it.
     assert_eq!(drained(&mut inputs), "020 scan a40 d20");
     assert_eq!(inputs.time_ns(), after(100).time_ns);
     assert_eq!(inputs.push_control(at(0, 140), 'f'), Err(PushError::Jump));
@@ -178,12 +178,12 @@ fn set_by(shift_ms: i64) -> Inputs {
 fn a_clock_that_is_set_is_believed_at_last() {
     only(&set_by(90_000_000), &[(Flags::JUMP_FORWARD, 3), (Flags::CLOCK_SET, 1), (Flags::JUMP_BACK, 1)]);
     only(&set_by(-6_000_000), &[(Flags::JUMP_BACK, 3), (Flags::CLOCK_SET, 1), (Flags::JUMP_FORWARD, 1)]);
-    // A counter of microseconds of 32 bits that has passed its end.
+    // A counter of microseconds with 32 bits that has wrapped.
     only(&set_by(-4_294_967), &[(Flags::JUMP_BACK, 3), (Flags::CLOCK_SET, 1), (Flags::JUMP_FORWARD, 1)]);
 }
 
 #[test]
-fn a_silence_with_a_clock_is_no_jump() {
+fn a_silence_with_ticks_is_no_jump() {
     let mut inputs = started();
     (1..=100).for_each(|step| inputs.tick(START + step * 100 * MS));
     inputs.push_control(at(0, 10_010), 'a').unwrap();
@@ -202,18 +202,18 @@ fn frozen_stamps_are_told() {
     assert!(!inputs.report().flags.contains(Flags::FROZEN));
     assert_eq!(inputs.push_control(at(0, 10), 'a'), Err(PushError::Duplicate));
     only(&inputs, &[(Flags::FROZEN, 1), (Flags::EVENTS_FULL, 8), (Flags::DUPLICATE, 1)]);
-    // A clock that goes on is no reason to believe stamps that do not; they are late then.
+    // A clock that advances does not make frozen time stamps valid; they are late then.
     inputs.tick(START + 100 * MS);
     assert_eq!(drained(&mut inputs), "010 scan scan scan");
     assert_eq!(inputs.push_control(at(0, 10), 'a'), Err(PushError::Late));
-    // It goes on, stands again, and is told of again.
+    // It advances, freezes again, and is reported again.
     inputs.push_control(at(0, 120), 'b').unwrap();
     (1..=12).for_each(|number| _ = inputs.push_control(at(0, 120).numbered(number), 'b'));
     assert_eq!(inputs.report().count(Flags::FROZEN), 2);
 }
 
 #[test]
-fn a_clock_that_stays_behind_does_nothing_and_is_told() {
+fn a_tick_that_stays_behind_has_no_effect_and_is_reported() {
     let mut inputs = started();
     for step in 1..=10 {
         inputs.push_control(at(0, step * 20), 'a').unwrap();
@@ -241,7 +241,7 @@ fn a_taken_report_keeps_the_counts() {
 }
 
 #[test]
-fn what_waits_tells_where_the_vehicle_is_now() {
+fn queued_controls_give_the_current_pose() {
     let mut inputs = started();
     inputs.push_control(at(0, 40), 'b').unwrap();
     inputs.push_control(at(0, 20), 'a').unwrap();
@@ -254,16 +254,16 @@ fn what_waits_tells_where_the_vehicle_is_now() {
     inputs.push_event(at(1, 75), "scan").unwrap();
     assert_eq!(drained(&mut inputs), "020");
     assert_eq!(ahead(&inputs, 50), [('a', 20), ('b', 10)]);
-    // The controls are too old at 340 ms.
+    // The control is too old at 340 ms.
     assert_eq!(ahead(&inputs, 900), [('a', 20), ('b', 300)]);
     assert!(Inputs::new().ahead(5).next().is_none());
-    // One nanosecond is a time like any other.
+    // An interval of one nanosecond is valid.
     assert_eq!(inputs.ahead(START + 20 * MS + 1).next(), Some(('a', Interval::of_ns(1))));
 }
 
-/// One stamp far ahead costs its own input, not all others until the time has come there.
+/// A single time stamp far ahead affects only its own input, not all others until that time.
 #[test]
-fn a_stamp_of_the_future_silences_nobody() {
+fn a_time_stamp_in_the_future_does_not_block_others() {
     for ticks in [false, true] {
         for ahead_ms in [150, 500, 900] {
             let mut inputs = started();
@@ -296,7 +296,7 @@ fn a_stamp_of_the_future_silences_nobody() {
     }
 }
 
-/// After a silence the first input is ahead by more than the window, and right.
+/// After a silence the first input is ahead by more than the window, and valid.
 #[test]
 fn after_a_silence_nothing_is_lost() {
     let mut inputs = started();

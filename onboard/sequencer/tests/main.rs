@@ -1,4 +1,4 @@
-//! The sequencer and what comes with it, by what a vehicle sees of them.
+//! Tests of the public interface of the sequencer.
 
 mod bias;
 mod extremes;

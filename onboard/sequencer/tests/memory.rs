@@ -1,4 +1,4 @@
-//! What the queues take: the figures of `docs/time.md`, on a desk.
+//! Memory of the queues: the figures of `docs/time.md`, on a host.
 
 use heapless::Vec;
 use scphd::models::{AuvPose, PlanarPose, UnicycleControl};
@@ -14,9 +14,9 @@ enum Event {
 type Inputs<const CONTROLS: usize, const EVENTS: usize> = Sequencer<UnicycleControl<f32>, Event, CONTROLS, EVENTS>;
 
 #[test]
-fn every_place_in_a_queue_has_its_price() {
+fn every_element_of_a_queue_has_its_size() {
     let size = size_of::<Inputs<16, 8>>();
-    // 16 bytes of time, source and number beside what waits.
+    // 16 bytes for time, source and number, in addition to the input.
     let [control, event] = [size_of::<Inputs<17, 8>>() - size, size_of::<Inputs<16, 9>>() - size];
     assert_eq!((control, event), (16 + size_of::<UnicycleControl<f32>>(), 16 + size_of::<Event>()));
     assert_eq!((size, control, event, size - 16 * control - 8 * event), (2968, 24, 288, 280));

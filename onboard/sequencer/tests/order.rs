@@ -1,4 +1,4 @@
-//! The order of arrival decides nothing.
+//! The order of arrival has no effect.
 
 use crate::world::{Input, MS, Outcome, SETTINGS, STANDING, START_NS, STEPS, filtered, log, sequenced, truth_at};
 use proptest::collection::vec;
@@ -7,11 +7,11 @@ use proptest::test_runner::RngSeed;
 use scphd::models::Pose;
 use scphd_sequencer::{Action, Flags, Interval, PushError, Sequencer, Stamp};
 
-/// Off the beat of the wheels, and the lidar and the receiver at the same time.
+/// Offsets of lidar, radar and satellite receiver from the wheels, ms; lidar and receiver are simultaneous.
 const PHASES_MS: [u64; 3] = [37, 61, 37];
 const INPUTS: usize = 150 + 75 + 50 + 15;
 
-/// The log as it comes when every input is delayed by so much.
+/// The log in the order of arrival with these delays.
 fn delayed(delays: &[u64], with_clock: bool) -> Vec<(Option<u64>, Stamp, Input)> {
     let since_start = |stamp: &Stamp| stamp.time_ns.wrapping_sub(START_NS);
     let mut arrivals: Vec<_> = log(PHASES_MS)
@@ -24,7 +24,7 @@ fn delayed(delays: &[u64], with_clock: bool) -> Vec<(Option<u64>, Stamp, Input)>
     arrivals.into_iter().map(|(at, stamp, input)| (clock(at), stamp, input)).collect()
 }
 
-/// One seed for all runs of the test: a failure comes back.
+/// A fixed seed, so that failures are reproducible.
 fn config(cases: u32) -> ProptestConfig {
     ProptestConfig { cases, failure_persistence: None, rng_seed: RngSeed::Fixed(18), ..ProptestConfig::default() }
 }
@@ -33,7 +33,7 @@ fn config(cases: u32) -> ProptestConfig {
 fn a_hundred_orders_of_arrival_have_one_digest() {
     let (in_order, report) = sequenced(&delayed(&[0; INPUTS], false));
     assert!(report.flags.is_empty(), "{report:?}");
-    // The last scan of the log.
+    // The true pose at the last scan of the log.
     let end = truth_at((STEPS - 1) * 100 + 37);
     assert!(in_order.pose.distance_m(&end) < 0.15, "{:?} {end:?}", in_order.pose);
     proptest!(config(100), |(delays in vec(0..=SETTINGS.window_ns, INPUTS), with_clock: bool)| {
@@ -43,7 +43,7 @@ fn a_hundred_orders_of_arrival_have_one_digest() {
     });
 }
 
-/// The log as a loop would have it that knows of no other order.
+/// The log processed by a loop in its own order.
 fn by_hand(log: &[(Stamp, Input)]) -> Outcome {
     filtered(|filters| {
         let (mut held, mut time_ns) = (STANDING, START_NS);
@@ -61,7 +61,7 @@ fn by_hand(log: &[(Stamp, Input)]) -> Outcome {
     })
 }
 
-/// Scans split predictions at their own times; and of two events at one time it matters to the filters which is first.
+/// Predictions are split at the times of scans; and the order of two events at the same time matters to the filters.
 #[test]
 fn predictions_are_split_at_the_scans_and_ties_have_an_order() {
     let (in_order, _) = sequenced(&delayed(&[0; INPUTS], false));
@@ -75,7 +75,7 @@ fn predictions_are_split_at_the_scans_and_ties_have_an_order() {
 }
 
 #[test]
-fn without_delays_it_is_the_plain_loop_to_the_bit() {
+fn without_delays_the_bits_equal_those_of_a_plain_loop() {
     let log = log([0; 3]);
     let plain = filtered(|filters| {
         let mut control = None;
@@ -98,10 +98,10 @@ fn without_delays_it_is_the_plain_loop_to_the_bit() {
 }
 
 #[test]
-fn what_is_later_than_the_window_is_left_out_and_counted() {
+fn inputs_later_than_the_window_are_left_out_and_counted() {
     let log = log(PHASES_MS);
     let arrivals: Vec<_> = log.iter().map(|(stamp, input)| (None, *stamp, input.clone())).collect();
-    // Of 3.6 s.
+    // The input at 3.6 s.
     let late = 70;
     let without: Vec<_> = arrivals.iter().enumerate().filter(|(at, _)| *at != late).map(|(_, a)| a.clone()).collect();
     let mut delayed = without.clone();
@@ -116,7 +116,7 @@ fn what_is_later_than_the_window_is_left_out_and_counted() {
 }
 
 #[test]
-fn what_is_known_to_be_complete_comes_at_once_and_more_of_its_time_may_follow() {
+fn complete_inputs_are_output_at_once_and_more_of_the_same_time_may_follow() {
     let mut sequencer = Sequencer::<u8, u8, 8, 8>::new();
     sequencer.start(SETTINGS, 0, 0).unwrap();
     let mut seen = Vec::new();
@@ -134,7 +134,7 @@ fn what_is_known_to_be_complete_comes_at_once_and_more_of_its_time_may_follow() 
     sequencer.push_control(Stamp::new(0, 40 * MS), 2).unwrap();
     sequencer.complete_until(30 * MS);
     work(&mut sequencer);
-    // Of the same time, of another source; and one before.
+    // One with the same time and another source, and one before it.
     sequencer.push_event(Stamp::new(1, 30 * MS), 10).unwrap();
     assert_eq!(sequencer.push_event(Stamp::new(1, 29 * MS), 11), Err(PushError::Late));
     work(&mut sequencer);

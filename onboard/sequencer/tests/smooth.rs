@@ -1,4 +1,4 @@
-//! The odometry never jumps, and takes all that the corrections say to the map.
+//! The odometry pose never jumps, and all corrections are in its transformation to the map.
 
 use scphd::Real;
 use scphd::errors::{PredictError, ResetError};
@@ -14,8 +14,7 @@ fn drawn<T: Real>(draws: &mut Noise, sigma: f64) -> T {
     T::from_f64(sigma * draws.normal::<f64>())
 }
 
-/// A hundred runs with a correction after every third step, some of them wild. Returns the greatest correction of the
-/// place.
+/// A hundred runs with a correction after every third step, some of them large. Returns the greatest correction of the position.
 fn runs_in_the_plane<T: Real>() -> T {
     let motion = Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap();
     let (dt, mut greatest) = (T::from_f64(0.05), T::ZERO);
@@ -23,7 +22,7 @@ fn runs_in_the_plane<T: Real>() -> T {
         let mut draws = Noise::seeded(seed);
         let start = PlanarPose::new(drawn(&mut draws, 50.0), drawn(&mut draws, 50.0), drawn(&mut draws, 1.0));
         let mut odometry = SmoothOdometry::new(start);
-        // Rounding of a coordinate as great as they become here.
+        // Rounding error of the largest coordinates here.
         let rounding = T::from_f64(2000.0) * T::EPSILON;
         for step in 0..300 {
             let control = UnicycleControl { speed_mps: drawn(&mut draws, 2.0), rate_radps: drawn(&mut draws, 1.0) };
@@ -53,7 +52,7 @@ fn runs_in_the_plane<T: Real>() -> T {
 }
 
 #[test]
-fn the_pose_moves_by_no_more_than_the_odometry_in_a_hundred_runs() {
+fn the_pose_moves_by_at_most_the_odometry_in_a_hundred_runs() {
     let (single, double) = (runs_in_the_plane::<f32>(), runs_in_the_plane::<f64>());
     assert!(single > 40.0 && double > 40.0, "there were corrections to hide: {single} {double}");
 }
@@ -69,10 +68,10 @@ fn auv_control(draws: &mut Noise) -> AuvControl<f64> {
     }
 }
 
-/// Under water: the frame is turned about the vertical alone, since either pose has the roll and pitch of the
+/// Under water: the transformation rotates about the vertical only, because both poses have the roll and pitch of the
 /// instruments.
 #[test]
-fn an_underwater_vehicle_is_taken_to_the_map_with_its_attitude() {
+fn an_underwater_vehicle_is_transformed_with_its_attitude() {
     let motion = Auv::new(0.5, 0.0).unwrap();
     for seed in 0..100 {
         let mut draws = Noise::seeded(seed);
@@ -93,7 +92,7 @@ fn an_underwater_vehicle_is_taken_to_the_map_with_its_attitude() {
             let (frame, in_map) = (odometry.map_from_odom(), odometry.in_map());
             assert_eq!((odometry.pose(), in_map.yaw_rate_radps), (pose, pose.yaw_rate_radps));
             assert!(in_map.difference(&slam).norm() < 1e-12);
-            // The same by whole rotations: map_T_odom = map_T_body ∘ odom_T_body⁻¹.
+            // The same with full rotations: map_T_odom = map_T_body ∘ odom_T_body⁻¹.
             let attitude = |pose: &AuvPose<f64>| rotation(pose.roll_rad, pose.pitch_rad, pose.yaw_rad);
             let turn = attitude(&slam) * attitude(&pose).transpose();
             assert!((turn - rotation(0.0, 0.0, frame.turn_rad())).norm() < 1e-12);
@@ -114,9 +113,9 @@ fn frames_compose_as_rigid_motions() {
     assert_eq!(nothing.apply(&PlanarPose::new(4.0, -1.0, 3.0)), PlanarPose::new(4.0, -1.0, 3.0));
 }
 
-/// In the map the vehicle moves between corrections as it does by odometry.
+/// Between corrections the motion in the map is that of the odometry.
 #[test]
-fn between_corrections_the_map_moves_along() {
+fn between_corrections_the_map_pose_follows_the_odometry() {
     let motion = Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap();
     let mut odometry = SmoothOdometry::new(PlanarPose::new(0.0, 0.0, 0.0));
     let mut in_map = PlanarPose::new(-3.0, 4.0, 2.5);
@@ -130,7 +129,7 @@ fn between_corrections_the_map_moves_along() {
 }
 
 #[test]
-fn what_is_not_finite_changes_nothing() {
+fn non_finite_input_changes_nothing() {
     let motion = Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap();
     let mut odometry = SmoothOdometry::new(PlanarPose::new(1.0_f32, 0.0, 0.0));
     let before = odometry;

@@ -1,4 +1,4 @@
-//! What a prediction that is split at a scan does, beside the whole one.
+//! Compares a prediction that is split at a scan with the whole one.
 
 use scphd::models::{
     Ackermann, AckermannControl, AckermannGeometry, ControlNoise, Motion, PlanarPose, Pose, Step, Unicycle,
@@ -7,7 +7,7 @@ use scphd::models::{
 
 const START: PlanarPose<f64> = PlanarPose::new(3.0, -2.0, 0.7);
 
-/// The poses after 0.1 s at once, in two parts, and in a hundred.
+/// The poses after 0.1 s in one step, in two steps, and in a hundred.
 fn ends<M: Motion<Pose = PlanarPose<f64>>>(motion: &M, control: M::Control) -> [PlanarPose<f64>; 3] {
     let part = |from: &PlanarPose<f64>, dt| motion.propagate(from, &control, dt);
     let fine = (0..100).fold(START, |pose, _| part(&pose, 0.001));
@@ -15,7 +15,7 @@ fn ends<M: Motion<Pose = PlanarPose<f64>>>(motion: &M, control: M::Control) -> [
 }
 
 #[test]
-fn along_an_arc_it_ends_at_the_same_place() {
+fn along_an_arc_both_end_at_the_same_pose() {
     let motion = Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap();
     for (speed_mps, rate_radps) in [(2.0, 0.9), (-1.0, -3.0), (0.5, 0.0), (0.0, 2.0)] {
         let [whole, split, fine] = ends(&motion, UnicycleControl { speed_mps, rate_radps });
@@ -24,7 +24,7 @@ fn along_an_arc_it_ends_at_the_same_place() {
 }
 
 #[test]
-fn of_straight_steps_the_split_one_is_nearer_to_the_arc() {
+fn two_straight_steps_are_nearer_to_the_arc_than_one() {
     let euler = Unicycle::new(Step::Euler, ControlNoise::NONE).unwrap();
     let control = UnicycleControl { speed_mps: 2.0, rate_radps: 0.9 };
     let geometry =
@@ -38,10 +38,9 @@ fn of_straight_steps_the_split_one_is_nearer_to_the_arc() {
     }
 }
 
-/// Straight ahead the variances of the parts add: with an error that lasts, to that of the whole; with white noise, to
-/// less.
+/// Straight ahead the variances of the parts add up: with correlated errors to that of the whole, with white noise to less.
 #[test]
-fn noise_that_lasts_spreads_as_the_whole() {
+fn correlated_noise_spreads_as_in_the_whole_prediction() {
     let along = |interval_s, dt| {
         let noise = ControlNoise { interval_s, ..ControlNoise::white(0.2, 0.0) };
         let control = UnicycleControl { speed_mps: 1.0, rate_radps: 0.0 };

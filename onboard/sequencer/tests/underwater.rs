@@ -1,5 +1,5 @@
-//! A vehicle whose odometry tells of the time before its stamp: rows of instruments are events like the frames, and a
-//! navigator makes controls of them.
+//! A vehicle whose odometry refers to the time before its time stamp: rows of instruments are events like the images, and a
+//! navigator computes controls from them.
 
 use scphd::models::{Auv, AuvPose, Motion, Pose, Reading};
 use scphd::navigation::{Instruments, Navigator, VelocityNoise};
@@ -16,7 +16,7 @@ enum Event {
     Frame,
 }
 
-/// Takes the pose on, and notes where every frame was taken.
+/// Predicts the pose, and stores the pose of every image.
 struct Vehicle {
     motion: Auv<f64>,
     navigator: Navigator<f64>,
@@ -56,7 +56,7 @@ impl Vehicle {
     }
 }
 
-/// 20 s: rows every 100 ms, frames every 250 ms, some at the same time.
+/// 20 s: rows every 100 ms, images every 250 ms, some at the same time.
 fn log() -> Vec<(Stamp, Event)> {
     let mut draws = Noise::seeded(3);
     let rows = (1..=200_u64).map(|step| {
@@ -107,7 +107,7 @@ fn rows_of_instruments_are_events() {
     };
     for (_, stamp, event) in arrivals {
         if matches!(event, Event::Row(_)) {
-            // For the watch over gaps alone.
+            // Only for the detection of gaps.
             inputs.push_control(stamp, ()).unwrap();
         }
         inputs.push_event(stamp, event).unwrap();

@@ -5,17 +5,17 @@ use crate::store::ROW;
 use crate::{Store, StoreError};
 use embedded_storage_async::nor_flash::NorFlash;
 
-/// A snapshot that is being written, of which nothing is found before it is [committed](Self::commit).
+/// A snapshot that is being written. It is not found before it is [committed](Self::commit).
 pub struct Draft<'s, S, const BANKS: usize> {
     store: &'s mut Store<S, BANKS>,
-    /// What it will be, but for its check.
+    /// The snapshot without its checksum.
     snapshot: Snapshot,
     check: Check,
-    /// Bytes of the bank that have been erased, bytes behind the head that have been written, and bytes in the row that wait.
+    /// Number of erased bytes of the bank, of written bytes behind the head, and of bytes in the row buffer.
     erased: usize,
     written: usize,
     waiting: usize,
-    /// Whether nothing has failed, or been given up on its way.
+    /// Whether no operation has failed or was cancelled.
     whole: bool,
 }
 
@@ -26,8 +26,8 @@ impl<S, const BANKS: usize> core::fmt::Debug for Draft<'_, S, BANKS> {
 }
 
 impl<S: NorFlash, const BANKS: usize> Store<S, BANKS> {
-    /// Begins a new snapshot, in the bank of the oldest. The newest one stays as it is until the new one is
-    /// [committed](Draft::commit); a draft that is dropped before leaves nothing behind.
+    /// Begins a new snapshot, in the bank of the oldest one. The newest one is unchanged until the new one is
+    /// [committed](Draft::commit); a draft that is dropped before has no effect.
     ///
     /// # Errors
     /// As for [`found`](Self::found).
@@ -57,9 +57,9 @@ impl<S: NorFlash, const BANKS: usize> Draft<'_, S, BANKS> {
     /// Adds bytes. Pages are erased as they are reached.
     ///
     /// # Errors
-    /// There is no room, or the flash fails: the draft can then be dropped, and not committed.
+    /// The capacity is exceeded, or the flash fails: the draft can then only be dropped.
     pub async fn push(&mut self, bytes: &[u8]) -> Result<(), StoreError<S::Error>> {
-        // A future that is dropped on its way comes no further, and the draft is not whole.
+        // If the future is dropped before its end, the draft remains incomplete.
         if !core::mem::replace(&mut self.whole, false) {
             return Err(StoreError::GivenUp);
         }
@@ -81,7 +81,7 @@ impl<S: NorFlash, const BANKS: usize> Draft<'_, S, BANKS> {
         Ok(())
     }
 
-    /// Writes down what waits. Where the flash fails, the next draft goes elsewhere.
+    /// Writes the buffered bytes. If the flash fails, the next draft uses another bank.
     async fn flush(&mut self) -> Result<(), StoreError<S::Error>> {
         let written = self.write_row().await;
         if written.is_err() {
@@ -90,7 +90,7 @@ impl<S: NorFlash, const BANKS: usize> Draft<'_, S, BANKS> {
         written
     }
 
-    /// Writes down the row, and what is missing to a whole word as erased bytes.
+    /// Writes the row buffer, padded to a whole word with erased bytes.
     async fn write_row(&mut self) -> Result<(), StoreError<S::Error>> {
         let len = self.waiting.next_multiple_of(S::WRITE_SIZE);
         self.erase_to(HEAD + self.written + len).await?;
@@ -102,7 +102,7 @@ impl<S: NorFlash, const BANKS: usize> Draft<'_, S, BANKS> {
         Ok(())
     }
 
-    /// Erases the bank up to there: page by page, the one of the old head first.
+    /// Erases the bank up to this byte, page by page, first the one with the old head.
     async fn erase_to(&mut self, end: usize) -> Result<(), StoreError<S::Error>> {
         while self.erased < end {
             let next = self.erased + S::ERASE_SIZE;
@@ -113,16 +113,16 @@ impl<S: NorFlash, const BANKS: usize> Draft<'_, S, BANKS> {
         Ok(())
     }
 
-    /// Ends the snapshot, once it has been read back: from here on it is the newest.
+    /// Completes the snapshot after it was read back: it is then the newest one.
     ///
     /// # Errors
-    /// A push has failed, the flash does, or what was written does not read back. The snapshot before it is the newest still, unless
-    /// the flash has failed after the last word: then the next [look](Store::found) tells.
+    /// A push has failed, the flash fails, or the data read back differs. The previous snapshot is still the newest, unless the
+    /// flash failed after the last word: [`found`](Store::found) then decides.
     pub async fn commit(mut self) -> Result<Snapshot, StoreError<S::Error>> {
         if !self.whole {
             return Err(StoreError::GivenUp);
         }
-        // Of an empty one, the head alone.
+        // For an empty snapshot, only the page of the head.
         self.erase_to(HEAD).await?;
         if self.waiting > 0 {
             self.flush().await?;
@@ -133,7 +133,7 @@ impl<S: NorFlash, const BANKS: usize> Draft<'_, S, BANKS> {
         if store.sum(&snapshot).await? != snapshot.check {
             return Err(StoreError::Worn);
         }
-        // What is known is looked for again, should the flash fail now.
+        // If the flash fails now, the banks are read again.
         let known = store.known.take();
         store.flash.write(store.place(snapshot.bank, 0), &snapshot.head()).await.map_err(StoreError::Flash)?;
         store.known = known.map(|mut found| {

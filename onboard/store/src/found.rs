@@ -1,53 +1,53 @@
-//! The snapshots that are whole, and the heads that say so.
+//! Complete snapshots, and their heads.
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
 
-/// The check of a head, and of a snapshot: CRC-32 as in Ethernet and zip files.
+/// Checksum of a head and of a snapshot: CRC-32 as in Ethernet and zip files.
 static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
-/// A check that goes on.
+/// A checksum in progress.
 pub(crate) type Check = Digest<'static, u32, Table<1>>;
 
-/// Bytes of a head: whole words of any flash.
+/// Number of bytes of a head: a multiple of the word size of every flash.
 pub(crate) const HEAD: usize = 32;
-/// The first of them.
+/// Its first bytes.
 const MAGIC: [u8; 4] = *b"SCPS";
 
-/// A check of nothing yet.
+/// An empty checksum.
 pub(crate) fn check() -> Check {
     CRC.digest()
 }
 
-/// A whole snapshot in the flash.
+/// A complete snapshot in the flash.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Snapshot {
     pub(crate) bank: usize,
     pub(crate) generation: u32,
     pub(crate) len: u32,
-    /// Of its bytes.
+    /// Checksum of its bytes.
     pub(crate) check: u32,
 }
 
 impl Snapshot {
-    /// Which one it is: the first is 1, and each is one more than that before it.
+    /// Its generation: 1 for the first snapshot, and one more for each following one.
     #[must_use]
     pub fn generation(&self) -> u32 {
         self.generation
     }
 
-    /// Its bytes.
+    /// Number of its bytes.
     #[must_use]
     pub fn len(&self) -> usize {
         usize::try_from(self.len).unwrap_or(usize::MAX)
     }
 
-    /// Whether it has none.
+    /// Whether it has no bytes.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// What its head says: five words, the last one their check. The rest stays erased.
+    /// Its head: five words, the last of which is their checksum. The rest remains erased.
     pub(crate) fn head(&self) -> [u8; HEAD] {
         let said = [MAGIC, self.generation.to_le_bytes(), self.len.to_le_bytes(), self.check.to_le_bytes()];
         let check = CRC.checksum(said.as_flattened()).to_le_bytes();
@@ -58,7 +58,7 @@ impl Snapshot {
         bytes
     }
 
-    /// What a head says; `None` where it is none.
+    /// Decodes a head; `None` if it is invalid.
     pub(crate) fn of_head(bank: usize, head: &[u8; HEAD]) -> Option<Self> {
         let (words, _) = head.as_chunks::<4>();
         let &[magic, generation, len, check, of_head, ..] = words else { return None };
@@ -68,22 +68,22 @@ impl Snapshot {
     }
 }
 
-/// The whole snapshots in the flash, newest first.
+/// The complete snapshots in the flash, newest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Found<const BANKS: usize> {
-    /// By bank.
+    /// The snapshot of each bank.
     pub(crate) in_banks: [Option<Snapshot>; BANKS],
 }
 
 impl<const BANKS: usize> Found<BANKS> {
-    /// The last one that was ended.
+    /// The last one that was committed.
     #[must_use]
     pub fn newest(&self) -> Option<&Snapshot> {
         self.in_banks.iter().flatten().max_by_key(|snapshot| snapshot.generation)
     }
 
-    /// The one before that, for a vehicle that finds fault with it; so on until there is none.
+    /// The one before `snapshot`, if a vehicle finds the latter invalid; `None` if there is none.
     #[must_use]
     pub fn before(&self, snapshot: &Snapshot) -> Option<&Snapshot> {
         let older = self.in_banks.iter().flatten().filter(|other| other.generation < snapshot.generation);
@@ -96,7 +96,7 @@ mod tests {
     use super::{Found, HEAD, Snapshot};
 
     #[test]
-    fn no_bit_of_a_head_may_change() {
+    fn every_changed_bit_of_a_head_is_detected() {
         let snapshot = Snapshot { bank: 3, generation: 77, len: 12_345, check: 0xdead_beef };
         let head = snapshot.head();
         assert_eq!(Snapshot::of_head(3, &head), Some(snapshot));
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn they_come_newest_first() {
+    fn snapshots_are_in_order_newest_first() {
         let snapshot = |bank, generation| Some(Snapshot { bank, generation, len: 0, check: 0 });
         let found = Found { in_banks: [snapshot(0, 7), None, snapshot(2, 5), snapshot(3, 6)] };
         let mut order = std::vec::Vec::new();

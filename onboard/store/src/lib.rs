@@ -1,11 +1,12 @@
-//! Snapshots in NOR flash, of which a brown-out at any time leaves a whole one.
+//! Snapshots in NOR flash: after a power failure at any time, a complete one is found.
 //!
-//! The flash is divided into banks, each with room for a snapshot. A new one is written over the oldest, and its head, which says how
-//! long it is and what its bytes sum up to, last. What has no such head is none, whatever else is in the bank: of a page whose erasing
-//! was cut off, nothing is known. So the newest one stays until the next one is whole, and every bank is worn alike.
+//! The flash is divided into banks, each with room for one snapshot. A new snapshot overwrites the oldest one; its head, with its
+//! length and checksum, is written last. Without a valid head the content of a bank is ignored, because the content of a page is
+//! undefined if its erasure was interrupted. The newest snapshot therefore remains until the next one is complete, and all banks
+//! wear equally.
 //!
-//! The functions are `async`, as the flash's are. Where the flash does not let others work meanwhile, any executor that polls will do,
-//! and a filter can write into the flash and read out of it without a buffer:
+//! The functions are `async`, like those of the flash. If the flash blocks during an operation, any executor that polls is
+//! sufficient, and a filter can write to the flash and read from it without a buffer:
 //!
 //! ```
 //! use embassy_futures::block_on;
@@ -47,9 +48,9 @@
 //! # }
 //! ```
 //!
-//! A vehicle that must not wait saves into a buffer in RAM, and pushes that while it goes on.
+//! A vehicle that must not wait saves to a buffer in RAM, and pushes that while it continues.
 //!
-//! No heap. Nothing panics but, as the compiler has it, a future that is polled after its end.
+//! No heap. The only panic is the one that the compiler generates for a future that is polled after its end.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

@@ -1,35 +1,35 @@
-//! The store: what is there, and how it is read.
+//! The store: its banks, and how they are read.
 
 use crate::StoreError;
 use crate::found::{Found, HEAD, Snapshot, check};
 use core::ops::Range;
 use embedded_storage_async::nor_flash::NorFlash;
 
-/// Bytes that are read or written at once, at most.
+/// Maximum number of bytes that are read or written at once.
 pub(crate) const ROW: usize = 256;
 
 /// Snapshots in a range of NOR flash.
 ///
-/// `S` is the flash, or a `&mut` of it; `BANKS` how many snapshots there is room for, two at least. The store takes some 300 bytes of
-/// RAM, and as much in its futures.
+/// `S` is the flash or a `&mut` of it; `BANKS` is the number of snapshots, at least two. The store takes about 300 bytes of RAM,
+/// and its futures about the same.
 #[derive(Debug)]
 pub struct Store<S, const BANKS: usize = 2> {
     pub(crate) flash: S,
     start: u32,
     bank_len: u32,
-    /// What is there, once it has been looked for.
+    /// The complete snapshots, once the banks were read.
     pub(crate) known: Option<Found<BANKS>>,
-    /// Where the next draft goes, where that is not behind the newest.
+    /// The bank of the next draft, if it is not the one behind the newest.
     pub(crate) turn: Option<usize>,
     pub(crate) row: [u8; ROW],
 }
 
 impl<S: NorFlash, const BANKS: usize> Store<S, BANKS> {
-    /// A store over this range of the flash, bytes, which begins with a page; a bank has as many whole pages as there are for each. What is
-    /// there is kept, and what is no snapshot does not matter.
+    /// A store in this range of the flash, in bytes, which begins at a page boundary. The pages are divided equally among the
+    /// banks. Existing snapshots are kept, other content is ignored.
     ///
     /// # Errors
-    /// The range or the flash is not one that can be used.
+    /// The range or the flash cannot be used.
     pub fn new(flash: S, range: Range<u32>) -> Result<Self, StoreError<S::Error>> {
         const { assert!(BANKS >= 2, "the old snapshot stays while the new one is written") };
         if ![S::READ_SIZE, S::WRITE_SIZE].iter().all(|&word| word > 0 && HEAD.is_multiple_of(word)) {
@@ -46,13 +46,13 @@ impl<S: NorFlash, const BANKS: usize> Store<S, BANKS> {
         Ok(Self { flash, start: range.start, bank_len: pages * page, known: None, turn: None, row: [0; ROW] })
     }
 
-    /// The longest snapshot that there is room for, bytes.
+    /// The greatest length of a snapshot, bytes.
     #[must_use]
     pub fn capacity(&self) -> usize {
         usize::try_from(self.bank_len).unwrap_or(usize::MAX).saturating_sub(HEAD)
     }
 
-    /// The whole snapshots that are there. Reads every bank through. A bank that the flash cannot read holds none.
+    /// The complete snapshots in the flash. Reads all banks. A bank that the flash cannot read counts as empty.
     ///
     /// # Errors
     /// The flash cannot read any bank.
@@ -74,7 +74,7 @@ impl<S: NorFlash, const BANKS: usize> Store<S, BANKS> {
         }
     }
 
-    /// The snapshot in a bank, if it is whole.
+    /// The snapshot in a bank, if it is complete.
     async fn whole(&mut self, bank: usize) -> Result<Option<Snapshot>, StoreError<S::Error>> {
         let mut head = [0; HEAD];
         self.flash.read(self.place(bank, 0), &mut head).await.map_err(StoreError::Flash)?;
@@ -84,7 +84,7 @@ impl<S: NorFlash, const BANKS: usize> Store<S, BANKS> {
         Ok((self.sum(&snapshot).await? == snapshot.check).then_some(snapshot))
     }
 
-    /// What the bytes of a snapshot sum up to.
+    /// The checksum of the bytes of a snapshot.
     pub(crate) async fn sum(&mut self, of: &Snapshot) -> Result<u32, StoreError<S::Error>> {
         let (mut sum, mut at) = (check(), 0);
         while at < of.len() {
@@ -95,7 +95,7 @@ impl<S: NorFlash, const BANKS: usize> Store<S, BANKS> {
         Ok(sum.finalize())
     }
 
-    /// Some bytes of a snapshot from this place on, at most to the end of a row.
+    /// Bytes of a snapshot from this position on, at most to the end of a row.
     async fn fetch(&mut self, of: &Snapshot, at: usize) -> Result<&[u8], StoreError<S::Error>> {
         let skipped = at % S::READ_SIZE;
         let start = at - skipped;
@@ -109,7 +109,7 @@ impl<S: NorFlash, const BANKS: usize> Store<S, BANKS> {
     /// Reads a part of a snapshot that was [found](Self::found).
     ///
     /// # Errors
-    /// The snapshot ends before, has been written over, or the flash fails.
+    /// The snapshot ends before, was overwritten, or the flash fails.
     pub async fn read(&mut self, of: &Snapshot, at: usize, into: &mut [u8]) -> Result<(), StoreError<S::Error>> {
         let there = self.known.is_some_and(|found| found.in_banks.contains(&Some(*of)));
         let end = at.checked_add(into.len()).filter(|&end| there && end <= of.len());
@@ -117,7 +117,7 @@ impl<S: NorFlash, const BANKS: usize> Store<S, BANKS> {
             return Err(StoreError::Missing);
         }
         let (mut at, mut rest) = (at, into);
-        // Every round reads a byte at least.
+        // Every iteration reads at least one byte.
         while !rest.is_empty() {
             let row = self.fetch(of, at).await?;
             let len = rest.len().min(row.len()).max(1);
@@ -128,18 +128,18 @@ impl<S: NorFlash, const BANKS: usize> Store<S, BANKS> {
         Ok(())
     }
 
-    /// The next draft goes to the next bank.
+    /// Moves the next draft to the next bank.
     pub(crate) fn turn(&mut self) {
         self.turn = self.turn.map(|bank| (bank + 1) % BANKS);
     }
 
-    /// Where in the flash a byte of a bank is.
+    /// The address of a byte of a bank in the flash.
     pub(crate) fn place(&self, bank: usize, at: usize) -> u32 {
         let number = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
         self.start.saturating_add(number(bank).saturating_mul(self.bank_len)).saturating_add(number(at))
     }
 
-    /// The flash back.
+    /// Returns the flash.
     pub fn destroy(self) -> S {
         self.flash
     }

@@ -1,5 +1,5 @@
-//! Power that fails at every word and every page: the old snapshot or the new one is found, whole, whatever is left of the word or
-//! the page.
+//! Power failures at every word and every page: the old or the new snapshot is found and complete, for any content of the
+//! interrupted word or page.
 
 #[path = "common/flash.rs"]
 mod flash;
@@ -14,7 +14,7 @@ type Newest = Option<(u32, Vec<u8>)>;
 
 const CUTS: [Cut; 6] = [Cut::Before, Cut::First, Cut::Second, Cut::Faint, Cut::Noise, Cut::After];
 
-/// Bytes that tell which snapshot they are of, of lengths that are no multiple of anything.
+/// Bytes that identify their snapshot, with odd lengths.
 fn content(generation: usize, len: usize) -> Vec<u8> {
     (0..len + generation % 7).map(|at| (at * 31 + generation * 101 + at / 251) as u8).collect()
 }
@@ -37,7 +37,7 @@ fn write<const WORD: usize, const BANKS: usize>(
     })
 }
 
-/// Generation and bytes of what is found, read in pieces.
+/// Generation and bytes of the newest snapshot, read in pieces.
 fn newest<const WORD: usize, const BANKS: usize>(flash: &mut Small<WORD>) -> Newest {
     let mut store = open::<WORD, BANKS>(flash);
     let found = block_on(store.found()).unwrap();
@@ -49,8 +49,8 @@ fn newest<const WORD: usize, const BANKS: usize>(flash: &mut Small<WORD>) -> New
     Some((newest.generation(), bytes))
 }
 
-/// So many snapshots one after the other, and the power fails in each at every word and page, in every way; then, at every so many of
-/// these, once more while the store takes up the same snapshot again. How many cuts there were.
+/// Writes a number of snapshots, with a power failure of every type at every word and page; after every `again`-th failure, a
+/// second one while the same snapshot is written again. Returns the number of failures.
 fn every_cut<const WORD: usize, const BANKS: usize>(len: usize, snapshots: usize, again: usize) -> usize {
     let mut whole = Small::<WORD>::new();
     let mut cuts = 0;
@@ -66,14 +66,14 @@ fn every_cut<const WORD: usize, const BANKS: usize>(len: usize, snapshots: usize
             assert_eq!(write::<WORD, BANKS>(&mut failing, &new), Err(StoreError::Flash(PowerLost)), "{at}");
             let mut restarted = failing.restarted();
             let found = newest::<WORD, BANKS>(&mut restarted);
-            // The head's words are the last, and not all of them say something.
+            // The words of the head are the last ones, and only some of them have content.
             let ending = complete.done() - after <= 32 / WORD;
             assert!(found == old || (ending && found == expected), "{at}");
             assert!(!(after + 1 == complete.done() && cut == Cut::After) || found == expected, "{at}");
             if again > 0 && after % again == 0 {
                 a_second_cut::<WORD, BANKS>(&restarted, &found, &new, complete.done(), again);
             }
-            // It goes on.
+            // The store can be used again.
             let next = found.map_or(1, |(generation, _)| generation + 1);
             assert_eq!(write::<WORD, BANKS>(&mut restarted, &content(99, len)), Ok(next), "{at}");
             assert_eq!(newest::<WORD, BANKS>(&mut restarted), Some((next, content(99, len))), "{at}");
@@ -84,7 +84,7 @@ fn every_cut<const WORD: usize, const BANKS: usize>(len: usize, snapshots: usize
     cuts
 }
 
-/// The power fails once more.
+/// A second power failure.
 fn a_second_cut<const WORD: usize, const BANKS: usize>(
     restarted: &Small<WORD>,
     found: &Newest,
@@ -107,15 +107,15 @@ fn a_brown_out_at_any_time_leaves_the_old_or_the_new_one() {
     assert!(cuts > 12_000, "{cuts}");
 }
 
-/// Words of one byte as of an external flash, and of 32 bytes as within a microcontroller.
+/// Words of one byte, as in an external flash, up to 32 bytes, as in a microcontroller.
 #[test]
-fn whatever_the_words_are() {
+fn all_word_sizes() {
     let cuts = every_cut::<1, 3>(300, 4, 0) + every_cut::<8, 3>(700, 5, 0) + every_cut::<32, 3>(700, 5, 0);
     assert!(cuts > 10_000, "{cuts}");
 }
 
 #[test]
-fn a_second_brown_out_while_the_store_takes_up_the_first() {
+fn a_second_brown_out_while_the_same_snapshot_is_written() {
     every_cut::<8, 2>(260, 4, 3);
     every_cut::<8, 4>(260, 6, 5);
 }

@@ -1,4 +1,4 @@
-//! What the store does while the power is there.
+//! The store without power failures.
 
 #[path = "common/flash.rs"]
 mod flash;
@@ -36,7 +36,7 @@ fn all<const BANKS: usize>(
 }
 
 #[test]
-fn as_many_are_kept_as_there_are_banks() {
+fn one_snapshot_is_kept_for_each_bank() {
     let mut chip = Small::new();
     let mut store = Store::<_, 3>::new(&mut chip, 0..Small::LEN).unwrap();
     assert_eq!((store.capacity(), block_on(store.found()).unwrap().newest()), (4 * 256 - 32, None));
@@ -50,7 +50,7 @@ fn as_many_are_kept_as_there_are_banks() {
         next = found.before(snapshot);
     }
     assert_eq!(next, None);
-    // What has been written over is gone, and known to be.
+    // An overwritten snapshot cannot be read, which is reported.
     assert_eq!(all(&mut store, &written[3]), Err(StoreError::Missing));
     let last = written[6];
     assert_eq!(block_on(store.read(&last, 699, &mut [0; 2])), Err(StoreError::Missing));
@@ -59,10 +59,10 @@ fn as_many_are_kept_as_there_are_banks() {
 }
 
 #[test]
-fn what_is_too_long_or_given_up_leaves_the_newest() {
+fn too_long_or_cancelled_drafts_leave_the_newest() {
     let mut chip = Small::new();
     let mut store = Store::<_, 2>::new(&mut chip, 256..Small::LEN).unwrap();
-    // Eleven pages, five for a bank.
+    // Eleven pages, five for each bank.
     assert_eq!(store.capacity(), 5 * 256 - 32);
     let first = put(&mut store, &[1; 5 * 256 - 32]).unwrap();
     assert_eq!(put(&mut store, &[2; 5 * 256 - 31]), Err(StoreError::Full));
@@ -79,14 +79,14 @@ fn what_is_too_long_or_given_up_leaves_the_newest() {
     assert_eq!(store.destroy().bytes()[..256], [0xff; 256], "out of its range");
 }
 
-/// A bit that has changed in the flash: what was before is found.
+/// After a changed bit in the flash, the previous snapshot is found.
 #[test]
-fn a_spoilt_snapshot_is_none() {
+fn a_damaged_snapshot_is_ignored() {
     let mut chip = Small::new();
     let mut store = Store::<_, 2>::new(&mut chip, 0..Small::LEN).unwrap();
     let (first, second) = (put(&mut store, &[7; 300]).unwrap(), put(&mut store, &[8; 300]).unwrap());
     let start = 6 * 256;
-    // All that counts of the head, and all of the snapshot.
+    // All bytes of the head that have content, and all bytes of the snapshot.
     for at in (start..start + 20).chain(start + 32..start + 332) {
         let mut spoilt = chip.clone();
         spoilt.bytes()[at] ^= 1 << (at % 8);
@@ -96,10 +96,10 @@ fn a_spoilt_snapshot_is_none() {
     }
 }
 
-/// A page that takes no bit any more: its bank is passed over.
+/// A worn page: its bank is skipped.
 #[test]
-fn a_worn_page_is_noticed_before_the_snapshot_counts() {
-    // The fifth page, which is in the second of three banks.
+fn a_worn_page_is_detected_before_the_commit() {
+    // The fifth page, in the second of three banks.
     let mut chip = Small::new().worn(5);
     let mut store = Store::<_, 3>::new(&mut chip, 0..Small::LEN).unwrap();
     let first = put(&mut store, &[1; 900]).unwrap();
@@ -111,7 +111,7 @@ fn a_worn_page_is_noticed_before_the_snapshot_counts() {
 }
 
 #[test]
-fn a_flash_that_cannot_be_used_is_refused() {
+fn an_unsuitable_flash_is_refused() {
     let of = |range| Store::<_, 2>::new(&mut Small::new(), range).err();
     assert_eq!(of(0..512), None);
     for (start, end) in [(0, 511), (1, 2048), (0, Small::LEN + 256), (512, 256), (0, 0)] {
@@ -126,9 +126,9 @@ memory! {
 }
 const KIND: u32 = 0x0b0e;
 
-/// A filter, through the flash.
+/// A filter is saved to the flash and restored.
 #[test]
-fn a_filter_goes_on_from_the_flash_to_the_bit() {
+fn a_filter_restored_from_flash_continues_with_the_same_bits() {
     let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.05)).unwrap();
     let window = RangeBearingWindow::full_circle(12.0, 0.9).unwrap();
     let sensing = Sensing {
@@ -151,7 +151,7 @@ fn a_filter_goes_on_from_the_flash_to_the_bit() {
         let scan = [Vector2::new(5.0, 1.0 - 0.02 * step as f32), Vector2::new(7.0, -0.5), Vector2::new(3.0, 2.5)];
         slam.predict(&control, 0.1).unwrap();
         if step % 10 == 9 {
-            // Every time a store that knows nothing yet.
+            // A new store each time.
             let mut store = Store::<_, 2>::new(&mut chip, 0..flash::Flash::LEN).unwrap();
             let mut draft = block_on(store.begin()).unwrap();
             slam.save(KIND, |bytes| block_on(draft.push(bytes))).unwrap();

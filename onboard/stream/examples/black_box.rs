@@ -1,6 +1,7 @@
-//! A robot with a black box. Its own filter, not one of those aboard that this crate has, drives past posts with two lidars and a satellite
-//! receiver; a lidar is retuned on the way. Every input goes into the box, and after every 50th scan a snapshot, a little at a time. Then
-//! the box is torn apart, and what is left of it replayed on the desk: the filter ends in the state that the robot's has, to the bit.
+//! A robot with a black box. Its own filter, which is not one of this crate's, drives past posts with two lidars and a satellite
+//! receiver; one lidar is retuned during the drive. All inputs are recorded, and after every 50th scan a snapshot in small
+//! slices. Then parts of the recording are removed, and the rest is replayed on the host: the filter ends in the state of the
+//! robot's filter, to the bit.
 //!
 //!     cargo run -p scphd-stream --example black_box
 
@@ -21,24 +22,25 @@ use scphd_stream::{
 use std::convert::Infallible;
 
 joint_memory! {
-    /// What the robot's filter knows. The filter that replays has room for 64 features: as long as none is left out, room changes nothing.
+    /// The state of the robot's filter. The filter of the replay has a capacity of 64 features: the capacity has no effect while
+    /// no feature is left out.
     type RobotMap: Unicycle<f32> { measurement: Vector2<f32>, features: 40, measurements: 32 }
 }
-/// Bytes that a snapshot of it takes at most.
+/// Maximum number of bytes of a snapshot.
 const SNAPSHOT: usize = 16 * 1024;
-/// Bytes of a snapshot that go into the box after a scan: what its flash takes until the next.
+/// Number of bytes of a snapshot that are recorded after a scan, which the flash can write before the next.
 const SLICE: usize = 700;
 const SCANS: usize = 330;
 const SNAPSHOT_EVERY: usize = 50;
 const DT_S: f32 = 0.1;
 
-/// The models as numbers, once: the filter is made of them, and the box has them. A number of a flight is in single precision here and in
-/// the box, and in double precision in its head: each is what the other is rounded to.
+/// The numbers of the models, used by the filter and recorded in the head. They are in single precision in flight and in records,
+/// and in double precision in the head; all are exact in single precision.
 const TURN_SIGMA: f32 = 0.05;
 const SPEED_SIGMA: f32 = 0.1;
 const BIRTHS: f32 = 0.005;
 
-/// The lidar in front; the other one is turned to the left.
+/// The front lidar; the other one is rotated to the left.
 fn lidar() -> Sensor {
     let models = SensorModels {
         mounted_forward_m: 0.5,
@@ -54,12 +56,12 @@ fn lidar() -> Sensor {
     Sensor { models, birth_intensity: f64::from(BIRTHS), ..Sensor::ZERO }
 }
 
-/// What a lidar measures and sees.
+/// Models of a lidar.
 type Lidar = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
-/// The box, and the digest after every scan.
+/// The recording, and the digest after every scan.
 type Driven = (Vec<u8>, Vec<(u32, u64)>);
 
-/// A detector of the robot, of the same numbers.
+/// A detector of the robot with these numbers.
 fn detector(
     Sensor { models: sensor, birth_intensity, .. }: &Sensor,
 ) -> Result<Detector<Lidar>, scphd::models::ModelError> {
@@ -87,7 +89,7 @@ fn detector(
     Detector::new(sensing, Births::of_static(single(*birth_intensity)))?.mounted(seat)
 }
 
-/// The head of the box: all that the filter was made of.
+/// The head of the recording: all parameters of the filter.
 fn head(front: &Sensor) -> Header<Planar> {
     let JointConfig { persistence, occlusion_factor, merge_distance, .. } = JointConfig::<f32>::default();
     let Persistence { visible_s, occluded_s, lifetime_s } = persistence;
@@ -114,7 +116,7 @@ fn head(front: &Sensor) -> Header<Planar> {
     }
 }
 
-/// What a lidar there sees of the posts.
+/// The measurements of a lidar at this pose.
 fn seen(pose: &PlanarPose<f32>, sensor: &SensorModels, draws: &mut Noise) -> Vec<[f32; 2]> {
     let posts = (0..24).map(|k| {
         let angle = 0.7 * k as f32;
@@ -150,14 +152,14 @@ impl Monitor for Digests {
     }
 }
 
-/// Drives, records, and leaves with the box and the digest after every scan.
+/// Drives and records. Returns the recording and the digest after every scan.
 fn drive() -> Result<Driven, Box<dyn std::error::Error>> {
     let front = lidar();
     let left = Sensor { models: SensorModels { mounted_yaw_rad: 1.5, ..front.models }, ..front };
     let head = head(&front);
     let second = Which::number(1).ok_or("a vehicle in the plane has four")?;
 
-    // On a robot the box is a ring of flash.
+    // On a robot the recording is in a ring of flash.
     let mut bytes = Vec::new();
     let mut log = Writer::start(&head, |piece: &[u8]| {
         bytes.extend_from_slice(piece);
@@ -171,7 +173,7 @@ fn drive() -> Result<Driven, Box<dyn std::error::Error>> {
     let mut lidars = [detector(&front)?, detector(&left)?];
     slam.reset(PlanarPose::new(0.0, 0.0, 0.0))?;
 
-    // A snapshot on its way into the box: a static on a robot.
+    // The snapshot that is being recorded: a static on a robot.
     let mut saved = [0; SNAPSHOT];
     let mut pending = 0..0;
     let (mut truth, mut draws, mut digests) = (PlanarPose::new(0.0, 0.0, 0.0), Noise::seeded(7), Vec::new());
@@ -180,7 +182,7 @@ fn drive() -> Result<Driven, Box<dyn std::error::Error>> {
         let control = UnicycleControl { speed_mps: 1.0_f32, rate_radps: 0.25 };
         truth = scphd::models::Motion::propagate(&exact, &truth, &control, DT_S);
         let control = UnicycleControl { speed_mps: control.speed_mps + 0.1 * draws.normal::<f32>(), ..control };
-        // First into the box, then into the filter: what was refused is in the box, too.
+        // First recorded, then passed to the filter, so that refused inputs are recorded too.
         let of_box = [control.speed_mps, control.rate_radps].map(f64::from);
         log.predict(&Odometry { control: of_box, dt_s: f64::from(DT_S) })?;
         slam.predict(&control, DT_S)?;
@@ -192,7 +194,7 @@ fn drive() -> Result<Driven, Box<dyn std::error::Error>> {
             slam.observe(&PositionFix::new(0.5)?, &Vector2::from(place))?;
         }
         if scan == 120 {
-            // Rain: more false measurements, and less is seen.
+            // Rain: more false measurements, and a smaller probability of detection.
             let models = SensorModels { clutter_per_scan: 4.0, detection_far: 0.5, ..left.models };
             let rainy = Sensor { models, ..left };
             log.detector(second, &rainy)?;
@@ -208,11 +210,11 @@ fn drive() -> Result<Driven, Box<dyn std::error::Error>> {
         digests.push((scan as u32, slam.digest()));
 
         if (scan + 1) % SNAPSHOT_EVERY == 0 {
-            // The state of this moment, into RAM.
+            // The present state, saved to RAM.
             pending = 0..slam.save(1, into_slice(&mut saved))?;
             log.snapshot(&[Part::Filter], slam.digest())?;
         }
-        // And from there into the box, a slice after every scan.
+        // From there a slice is recorded after every scan.
         let slice = pending.start..pending.end.min(pending.start + SLICE);
         if !slice.is_empty() {
             log.slice(Part::Filter, &saved[slice.clone()])?;
@@ -223,10 +225,10 @@ fn drive() -> Result<Driven, Box<dyn std::error::Error>> {
     Ok((bytes, digests))
 }
 
-/// Drives, tears the box apart, and replays what is left.
+/// Drives, removes parts of the recording, and replays the rest.
 ///
 /// # Errors
-/// None that a robot would not have.
+/// Those that a robot would have, too.
 pub fn run() -> Result<(), Box<dyn std::error::Error>> {
     let (bytes, driven) = drive()?;
     println!("{} scans in {} bytes", driven.len(), bytes.len());
@@ -234,7 +236,7 @@ pub fn run() -> Result<(), Box<dyn std::error::Error>> {
     let mut replayed = 0;
     for torn in (0..bytes.len()).step_by(bytes.len() / 9) {
         let left = &bytes[torn..];
-        // There is nothing to begin with behind the last snapshot.
+        // Behind the last snapshot there is no start point.
         if torn > 0 && find_whole_snapshot::<Planar>(left, 0).is_none() {
             break;
         }

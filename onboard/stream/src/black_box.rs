@@ -1,4 +1,4 @@
-//! The filter with a mixture a particle that takes in all that a black box holds.
+//! The mixture filter that processes all records of a black box.
 
 use crate::error::StreamError;
 use crate::header::Header;
@@ -16,46 +16,46 @@ use scphd::snapshot::{RestoreError, SaveError};
 use scphd::storage::ScanRoom;
 use scphd::{Component, Detector, DetectorMemory, JointSlam, Real, ScPhd};
 
-/// What tells snapshots of filters aboard from those of other users; readers take any.
+/// Type id of the snapshots of this crate's filters; readers accept any.
 pub(crate) const KIND: u32 = 0;
 
-/// A filter of a black box, on the desk: it writes snapshots, too.
+/// A filter of a black box on the host, which also writes snapshots.
 pub trait Saves<K: Kind>: Filter<K> {
-    /// Writes a snapshot of the state as it is.
+    /// Writes a snapshot of the present state.
     ///
     /// # Errors
-    /// Those of the sink, or the state is damaged.
+    /// The error of the sink, or the state is damaged.
     fn save<E, F: FnMut(&[u8]) -> Result<(), E>>(&mut self, log: &mut Writer<K, F>) -> Result<(), SaveError<E>>;
 }
 
-/// A kind of stream whose heads and records say all that models are made of.
+/// A kind of stream whose heads and records contain all parameters of the models.
 pub trait Modelled<T: Real>: Kind {
-    /// The motion of the mixture.
+    /// The motion model of the mixture.
     type Motion: Motion<Pose: Pose<Scalar = T>>;
-    /// What makes controls of the inputs.
+    /// The conversion of inputs to controls.
     type Helm: Helm<T, Self::Input, <Self::Motion as Motion>::Control> + Debug;
     /// The models of a detector.
     type Sensing: MeasurementModel<Pose = <Self::Motion as Motion>::Pose>;
 
-    /// The motion that a head says.
+    /// The motion model of a head.
     fn motion(header: &Header<Self>) -> Result<Self::Motion, ModelError>;
 
-    /// Goes on with what a head says of the inputs.
+    /// Updates the conversion of inputs with a head.
     fn steer(helm: &mut Self::Helm, header: &Header<Self>) -> Result<(), ModelError>;
 
-    /// The first detector, which is that of the head.
+    /// The first detector, which is in the head.
     fn first(header: &Header<Self>) -> Result<Detector<Self::Sensing>, Refusal>;
 
-    /// A detector beyond the first.
+    /// A further detector.
     fn other(sensor: &Self::Sensor) -> Result<Detector<Self::Sensing>, Refusal>;
 
-    /// Shows a fix to a filter.
+    /// Passes a fix to a filter.
     fn observe(filter: &mut impl Observes<<Self::Motion as Motion>::Pose>, fix: &Self::Fix) -> Result<(), Refusal>;
 }
 
-/// A filter that takes in measurements of the pose.
+/// A filter that processes fixes.
 pub trait Observes<P: Pose> {
-    /// Takes one in.
+    /// Processes a fix.
     fn take<F: Fix<Pose = P>>(&mut self, fix: &F, measured: &F::Measurement) -> Result<(), Refusal>;
 }
 
@@ -71,7 +71,7 @@ impl<M: Motion, Z: Vector<Scalar = ScalarOf<M::Pose>>> Observes<M::Pose> for Joi
     }
 }
 
-/// A pose and a covariance, as a record has them.
+/// Pose, covariance and seed of a record.
 pub(crate) fn placed<K: Kind, T: Real, P: Pose<Scalar = T>>(place: &Place<'_, K>) -> (P, Symmetric<TangentOf<P>>, u64) {
     let (full, lower, seed) = place.get();
     let mut numbers = full.as_ref().iter();
@@ -83,7 +83,7 @@ pub(crate) fn placed<K: Kind, T: Real, P: Pose<Scalar = T>>(place: &Place<'_, K>
     (pose, covariance, seed)
 }
 
-/// Puts the features of a map into memory; how many.
+/// Copies the features of a map into `slots`. Returns their number.
 pub(crate) fn loaded<T: Real, D: Vector<Scalar = T>, N: AsRef<[f64]>>(
     features: impl ExactSizeIterator<Item = N>,
     slots: &mut [Component<D>],
@@ -104,7 +104,7 @@ pub(crate) fn loaded<T: Real, D: Vector<Scalar = T>, N: AsRef<[f64]>>(
     Ok(count)
 }
 
-/// A detector beyond the first, if there is one, or the memory for it.
+/// A further detector, if there is one, or the memory for it.
 #[derive(Debug)]
 pub(crate) struct Other<'m, X: MeasurementModel, const MEASUREMENTS: usize> {
     room: Option<&'m mut DetectorMemory<X::Measurement, MEASUREMENTS>>,
@@ -116,7 +116,7 @@ impl<'m, T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>, const MEASUREMENT
         Self { room: Some(room), detector: None }
     }
 
-    /// There is such a detector now, or it goes on as such.
+    /// Adds the detector, or replaces its models.
     fn set(&mut self, detector: Detector<X>) -> Result<(), Refusal> {
         if let Some(known) = &mut self.detector {
             known.adopt(detector);
@@ -127,15 +127,15 @@ impl<'m, T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>, const MEASUREMENT
     }
 }
 
-/// The filter with a mixture a particle, with everything that a black box may hold: all detectors, fixes, maps, other models in flight,
-/// poses set from outside, snapshots.
+/// The mixture filter with all records of a black box: all detectors, fixes, maps, changes of models, poses set from outside, and
+/// snapshots.
 #[derive(Debug)]
 pub struct BlackBoxFilter<'m, G: Modelled<T>, T: Real, const MEASUREMENTS: usize, const OTHERS: usize> {
     pub(crate) first: Onboard<'m, G, G::Helm, G::Motion, G::Sensing>,
     pub(crate) others: [Other<'m, G::Sensing, MEASUREMENTS>; OTHERS],
 }
 
-/// A detector that a filter works with.
+/// A detector with its memory.
 type Seated<'m, X> = Detector<X, ScanRoom<'m, <X as MeasurementModel>::Measurement>>;
 
 impl<'m, G: Modelled<T>, T: Real, const MEASUREMENTS: usize, const OTHERS: usize>
@@ -159,7 +159,7 @@ impl<'m, G: Modelled<T>, T: Real, const MEASUREMENTS: usize, const OTHERS: usize
         }?)
     }
 
-    /// Goes on with the models and the tuning of a head.
+    /// Continues with the models and the tuning of a head.
     fn retune(&mut self, header: &Header<G>) -> Result<(), Refusal> {
         let detector = G::first(header)?;
         let filter = &mut self.first.filter;
@@ -260,7 +260,7 @@ where
     }
 }
 
-/// Why a filter does not go on from a snapshot.
+/// The reason for which a filter cannot be restored from a snapshot.
 pub(crate) fn unrestored(error: RestoreError<StreamError>) -> Refusal {
     let why = match error {
         RestoreError::Source(_) => "a slice of the snapshot is missing or damaged",
@@ -277,7 +277,7 @@ pub(crate) fn unrestored(error: RestoreError<StreamError>) -> Refusal {
     Refusal::Unusable { why }
 }
 
-/// A head among the records that cannot be read.
+/// The error of a head among the records that cannot be read.
 pub(crate) fn unreadable(_error: StreamError) -> Refusal {
     Refusal::Unusable { why: "a header among the records cannot be read" }
 }

@@ -2,12 +2,13 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
 
-/// The check of the header and of every record: CRC-32 as in Ethernet and zip files.
+/// Checksum of the header and of every record: CRC-32 as in Ethernet and zip files.
 pub(crate) static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
-/// Bytes of it.
+/// Number of its bytes.
 pub(crate) const CHECK: usize = 4;
 
-/// The check of a record's bytes behind a record, or head, of that check: so the order of records is checked too.
+/// The checksum of a record's bytes, with that of the previous record or head included, so that the order of records is checked
+/// too.
 pub(crate) fn chained(before: u32, bytes: &[u8]) -> u32 {
     let mut check = CRC.digest();
     check.update(&before.to_le_bytes());
@@ -15,7 +16,7 @@ pub(crate) fn chained(before: u32, bytes: &[u8]) -> u32 {
     check.finalize()
 }
 
-/// Hands bytes on to a sink, and their check after them; after the first error, nothing more.
+/// Writes bytes and their checksum to a sink; after the first error, nothing more.
 pub(crate) struct Checked<F, E> {
     sink: F,
     check: Digest<'static, u32, Table<1>>,
@@ -28,7 +29,7 @@ impl<E, F: FnMut(&[u8]) -> Result<(), E>> Checked<F, E> {
         Self { sink, check: CRC.digest(), state: Ok(()) }
     }
 
-    /// A record behind one of this check.
+    /// A record behind one with this checksum.
     pub(crate) fn behind(before: u32, sink: F) -> Self {
         let mut record = Self::new(sink);
         record.check.update(&before.to_le_bytes());
@@ -42,10 +43,10 @@ impl<E, F: FnMut(&[u8]) -> Result<(), E>> Checked<F, E> {
         }
     }
 
-    /// Ends what is checked, and says its check.
+    /// Writes the checksum, and returns it.
     ///
     /// # Errors
-    /// The first one of the sink.
+    /// The first error of the sink.
     pub(crate) fn end(mut self) -> Result<u32, E> {
         self.state?;
         let check = self.check.finalize();
@@ -54,7 +55,7 @@ impl<E, F: FnMut(&[u8]) -> Result<(), E>> Checked<F, E> {
     }
 }
 
-/// Takes numbers off the front of some bytes; `None` where they run out.
+/// Reads numbers from the front of a slice; `None` at its end.
 #[derive(Debug, Clone)]
 pub(crate) struct Bytes<'a>(pub(crate) &'a [u8]);
 

@@ -1,4 +1,4 @@
-//! How to find snapshots in a stream of which the beginning is not at hand.
+//! Finds snapshots in a stream without its beginning.
 
 use crate::bytes::Bytes;
 use crate::front::MAGIC;
@@ -7,8 +7,8 @@ use crate::header::Header;
 use crate::kind::Kind;
 use crate::reader::Reader;
 
-/// Where the first snapshot at or behind a place begins whose head can be read, wherever in a stream that place is: what stands
-/// before it, or is damaged, does not matter. From there on the bytes are a stream.
+/// Position of the first snapshot at or behind a position whose head can be read. The position may be anywhere in the stream, and
+/// damage before the snapshot does not matter. The bytes from there on are a stream.
 ///
 /// ```
 /// use scphd_stream::planar::{Odometry, Planar};
@@ -41,7 +41,7 @@ pub fn find_snapshot<K: Kind>(bytes: &[u8], from: usize) -> Option<usize> {
     })
 }
 
-/// The next snapshot at or behind a place of which all is there, as [`find_snapshot`] finds them.
+/// Position of the next complete snapshot at or behind a position, otherwise as [`find_snapshot`].
 #[must_use]
 pub fn find_whole_snapshot<K: Kind>(bytes: &[u8], mut from: usize) -> Option<usize> {
     loop {

@@ -1,4 +1,4 @@
-//! A replay under which bits of the filter's memory flip, and what a vehicle does against it: the same on a board and on a desk.
+//! A replay with bit flips in the filter's memory, and the countermeasures of a vehicle: the same on a board and on a host.
 
 use crate::kind::Kind;
 use crate::onboard::{Aboard, Filter, Refusal};
@@ -9,64 +9,65 @@ use scphd::diagnostics::{Scrubbed, Scrubber};
 use scphd::errors::Flaw;
 use scphd::numerics::Noise;
 
-/// Scans before the first bit flips.
+/// Number of scans before the first flip.
 const WARM: u32 = 60;
-/// Scans of a round.
+/// Number of scans in a round.
 const SCANS: u32 = 10;
-/// Bits that flip before every scan.
+/// Number of flips before every scan.
 const FLIPS: u32 = 16;
-/// Parts that are scrubbed after every scan.
+/// Number of parts that are scrubbed after every scan.
 const PARTS: usize = 8;
-/// Seeds of the image `flips`, for a mixture of few particles and for a joint map: of 40 two with which every kind of repair comes about, going
-/// back to a snapshot too.
+/// Seeds of the firmware image `flips`, for a mixture of few particles and for a joint map: two of 40 with which all types of
+/// repair occur, including the restoration of a snapshot.
 pub const FLIP_SEEDS: [u64; 2] = [5, 3];
 
-/// A filter whose memory can fail.
+/// A filter with simulated memory faults.
 pub trait Failing<K: Kind>: Filter<K> {
     /// Flips one bit of its state.
     fn flip_bit(&mut self, draws: &mut Noise);
 
-    /// Looks over so many parts of its state, and mends them.
+    /// Checks this number of parts of its state, and repairs them.
     ///
     /// # Errors
-    /// What cannot be mended.
+    /// The damage that cannot be repaired.
     fn scrub(&mut self, scrubber: &mut Scrubber, parts: usize) -> Result<Scrubbed, Flaw>;
 
-    /// Writes a snapshot into `bytes`; how long it is, and nothing where the state is damaged or there is no room.
+    /// Writes a snapshot into `bytes`. Returns its length; `None` if the state is damaged or the capacity too small.
     fn save_into(&mut self, bytes: &mut [u8]) -> Option<usize>;
 
-    /// Goes on from a snapshot.
+    /// Restores a snapshot.
     ///
     /// # Errors
-    /// It is none of this filter.
+    /// The bytes are not a snapshot of this filter.
     fn restore_from(&mut self, bytes: &[u8]) -> Result<(), Refusal>;
 }
 
-/// What ten scans under flips have come to.
+/// Results of ten scans with flips.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Round {
-    /// Place of the round, counted from 0.
+    /// Index of the round, from 0.
     pub round: u32,
-    /// Bits that have flipped.
+    /// Number of flips.
     pub flips: u32,
-    /// Scrubbings that have found something and mended it.
+    /// Number of calls of `scrub` that found and repaired damage.
     pub mended: u32,
-    /// Particles isolated by them.
+    /// Number of particles that they isolated.
     pub isolated: u32,
-    /// Steps, scrubbings and snapshots that were refused, upon which the filter went back to the last snapshot.
+    /// Number of refused steps, scrubbings and snapshots, after each of which the last snapshot was restored.
     pub refused: u32,
-    /// The longest scan, in whatever the monitor's clock counts.
+    /// The longest scan, in the unit of the monitor's clock.
     pub worst: u64,
-    /// Hash of the state after all of it was scrubbed.
+    /// Digest of the state after a complete scrubbing.
     pub digest: u64,
 }
 
-/// Replays the stream in `bytes`, with flips drawn from `seed`. From the 61st scan on sixteen bits flip before every scan, before its predictions or after them. Eight parts
-/// of the state are scrubbed after every scan, and all of it after ten; a snapshot follows, in `room`. Where scrubbing cannot mend, or the
-/// filter refuses, it goes back to the last snapshot, and over the predictions since.
+/// Replays the stream in `bytes`, with flips drawn from `seed`. From the 61st scan on, sixteen bits flip before every scan,
+/// either before or after its predictions. Eight parts of the state are scrubbed after every scan, and the whole state after ten;
+/// a snapshot in `room` follows. If scrubbing cannot repair the damage, or the filter refuses a step, the last snapshot is
+/// restored and the predictions since then are repeated.
 ///
 /// # Errors
-/// The stream is damaged, the filter refuses what comes before the first flip, or a snapshot cannot be used.
+/// The stream is damaged, the filter refuses a record before the first flip, or a snapshot cannot be used.
 pub fn replay_with_flips<A>(
     bytes: &[u8],
     memory: &mut A::Memory,
@@ -110,7 +111,7 @@ where
     Ok(())
 }
 
-/// A filter under flips, and its last snapshot.
+/// A filter with flips, and its last snapshot.
 struct Run<'b, 'a, F, K: Kind> {
     filter: F,
     draws: Noise,
@@ -118,9 +119,9 @@ struct Run<'b, 'a, F, K: Kind> {
     round: Round,
     scans: u32,
     room: &'b mut [u8],
-    /// Bytes of the snapshot.
+    /// Number of bytes of the snapshot.
     len: usize,
-    /// What comes after it.
+    /// The records after it.
     kept: Reader<'a, K>,
 }
 
@@ -140,7 +141,7 @@ impl<'a, F: Failing<K>, K: Kind> Run<'_, 'a, F, K> {
         }
     }
 
-    /// Bits that flip, the predictions up to a scan, and the scan; whether there was one.
+    /// Flips bits, and processes the records up to and including the next scan. Returns whether there was one.
     fn passage(&mut self, reader: &mut Reader<'a, K>, clock: &mut impl Monitor) -> Result<bool, ReplayError> {
         let flips_first = self.draws.uniform::<f32>() < 0.5;
         if flips_first {
@@ -184,7 +185,7 @@ impl<'a, F: Failing<K>, K: Kind> Run<'_, 'a, F, K> {
         }
     }
 
-    /// Keeps the state as it is now; whether it is sound.
+    /// Saves the present state. Returns whether it is valid.
     fn save(&mut self, now: &Reader<'a, K>) -> bool {
         let saved = self.filter.save_into(self.room);
         if let Some(len) = saved {
@@ -193,7 +194,7 @@ impl<'a, F: Failing<K>, K: Kind> Run<'_, 'a, F, K> {
         saved.is_some()
     }
 
-    /// Goes back to the snapshot, and from there over the predictions up to where the stream is now.
+    /// Restores the snapshot, and repeats the predictions up to the present position of the stream.
     fn go_back(&mut self, now: &Reader<'a, K>) -> Result<(), ReplayError> {
         self.round.refused += 1;
         let snapshot = self.room.get(..self.len).unwrap_or(&[]);

@@ -1,36 +1,36 @@
-//! The front of a head: what stands at the same place in every stream.
+//! The front of a head: fields at the same position in every stream.
 
 /// The first bytes of every stream.
 pub(crate) const MAGIC: [u8; 8] = *b"SCPHDLOG";
-/// The version this code reads and writes.
+/// The version that this code reads and writes.
 pub(crate) const VERSION: u16 = 6;
-/// Bytes before the numbers: magic, version, length, choices, counts, seed, what the stream goes on from.
+/// Number of bytes before the numbers: magic, version, length, choices, counts, seed, mark of the snapshot, previous checksum.
 pub(crate) const FRONT: usize = 72;
 
-/// Where a head says what it begins, and the numbers for it.
+/// Position of the byte that is the type of the head, and its values.
 pub(crate) const BEGINS: usize = 18;
 pub(crate) const SNAPSHOT: u8 = 1;
 pub(crate) const RETUNED: u8 = 2;
-/// Where it says what it goes on from.
+/// Position of the mark of a snapshot.
 pub(crate) const MARK: usize = 52;
 
-/// What a head stands before. A stream begins with one; further ones stand among its records.
+/// Purpose of a head. A stream begins with one; others are among its records.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Begins {
     /// The start: the filter is reset to the pose and the seed of the head.
     Start,
-    /// A snapshot: a replay may begin here, with the state that follows in slices.
+    /// A snapshot: a replay may begin here, with the state in the following slices.
     Snapshot(Mark),
-    /// Other models or another tuning, of the head, from here on.
+    /// Changed models or tuning, which this head contains.
     Retuned,
 }
 
-/// What a snapshot is of.
+/// Description of a snapshot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mark {
-    /// Scans before it.
+    /// Number of scans before it.
     pub scans: u32,
-    /// What it has, a bit for each [`Part`](crate::Part).
+    /// Its parts, a bit for each [`Part`](crate::Part).
     pub parts: u32,
     /// Digest of the state.
     pub digest: u64,

@@ -6,18 +6,18 @@ use crate::front::{BEGINS, FRONT, MAGIC, MARK, Mark, SNAPSHOT};
 use crate::header::Header;
 use crate::kind::Kind;
 
-/// A head among the records, as it stands.
+/// An encoded head among the records.
 #[derive(Debug, Clone, Copy)]
 pub struct Head<'a> {
     bytes: &'a [u8],
-    /// Its own check.
+    /// Its checksum.
     pub(crate) check: u32,
-    /// The check of the record before it.
+    /// The checksum of the record before it.
     pub(crate) before: u32,
 }
 
 impl<'a> Head<'a> {
-    /// Takes the head off the front of some bytes, without a look at what it says; `None` where there is no sound one.
+    /// Takes a head from the front of some bytes, without decoding it; `None` if there is no valid one.
     pub(crate) fn take<K: Kind>(bytes: &mut Bytes<'a>) -> Option<Self> {
         let whole = bytes.slice(Header::<K>::LENGTH)?;
         let (content, check) = whole.split_last_chunk::<CHECK>()?;
@@ -28,7 +28,7 @@ impl<'a> Head<'a> {
         sound.then_some(Self { bytes: whole, check, before: u32::from_le_bytes(*before) })
     }
 
-    /// The snapshot behind it, if that is what it begins.
+    /// Description of the snapshot that it begins, if any.
     #[must_use]
     pub fn mark(&self) -> Option<Mark> {
         if self.bytes.get(BEGINS) != Some(&SNAPSHOT) {
@@ -38,10 +38,10 @@ impl<'a> Head<'a> {
         Some(Mark { scans: bytes.u32()?, parts: bytes.u32()?, digest: bytes.u64()? })
     }
 
-    /// What it says.
+    /// Decodes the head.
     ///
     /// # Errors
-    /// It is of another version, another kind of vehicle, or makes a choice that this code does not know.
+    /// It has another version, is for another kind of vehicle, or has an unknown choice.
     pub fn decode<K: Kind>(&self) -> Result<Header<K>, StreamError> {
         Header::decode(&mut Bytes(self.bytes)).map(|(header, _)| header)
     }

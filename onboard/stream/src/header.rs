@@ -1,4 +1,4 @@
-//! The head of a stream: everything a filter has to be told before the first record.
+//! The head of a stream: all parameters of a filter.
 
 use crate::bytes::{Bytes, CHECK, CRC, Checked};
 use crate::error::StreamError;
@@ -7,61 +7,61 @@ use crate::kind::Kind;
 use crate::numbers::{Numbers, numbers};
 use crate::scalar::Scalar;
 
-/// A count that was not known when the head was written, as in a flight that was still going on.
+/// The value of a count that was unknown when the head was written, for example during the flight.
 pub const UNKNOWN: u32 = u32::MAX;
 
-/// Where poses are drawn from.
+/// Proposal density of the poses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Proposal {
-    /// The odometry alone.
+    /// The transition density.
     Blind,
-    /// Odometry and scan.
+    /// The Gaussian corrected by the scan.
     Informed,
 }
 
-/// Which components are the estimated features.
+/// Components that are the estimated features.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extraction {
     /// The heaviest.
     Heaviest,
     /// The highest peaks.
     Peaks,
-    /// All that are confirmed.
+    /// All confirmed components.
     Confirmed,
 }
 
 numbers! {
-    /// Numbers of the recursion, for static features.
+    /// Tuning of the recursion, for static features.
     Recursion {
         /// w_b, 1/(m·rad), or 1/px⁴ for a stereo camera.
         birth_intensity: f64,
-        /// Resample below this N_eff / N.
+        /// Resampling threshold: N_eff / N.
         resample_threshold: f64,
-        /// Drop components below this weight.
+        /// Pruning threshold.
         prune_weight: f64,
-        /// A component is confirmed where it is better known than from this many measurements.
+        /// A component is confirmed if its covariance is smaller than this number of measurements would give.
         confirming_detections: f64,
-        /// Forget components that leave the view lighter than this and not confirmed.
+        /// Components that leave the view are removed if their weight is below this and they are not confirmed.
         unconfirmed_weight: f64,
-        /// Misses take a confirmed component no further down than to this weight.
+        /// Lower limit of the weight of a confirmed component after misses.
         confirmed_weight: f64,
-        /// Merge components within this squared Mahalanobis distance.
+        /// Merging threshold: squared Mahalanobis distance.
         merge_distance: f64,
-        /// Least weight of an estimated feature.
+        /// Minimum weight of an estimated feature.
         extraction_weight: f64,
-        /// Linearisations of the informed proposal; a whole number.
+        /// Number of linearisations of the informed proposal; an integer.
         proposal_rounds: f64,
-        /// Share of the informed proposal's covariance that is drawn.
+        /// Fraction of the informed proposal's covariance with which samples are drawn.
         proposal_sampled_fraction: f64,
-        /// Least share of a measurement with which a component steers the informed proposal.
+        /// Minimum association probability with which a measurement corrects the informed proposal.
         proposal_min_responsibility: f64,
-        /// By how much longer than the vehicle's own odometry errors those of a mixture are taken to last; 0 counts as 1.
+        /// Factor on the correlation time of odometry errors in a mixture; 0 counts as 1.
         interval_margin: f64,
     }
 }
 
 numbers! {
-    /// Numbers of the recursion, for moving features.
+    /// Tuning of the recursion, for moving features.
     Moving {
         /// w_m, birth intensity of moving features, 1/(m·rad); 0 for none.
         birth_intensity: f64,
@@ -71,79 +71,79 @@ numbers! {
         acceleration_psd: f64,
         /// τ, mean lifetime, s.
         lifetime_s: f64,
-        /// Forget moving components whose position has a greater standard deviation, m.
+        /// Moving components are removed if the standard deviation of their position is greater, m.
         spread_max_m: f64,
-        /// Least weight of an estimated moving feature.
+        /// Minimum weight of an estimated moving feature.
         extraction_weight: f64,
     }
 }
 
 numbers! {
-    /// Numbers of a joint map.
+    /// Tuning of a joint map.
     Joint {
-        /// Mean time that a landmark stays in sight before something hides it, s.
+        /// Mean time until a visible landmark is occluded, s.
         visible_s: f64,
-        /// Mean time that it stays hidden, s.
+        /// Mean time until an occluded landmark is visible again, s.
         occluded_s: f64,
-        /// Mean time until it is taken away, s.
+        /// Mean time until a landmark is removed, s.
         lifetime_s: f64,
-        /// Share of p_D that is left behind a nearer detection.
+        /// Factor on p_D behind a nearer detection.
         occlusion_factor: f64,
-        /// Two features within this squared Mahalanobis distance are one.
+        /// Features within this squared Mahalanobis distance are merged.
         merge_distance: f64,
     }
 }
 
-/// Everything a filter has to be told before the first record: models, tuning, start. All numbers are in double
-/// precision, whatever the payload: the filter rounds them as it would round settings from anywhere else.
+/// All parameters of a filter: models, tuning and initial pose. All numbers are in double precision, for any payload: the filter
+/// rounds them like settings from any other source.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Header<K: Kind> {
     /// The number type of the payload.
     pub scalar: Scalar,
     /// The motion model.
     pub vehicle: K::Vehicle,
-    /// Where poses are drawn from.
+    /// Proposal density of the poses.
     pub proposal: Proposal,
-    /// Which components are the estimated static features.
+    /// Components that are the estimated static features.
     pub extraction: Extraction,
-    /// Whether births that nothing explains wait for the next scan.
+    /// Whether unexplained births are delayed until the next scan.
     pub births_wait: bool,
-    /// Scans in the stream, or [`UNKNOWN`].
+    /// Number of scans in the stream, or [`UNKNOWN`].
     pub scans: u32,
-    /// Predictions in the stream, or [`UNKNOWN`].
+    /// Number of predictions in the stream, or [`UNKNOWN`].
     pub predictions: u32,
-    /// The most measurements in a scan, or [`UNKNOWN`].
+    /// Maximum number of measurements in a scan, or [`UNKNOWN`].
     pub most_measurements: u32,
-    /// N.
+    /// N, the number of particles.
     pub particles: u32,
-    /// M.
+    /// M, the number of samples per particle.
     pub samples: u32,
-    /// Components kept in view, at most.
+    /// Maximum number of components in view after reduction.
     pub max_components: u32,
     /// Seed of the filter's random numbers.
     pub seed: u64,
-    /// What stands behind this head.
+    /// Purpose of this head.
     pub begins: Begins,
-    /// Start, vehicle and sensor.
+    /// Initial pose, vehicle and sensor.
     pub models: K::Models,
-    /// The recursion for static features.
+    /// Tuning for static features.
     pub recursion: Recursion,
-    /// The recursion for moving features.
+    /// Tuning for moving features.
     pub moving: Moving,
-    /// The joint map, for a filter that has one.
+    /// Tuning of the joint map, for a filter that has one.
     pub joint: Joint,
-    /// Time from one scan to the next, s; the median where it varies.
+    /// Time between scans, s; the median if it varies.
     pub scan_interval_s: f64,
 }
 
 impl<K: Kind> Header<K> {
-    /// Bytes of the whole head, its check included.
+    /// Number of bytes of the head, including its checksum.
     pub const LENGTH: usize = FRONT
         + 8 * (<K::Models as Numbers>::COUNT + Recursion::COUNT + Moving::COUNT + Joint::COUNT + f64::COUNT)
         + CHECK;
 
-    /// A head with every number zero, one particle, one sample, blind proposal, the heaviest extracted and unknown
-    /// counts.
+    /// A head with all numbers zero, one particle, one sample, the blind proposal, extraction of the heaviest components, and
+    /// unknown counts.
     pub const EMPTY: Self = Self {
         scalar: Scalar::F64,
         vehicle: K::VEHICLE,
@@ -165,7 +165,7 @@ impl<K: Kind> Header<K> {
         scan_interval_s: 0.0,
     };
 
-    /// Writes the head behind a record of this check, 0 for none; the check of the head.
+    /// Writes the head behind a record with this checksum, 0 for none. Returns the checksum of the head.
     pub(crate) fn write<E>(&self, before: u32, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<u32, E> {
         let mut sink = Checked::new(sink);
         sink.put(&MAGIC);
@@ -215,12 +215,13 @@ impl<K: Kind> Header<K> {
         sink.end()
     }
 
-    /// The number type of the records behind the head at the front of `bytes`, which is read as a whole.
+    /// The number type of the records behind the head at the front of `bytes`, which is decoded completely.
     pub(crate) fn scalar_of(bytes: &[u8]) -> Result<Scalar, StreamError> {
         Self::decode(&mut Bytes(bytes)).map(|(header, _)| header.scalar)
     }
 
-    /// Takes the head off the front of `bytes`; the head, and its check. In a frame of its own, and once in an image.
+    /// Takes the head from the front of `bytes`. Returns it with its checksum. Not inlined, so that its stack frame is temporary
+    /// and its code exists once.
     #[inline(never)]
     pub(crate) fn decode(bytes: &mut Bytes<'_>) -> Result<(Self, u32), StreamError> {
         let whole = bytes.0;
@@ -248,7 +249,7 @@ impl<K: Kind> Header<K> {
         Ok((header?, check))
     }
 
-    /// What follows the choices, with what they stand for; consumes all of it, known choices or not.
+    /// Decodes the fields behind the choices, with the meaning of the choices; reads all of them even if a choice is unknown.
     fn fields(vehicle: K::Vehicle, choices: [u8; 8], bytes: &mut Bytes<'_>) -> Option<Self> {
         let mut header = Self { vehicle, ..Self::EMPTY };
         for count in [
@@ -263,7 +264,7 @@ impl<K: Kind> Header<K> {
         }
         header.seed = bytes.u64()?;
         let mark = Mark { scans: bytes.u32()?, parts: bytes.u32()?, digest: bytes.u64()? };
-        // The check of the record before is the reader's to look at.
+        // The checksum of the previous record is checked by the reader.
         bytes.u32()?;
         let mut number = || bytes.f64();
         header.models = Numbers::take(&mut number)?;
@@ -311,7 +312,7 @@ mod tests {
     use crate::underwater::{Auv, Underwater};
     use std::vec::Vec;
 
-    /// A head in which no two numbers are the same.
+    /// A head in which all numbers differ.
     fn numbered<K: Kind>(vehicle: K::Vehicle) -> Header<K> {
         let mut next = 99.5;
         let mut number = || {
@@ -359,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read() {
+    fn a_written_head_is_read() {
         comes_back(planar());
         comes_back(numbered::<Underwater>(Auv));
         assert_eq!((planar().models.start_x_m, planar().scan_interval_s), (100.5, 149.5));
@@ -367,7 +368,7 @@ mod tests {
         assert_eq!((underwater.models.start_m[0], underwater.scan_interval_s), (100.5, 178.5));
     }
 
-    /// The places of the documented layout, by hand.
+    /// The positions of the documented layout.
     #[test]
     fn the_layout_is_the_documented_one() {
         let bytes = encoded(&planar());
@@ -390,7 +391,7 @@ mod tests {
     }
 
     #[test]
-    fn every_damage_to_the_head_is_seen() {
+    fn all_damage_to_the_head_is_detected() {
         let good = encoded(&planar());
         for place in 0..good.len() {
             let mut bytes = good.clone();
@@ -401,7 +402,7 @@ mod tests {
     }
 
     #[test]
-    fn other_versions_vehicles_and_files_are_told_apart() {
+    fn other_versions_vehicles_and_files_are_distinguished() {
         let decoded = |bytes: &[u8]| Header::<Planar>::decode(&mut Bytes(bytes)).map(drop);
         let mut bytes = encoded(&planar());
         bytes[8] = 1;

@@ -1,13 +1,13 @@
-//! A filter's inputs as a compact binary stream, and the loop that feeds one to the filter.
+//! The inputs of a filter as a compact binary stream, and the loop that replays a stream.
 //!
-//! The same code runs on a vehicle computer and on a desk: [`Reader`] and [`Writer`] for the format
-//! (`docs/stream.md`), [`Filter`] for a filter in fixed memory that is set up from a stream's [`Header`], and
-//! [`replay()`] for the loop, which tells a [`Monitor`] the digest of the filter's state after every scan. Whoever logs a
-//! flight with the writer can replay it to the last bit.
+//! The same code runs on a vehicle computer and on a host: [`Reader`] and [`Writer`] for the format (`docs/stream.md`),
+//! [`Filter`] for a filter in fixed memory that is constructed from the [`Header`] of a stream, and [`replay()`] for the loop,
+//! which passes the digest of the filter's state after every scan to a [`Monitor`]. A flight that was recorded with the writer
+//! can be replayed to the last bit.
 //!
-//! There are two kinds of stream, of vehicles in the plane ([`planar`]) and under water ([`underwater`]). What they differ in
-//! is in these two modules: the numbers of models and records ([`Kind`]), the capacities of the memory and the models
-//! made of the numbers ([`Aboard`]). Format, filter and loop are written once over both.
+//! There are two kinds of stream, for planar vehicles ([`planar`]) and for underwater vehicles ([`underwater`]). These two
+//! modules contain their differences: the numbers of models and records ([`Kind`]), the capacities of the memory, and the models
+//! constructed from the numbers ([`Aboard`]). Format, filter and loop are generic over both.
 //!
 //! No heap, no panics.
 #![no_std]

@@ -1,16 +1,16 @@
-//! Numbers in the order in which a stream has them.
+//! Sequences of numbers in the order of a stream.
 
-/// One number or several that always come together.
+/// One number or a fixed sequence of numbers.
 pub trait Numbers: Copy {
-    /// How many they are.
+    /// Number of numbers.
     const COUNT: usize;
     /// All zero.
     const ZERO: Self;
 
-    /// Hands them on one after the other.
+    /// Passes the numbers to `sink` one after the other.
     fn put(&self, sink: &mut impl FnMut(f64));
 
-    /// Makes them of the next numbers of a source; `None` where it runs out.
+    /// Constructs it from the next numbers of a source; `None` if there are too few.
     fn take(source: &mut impl FnMut() -> Option<f64>) -> Option<Self>;
 }
 
@@ -44,7 +44,7 @@ impl<N: Numbers, const LEN: usize> Numbers for [N; LEN] {
     }
 }
 
-/// A structure of numbers, in the order of its fields.
+/// Defines a structure of numbers, in the order of its fields.
 macro_rules! numbers {
     ($(#[$meta:meta])* $name:ident { $($(#[$doc:meta])* $field:ident: $type:ty,)* }) => {
         $(#[$meta])*
@@ -75,7 +75,7 @@ mod tests {
     use std::vec::Vec;
 
     numbers! {
-        /// Some of each kind.
+        /// One field of each kind.
         Some5 {
             /// One.
             one: f64,
@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_keep_their_order_and_are_missed() {
+    fn numbers_keep_their_order_and_missing_ones_are_detected() {
         let five = Some5 { one: 1.0, four: [[2.0, 3.0], [4.0, 5.0]] };
         let mut all = Vec::new();
         five.put(&mut |number| all.push(number));

@@ -1,4 +1,4 @@
-//! The filter that a stream is fed to, whatever vehicle it is of.
+//! The filter that processes a stream, generic over the vehicle.
 
 use crate::header::{self, Header, Moving};
 use crate::kind::Kind;
@@ -16,7 +16,7 @@ use scphd::snapshot::{RestoreError, SaveError};
 use scphd::storage::ScanRoom;
 use scphd::{Births, Component, Config, Detector, DetectorMemory, PredictReport, Real, ScPhd, ScanReport};
 
-/// A filter on board that streams of a kind can be fed to, with numbers of this type.
+/// A filter on board for streams of a kind, with this number type.
 pub trait Aboard<T: Real> {
     /// The kind of its streams.
     type Kind: Kind;
@@ -27,37 +27,37 @@ pub trait Aboard<T: Real> {
     where
         T: 'm;
 
-    /// Fresh memory, all zero, so that a `static` of it lies in .bss.
+    /// Empty memory, all zero, so that a `static` is in .bss.
     const MEMORY: Self::Memory;
-    /// What bounds the work of a scan.
+    /// Capacities that bound the work of a scan.
     const CAPACITIES: Capacities;
-    /// Where the RAM goes.
+    /// Use of the RAM.
     const RAM_PARTS: [RamPart; 6];
 
-    /// Sets the filter up as the head of a stream says, and starts it.
+    /// Constructs and starts the filter with the parameters of a head.
     ///
     /// # Errors
-    /// A number of the head is out of range, or the filter does not fit the memory.
+    /// A parameter of the head is out of range, or the filter does not fit the memory.
     fn start<'m>(header: &Header<Self::Kind>, memory: &'m mut Self::Memory) -> Result<Self::Filter<'m>, Refusal>
     where
         T: 'm;
 }
 
-/// A filter that streams of one kind can be fed to.
+/// A filter for streams of one kind.
 pub trait Filter<K: Kind> {
-    /// Whether it takes in all that a black box holds.
+    /// Whether it processes all records of a black box.
     const BLACK_BOX: bool = false;
 
-    /// Moves the vehicle.
+    /// Predicts the pose.
     ///
     /// # Errors
-    /// The input is not one the vehicle can be given.
+    /// The input is invalid.
     fn predict(&mut self, input: &K::Input) -> Result<(), Refusal>;
 
-    /// Takes a scan into the memory, for [`scan`](Self::scan).
+    /// Stores a scan, for [`scan`](Self::scan).
     fn receive(&mut self, measurements: Measurements<'_, K>) -> Scan;
 
-    /// Updates the filter with the scan that was received last.
+    /// Updates the filter with the last stored scan.
     ///
     /// # Errors
     /// A measurement is not finite, or there are too many.
@@ -65,62 +65,62 @@ pub trait Filter<K: Kind> {
         self.scan_with(scan, &mut ())
     }
 
-    /// [`scan`](Self::scan), watched by a probe.
+    /// [`scan`](Self::scan) with a probe.
     ///
     /// # Errors
     /// As for `scan`.
     fn scan_with(&mut self, scan: Scan, probe: &mut impl Probe) -> Result<Seen, Refusal>;
 
-    /// Takes in a record that is neither a prediction nor a scan. The filters that are measured know none of these; those of a
-    /// black box do.
+    /// Processes a record that is neither a prediction nor a scan. Only the filters of a black box support these records; those
+    /// for benchmarks do not.
     ///
     /// # Errors
-    /// The record is of what this filter does not do, or the filter refuses it.
+    /// The filter does not support the record, or refuses it.
     fn take(&mut self, _record: &Record<'_, K>) -> Result<(), Refusal> {
         Err(Refusal::NotAboard)
     }
 
-    /// Goes on from a snapshot. The filters that are measured do not; those of a black box do.
+    /// Restores a snapshot. Only the filters of a black box support this; those for benchmarks do not.
     ///
     /// # Errors
-    /// This filter does not go on from snapshots, or not from this one.
+    /// This filter does not support snapshots, or cannot use this one.
     fn restore(&mut self, _snapshot: &Snapshot<'_, K>) -> Result<(), Refusal> {
         Err(Refusal::NotAboard)
     }
 
-    /// Estimates pose and map as a vehicle would after a scan: the pose, and the number of features.
+    /// Estimates pose and map as a vehicle does after a scan. Returns the pose and the number of features.
     fn estimate(&mut self) -> (K::Pose, usize);
 
     /// The estimated pose, and the lower triangle of its covariance.
     fn estimate_pose(&self) -> (K::Pose, K::Covariance);
 
-    /// Hash of the complete state.
+    /// A hash of the complete state.
     fn digest(&self) -> u64;
 }
 
-/// Makes the control of a motion model, and its duration (s), of what a stream says.
+/// Converts inputs of a stream to controls of a motion model, with their duration, s.
 pub trait Helm<T, I, C> {
-    /// Whether it has a state of its own, which a snapshot has to have.
+    /// Whether it has a state, which a snapshot must contain.
     const HAS_STATE: bool = false;
 
-    /// `None` where no time has passed.
+    /// Converts an input; `None` if no time has passed.
     ///
     /// # Errors
-    /// The input is not one the vehicle can be given; nothing has changed.
+    /// The input is invalid; the state is unchanged.
     fn control(&mut self, input: &I) -> Result<Option<(C, T)>, PredictError>;
 
-    /// Writes its state down, if it has one.
+    /// Saves its state, if it has one.
     ///
     /// # Errors
-    /// Those of the sink, or the state is damaged.
+    /// The error of the sink, or the state is damaged.
     fn save<E>(&self, _kind: u32, _sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>> {
         Ok(0)
     }
 
-    /// Goes on from what was saved.
+    /// Restores the saved state.
     ///
     /// # Errors
-    /// It is not its state, or it has none.
+    /// The bytes are not its state, or it has none.
     fn restore<E>(
         &mut self,
         _kind: u32,
@@ -130,7 +130,7 @@ pub trait Helm<T, I, C> {
     }
 }
 
-/// All memory of a filter on board: its state and its detector's scratch, a scan on its way in, an estimated map on its way out.
+/// All memory of a filter on board: its state, the working memory of its detector, a received scan, and an estimated map.
 #[derive(Debug)]
 pub struct Memory<S, D: Vector, Z: Vector, const MEASUREMENTS: usize, const FEATURES: usize> {
     pub(crate) state: S,
@@ -142,7 +142,7 @@ pub struct Memory<S, D: Vector, Z: Vector, const MEASUREMENTS: usize, const FEAT
 impl<S, D: Vector, Z: Vector, const MEASUREMENTS: usize, const FEATURES: usize>
     Memory<S, D, Z, MEASUREMENTS, FEATURES>
 {
-    /// Memory with this state, and nothing on its way.
+    /// Memory with this state, and without data.
     pub(crate) const fn with(state: S) -> Self {
         Self {
             state,
@@ -153,7 +153,7 @@ impl<S, D: Vector, Z: Vector, const MEASUREMENTS: usize, const FEATURES: usize>
     }
 }
 
-/// A filter for streams of kind `G`, with the memory of what comes in and goes out, and whatever makes its controls.
+/// A filter for streams of kind `G`, with memory for its inputs and outputs, and the conversion of its inputs.
 #[derive(Debug)]
 pub struct Onboard<'m, G, N, M: Motion, X: MeasurementModel> {
     pub(crate) filter: ScPhd<'m, M>,
@@ -287,23 +287,23 @@ impl fmt::Display for Refusal {
 
 impl core::error::Error for Refusal {}
 
-/// What a scan left behind, for the one who watches.
+/// Results of a scan for a monitor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Seen {
-    /// Bits of the health flags.
+    /// Health flags as bits.
     pub health: u16,
-    /// The most components in view of a candidate.
+    /// Greatest number of components in view of a candidate.
     pub in_view: u32,
-    /// Maps written.
+    /// Number of maps written.
     pub maps_updated: u32,
-    /// Pages in use.
+    /// Number of pages in use.
     pub pages_used: u32,
-    /// Pages in all.
+    /// Total number of pages.
     pub pages: u32,
 }
 
 impl Seen {
-    /// By the report of a scan.
+    /// From the report of a scan.
     pub(crate) fn of<T: Real>(report: &ScanReport<T>) -> Self {
         Self {
             health: report.health.bits(),
@@ -315,19 +315,19 @@ impl Seen {
     }
 }
 
-/// A scan in the memory.
+/// A stored scan.
 #[derive(Debug, Clone, Copy)]
 pub struct Scan {
     len: usize,
     beyond: usize,
-    /// The place of its detector among those beyond the first.
+    /// Index of its detector among those beyond the first.
     pub(crate) beyond_first: Option<usize>,
-    /// For the pose alone.
+    /// Whether it updates the pose only.
     pub(crate) localising: bool,
 }
 
 impl Scan {
-    /// A scan put into that memory, as far as there is room.
+    /// Stores a scan in that memory, as far as there is room.
     pub(crate) fn received<K: Kind<Measurement = [f64; D]>, Z: Vector, const D: usize>(
         measurements: Measurements<'_, K>,
         slots: &mut [Z],
@@ -347,12 +347,12 @@ impl Scan {
         scan
     }
 
-    /// Whether it is of the first detector, and for the map too.
+    /// Whether it is of the first detector, and updates the map.
     pub(crate) fn is_plain(self) -> bool {
         self.beyond_first.is_none() && !self.localising
     }
 
-    /// The scan in that memory.
+    /// The measurements in that memory.
     pub(crate) fn of<Z>(self, held: &[Z]) -> Result<&[Z], ScanError> {
         if self.beyond > 0 {
             return Err(ScanError::TooManyMeasurements { measurements: self.measurements(), capacity: held.len() });
@@ -367,35 +367,35 @@ impl Scan {
     }
 }
 
-/// What bounds the work of a scan.
+/// Capacities that bound the work of a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Capacities {
-    /// Candidates that are weighed, N·M.
+    /// Candidates that are weighted, N·M.
     pub candidates: usize,
     /// Maps that are updated, N.
     pub particles: usize,
     /// Components of one map.
     pub components: usize,
-    /// Components of all maps.
+    /// Components of all maps together.
     pub components_in_all: usize,
     /// Measurements of a scan.
     pub measurements: usize,
 }
 
-/// What part of the memory serves a purpose.
+/// Memory for one purpose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RamPart {
-    /// What it is for.
+    /// Its purpose.
     pub name: &'static str,
-    /// How much it is.
+    /// Number of bytes.
     pub bytes: usize,
 }
 
-/// Bytes of the memory by what they serve.
+/// Number of bytes of the memory by purpose.
 pub(crate) struct Ram {
     /// The whole memory.
     pub(crate) total: usize,
-    /// The filter's state in it, with its detector's scratch.
+    /// The filter's state in it, with the working memory of its detector.
     pub(crate) state: usize,
     pub(crate) particles: usize,
     pub(crate) pages: usize,
@@ -417,7 +417,7 @@ impl Ram {
     }
 }
 
-/// What comes of a prediction. What no vehicle does is left out; the health of the next scan tells of it.
+/// The result of a prediction. Implausible predictions are left out, which the health of the next scan shows.
 pub(crate) fn moved(outcome: Result<PredictReport, PredictError>) -> Result<(), Refusal> {
     match outcome {
         Ok(_) | Err(PredictError::Implausible(_)) => Ok(()),
@@ -425,7 +425,7 @@ pub(crate) fn moved(outcome: Result<PredictReport, PredictError>) -> Result<(), 
     }
 }
 
-/// The tuning that a head says.
+/// The tuning of a head.
 pub(crate) fn config<K: Kind, T: Real>(header: &Header<K>) -> Config<T> {
     let Header { recursion, moving, .. } = header;
     Config {
@@ -458,7 +458,7 @@ pub(crate) fn config<K: Kind, T: Real>(header: &Header<K>) -> Config<T> {
     }
 }
 
-/// What a head says is born.
+/// The birth intensities of a head.
 pub(crate) fn births<K: Kind, T: Real>(header: &Header<K>) -> Births<T> {
     Births {
         of_static: T::from_f64(header.recursion.birth_intensity),
@@ -466,7 +466,7 @@ pub(crate) fn births<K: Kind, T: Real>(header: &Header<K>) -> Births<T> {
     }
 }
 
-/// The tuning for moving features; where none are born, the other numbers mean nothing and may be zero.
+/// The tuning for moving features; without births of moving features the other numbers are not used and may be zero.
 fn moving_config<T: Real>(moving: &Moving) -> MovingConfig<T> {
     if moving.birth_intensity == 0.0 {
         return MovingConfig::walkers();

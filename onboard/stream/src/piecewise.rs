@@ -1,4 +1,4 @@
-//! Reads a stream that comes in pieces, each a whole record.
+//! Reads a stream record by record.
 
 use crate::bytes::Bytes;
 use crate::error::StreamError;
@@ -7,7 +7,7 @@ use crate::kind::Kind;
 use crate::record::{END, Raw, Record, Records, SLICE};
 use crate::scalar::Scalar;
 
-/// Reads a stream record by record as the records come, over a link or from a queue: of those before no byte is kept.
+/// Reads a stream whose records arrive one by one, over a link or from a queue. Stores no bytes of previous records.
 ///
 /// ```
 /// use scphd_stream::planar::{Odometry, Planar};
@@ -27,42 +27,42 @@ use crate::scalar::Scalar;
 #[derive(Debug, Clone, Copy)]
 pub struct Piecewise {
     scalar: Scalar,
-    /// The check of the record, or head, that was read last.
+    /// The checksum of the last record or head.
     check: u32,
-    /// Records read.
+    /// Number of records read.
     index: u32,
 }
 
-/// One record, or what else stands in a stream.
+/// A record, or another part of a stream.
 #[derive(Debug, Clone)]
 pub enum Piece<'a, K: Kind> {
     /// A record.
     Record(Record<'a, K>),
     /// A slice of a snapshot.
     Slice,
-    /// The end.
+    /// The end of the stream.
     End,
 }
 
 impl Piecewise {
-    /// Reads the head that a stream begins with.
+    /// Reads the head at the beginning of a stream.
     ///
     /// # Errors
-    /// It is not a head, or not one that this code can read.
+    /// The bytes are not a head, or one that this code cannot read.
     pub fn open<K: Kind>(head: &[u8]) -> Result<(Header<K>, Self), StreamError> {
         let (header, check) = Header::decode(&mut Bytes(head))?;
         Ok((header, Self { scalar: header.scalar, check, index: 0 }))
     }
 
-    /// Reads the record that follows the one that was read last.
+    /// Reads the record after the last one.
     ///
     /// # Errors
-    /// The record is incomplete, damaged or unknown, or one is missing before it. The reader stays before it.
+    /// The record is incomplete, damaged or unknown, or a record before it is missing. The reader stays before it.
     pub fn read<'a, K: Kind>(&mut self, bytes: &'a [u8]) -> Result<Piece<'a, K>, StreamError> {
         self.read_behind(bytes, Some(self.check))
     }
 
-    /// Reads a record before which any may be missing. Whether it is damaged is not looked at: that has to be known already.
+    /// Reads a record, before which records may be missing. Damage is not detected: the caller must have checked the bytes.
     ///
     /// # Errors
     /// The record is incomplete or unknown.
@@ -87,7 +87,7 @@ impl Piecewise {
     }
 }
 
-/// The pieces of a stream: its head, every record, its end. They end before what cannot be read.
+/// The pieces of a stream: its head, every record, and its end. Stops before the first that cannot be read.
 pub fn pieces<K: Kind>(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     let opened = Header::<K>::decode(&mut Bytes(bytes)).ok().zip(bytes.split_at_checked(Header::<K>::LENGTH));
     let (head, mut rest) = match opened {
@@ -137,15 +137,15 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_stream_has_no_pieces() {
+    fn other_bytes_have_no_pieces() {
         assert_eq!(pieces::<Planar>(b"SCPHDLOG").count(), 0);
         let bytes = stream();
-        // The head and the prediction are whole.
+        // The head and the prediction are complete.
         assert_eq!(pieces::<Planar>(&bytes[..Header::<Planar>::LENGTH + 40]).count(), 2);
     }
 
     #[test]
-    fn a_record_out_of_turn_is_refused_unless_gaps_are_known() {
+    fn a_record_out_of_order_is_refused_unless_gaps_are_allowed() {
         let bytes = stream();
         let pieces: Vec<&[u8]> = pieces::<Planar>(&bytes).collect();
         let (_, mut reader) = Piecewise::open::<Planar>(pieces[0]).unwrap();
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn a_record_with_something_behind_it_is_refused() {
+    fn a_record_with_bytes_behind_it_is_refused() {
         let bytes = stream();
         let pieces: Vec<&[u8]> = pieces::<Planar>(&bytes).collect();
         let (_, mut reader) = Piecewise::open::<Planar>(pieces[0]).unwrap();

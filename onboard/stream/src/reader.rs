@@ -9,10 +9,10 @@ use crate::record::{END, Raw, Record, Records, SLICE};
 use crate::snapshot::Snapshot;
 use core::marker::PhantomData;
 
-/// Reads a stream that lies in memory as a whole.
+/// Reads a stream that is completely in memory.
 #[derive(Debug, Clone)]
 pub struct Reader<'a, K: Kind> {
-    /// As it stands: its numbers would take half a kilobyte of the stack for as long as the reader lives.
+    /// In encoded form: the decoded numbers would take half a kilobyte of stack for the lifetime of the reader.
     head: Head<'a>,
     first: Records<'a>,
     rest: Records<'a>,
@@ -20,8 +20,8 @@ pub struct Reader<'a, K: Kind> {
 }
 
 impl<'a, K: Kind> Reader<'a, K> {
-    /// Reads and checks the head. What follows the last record is not looked at, so that `bytes` may be a whole region
-    /// of memory that a stream was loaded into.
+    /// Decodes and checks the head. Bytes behind the last record are ignored, so that `bytes` may be a memory region into which a
+    /// stream was loaded.
     ///
     /// # Errors
     /// The bytes do not begin with the head of a stream that this code can read.
@@ -36,36 +36,36 @@ impl<'a, K: Kind> Reader<'a, K> {
     /// The head.
     #[must_use]
     pub fn header(&self) -> Header<K> {
-        // It was read once when the stream was opened.
+        // It was decoded successfully when the stream was opened.
         self.head.decode().unwrap_or(Header::EMPTY)
     }
 
-    /// The snapshot that the stream begins with, if it does.
+    /// The snapshot at the beginning of the stream, if any.
     #[must_use]
     pub fn snapshot(&self) -> Option<Snapshot<'a, K>> {
         self.head.mark().map(|mark| Snapshot::behind(mark, self.first.clone()))
     }
 
-    /// Bytes from the next record on.
+    /// Number of bytes from the next record on.
     #[must_use]
     pub fn left(&self) -> usize {
         self.rest.rest.0.len()
     }
 
-    /// The next record; `None` after the last. The slices of snapshots are passed over.
+    /// The next record; `None` after the last. The slices of snapshots are skipped.
     ///
     /// # Errors
-    /// The record is incomplete, damaged or unknown, or one is missing before it. The reader stays before it.
+    /// The record is incomplete, damaged or unknown, or a record before it is missing. The reader stays before it.
     pub fn read(&mut self) -> Result<Option<Record<'a, K>>, StreamError> {
         Ok(self.read_both()?.map(|(_, record)| record))
     }
 
-    /// The next record as it stands, and what it says.
+    /// The next record, encoded and decoded.
     pub(crate) fn read_both(&mut self) -> Result<Option<(Raw<'a>, Record<'a, K>)>, StreamError> {
         loop {
             let (raw, rest) = self.rest.next::<K>()?;
             match raw {
-                // The reader stays before the end, too: asked again, it says the same.
+                // The reader stays before the end, so that further calls give the same result.
                 Raw::Record { kind: END, .. } => return Ok(None),
                 Raw::Record { kind: SLICE, .. } => self.rest = rest,
                 _ => {
@@ -112,7 +112,7 @@ mod tests {
         written::<Planar>(scalar, &[MOVED], &[&SCAN_OF_TWO, &[]])
     }
 
-    /// Rows of the instruments with everything, with either reading, with none, and a step without a row.
+    /// Rows of instruments with both readings, with one of them, with none, and a step without a row.
     fn dive() -> Vec<Navigation> {
         let row = |velocity_mps, z_m| {
             let yaw_rate_radps = Reading { value: 0.3, sigma: 0.02 };
@@ -149,33 +149,33 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read() {
+    fn written_records_are_read() {
         let expected = (vec![MOVED], vec![SCAN_OF_TWO.to_vec(), vec![]]);
         assert_eq!(records::<Planar>(&planar(Scalar::F64)), Ok(expected));
         let round = |x: f64| f64::from(x as f32);
         let moved = Odometry { control: MOVED.control.map(round), dt_s: round(MOVED.dt_s) };
         let expected = (vec![moved], vec![SCAN_OF_TWO.map(|z| z.map(round)).to_vec(), vec![]]);
         assert_eq!(records::<Planar>(&planar(Scalar::F32)), Ok(expected));
-        // The instruments are in double precision in either; the pixels happen to be the same in both.
+        // The instruments are in double precision in both; the pixels are exact in both.
         for scalar in [Scalar::F32, Scalar::F64] {
             assert_eq!(records::<Underwater>(&underwater(scalar)), Ok((dive(), vec![PIXELS.to_vec(), vec![]])));
         }
     }
 
     #[test]
-    fn parts_that_no_row_has_are_refused() {
+    fn invalid_parts_are_refused() {
         for (parts, ok) in [(0, true), (1, true), (2, false), (3, true), (4, false), (5, true), (6, false), (7, true)] {
             assert_eq!(Navigation::count(parts).is_some(), ok, "{parts}");
         }
         assert_eq!((Navigation::count(8), Odometry::count(1)), (None, None));
-        // A record of a kind that there is none of, in an otherwise sound stream.
+        // A record of an unknown type in an otherwise valid stream.
         let mut bytes = planar(Scalar::F32);
         bytes[Header::<Planar>::LENGTH] = 99;
         assert_eq!(records::<Planar>(&bytes), Err(StreamError::Record { index: 0 }));
     }
 
     #[test]
-    fn what_follows_the_end_is_not_looked_at() {
+    fn bytes_behind_the_end_are_ignored() {
         let mut bytes = planar(Scalar::F32);
         let expected = records::<Planar>(&bytes);
         bytes.extend([0xff; 100]);
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn every_damage_and_every_cut_is_seen() {
+    fn all_damage_and_truncation_is_detected() {
         for scalar in [Scalar::F32, Scalar::F64] {
             damage_is_seen::<Planar>(&planar(scalar));
             damage_is_seen::<Underwater>(&underwater(scalar));
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn whole_records_before_a_cut_can_be_read() {
+    fn complete_records_before_a_cut_can_be_read() {
         let bytes = planar(Scalar::F64);
         let mut reader = Reader::<Planar>::open(&bytes[..bytes.len() - 9]).unwrap();
         assert!(reader.read().unwrap().is_some() && reader.read().unwrap().is_some());

@@ -1,4 +1,4 @@
-//! What a stream holds behind its head.
+//! The records of a stream.
 
 use crate::bytes::{Bytes, chained};
 use crate::error::StreamError;
@@ -10,7 +10,7 @@ use crate::numbers::Numbers;
 use crate::scalar::Scalar;
 use core::marker::PhantomData;
 
-/// The kinds of record.
+/// The types of records.
 pub(crate) const PREDICT: u8 = 1;
 pub(crate) const SCAN: u8 = 2;
 pub(crate) const END: u8 = 3;
@@ -20,29 +20,29 @@ pub(crate) const PLACE: u8 = 7;
 pub(crate) const MAP: u8 = 8;
 pub(crate) const SLICE: u8 = 9;
 
-/// In the parts of a scan, beside its detector: the map was not to be changed.
+/// Flag in the parts of a scan, in addition to its detector: the scan does not change the map.
 pub(crate) const LOCALISING: u8 = 0x80;
 
 /// One record.
 #[derive(Debug, Clone)]
 pub enum Record<'a, K: Kind> {
-    /// The vehicle moved.
+    /// A prediction.
     Predict(K::Input),
-    /// A scan was taken.
+    /// A scan.
     Scan(Measurements<'a, K>),
-    /// The pose itself was measured.
+    /// A measurement of the pose.
     Fix(Shown<'a, K>),
-    /// A detector beyond the first is there, or goes on with these models.
+    /// A further detector was added, or its models were changed.
     Detector(Which<K>, Later<'a, K::Sensor>),
     /// The pose was set from outside.
     Place(Place<'a, K>),
     /// A map was loaded.
     Map(Features<'a, K>),
-    /// Other models or another tuning from here on, or a snapshot.
+    /// The models or the tuning were changed, or a snapshot begins.
     Head(Head<'a>),
 }
 
-/// A detector of a vehicle, by its number.
+/// The number of a detector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Which<K> {
     number: u8,
@@ -50,10 +50,10 @@ pub struct Which<K> {
 }
 
 impl<K: Kind> Which<K> {
-    /// That of the head.
+    /// The detector of the head.
     pub const FIRST: Self = Self { number: 0, kind: PhantomData };
 
-    /// The detector of this number, from 0; `None` where such vehicles have no more than [`Kind::DETECTORS`].
+    /// The detector with this number, from 0; `None` if it is not below [`Kind::DETECTORS`].
     #[must_use]
     pub const fn number(number: u8) -> Option<Self> {
         if number < K::DETECTORS { Some(Self { number, kind: PhantomData }) } else { None }
@@ -65,7 +65,7 @@ impl<K: Kind> Which<K> {
         self.number
     }
 
-    /// Its place among those beyond the first; `None` for that.
+    /// Its index among those beyond the first; `None` for the first.
     pub(crate) fn beyond_first(self) -> Option<usize> {
         self.number.checked_sub(1).map(usize::from)
     }
@@ -76,12 +76,12 @@ impl<K: Kind> Which<K> {
 pub enum Part {
     /// The filter.
     Filter,
-    /// The small filter of the velocity, of a vehicle under water.
+    /// The velocity filter of an underwater vehicle.
     Navigator,
 }
 
 impl Part {
-    /// The byte that stands for it, which is also its bit among the parts of a snapshot.
+    /// Its code, which is also its bit among the parts of a snapshot.
     pub(crate) fn code(self) -> u8 {
         match self {
             Self::Filter => 0,
@@ -96,7 +96,7 @@ impl Part {
     }
 }
 
-/// Numbers that are taken out of a record where they are wanted.
+/// Numbers of a record, decoded on demand.
 #[derive(Debug, Clone)]
 pub struct Later<'a, N> {
     bytes: &'a [u8],
@@ -104,7 +104,7 @@ pub struct Later<'a, N> {
 }
 
 impl<N: Numbers> Later<'_, N> {
-    /// The numbers. The reader has counted them.
+    /// Decodes the numbers, whose count the reader has checked.
     #[must_use]
     pub fn get(&self) -> N {
         let mut bytes = Bytes(self.bytes);
@@ -112,7 +112,7 @@ impl<N: Numbers> Later<'_, N> {
     }
 }
 
-/// A measurement of the pose, taken out of its record where it is wanted.
+/// A measurement of the pose, decoded on demand.
 #[derive(Debug, Clone)]
 pub struct Shown<'a, K> {
     parts: u8,
@@ -121,7 +121,7 @@ pub struct Shown<'a, K> {
 }
 
 impl<K: Kind> Shown<'_, K> {
-    /// The fix; `None` where it is none after all.
+    /// Decodes the fix; `None` if it is invalid.
     #[must_use]
     pub fn get(&self) -> Option<K::Fix> {
         let mut bytes = Bytes(self.bytes);
@@ -129,35 +129,35 @@ impl<K: Kind> Shown<'_, K> {
     }
 }
 
-/// The pose was set from outside.
+/// A pose set from outside.
 #[derive(Debug, Clone)]
 pub struct Place<'a, K> {
-    /// How.
+    /// The operation.
     pub how: How,
     bytes: &'a [u8],
     kind: PhantomData<K>,
 }
 
-/// How a pose was set from outside.
+/// The operation that set a pose from outside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum How {
-    /// By a reset: the filter starts again there, certain of it, without a map.
+    /// A reset: the filter restarts at an exactly known pose, without a map.
     Reset,
-    /// By a reset to a pose with a covariance.
+    /// A reset to a pose with a covariance.
     ResetWithin,
-    /// By a move to another place of the same map.
+    /// A relocation in the same map.
     Relocate,
-    /// Not at all: it became less certain by a covariance.
+    /// An increase of the covariance; the pose is unchanged.
     Scatter,
 }
 
 impl How {
-    /// Each, at the place of its number.
+    /// All operations, at the index of their code.
     const ALL: [Self; 4] = [Self::Reset, Self::ResetWithin, Self::Relocate, Self::Scatter];
 }
 
 impl<K: Kind> Place<'_, K> {
-    /// All numbers of the pose, its covariance, and the seed of a reset.
+    /// Decodes all numbers of the pose, its covariance, and the seed of a reset.
     #[must_use]
     pub fn get(&self) -> (K::Full, K::Covariance, u64) {
         let mut bytes = Bytes(self.bytes);
@@ -167,7 +167,7 @@ impl<K: Kind> Place<'_, K> {
     }
 }
 
-/// The features of a map that was loaded.
+/// The features of a loaded map.
 #[derive(Debug, Clone)]
 pub struct Features<'a, K> {
     bytes: Bytes<'a>,
@@ -198,13 +198,13 @@ pub struct Measurements<'a, K> {
 }
 
 impl<K: Kind> Measurements<'_, K> {
-    /// The detector they are of.
+    /// The detector of the scan.
     #[must_use]
     pub fn detector(&self) -> Which<K> {
         self.which
     }
 
-    /// Whether they were taken in for the pose alone, by [`scphd::JointSlam::localise`].
+    /// Whether they update the pose only, by [`scphd::JointSlam::localise`].
     #[must_use]
     pub fn localising(&self) -> bool {
         self.localising
@@ -242,50 +242,50 @@ impl Payload<'_> {
     }
 }
 
-/// A record as it stands.
+/// An encoded record.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Raw<'a> {
     /// A head.
     Head(Head<'a>),
-    /// Any other.
+    /// Any other record.
     Record {
-        /// Kind, parts and count.
+        /// Type, parts and count.
         kind: u8,
         parts: u8,
         count: u16,
-        /// What follows them.
+        /// The bytes behind them.
         payload: &'a [u8],
     },
 }
 
-/// The records behind a head, one after the other.
+/// The sequence of records behind a head.
 #[derive(Debug, Clone)]
 pub(crate) struct Records<'a> {
     pub(crate) rest: Bytes<'a>,
     /// The number type of the payload.
     scalar: Scalar,
-    /// The check of the record, or head, before the next.
+    /// The checksum of the previous record or head.
     pub(crate) check: u32,
-    /// Place of the next, counted from 0.
+    /// Index of the next record, from 0.
     pub(crate) index: u32,
 }
 
 impl<'a> Records<'a> {
-    /// Those that follow a head of this check.
+    /// The records behind a head with this checksum.
     pub(crate) fn behind(check: u32, scalar: Scalar, rest: Bytes<'a>) -> Self {
         Self { rest, scalar, check, index: 0 }
     }
 
-    /// The next one, and all behind it.
+    /// The next record, and all records behind it.
     ///
     /// # Errors
-    /// The record is incomplete, damaged or unknown, or does not follow the one before.
+    /// The record is incomplete, damaged or unknown, or does not follow the previous one.
     pub(crate) fn next<K: Kind>(&self) -> Result<(Raw<'a>, Self), StreamError> {
         self.next_behind::<K>(Some(self.check))
     }
 
-    /// The next one, behind a record of this check, or of any: then the check of a record, which is over that of the one before too,
-    /// tells nothing.
+    /// The next record, behind a record with this checksum. With `None` the checksum of the record is not checked, because it
+    /// includes that of the previous one.
     ///
     /// # Errors
     /// As for [`next`](Self::next).
@@ -319,10 +319,10 @@ impl<'a> Records<'a> {
         Ok((Raw::Record { kind, parts, count, payload }, behind(rest, check)))
     }
 
-    /// What a record says that is neither the end nor a slice.
+    /// Decodes a record that is neither the end nor a slice.
     ///
     /// # Errors
-    /// It is one of these after all.
+    /// It is the end or a slice, or unknown.
     pub(crate) fn meaning<K: Kind>(&self, raw: Raw<'a>) -> Result<Record<'a, K>, StreamError> {
         let unknown = StreamError::Record { index: self.index };
         let (kind, parts, bytes) = match raw {
@@ -351,7 +351,7 @@ impl<'a> Records<'a> {
     }
 }
 
-/// Bytes of the payload of a record; `None` for one that there is none of.
+/// Number of bytes of the payload of a record; `None` if its type is invalid.
 fn length<K: Kind>(kind: u8, parts: u8, count: u16, scalar: Scalar) -> Option<usize> {
     let many = usize::from(count);
     let is_one = |number: u8| number < K::DETECTORS;

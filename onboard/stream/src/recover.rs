@@ -1,4 +1,4 @@
-//! The loop over what is left of a black box.
+//! The replay of an incomplete black box.
 
 use crate::find::find_whole_snapshot;
 use crate::reader::Reader;
@@ -6,22 +6,22 @@ use crate::replay::{Monitor, ReplayError, Totals, run};
 use crate::{Aboard, Kind};
 use scphd::Real;
 
-/// What was replayed of a black box.
+/// Results of the replay of a black box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Recovered<K: Kind> {
-    /// Scans that were replayed, with the pose and the features after the last.
+    /// Number of replayed scans, and the pose and the number of features after the last.
     pub totals: Totals<K>,
-    /// How often the replay had to go on from the next snapshot, or to begin with one because the beginning is not there.
+    /// Number of times that the replay continued at the next snapshot, or began with one because the beginning is missing.
     pub gaps: u32,
-    /// Whether the stream ends, and is not cut off.
+    /// Whether the stream is complete up to its end.
     pub ended: bool,
 }
 
-/// Replays what can be replayed of the stream in `bytes`: where its beginning is torn off from the first whole snapshot on, and where
-/// something in it is damaged or missing up to there, and then from the next whole snapshot on.
+/// Replays all usable parts of the stream in `bytes`: from the beginning, or from the first complete snapshot if the beginning is
+/// missing, and after damaged or missing records from the next complete snapshot.
 ///
 /// # Errors
-/// There is nothing that a replay can begin with, or the filter refuses something that the monitor does not go on without.
+/// There is no start point for a replay, or the filter refuses a record and the monitor does not continue.
 pub fn recover<A: Aboard<T>, T: Real>(
     bytes: &[u8],
     memory: &mut A::Memory,

@@ -1,4 +1,4 @@
-//! The loop that feeds a stream to a filter.
+//! The loop that passes a stream to a filter.
 
 use crate::numbers::Numbers;
 use crate::{Aboard, Filter, Kind, Reader, Record, Refusal, Seen, StreamError};
@@ -6,43 +6,44 @@ use core::fmt;
 use scphd::Real;
 use scphd::diagnostics::Probe;
 
-/// Watches a replay: keeps the time, if it has a clock, and is told of every scan.
+/// Observes a replay: measures times, if it has a clock, and is called after every scan.
 pub trait Monitor {
     /// Starts the clock.
     fn start(&mut self) {}
-    /// The time since the clock was started, in whatever the clock counts.
+    /// The time since the clock was started, in its unit.
     fn elapsed(&mut self) -> u64 {
         0
     }
-    /// What is told of the stages of every scan.
+    /// The probe for the stages of every scan.
     fn probe(&mut self) -> impl Probe {}
-    /// A scan is done. Whatever this takes is not counted.
+    /// Called after a scan. Its own time is not counted.
     fn scanned(&mut self, cost: &ScanCost, seen: &Seen, digest: u64);
-    /// A snapshot was met after so many scans of the stream, or gone on from, and the state has the digest that it says or not. Told
-    /// by the filters of black boxes.
+    /// Called at a snapshot after `scans` scans, or when one was restored: whether the digest of the state agrees with it. Only
+    /// filters of black boxes call it.
     fn snapshot(&mut self, _scans: u32, _agrees: bool) {}
-    /// The filter has refused what came before or with a scan. Whether to go on without, as a vehicle does.
+    /// Called when the filter has refused a record before or with a scan. Returns whether to continue without it, as a vehicle
+    /// does.
     fn refused(&mut self, _scan: u32, _refusal: &Refusal) -> bool {
         false
     }
 }
 
-/// What a scan and the predictions before it took, in whatever the monitor's clock counts.
+/// Cost of a scan and of the predictions before it, in the unit of the monitor's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ScanCost {
-    /// Place of the scan, counted from 0.
+    /// Index of the scan, from 0.
     pub scan: u32,
-    /// Measurements in it.
+    /// Number of its measurements.
     pub measurements: u32,
-    /// Predictions since the scan before.
+    /// Number of predictions since the previous scan.
     pub predictions: u32,
-    /// All of these predictions.
+    /// Cost of all these predictions.
     pub predict: u64,
-    /// The longest of them.
+    /// Cost of the longest of them.
     pub predict_worst: u64,
-    /// The scan.
+    /// Cost of the scan.
     pub update: u64,
-    /// The estimate of pose and map.
+    /// Cost of the estimates of pose and map.
     pub estimate: u64,
 }
 
@@ -52,36 +53,36 @@ impl ScanCost {
     }
 }
 
-/// What a whole replay did.
+/// Results of a replay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Totals<K: Kind> {
-    /// Scans.
+    /// Number of scans.
     pub scans: u32,
     /// The pose after the last scan.
     pub pose: K::Pose,
-    /// Estimated features after the last scan.
+    /// Number of estimated features after the last scan.
     pub features: usize,
 }
 
 impl<K: Kind> Totals<K> {
-    /// Nothing yet.
+    /// Before the first scan.
     pub(crate) const NONE: Self = Self { scans: 0, pose: K::Pose::ZERO, features: 0 };
 }
 
-/// Why a replay came to no end.
+/// Errors of a replay.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ReplayError {
     /// The stream cannot be read.
     Stream(StreamError),
-    /// The filter cannot be set up as the head says.
+    /// The filter cannot be constructed from the head.
     Start(Refusal),
-    /// The filter refused what came before or with this scan, counted from 0.
+    /// The filter refused a record before or with this scan, counted from 0.
     Step {
         /// The scan.
         scan: u32,
-        /// Why.
+        /// The reason.
         refusal: Refusal,
     },
 }
@@ -98,10 +99,11 @@ impl fmt::Display for ReplayError {
 
 impl core::error::Error for ReplayError {}
 
-/// Feeds the stream in `bytes` to a filter in `memory`, up to `scans` scans of it. One that begins with a snapshot goes on from there.
+/// Replays the stream in `bytes` with a filter in `memory`, up to `scans` scans. A stream that begins with a snapshot is
+/// continued from there.
 ///
 /// # Errors
-/// The stream is damaged, or the filter refuses something in it.
+/// The stream is damaged, or the filter refuses a record.
 pub fn replay<A: Aboard<T>, T: Real>(
     bytes: &[u8],
     memory: &mut A::Memory,
@@ -114,7 +116,7 @@ pub fn replay<A: Aboard<T>, T: Real>(
     Ok(totals)
 }
 
-/// Sets the filter up. What the head says is on the stack only here.
+/// Constructs the filter. Not inlined, so that the decoded head is on the stack only here.
 #[inline(never)]
 pub(crate) fn start<'m, A: Aboard<T>, T: Real>(
     reader: &Reader<'_, A::Kind>,
@@ -123,7 +125,7 @@ pub(crate) fn start<'m, A: Aboard<T>, T: Real>(
     A::start(&reader.header(), memory)
 }
 
-/// Replays what a reader has before it, which stands behind its head, until there are so many scans in all.
+/// Replays the stream from a reader's position behind its head, until `scans` scans in total.
 pub(crate) fn run<A: Aboard<T>, T: Real>(
     reader: &mut Reader<'_, A::Kind>,
     memory: &mut A::Memory,
@@ -190,7 +192,7 @@ pub(crate) fn run<A: Aboard<T>, T: Real>(
     Ok(())
 }
 
-/// Whether a replay goes on without what the filter has refused.
+/// Asks the monitor whether to continue after a refusal.
 fn refused(monitor: &mut impl Monitor, scan: u32, refusal: Refusal) -> Result<(), ReplayError> {
     if monitor.refused(scan, &refusal) { Ok(()) } else { Err(ReplayError::Step { scan, refusal }) }
 }

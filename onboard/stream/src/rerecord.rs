@@ -1,4 +1,4 @@
-//! A stream once more, with snapshots in it.
+//! Records a stream again, with snapshots.
 
 use crate::black_box::Saves;
 use crate::record::Record;
@@ -8,13 +8,13 @@ use core::fmt;
 use scphd::Real;
 use scphd::snapshot::SaveError;
 
-/// Why a stream was not recorded once more.
+/// Errors of recording a stream again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum RerecordError<E> {
-    /// It cannot be replayed.
+    /// The stream cannot be replayed.
     Replay(ReplayError),
-    /// A snapshot was not taken, or the sink took no more.
+    /// A snapshot cannot be written, or the sink returned an error.
     Save(SaveError<E>),
 }
 
@@ -29,11 +29,11 @@ impl<E: fmt::Display> fmt::Display for RerecordError<E> {
 
 impl<E: fmt::Debug + fmt::Display> core::error::Error for RerecordError<E> {}
 
-/// Replays the stream in `bytes`, which begins with a start, and writes it once more, with a snapshot after every `every` scans. What
-/// the filter refuses stays in it: a vehicle records what it asks its filter for. Snapshots that there were are left out.
+/// Replays the stream in `bytes`, which begins with a start, and writes it again, with a snapshot after every `every` scans.
+/// Refused records are kept, because a vehicle records all inputs of its filter. Existing snapshots are left out.
 ///
 /// # Errors
-/// The stream is damaged, or the filter refuses its head; a snapshot cannot be taken; or the sink takes no more.
+/// The stream is damaged, the filter refuses its head, a snapshot cannot be written, or the sink returned an error.
 pub fn rerecord<'m, A, T, E>(
     bytes: &[u8],
     memory: &'m mut A::Memory,
@@ -55,7 +55,7 @@ where
     while let Some((raw, record)) = reader.read_both().map_err(of_stream)? {
         log.again(&raw, &record).map_err(of_sink)?;
         let is_scan = matches!(record, Record::Scan(_));
-        // What is refused leaves the filter as it leaves that of the replay.
+        // A refused record has the same effect on this filter as on that of a replay.
         let _: Result<(), Refusal> = match record {
             Record::Predict(input) => filter.predict(&input),
             Record::Scan(measurements) => {

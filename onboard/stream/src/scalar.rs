@@ -10,7 +10,7 @@ pub enum Scalar {
 }
 
 impl Scalar {
-    /// Bytes of one number.
+    /// Number of bytes of one number.
     #[must_use]
     pub const fn bytes(self) -> usize {
         match self {

@@ -6,7 +6,7 @@ use crate::kind::Kind;
 use crate::record::{DETECTOR, END, Later, Part, Raw, Record, Records, SLICE, Which};
 use core::marker::PhantomData;
 
-/// A snapshot in a stream: its slices, which stand behind the head that tells of it, with other records between them.
+/// A snapshot in a stream: its slices, which are behind its head, with other records between them.
 #[derive(Debug, Clone)]
 pub struct Snapshot<'a, K> {
     mark: Mark,
@@ -19,13 +19,13 @@ impl<'a, K: Kind> Snapshot<'a, K> {
         Self { mark, records, kind: PhantomData }
     }
 
-    /// What it is of.
+    /// Its description.
     #[must_use]
     pub fn mark(&self) -> Mark {
         self.mark
     }
 
-    /// The detectors beyond the first that there were, as they stood.
+    /// The further detectors at that time, encoded.
     pub fn detectors(&self) -> impl Iterator<Item = (Which<K>, Later<'a, K::Sensor>)> + use<'a, K> {
         let mut records = self.records.clone();
         core::iter::from_fn(move || {
@@ -37,7 +37,7 @@ impl<'a, K: Kind> Snapshot<'a, K> {
         })
     }
 
-    /// The bytes of a part of it, as [`scphd::ScPhd::restore`] asks for them; `None` where it has no such part.
+    /// The bytes of a part, as a source for [`scphd::ScPhd::restore`]; `None` if the snapshot does not have the part.
     #[must_use]
     pub fn part(&self, part: Part) -> Option<impl FnMut(usize, &mut [u8]) -> Result<(), StreamError> + use<'a, K>> {
         if self.mark.parts & part.bit() == 0 {
@@ -47,7 +47,7 @@ impl<'a, K: Kind> Snapshot<'a, K> {
         Some(move |at, into: &mut [u8]| slices.read::<K>(at, into))
     }
 
-    /// The number that the user has given a part, to tell vehicles and tunings apart; 0 where it cannot be read.
+    /// The type id that the user gave a part; 0 if it cannot be read.
     #[must_use]
     pub fn user_kind(&self, part: Part) -> u32 {
         let mut kind = [0; 4];
@@ -55,14 +55,14 @@ impl<'a, K: Kind> Snapshot<'a, K> {
         if read == Some(Ok(())) { u32::from_le_bytes(kind) } else { 0 }
     }
 
-    /// Whether its filter is that with a joint map.
+    /// Whether it is of a filter with a joint map.
     #[must_use]
     pub fn is_of_joint_map(&self) -> bool {
         let mut content = [0];
         self.part(Part::Filter).is_some_and(|mut source| source(6, &mut content) == Ok(())) && content == [1]
     }
 
-    /// Whether all of it is there: of every part its last byte.
+    /// Whether it is complete: the last byte of every part can be read.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         (0..32).filter(|code| self.mark.parts >> code & 1 != 0).all(|code| {
@@ -75,16 +75,16 @@ impl<'a, K: Kind> Snapshot<'a, K> {
     }
 }
 
-/// Reads one part of a snapshot, forward, and again from its beginning where it must.
+/// Reads one part of a snapshot, forward, and again from its beginning if necessary.
 #[derive(Debug, Clone)]
 struct Slices<'a> {
-    /// Behind the head.
+    /// The records behind the head.
     first: Records<'a>,
     code: u8,
-    /// Behind the slice that is being read.
+    /// The records behind the present slice.
     rest: Records<'a>,
     slice: &'a [u8],
-    /// Where that begins in the part.
+    /// Position of the present slice in the part.
     begins: usize,
 }
 
@@ -97,7 +97,7 @@ impl<'a> Slices<'a> {
         Self { first: records.clone(), code, rest: records, slice: &[], begins: 0 }
     }
 
-    /// Fills `into` with the bytes of the part from a place on.
+    /// Fills `into` with the bytes of the part from a position on.
     ///
     /// # Errors
     /// A record is damaged, or the part ends before.
@@ -120,7 +120,7 @@ impl<'a> Slices<'a> {
         Ok(())
     }
 
-    /// Goes on to the next slice of the part. The next snapshot ends this one.
+    /// Continues with the next slice of the part. The next snapshot ends this one.
     fn turn<K: Kind>(&mut self) -> Result<(), StreamError> {
         loop {
             let (raw, rest) = self.rest.next::<K>()?;

@@ -1,4 +1,4 @@
-//! Writes a stream, on the desk or in flight.
+//! Writes a stream, on a host or in flight.
 
 use crate::bytes::Checked;
 use crate::front::{Begins, Mark};
@@ -11,12 +11,12 @@ use scphd::numerics::{Symmetric, Vector};
 use scphd::snapshot::SaveError;
 use scphd::{Component, Real};
 
-/// Detectors that a writer remembers the models of, for the heads of snapshots, beyond the first.
+/// Number of detectors beyond the first whose models a writer stores, for the heads of snapshots.
 pub(crate) const OTHERS: usize = 3;
-/// Bytes of a part of a snapshot that [`Writer::save`] puts into a slice.
+/// Number of bytes in a slice of a snapshot by [`Writer::save`].
 const SLICE_BYTES: usize = 256;
 
-/// Writes a stream piece by piece into whatever takes bytes: a file, a flash chip, a link.
+/// Writes a stream in pieces to any sink of bytes: a file, a flash chip, a link.
 ///
 /// ```
 /// use scphd_stream::planar::{Odometry, Planar};
@@ -34,8 +34,8 @@ const SLICE_BYTES: usize = 256;
 /// # Ok::<(), ()>(())
 /// ```
 ///
-/// A black box has snapshots among the records. It is a ring, or an area that is full before the flight is over: what is left of it
-/// can be replayed from its first snapshot on.
+/// A black box has snapshots among the records. It is a ring, or an area that may be full before the flight ends: its content can
+/// be replayed from its first snapshot on.
 ///
 /// ```
 /// use nalgebra::Vector2;
@@ -87,19 +87,19 @@ const SLICE_BYTES: usize = 256;
 #[derive(Debug)]
 pub struct Writer<K: Kind, F> {
     sink: F,
-    /// What is in force now.
+    /// The models and the tuning in force.
     header: Header<K>,
     others: [Option<K::Sensor>; OTHERS],
-    /// Check of the last record, or head.
+    /// Checksum of the last record or head.
     check: u32,
     scans: u32,
 }
 
 impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
-    /// Writes the head, as that of a start.
+    /// Writes the head of a start.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// The error of the sink.
     pub fn start(header: &Header<K>, mut sink: F) -> Result<Self, E> {
         let header = Header { begins: Begins::Start, ..*header };
         let check = header.write(0, &mut sink)?;
@@ -109,7 +109,7 @@ impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
     /// Records a prediction.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// The error of the sink.
     pub fn predict(&mut self, input: &K::Input) -> Result<(), E> {
         let scalar = K::Input::scalar(self.header.scalar);
         self.numbers([PREDICT, input.parts()], 1, scalar, |mut number| input.put(&mut number))
@@ -118,7 +118,7 @@ impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
     /// Records a scan of the first detector. Measurements beyond the 65535th are left out.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// The error of the sink.
     pub fn scan(&mut self, measurements: &[K::Measurement]) -> Result<(), E> {
         self.scan_of(Which::FIRST, measurements)
     }
@@ -126,15 +126,15 @@ impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
     /// Records a scan of a detector.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// The error of the sink.
     pub fn scan_of(&mut self, which: Which<K>, measurements: &[K::Measurement]) -> Result<(), E> {
         self.measured(which.get(), measurements)
     }
 
-    /// Records a scan of a detector that is taken in for the pose alone.
+    /// Records a scan of a detector that updates the pose only.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// The error of the sink.
     pub fn localise(&mut self, which: Which<K>, measurements: &[K::Measurement]) -> Result<(), E> {
         self.measured(which.get() | LOCALISING, measurements)
     }
@@ -148,40 +148,39 @@ impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
         })
     }
 
-    /// Records a measurement of the pose itself.
+    /// Records a measurement of the pose.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// The error of the sink.
     pub fn fix(&mut self, fix: &K::Fix) -> Result<(), E> {
         self.numbers([FIX, fix.parts()], 1, Scalar::F64, |mut number| fix.put(&mut number))
     }
 
-    /// Records that a detector beyond the first is there, or goes on with other models. The models of the first are in the head:
-    /// of them nothing is recorded here.
+    /// Records that a further detector was added, or its models were changed. The models of the first detector are in the head,
+    /// and not recorded by this function.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// The error of the sink.
     pub fn detector(&mut self, which: Which<K>, models: &K::Sensor) -> Result<(), E> {
         let Some(slot) = which.beyond_first().and_then(|place| self.others.get_mut(place)) else { return Ok(()) };
         *slot = Some(*models);
         self.numbers([DETECTOR, which.get()], 1, Scalar::F64, |mut number| models.put(&mut number))
     }
 
-    /// Records other models, or another tuning: those of this head are in force from here on. Its start, seed and number type mean
-    /// nothing here.
+    /// Records a change of the models or the tuning to those of this head. Its initial pose, seed and number type are not used.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// The error of the sink.
     pub fn retune(&mut self, header: &Header<K>) -> Result<(), E> {
         self.header = Header { begins: Begins::Retuned, scalar: self.header.scalar, ..*header };
         self.head()
     }
 
-    /// Records that the pose is set from outside. A reset has a seed; nothing but [`How::Scatter`] has a pose, nothing but
-    /// [`How::Reset`] a covariance: what is not asked for may be anything.
+    /// Records that the pose is set from outside. [`How::Scatter`] does not use the pose, [`How::Reset`] not the covariance, and
+    /// only the two resets use the seed: arguments that are not used may have any value.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// The error of the sink.
     pub fn place<T: Real, P: Pose<Scalar = T>>(
         &mut self,
         how: How,
@@ -206,7 +205,7 @@ impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
     /// Records that a map is loaded. Features beyond the 65535th are left out.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// The error of the sink.
     pub fn map<T: Real, D: Vector<Scalar = T>>(&mut self, features: &[Component<D>]) -> Result<(), E> {
         const { assert!(2 + D::DIMENSION + D::DIMENSION * (D::DIMENSION + 1) / 2 == K::Feature::COUNT) };
         let count = u16::try_from(features.len()).unwrap_or(u16::MAX);
@@ -219,12 +218,12 @@ impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
         })
     }
 
-    /// Begins a snapshot of the state as it is after the last record: a replay may begin here. `digest` is that of the filter. Its
-    /// bytes follow, at once by [`save`](Self::save) or in slices with other records between them. One that is never finished is passed over by
-    /// readers.
+    /// Begins a snapshot of the state after the last record, at which a replay may begin. `digest` is that of the filter. Its
+    /// bytes follow, at once by [`save`](Self::save) or in slices with other records between them. Readers skip an incomplete
+    /// snapshot.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// The error of the sink.
     pub fn snapshot(&mut self, parts: &[Part], digest: u64) -> Result<(), E> {
         let parts = parts.iter().fold(0, |bits, part| bits | part.bit());
         self.header.begins = Begins::Snapshot(Mark { scans: self.scans, parts, digest });
@@ -237,16 +236,16 @@ impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
         Ok(())
     }
 
-    /// Records the next bytes of a part of the snapshot that was begun last, at most 65535.
+    /// Records the next bytes of a part of the last snapshot, at most 65535.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// The error of the sink.
     pub fn slice(&mut self, part: Part, bytes: &[u8]) -> Result<(), E> {
         let count = u16::try_from(bytes.len()).unwrap_or(u16::MAX);
         self.whole([SLICE, part.code()], count, bytes.get(..usize::from(count)).unwrap_or(bytes))
     }
 
-    /// Records a part of a snapshot as it is saved: in slices of 256 bytes, all at once.
+    /// Records a part of a snapshot while it is saved, in slices of 256 bytes.
     ///
     /// ```no_run
     /// # fn example<K: scphd_stream::Kind, M: scphd::models::Motion<Pose: scphd::models::Pose<Scalar = f32>>>(
@@ -261,7 +260,7 @@ impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
     /// ```
     ///
     /// # Errors
-    /// Those of the sink, and of what saves.
+    /// The error of the sink, or of the function that saves.
     pub fn save(
         &mut self,
         part: Part,
@@ -285,15 +284,15 @@ impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
         Ok(saved)
     }
 
-    /// Marks the end; without it a reader takes the stream for cut off.
+    /// Marks the end; without it readers report a truncated stream.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// The error of the sink.
     pub fn end(mut self) -> Result<(), E> {
         self.numbers([END, 0], 0, self.header.scalar, |_| ())
     }
 
-    /// Records once more what was read from another stream, but for snapshots.
+    /// Records again a record that was read from another stream, except snapshots.
     pub(crate) fn again(&mut self, raw: &Raw<'_>, record: &Record<'_, K>) -> Result<(), E> {
         match (raw, record) {
             (Raw::Head(head), _) => match head.decode() {
@@ -308,7 +307,7 @@ impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
         }
     }
 
-    /// Writes a head with what is in force now.
+    /// Writes a head with the models and the tuning in force.
     fn head(&mut self) -> Result<(), E> {
         self.check = self.header.write(self.check, &mut self.sink)?;
         Ok(())

@@ -1,5 +1,5 @@
-//! Streams that bring more components near measurements than an update on board has room for, to the informed proposal: they come
-//! to their end, and the scans say what was left out. Whoever does not come to an end fails after a minute.
+//! Streams with more components near measurements than an update on board has room for, with the informed proposal: the replay
+//! ends, and the scans report the components left out. A replay that does not end fails after a minute.
 
 use nalgebra::Vector3;
 use scphd::Health;
@@ -13,12 +13,12 @@ use scphd_stream::{
 use std::sync::mpsc;
 use std::time::Duration;
 
-/// Far more than a replay of these streams takes.
+/// Far more time than a replay of these streams takes.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// An unoptimised build makes the memory on the stack first.
+/// An unoptimised build constructs the memory on the stack first.
 const STACK_BYTES: usize = 64 << 20;
 
-/// Keeps what every scan left behind.
+/// Stores the results of every scan.
 #[derive(Default)]
 struct Scans(Vec<Seen>);
 
@@ -43,7 +43,7 @@ fn replayed<K: Aboard<f32>>(stream: Vec<u8>) -> Vec<Seen> {
     scans
 }
 
-/// A step and the scan at its end.
+/// A prediction and the scan at its end.
 type Step<K> = (<K as Kind>::Input, Vec<<K as Kind>::Measurement>);
 
 fn written<K: Kind>(header: &Header<K>, steps: &[Step<K>]) -> Vec<u8> {
@@ -61,7 +61,7 @@ fn written<K: Kind>(header: &Header<K>, steps: &[Step<K>]) -> Vec<u8> {
     bytes
 }
 
-/// An informed proposal over maps that nothing is merged in and next to nothing pruned from.
+/// An informed proposal with maps without merging and nearly without pruning.
 fn recursion(birth_intensity: f64) -> Recursion {
     Recursion {
         birth_intensity,
@@ -75,7 +75,7 @@ fn recursion(birth_intensity: f64) -> Recursion {
     }
 }
 
-/// The last scan sees both of two places that the scans before it have filled with components, one after the other.
+/// The last scan sees two places together, which the previous scans have filled with components one after the other.
 fn ends_crowded(scans: &[Seen], count: usize, view: u32) {
     assert_eq!(scans.len(), count);
     let last = scans[count - 1];
@@ -104,14 +104,14 @@ fn scans_of_a_planar_vehicle() {
         recursion: recursion(0.1),
         ..Header::EMPTY
     };
-    // A place around x = 1 m and one around x = 2 m, of 32 features each.
+    // A place around x = 1 m and one around x = 2 m, with 32 features each.
     let place = |x: f64| (0..32).map(move |k| [x + 0.12 * (f64::from(k % 4) - 1.5), 0.1 * (f64::from(k / 4) - 3.5)]);
     let seen_from = |x: f64, features: &mut dyn Iterator<Item = [f64; 2]>| -> Vec<[f64; 2]> {
         features.map(|[along, left]| [(along - x).hypot(left), left.atan2(along - x)]).collect()
     };
     let mut steps = Vec::new();
     let mut before = 0.0;
-    // Smaller workspaces leave a place with fewer components: the second one is seen once more.
+    // With smaller workspaces the maps have fewer components of a place: the second one is then scanned once more.
     let few = cfg!(feature = "few-particles");
     let way = if few { &[0.0, 0.0, 0.0, 3.0, 3.0, 1.5][..] } else { &[0.0, 0.0, 0.0, 3.0, 3.0, 3.0, 1.5] };
     for &x in way {
@@ -124,17 +124,17 @@ fn scans_of_a_planar_vehicle() {
         steps.push((Odometry { control, dt_s: 3.0 }, scan));
         before = x;
     }
-    // More than an update has room for.
+    // More components than an update has room for.
     let view = if few { 256 } else { 96 };
     ends_crowded(&replayed::<Planar>(written(&header, &steps)), way.len(), view);
 }
 
 #[test]
 fn seven_scans_of_an_underwater_vehicle() {
-    // A camera that looks down from 2 m, its baseline across.
+    // A camera at a height of 2 m that looks down, with a lateral baseline.
     let projection = |y: f64| {
         let (focal, [u, v]) = (890.0, [400.0, 300.0]);
-        // Rows: columns of the image to the right, rows aft, depth downwards.
+        // Columns of the image to the right, rows aft, depth downwards.
         [[0.0, -focal, -u, focal * y], [-focal, 0.0, -v, 0.0], [0.0, 0.0, -1.0, 0.0]]
     };
     let numbers = underwater::Models {
@@ -167,7 +167,7 @@ fn seven_scans_of_an_underwater_vehicle() {
         recursion: recursion(1e-9),
         ..Header::EMPTY
     };
-    // Pitched aft and ahead the camera sees a patch of the floor each, level it sees both.
+    // Pitched aft or ahead the camera sees one patch of the floor, level it sees both.
     let patch = |x: f64| {
         (0..48).map(move |k| Vector3::new(x + 0.1 * (f64::from(k % 3) - 1.0), 0.08 * (f64::from(k / 3) - 7.5), 0.0))
     };

@@ -1,24 +1,25 @@
-//! The static memory of a filter, with its capacities by name.
+//! The static memory of a filter, with named capacities.
 
 use crate::{Description, Services, StartError};
 use scphd::Real;
 
-/// The memory of a filter: all zero when it is new.
+/// The memory of a filter, all zero when new.
 pub trait Backing<T: Real> {
-    /// The filter over it.
+    /// The filter in this memory.
     type Slam<'m>: Services<T>
     where
         Self: 'm;
 
-    /// Assembles the filter that is described. The memory keeps what it holds: reset a fresh one first.
+    /// Builds the filter of the description. The content of the memory is kept: reset a new one first.
     ///
     /// # Errors
-    /// The description is out of range, or of a filter that this is no memory of.
+    /// The description is out of range, or is of another filter than the memory.
     fn start(&mut self, description: &Description<T>) -> Result<Self::Slam<'_>, StartError>;
 }
 
-/// Names the memory of a joint map. The pose is `PlanarPose`, or `CalibratedPose` where the odometry is learnt. Room for so many movers, and
-/// for so many features in an archive, is there where it is named: `movers: 16, archived: 1000`. What a memory has, its description has too.
+/// Declares the type of a joint map's memory. The pose is `PlanarPose`, or `CalibratedPose` to calibrate the odometry. Capacities
+/// for movers and for features in an archive are optional: `movers: 16, archived: 1000`. The description must have the same
+/// optional parts as the memory.
 ///
 /// ```
 /// use scphd::settings::MovingConfig;
@@ -59,7 +60,7 @@ macro_rules! joint_backing {
         }
 
         impl $name {
-            /// Memory that holds nothing: all zero.
+            /// An empty memory, all zero.
             #[must_use]
             $public const fn new() -> Self {
                 Self {
@@ -86,7 +87,7 @@ macro_rules! joint_backing {
                     $crate::MoversMemory<$crate::scphd::models::$pose<$scalar>>>::Movers<'m>,
             >;
 
-            // Made where it is used, so that an image has all generic code once.
+            // Inlined, so that an image contains the generic code only once.
             #[inline]
             fn start(
                 &mut self,
@@ -98,7 +99,7 @@ macro_rules! joint_backing {
     };
 }
 
-/// Room beside a joint map, or none.
+/// Optional memory of a joint map, or none.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! joint_beside {
@@ -108,8 +109,8 @@ macro_rules! joint_beside {
     };
 }
 
-/// Names the memory of a mixture: as [`memory!`](scphd::memory) does, and how many measurements a scan may have. For sensors of range and
-/// bearing; `measurements: 32 with bearings` is for sensors of bearings alone, too.
+/// Declares the type of a mixture's memory: capacities as in [`memory!`](scphd::memory), and the maximum number of measurements
+/// in a scan. For sensors of range and bearing; with `measurements: 32 with bearings` also for bearing-only sensors.
 ///
 /// ```
 /// use scphd_vehicle::{Backing, Description, Filter, mixture_backing};
@@ -152,7 +153,7 @@ macro_rules! mixture_backing {
             }
 
             impl $name {
-                /// Memory that holds nothing: all zero.
+                /// An empty memory, all zero.
                 #[must_use]
                 $public const fn new() -> Self {
                     Self { state: State::new(), rooms: $crate::$rooms::new() }
@@ -169,7 +170,7 @@ macro_rules! mixture_backing {
         impl $crate::Backing<$scalar> for $name {
             type Slam<'m> = $crate::Mixture<'m, $scalar, $crate::$rooms<$scalar, $measurements>>;
 
-            // Made where it is used, so that an image has all generic code once.
+            // Inlined, so that an image contains the generic code only once.
             #[inline]
             fn start(
                 &mut self,
@@ -184,7 +185,7 @@ macro_rules! mixture_backing {
     };
 }
 
-/// What a named memory of a mixture holds: a name for the type that [`mixture_backing!`] makes.
+/// The content of a mixture's memory: a name for the type that [`mixture_backing!`] declares.
 #[doc(hidden)]
 pub trait MixtureState {
     /// The state.

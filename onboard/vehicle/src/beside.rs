@@ -1,5 +1,5 @@
-//! What a joint map may have beside it: features that move, and an archive. A memory without room for them is `()`, and nothing of them is
-//! linked.
+//! Optional parts of a joint map: moving features and an archive. A memory without one of them has the type `()`, and the code
+//! for it is not linked.
 
 use crate::sensor::Polar;
 use crate::{PlanarState, Refused, Setting, StartError};
@@ -10,26 +10,26 @@ use scphd::settings::MovingConfig;
 use scphd::storage::{Archive, Archived, JointArchive, JointMovers, Movers, NoArchive, NoMovers, Tracked};
 use scphd::{Component, JointReport, JointSlam};
 
-/// A joint map with an archive `A`, or without one, and movers `V`, or without such.
+/// A joint map with an archive `A` and moving features `V`, or without them.
 pub(crate) type Map<'m, P, A, V> = JointSlam<'m, <P as PlanarState>::Moves, Vector2<ScalarOf<P>>, A, V>;
 
-/// A part that is of the memory alone, or of the description alone.
+/// The error for a part that only the memory or only the description has.
 pub(crate) fn odd(part: Setting, is_described: bool) -> StartError {
     if is_described { StartError::NoRoom { part } } else { StartError::NotDescribed { part } }
 }
 
-/// Fails unless the description has a part that the memory has, and has none that it has not.
+/// Checks that the description has a part if and only if the memory has it.
 pub(crate) fn has<C>(of_memory: bool, described: Option<C>, part: Setting) -> Result<(), StartError> {
     if of_memory == described.is_some() { Ok(()) } else { Err(odd(part, described.is_some())) }
 }
 
-/// Fails unless the description has the same part as before.
+/// Checks that the description has the same part as before.
 pub(crate) fn stays<C: PartialEq>(before: Option<C>, now: Option<C>, part: Setting) -> Result<(), StartError> {
     has(before.is_some(), now.as_ref(), part)?;
     if before == now { Ok(()) } else { Err(StartError::Fixed { part }) }
 }
 
-/// A memory that begins empty.
+/// A memory that can be constructed empty.
 #[doc(hidden)]
 pub trait Empty {
     /// Empty: all zero.
@@ -48,18 +48,18 @@ impl<P: PlanarState, const ARCHIVED: usize> Empty for JointArchive<P, ARCHIVED> 
     const EMPTY: Self = Self::new();
 }
 
-/// Room for features that move beside a joint map: [`JointMovers`], or `()`.
+/// Memory for the moving features of a joint map: [`JointMovers`], or `()`.
 pub trait MoversMemory<P: PlanarState> {
-    /// The movers over it.
+    /// The moving features in this memory.
     type Movers<'m>: Movers<P>
     where
         Self: 'm,
         P: 'm;
 
-    /// The map with them, as they are described.
+    /// Adds the moving features of the description to the map.
     ///
     /// # Errors
-    /// They are described and there is no room, or the reverse; or they are out of range.
+    /// Only one of description and memory has them, or they are out of range.
     fn beside<'m, A: Archive<P>>(
         &'m mut self,
         map: Map<'m, P, A, NoMovers>,
@@ -96,18 +96,18 @@ impl<P: PlanarState + 'static, const MOVERS: usize> MoversMemory<P> for JointMov
     }
 }
 
-/// Room for features that are far away: [`JointArchive`], or `()`.
+/// Memory for distant features: [`JointArchive`], or `()`.
 pub trait ArchiveMemory<P: PlanarState> {
-    /// The archive over it.
+    /// The archive in this memory.
     type Archive<'m>: Behind<P>
     where
         Self: 'm,
         P: 'm;
 
-    /// The map with it, for a sensor that sees so far, m.
+    /// Adds the archive to the map, for sensors with this range, m.
     ///
     /// # Errors
-    /// It is described and there is no room, or the reverse; or it is out of range.
+    /// Only one of description and memory has it, or it is out of range.
     fn behind<'m>(
         &'m mut self,
         map: Map<'m, P, NoArchive, NoMovers>,
@@ -144,11 +144,11 @@ impl<P: PlanarState + 'static, const ARCHIVED: usize> ArchiveMemory<P> for Joint
     }
 }
 
-/// An archive behind a joint map, or none: with one, a map can neither be loaded nor be kept as it is.
+/// The archive of a joint map, or none. With an archive, a map can neither be loaded nor be left unchanged by a scan.
 pub trait Behind<P: PlanarState>: Archive<P> + Sized {
     /// [`JointSlam::load_map`](scphd::JointSlam::load_map).
     ///
-    /// # Errors
+    /// As for that, or there is an archive.
     /// As for that; or there is an archive.
     fn load_map<V: Movers<P>>(
         map: &mut Map<'_, P, Self, V>,
@@ -158,7 +158,7 @@ pub trait Behind<P: PlanarState>: Archive<P> + Sized {
     /// [`JointSlam::localise`](scphd::JointSlam::localise).
     ///
     /// # Errors
-    /// As for that; or there is an archive.
+    /// As for that, or there is an archive.
     fn localise<V: Movers<P>>(
         map: &mut Map<'_, P, Self, V>,
         detector: &Polar<P, ScalarOf<P>>,

@@ -7,19 +7,19 @@ use scphd::numerics::Symmetric;
 use scphd::settings::MovingConfig;
 use scphd::{Config, JointConfig, Real};
 
-/// So many sensors at most are described.
+/// Maximum number of sensors.
 pub const SENSORS: usize = 4;
 
-/// A joint map, and what it has beside.
+/// A joint map with its optional parts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointFilter<T> {
-    /// Its tuning.
+    /// Tuning of the joint map.
     pub config: JointConfig<T>,
-    /// Features that move beside it, if any.
+    /// Moving features, if any.
     pub movers: Option<MovingConfig<T>>,
-    /// What is known of the odometry before it is learnt, if it is learnt.
+    /// Prior of the odometry calibration, if the odometry is calibrated.
     pub odometry: Option<OdometryPrior<T>>,
-    /// How far the farthest-looking sensor sees, m, where features farther away go to an archive.
+    /// Greatest range of the sensors, m, if distant features are archived.
     pub archive_reach_m: Option<T>,
 }
 
@@ -29,7 +29,7 @@ impl<T: Real> Default for JointFilter<T> {
     }
 }
 
-/// Which filter, with its tuning.
+/// The type of the filter, with its tuning.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Filter<T> {
     /// The single-cluster PHD filter.
@@ -38,12 +38,12 @@ pub enum Filter<T> {
     Joint(JointFilter<T>),
 }
 
-/// Where a vehicle starts.
+/// The initial pose of a vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Start<T> {
     /// The pose.
     pub pose: PlanarPose<T>,
-    /// Standard deviation of its position, m. 0 with the other: certain.
+    /// Standard deviation of its position, m. If both standard deviations are 0, the pose is exact.
     pub position_sigma_m: T,
     /// Standard deviation of its heading, rad.
     pub heading_sigma_rad: T,
@@ -52,32 +52,32 @@ pub struct Start<T> {
 }
 
 impl<T: Real> Start<T> {
-    /// The covariance of the pose, if it is not certain: one that is no number is refused where it is used.
+    /// The covariance of the pose, unless it is exact. A NaN is refused where the covariance is used.
     pub(crate) fn covariance(&self) -> Option<Symmetric<Vector3<T>>> {
         let [place, heading] = [self.position_sigma_m, self.heading_sigma_rad].map(|sigma| sigma * sigma);
         (place + heading != T::ZERO).then(|| Symmetric::from_diagonal([place, place, heading]))
     }
 }
 
-/// A vehicle in the plane with its filter, its sensors, its fixes and its start: plain numbers.
+/// A planar vehicle with its filter, sensors, fixes and initial pose, as numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Description<T> {
-    /// How it moves.
+    /// The motion model.
     pub vehicle: Vehicle<T>,
-    /// Its filter.
+    /// The filter.
     pub filter: Filter<T>,
-    /// Its sensors, each in a place of its own.
+    /// The sensors.
     pub sensors: [Option<Sensor<T>>; SENSORS],
-    /// Measured positions, if there are such.
+    /// Position fixes, if any.
     pub position: Option<FixSpec<T>>,
-    /// Measured headings, if there are such.
+    /// Heading fixes, if any.
     pub heading: Option<FixSpec<T>>,
-    /// Where it starts.
+    /// The initial pose.
     pub start: Start<T>,
 }
 
 impl<T: Real> Description<T> {
-    /// A robot that turns in place, with the noise of a wheeled vehicle and a joint map, without a sensor, at the origin.
+    /// A robot that turns in place, with the noise of a wheeled vehicle and a joint map, without sensors, at the origin.
     #[must_use]
     pub fn robot() -> Self {
         let (zero, one) = (T::ZERO, T::ONE);

@@ -1,4 +1,4 @@
-//! How a vehicle moves: each motion in the plane as one.
+//! The motion of a vehicle: all planar motion models as one type.
 
 use scphd::Real;
 use scphd::models::{
@@ -6,53 +6,53 @@ use scphd::models::{
     PlanarControl, PlanarMotion, Step, Unicycle, UnicycleControl,
 };
 
-/// The motions that there are.
+/// The motion models.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum VehicleKind {
     /// A car: speed of a wheel's encoder and steering angle.
     Ackermann,
     /// A robot that turns in place, along exact arcs.
     Unicycle,
-    /// The same, straight along its heading in every step.
+    /// The same, along straight Euler steps.
     UnicycleEuler,
-    /// A vehicle that moves aside as well as ahead.
+    /// A vehicle that moves sideways as well as ahead.
     Holonomic,
 }
 
-/// A vehicle and the noise of its odometry.
+/// A motion model with the noise of its odometry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Vehicle<T> {
-    /// How it moves.
+    /// The motion model.
     pub kind: VehicleKind,
-    /// Of a car: its lengths.
+    /// Lengths of a car.
     pub geometry: AckermannGeometry<T>,
-    /// The noise of its controls.
+    /// Noise of the controls.
     pub noise: ControlNoise<T>,
 }
 
-/// A control of any vehicle; what a vehicle does not have is zero.
+/// A control of any vehicle; components that the vehicle does not have are zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Control<T> {
     /// Speed ahead, m/s.
     pub speed_mps: T,
-    /// Speed to the left of a vehicle that moves aside, m/s.
+    /// Speed to the left of a holonomic vehicle, m/s.
     pub left_mps: T,
     /// Turn rate to the left, rad/s, or a car's steering angle, rad.
     pub turn: T,
 }
 
 impl<T: Real> Control<T> {
-    /// A vehicle that stands.
+    /// The control of a vehicle at rest.
     pub const STILL: Self = Self { speed_mps: T::ZERO, left_mps: T::ZERO, turn: T::ZERO };
 }
 
 impl<T: Real> Vehicle<T> {
-    /// The motion.
+    /// The motion model.
     ///
     /// # Errors
     /// A length or a noise is out of range.
     pub fn drive(&self) -> Result<PlanarMotion<T>, ModelError> {
-        // The noise is checked here first, and so only once in an image.
+        // The noise is checked here first, so that an image contains the check only once.
         let step = if self.kind == VehicleKind::UnicycleEuler { Step::Euler } else { Step::Arc };
         let unicycle = Unicycle::new(step, self.noise)?;
         Ok(match self.kind {
@@ -64,7 +64,8 @@ impl<T: Real> Vehicle<T> {
 }
 
 impl VehicleKind {
-    /// A control as the motion takes it. One that moves a vehicle sideways which cannot is of another kind than its motion, which refuses it.
+    /// The control for the motion model. A lateral speed of a vehicle that cannot move sideways gives a control of another type,
+    /// which the motion model refuses.
     #[must_use]
     pub fn control<T: Real>(self, control: &Control<T>) -> PlanarControl<T> {
         let &Control { speed_mps, left_mps, turn } = control;

@@ -1,4 +1,4 @@
-//! Why a description or a call is refused.
+//! Errors of descriptions and calls.
 
 use crate::Setting;
 use core::fmt;
@@ -8,14 +8,14 @@ use scphd::models::ModelError;
 /// A setting that is out of range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Invalid {
-    /// Which setting.
+    /// The setting.
     pub setting: Setting,
-    /// Of a setting of a sensor: which sensor.
+    /// Index of the sensor, for a setting of a sensor.
     pub sensor: Option<usize>,
 }
 
 impl Invalid {
-    /// A setting, of this sensor where it is one of a sensor.
+    /// The error of a setting; `sensor` is used only for settings of a sensor.
     pub(crate) fn of(setting: Setting, sensor: usize) -> Self {
         Self { setting, sensor: setting.is_of_a_sensor().then_some(sensor) }
     }
@@ -33,27 +33,27 @@ impl fmt::Display for Invalid {
 
 impl core::error::Error for Invalid {}
 
-/// Why no filter is assembled.
+/// Errors of building a filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum StartError {
     /// A setting is out of range.
     Invalid(Invalid),
-    /// Settings do not fit each other or the memory, as the library says.
+    /// Settings do not fit each other or the memory.
     Setup(SetupError),
-    /// The memory is not one for this part of the description.
+    /// The memory has no room for this part of the description.
     NoRoom {
-        /// The setting that says so.
+        /// The setting of the part.
         part: Setting,
     },
-    /// The memory is one for this part, which the description does not have.
+    /// The memory has room for this part, which the description does not have.
     NotDescribed {
-        /// The setting that says so.
+        /// The setting of the part.
         part: Setting,
     },
-    /// The numbers of this part cannot be changed while the filter goes on.
+    /// The settings of this part cannot be changed while the filter runs.
     Fixed {
-        /// The setting that says so.
+        /// The setting of the part.
         part: Setting,
     },
 }
@@ -92,17 +92,17 @@ impl From<ModelError> for StartError {
     }
 }
 
-/// Why a call does nothing.
+/// Errors of a call; it has no effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Refused<E> {
-    /// The filter refuses it.
+    /// The filter refused the input.
     Filter(E),
     /// The description has no such sensor or fix, or it measures something else.
     NotDescribed,
-    /// There is a watch over such fixes, which [`Services`](crate::Services) have see them.
+    /// The fixes have a monitor: use the methods of [`Services`](crate::Services) that call it.
     Watched,
-    /// This filter cannot do it: a mixture cannot localise, a map with an archive behind it cannot be loaded.
+    /// The filter does not support the call: a mixture cannot localise, and a map cannot be loaded with an archive.
     NotPossible,
 }
 

@@ -1,9 +1,9 @@
-//! What there is to say of a setting, the numbers that it may be, and where a description keeps it.
+//! Meaning and range of a setting, and its place in a description.
 
 use crate::Description;
 use scphd::Real;
 
-/// The numbers that a setting may be.
+/// The range of a setting.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
     pub(crate) least: f32,
@@ -13,17 +13,17 @@ pub struct Range {
 }
 
 impl Range {
-    /// The numbers between two others, without these.
+    /// The numbers between two limits, without the limits.
     pub(crate) const fn open(least: f32, most: f32) -> Self {
         Self { least, most, closed: [false; 2] }
     }
 
-    /// The numbers from one to another.
+    /// The numbers between two limits, with the limits.
     pub(crate) const fn within(least: f32, most: f32) -> Self {
         Self { least, most, closed: [true; 2] }
     }
 
-    /// Whether a number is part of the range; NaN is part of none.
+    /// Whether a number is in the range; NaN is in no range.
     pub(crate) fn has<T: Real>(&self, number: T) -> bool {
         let [least, most] = [self.least, self.most].map(|end| T::from_f64(f64::from(end)));
         let [low, high] = self.closed;
@@ -33,7 +33,7 @@ impl Range {
     }
 }
 
-/// Where a description keeps a number.
+/// Reference to a number in a description.
 #[derive(Debug)]
 pub(crate) enum Place<'a, T> {
     Number(&'a mut T),
@@ -43,24 +43,24 @@ pub(crate) enum Place<'a, T> {
 }
 
 impl<T: Real> Place<'_, T> {
-    /// Whether the number there is part of a range.
+    /// Whether the number is in a range.
     pub(crate) fn is_in(&self, range: &Range) -> bool {
         match self {
             Self::Number(number) => range.has(**number),
             Self::Count(count) => range.has(**count as f32),
             Self::Small(count) => range.has(f32::from(**count)),
-            // Any is a good one; the range is that of what can be set exactly.
+            // Any seed is valid; the range is that of the numbers that can be set exactly.
             Self::Seed(_) => true,
         }
     }
 }
 
-/// Reads a setting that is one of several.
+/// Reads a setting with several choices.
 pub(crate) type Get<T> = fn(&Description<T>, usize) -> Option<usize>;
-/// Sets a setting that is one of several; false where the description has no such part.
+/// Sets a setting with several choices; `false` if the description has no such part.
 pub(crate) type Set<T> = fn(&mut Description<T>, usize, usize) -> bool;
 
-/// What a setting means.
+/// The meaning of a setting.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Meaning {
     pub(crate) unit: &'static str,

@@ -1,4 +1,4 @@
-//! Measurements of the pose itself, and the watches over them.
+//! Fixes, and the monitors of rejected fixes.
 
 use crate::Description;
 use nalgebra::{Vector1, Vector2};
@@ -6,16 +6,16 @@ use scphd::fixes::{FixRule, HeadingWatch, PositionWatch};
 use scphd::models::{HeadingFix, ModelError, PlanarPose, PositionFix};
 use scphd::{FixReport, PoseEstimate, Real};
 
-/// What a fix did.
+/// Result of a fix with a monitor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Watched<T> {
-    /// What the filter says.
+    /// The report of the filter.
     pub report: FixReport<T>,
-    /// Whether the watch has moved the vehicle to where the fixes say.
+    /// Whether the monitor has relocated the vehicle to the pose by the fixes.
     pub relocated: bool,
 }
 
-/// A kind of fixes: its model, the rule of its watch, the watch once it is needed, and the time since the last one.
+/// A type of fixes: its model, the rule of its monitor, the monitor once it is needed, and the time since the last fix, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Kind<F, W, T> {
     fix: F,
@@ -24,7 +24,7 @@ struct Kind<F, W, T> {
     since_s: T,
 }
 
-/// The fixes of a vehicle as models, with their watches and the time since the last of each.
+/// Models and monitors of a vehicle's fixes, with the time since the last fix of each type.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fixes<T: Real> {
     position: Option<Kind<PositionFix<T>, PositionWatch<T>, T>>,
@@ -32,7 +32,7 @@ pub struct Fixes<T: Real> {
 }
 
 impl<T: Real> Fixes<T> {
-    /// Those of a description.
+    /// The fixes of a description.
     ///
     /// # Errors
     /// A number is out of range.
@@ -52,7 +52,7 @@ impl<T: Real> Fixes<T> {
         Ok(Self { position: position.transpose()?, heading: heading.transpose()? })
     }
 
-    /// So much time has passed, s.
+    /// Adds a time to those since the last fixes, s.
     pub(crate) fn wait(&mut self, dt_s: T) {
         if dt_s >= T::ZERO && dt_s.is_finite() {
             self.position.iter_mut().for_each(|kind| kind.since_s += dt_s);
@@ -60,17 +60,17 @@ impl<T: Real> Fixes<T> {
         }
     }
 
-    /// Positions, and whether they have a watch.
+    /// The model of the positions, and whether they have a monitor.
     pub(crate) fn position(&self) -> Option<(PositionFix<T>, bool)> {
         self.position.map(|kind| (kind.fix, kind.rule.is_some()))
     }
 
-    /// Headings, and whether they have a watch.
+    /// The model of the headings, and whether they have a monitor.
     pub(crate) fn heading(&self) -> Option<(HeadingFix<PlanarPose<T>>, bool)> {
         self.heading.map(|kind| (kind.fix, kind.rule.is_some()))
     }
 
-    /// Tells the watch what became of a position: where the filter is to be put, if it is wrong.
+    /// Passes a position to its monitor. Returns the pose for a relocation if the filter has diverged.
     pub(crate) fn saw_position(
         &mut self,
         measured: &Vector2<T>,
@@ -87,7 +87,7 @@ impl<T: Real> Fixes<T> {
         watch.refused(fix, measured, estimate, since_s)
     }
 
-    /// The same of a heading.
+    /// The same for a heading.
     pub(crate) fn saw_heading(
         &mut self,
         measured: &Vector1<T>,

@@ -1,4 +1,4 @@
-//! A joint map as it is described.
+//! A joint map built from a description.
 
 use crate::beside::{ArchiveMemory, Behind, Map, MoversMemory, odd, stays};
 use crate::sensor::Polar;
@@ -16,19 +16,20 @@ use scphd::snapshot::{RestoreError, SaveError, SliceEnd};
 use scphd::storage::{Movers, NoArchive, NoMovers};
 use scphd::{Component, FixReport, JointSlam, JointState, MapEstimate, PoseEstimate, PredictReport, Real};
 
-/// A joint map over its memory, with the sensors and fixes of its description. `P` is [`PlanarPose`], or
-/// [`CalibratedPose`](scphd::models::CalibratedPose) where the odometry is learnt; archive and movers are what the memory has.
+/// A joint map in its memory, with the sensors and fixes of its description. `P` is [`PlanarPose`], or
+/// [`CalibratedPose`](scphd::models::CalibratedPose) if the odometry is calibrated; archive and moving features depend on the
+/// memory.
 #[derive(Debug)]
 pub struct Joint<'m, P: PlanarState, A: Behind<P> = NoArchive, V: Movers<P> = NoMovers> {
     slam: Map<'m, P, A, V>,
-    /// How the movers move, and how far the archive's sensor sees.
+    /// Settings of the moving features, and range of the sensors for the archive.
     beside: (Option<MovingConfig<ScalarOf<P>>>, Option<ScalarOf<P>>),
     kind: VehicleKind,
     detectors: [Option<Polar<P, ScalarOf<P>>>; SENSORS],
     fixes: Fixes<ScalarOf<P>>,
 }
 
-/// What a description says of a joint map.
+/// The parts of a description for a joint map.
 struct Parts<P: PlanarState> {
     joint: JointFilter<ScalarOf<P>>,
     motion: P::Moves,
@@ -45,7 +46,7 @@ impl<T: Real, P: PlanarState<Scalar = T>> Parts<P> {
         let mut detectors = [const { None }; SENSORS];
         for (place, sensor) in detectors.iter_mut().zip(description.sensors) {
             *place = match sensor {
-                // One bearing has no inverse, so that nothing would be born.
+                // A bearing has no inverse, so that no feature could be initiated.
                 Some(Sensor { model: SensorModel::Bearing, .. }) => {
                     return Err(StartError::NoRoom { part: Setting::SENSOR_MODEL });
                 }
@@ -58,11 +59,11 @@ impl<T: Real, P: PlanarState<Scalar = T>> Parts<P> {
 }
 
 impl<'m, T: Real, P: PlanarState<Scalar = T>, A: Behind<P>, V: Movers<P>> Joint<'m, P, A, V> {
-    /// The filter that is described, over a state, movers and an archive, which keep what they hold: fresh ones must be reset first. A memory
-    /// of no movers and one of no archive is `()`.
+    /// Builds the filter of the description in the memory of its state, moving features and archive, whose content is kept: reset
+    /// new ones first. The memory of an omitted part is `()`.
     ///
     /// # Errors
-    /// The description is out of range, or of a filter that these are no memory of.
+    /// The description is out of range, or is of another filter than the memory.
     pub fn start<const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize, M, B>(
         description: &Description<T>,
         state: &'m mut JointState<P, Vector2<T>, FEATURES, NUMBERS, MEASUREMENTS>,
@@ -81,12 +82,12 @@ impl<'m, T: Real, P: PlanarState<Scalar = T>, A: Behind<P>, V: Movers<P>> Joint<
     }
 }
 
-/// The detector of a sensor that is described.
+/// The detector of a sensor in the description.
 fn detector<D>(detectors: &[Option<D>], sensor: usize) -> Result<&D, Refused<ScanError>> {
     detectors.get(sensor).and_then(Option::as_ref).ok_or(Refused::NotDescribed)
 }
 
-/// A scan of range and bearing.
+/// The measurements of a scan of range and bearing.
 fn polar<T>(measurements: Measurements<'_, T>) -> Result<&[Vector2<T>], Refused<ScanError>> {
     match measurements {
         Measurements::RangeBearing(measurements) => Ok(measurements),
@@ -94,7 +95,7 @@ fn polar<T>(measurements: Measurements<'_, T>) -> Result<&[Vector2<T>], Refused<
     }
 }
 
-/// Writes what there is room for: how many were written, and how many left out.
+/// Writes as many elements as fit. Returns the numbers of written and of left-out elements.
 fn write<C>(all: impl Iterator<Item = C>, room: &mut [C]) -> (usize, usize) {
     let mut slots = room.iter_mut();
     all.fold((0, 0), |(written, left_out), one| match slots.next() {

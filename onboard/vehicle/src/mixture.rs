@@ -1,4 +1,4 @@
-//! A mixture as it is described.
+//! A mixture built from a description.
 
 use crate::slam::{Sink, Source, described, unwatched, watched};
 use crate::{
@@ -12,7 +12,7 @@ use scphd::numerics::Symmetric;
 use scphd::snapshot::{RestoreError, SaveError, SliceEnd};
 use scphd::{Component, Config, FixReport, MapEstimate, PoseEstimate, PredictReport, Real, ScPhd};
 
-/// A mixture over its memory, with the sensors and fixes of its description.
+/// A mixture in its memory, with the sensors and fixes of its description.
 #[derive(Debug)]
 pub struct Mixture<'m, T: Real, R: Rooms<T>> {
     filter: ScPhd<'m, PlanarMotion<T>>,
@@ -22,7 +22,7 @@ pub struct Mixture<'m, T: Real, R: Rooms<T>> {
     fixes: Fixes<T>,
 }
 
-/// What a description says of a mixture.
+/// The parts of a description for a mixture.
 struct Parts<T: Real, R: Rooms<T>> {
     config: Config<T>,
     drive: PlanarMotion<T>,
@@ -49,7 +49,7 @@ impl<T: Real, R: Rooms<T>> Parts<T, R> {
 }
 
 impl<'m, T: Real, R: Rooms<T>> Mixture<'m, T, R> {
-    /// The filter that is described; `filter` puts its motion and tuning over a state.
+    /// Builds the filter of the description; `filter` constructs it from motion and tuning in a state.
     ///
     /// # Errors
     /// The description is out of range, or does not fit the state.
@@ -102,7 +102,7 @@ impl<T: Real, R: Rooms<T>> Slam<T> for Mixture<'_, T, R> {
         None
     }
 
-    /// What is confirmed is so as the first sensor sees it.
+    /// The first sensor decides which features are confirmed.
     fn features(&mut self, room: &mut [Component<Vector2<T>>]) -> MapEstimate<T> {
         let nothing = MapEstimate { expected_features: T::ZERO, features: 0, left_out: 0 };
         let first = self.detectors.iter().flatten().next();

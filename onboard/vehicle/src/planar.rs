@@ -1,4 +1,4 @@
-//! The states of a vehicle in the plane: a pose, or a pose and what the odometry is off by.
+//! States of a planar vehicle: a pose, or a pose with the odometry correction.
 
 use core::fmt::Debug;
 use nalgebra::{SVector, Vector2, Vector3};
@@ -9,21 +9,21 @@ use scphd::models::{
 use scphd::numerics::Symmetric;
 use scphd::{PoseEstimate, Real};
 
-/// A state of a vehicle in the plane: [`PlanarPose`], or [`CalibratedPose`] for one that learns what its odometry is off by.
+/// The state of a planar vehicle: [`PlanarPose`], or [`CalibratedPose`] with odometry calibration.
 pub trait PlanarState: Pose<Position = Vector2<ScalarOf<Self>>> {
-    /// The motion of such a state.
+    /// The motion model for this state.
     type Moves: Motion<Pose = Self, Control = PlanarControl<ScalarOf<Self>>> + Debug;
-    /// A sensor of a planar pose as one of such a state.
+    /// A sensor of a planar pose, adapted to this state.
     type Seen<S: Sensor<Pose = PlanarPose<ScalarOf<Self>>> + Debug>: Sensor<Pose = Self, Measurement = S::Measurement, Frame = S::Frame>
         + Debug;
-    /// A fix of a planar pose as one of such a state.
+    /// A fix of a planar pose, adapted to this state.
     type Fixed<F: Fix<Pose = PlanarPose<ScalarOf<Self>>>>: Fix<Pose = Self, Measurement = F::Measurement>;
 
-    /// A sensor of a planar pose as one of such a state.
+    /// Adapts a sensor of a planar pose to this state.
     fn seen<S: Sensor<Pose = PlanarPose<ScalarOf<Self>>> + Debug>(sensor: S) -> Self::Seen<S>;
-    /// A fix of a planar pose as one of such a state.
+    /// Adapts a fix of a planar pose to this state.
     fn fixed<F: Fix<Pose = PlanarPose<ScalarOf<Self>>>>(fix: F) -> Self::Fixed<F>;
-    /// The motion: `None` where a prior of the odometry is needed and missing, or given and of no use.
+    /// The motion model; `None` if a prior of the odometry is missing, or is given and not used.
     ///
     /// # Errors
     /// The prior is out of range.
@@ -31,23 +31,23 @@ pub trait PlanarState: Pose<Position = Vector2<ScalarOf<Self>>> {
         drive: PlanarMotion<ScalarOf<Self>>,
         prior: Option<OdometryPrior<ScalarOf<Self>>>,
     ) -> Result<Option<Self::Moves>, ModelError>;
-    /// The pose of it, and what the odometry is off by.
+    /// The pose, and the odometry correction.
     fn parts(&self) -> (PlanarPose<ScalarOf<Self>>, Option<OdometryCorrection<ScalarOf<Self>>>);
-    /// A start at a pose with a covariance, and with what the motion knows of the odometry.
+    /// An initial state and covariance, from those of the pose and the prior of the odometry.
     fn start(
         motion: &Self::Moves,
         pose: PlanarPose<ScalarOf<Self>>,
         covariance: &Symmetric<Vector3<ScalarOf<Self>>>,
     ) -> (Self, Symmetric<TangentOf<Self>>);
-    /// This estimate moved to another pose with another covariance: what is known of the odometry stays.
+    /// This estimate relocated to another pose and covariance; the odometry correction and its covariance are unchanged.
     fn moved(
         from: &PoseEstimate<Self>,
         pose: PlanarPose<ScalarOf<Self>>,
         covariance: &Symmetric<Vector3<ScalarOf<Self>>>,
     ) -> (Self, Symmetric<TangentOf<Self>>);
-    /// A covariance of the pose alone.
+    /// The covariance of the state from that of the pose, with zeros for the odometry correction.
     fn widened(covariance: &Symmetric<Vector3<ScalarOf<Self>>>) -> Symmetric<TangentOf<Self>>;
-    /// The covariance of the pose alone.
+    /// The covariance of the pose.
     fn narrowed(covariance: &Symmetric<TangentOf<Self>>) -> Symmetric<Vector3<ScalarOf<Self>>>;
 }
 
@@ -89,7 +89,7 @@ impl<T: Real> PlanarState for PlanarPose<T> {
     }
 }
 
-/// A covariance of which the pose's part is this, and the odometry's that.
+/// The covariance of the state with these blocks for the pose and for the odometry correction.
 fn joined<T: Real>(pose: &Symmetric<Vector3<T>>, odometry: &Symmetric<SVector<T, 6>>) -> Symmetric<SVector<T, 6>> {
     Symmetric::from_fn(|row, column| match (row < 3, column < 3) {
         (true, true) => pose.get(row, column),

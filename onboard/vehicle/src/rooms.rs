@@ -1,5 +1,5 @@
-//! What the sensors of a mixture work on: the scratch of their scans, which they share, and which sensors there may be. Nothing is linked of
-//! those that there may not be.
+//! Working memory that the sensors of a mixture share, which determines the supported sensor models. The code for other models is
+//! not linked.
 
 use crate::{Direction, Measurements, Polar, Refused, Sensor, SensorModel, Setting, StartError};
 use core::fmt::Debug;
@@ -10,27 +10,27 @@ use scphd::{Component, DetectorMemory, MapEstimate, Real, ScPhd, ScanReport};
 
 type Filter<'m, T> = ScPhd<'m, PlanarMotion<T>>;
 
-/// The scratch of a mixture's scans: [`PolarRooms`] or [`BearingRooms`].
+/// The working memory for the scans of a mixture: [`PolarRooms`] or [`BearingRooms`].
 pub trait Rooms<T: Real>: Debug {
     /// The detector of one sensor.
     type Detector: Copy + Debug;
 
-    /// The detector of a sensor.
+    /// Constructs the detector of a sensor.
     ///
     /// # Errors
-    /// The sensor is out of range, or there is no room for its scans.
+    /// The sensor is out of range, or its model is not supported.
     fn detector(sensor: &Sensor<T>) -> Result<Self::Detector, StartError>;
 
-    /// Whether a filter can take its scans.
+    /// Checks that a filter can process its scans.
     ///
     /// # Errors
     /// It cannot.
     fn check(filter: &Filter<'_, T>, detector: &Self::Detector) -> Result<(), SetupError>;
 
-    /// Has the filter take in a scan.
+    /// Updates the filter with a scan.
     ///
     /// # Errors
-    /// The scan is refused, or is not one of this detector.
+    /// The scan is refused, or is of another sensor model.
     fn scan(
         &mut self,
         filter: &mut Filter<'_, T>,
@@ -38,7 +38,7 @@ pub trait Rooms<T: Real>: Debug {
         measurements: Measurements<'_, T>,
     ) -> Result<ScanReport<T>, Refused<ScanError>>;
 
-    /// Writes the features, of which those are confirmed that this detector has seen often enough.
+    /// Writes the features; the detection model of this detector decides which are confirmed.
     fn features(
         filter: &mut Filter<'_, T>,
         detector: &Self::Detector,
@@ -51,7 +51,7 @@ pub trait Rooms<T: Real>: Debug {
 pub struct PolarRooms<T: Real, const MEASUREMENTS: usize>(DetectorMemory<Vector2<T>, MEASUREMENTS>);
 
 impl<T: Real, const MEASUREMENTS: usize> PolarRooms<T, MEASUREMENTS> {
-    /// Empty ones.
+    /// An empty working memory.
     #[must_use]
     pub const fn new() -> Self {
         Self(DetectorMemory::new())
@@ -98,24 +98,24 @@ impl<T: Real, const MEASUREMENTS: usize> Rooms<T> for PolarRooms<T, MEASUREMENTS
     }
 }
 
-/// For sensors of range and bearing, and of bearings alone.
+/// For sensors of range and bearing, and bearing-only sensors.
 #[derive(Debug)]
 pub struct BearingRooms<T: Real, const MEASUREMENTS: usize> {
     polar: PolarRooms<T, MEASUREMENTS>,
     direction: DetectorMemory<Vector1<T>, MEASUREMENTS>,
 }
 
-/// A detector of either kind.
+/// A detector of either sensor model.
 #[derive(Debug, Clone, Copy)]
 pub enum Either<T: Real> {
-    /// Of range and bearing.
+    /// Range and bearing.
     Polar(Polar<PlanarPose<T>, T>),
-    /// Of bearings.
+    /// Bearings only.
     Direction(Direction<PlanarPose<T>, T>),
 }
 
 impl<T: Real, const MEASUREMENTS: usize> BearingRooms<T, MEASUREMENTS> {
-    /// Empty ones.
+    /// An empty working memory.
     #[must_use]
     pub const fn new() -> Self {
         Self { polar: PolarRooms::new(), direction: DetectorMemory::new() }

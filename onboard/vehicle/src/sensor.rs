@@ -1,4 +1,4 @@
-//! A sensor, and the detector that is made of it.
+//! A sensor, and its detector.
 
 use crate::PlanarState;
 use nalgebra::{Vector1, Vector2};
@@ -8,39 +8,39 @@ use scphd::models::{
 };
 use scphd::{Births, Detector, Real};
 
-/// What a sensor measures.
+/// The measurement of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SensorModel {
     /// Range and bearing.
     RangeBearing,
-    /// Bearings alone: for mixtures.
+    /// Bearings only: for mixtures.
     Bearing,
 }
 
-/// A sensor: its model, its noise, where it sees, its clutter and births, and where it sits.
+/// A sensor: its model, noise, field of view, clutter, birth intensities and mounting.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensor<T> {
-    /// What it measures.
+    /// The sensor model.
     pub model: SensorModel,
     /// Standard deviation of the range, m.
     pub range_sigma_m: T,
     /// Standard deviation of the bearing, rad.
     pub bearing_sigma_rad: T,
-    /// Where it sees, and with what probability of detection.
+    /// Field of view, with the probability of detection.
     pub window: RangeBearingLimits<T>,
-    /// False measurements to expect of a scan.
+    /// Mean number of false measurements in a scan.
     pub clutter_per_scan: T,
-    /// Births of range and bearing.
+    /// Birth intensities of a sensor of range and bearing.
     pub births: Births<T>,
-    /// Births of bearings alone.
+    /// Birth intensity of a bearing-only sensor.
     pub grid: PolarGrid<T>,
-    /// How far ahead of the pose and how far to its left the sensor sits, m.
+    /// Position of the sensor ahead and to the left of the pose, m.
     pub seat_m: [T; 2],
-    /// Where it looks, to the left, rad.
+    /// Rotation of the sensor to the left, rad.
     pub yaw_rad: T,
 }
 
-/// One scan, as its sensor measures it.
+/// The measurements of one scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Measurements<'a, T> {
     /// Range, m, and bearing, rad.
@@ -49,17 +49,18 @@ pub enum Measurements<'a, T> {
     Bearing(&'a [Vector1<T>]),
 }
 
-/// A detector of range and bearing for poses of a kind.
+/// A detector of range and bearing for this state.
 pub type Polar<P, T> =
     Detector<Sensing<<P as PlanarState>::Seen<RangeBearing<T>>, RangeBearingWindow<T>, UniformClutter<T>>>;
-/// A detector of bearings for poses of a kind.
+/// A bearing-only detector for this state.
 pub type Direction<P, T> = Detector<
     Sensing<<P as PlanarState>::Seen<BearingOnly<T, PolarBirths<T>>>, RangeBearingWindow<T>, UniformClutter<T>>,
 >;
 
 impl<T: Real> Sensor<T> {
-    /// A sensor of range and bearing that sees all around, as far as this, m, with this probability of detection and these standard deviations, m and
-    /// rad: one false measurement a scan, one in ten scans of a feature that is new, none that moves, seated where the pose is.
+    /// A sensor of range and bearing with a full circle of this radius, m, with this probability of detection and these standard
+    /// deviations, m and rad; a mean of one false measurement per scan and one new feature in ten scans, no moving births, at the
+    /// pose of the vehicle.
     #[must_use]
     pub fn range_bearing(range_max_m: T, probability: T, [range_sigma_m, bearing_sigma_rad]: [T; 2]) -> Self {
         let turn = T::PI + T::PI;
@@ -88,7 +89,7 @@ impl<T: Real> Sensor<T> {
         elsewhere.then(|| Mounting::in_plane(forward_m, left_m, self.yaw_rad)).transpose()
     }
 
-    /// The detector of range and bearing, for a program that has more detectors than a description.
+    /// The detector of range and bearing, for a program with more detectors than a description.
     ///
     /// # Errors
     /// A number is out of range.
@@ -103,7 +104,7 @@ impl<T: Real> Sensor<T> {
         }
     }
 
-    /// The detector of bearings.
+    /// The bearing-only detector.
     ///
     /// # Errors
     /// A number is out of range.
@@ -119,7 +120,7 @@ impl<T: Real> Sensor<T> {
         }
     }
 
-    /// Whether its models can be made.
+    /// Checks the models.
     pub(crate) fn check<P: PlanarState<Scalar = T>>(&self) -> Result<(), ModelError> {
         match self.model {
             SensorModel::RangeBearing => self.polar::<P>().map(|_| ()),

@@ -1,9 +1,9 @@
-//! The settings of a description, and what there is to say of them.
+//! The settings of a description, with name, range, unit and meaning.
 
 use crate::list::{MEANINGS, NAMES, NUMBERS, RANGES};
 use core::ffi::CStr;
 
-/// A setting of a [`Description`](crate::Description), by its place in the list of all.
+/// A setting of a [`Description`](crate::Description), by its index in the list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Setting(u8);
 
@@ -20,24 +20,24 @@ const fn equal(mut left: &[u8], mut right: &[u8]) -> bool {
 }
 
 impl Setting {
-    /// So many there are.
+    /// Number of settings.
     pub const COUNT: usize = NAMES.len();
 
-    /// Which filter is described.
+    /// The type of the filter.
     pub(crate) const FILTER: Self = Self::named("filter");
-    /// What a sensor measures.
+    /// The sensor model.
     pub(crate) const SENSOR_MODEL: Self = Self::named("sensor.model");
-    /// Whether features that move are kept.
+    /// Whether there are moving features.
     pub(crate) const MOVERS: Self = Self::named("joint.movers");
     /// Whether there is an archive.
     pub(crate) const ARCHIVE: Self = Self::named("joint.archive");
-    /// Whether the odometry is learnt.
+    /// Whether the odometry is calibrated.
     pub(crate) const ODOMETRY: Self = Self::named("joint.odometry");
 
-    /// The first setting of a sensor, and the last.
+    /// The first and the last setting of a sensor.
     const OF_A_SENSOR: [Self; 2] = [Self::SENSOR_MODEL, Self::named("sensor.yaw_rad")];
 
-    /// The setting of this name, of those that there are.
+    /// The setting with this name; evaluated by the compiler.
     const fn named(name: &str) -> Self {
         let (mut place, mut names) = (0, NAMES);
         while let Some((first, rest)) = names.split_first() {
@@ -50,7 +50,7 @@ impl Setting {
         Self(place)
     }
 
-    /// All of them.
+    /// All settings.
     pub fn all() -> impl Iterator<Item = Self> {
         (0..Self::COUNT as u8).map(Self)
     }
@@ -68,7 +68,7 @@ impl Setting {
         u32::from(self.0) + 1
     }
 
-    /// The setting of this name.
+    /// The setting with this name.
     #[must_use]
     pub fn of_name(name: &str) -> Option<Self> {
         Self::all().find(|setting| setting.name() == name)
@@ -78,50 +78,50 @@ impl Setting {
         usize::from(self.0)
     }
 
-    /// Whether it is one of each sensor.
+    /// Whether each sensor has this setting.
     #[must_use]
     pub fn is_of_a_sensor(self) -> bool {
         let [first, last] = Self::OF_A_SENSOR;
         (first.0..=last.0).contains(&self.0)
     }
 
-    /// Its name, with a point between a part and what is of it.
+    /// Its name, with a point between a part and its field.
     #[must_use]
     pub fn name(self) -> &'static str {
         self.name_c().to_str().unwrap_or_default()
     }
 
-    /// The same for C.
+    /// Its name as a C string.
     #[must_use]
     pub fn name_c(self) -> &'static CStr {
         NAMES.get(self.place()).copied().unwrap_or_default()
     }
 
-    /// What a number of it is, as in "must be above 0".
+    /// Its valid range as text, as in "must be above 0".
     #[must_use]
     pub fn range(self) -> &'static str {
         self.range_c().to_str().unwrap_or_default()
     }
 
-    /// The same for C.
+    /// Its valid range as a C string.
     #[must_use]
     pub fn range_c(self) -> &'static CStr {
         RANGES.get(self.place()).copied().unwrap_or_default()
     }
 
-    /// Its unit; empty for a pure number.
+    /// Its unit; empty for a dimensionless number.
     #[must_use]
     pub fn unit(self) -> &'static str {
         MEANINGS.get(self.place()).map_or("", |meaning| meaning.unit)
     }
 
-    /// What it is, in a sentence.
+    /// Its meaning.
     #[must_use]
     pub fn about(self) -> &'static str {
         MEANINGS.get(self.place()).map_or("", |meaning| meaning.about)
     }
 
-    /// Of a setting that is one of several: their names, in the order of their numbers. Empty for other settings.
+    /// Names of the choices, in the order of their numbers; empty for a setting without choices.
     #[must_use]
     pub fn choices(self) -> &'static [&'static str] {
         MEANINGS.get(self.place()).map_or(&[], |meaning| meaning.choices)
@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn words_are_those_of_the_numbers() {
+    fn texts_of_ranges_agree_with_the_numbers() {
         for (setting, range) in Setting::all().zip(NUMBERS) {
             let words = match setting.choices() {
                 [] => spelled(range),
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_of_a_sensor_are_those_that_are_called_so() {
+    fn settings_of_a_sensor_have_its_prefix() {
         for setting in Setting::all() {
             assert_eq!(setting.is_of_a_sensor(), setting.name().starts_with("sensor."), "{}", setting.name());
             assert_eq!(Setting::of_number(setting.number()), Some(setting));

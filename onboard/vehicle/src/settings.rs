@@ -1,4 +1,4 @@
-//! Settings of a description are read, written and checked.
+//! Reading, writing and checking the settings of a description.
 
 use crate::field::Place;
 use crate::list::NUMBERS;
@@ -6,18 +6,18 @@ use crate::{Description, Filter, Fixes, Invalid, PlanarState, SENSORS, Setting, 
 use scphd::Real;
 use scphd::models::{CalibratedPose, ModelError, PlanarPose};
 
-/// A count that is not less is as many as there can be.
+/// Upper limit of counts.
 const MOST: u32 = i32::MAX.unsigned_abs();
 
-/// A number that is not negative as a count.
+/// A non-negative number as a count; `None` if it is not an integer.
 #[inline(never)]
 fn whole<T: Real>(number: T) -> Option<u32> {
     (number.floor() == number).then(|| number.to_i32().unsigned_abs())
 }
 
 impl<T: Real> Description<T> {
-    /// The number of a setting, of this sensor where it is one of a sensor; of one of several, its place in the list. `None` where the
-    /// description has no such part.
+    /// The number of a setting; for a setting with choices, the index of the choice. `sensor` is used only for settings of a
+    /// sensor. `None` if the description has no such part.
     #[must_use]
     pub fn get(&self, setting: Setting, sensor: usize) -> Option<T> {
         let mut copy = *self;
@@ -33,7 +33,7 @@ impl<T: Real> Description<T> {
     /// Sets a setting.
     ///
     /// # Errors
-    /// The number is out of its range, or the description has no such part; it is as it was.
+    /// The number is out of range, or the description has no such part; the description is unchanged.
     pub fn set(&mut self, setting: Setting, sensor: usize, number: T) -> Result<(), Invalid> {
         let invalid = Invalid::of(setting, sensor);
         if !NUMBERS.get(setting.place()).is_some_and(|range| range.has(number)) {
@@ -53,7 +53,7 @@ impl<T: Real> Description<T> {
         Ok(())
     }
 
-    /// Whether every setting is in its range. Whether they fit each other is seen where models and a filter are made of them.
+    /// Checks the range of every setting. Whether they fit each other is checked when models and filter are constructed.
     pub(crate) fn check_ranges(&self) -> Result<(), StartError> {
         let mut copy = *self;
         for (setting, range) in Setting::all().zip(NUMBERS) {
@@ -70,10 +70,10 @@ impl<T: Real> Description<T> {
         Ok(())
     }
 
-    /// Whether every setting is in its range, and whether they fit each other.
+    /// Checks the range of every setting, and that they fit each other.
     ///
     /// # Errors
-    /// The first that is not.
+    /// The first error.
     pub fn check(&self) -> Result<(), StartError> {
         self.check_ranges()?;
         let drive = self.vehicle.drive()?;

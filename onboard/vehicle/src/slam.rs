@@ -1,4 +1,4 @@
-//! The one trait of both filters.
+//! The common interface of both filters.
 
 use crate::{Control, Description, Measurements, Refused, Start, StartError, Watched};
 use nalgebra::{Vector2, Vector3};
@@ -8,17 +8,17 @@ use scphd::numerics::Symmetric;
 use scphd::snapshot::{RestoreError, SaveError, SliceEnd};
 use scphd::{Component, FixReport, Health, JointReport, MapEstimate, PoseEstimate, PredictReport, Real, ScanReport};
 
-/// What a scan did.
+/// Result of a scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Scanned<T> {
-    /// In a mixture.
+    /// Of a mixture.
     Mixture(ScanReport<T>),
-    /// In a joint map.
+    /// Of a joint map.
     Joint(JointReport<T>),
 }
 
 impl<T: Real> Scanned<T> {
-    /// Conditions.
+    /// The warnings.
     #[must_use]
     pub fn health(&self) -> Health {
         match self {
@@ -27,7 +27,7 @@ impl<T: Real> Scanned<T> {
         }
     }
 
-    /// ln of the likelihood of the scan given all before, up to a constant.
+    /// ln of the likelihood of the scan given all previous inputs, up to a constant.
     #[must_use]
     pub fn ln_evidence(&self) -> T {
         match self {
@@ -37,124 +37,125 @@ impl<T: Real> Scanned<T> {
     }
 }
 
-/// Takes a snapshot, part after part.
+/// A sink for a snapshot.
 pub type Sink<'a> = dyn FnMut(&[u8]) -> Result<(), SliceEnd> + 'a;
-/// Gives a snapshot: what lies at a place.
+/// A source of a snapshot: fills a slice with the bytes from a position on.
 pub type Source<'a> = dyn FnMut(usize, &mut [u8]) -> Result<(), SliceEnd> + 'a;
 
-/// A filter of a vehicle in the plane, with the sensors and fixes of its description: the same calls for a mixture and for a joint map.
+/// A filter of a planar vehicle with the sensors and fixes of its description: the same calls for a mixture and for a joint map.
 pub trait Slam<T: Real> {
-    /// Starts, or starts again, without a feature.
+    /// Starts or restarts with an empty map.
     ///
     /// # Errors
-    /// The pose or its covariance is out of range; the state is as it was.
+    /// The pose or its covariance is out of range; the state is unchanged.
     fn reset(&mut self, start: &Start<T>) -> Result<(), ResetError>;
 
-    /// Moves the vehicle for so many seconds.
+    /// Predicts by `dt_s` seconds.
     ///
     /// # Errors
-    /// The control or the time is refused, which the next report tells; the state is as it was.
+    /// The control or the time is refused, which the next report shows; the state is unchanged.
     fn predict(&mut self, control: Control<T>, dt_s: T) -> Result<PredictReport, PredictError>;
 
-    /// Takes in a scan of the sensor in this place of the description.
+    /// Updates the filter with a scan of the sensor with this index in the description.
     ///
     /// # Errors
-    /// There is no such sensor, or the scan is refused; the state is as it was.
+    /// There is no such sensor, or the scan is refused; the state is unchanged.
     fn scan(&mut self, sensor: usize, measurements: Measurements<'_, T>) -> Result<Scanned<T>, Refused<ScanError>>;
 
-    /// Takes in a measured position, m, of fixes without a watch.
+    /// Updates the filter with a position, m, of fixes without a monitor.
     ///
     /// # Errors
-    /// The description has no such fix, or one with a watch, or it is refused; the state is as it was.
+    /// The description has no such fix, or one with a monitor, or it is refused; the state is unchanged.
     fn observe_position(&mut self, x_m: T, y_m: T) -> Result<FixReport<T>, Refused<ObserveError>>;
 
-    /// Takes in a measured heading, rad, of fixes without a watch.
+    /// Updates the filter with a heading, rad, of fixes without a monitor.
     ///
     /// # Errors
     /// As for a position.
     fn observe_heading(&mut self, heading_rad: T) -> Result<FixReport<T>, Refused<ObserveError>>;
 
-    /// Where the vehicle is; `None` before the first reset.
+    /// The estimated pose; `None` before the first reset.
     fn pose(&self) -> Option<PoseEstimate<PlanarPose<T>>>;
 
-    /// What the odometry is off by, of a filter that learns it.
+    /// The estimated odometry correction, if the odometry is calibrated.
     fn odometry(&self) -> Option<OdometryCorrection<T>>;
 
-    /// Writes the features that stand still.
+    /// Writes the static features.
     fn features(&mut self, room: &mut [Component<Vector2<T>>]) -> MapEstimate<T>;
 
-    /// Writes the features that move.
+    /// Writes the moving features.
     fn movers(&mut self, room: &mut [Component<MovingOf<PlanarPose<T>>>]) -> MapEstimate<T>;
 }
 
-/// What a filter does beside its loop. It is a trait of its own, so that a program that has no use for it behind a trait object does not link it.
+/// Further operations of a filter. A separate trait, so that a program that uses only [`Slam`] as a trait object does not link
+/// them.
 pub trait Services<T: Real>: Slam<T> {
-    /// Goes on by another description, between any two steps: with the same parts, which may have other numbers, but
-    /// for movers and archive of a joint map. The watches begin anew.
+    /// Replaces the description between any two steps. It must have the same parts; their settings may differ, except those of
+    /// movers and archive of a joint map. The monitors are reset.
     ///
     /// # Errors
-    /// It is out of range, or has other parts; the filter keeps the one it had.
+    /// It is out of range, or has other parts; the filter keeps the previous one.
     fn configure(&mut self, description: &Description<T>) -> Result<(), StartError>;
 
-    /// Puts the vehicle to this pose, known to a covariance; the map stays.
+    /// Sets the pose with a covariance; the map is unchanged.
     ///
     /// # Errors
-    /// The pose or the covariance is out of range, or the filter has not been reset; the state is as it was.
+    /// The pose or the covariance is out of range, or the filter has not been reset; the state is unchanged.
     fn relocate(&mut self, pose: PlanarPose<T>, covariance: &Symmetric<Vector3<T>>) -> Result<(), ResetError>;
 
-    /// Makes the pose uncertain by a further covariance.
+    /// Adds a covariance to that of the pose.
     ///
     /// # Errors
-    /// The covariance is out of range, or the filter has not been reset; the state is as it was.
+    /// The covariance is out of range, or the filter has not been reset; the state is unchanged.
     fn scatter(&mut self, covariance: &Symmetric<Vector3<T>>) -> Result<(), ResetError>;
 
-    /// Puts this map in the place of the one that there is.
+    /// Replaces the map.
     ///
     /// # Errors
-    /// The map is refused, or there is an archive behind the filter; the state is as it was.
+    /// The map is refused, or the filter has an archive; the state is unchanged.
     fn load_map(&mut self, features: &[Component<Vector2<T>>]) -> Result<(), Refused<LoadMapError>>;
 
-    /// Takes in a scan for the pose alone: the map stays as it is.
+    /// Updates only the pose with a scan; the map is unchanged.
     ///
     /// # Errors
-    /// As for `scan`, or this filter cannot.
+    /// As for `scan`, or the filter does not support it.
     fn localise(&mut self, sensor: usize, measurements: Measurements<'_, T>) -> Result<Scanned<T>, Refused<ScanError>>;
 
-    /// Writes down all that decides how the filter goes on, but for its watches. The kind tells vehicles apart.
+    /// Writes all data that influences later results, except the monitors. `kind` identifies the type of vehicle.
     ///
     /// # Errors
-    /// There is nothing to save, it is damaged, or the sink takes no more.
+    /// The filter has not been reset, the state is damaged, or the sink returns an error.
     fn save(&mut self, kind: u32, sink: &mut Sink<'_>) -> Result<usize, SaveError<SliceEnd>>;
 
-    /// Goes on from what was saved: the source fills a slice with what lies at a place.
+    /// Restores a saved state: the source fills a slice with the bytes from a position on.
     ///
     /// # Errors
-    /// It is refused, as the library says.
+    /// The snapshot is refused.
     fn restore(&mut self, kind: u32, source: &mut Source<'_>) -> Result<usize, RestoreError<SliceEnd>>;
 
-    /// Takes in a measured position, m, and has the watch see it, if there is one.
+    /// Updates the filter with a position, m, and passes the result to the monitor, if there is one.
     ///
     /// # Errors
-    /// The description has no such fix, or it is refused; the state is as it was.
+    /// The description has no such fix, or it is refused; the state is unchanged.
     fn watch_position(&mut self, x_m: T, y_m: T) -> Result<Watched<T>, Refused<ObserveError>>;
 
-    /// Takes in a measured heading, rad, and has the watch see it, if there is one.
+    /// Updates the filter with a heading, rad, and passes the result to the monitor, if there is one.
     ///
     /// # Errors
     /// As for a position.
     fn watch_heading(&mut self, heading_rad: T) -> Result<Watched<T>, Refused<ObserveError>>;
 
-    /// A hash of all that the filter knows, to the last bit.
+    /// A hash of the complete state, to the last bit.
     fn digest(&self) -> u64;
 
-    /// Looks over all that the filter knows.
+    /// Checks the complete state.
     ///
     /// # Errors
-    /// The first flaw.
+    /// The first flaw that is found.
     fn audit(&mut self) -> Result<(), Flaw>;
 }
 
-/// The fix that is asked for, without a watch.
+/// The fix if it has no monitor.
 pub(crate) fn unwatched<F>(fix: Option<(F, bool)>) -> Result<F, Refused<ObserveError>> {
     match fix {
         Some((fix, false)) => Ok(fix),
@@ -163,12 +164,12 @@ pub(crate) fn unwatched<F>(fix: Option<(F, bool)>) -> Result<F, Refused<ObserveE
     }
 }
 
-/// The fix that is asked for, with or without a watch.
+/// The fix, with or without a monitor.
 pub(crate) fn described<F>(fix: Option<(F, bool)>) -> Result<F, Refused<ObserveError>> {
     fix.map(|(fix, _)| fix).ok_or(Refused::NotDescribed)
 }
 
-/// Has a watch move the vehicle to where the fixes say.
+/// Relocates the vehicle if the monitor returned a pose.
 pub(crate) fn watched<T: Real>(
     slam: &mut impl Services<T>,
     report: FixReport<T>,

@@ -1,4 +1,4 @@
-//! A filter that is assembled from a description is the one that is put together by hand, to the last bit.
+//! A filter built from a description gives the same bits as one that is constructed directly.
 
 use nalgebra::{Vector1, Vector2};
 use scphd::models::{
@@ -16,7 +16,7 @@ use scphd_vehicle::{
 };
 
 mixture_backing! {
-    /// For bearings, too.
+    /// Also for bearing-only sensors.
     struct WithCamera: f32, measurements: 16 with bearings {
         particles: 4, samples: 1, features { pages: 128, pages_per_map: 32, in_view: 256 },
     }
@@ -24,7 +24,7 @@ mixture_backing! {
 
 const SCANS: usize = 60;
 
-/// Landmarks around a circle, as a robot on it sees them, with something false now and then.
+/// Landmarks around a circle, seen from a robot on it, with some false measurements.
 fn scan(step: usize) -> Vec<Vector2<f32>> {
     let heading = 0.02 * step as f32;
     let (x, y) = (10.0 * heading.sin(), 10.0 - 10.0 * heading.cos());
@@ -219,7 +219,7 @@ fn a_watch_moves_a_vehicle_that_is_elsewhere() {
 }
 
 #[test]
-fn what_a_memory_or_a_filter_is_not_for_is_refused() {
+fn unsuitable_memories_and_filters_are_refused() {
     let part = |name| Setting::of_name(name).unwrap();
     let no_room = |error, name| assert_eq!(error, StartError::NoRoom { part: part(name) });
     let mut robot = described();

@@ -3,7 +3,7 @@
 use scphd::Config;
 use scphd_vehicle::{Description, Filter, Sensor, Setting, StartError};
 
-/// Descriptions that have every part between them.
+/// Two descriptions that together have every part.
 fn full() -> [Description<f64>; 2] {
     let mut joint = Description::<f64>::robot();
     for (name, choice) in [
@@ -23,7 +23,7 @@ fn full() -> [Description<f64>; 2] {
 }
 
 #[test]
-fn every_setting_is_one_of_a_description_and_is_written_as_it_is_read() {
+fn every_setting_is_in_a_description_and_is_read_as_it_was_written() {
     for setting in Setting::all() {
         assert_eq!(Setting::all().filter(|other| other.name() == setting.name()).count(), 1);
         assert!(setting.about().ends_with('.') && !setting.name().is_empty(), "{}", setting.name());
@@ -35,7 +35,7 @@ fn every_setting_is_one_of_a_description_and_is_written_as_it_is_read() {
             description.set(setting, 0, number).unwrap();
             assert_eq!(description, before, "{}", setting.name());
             assert!(description.set(setting, 0, f64::NAN).is_err() && description == before, "{}", setting.name());
-            // Another number that it may be is kept, and is found there.
+            // Another valid number is stored, and read back.
             let other = [0.5, 1.0, 2.0, 3.0, 4.0, 0.0]
                 .into_iter()
                 .find(|other| *other != number && description.set(setting, 0, *other).is_ok());
@@ -46,7 +46,7 @@ fn every_setting_is_one_of_a_description_and_is_written_as_it_is_read() {
 }
 
 #[test]
-fn what_is_out_of_range_is_named() {
+fn settings_out_of_range_are_named() {
     for description in full() {
         assert_eq!(description.check(), Ok(()));
     }

@@ -42,7 +42,7 @@ pub(crate) fn enter<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>
         let view = views.from(&birthplace.pose);
         let mut static_map = Entry::new(static_maps, particle);
         let mut moving_map = Entry::new(moving_maps, particle);
-        // Word by word, in which a bit is soon found.
+        // A word at a time: the index of a bit is then simple.
         let words = noted.births(particle).iter().zip(met.words(particle));
         for (place, ((&births, met), awaited)) in words.zip(awaited.chunks(PER_WORD)).enumerate() {
             for (within, awaited) in awaited.iter().enumerate() {
@@ -85,7 +85,8 @@ pub(crate) fn enter<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>
     waiting.forget();
 }
 
-/// Finds out which births which particle may have seen again, and for every measurement p_D w of those that it has not.
+/// Associates delayed births with the scan: marks for each particle the births that it may have detected again, and sets p_D w of
+/// the others for each measurement.
 fn meet_all<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>(
     config: &Config<T>,
     intensities: [T; 2],
@@ -125,12 +126,13 @@ fn meet_all<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>(
         let everybody =
             |met: &mut Met<'_>, kind| (0..cursor.particles).for_each(|particle| met.mark(particle, kind, place, bit));
         let Some(newborn) = newborn else {
-            // What the own particle cannot see others may.
+            // The heaviest particle has no such feature in view, but others may.
             (0..2).for_each(|kind| everybody(met, kind));
             continue;
         };
         let still = ln_still.map(|ln_weight| newborn.still(0, ln_weight));
-        // What has moved too far to tell where, or has gone, is not even missed. Of the others, where they are says all.
+        // A moving feature whose predicted weight is too small, or whose position is too uncertain, does not even count as
+        // missed. For the others the position is sufficient.
         let moving = ln_moving.and_then(|ln_weight| {
             let born = newborn.moving(0, ln_weight, config.moving.velocity_sigma_mps);
             let waited_s = cursor.waited_s;
@@ -152,16 +154,16 @@ fn meet_all<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>(
     }
 }
 
-/// The covariance of a pose, where that is not certain.
+/// The covariance of a pose; `None` if it is zero.
 fn uncertain<K: Vector>(covariance: &Symmetric<K>) -> Option<&Symmetric<K>> {
     Some(covariance).filter(|&covariance| *covariance != Symmetric::ZERO)
 }
 
-/// The end of a particle's map: its last page, and fresh ones behind it.
+/// The end of a particle's map: its last page, and new pages behind it.
 struct Entry<'a, 's, F: Feature> {
     maps: &'a mut Maps<'s, F>,
     particle: usize,
-    /// The last page, once nobody else holds it.
+    /// The last page, once no other map holds it.
     own: Option<PageId>,
 }
 
@@ -170,7 +172,7 @@ impl<'a, 's, T: Real, F: Feature<Position: Place<Scalar = T>>> Entry<'a, 's, F> 
         Self { maps, particle, own: None }
     }
 
-    /// Adds a component; `false` where there is no room.
+    /// Adds a component; `false` if there is no room.
     fn push(&mut self, component: &Component<F::State>) -> bool {
         let has_room = |page: &Page<F>| page.components().len() < PAGE_LEN;
         let own = self.own.filter(|&id| self.maps.pool.get(id).is_some_and(has_room));
@@ -180,12 +182,12 @@ impl<'a, 's, T: Real, F: Feature<Position: Place<Scalar = T>>> Entry<'a, 's, F> 
         true
     }
 
-    /// A page of its own with room at the end of the map.
+    /// A page with room at the end of the map that no other map holds.
     #[inline(never)]
     fn open(&mut self) -> Option<PageId> {
         let Maps { table, pool, .. } = &mut *self.maps;
         let (far, _) = table.far(self.particle);
-        // Pages known to be out of view are not touched.
+        // Pages that are known to be out of view are not changed.
         let near = table.pages(self.particle).get(far..).unwrap_or(&[]);
         let has_room = |id: PageId| pool.get(id).is_some_and(|page| page.components().len() < PAGE_LEN);
         match near.last().copied().filter(|&last| has_room(last)) {

@@ -8,20 +8,21 @@ use crate::numerics::work;
 use crate::particles::candidate::Candidate;
 use crate::{Component, MeasurementModel, Pose, PositionOf, Real, Sensor, Symmetric, TangentOf, Vector, Zero};
 
-/// One step of the vehicle, from where births were seen to where the scan is seen from, and those of all candidates beside it.
+/// The motion of the vehicle from the pose at the births to the pose of the scan, and the motions of all candidates relative to
+/// it.
 pub(super) struct Step<'a, X: MeasurementModel> {
-    /// The scan as seen at its end.
+    /// The scan from the pose at the end of the motion.
     pub(super) view: View<'a, X>,
-    /// Of the pose there, where it is not certain.
+    /// Covariance of that pose, if it has one.
     pub(super) pose_covariance: Option<&'a Symmetric<TangentOf<X::Pose>>>,
-    /// By how much the step of every candidate differs from it.
+    /// Difference of the motion of every candidate from this one.
     pub(super) steps: &'a [TangentOf<X::Pose>],
-    /// The most of that, coordinate by coordinate.
+    /// Maximum of the absolute differences, by coordinate.
     pub(super) spread: TangentOf<X::Pose>,
 }
 
-/// Writes by how much the steps of all candidates, each from its particle's birthplace, differ from that of the first candidate of the
-/// particle `own`; the most of that, coordinate by coordinate.
+/// Writes the differences of the motions of all candidates, each from the birthplace of its particle, from the motion of the
+/// first candidate of particle `own`. Returns the maximum of the absolute differences, by coordinate.
 #[inline(never)]
 pub(super) fn compare<T: Real, P: Pose<Scalar = T>>(
     own: usize,
@@ -36,7 +37,7 @@ pub(super) fn compare<T: Real, P: Pose<Scalar = T>>(
     let (own_step, own_heading) = (to.pose.difference(&from.pose), heading(&from.pose));
     let families = candidates.chunks(children.max(1)).zip(steps.chunks_mut(children.max(1)));
     for (from, (family, steps)) in birthplaces.iter().zip(families) {
-        // What is ahead of one vehicle is ahead of the other, whichever way they look.
+        // Motions are compared in the frame of the vehicle, independent of its heading.
         let (sine, cosine) =
             if P::HEADING.is_some() { (own_heading - heading(&from.pose)).sin_cos() } else { (T::ZERO, T::ONE) };
         for (candidate, slot) in family.iter().zip(steps) {
@@ -56,11 +57,12 @@ pub(super) fn compare<T: Real, P: Pose<Scalar = T>>(
 }
 
 impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Step<'_, X> {
-    /// Tells the candidates whose scan may make more of a birth than a miss: for whom the detection with one of the measurements would
-    /// weigh as much as components must to be kept. Returns p_D w, which is what it is to the others, where a miss leaves nothing of it;
-    /// `None` where it does, or it may be out of view. Of a birth that moves its position says all.
+    /// Calls `met_by` for every candidate that may have detected the birth: for which a detection would have at least the weight
+    /// below which components are pruned. Returns p_D w, the expected detections of the birth for the other candidates, which
+    /// would prune it after a miss; `None` if it would not be pruned, or may be out of view. For a moving birth only the position
+    /// counts.
     ///
-    /// What another candidate expects is what this one does, moved by as much as its step differs.
+    /// The predicted measurement of another candidate is approximated: this one's, shifted by the difference of the motions.
     #[inline(never)]
     pub(super) fn meet(
         &self,
@@ -84,7 +86,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Step<'_, X> {
         let factor = expectation.innovation_factor()?;
         let ln_peak = expectation.ln_detected_weight + factor.ln_peak();
         let headroom = ln_peak - ln_floor - scan.ln_least_reference();
-        // Written so that NaN meets nothing; a birth that cannot be told from nothing is one.
+        // The comparison is written so that NaN has no match; a birth of negligible weight has none either.
         if headroom > T::ZERO {
             let farthest = X::Measurement::with(|k| {
                 let along = (headroom + headroom) * expectation.innovation_covariance.get(k, k);

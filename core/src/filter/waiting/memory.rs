@@ -4,37 +4,37 @@ use crate::detection::scan::Scan;
 use crate::numerics::fnv::Fnv;
 use crate::{Config, MeasurementModel, Pose, Real, ScalarOf, Sensor, Symmetric, TangentOf, Vector, Zero};
 
-/// Measurements of a scan that births can wait on, of which one word tells: a bit for each.
+/// Number of measurements in one word of a bit set.
 pub(super) const PER_WORD: usize = u64::BITS as usize;
-/// Words that a memory can have at most. Births on measurements beyond its words do not wait.
+/// Maximum number of words. Births of measurements beyond the words are not delayed.
 pub(crate) const MOST_WORDS: usize = 4;
-/// Coordinates that such a measurement can have.
+/// Maximum dimension of a measurement with delayed births.
 const COORDINATES: usize = 4;
-/// A birth of this weight may be taken for a feature at once, and does not wait.
+/// Births with at least this weight are not delayed, because they may be extracted immediately.
 const HEAVY: f64 = 0.1;
 
-/// A measurement that births wait on.
+/// A measurement with delayed births.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Awaited<T> {
-    /// z, and zeros behind it.
+    /// z, padded with zeros.
     pub(super) z: [T; COORDINATES],
-    /// ln( κ(z) + Σ w_b ), which the weights of its births are relative to.
+    /// ln( κ(z) + Σ w_b ), the reference for the weights of its births.
     pub(super) ln_reference: T,
-    /// Scratch: p_D w of the static birth and of the one that moves, where a miss leaves nothing of it; otherwise they are met by all.
+    /// Scratch: p_D w of the static and of the moving birth, for births that a miss removes.
     pub(super) missed: [T; 2],
 }
 
-/// The scan that the measurements are of.
+/// The scan with the delayed births.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Awaiting {
-    /// How many measurements are kept; none where no birth waits.
+    /// Number of stored measurements; zero without delayed births.
     pub(super) len: u16,
-    /// Whether scans of several sensors have come since the reset. What one has measured would wait for the next scan of the same: then
-    /// no birth waits.
+    /// Whether several sensors had scans since the reset. Births would then have to wait for the next scan of the same sensor; so
+    /// no birth is delayed.
     pub(super) several: bool,
-    /// The label of the births on the first measurement.
+    /// The label of the births of the first measurement.
     pub(super) first_label: u32,
-    /// Tells sensors apart: a hash of where the first measurement would have been from the origin.
+    /// Identifies the sensor: a hash of the position of the first measurement, seen from the origin.
     pub(super) sensor: u64,
 }
 
@@ -42,19 +42,19 @@ impl Awaiting {
     pub(super) const NOTHING: Self = Self { len: 0, several: false, first_label: 0, sensor: 0 };
 }
 
-/// The births of one particle that wait.
+/// The delayed births of one particle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Noted<T> {
-    /// On which measurements.
+    /// A bit for each measurement.
     births: [u64; MOST_WORDS],
-    /// Σ w of the static ones and of those that move.
+    /// Σ w of the static and of the moving births.
     weights: [T; 2],
 }
 
 impl<T: Real> Noted<T> {
     pub(crate) const NOTHING: Self = Self { births: [0; MOST_WORDS], weights: [T::ZERO; 2] };
 
-    /// Notes births on a measurement, a static one and one that moves; `false` where they are not to wait.
+    /// Adds the births of a measurement, a static and a moving one; `false` if they must not be delayed.
     pub(crate) fn note(&mut self, index: usize, ln_weights: [Option<T>; 2]) -> bool {
         let ln_heavy = T::from_f64(HEAVY).ln();
         if ln_weights.iter().flatten().any(|&ln_weight| !(ln_weight < ln_heavy)) {
@@ -80,7 +80,7 @@ fn is_marked(words: &[u64], index: usize) -> bool {
     words.get(index / PER_WORD).is_some_and(|word| word & (1 << (index % PER_WORD)) != 0)
 }
 
-/// Whether no bit is set but those of the first so many measurements.
+/// Whether only bits of the first `measurements` measurements are set.
 pub(super) fn are_below(words: &[u64], measurements: usize) -> bool {
     words.iter().enumerate().all(|(place, word)| {
         let bits = measurements.saturating_sub(place * PER_WORD).min(PER_WORD);
@@ -88,27 +88,27 @@ pub(super) fn are_below(words: &[u64], measurements: usize) -> bool {
     })
 }
 
-/// Words with a bit for each of so many measurements.
+/// Number of words for this number of measurements.
 pub(super) fn words_for(measurements: usize) -> usize {
     measurements.div_ceil(PER_WORD)
 }
 
-/// The births of all particles that wait.
+/// The delayed births of all particles.
 #[derive(Debug)]
 pub(crate) struct Notes<'n, T> {
-    /// Of every particle so many words of them.
+    /// Number of words for each particle.
     pub(super) words: usize,
     pub(super) births: &'n mut [u64],
     pub(super) weights: &'n mut [[T; 2]],
 }
 
 impl<T: Real> Notes<'_, T> {
-    /// The same, to be lent.
+    /// A mutable reborrow.
     pub(crate) fn reborrow(&mut self) -> Notes<'_, T> {
         Notes { words: self.words, births: self.births, weights: self.weights }
     }
 
-    /// Notes those of a particle.
+    /// Sets the delayed births of a particle.
     pub(crate) fn set(&mut self, particle: usize, noted: &Noted<T>) {
         if let Some(weights) = self.weights.get_mut(particle) {
             *weights = noted.weights;
@@ -118,7 +118,7 @@ impl<T: Real> Notes<'_, T> {
         }
     }
 
-    /// Gives those of a particle to another one too.
+    /// Copies the delayed births of a particle to another one.
     pub(crate) fn copy(&mut self, from: usize, to: usize) {
         if let Some(&weights) = self.weights.get(from)
             && let Some(slot) = self.weights.get_mut(to)
@@ -133,12 +133,12 @@ impl<T: Real> Notes<'_, T> {
         }
     }
 
-    /// On which measurements those of a particle wait.
+    /// The measurements with delayed births of a particle, as a bit set.
     pub(super) fn births(&self, particle: usize) -> &[u64] {
         self.births.get(particle * self.words..(particle + 1) * self.words).unwrap_or(&[])
     }
 
-    /// Whether those of any particle wait on a measurement.
+    /// Whether any particle has a delayed birth of a measurement.
     pub(super) fn is_anywhere(&self, index: usize) -> bool {
         self.births.chunks(self.words.max(1)).any(|births| is_marked(births, index))
     }
@@ -153,10 +153,10 @@ impl<T: Real> Notes<'_, T> {
     }
 }
 
-/// The births of all particles that a scan may have seen again.
+/// The delayed births that the scan may have detected, for all particles.
 #[derive(Debug)]
 pub(crate) struct Met<'m> {
-    /// Of every particle so many words of static ones, and as many of those that move.
+    /// Number of words for the static births of each particle, and for its moving births.
     words: usize,
     births: &'m mut [u64],
 }
@@ -170,7 +170,7 @@ impl Met<'_> {
         (2 * particle + kind) * self.words
     }
 
-    /// Sets a bit of the word at that place.
+    /// Sets a bit of the word at this index.
     pub(super) fn mark(&mut self, particle: usize, kind: usize, place: usize, bit: u64) {
         let start = self.start(particle, kind);
         if let Some(word) = self.births.get_mut(start + place) {
@@ -178,7 +178,7 @@ impl Met<'_> {
         }
     }
 
-    /// Those of a particle, of either kind, word by word.
+    /// The words of a particle, for static and for moving births.
     pub(super) fn words(&self, particle: usize) -> impl Iterator<Item = [u64; 2]> {
         let of = |kind| {
             let start = self.start(particle, kind);
@@ -188,15 +188,15 @@ impl Met<'_> {
     }
 }
 
-/// From where a particle's births were seen.
+/// The pose from which a particle's delayed births were measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Birthplace<P: Pose> {
     pub(super) pose: P,
-    /// Of the pose; zero where it is certain.
+    /// Covariance of the pose, or zero.
     pub(super) covariance: Symmetric<TangentOf<P>>,
 }
 
-/// Memory of the births of so many particles.
+/// Memory of the delayed births of all particles.
 #[derive(Debug)]
 pub(crate) struct WaitingMemory<P: Pose, const PARTICLES: usize, const CANDIDATES: usize, const WORDS: usize> {
     awaiting: Awaiting,
@@ -212,7 +212,7 @@ pub(crate) struct WaitingMemory<P: Pose, const PARTICLES: usize, const CANDIDATE
 impl<T: Real, P: Pose<Scalar = T>, const PARTICLES: usize, const CANDIDATES: usize, const WORDS: usize>
     WaitingMemory<P, PARTICLES, CANDIDATES, WORDS>
 {
-    /// All zero: none waits.
+    /// All zero: no delayed births.
     pub(crate) const ZERO: Self = Self {
         awaiting: Awaiting::NOTHING,
         awaited: [[Awaited { z: [T::ZERO; COORDINATES], ln_reference: T::ZERO, missed: [T::ZERO; 2] }; PER_WORD];
@@ -225,7 +225,7 @@ impl<T: Real, P: Pose<Scalar = T>, const PARTICLES: usize, const CANDIDATES: usi
         steps: [TangentOf::<P>::ZERO; CANDIDATES],
     };
 
-    /// The births over this memory.
+    /// The delayed births in this memory.
     pub(crate) fn view(&mut self) -> Waiting<'_, P> {
         let Self { awaiting, awaited, births, weights, birthplaces, missed, met, steps } = self;
         Waiting {
@@ -240,41 +240,41 @@ impl<T: Real, P: Pose<Scalar = T>, const PARTICLES: usize, const CANDIDATES: usi
     }
 }
 
-/// The births that wait, of however many particles.
+/// The delayed births, with any capacity.
 #[derive(Debug)]
 pub(crate) struct Waiting<'s, P: Pose> {
     pub(super) awaiting: &'s mut Awaiting,
     pub(super) awaited: &'s mut [Awaited<ScalarOf<P>>],
     pub(crate) noted: Notes<'s, ScalarOf<P>>,
     pub(super) birthplaces: &'s mut [Birthplace<P>],
-    /// For every particle Σ p_D w of the births that this scan has missed.
+    /// For every particle, Σ p_D w of the births that the scan has missed.
     pub(crate) missed: &'s mut [ScalarOf<P>],
-    /// Scratch: what every particle has met.
+    /// Scratch: the births that the scan may have detected.
     pub(super) met: Met<'s>,
-    /// Scratch: by how much the step of every candidate since its particle's birthplace differs from that of one of them.
+    /// Scratch: the difference of the motion of every candidate since its birthplace from that of the reference candidate.
     pub(super) steps: &'s mut [TangentOf<P>],
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
-    /// None waits, and none of whatever sensor has been seen.
+    /// Removes all delayed births, and the record of sensors.
     pub(crate) fn clear(&mut self) {
         *self.awaiting = Awaiting::NOTHING;
         self.forget();
     }
 
-    /// None waits.
+    /// Removes all delayed births.
     pub(crate) fn forget(&mut self) {
         self.awaiting.len = 0;
         self.noted.forget();
     }
 
-    /// Of a particle, Σ w of the static births and of those that move.
+    /// Σ w of a particle's static and moving births.
     pub(crate) fn weights(&self, particle: usize) -> [T; 2] {
         self.noted.weights.get(particle).copied().unwrap_or([T::ZERO; 2])
     }
 
-    /// Gets ready for the births of a scan whose first label is `first_label`, after those of the scan before [have entered](super::enter);
-    /// on how many of its measurements they are to wait.
+    /// Stores the measurements of a scan, whose first label is `first_label`, after the births of the last scan [have
+    /// entered](super::enter) the maps. Returns the number of measurements whose births will be delayed.
     pub(crate) fn await_scan<X: MeasurementModel<Pose = P>>(
         &mut self,
         config: &Config<T>,
@@ -295,7 +295,7 @@ impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
         len
     }
 
-    /// Notes from where a particle has seen the scan.
+    /// Stores the pose from which a particle has seen the scan.
     pub(crate) fn place(&mut self, particle: usize, pose: P, covariance: Symmetric<TangentOf<P>>) {
         if let Some(slot) = self.birthplaces.get_mut(particle) {
             *slot = Birthplace { pose, covariance };
@@ -309,16 +309,18 @@ impl<T: Real> Awaited<T> {
         Z::with(|k| self.z.get(k).copied().unwrap_or(T::ZERO))
     }
 
-    /// ln of the weight of its birth of an intensity of that logarithm; `None` for none above the floor, or one that would not have waited.
+    /// ln of the weight of its birth with this birth intensity; `None` if it is below the floor, or too heavy to have been
+    /// delayed.
     pub(super) fn ln_weight(&self, ln_intensity: T, ln_floor: T) -> Option<T> {
         let ln_weight = ln_intensity - self.ln_reference;
-        // By η_z it was a little lighter, and lighter than heavy.
+        // The weight by the complete η_z was a little smaller, and below `HEAVY`.
         let ln_most = T::from_f64(HEAVY).ln() + T::from_f64(0.01);
         (ln_weight >= ln_floor && ln_weight <= ln_most).then_some(ln_weight)
     }
 }
 
-/// Tells a sensor from others by where it takes a measurement to come from, as seen from the origin; `None` where it does not say.
+/// Identifies a sensor by a hash of the position of a measurement, seen from the origin; `None` if the measurement has no
+/// inverse.
 pub(super) fn of_sensor<S: Sensor<Pose: Pose<Scalar: Real>>>(sensor: &S, measured: &S::Measurement) -> Option<u64> {
     let inverse = sensor.invert(&sensor.frame(&S::Pose::ZERO), measured)?;
     let mut hash = Fnv::EMPTY;

@@ -7,12 +7,12 @@ use crate::snapshot::visit::Visit;
 use crate::{Pose, Real, Symmetric};
 
 impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
-    /// Whether there is anything to know.
+    /// Whether there is data to store.
     pub(crate) fn is_anything(&self) -> bool {
         self.awaiting.len > 0 || self.awaiting.several
     }
 
-    /// Walks through what the first `particles` particles have, if anything.
+    /// Visits the delayed births of the first `particles` particles, if any.
     pub(crate) fn walk(&self, particles: usize, visit: &mut impl Visit) {
         if !self.is_anything() {
             return;
@@ -36,7 +36,7 @@ impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
         }
     }
 
-    /// The way back. What is more than there is room for is left out, and an audit finds that it is.
+    /// Restores what [`walk`](Self::walk) has written. Data beyond the capacity is left out, which an audit detects.
     pub(crate) fn fill<S, E>(&mut self, particles: usize, from: &mut Reader<'_, S, E>)
     where
         S: FnMut(usize, &mut [u8]) -> Result<(), E>,
@@ -62,7 +62,7 @@ impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
         }
     }
 
-    /// Whether all that waits for one of the first `particles` particles may be what a scan has left.
+    /// Whether the delayed births of the first `particles` particles are valid.
     pub(crate) fn is_sound(&self, particles: usize) -> bool {
         let len = usize::from(self.awaiting.len);
         let awaited = self.awaited.get(..len);
@@ -70,7 +70,7 @@ impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
             && (0..particles.min(self.noted.weights.len())).all(|particle| self.is_sound_for(particle))
     }
 
-    /// Leaves out what cannot be; whether there was such.
+    /// Removes all delayed births if they are invalid. Returns whether they were.
     pub(crate) fn mend(&mut self, particles: usize) -> bool {
         if self.is_sound(particles) {
             return false;
@@ -100,12 +100,12 @@ impl<T: Real> Awaited<T> {
 
 #[cfg(test)]
 impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
-    /// Whether any birth waits.
+    /// Whether there are delayed births.
     pub(crate) fn waits(&self) -> bool {
         self.awaiting.len > 0
     }
 
-    /// Words and scalars of it in a snapshot, of a pose of three numbers and tangent coordinates.
+    /// Number of words and scalars in a snapshot, for a pose with three numbers and tangent coordinates.
     pub(crate) fn documented(&self, particles: usize) -> [usize; 2] {
         let len = usize::from(self.awaiting.len);
         let particles = if len > 0 { particles } else { 0 };
@@ -115,7 +115,7 @@ impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
 
 #[cfg(any(test, feature = "flips"))]
 impl Waiting<'_, crate::PlanarPose<f32>> {
-    /// All that a memory fault may change of what the first `particles` particles have waiting.
+    /// All data of the first `particles` particles' delayed births that a memory fault may change.
     pub(crate) fn words(&mut self, particles: usize, each: &mut crate::numerics::flip::Each<'_>) {
         use crate::numerics::flip::{Word, of_symmetric};
         let Awaiting { len, several, first_label, sensor } = &mut *self.awaiting;

@@ -1,7 +1,8 @@
-//! Bits that flip in memory between two steps: whatever flips, nothing panics or hangs, and the estimate comes back or the vehicle is told.
+//! Bit flips in memory between two steps: none causes a panic or an endless loop, and the error either becomes normal again or is
+//! reported.
 //!
-//! `cargo test -p scphd --release --lib -- --ignored --nocapture fifty_thousand` flips 50 000 of either filter on seeds from 500 on; the scrubbing
-//! of the joint map was made on those below 8.
+//! `cargo test -p scphd --release --lib -- --ignored --nocapture fifty_thousand` flips 50 000 bits of either filter on seeds from
+//! 500 on; the scrubbing of the joint map was developed on seeds below 8.
 
 mod slam;
 mod trial;
@@ -19,14 +20,14 @@ use world::Drive;
 pub(crate) const MEASUREMENTS: usize = 64;
 pub(crate) const JOINT_FEATURES: usize = 48;
 
-/// Scans before the first flip, and between places where bits flip.
+/// Number of scans before the first flip, and between the start points of trials.
 const WARM: usize = 60;
 const APART: usize = 30;
 const PLACES: usize = 8;
-/// Parts looked over after every scan.
+/// Number of parts that are scrubbed after every scan.
 const PARTS: usize = 8;
 
-/// What became of all.
+/// Results of all trials.
 struct Tally {
     of: BTreeMap<(&'static str, End), usize>,
     worst: Vec<Told>,
@@ -40,9 +41,9 @@ impl Tally {
         self.of.iter().filter(|((_, of), _)| *of == end).map(|(_, count)| count).sum()
     }
 
-    /// Told or silent: the error was not back.
+    /// Prints the results. "Told" and "silent" are trials whose error did not become normal again.
     fn print(&self, name: &str, guard: Guard, normal: [f64; 2]) {
-        // In one piece: campaigns may run side by side.
+        // In one call: several campaigns may run in parallel.
         let mut lines = Vec::from([format!("{name}, {guard:?}; usual error {:.3} m, {:.4} rad", normal[0], normal[1])]);
         let mut parts: Vec<&str> = self.of.keys().map(|(what, _)| *what).collect();
         parts.dedup();
@@ -63,7 +64,7 @@ impl Tally {
     }
 }
 
-/// Flips so many bits, over drives of so many seeds.
+/// Flips `flips` bits, over drives with these seeds.
 fn campaign<S: Slam>(name: &str, new: fn() -> S, guard: Guard, flips: usize, seeds: core::ops::Range<u64>) -> Tally {
     let drives: Vec<Drive> = seeds.map(|seed| Drive::new(seed, WARM + APART * PLACES + SCANS)).collect();
     let mut starts: Vec<Start<'_>> = Vec::new();
@@ -83,7 +84,7 @@ fn campaign<S: Slam>(name: &str, new: fn() -> S, guard: Guard, flips: usize, see
         }
     }
     let normal = sums.map(|sum| (sum / f64::from(scans)).sqrt());
-    // Not where the error is unusual without a fault.
+    // Without the start points at which the error is large even without a fault.
     starts.retain(|start| (0..2).all(|k| start.errors[k] < 2.0 * normal[k]));
     let (mut slam, mut draws) = (new(), Noise::seeded(11));
     let mut tally =
@@ -103,13 +104,13 @@ fn campaign<S: Slam>(name: &str, new: fn() -> S, guard: Guard, flips: usize, see
     tally
 }
 
-/// Flips so many bits over drives of these seeds: nearly all must be found, be mended or be harmless, and nothing may take long.
+/// Flips bits over drives with these seeds: nearly all must be detected, repaired or harmless, and no trial may take long.
 fn nearly_all_are_harmless<S: Slam>(name: &str, new: fn() -> S, flips: usize, seeds: core::ops::Range<u64>) {
     let tally = campaign(name, new, Guard::Scrub(PARTS), flips, seeds);
     assert!(tally.count(End::Silent) * 1000 <= flips && tally.longest < Duration::from_secs(60));
 }
 
-/// Fifty thousand bits, over the drives of four seeds in each of five threads.
+/// Flips fifty thousand bits, over the drives of four seeds in each of five threads.
 fn fifty_thousand<S: Slam>(name: &str, new: fn() -> S) {
     thread::scope(|scope| {
         for part in 0..5 {
@@ -126,7 +127,7 @@ fn a_few_hundred_bits_flip_and_the_estimate_comes_back() {
 }
 
 #[test]
-fn a_broken_seal_and_a_snapshot_undo_whatever_became_of_counts() {
+fn a_seal_and_a_snapshot_undo_damaged_counts() {
     let tally = campaign("joint map", slam::joint, Guard::ScrubAndSeal(PARTS), 200, 21..22);
     assert!(tally.found > 0 && tally.count(End::Silent) == 0);
 }

@@ -1,4 +1,4 @@
-//! Either filter, as a test of failing memory sees it.
+//! The interface of both filters for tests of memory faults.
 
 use super::world::{CLUTTER, DETECTION, DT_S, Passage, RANGE_M};
 use super::{JOINT_FEATURES, MEASUREMENTS};
@@ -15,7 +15,7 @@ type Joint =
 
 const KIND: u32 = 1;
 
-/// What a step refused: the vehicle knows by that that something is wrong.
+/// A step was refused, which reports the fault to the vehicle.
 #[derive(Debug)]
 pub(crate) struct Refused;
 
@@ -26,7 +26,7 @@ pub(crate) trait Slam {
     fn seal(&self) -> u64;
     fn save(&mut self) -> Vec<u8>;
     fn restore(&mut self, bytes: &[u8]);
-    /// x, y, heading; what is no number where there is no pose.
+    /// x, y, heading; NaN without a pose.
     fn pose(&self) -> [f64; 3];
     fn map(&mut self) -> Vec<[f64; 2]>;
     fn flip(&mut self, draws: &mut Noise) -> (&'static str, usize);
@@ -52,7 +52,7 @@ fn coordinates(estimate: Option<PoseEstimate<PlanarPose<f32>>>) -> [f64; 3] {
     estimate.map_or([f64::NAN; 3], |estimate| of(estimate.mean))
 }
 
-/// What is asked of either filter in the same words.
+/// The methods that are the same for both filters.
 macro_rules! in_the_same_words {
     () => {
         fn predict(&mut self, passage: &Passage) -> Result<Health, Refused> {
@@ -99,7 +99,7 @@ pub(crate) struct OfJoint<'s> {
 }
 
 pub(crate) fn joint() -> OfJoint<'static> {
-    // A test ends before it matters.
+    // Leaked: the memory lives until the test ends.
     let state = Box::leak(Box::new(Joint::new()));
     let mut slam = JointSlam::new(motion(), JointConfig::default(), state).unwrap();
     slam.reset(PlanarPose::ZERO).unwrap();

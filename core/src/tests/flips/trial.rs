@@ -1,4 +1,4 @@
-//! One bit that flips, and what becomes of it.
+//! A trial: one bit flip and its effect.
 
 use super::slam::{Refused, Slam};
 use super::world::{Drive, Passage};
@@ -6,34 +6,36 @@ use crate::{Health, Noise, Scrubber};
 use core::f64::consts::TAU;
 use std::vec::Vec;
 
-/// Scans after which the error must be back.
+/// Number of scans after which the error must be normal again.
 pub(crate) const SCANS: usize = 50;
-/// Times the usual error that it may be then.
+/// Greatest normal error, as a multiple of the usual error.
 const TIMES: f64 = 3.0;
 
-/// How a vehicle guards its filter's memory.
+/// Protection of the filter's memory by the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Guard {
-    /// It scrubs so many parts after every scan, and goes back to its snapshot where that cannot mend, or a step is refused.
+    /// Scrubs this number of parts after every scan, and restores a snapshot if the damage cannot be repaired or a step is
+    /// refused.
     Scrub(usize),
-    /// And compares seals before every step.
+    /// Also compares seals before every step.
     ScrubAndSeal(usize),
 }
 
-/// What became of it.
+/// The effect of the flip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum End {
-    /// The seal was broken, and the snapshot of the step before was taken.
+    /// The seal differed, and the snapshot of the previous step was restored.
     Sealed,
-    /// Scrubbing could not mend it, or a step was refused: the snapshot was taken, and the odometry since.
+    /// Scrubbing could not repair the damage, or a step was refused: the snapshot was restored, and the odometry since then
+    /// repeated.
     Restored,
-    /// Scrubbing has mended it.
+    /// Scrubbing repaired the damage.
     Mended,
-    /// It made no difference that lasts.
+    /// There was no lasting effect.
     Harmless,
-    /// The error is not back, but the vehicle has been told that something is wrong.
+    /// The error did not become normal, but the vehicle was warned.
     Told,
-    /// The error is not back, and nobody knows.
+    /// The error did not become normal, without a warning.
     Silent,
 }
 
@@ -42,47 +44,47 @@ impl End {
         [Self::Sealed, Self::Restored, Self::Mended, Self::Harmless, Self::Told, Self::Silent];
 }
 
-/// Somewhere on a drive.
+/// A start point of trials on a drive.
 pub(crate) struct Start<'d> {
     pub(crate) drive: &'d Drive,
-    /// Scans done.
+    /// Number of scans before it.
     pub(crate) at: usize,
     pub(crate) snapshot: Vec<u8>,
-    /// Conditions that a drive without faults has from here on.
+    /// Warnings that occur from here on without a fault.
     usual: Health,
-    /// Errors after the last scan, m and rad, and features where there is nothing.
+    /// Errors after the last scan without a fault, m and rad, and number of false features.
     pub(crate) errors: [f64; 2],
     false_features: usize,
 }
 
-/// One trial, as it is told.
+/// The result of a trial.
 pub(crate) struct Told {
     pub(crate) end: End,
     pub(crate) what: &'static str,
     pub(crate) bit: usize,
-    /// m and rad.
+    /// Errors, m and rad.
     pub(crate) errors: [f64; 2],
-    /// More features where there is nothing than without the fault.
+    /// Number of false features more than without the fault.
     pub(crate) false_features: usize,
-    /// Whether scrubbing, the seal or a refused step has found it.
+    /// Whether scrubbing, the seal or a refused step detected the fault.
     pub(crate) found: bool,
 }
 
-/// How wrong the estimate is, m and rad.
+/// Errors of the estimated pose, m and rad.
 pub(crate) fn errors(slam: &impl Slam, passage: &Passage) -> [f64; 2] {
     let ([x, y, heading], truth) = (slam.pose(), passage.truth);
     let turn = heading - truth[2];
     [(x - truth[0]).hypot(y - truth[1]), (turn - TAU * (turn / TAU).round()).abs()]
 }
 
-/// Extracted features farther than a metre from every landmark.
+/// Number of extracted features farther than 1 m from every landmark.
 fn false_features(slam: &mut impl Slam, drive: &Drive) -> usize {
     let is_false = |[x, y]: &[f64; 2]| !drive.landmarks.iter().any(|at| (at[0] - x).hypot(at[1] - y) < 1.0);
     slam.map().iter().filter(|feature| is_false(feature)).count()
 }
 
 impl<'d> Start<'d> {
-    /// Goes on from where the filter is, without a fault.
+    /// A start point at the present state; drives on from here without a fault.
     pub(crate) fn here(slam: &mut impl Slam, drive: &'d Drive, at: usize, parts: usize) -> Self {
         let snapshot = slam.save();
         let (mut usual, mut scrubber) = (Health::GOOD, Scrubber::new());
@@ -132,7 +134,7 @@ impl<'d> Start<'d> {
             }
             match done {
                 Ok(health) => told |= health,
-                // Once is enough: what is restored is sound.
+                // Restoring once is sufficient: the restored state is valid.
                 Err(Refused) if !restored => {
                     (found, restored) = (Some(End::Restored), true);
                     slam.restore(&self.snapshot);

@@ -1,4 +1,4 @@
-//! A drive round a circle among landmarks, written down beforehand.
+//! A drive around a circle among landmarks, generated in advance.
 
 use crate::{Noise, wrap};
 use core::f64::consts::TAU;
@@ -9,16 +9,16 @@ use std::vec::Vec;
 pub(crate) const DT_S: f32 = 0.2;
 pub(crate) const RANGE_M: f32 = 15.0;
 pub(crate) const DETECTION: f32 = 0.9;
-/// False measurements a scan.
+/// Mean number of false measurements in a scan.
 pub(crate) const CLUTTER: f32 = 2.0;
 
-/// What happens between a scan and the next.
+/// The data of one scan and the odometry before it.
 #[derive(Debug, Clone)]
 pub(crate) struct Passage {
     /// Odometry, m/s and rad/s.
     pub(crate) control: [f32; 2],
     pub(crate) scan: Vec<Vector2<f32>>,
-    /// Where the vehicle is at the scan, m, m, rad.
+    /// True pose at the scan, m, m, rad.
     pub(crate) truth: [f64; 3],
 }
 
@@ -33,7 +33,7 @@ impl Drive {
         let mut landmarks: Vec<[f64; 2]> = Vec::new();
         while landmarks.len() < 40 {
             let [x, y] = [0; 2].map(|_| 24.0 * (2.0 * draws.uniform::<f64>() - 1.0));
-            // The vehicle starts at zero, on the circle.
+            // The vehicle starts at the origin, on the circle.
             if landmarks.iter().all(|held| (held[0] - x).hypot(held[1] - 8.0 - y) > 1.5) {
                 landmarks.push([x, y + 8.0]);
             }
@@ -58,7 +58,7 @@ fn passage(landmarks: &[[f64; 2]], pose: &mut [f64; 3], draws: &mut Noise) -> Pa
             scan.push(Vector2::new((x.hypot(y) + noise[0]) as f32, bearing as f32));
         }
     }
-    // Poisson: exponential gaps.
+    // Poisson distribution, from exponential intervals.
     let mut left = f64::from(CLUTTER);
     loop {
         left += draws.uniform::<f64>().max(1e-9).ln();

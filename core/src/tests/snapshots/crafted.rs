@@ -1,4 +1,4 @@
-//! Snapshots whose checks agree though no filter wrote them: whatever they say, no invariant breaks and nothing panics.
+//! Snapshots with correct checksums that no filter has written: none breaks an invariant or causes a panic.
 
 use super::damaged::{Memory, config, worked};
 use super::world::{KIND, Scratch, detector, lidar, motion, saved, start, world};
@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 use std::boxed::Box;
 use std::vec::Vec;
 
-/// Puts the checks right.
+/// Corrects the checksums.
 fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     let words: [[u8; 4]; frame::WORDS] = core::array::from_fn(|word| bytes[4 * word..4 * word + 4].try_into().unwrap());
     bytes[4 * frame::WORDS..frame::HEAD].copy_from_slice(&frame::Head::check(&words));
@@ -20,7 +20,7 @@ fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     bytes
 }
 
-/// What a word may be replaced by.
+/// Values that replace a word.
 fn replacements(word: u32) -> impl Iterator<Item = u32> {
     let strange = [
         0,
@@ -44,7 +44,7 @@ fn replacements(word: u32) -> impl Iterator<Item = u32> {
     strange.into_iter().chain(large).chain(near).filter(move |&other| other != word)
 }
 
-/// Every word of a snapshot replaced, one at a time; how many were taken, and how many there were.
+/// Replaces every word of a snapshot, one at a time. Returns the number of snapshots that were restored, and of all.
 fn replace_all(bytes: &[u8], mut restores: impl FnMut(&[u8]) -> bool) -> [usize; 2] {
     assert_eq!(sealed(bytes.to_vec()), bytes);
     let mut counts = [0; 2];

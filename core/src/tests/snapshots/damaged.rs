@@ -1,4 +1,4 @@
-//! What is not a whole snapshot of this filter is refused, and the state stays as it was.
+//! Everything that is not a complete snapshot of this filter is refused, and the state is unchanged.
 
 use super::world::{KIND, Scratch, detector, motion, saved, start, world};
 use crate::*;
@@ -16,7 +16,7 @@ pub(super) fn config() -> Config<f32> {
     Config::blind(3, 1)
 }
 
-/// A filter after two scans of a few measurements.
+/// A filter after two scans with a few measurements.
 pub(super) fn worked(state: &mut Memory) -> Slam<'_> {
     let mut scratch = Scratch::new();
     let mut eyes = detector(&mut scratch, false);
@@ -29,7 +29,7 @@ pub(super) fn worked(state: &mut Memory) -> Slam<'_> {
     slam
 }
 
-/// A filter that holds something else.
+/// A filter with another state.
 fn held(state: &mut Memory) -> (Slam<'_>, u64) {
     let mut slam = ScPhd::new(motion(), config(), state).unwrap();
     slam.reset(PlanarPose::new(-4.0, 2.0, 0.0), 9).unwrap();
@@ -64,21 +64,21 @@ fn every_bit_that_changes_and_every_end_that_is_missing_is_noticed() {
     for len in 0..bytes.len() {
         assert_eq!(refused(&bytes[..len]), RestoreError::Source(SliceEnd), "{len} bytes");
     }
-    // Two words that have changed places.
+    // Two words are swapped.
     for word in 0..bytes.len() / 4 - 1 {
         let mut swapped = bytes.clone();
         let (first, second) = swapped.split_at_mut(4 * word + 4);
         first[4 * word..].swap_with_slice(&mut second[..4]);
         assert!(swapped == bytes || matches!(refused(&swapped), RestoreError::Damaged | RestoreError::Foreign));
     }
-    // What stands behind it does not matter.
+    // Bytes behind the snapshot are ignored.
     let longer = [bytes.clone(), std::vec![0xff; 9]].concat();
     assert_eq!(slam.restore(KIND, from_slice(&longer)), Ok(bytes.len()));
     assert_ne!(slam.digest(), digest);
 }
 
 #[test]
-fn noise_is_no_snapshot() {
+fn random_bytes_are_no_snapshot() {
     let mut state = Box::new(Memory::new());
     let (mut slam, digest) = held(&mut state);
     let mut noise = Noise::seeded(1);
@@ -93,18 +93,18 @@ fn noise_is_no_snapshot() {
 }
 
 #[test]
-fn what_is_another_vehicles_or_does_not_fit_is_told_by_name() {
+fn other_vehicles_and_capacities_are_refused_with_the_reason() {
     let bytes = snapshot();
     let mut state = Box::new(Memory::new());
     let (mut slam, digest) = held(&mut state);
     assert_eq!(slam.restore(KIND + 1, from_slice(&bytes)), Err(RestoreError::Kind { found: KIND }));
     assert_eq!(slam.digest(), digest);
-    // Another scalar, another pose.
+    // Another scalar; the same applies to another pose.
     type Double = State<PlanarPose<f64>, 3, 3, MapMemory<Static<Vector2<f64>>, 3, 8, 2, 24>>;
     let mut state = Box::new(Double::new());
     let mut double = ScPhd::new(motion::<f64>(), Config::blind(3, 1), &mut *state).unwrap();
     assert_eq!(double.restore(KIND, from_slice(&bytes)), Err(RestoreError::Content));
-    // Too little room, of which there is enough for what was held.
+    // Too little memory for the snapshot, but enough for the present state.
     fn told<const N: usize, const PAGES: usize, const MAP: usize>(
         bytes: &[u8],
         config: Config<f32>,
@@ -132,7 +132,7 @@ fn what_is_another_vehicles_or_does_not_fit_is_told_by_name() {
     assert_eq!(long, "the snapshot needs 2 pages in a map, but the memory has room for 1");
     let configured = told::<8, 8, 2>(&bytes, Config::blind(8, 1));
     assert!(configured.contains("3 particles, but 8 are configured"), "{configured}");
-    // Poses that are uncertain in themselves are not taken for certain ones, nor samples for particles.
+    // A blind filter does not accept poses with covariances, nor samples instead of particles.
     let mut informed = Box::new(Memory::new());
     let mut informed = ScPhd::new(motion(), Config::informed(3), &mut *informed).unwrap();
     informed.reset(start(), 1).unwrap();
@@ -143,9 +143,9 @@ fn what_is_another_vehicles_or_does_not_fit_is_told_by_name() {
     assert_eq!(slam.digest(), digest);
 }
 
-/// A sink that takes no more, and a state that is damaged, after which the filter is what it was.
+/// After an error of the sink, and with a damaged state, the filter is unchanged.
 #[test]
-fn nothing_is_lost_where_saving_fails() {
+fn the_state_is_unchanged_if_saving_fails() {
     let mut state = Box::new(Memory::new());
     let mut slam: Slam<'_> = ScPhd::new(motion(), config(), &mut *state).unwrap();
     assert_eq!(slam.save(KIND, |_| Ok::<(), ()>(())), Err(SaveError::NotStarted));
@@ -161,9 +161,9 @@ fn nothing_is_lost_where_saving_fails() {
     assert_eq!(slam.save(KIND, |_| Ok::<(), ()>(())), Err(SaveError::Damaged(Flaw::Weights)));
 }
 
-/// A source that is whole the first time and not the second: the state is lost, and known to be.
+/// A source whose second pass differs from the first: the state is lost, and the filter is as before a reset.
 #[test]
-fn a_source_that_changes_its_mind_leaves_nothing_half() {
+fn a_source_that_changes_leaves_a_complete_state_or_none() {
     let bytes = snapshot();
     let mut state = Box::new(Memory::new());
     let (mut slam, _) = held(&mut state);
@@ -177,7 +177,7 @@ fn a_source_that_changes_its_mind_leaves_nothing_half() {
         reads
     };
     let digest = slam.digest();
-    // The head is read once, everything else twice.
+    // The head is read once, all other bytes twice.
     let first_pass = reads / 2 + 1;
     for (failing, lies) in (1..=reads).flat_map(|read| [(read, false), (read, true)]) {
         slam.restore(KIND, from_slice(&bytes)).unwrap();

@@ -1,4 +1,4 @@
-//! The joint map; and that neither filter takes what is another's.
+//! Snapshots of the joint map; and neither filter accepts those of the other.
 
 use super::world::{KIND, lidar, motion, saved, start, world};
 use crate::*;
@@ -10,7 +10,7 @@ type Joint<T, const FEATURES: usize, const NUMBERS: usize> =
 type Roomy<T> = Joint<T, 40, { joint_numbers(3, 2, 40) }>;
 type Roomier<T> = Joint<T, 55, { joint_numbers(3, 2, 55) }>;
 
-/// Nothing hides anything, so that little is held beside the posts, and room is never short.
+/// Without occlusion, so that there are few features besides the posts and the capacity suffices.
 fn config<T: Real>() -> JointConfig<T> {
     JointConfig { persistence: Persistence::FOR_EVER, occlusion_factor: T::ONE, ..JointConfig::default() }
 }
@@ -51,14 +51,14 @@ fn joint_goes_on<T: Real>() -> usize {
 }
 
 #[test]
-fn a_joint_map_goes_on_to_the_bit() {
+fn a_joint_map_continues_with_the_same_bits() {
     let [single, double] = [joint_goes_on::<f32>(), joint_goes_on::<f64>()];
     std::println!("{single} and {double} bytes");
     assert!([single, double].iter().all(|len| (2048..16 * 1024).contains(len)), "{single} {double}");
 }
 
 #[test]
-fn a_joint_map_that_does_not_fit_is_left_alone() {
+fn a_joint_map_without_room_is_unchanged() {
     type Small = Joint<f32, 2, { joint_numbers(3, 2, 2) }>;
     let eyes = Detector::new(lidar::<f32>(), Births::of_static(0.002)).unwrap();
     let (mut roomy, mut small) = (Box::new(Roomy::<f32>::new()), Box::new(Small::new()));
@@ -79,7 +79,7 @@ fn a_joint_map_that_does_not_fit_is_left_alone() {
     };
     (0..8 * bytes.len()).for_each(refused);
     assert_eq!((little.digest(), large.audit()), (before, Ok(())));
-    // The filters do not take each other's.
+    // Neither filter accepts a snapshot of the other.
     let mut state = Box::new(State::<PlanarPose<f32>, 4, 4, MapMemory<Static<Vector2<f32>>, 4, 8, 4, 32>>::new());
     let mut mixture = ScPhd::new(motion(), Config::blind(4, 1), &mut *state).unwrap();
     assert_eq!(mixture.restore(KIND, from_slice(&bytes)), Err(RestoreError::Content));

@@ -1,4 +1,4 @@
-//! What is restored goes on as if nothing had been.
+//! A restored filter continues with the same bits.
 
 use super::world::{KIND, Scratch, detector, motion, saved, start, world};
 use crate::filter::state::Memory;
@@ -15,7 +15,7 @@ type Roomy<T> = State<PlanarPose<T>, 16, 32, Still<T, 16, 256, 32, 256>, Moving<
 type Roomier<T> = State<PlanarPose<T>, 31, 67, Still<T, 40, 301, 33, 300>, Moving<T, 35, 400, 50, 280>>;
 type Fixed<T> = State<PlanarPose<T>, 16, 32, Still<T, 16, 256, 32, 256>>;
 
-/// Makes fresh memory.
+/// Allocates a new state.
 type Make<T, S, V, const N: usize, const C: usize> = fn() -> Box<State<PlanarPose<T>, N, C, S, V>>;
 
 fn informed<T: Real>(particles: usize, samples: usize, drawn: f64) -> Config<T> {
@@ -23,7 +23,7 @@ fn informed<T: Real>(particles: usize, samples: usize, drawn: f64) -> Config<T> 
     Config { particles, samples, proposal, ..Config::default() }
 }
 
-/// The length of a snapshot, from what is held.
+/// The length of a snapshot by the documented format, from the content of the state.
 fn documented<T: Real>(slam: &mut ScPhd<'_, Unicycle<T>>) -> usize {
     let particles = slam.particles();
     let informed = matches!(slam.config().proposal, Proposal::Informed(_));
@@ -34,7 +34,7 @@ fn documented<T: Real>(slam: &mut ScPhd<'_, Unicycle<T>>) -> usize {
         (0..particles).map(|p| static_maps.table.pages(p).len() + moving_maps.table.pages(p).len()).sum();
     let components: usize = static_maps.pool.held_mut().map(|page| page.components().len()).sum();
     let moving_components: usize = moving_maps.pool.held_mut().map(|page| page.components().len()).sum();
-    // Head, check and cursor; candidates; particles; components. Words, and scalars, which are one or two of them.
+    // Head, checksum and cursor; candidates; particles; components. Words, and scalars, which are one or two words each.
     let words = 24 + if has_moving { 6 } else { 4 } * particles + pages + components + moving_components;
     let a_particle = if has_moving { 8 } else { 4 } + if informed { 6 } else { 0 };
     let scalars = 7 + 6 * candidates + a_particle * particles + 6 * components + 15 * moving_components;
@@ -42,9 +42,9 @@ fn documented<T: Real>(slam: &mut ScPhd<'_, Unicycle<T>>) -> usize {
     4 * (words + waiting_words) + size_of::<T>() * (scalars + waiting_scalars)
 }
 
-/// Runs on without a break, and beside it from snapshots that are taken at every so many scans, by turns before and after the prediction
-/// and into fresh memory of its own capacity and into memory of another; the digests of every step agree. Returns the longest
-/// snapshot.
+/// Runs a filter without interruption, and beside it a filter that is restored from its snapshot every `every` scans: alternately
+/// before and after the prediction, and into memory of the same and of another capacity. The digests of every step agree. Returns
+/// the length of the longest snapshot.
 fn unbroken_and_broken<T, SM, VM, SO, VO, const N: usize, const C: usize, const NO: usize, const CO: usize>(
     config: Config<T>,
     moves: bool,
@@ -91,7 +91,7 @@ where
             let mut fresh = match turn % 4 {
                 0 | 3 => ScPhd::new(motion(), config, &mut **same).unwrap(),
                 _ => {
-                    // What was there before does not matter.
+                    // The previous state of the memory has no effect.
                     let mut stale = ScPhd::new(motion(), config, &mut **another).unwrap();
                     stale.reset(PlanarPose::ZERO, 77).unwrap();
                     stale.scan(&mut eyes_of_broken, &step.scan).unwrap();
@@ -109,7 +109,7 @@ where
         }
         let (report, of_broken) = (unbroken.scan(&mut eyes, &step.scan), broken.scan(&mut eyes_of_broken, &step.scan));
         let of_broken = of_broken.unwrap();
-        // The memory is another.
+        // The capacities differ.
         let ScanReport { pages, moving_pages, .. } = of_broken;
         assert_eq!(ScanReport { pages, moving_pages, ..report.unwrap() }, of_broken);
         assert_eq!(unbroken.digest(), broken.digest(), "step {index}");
@@ -125,7 +125,7 @@ fn both<T: Real>(config: Config<T>, steps: usize, every: usize) -> usize {
     unbroken_and_broken(config, true, [steps, every], || Box::new(Roomy::<T>::new()), || Box::new(Roomier::<T>::new()))
 }
 
-/// The long run: 300 scans, broken after every fiftieth.
+/// The long run: 300 scans, restored every fifty.
 #[test]
 fn three_hundred_scans_with_six_breaks() {
     let longest = both::<f32>(Config::blind(16, 2), 300, 50);
@@ -148,10 +148,10 @@ fn every_proposal_in_either_precision() {
 fn without_moving_features_and_in_memory_that_has_them() {
     let config = informed::<f32>(4, 1, 0.0);
     let fixed: fn() -> Box<Fixed<f32>> = || Box::new(Fixed::new());
-    // Four informed particles among a dozen posts: what a robot keeps.
+    // Four informed particles among a dozen posts, a typical robot.
     let longest = unbroken_and_broken(config, false, [300, 30], fixed, fixed);
     assert!((1024..8 * 1024).contains(&longest), "{longest}");
-    // What has no moving maps is taken by what has, and the other way round where there are none.
+    // A filter with moving maps restores a snapshot without them, and vice versa if there are no moving features.
     let step = &world::<f32>(1)[0];
     let (mut fixed, mut roomy, mut scratch) =
         (Box::new(Fixed::<f32>::new()), Box::new(Roomy::<f32>::new()), Scratch::new());
@@ -166,15 +166,15 @@ fn without_moving_features_and_in_memory_that_has_them() {
     assert_eq!((moving.digest(), still.audit()), (still.digest(), Ok(())));
 }
 
-/// In the middle of what waits, too.
+/// Also while births are delayed.
 #[test]
-fn births_that_wait() {
+fn delayed_births_are_restored() {
     for config in [Config::blind(16, 2), informed(4, 1, 0.2)] {
         both::<f32>(Config { births_wait: true, prune_weight: 0.01, ..config }, 60, 7);
     }
 }
 
-/// The tightest memory, which tells whether pages are shared as before: otherwise there were too few.
+/// With the smallest memory, which would not suffice if pages were not shared as before.
 #[test]
 fn with_one_page_for_four_particles() {
     type Tight = State<PlanarPose<f32>, 4, 4, Still<f32, 4, 1, 1, 8>>;
@@ -188,7 +188,7 @@ fn with_one_page_for_four_particles() {
     unbroken_and_broken(Config::tracking(), false, [30, 4], fresh, fresh);
 }
 
-/// Before the first scan, and after a prediction that was refused: the next report has it.
+/// Before the first scan, and after a refused prediction, which the next report shows.
 #[test]
 fn a_refused_prediction_is_remembered() {
     let mut memory: [Box<Fixed<f32>>; 2] = [Box::new(Fixed::new()), Box::new(Fixed::new())];

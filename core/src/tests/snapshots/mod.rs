@@ -1,4 +1,4 @@
-//! Snapshots: a filter that is restored goes on to the bit, and nothing that is not whole is taken.
+//! Snapshots: a restored filter continues with the same bits, and incomplete snapshots are refused.
 
 mod crafted;
 mod damaged;

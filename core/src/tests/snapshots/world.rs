@@ -1,4 +1,4 @@
-//! A vehicle on a circle among posts, and somebody who walks by: the inputs of every test.
+//! A vehicle on a circle among posts, and a walker: the inputs of every test.
 
 use crate::*;
 use nalgebra::Vector2;
@@ -8,7 +8,7 @@ pub(in crate::tests) type Lidar<T> = Sensing<RangeBearing<T>, RangeBearingWindow
 pub(in crate::tests) type Scratch<T> = DetectorMemory<Vector2<T>, 32>;
 pub(in crate::tests) type Eyes<'m, T> = Detector<Lidar<T>, ScanRoom<'m, Vector2<T>>>;
 
-/// The label of the vehicles here.
+/// The type id of the vehicles here.
 pub(in crate::tests) const KIND: u32 = 0x00c0_ffee;
 /// Posts, m.
 const POSTS: [[f64; 2]; 12] = [
@@ -44,19 +44,19 @@ pub(in crate::tests) fn detector<T: Real>(scratch: &mut Scratch<T>, moves: bool)
     Detector::new(lidar(), Births { of_static: T::from_f64(0.002), of_moving: moving }).unwrap().over(scratch).unwrap()
 }
 
-/// What one step brings: odometry and a scan.
+/// The inputs of one step: odometry and a scan.
 #[derive(Debug, Clone)]
 pub(in crate::tests) struct Inputs<T> {
     pub(in crate::tests) odometry: UnicycleControl<T>,
     pub(in crate::tests) scan: Vec<Vector2<T>>,
 }
 
-/// The start of every run.
+/// The initial pose of every run.
 pub(in crate::tests) fn start<T: Real>() -> PlanarPose<T> {
     PlanarPose::new(T::from_f64(3.0), T::ZERO, T::from_f64(1.5))
 }
 
-/// So many steps of 0.1 s.
+/// Inputs of a number of steps of 0.1 s.
 pub(in crate::tests) fn world<T: Real>(steps: usize) -> Vec<Inputs<T>> {
     let real = T::from_f64;
     let exact = Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap();
@@ -86,7 +86,7 @@ pub(in crate::tests) fn world<T: Real>(steps: usize) -> Vec<Inputs<T>> {
     (0..steps).map(step).collect()
 }
 
-/// Into fresh bytes.
+/// Saves into a new vector.
 pub(in crate::tests) fn saved<E: core::fmt::Debug>(
     save: impl FnOnce(&mut dyn FnMut(&[u8]) -> Result<(), SliceEnd>) -> Result<usize, E>,
 ) -> Vec<u8> {

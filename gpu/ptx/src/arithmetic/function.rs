@@ -1,6 +1,6 @@
 //! A function of registers.
 
-/// A function of so many operands.
+/// A function by its number of operands.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Function {
     One(fn(u64) -> u64),
@@ -8,7 +8,7 @@ pub(crate) enum Function {
     Three(fn(u64, u64, u64) -> u64),
 }
 
-/// A predicate is 0 or 1.
+/// The register value of a predicate: 0 or 1.
 pub(super) fn predicate(holds: bool) -> u64 {
     u64::from(holds)
 }

@@ -1,4 +1,4 @@
-//! Single precision, as of IEEE 754: the host's own.
+//! Single precision according to IEEE 754, computed by the host.
 
 use super::function::{Function, predicate};
 use Function::{One, Three, Two};
@@ -11,7 +11,7 @@ fn bits(x: f32) -> u64 {
     x.to_bits().into()
 }
 
-/// The function of a name and what is between it and `f32`.
+/// The function of a name, and of the part of the mnemonic between the name and `f32`.
 pub(super) fn function(name: &str, form: &str) -> Option<Function> {
     Some(match (name, form) {
         ("mov", "") => One(|a| a & 0xffff_ffff),
@@ -23,10 +23,10 @@ pub(super) fn function(name: &str, form: &str) -> Option<Function> {
         ("rcp", "rn") => One(|a| bits(1.0 / of(a))),
         ("abs", "") => One(|a| bits(of(a).abs())),
         ("neg", "") => One(|a| bits(-of(a))),
-        // The sign of the first on the second.
+        // The sign of the first operand on the second.
         ("copysign", "") => Two(|a, b| bits(of(b).copysign(of(a)))),
         ("min", "") => Two(least),
-        // The negative of the least of the negatives.
+        // The negative of the minimum of the negatives.
         ("max", "") => Two(|a, b| least(a ^ SIGN, b ^ SIGN) ^ SIGN),
         ("setp", comparison) => return compare(comparison),
         ("cvt", _) => return conversion(&format!("{form}.f32")),
@@ -34,17 +34,17 @@ pub(super) fn function(name: &str, form: &str) -> Option<Function> {
     })
 }
 
-/// The bit of the sign.
+/// The sign bit.
 const SIGN: u64 = 1 << 31;
 
-/// The less of both; -0 is less than 0, and a number less than none.
+/// The lesser of both. -0 is less than 0, and a number is less than NaN.
 fn least(a: u64, b: u64) -> u64 {
     let (x, y) = (of(a), of(b));
     let first = y.is_nan() || x < y || x == y && x.is_sign_negative();
     (if first { a } else { b }) & 0xffff_ffff
 }
 
-/// `u` at the end: or one of them is none.
+/// The comparison of a name. A `u` at the end means: or one of them is NaN.
 fn compare(name: &str) -> Option<Function> {
     Some(Two(match name {
         "eq" => |a, b| predicate(of(a) == of(b)),
@@ -65,7 +65,7 @@ fn compare(name: &str) -> Option<Function> {
     }))
 }
 
-/// From or to a whole number: to nearest, or towards 0, to the nearest that there is, and 0 for what is none.
+/// Conversion from an integer, rounded to nearest, or to an integer, rounded towards 0, saturated, and 0 for NaN.
 pub(super) fn conversion(kinds: &str) -> Option<Function> {
     Some(One(match kinds {
         "rn.f32.s32" => |a| bits(a as i32 as f32),

@@ -1,21 +1,21 @@
-//! Whole numbers.
+//! Integers.
 
 use super::function::{Function, predicate};
 use Function::{One, Three, Two};
 
-/// The number in the lowest bits of a register, with its sign where it has one.
+/// The integer in the lowest bits of a register, sign-extended if it is signed.
 fn number<const BITS: u32, const SIGNED: bool>(register: u64) -> i128 {
     let unused = i128::BITS - BITS;
     let high = i128::from(register) << unused;
     if SIGNED { high >> unused } else { (high as u128 >> unused) as i128 }
 }
 
-/// So many of the lowest bits of a number, as a register has them.
+/// The `count` lowest bits of a number, as a register holds them.
 fn bits(number: i128, count: u32) -> u64 {
     number as u64 & u64::MAX.checked_shr(u64::BITS - count.min(u64::BITS)).unwrap_or(0)
 }
 
-/// A function of registers, in which `n` takes the number out of one, and `BITS` are those of the number.
+/// A function of registers. `n` extracts the number from a register; `BITS` is the number of its bits.
 macro_rules! of_registers {
     ($bits:literal, $signed:literal, $kept:expr, |$($register:ident),+| $result:expr) => {
         |$($register: u64),+| {
@@ -29,7 +29,7 @@ macro_rules! of_registers {
     };
 }
 
-/// The function for the type of that name; of its result so many bits are kept.
+/// The function for a type. The result keeps as many bits as the expression says.
 macro_rules! by_kind {
     ($kind:expr, $shape:ident, $($function:tt)+) => {
         match $kind {
@@ -44,7 +44,7 @@ macro_rules! by_kind {
     };
 }
 
-/// The function of a name and its kinds.
+/// The function of a name and its types.
 pub(super) fn function(name: &str, kinds: &str) -> Option<Function> {
     if kinds == "pred" {
         return of_predicates(name);
@@ -53,7 +53,7 @@ pub(super) fn function(name: &str, kinds: &str) -> Option<Function> {
         return Some(match (name, form) {
             ("mul", "lo") => by_kind!(kind, Two, BITS, |a, b| n(a).wrapping_mul(n(b))),
             ("mul", "hi") => by_kind!(kind, Two, BITS, |a, b| n(a).wrapping_mul(n(b)) >> BITS),
-            // In a register of twice the width.
+            // The result has twice the width.
             ("mul", "wide") => by_kind!(kind, Two, 2 * BITS, |a, b| n(a).wrapping_mul(n(b))),
             ("mad", "lo") => by_kind!(kind, Three, BITS, |a, b, c| n(a).wrapping_mul(n(b)).wrapping_add(n(c))),
             ("setp", _) => return comparison(form, kind),
@@ -65,7 +65,7 @@ pub(super) fn function(name: &str, kinds: &str) -> Option<Function> {
         "mov" => by_kind!(kinds, One, BITS, |a| n(a)),
         "add" => by_kind!(kinds, Two, BITS, |a, b| n(a) + n(b)),
         "sub" => by_kind!(kinds, Two, BITS, |a, b| n(a) - n(b)),
-        // What a division by 0 gives is the device's business: all ones, as cards do.
+        // The result of a division by 0 is not defined: all ones, as on cards.
         "div" => by_kind!(kinds, Two, BITS, |a, b| n(a).checked_div(n(b)).unwrap_or(-1)),
         "rem" => by_kind!(kinds, Two, BITS, |a, b| n(a).checked_rem(n(b)).unwrap_or(n(a))),
         "min" => by_kind!(kinds, Two, BITS, |a, b| n(a).min(n(b))),
@@ -75,7 +75,7 @@ pub(super) fn function(name: &str, kinds: &str) -> Option<Function> {
         "and" => by_kind!(kinds, Two, BITS, |a, b| n(a) & n(b)),
         "or" => by_kind!(kinds, Two, BITS, |a, b| n(a) | n(b)),
         "xor" => by_kind!(kinds, Two, BITS, |a, b| n(a) ^ n(b)),
-        // By more places than there are, nothing is left; of a number with a sign that.
+        // A shift by the width or more leaves zeros, or copies of the sign of a signed number.
         "shl" => by_kind!(kinds, Two, BITS, |a, places| n(a) << (places as u32).min(BITS)),
         "shr" => by_kind!(kinds, Two, BITS, |a, places| n(a) >> (places as u32).min(BITS)),
         "selp" => by_kind!(kinds, Three, BITS, |a, b, first| if first != 0 { n(a) } else { n(b) }),
@@ -109,7 +109,7 @@ fn comparison(name: &str, kind: &str) -> Option<Function> {
     })
 }
 
-/// From one type without a sign to another.
+/// Conversion from one unsigned type to another.
 pub(super) fn conversion(to: &str, from: &str) -> Option<Function> {
     Some(One(match (to, from) {
         ("u16", "u32" | "u64") | ("u32" | "u64", "u16") => |a| a & 0xffff,
@@ -118,7 +118,7 @@ pub(super) fn conversion(to: &str, from: &str) -> Option<Function> {
     }))
 }
 
-/// So many bits from a place on, without sign.
+/// `count` bits from bit `from` on, unsigned.
 fn field(a: u64, from: u64, count: u64) -> u64 {
     let [from, count] = [from, count].map(|x| (x & 0xff) as u32);
     bits(a.checked_shr(from).unwrap_or(0).into(), count)
@@ -130,7 +130,7 @@ fn funnel_left(low: u64, high: u64, places: u64) -> u64 {
     (both << (places & 31)) >> 32
 }
 
-/// Four bytes of the eight of both words; one that is told to is but its sign, eight times.
+/// Selects four of the eight bytes of both words. A selector with bit 3 set replaces its byte by eight copies of the byte's sign.
 fn permute(a: u64, b: u64, selectors: u64) -> u64 {
     let both = (b & 0xffff_ffff) << 32 | a & 0xffff_ffff;
     (0..4).fold(0, |made, place| {

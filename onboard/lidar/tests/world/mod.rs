@@ -1,10 +1,10 @@
-//! A yard with walls and round posts, and a lidar that turns in it, ray by ray, while its vehicle moves.
+//! A yard with walls and round posts, and a rotating lidar, simulated beam by beam on a moving vehicle.
 #![allow(dead_code)]
 
 use scphd_lidar::{Packet, Reading, Sweep};
 use std::f64::consts::TAU;
 
-/// Draws that are the same everywhere.
+/// Random numbers that are the same on every machine.
 pub struct Draws(u64);
 
 impl Draws {
@@ -12,7 +12,7 @@ impl Draws {
         Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x1234_5678_9abc_def1)
     }
 
-    /// From 0 to 1.
+    /// A uniform number from 0 to 1.
     pub fn uniform(&mut self) -> f64 {
         // splitmix64
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -28,19 +28,19 @@ impl Draws {
     }
 }
 
-/// What is seen.
+/// The simulated yard.
 pub struct World {
     /// Axes of the posts, m.
     pub posts: Vec<[f64; 2]>,
     pub radius_m: f64,
-    /// How bright posts are; walls are 90.
+    /// Intensity of posts; that of walls is 90.
     pub intensity: u8,
-    /// Half sides of the rectangle that the walls are, m.
+    /// Half sides of the rectangle of the walls, m.
     pub walls_m: [f64; 2],
 }
 
 impl World {
-    /// Posts that keep apart from one another and from the walls by at least 1 m, and from where the vehicle drives.
+    /// Random posts, at least 1 m from each other and from the walls, where `is_free` is true.
     pub fn random(draws: &mut Draws, posts: usize, radius_m: f64, is_free: impl Fn([f64; 2]) -> bool) -> Self {
         let walls_m = [9.0, 7.0];
         let mut world = Self { posts: Vec::new(), radius_m, intensity: 90, walls_m };
@@ -54,7 +54,7 @@ impl World {
         world
     }
 
-    /// How far a ray goes, m, and whether it ends at a post, and at which.
+    /// Length of a ray, m, and the post at its end, if any.
     pub fn ray(&self, [x, y]: [f64; 2], direction_rad: f64) -> (f64, Option<usize>) {
         let (dx, dy) = (direction_rad.cos(), direction_rad.sin());
         let wall = |at: f64, step: f64, half: f64| {
@@ -73,7 +73,7 @@ impl World {
         nearest
     }
 
-    /// Whether nothing stands before any part of a post, nor so near beside the ray to it that a neighbouring ray would meet it.
+    /// Whether nothing occludes a part of a post, or is so near its edge that an adjacent beam would hit it.
     pub fn is_in_sight(&self, from: [f64; 2], post: usize) -> bool {
         let [dx, dy] = [self.posts[post][0] - from[0], self.posts[post][1] - from[1]];
         let (bearing, half) = (dy.atan2(dx), (self.radius_m / dx.hypot(dy)).asin());
@@ -86,21 +86,21 @@ impl World {
     }
 }
 
-/// From ray to ray at 10 Hz.
+/// Angle between beams at 10 Hz, rad.
 pub const STEP_RAD: f64 = 0.8 * TAU / 360.0;
-/// Points a second.
+/// Points per second.
 pub const RATE_HZ: f64 = 4500.0;
-/// Noise of a range, m.
+/// Standard deviation of a range, m.
 pub const SIGMA_M: f64 = 0.01;
-/// Share of rays that come back.
+/// Share of beams with a return.
 pub const RETURNED: f64 = 0.99;
-/// The farthest that a lidar reaches, m.
+/// Greatest range of the lidar, m.
 const REACH_M: f64 = 12.0;
 
 /// The lidar, at 10 Hz within a percent.
 pub struct Lidar {
     pub time_s: f64,
-    /// Clockwise from the arrow, degrees.
+    /// Direction clockwise from the arrow, degrees.
     angle_deg: f64,
     pub draws: Draws,
 }
@@ -110,7 +110,7 @@ impl Lidar {
         Self { time_s: 0.0, angle_deg: 360.0 * draws.uniform(), draws }
     }
 
-    /// The next packet, seen from where the vehicle is at each ray's time: x, y (m), heading (rad).
+    /// The next packet, with the pose of the vehicle (x, y, m; heading, rad) at the time of each beam.
     pub fn packet(&mut self, world: &World, pose: impl Fn(f64) -> [f64; 3]) -> Packet {
         let step = 0.8 * (1.0 + 0.01 * (0.37 * self.time_s).sin());
         let cdeg = |angle: f64| ((100.0 * angle).round() as u32 % 36_000) as u16;
@@ -132,12 +132,13 @@ impl Lidar {
     }
 }
 
-/// An angle between −π and π.
+/// The angle wrapped to [−π, π].
 pub fn wrap(angle: f64) -> f64 {
     angle - TAU * (angle / TAU).round()
 }
 
-/// A scan by another lidar from where the vehicle is at each beam's time, with the noise of the one above; nothing is `empty_m`.
+/// A scan by another lidar, with the pose of the vehicle at the time of each beam and the noise of the lidar above; a missing
+/// return is `empty_m`.
 pub fn scan(
     world: &World,
     draws: &mut Draws,

@@ -1,23 +1,23 @@
-//! What goes wrong with a sensor, a wheel or a clock.
+//! Faults of sensors, wheels and clocks.
 
 use scphd::numerics::nalgebra::Vector2;
 use scphd::numerics::{Noise, wrap};
 use std::f32::consts::PI;
 
-/// What is wrong for ten seconds.
+/// A fault that lasts ten seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
-    /// Nothing, to compare with.
+    /// No fault, for comparison.
     None,
-    /// The lidar sends its last scan again and again.
+    /// The lidar repeats its last scan.
     StuckScan,
     /// All ranges are a metre too long.
     RangeBias,
-    /// All bearings are ten degrees off.
+    /// All bearings are wrong by ten degrees.
     BearingBias,
     /// The wheels turn twice as fast as the vehicle moves.
     Slip,
-    /// The odometry says that the vehicle stands.
+    /// The odometry reports a vehicle at rest.
     StuckOdometry,
     /// The turn rate is 0.2 rad/s too high.
     RateBias,
@@ -25,13 +25,13 @@ pub enum Fault {
     Clutter,
     /// One landmark in ten is detected.
     Blind,
-    /// No scan comes.
+    /// There are no scans.
     NoScans,
-    /// All time stamps stay the same.
+    /// All time stamps remain the same.
     FrozenClock,
-    /// All time stamps are a minute ahead, and stay so.
+    /// All time stamps are a minute ahead from then on.
     ClockJump,
-    /// A quarter of the memory that is needed, all the time.
+    /// A quarter of the necessary memory, at all times.
     ShortMemory,
 }
 
@@ -52,7 +52,7 @@ impl Fault {
         Self::ShortMemory,
     ];
 
-    /// What odometry says.
+    /// The odometry with the fault.
     pub fn odometry(self, [speed, rate]: [f64; 2]) -> [f64; 2] {
         match self {
             Self::Slip => [2.0 * speed, rate],
@@ -62,7 +62,7 @@ impl Fault {
         }
     }
 
-    /// What the lidar sends, of false measurements the number and the range, m.
+    /// The scan with the fault; `[clutter, range_m]` are the number of false measurements and the range, m.
     pub fn scan(
         self,
         mut scan: Vec<Vector2<f32>>,

@@ -1,4 +1,4 @@
-//! Either filter, roomy or with a quarter of what it needs.
+//! Both filters, with sufficient memory or a quarter of it.
 
 use crate::MEASUREMENTS;
 use crate::world::Setting;
@@ -21,19 +21,20 @@ memory! {
     type ShortMixture: Unicycle<f32> { particles: 4, samples: 1, features { pages: 12, pages_per_map: 3, in_view: 512 } }
 }
 
-/// What a vehicle asks of a filter.
+/// The interface of a filter for a vehicle.
 pub trait Slam {
     fn predict(&mut self, control: &Control, dt: f32) -> Health;
-    /// The conditions, and the share of the detections to be expected that were made; 0 where there are hardly any, for nothing is known there.
+    /// Returns the warnings, and the share of the expected detections that were made; 0 if few were expected, because little is
+    /// known there.
     fn scan(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32);
-    /// The same of a look that is to be undone: where the filter can, without a change of the map.
+    /// As `scan`, for a trial that is undone afterwards: without a change of the map, if the filter supports this.
     fn look(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32);
     fn save(&mut self) -> Vec<u8>;
     fn restore(&mut self, bytes: &[u8]);
     fn scatter(&mut self, covariance: &Symmetric<Vector3<f32>>);
-    /// Puts the vehicle elsewhere in its map.
+    /// Sets the pose of the vehicle in its map.
     fn relocate(&mut self, pose: PlanarPose<f32>, covariance: &Symmetric<Vector3<f32>>);
-    /// The features that are known.
+    /// The known features.
     fn map(&self) -> Vec<Component<Vector2<f32>>>;
     fn pose(&self) -> PlanarPose<f32>;
 }
@@ -41,7 +42,7 @@ pub trait Slam {
 /// Standard deviations of the odometry, m/√s and rad/√s.
 pub const ODOMETRY: [f32; 2] = [0.15, 0.05];
 const FEATURES: usize = 128;
-/// Bytes that a snapshot takes at most.
+/// Maximum number of bytes of a snapshot.
 const ROOM: usize = 200_000;
 
 fn share(made: f32, expected: f32) -> f32 {
@@ -70,7 +71,7 @@ struct OfMixture {
     eyes: Detector<Lidar, ScanRoom<'static, Vector2<f32>>>,
 }
 
-/// A joint map. Memory is never given back: a test ends before it matters.
+/// A joint map. The memory is leaked: it lives until the test ends.
 pub fn joint(setting: Setting, short: bool) -> Box<dyn Slam> {
     let config = JointConfig::default();
     let mut slam = if short {
@@ -84,7 +85,7 @@ pub fn joint(setting: Setting, short: bool) -> Box<dyn Slam> {
 
 /// Four informed particles.
 pub fn mixture(setting: Setting, short: bool) -> Box<dyn Slam> {
-    // Features stay that were detected three times, whatever is missed for a while; what was not is forgotten out of view.
+    // Features that were detected three times are kept in spite of misses; others are removed when they leave the view.
     let config =
         Config { confirming_detections: 3.0, confirmed_weight: 0.2, unconfirmed_weight: 1.0, ..Config::informed(4) };
     let mut slam = if short {
@@ -100,7 +101,7 @@ pub fn mixture(setting: Setting, short: bool) -> Box<dyn Slam> {
     Box::new(OfMixture { slam, eyes })
 }
 
-/// What is asked of either filter in the same words.
+/// The methods that are the same for both filters.
 macro_rules! in_the_same_words {
     () => {
         fn predict(&mut self, control: &Control, dt: f32) -> Health {

@@ -1,8 +1,8 @@
-//! Faults of sensors, wheels and clocks, on purpose: what the filters and the sequencer before them say of it, and whether the estimate comes
-//! back. A vehicle drives round a circle among landmarks; after a minute something is wrong for ten seconds.
+//! Injected faults of sensors, wheels and clocks: the warnings of the filters and of the sequencer, and whether the estimate
+//! recovers. A vehicle drives around a circle among landmarks; after a minute there is a fault for ten seconds.
 //!
-//! `cargo test -p scphd-sequencer --release --test injection -- --ignored --nocapture` prints the table for seeds from 760 on. Health and the
-//! reactions were chosen on seeds below 10.
+//! `cargo test -p scphd-sequencer --release --test injection -- --ignored --nocapture` prints the table for seeds from 760 on.
+//! Health and the reactions were developed on seeds below 10.
 
 mod fault;
 mod filters;
@@ -26,16 +26,16 @@ use world::{DT_S, Setting, Trouble, World};
 pub const MEASUREMENTS: usize = 96;
 
 const DT_NS: u64 = (DT_S * 1e9) as u64;
-/// Scans before the fault, with it, and after it.
+/// Number of scans before, during and after the fault.
 const BEFORE: usize = 300;
 const FAULT: usize = 50;
 const AFTER: usize = 100;
-/// Scans before the fault from which on the filter knows its surroundings.
+/// Number of scans after which the area is mapped.
 const SETTLED: usize = 200;
 
 const WHEELS: u8 = 0;
 const LIDAR: u8 = 1;
-/// Ten inputs a second.
+/// Settings for ten inputs per second.
 const SETTINGS: Settings = Settings {
     window_ns: 20_000_000,
     jump_ns: 20_000_000_000,
@@ -44,7 +44,7 @@ const SETTINGS: Settings = Settings {
     ..Settings::DEFAULT
 };
 
-/// A time without controls after which a vehicle may be anywhere near.
+/// Duration without controls after which the position is unknown, s.
 const LONG_S: f32 = 2.0;
 
 type Inputs = Sequencer<Control, Vec<Vector2<f32>>, 64, 32>;
@@ -52,17 +52,17 @@ type Inputs = Sequencer<Control, Vec<Vector2<f32>>, 64, 32>;
 type New = fn(Setting, bool) -> Box<dyn Slam>;
 const FILTERS: [(&str, New); 2] = [("joint", filters::joint), ("mixture", filters::mixture)];
 
-/// What was said at one scan.
+/// The outputs at one scan.
 #[derive(Debug, Clone, Copy)]
 struct Said {
     health: Health,
-    /// Whether odometry is taken to be wrong in one direction.
+    /// Whether an odometry bias is suspected.
     biased: bool,
     clock: u16,
     off_m: f64,
 }
 
-/// Drives once; what was said at every scan.
+/// Drives once. Returns the outputs at every scan.
 fn drive(new: New, fault: Fault, seed: u64) -> Vec<Said> {
     let setting = Setting::ALL[0];
     let mut world = World::new(setting, Trouble::NONE, seed);
@@ -88,17 +88,17 @@ fn drive(new: New, fault: Fault, seed: u64) -> Vec<Said> {
         let seen = now.scan(fresh, &last, &mut draws, [setting.clutter, setting.range_m]);
         let repeats = seen == last;
         last.clone_from(&seen);
-        // A control holds from its time on; those before it are handed out.
+        // A control holds from its time on; earlier ones are output.
         let begin_ns = clock_ns + jumped_ns + 1_000_000;
         clock_ns += DT_NS;
-        // The stamps of a frozen clock are those of the moment at which it stopped.
+        // A frozen clock has the time at which it stopped.
         let frozen = now == Fault::FrozenClock;
         let stopped_ns = BEFORE as u64 * DT_NS;
         let (of_control, of_scan) = if frozen { (stopped_ns, stopped_ns) } else { (begin_ns, clock_ns + jumped_ns) };
         let number = scan as u32;
         let control = Control { speed_mps: told[0] as f32, rate_radps: told[1] as f32 };
         let _ = inputs.push_control(Stamp::new(WHEELS, of_control).numbered(number), control);
-        // A scan that is the last one to the bit is not given to the filter.
+        // A scan that equals the previous one to the bit is not passed to the filter.
         if now != Fault::NoScans && !repeats {
             let _ = inputs.push_event(Stamp::new(LIDAR, of_scan).numbered(number), seen);
         }
@@ -107,7 +107,7 @@ fn drive(new: New, fault: Fault, seed: u64) -> Vec<Said> {
         while let Some(action) = inputs.next_action() {
             match action {
                 Action::Predict { control, dt } => health |= vehicle.predict(&control, dt.seconds()),
-                // It went on as it did, or stood, or did anything between.
+                // The motion may have continued, stopped, or been anything between.
                 Action::Gap { control, dt } => {
                     let dt: f32 = dt.seconds();
                     health |= vehicle.predict(&control, dt);
@@ -129,16 +129,16 @@ fn drive(new: New, fault: Fault, seed: u64) -> Vec<Said> {
     said
 }
 
-/// One line of the table, of one drive.
+/// Results of one drive.
 #[derive(Debug, Clone, Copy)]
 struct Course {
-    /// Scans until a condition came up that was not usual.
+    /// Number of scans until an unusual warning.
     flagged: Option<usize>,
-    /// Scans after the fault until the error was that of before, to stay.
+    /// Number of scans after the fault until the error was normal and remained so.
     recovered: Option<usize>,
-    /// RMS before, greatest with the fault, RMS in the last ten seconds.
+    /// RMS error before the fault, greatest error during it, RMS error of the last ten seconds.
     errors: [f64; 3],
-    /// The conditions that came up.
+    /// The unusual warnings.
     health: Health,
     biased: bool,
     clock: u16,
@@ -171,7 +171,7 @@ fn course(said: &[Said], normal_m: f64, fault: Fault) -> Course {
     }
 }
 
-/// Runs a fault over seeds, prints its line, and gives the drives.
+/// Runs a fault over seeds, prints its line, and returns the results.
 fn table(name: &str, new: New, fault: Fault, seeds: Range<u64>) -> Vec<Course> {
     let normal_m = {
         let undisturbed: Vec<f64> = seeds.clone().map(|seed| rms(&drive(new, Fault::None, seed)[SETTLED..])).collect();
@@ -204,7 +204,7 @@ fn table(name: &str, new: New, fault: Fault, seeds: Range<u64>) -> Vec<Course> {
 fn faults_are_told_and_the_estimate_comes_back() {
     let told = |course: &Course| course.flagged.is_some_and(|scans| scans <= 10);
     let back = |course: &Course| course.recovered.is_some_and(|scans| scans <= FAULT);
-    // A sensor with a bias leaves some vehicles lost: docs/health.md has how many.
+    // After a bias of a sensor some vehicles remain lost: docs/health.md has their number.
     let faults = [
         (Fault::StuckScan, true),
         (Fault::RangeBias, false),
@@ -229,8 +229,8 @@ fn faults_are_told_and_the_estimate_comes_back() {
     }
 }
 
-/// Prints the table. Eight drives of ten are told within two seconds, if there is anything to tell: a pool that is too small is none
-/// until it is full.
+/// Prints the table. Eight of ten faults are reported within two seconds if they have an effect: too small a pool has none until
+/// it is full.
 #[test]
 #[ignore = "minutes; the seeds of judgement"]
 fn the_table_on_the_seeds_of_judgement() {

@@ -1,4 +1,4 @@
-//! Where the vehicle is in a map that it had: by a map of its own, made beside.
+//! Relocalisation in the previous map, with a second, new map.
 
 use crate::MEASUREMENTS;
 use crate::filters::{Control, lidar, motion};
@@ -13,7 +13,7 @@ type Feature = Component<Vector2<f32>>;
 
 joint_memory! { type Beside: Unicycle<f32> { measurement: Vector2<f32>, features: 64, measurements: MEASUREMENTS } }
 
-/// Scans after which a map made beside is thrown away and begun anew: what was wrong while it was made may be over.
+/// Number of scans after which the new map is discarded: a fault during its construction may be over.
 const LASTS: usize = 20;
 
 pub struct Seeker {
@@ -24,14 +24,14 @@ pub struct Seeker {
 }
 
 impl Seeker {
-    /// One that has nothing to look for. Memory is never given back: a test ends before it matters.
+    /// Nothing to locate yet. The memory is leaked: it lives until the test ends.
     pub fn new(setting: Setting) -> Self {
         let locator = Locator::new(LocatorConfig::default(), Box::leak(Box::new(LocatorState::<f32, 128, 16>::new())));
         let slam = JointSlam::new(motion(), JointConfig::default(), Box::leak(Box::new(Beside::new())));
         Self { slam: slam.unwrap(), eyes: lidar(setting), locator: locator.unwrap(), scans: 0 }
     }
 
-    /// Looks for the vehicle in this map from now on.
+    /// Starts to locate the vehicle in this map.
     pub fn begin(&mut self, map: &[Feature]) {
         self.locator.load_map(map).unwrap();
         self.restart();
@@ -47,7 +47,7 @@ impl Seeker {
         let _ = self.slam.predict(control, dt);
     }
 
-    /// Takes in a scan; the place, where that is sure. Odometry may be what is wrong: only the scans are trusted.
+    /// Adds a scan. Returns the pose if it is certain. Odometry may be faulty, so that only the scans are used.
     pub fn look(&mut self, measurements: &[Vector2<f32>]) -> Option<Located<f32>> {
         if self.scans == LASTS {
             self.restart();

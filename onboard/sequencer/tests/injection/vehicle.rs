@@ -1,4 +1,4 @@
-//! What a vehicle does about the conditions, as docs/health.md has it.
+//! Reactions of a vehicle to the warnings, as docs/health.md describes them.
 
 use crate::filters::{Control, ODOMETRY, Slam};
 use crate::seeker::Seeker;
@@ -10,41 +10,41 @@ use scphd::numerics::nalgebra::{Vector2, Vector3};
 use scphd_sequencer::OdometryWatch;
 use std::collections::VecDeque;
 
-/// Conditions on which the pose is made less certain.
+/// Warnings after which the covariance of the pose is increased.
 const DOUBTFUL: [Health; 3] = [Health::INNOVATION_HIGH, Health::DIVERGENCE_SUSPECTED, Health::LOST];
-/// On which scans are no longer trusted.
+/// Warnings after which scans are not used.
 const DIVERGED: [Health; 2] = [Health::DIVERGENCE_SUSPECTED, Health::LOST];
-/// On which high innovations say little of the pose.
+/// Warnings with which high innovations say little about the pose.
 const DIM: [Health; 3] = [Health::CLUTTER_HIGH, Health::DETECTIONS_LOW, Health::COMPONENTS_LOST];
 
-/// A snapshot every so many scans, and so many of them.
+/// Number of scans between snapshots, and number of snapshots.
 const EVERY: usize = 5;
 const KEPT: usize = 6;
-/// Scans for which odometry is doubted after innovations were high: what is wrong with it lasts.
+/// Number of scans for which odometry is doubted after high innovations, because its fault lasts.
 const HELD: usize = 10;
-/// A scan is trusted again where so much of what is expected is detected.
+/// Least share of the expected detections with which a scan is used again.
 const TRUSTED: f32 = 0.6;
 
-/// What a vehicle may have done that nothing is known of.
+/// Covariance of an unknown motion.
 pub fn by(meters: f32, radians: f32) -> Symmetric<Vector3<f32>> {
     Symmetric::from_diagonal([meters * meters, meters * meters, radians * radians])
 }
 
-/// A snapshot, and the predictions since.
+/// A snapshot, and the predictions since then.
 type Past = (Vec<u8>, Vec<(Control, f32)>);
 
 pub struct Vehicle {
     pub slam: Box<dyn Slam>,
-    /// Looks for the vehicle in the map of before, while scans are not trusted.
+    /// Locates the vehicle in the previous map while scans are not used.
     seeker: Seeker,
     past: VecDeque<Past>,
     scans: usize,
-    /// Scans left out so far, while they are not trusted.
+    /// Number of scans left out so far, while they are not used.
     left_out: Option<usize>,
-    /// Scans for which odometry is still doubted.
+    /// Number of scans for which odometry is still doubted.
     doubtful: usize,
     watch: OdometryWatch<PlanarPose<f32>>,
-    /// Whether odometry is wrong in one direction.
+    /// Whether an odometry bias is suspected.
     pub biased: bool,
 }
 
@@ -73,7 +73,7 @@ impl Vehicle {
     pub fn scan(&mut self, measurements: &[Vector2<f32>]) -> Health {
         self.scans += 1;
         let Some(left_out) = self.left_out else { return self.trusted(measurements) };
-        // Odometry may be what is wrong: the scan tells the pose, and from there it must fit the map as it is. The trial is undone.
+        // Odometry may be faulty: the scan determines the pose, and must then agree with the map from there. The trial is undone.
         let before = self.slam.save();
         let steps = (left_out + 1) as f32;
         self.slam.scatter(&by((0.3 * steps).min(3.0), (0.1 * steps).min(0.5)));
@@ -98,7 +98,7 @@ impl Vehicle {
         health
     }
 
-    /// Takes no scan for the truth until the place has been found in the map as it is now.
+    /// Stops the use of scans until the pose in the present map is found.
     pub fn search(&mut self) {
         self.seeker.begin(&self.slam.map());
         self.past.clear();
@@ -119,7 +119,7 @@ impl Vehicle {
         if is(health, &DIVERGED)
             && let Some((snapshot, since)) = self.past.pop_front()
         {
-            // Back to the map of before, by odometry to where the vehicle is, and without scans until they fit.
+            // Restores the previous map, predicts to the present by odometry, and uses no scans until they agree.
             self.slam.restore(&snapshot);
             self.search();
             since.iter().for_each(|(control, dt)| _ = self.slam.predict(control, *dt));

@@ -30,7 +30,7 @@ pub const WHEELS: u8 = 0;
 pub const LIDAR: u8 = 1;
 pub const RADAR: u8 = 2;
 pub const GPS: u8 = 3;
-/// The clock passes its greatest number on the way.
+/// The clock wraps during the log.
 pub const START_NS: u64 = u64::MAX - 5_000_000_000;
 pub const MS: u64 = 1_000_000;
 pub const STEPS: u64 = 150;
@@ -64,8 +64,8 @@ fn scan(ms: u64, [range_sigma, bearing_sigma]: [f32; 2], range_max: f32, draws: 
     scan
 }
 
-/// 15 s in the order of time: wheels every 100 ms from the start on, the lidar every 200 ms, the radar every 300 ms, a
-/// position every second, the last three so many ms after the wheels.
+/// Inputs of 15 s in the order of time: wheels every 100 ms from the start, the lidar every 200 ms, the radar every 300 ms, a
+/// position every second; the last three with these offsets from the wheels, ms.
 pub fn log([lidar_ms, radar_ms, gps_ms]: [u64; 3]) -> Vec<(Stamp, Input)> {
     let (mut log, mut draws) = (Vec::new(), Noise::seeded(4));
     let mut put = |source, ms, input| log.push((ms, Stamp::new(source, START_NS.wrapping_add(ms * MS)), input));
@@ -92,7 +92,7 @@ pub fn log([lidar_ms, radar_ms, gps_ms]: [u64; 3]) -> Vec<(Stamp, Input)> {
     log.into_iter().map(|(_, stamp, input)| (stamp, input)).collect()
 }
 
-/// What both filters make of it.
+/// The interface of both filters.
 pub trait Feed {
     fn predict(&mut self, control: &Control, dt: f32);
     fn event(&mut self, event: &Event);
@@ -102,11 +102,11 @@ pub trait Feed {
 pub struct Outcome {
     /// Of the mixture and of the joint map.
     pub digests: [u64; 2],
-    /// Where the mixture has the robot.
+    /// The pose estimated by the mixture.
     pub pose: PlanarPose<f32>,
 }
 
-/// Sets both filters up and has them fed.
+/// Constructs both filters, and runs `feed` with them.
 pub fn filtered(feed: impl FnOnce(&mut dyn Feed)) -> Outcome {
     type Eye<'r> = Detector<
         Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>,
@@ -161,7 +161,7 @@ pub fn filtered(feed: impl FnOnce(&mut dyn Feed)) -> Outcome {
     Outcome { digests: [both.mixture.digest(), both.joint.digest()], pose }
 }
 
-/// Feeds the filters in this order of arrival through a sequencer, which is told of the clock where it is given.
+/// Runs both filters with inputs in this order of arrival through a sequencer, with ticks where a time is given.
 pub fn sequenced(arrivals: &[(Option<u64>, Stamp, Input)]) -> (Outcome, Report) {
     let mut sequencer = Sequencer::<Control, Event, 16, 16>::new();
     sequencer.start(SETTINGS, START_NS, STANDING).unwrap();
@@ -177,7 +177,7 @@ pub fn sequenced(arrivals: &[(Option<u64>, Stamp, Input)]) -> (Outcome, Report) 
             }
         };
         for (now_ns, stamp, input) in arrivals {
-            // What was refused is counted.
+            // Refused inputs are counted.
             let _refused = match input {
                 Input::Control(control) => sequencer.push_control(*stamp, *control),
                 Input::Event(event) => sequencer.push_event(*stamp, event.clone()),

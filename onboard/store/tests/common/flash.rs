@@ -1,26 +1,26 @@
-// A NOR flash in RAM, whose power fails when it is told to.
+// A NOR flash in RAM with simulated power failures.
 
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 
-/// What the flash has done of the word that it was writing, or of the page that it was erasing, when its power failed.
+/// Effect of a power failure on the word that is being written, or the page that is being erased.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(dead_code)]
 pub enum Cut {
-    /// Nothing.
+    /// No effect.
     Before,
     /// Some of the bits, or the first half of the page.
     First,
-    /// The others.
+    /// The other bits, or the second half.
     Second,
-    /// Of a page every bit by halves; of a word some of the bits.
+    /// Every bit of a page partly erased; some of the bits of a word.
     Faint,
-    /// Anything.
+    /// Arbitrary content.
     Noise,
-    /// All of it, but nobody was told.
+    /// The operation is complete, but returns an error.
     After,
 }
 
-/// The power is gone.
+/// The power has failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PowerLost;
 
@@ -33,11 +33,11 @@ impl NorFlashError for PowerLost {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Chip<const WORD: usize, const PAGE: usize, const PAGES: usize> {
     bytes: Vec<u8>,
-    /// Words that can be written or pages that can be erased before the power fails, and how it fails.
+    /// Number of words or pages until the power fails, and the effect.
     left: Option<(usize, Cut)>,
-    /// A page that takes no bit any more.
+    /// A worn page, whose bits cannot be written.
     worn: Option<usize>,
-    /// Words written and pages erased so far.
+    /// Number of words written and pages erased so far.
     done: usize,
 }
 
@@ -53,33 +53,33 @@ impl<const WORD: usize, const PAGE: usize, const PAGES: usize> Chip<WORD, PAGE, 
         Self { bytes: vec![0xff; PAGE * PAGES], left: None, worn: None, done: 0 }
     }
 
-    /// The same chip, whose power will fail after so many words and pages.
+    /// The same chip, with a power failure after this number of words and pages.
     pub fn failing(&self, after: usize, cut: Cut) -> Self {
         Self { left: Some((after, cut)), done: 0, ..self.clone() }
     }
 
-    /// The power is back.
+    /// The chip after the power has returned.
     pub fn restarted(mut self) -> Self {
         self.left = None;
         self
     }
 
-    /// Words written and pages erased since it was told to fail, or since it was made.
+    /// Number of words written and pages erased since the last call of `failing`, or since its construction.
     pub fn done(&self) -> usize {
         self.done
     }
 
-    /// The same chip, with a page that takes no bit any more.
+    /// The same chip with a worn page.
     pub fn worn(self, page: usize) -> Self {
         Self { worn: Some(page), ..self }
     }
 
-    /// What is in it, to be spoilt.
+    /// Its content, to be damaged.
     pub fn bytes(&mut self) -> &mut [u8] {
         &mut self.bytes
     }
 
-    /// Writes a word or erases a page, if the power lasts; what is done of it otherwise.
+    /// Writes a word or erases a page; the error is the effect of a power failure, if any.
     fn step(&mut self) -> Result<(), Option<Cut>> {
         match &mut self.left {
             None => self.done += 1,
@@ -98,7 +98,7 @@ impl<const WORD: usize, const PAGE: usize, const PAGES: usize> Chip<WORD, PAGE, 
     }
 }
 
-/// Bytes that hang on nothing but where they are.
+/// Pseudo-random bytes that depend only on the seed.
 fn noise(seed: usize, bytes: &mut [u8]) {
     let mut state = seed as u32 | 1;
     for byte in bytes {

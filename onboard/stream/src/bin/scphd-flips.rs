@@ -1,17 +1,18 @@
-//! Replays a stream of a planar vehicle on the desk while bits of the filter's state flip, and prints what every round has come to, with the same
-//! words as the firmware's image `flips`: of the filter with a mixture a particle, then of the joint map.
+//! Replays a stream of a planar vehicle on the host while bits of the filter's state flip, and prints the result of every round
+//! in the same format as the firmware image `flips`: first for the mixture, then for the joint map.
 
 use scphd_stream::planar::{Planar, PlanarJoint};
 use scphd_stream::{Aboard, FLIP_SEEDS, Failing, Monitor, Round, ScanCost, Seen, replay_with_flips};
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Stack of the thread that replays, bytes: an unoptimised build makes the memory on the stack before it moves to the heap.
+/// Stack of the thread that replays, bytes: an unoptimised build constructs the memory on the stack before it moves it to the
+/// heap.
 const STACK_BYTES: usize = 64 << 20;
-/// Bytes of a snapshot.
+/// Capacity for a snapshot, bytes.
 const ROOM: usize = 256 << 10;
 
-/// Counts nanoseconds.
+/// A clock in nanoseconds.
 struct Clock(Instant);
 
 impl Monitor for Clock {

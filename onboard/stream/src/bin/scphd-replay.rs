@@ -1,8 +1,8 @@
-//! Replays a stream on the desk, and prints the digest after every scan, with the same words as the firmware.
+//! Replays a stream on the host, and prints the digest after every scan in the same format as the firmware.
 //!
-//! `scphd-replay f32|f64|joint-f32|joint-f64 FILE [SCANS]` replays a stream; with `box-` before the precision, or `box-joint-`, it takes in
-//! all that a black box holds, what is left of one too. `scphd-replay list FILE` lists the snapshots of a black box, and
-//! `scphd-replay cut FILE SCANS OUT` writes what it holds from the snapshot after so many scans on.
+//! `scphd-replay f32|f64|joint-f32|joint-f64 FILE [SCANS]` replays a stream; with `box-` or `box-joint-` before the precision,
+//! all records of a black box, also if it is incomplete. `scphd-replay list FILE` lists the snapshots of a black box, and
+//! `scphd-replay cut FILE SCANS OUT` writes the part from the snapshot after that number of scans on.
 
 use scphd::Real;
 use scphd_stream::planar::{BlackBox, BlackBoxJoint, Planar, PlanarJoint};
@@ -15,8 +15,8 @@ use std::io::{self, Write};
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Stack of the thread that replays, bytes: an unoptimised build makes the memory on the stack before it moves to the
-/// heap, more than once.
+/// Stack of the thread that replays, bytes: an unoptimised build constructs the memory on the stack, more than once, before it
+/// moves it to the heap.
 const STACK_BYTES: usize = 64 << 20;
 
 /// The command line.
@@ -27,9 +27,9 @@ const USAGE: &str =
 struct Printer<W> {
     out: W,
     started: Instant,
-    /// Whether to go on where the filter refuses something.
+    /// Whether to continue after a refused input.
     goes_on: bool,
-    /// Snapshots that the state does not agree with.
+    /// Number of snapshots that disagree with the state.
     disagreeing: u32,
     failed: Option<io::Error>,
 }
@@ -80,9 +80,9 @@ impl<W: Write> Monitor for Printer<W> {
     }
 }
 
-/// Whatever vehicle the stream is of: one in the plane or one under water.
+/// Calls one of the functions, for a stream of a planar or of an underwater vehicle.
 fn of_either<R>(bytes: &[u8], planar: impl FnOnce() -> R, underwater: impl FnOnce() -> R) -> R {
-    // Of a black box whose beginning is torn off the first snapshot tells.
+    // Without the beginning of a black box, its first snapshot decides.
     let starts = Reader::<Underwater>::open(bytes).is_ok();
     if starts || Reader::<Planar>::open(bytes).is_err() && find_snapshot::<Underwater>(bytes, 0).is_some() {
         underwater()
@@ -111,7 +111,7 @@ fn run_box<T: Real>(bytes: &[u8]) -> Result<(), String> {
     of_either(bytes, || run_box_kind::<BlackBox, T>(bytes), || run_box_kind::<underwater::BlackBox, T>(bytes))
 }
 
-/// All that there is of a black box.
+/// Replays all available parts of a black box.
 fn run_box_kind<K: Aboard<T>, T: Real>(bytes: &[u8]) -> Result<(), String> {
     let mut memory = Box::new(K::MEMORY);
     let mut printer = Printer::over(io::stdout().lock(), true);
@@ -133,7 +133,7 @@ fn done<W>(printer: Printer<W>) -> Result<(), String> {
     printer.failed.map_or(Ok(()), |error| Err(format!("cannot write to stdout: {error}")))
 }
 
-/// Where every snapshot begins, and the snapshot.
+/// The snapshots, with their positions in the stream.
 fn snapshots<K: Kind>(bytes: &[u8]) -> impl Iterator<Item = (usize, Snapshot<'_, K>)> {
     let mut from = 0;
     std::iter::from_fn(move || {
@@ -152,14 +152,14 @@ fn list<K: Kind>(bytes: &[u8]) -> Result<(), String> {
     done(printer)
 }
 
-/// What there is from the snapshot after so many scans on.
+/// The part of the stream from the snapshot after this number of scans on.
 fn cut<K: Kind>(bytes: &[u8], scans: u32) -> Result<&[u8], String> {
     let whole = |place: usize| find_whole_snapshot::<K>(bytes, place) == Some(place);
     let found = snapshots::<K>(bytes).find(|(place, snapshot)| snapshot.mark().scans == scans && whole(*place));
     found.map(|(place, _)| &bytes[place..]).ok_or_else(|| format!("no whole snapshot after {scans} scans"))
 }
 
-/// Replays in a thread with room on its stack.
+/// Replays in a thread with a large stack.
 fn in_thread(bytes: Vec<u8>, work: impl FnOnce(&[u8]) -> Result<(), String> + Send + 'static) -> Result<(), String> {
     let thread = std::thread::Builder::new().stack_size(STACK_BYTES).spawn(move || work(&bytes));
     let thread = thread.map_err(|error| format!("cannot start a thread: {error}"))?;

@@ -1,4 +1,4 @@
-//! The filters of a planar vehicle that take in all that a black box holds.
+//! The filters of a planar vehicle that process all records of a black box.
 
 use super::joint::{self, FEATURES, OnboardJoint, PlanarJoint};
 use super::onboard::{self, Direct, Drive, MEASUREMENTS, PlanarSensing, detector, margin, motion};
@@ -17,11 +17,11 @@ use scphd::models::PlanarPose;
 use scphd::snapshot::SaveError;
 use scphd::{Component, Detector, DetectorMemory, Real};
 
-/// The filter with a mixture a particle, for black boxes of vehicles in the plane: four detectors, fixes, and all else.
+/// The mixture filter for black boxes of planar vehicles: four detectors, fixes, and all other records.
 #[derive(Debug, Clone, Copy)]
 pub struct BlackBox;
 
-/// All memory of it.
+/// All memory of the mixture filter.
 #[derive(Debug)]
 pub struct Memory<T: Real> {
     aboard: onboard::Memory<T>,
@@ -78,7 +78,8 @@ impl<T: Real> Aboard<T> for BlackBox {
     }
 }
 
-/// The joint map, for black boxes of vehicles in the plane: four detectors, fixes, scans for the pose alone, and all else.
+/// The joint map for black boxes of planar vehicles: four detectors, fixes, scans that update the pose only, and all other
+/// records.
 #[derive(Debug, Clone, Copy)]
 pub struct BlackBoxJoint;
 
@@ -89,7 +90,7 @@ pub struct JointMemory<T: Real> {
     features: [Component<Vector2<T>>; FEATURES],
 }
 
-/// The joint map with everything that a black box may hold.
+/// The joint map with all records of a black box.
 #[derive(Debug)]
 pub struct BlackBoxJointFilter<'m, T: Real> {
     first: OnboardJoint<'m, T>,
@@ -138,7 +139,7 @@ impl<T: Real> BlackBoxJointFilter<'_, T> {
         }?)
     }
 
-    /// Goes on with the models and the tuning of a head.
+    /// Continues with the models and the tuning of a head.
     fn retune(&mut self, header: &Header<Planar>) -> Result<(), Refusal> {
         let detector = detector(&Sensor::first(header))?;
         let filter = &mut self.first.filter;
@@ -167,7 +168,7 @@ impl<T: Real> Filter<Planar> for BlackBoxJointFilter<'_, T> {
             Some(place) => self.others.get_mut(place).and_then(Option::as_mut).ok_or(Refusal::NotAboard)?,
         };
         let measurements = scan.of(measurements)?;
-        // A joint map is updated as one; there is nothing to be told apart.
+        // A joint map has only one stage.
         probe.enter(Stage::Update);
         let report =
             if scan.localising { filter.localise(detector, measurements) } else { filter.scan(detector, measurements) };

@@ -10,21 +10,21 @@ use nalgebra::{Vector1, Vector2};
 use scphd::Real;
 use scphd::models::{BeaconFix, HeadingFix, PlanarPose, PositionFix, RangeBearing};
 
-/// A measurement of the pose itself, and how good it is, in double precision in every stream.
+/// A measurement of the pose with its noise, in double precision in every stream.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Fix {
-    /// Of the position, as by [`PositionFix`].
+    /// A position: [`PositionFix`].
     Position {
         /// x and y, m.
         place_m: [f64; 2],
-        /// Standard deviation along either axis, m.
+        /// Standard deviation along both axes, m.
         sigma_m: f64,
         /// Squared Mahalanobis distance beyond which it is an outlier.
         gate: f64,
-        /// How far ahead of where the pose is the antenna sits, and to its left, m.
+        /// Position of the antenna ahead and to the left of the pose, m.
         antenna_m: [f64; 2],
     },
-    /// Of the heading, as by [`HeadingFix`].
+    /// A heading: [`HeadingFix`].
     Heading {
         /// Heading, rad.
         heading_rad: f64,
@@ -33,7 +33,7 @@ pub enum Fix {
         /// As for a position.
         gate: f64,
     },
-    /// Of a beacon, as by [`BeaconFix`].
+    /// A beacon: [`BeaconFix`].
     Beacon {
         /// Range, m, and bearing, rad.
         measured: [f64; 2],
@@ -41,9 +41,9 @@ pub enum Fix {
         sigmas: [f64; 2],
         /// As for a position.
         gate: f64,
-        /// Where the beacon stands, m.
+        /// Position of the beacon, m.
         place_m: [f64; 2],
-        /// Where the sensor sits: ahead of where the pose is, to its left, m; turned to the left, rad.
+        /// Mounting of the sensor: position ahead and to the left of the pose, m; rotation to the left, rad.
         mounted: [f64; 3],
     },
 }
@@ -111,7 +111,7 @@ impl Input for Fix {
 }
 
 impl Fix {
-    /// Shows it to a filter.
+    /// Passes it to a filter.
     pub(crate) fn shown<T: Real>(&self, filter: &mut impl Observes<PlanarPose<T>>) -> Result<(), Refusal> {
         let real = T::from_f64;
         match *self {

@@ -1,4 +1,4 @@
-//! The filters of a planar vehicle whose memory can fail, in single precision.
+//! The filters of a planar vehicle with simulated memory faults, in single precision.
 
 use super::Planar;
 use super::joint::OnboardJoint;
@@ -12,7 +12,7 @@ use scphd::models::{MeasurementModel, PlanarPose};
 use scphd::numerics::Noise;
 use scphd::snapshot::{from_slice, into_slice};
 
-/// All of a filter, which is there as `filter`.
+/// The methods of a filter in the field `filter`.
 macro_rules! failing {
     () => {
         fn flip_bit(&mut self, draws: &mut Noise) {

@@ -12,23 +12,23 @@ use scphd::settings::Persistence;
 use scphd::storage::joint_numbers;
 use scphd::{Detector, JointConfig, JointReport, JointSlam, JointState, Real};
 
-/// Features of the joint map.
+/// Capacity of the joint map, features.
 pub(super) const FEATURES: usize = if cfg!(feature = "small-pools") { 16 } else { 64 };
 
 type OnboardState<T> = JointState<PlanarPose<T>, Vector2<T>, FEATURES, { joint_numbers(3, 2, FEATURES) }, MEASUREMENTS>;
 
-/// The filter with a joint map, for streams of vehicles in the plane.
+/// The filter with a joint map, for streams of planar vehicles.
 #[derive(Debug, Clone, Copy)]
 pub struct PlanarJoint;
 
-/// All memory of the joint map on board, with a scan on its way in.
+/// All memory of the joint map on board, with a received scan.
 #[derive(Debug)]
 pub struct Memory<T: Real> {
     state: OnboardState<T>,
     measurements: [Vector2<T>; MEASUREMENTS],
 }
 
-/// The joint map, with the memory of what comes in.
+/// The joint map, with the memory of its inputs.
 #[derive(Debug)]
 pub struct OnboardJoint<'m, T: Real> {
     pub(super) filter: JointSlam<'m, Drive<T>, Vector2<T>>,
@@ -76,7 +76,7 @@ impl<T: Real> Aboard<T> for PlanarJoint {
 }
 
 impl<T: Real> OnboardJoint<'_, T> {
-    /// What a scan left behind.
+    /// The results of a scan.
     pub(super) fn seen(&self, report: &JointReport<T>) -> Seen {
         Seen {
             health: report.health.bits(),
@@ -119,7 +119,7 @@ impl<T: Real> Filter<Planar> for OnboardJoint<'_, T> {
             return Err(Refusal::NotAboard);
         }
         let measurements = scan.of(self.measurements).map_err(Refusal::Scan)?;
-        // A joint map is updated as one; there is nothing to be told apart.
+        // A joint map has only one stage.
         probe.enter(Stage::Update);
         let report = self.filter.scan(&self.detector, measurements);
         probe.leave(Stage::Update);

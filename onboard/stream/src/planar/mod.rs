@@ -1,4 +1,4 @@
-//! Streams of vehicles in the plane that measure range and bearing.
+//! Streams of planar vehicles that measure range and bearing.
 
 mod black_box;
 mod fix;

@@ -5,31 +5,31 @@ use crate::Header;
 use crate::numbers::numbers;
 
 numbers! {
-    /// Start, geometry, noise and field of view of a planar vehicle.
+    /// Initial pose, geometry, noise and field of view of a planar vehicle.
     Models {
-        /// Pose at the start: x, m.
+        /// Initial pose: x, m.
         start_x_m: f64,
-        /// Pose at the start: y, m.
+        /// Initial pose: y, m.
         start_y_m: f64,
-        /// Pose at the start: heading, rad.
+        /// Initial pose: heading, rad.
         start_heading_rad: f64,
         /// Wheelbase L, m; this and the next three are 0 for a unicycle.
         wheelbase_m: f64,
         /// Lateral offset H of the wheel encoder from the centreline, m.
         encoder_offset_m: f64,
-        /// Forward offset a from the rear axle of where the pose is, m.
+        /// Forward offset a of the pose from the rear axle, m.
         sensor_forward_m: f64,
-        /// Leftward offset b from the centreline of where the pose is, m.
+        /// Leftward offset b of the pose from the centreline, m.
         sensor_left_m: f64,
         /// Standard deviation of the speed, m/s.
         speed_sigma_mps: f64,
-        /// Standard deviation of the speed as a share of it.
+        /// Standard deviation of the speed relative to the speed.
         speed_sigma_ratio: f64,
         /// Standard deviation of the second control: steering angle, rad, or turn rate, rad/s.
         turn_sigma: f64,
-        /// Standard deviation of the second control as a share of it.
+        /// Standard deviation of the second control relative to its value.
         turn_sigma_ratio: f64,
-        /// How long an odometry error lasts, s.
+        /// Correlation time of an odometry error, s.
         noise_interval_s: f64,
         /// The first sensor.
         sensor: SensorModels,
@@ -37,13 +37,13 @@ numbers! {
 }
 
 numbers! {
-    /// A sensor: where it sits, its noise and field of view.
+    /// A sensor: its mounting, noise and field of view.
     SensorModels {
-        /// How far ahead of where the pose is it sits, m.
+        /// Position ahead of the pose, m.
         mounted_forward_m: f64,
-        /// How far to the left of that, m.
+        /// Position to the left of the pose, m.
         mounted_left_m: f64,
-        /// By how much it is turned to the left, rad.
+        /// Rotation to the left, rad.
         mounted_yaw_rad: f64,
         /// Standard deviation of the range, m.
         range_sigma_m: f64,
@@ -55,7 +55,7 @@ numbers! {
         range_max_m: f64,
         /// Half width of the soft edges in range, m.
         range_edge_m: f64,
-        /// Middle of the bearing window, rad.
+        /// Centre of the bearing window, rad.
         bearing_center_rad: f64,
         /// Half width of the bearing window, rad; π and above is a full circle.
         bearing_half_width_rad: f64,
@@ -65,15 +65,15 @@ numbers! {
         detection_near: f64,
         /// p_D at the greatest range.
         detection_far: f64,
-        /// λ, false measurements a scan.
+        /// λ, mean number of false measurements in a scan.
         clutter_per_scan: f64,
     }
 }
 
 numbers! {
-    /// A detector: its sensor, and what it gives birth to.
+    /// A detector: its sensor, and its birth intensities.
     Sensor {
-        /// Where the sensor sits, its noise and field of view.
+        /// Mounting, noise and field of view of the sensor.
         models: SensorModels,
         /// w_b of static features, 1/(m·rad).
         birth_intensity: f64,
@@ -83,7 +83,7 @@ numbers! {
 }
 
 impl Sensor {
-    /// The first detector, which is that of the head.
+    /// The first detector, which is in the head.
     #[must_use]
     pub fn first(header: &Header<Planar>) -> Self {
         Self {

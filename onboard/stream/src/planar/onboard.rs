@@ -15,7 +15,7 @@ use scphd::numerics::Noise;
 use scphd::storage::{Dynamic, MapMemory, Static};
 use scphd::{Births, Detector, DetectorMemory, Real, ScPhd, State};
 
-/// Room for the particles of section 5.3.1.
+/// Capacities for the particles of section 5.3.1.
 #[cfg(not(any(feature = "few-particles", feature = "small-pools")))]
 mod room {
     pub(super) const PARTICLES: usize = 32;
@@ -28,7 +28,7 @@ mod room {
     pub(super) const MOVING_VIEW: usize = 72;
 }
 
-/// Room for informed particles, which do not need samples.
+/// Capacities for informed particles, which need no samples.
 #[cfg(feature = "few-particles")]
 mod room {
     pub(super) const PARTICLES: usize = 4;
@@ -41,7 +41,8 @@ mod room {
     pub(super) const MOVING_VIEW: usize = 160;
 }
 
-/// For as many particles a quarter of the pages: what it takes in `faults` is all of the others.
+/// Capacities for the same number of particles: a quarter of the pages that they need; the other capacities are what the stream
+/// `faults` uses.
 #[cfg(all(feature = "small-pools", not(feature = "few-particles")))]
 mod room {
     pub(super) const PARTICLES: usize = 32;
@@ -55,12 +56,12 @@ mod room {
 }
 
 use room::{CANDIDATES, MAP_PAGES, MOVING_MAP_PAGES, MOVING_PAGES, MOVING_VIEW, PAGES, PARTICLES, VIEW};
-/// Measurements that a scan can have.
+/// Maximum number of measurements of a scan.
 pub const MEASUREMENTS: usize = 64;
-/// Features of an estimated map.
+/// Capacity of an estimated map, features.
 const FEATURES: usize = 128;
 
-/// State of a filter with room for this many more of everything than the one on board.
+/// State of a filter with these increases of all capacities of the one on board.
 type StateWith<
     T,
     const PARTICLES_AND: usize,
@@ -77,7 +78,7 @@ type StateWith<
     MapMemory<Dynamic<Vector2<T>>, PARTICLES_AND, MOVING_PAGES_AND, MOVING_MAP_PAGES, MOVING_VIEW_AND>,
 >;
 
-/// The detector's scratch.
+/// The working memory of the detector.
 type Scratch<T, const MEASUREMENTS_AND: usize> = DetectorMemory<Vector2<T>, MEASUREMENTS_AND>;
 
 type OnboardState<T> = StateWith<T, PARTICLES, CANDIDATES, PAGES, VIEW, MOVING_PAGES, MOVING_VIEW>;
@@ -85,7 +86,7 @@ type OnboardState<T> = StateWith<T, PARTICLES, CANDIDATES, PAGES, VIEW, MOVING_P
 /// All memory of the filter on board.
 pub type Memory<T> = onboard::Memory<OnboardState<T>, Vector2<T>, Vector2<T>, MEASUREMENTS, FEATURES>;
 
-/// The state with so many more of each capacity, less the one on board, for each of them.
+/// The size of the state with these increases of the capacities, minus that of the one on board.
 macro_rules! price {
     ($particles:expr, $candidates:expr, $pages:expr, $view:expr, $moving_pages:expr, $moving_view:expr) => {
         size_of::<
@@ -102,7 +103,7 @@ macro_rules! price {
     };
 }
 
-/// Where the RAM goes, from the price of each capacity: how much larger a state is with eight more of it.
+/// Use of the RAM, from the cost of each capacity: the size of a state with eight more of it.
 const fn ram<T: Real>() -> Ram {
     let candidates = price!(0, 8, 0, 0, 0, 0) / 8;
     let particles = price!(8, 8, 0, 0, 0, 0) / 8 - candidates;
@@ -149,7 +150,7 @@ impl<T: Real> Aboard<T> for Planar {
     }
 }
 
-/// Hands the controls on as they come.
+/// Passes controls through unchanged.
 #[derive(Debug, Clone, Copy)]
 pub struct Direct;
 
@@ -159,7 +160,7 @@ impl<T: Real> Helm<T, Odometry, [T; 2]> for Direct {
     }
 }
 
-/// The motion model that the head of the stream chooses.
+/// The motion model that the head selects.
 #[derive(Debug, Clone, Copy)]
 pub enum Drive<T> {
     /// Speed of the encoder's wheel and steering angle.
@@ -225,13 +226,13 @@ impl<T: Real> Motion for Drive<T> {
     }
 }
 
-/// By how much longer odometry errors are taken to last in a mixture.
+/// Factor on the correlation time of odometry errors in a mixture.
 pub(super) fn margin(header: &Header<Planar>) -> f64 {
     let margin = header.recursion.interval_margin;
     if margin == 0.0 { 1.0 } else { margin }
 }
 
-/// The motion, whose errors last so many times as long as the vehicle's own.
+/// The motion model, with this factor on the correlation time of its errors.
 pub(super) fn motion<T: Real>(header: &Header<Planar>, margin: f64) -> Result<Drive<T>, ModelError> {
     let numbers = &header.models;
     let noise = ControlNoise {
@@ -256,7 +257,7 @@ pub(super) fn motion<T: Real>(header: &Header<Planar>, margin: f64) -> Result<Dr
     })
 }
 
-/// Where the vehicle starts.
+/// The initial pose.
 pub(super) fn start<T: Real>(header: &Header<Planar>) -> PlanarPose<T> {
     let super::Models { start_x_m, start_y_m, start_heading_rad, .. } = header.models;
     let [x, y, heading] = [start_x_m, start_y_m, start_heading_rad].map(T::from_f64);
@@ -265,7 +266,7 @@ pub(super) fn start<T: Real>(header: &Header<Planar>) -> PlanarPose<T> {
 
 pub(super) type PlanarSensing<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
 
-/// A detector, where its sensor sits.
+/// A detector with its mounting.
 pub(super) fn detector<T: Real>(sensor: &Sensor) -> Result<Detector<PlanarSensing<T>>, ModelError> {
     let births = Births {
         of_static: T::from_f64(sensor.birth_intensity),
@@ -278,12 +279,12 @@ pub(super) fn detector<T: Real>(sensor: &Sensor) -> Result<Detector<PlanarSensin
     }
 }
 
-/// Where the sensor sits; `None` where the pose is.
+/// The mounting of the sensor; `None` if its pose is that of the vehicle.
 fn mounting<T: Real>(sensor: &SensorModels) -> Result<Option<Mounting<T>>, ModelError> {
     place([sensor.mounted_forward_m, sensor.mounted_left_m, sensor.mounted_yaw_rad])
 }
 
-/// A place ahead, to the left, m, and turned to the left, rad; `None` where the pose is.
+/// A mounting: position ahead and to the left, m, and rotation to the left, rad; `None` if all are zero.
 pub(super) fn place<T: Real>(place: [f64; 3]) -> Result<Option<Mounting<T>>, ModelError> {
     if place == [0.0; 3] {
         return Ok(None);

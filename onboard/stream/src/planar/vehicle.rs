@@ -1,10 +1,10 @@
-//! The vehicle of a stream in the plane.
+//! The vehicle of a planar stream.
 
 use crate::kind::Input;
 use crate::numbers::{Numbers, numbers};
 use crate::scalar::Scalar;
 
-/// The kind of these streams.
+/// The kind of streams of planar vehicles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Planar;
 
@@ -20,16 +20,16 @@ pub enum Vehicle {
 }
 
 numbers! {
-    /// The vehicle moved.
+    /// A prediction.
     Odometry {
         /// Speed (m/s), then steering angle (rad) or turn rate (rad/s).
         control: [f64; 2],
-        /// For how long, s.
+        /// Its duration, s.
         dt_s: f64,
     }
 }
 
-/// Always whole.
+/// It has no optional parts.
 impl Input for Odometry {
     fn parts(&self) -> u8 {
         0

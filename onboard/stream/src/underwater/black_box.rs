@@ -1,4 +1,4 @@
-//! The filter of an underwater vehicle that takes in all that a black box holds.
+//! The filter of an underwater vehicle that processes all records of a black box.
 
 use super::onboard::{MEASUREMENTS, Memory};
 use super::{AuvModels, Fix, Underwater};
@@ -9,11 +9,11 @@ use scphd::models::{Auv, AuvPose, ModelError, Sensing, StereoCamera, StereoFrust
 use scphd::navigation::Navigator;
 use scphd::{Detector, Real};
 
-/// The filter with a mixture a particle, for black boxes of vehicles under water: one detector, fixes, and all else.
+/// The mixture filter for black boxes of underwater vehicles: one detector, fixes, and all other records.
 #[derive(Debug, Clone, Copy)]
 pub struct BlackBox;
 
-/// What its camera sees.
+/// Models of the camera.
 type StereoSensing<T> = Sensing<StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>>;
 
 impl<T: Real> Modelled<T> for Underwater {

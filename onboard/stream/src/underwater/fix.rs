@@ -1,4 +1,4 @@
-//! Measurements of the pose of an underwater vehicle, beside those that its velocity filter takes in.
+//! Measurements of the pose of an underwater vehicle, in addition to those of its velocity filter.
 
 use crate::Scalar;
 use crate::black_box::Observes;
@@ -9,10 +9,10 @@ use nalgebra::Vector1;
 use scphd::Real;
 use scphd::models::{AuvPose, HeadingFix, HeightFix};
 
-/// A measurement of the pose itself, and how good it is, in double precision in every stream.
+/// A measurement of the pose with its noise, in double precision in every stream.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fix {
-    /// What is measured.
+    /// The measured quantity.
     pub of: Of,
     /// Heading, rad, or z, m.
     pub value: f64,
@@ -22,12 +22,12 @@ pub struct Fix {
     pub gate: f64,
 }
 
-/// What a fix measures.
+/// The measured quantity of a fix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Of {
-    /// The heading, as by [`HeadingFix`].
+    /// The heading: [`HeadingFix`].
     Heading,
-    /// z, as by [`HeightFix`].
+    /// z: [`HeightFix`].
     Height,
 }
 
@@ -61,7 +61,7 @@ impl Input for Fix {
 }
 
 impl Fix {
-    /// Shows it to a filter.
+    /// Passes it to a filter.
     pub(crate) fn shown<T: Real>(&self, filter: &mut impl Observes<AuvPose<T>>) -> Result<(), Refusal> {
         let [value, sigma, gate] = [self.value, self.sigma, self.gate].map(T::from_f64);
         match self.of {

@@ -1,4 +1,4 @@
-//! Streams of vehicles under water that see pairs of pixels.
+//! Streams of underwater vehicles with a stereo camera.
 
 mod black_box;
 mod fix;
@@ -16,23 +16,23 @@ use crate::scalar::Scalar;
 use scphd::models::Reading;
 use scphd::navigation::Instruments;
 
-/// The kind of these streams.
+/// The kind of streams of underwater vehicles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Underwater;
 
-/// The only motion model: that of (7.1).
+/// The only motion model: (7.1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Auv;
 
-/// Time passed, and then, mostly, the instruments said something.
+/// A prediction, usually with readings of the instruments.
 ///
-/// This is what they themselves say, in double precision in every stream: the filter of the velocity runs where the stream is
-/// replayed, in double precision whatever the particles have.
+/// The readings are recorded in double precision in every stream: the velocity filter runs in the replay, in double precision for
+/// any precision of the particles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Navigation {
-    /// How much time, s.
+    /// Its duration, s.
     pub dt_s: f64,
-    /// What they said; `None` between two rows, where a frame came.
+    /// The readings; `None` at an image between two rows of readings.
     pub instruments: Option<Instruments<f64>>,
 }
 
@@ -45,7 +45,7 @@ impl Kind for Underwater {
     /// x, y, z (m), yaw (rad) and yaw rate (rad/s).
     type Pose = [f64; 5];
     type Fix = Fix;
-    /// There is room for one camera aboard.
+    /// The capacity is one camera.
     type Sensor = [f64; 0];
     /// x, y, z (m), yaw, yaw rate, roll and pitch (rad, rad/s).
     type Full = [f64; 7];
@@ -81,7 +81,7 @@ impl Input for Navigation {
 
     fn count(parts: u8) -> Option<usize> {
         let has = |part: u8, count: usize| if parts & part == 0 { 0 } else { count };
-        // Doppler log and pressure sensor come with the inertial unit.
+        // Readings of the Doppler log and the pressure sensor come with those of the inertial unit.
         let known = parts == 0 || parts & INERTIAL != 0 && parts <= INERTIAL | VELOCITY | DEPTH;
         known.then(|| 1 + has(INERTIAL, 4) + has(VELOCITY, 3) + has(DEPTH, 1))
     }

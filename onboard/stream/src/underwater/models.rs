@@ -9,36 +9,36 @@ use scphd::models::{
 use scphd::navigation::{Navigator, VelocityNoise};
 
 numbers! {
-    /// Start, noise of vehicle and instruments, and camera of an underwater vehicle.
+    /// Initial pose, noise of vehicle and instruments, and camera of an underwater vehicle.
     Models {
-        /// Position at the start, m.
+        /// Initial position, m.
         start_m: [f64; 3],
-        /// Yaw at the start, rad.
+        /// Initial yaw, rad.
         start_yaw_rad: f64,
-        /// Roll and pitch at the start, rad.
+        /// Initial roll and pitch, rad.
         start_tilt_rad: [f64; 2],
-        /// How much each velocity changes at random, (m/s)/√s.
+        /// Random walk of each velocity component, (m/s)/√s.
         velocity_walk_mps_rts: f64,
-        /// Standard deviation of each velocity of the Doppler log, m/s.
+        /// Standard deviation of each velocity component of the Doppler log, m/s.
         velocity_sigma_mps: f64,
         /// Standard deviation of z, m.
         z_sigma_m: f64,
         /// Gate of the Doppler log and the pressure sensor, standard deviations.
         gate_sigmas: f64,
-        /// Outliers in a row after which the Doppler log is believed again; a whole number.
+        /// Number of consecutive outliers after which the Doppler log is accepted again; an integer.
         outliers_believed: f64,
         /// Standard deviation of the angular acceleration about the vertical, rad/s².
         yaw_acceleration_sigma_radps2: f64,
-        /// How long an error of the filtered velocity lasts, s.
+        /// Correlation time of an error of the filtered velocity, s.
         velocity_interval_s: f64,
         /// Projection matrices of the left and the right camera, row by row: from the vehicle's frame (x ahead, y to the left, z
         /// upwards, m) to homogeneous pixels.
         projections: [[[f64; 4]; 3]; 2],
-        /// Standard deviations of (u_l, v_l, u_r, v_r), px, each on its own.
+        /// Independent standard deviations of (u_l, v_l, u_r, v_r), px.
         pixel_sigmas: [f64; 4],
-        /// Standard deviations of what the columns and the rows of both images have in common, px.
+        /// Standard deviations of the noise that is common to the columns, and to the rows, of both images, px.
         common_sigmas: [f64; 2],
-        /// Greatest squared distance, in standard deviations, of what no point can explain of a pair.
+        /// Epipolar gate: squared Mahalanobis distance of the part of a pair that no point in space can cause.
         epipolar_gate: f64,
         /// Width and height of the images, px.
         size_px: [f64; 2],
@@ -52,11 +52,11 @@ numbers! {
         depth_edge_m: f64,
         /// p_D.
         detection: f64,
-        /// λ, false pairs a frame.
+        /// λ, mean number of false pairs in an image.
         clutter_per_scan: f64,
-        /// Least and greatest disparity that a matcher lets pass, px.
+        /// Least and greatest disparity that the matcher accepts, px.
         disparities_px: [f64; 2],
-        /// How far the rows of a pair may differ either way for a matcher to let it pass, px.
+        /// Greatest difference of the rows of a pair that the matcher accepts, px.
         row_tolerance_px: f64,
     }
 }
@@ -64,9 +64,9 @@ numbers! {
 /// The models of the filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AuvModels<T: Real> {
-    /// How the vehicle moves.
+    /// The motion model.
     pub motion: Auv<T>,
-    /// What its camera sees.
+    /// The models of the camera.
     pub sensing: Sensing<StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>>,
 }
 
@@ -74,7 +74,7 @@ impl Models {
     /// The models of the filter.
     ///
     /// # Errors
-    /// A number is not one the models can work with.
+    /// A number is out of range.
     pub fn of_filter<T: Real>(&self) -> Result<AuvModels<T>, ModelError> {
         let real = T::from_f64;
         let [left, right] = self.projections.map(|rows| {
@@ -103,7 +103,7 @@ impl Models {
         })
     }
 
-    /// Noise of the velocity and of the instruments that measure it.
+    /// Process noise of the velocity, and noise of its instruments.
     #[must_use]
     pub fn velocity_noise(&self) -> VelocityNoise<f64> {
         VelocityNoise {
@@ -115,16 +115,16 @@ impl Models {
         }
     }
 
-    /// The small filter beside the particles, at the start.
+    /// The velocity filter, in its initial state.
     ///
     /// # Errors
-    /// The noise is out of range, or the start not finite.
+    /// The noise is out of range, or the initial state not finite.
     pub fn navigator(&self) -> Result<Navigator<f64>, ModelError> {
         let [_, _, z] = self.start_m;
         Navigator::new(self.velocity_noise(), z, self.start_tilt_rad)
     }
 
-    /// The pose at the start.
+    /// The initial pose.
     #[must_use]
     pub fn start<T: Real>(&self) -> AuvPose<T> {
         let [x, y, z] = self.start_m.map(T::from_f64);

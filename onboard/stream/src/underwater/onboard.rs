@@ -15,16 +15,16 @@ use scphd::{Detector, DetectorMemory, Real, ScPhd, State};
 
 const PARTICLES: usize = 64;
 const CANDIDATES: usize = 64;
-/// What is left of 512 KiB in single precision.
+/// The rest of 512 KiB in single precision.
 const PAGES: usize = 976;
 const MAP_PAGES: usize = 128;
-/// Pairs that a frame can have.
+/// Maximum number of pairs in an image.
 pub const MEASUREMENTS: usize = 96;
 const VIEW: usize = 512;
-/// Features of an estimated map.
+/// Capacity of an estimated map, features.
 const FEATURES: usize = 640;
 
-/// State of a filter of these capacities. Everything stands: there is no room for what moves.
+/// State of a filter with these capacities, without moving features.
 type AuvState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const VIEW: usize> = State<
     AuvPose<T>,
     PARTICLES,
@@ -35,13 +35,13 @@ type AuvState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: u
 
 type OnboardState<T> = AuvState<T, PARTICLES, CANDIDATES, PAGES, VIEW>;
 
-/// The detector's scratch.
+/// The working memory of the detector.
 type Scratch<T> = DetectorMemory<Vector4<T>, MEASUREMENTS>;
 
 /// All memory of the filter on board.
 pub type Memory<T> = onboard::Memory<OnboardState<T>, Vector3<T>, Vector4<T>, MEASUREMENTS, FEATURES>;
 
-/// How much larger the state is with so many more of each capacity.
+/// The increase of the size of the state with these increases of the capacities.
 macro_rules! price {
     ($particles:expr, $candidates:expr, $pages:expr, $view:expr) => {
         size_of::<
@@ -50,7 +50,7 @@ macro_rules! price {
     };
 }
 
-/// Where the RAM goes, from the price of each capacity: how much larger a state is with eight more of it.
+/// Use of the RAM, from the cost of each capacity: the size of a state with eight more of it.
 const fn ram<T: Real>() -> Ram {
     let candidates = price!(0, 8, 0, 0) / 8;
     let particles = price!(8, 8, 0, 0) / 8 - candidates;
