@@ -1,11 +1,11 @@
-//! What a check measures, whatever it finds.
+//! The figures that a check measures, independent of its findings.
 
 use super::finding::{Motion, quantile};
 use scphd_filters::kind::Kind;
 use scphd_log::truth;
 use serde::Serialize;
 
-/// The figures of a log; unknown where the log does not tell.
+/// The figures of a log; `None` where the log has no data for them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Facts {
     /// Scans.
