@@ -42,7 +42,7 @@ const NOTHING: f64 = 0.01;
 pub struct Sample {
     /// Speed, m/s, turn rate, rad/s, or steering angle, rad, and speed to the left, m/s.
     pub control: [f64; 3],
-    /// x m, y m, heading rad, where the message has a pose.
+    /// x m, y m, heading rad, if the message has a pose.
     pub pose: Option<[f64; 3]>,
 }
 
