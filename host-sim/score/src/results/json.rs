@@ -101,8 +101,8 @@ pub struct Summary {
     /// Squared innovations divided by their expected value (NIS divided by the measurement's dimension), mean over the scans with
     /// detections: 1 if noise and map are as the filter assumes.
     pub nis_mean: Option<f64>,
-    /// Share of the scans with detections whose squared innovations are within the two-sided 95 % bounds of χ². The filter reports
-    /// only their mean; their number is taken as that of the measurements, or of the features in view if that is less.
+    /// Share of the scans with detections whose squared innovations are within the two-sided 95 % bounds of χ². The filter
+    /// reports only their mean; their number is taken as that of the measurements, or of the features in view if that is less.
     pub nis_within_95: Option<f64>,
     /// Squared position errors relative to the filter's covariance (NEES divided by the dimension of the position), median over
     /// the scans with truth: 0.7 in the plane and 0.8 in space for a consistent filter.
@@ -149,8 +149,8 @@ fn hexadecimal<S: Serializer>(digest: &Option<u64>, serializer: S) -> Result<S::
 /// Writes one summary to `path` as a JSON object; the file is complete or not written.
 ///
 /// # Errors
+///
 /// [`OutputError`] if the file cannot be written.
-/// [`OutputError`] where the file cannot be written.
 pub fn write_summary(path: &Path, summary: &Summary) -> Result<(), OutputError> {
     write(path, summary)
 }
