@@ -100,7 +100,8 @@ impl Plan {
             share if share < 0.7 => Task::Orbit,
             _ => Task::Loops,
         };
-        // 5 to 20 rows a second, 1 to 10 frames, 2 to 5 velocities: intervals are rounded down to rows, so that rates may be up to twice as high.
+        // 5 to 20 rows a second, 1 to 10 frames, 2 to 5 velocities: intervals are rounded down to rows, so that rates may be up
+        // to twice as high.
         let rows_per_second = exp(noise.between(log(5.0), log(20.0)));
         let frames = exp(noise.between(0.0, log(rows_per_second.min(10.0))));
         let velocities = noise.between(2.0, 5.0);
