@@ -202,7 +202,7 @@ fn tell(other: &Reading, written: Met, read: Met, findings: &mut Findings) {
     );
 }
 
-/// The log without what is not needed to compare scans with odometry.
+/// The log with only the data needed to compare scans with odometry.
 fn without_truth(log: &Log) -> Log {
     Log { odometry: log.odometry.clone(), scans: log.scans.clone(), ..changed(log, &AS_WRITTEN) }
 }

@@ -45,7 +45,7 @@ use scphd_score::results::json::{self, Format};
 use serde::Serialize;
 use std::path::Path;
 
-/// The result of a check, as it is serialised.
+/// The result of a check, in its serialised form.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
     /// Format of the keys.
@@ -70,7 +70,7 @@ impl Report {
 ///
 /// # Errors
 ///
-/// [`OutputError`] where the file cannot be written.
+/// [`OutputError`] if the file cannot be written.
 pub fn write(path: &Path, reports: &[Report]) -> Result<(), OutputError> {
     match reports {
         [one] => json::write(path, one),
@@ -242,7 +242,7 @@ pub fn log_of<K: Checked>(log: &K::Log) -> (Facts, Vec<Finding>) {
     (facts, named)
 }
 
-/// The same for a log without false rows in its truth.
+/// Checks the contents of a log without false rows in its truth.
 fn sound_log_of<K: Checked>(log: &K::Log) -> (Facts, Vec<Finding>) {
     let Detail { motion, reach_m, simulated, out_of_view, mut findings } = K::in_detail(log);
     let mut facts = Facts { detections_out_of_view: out_of_view, ..Facts::of::<K>(log, &motion) };

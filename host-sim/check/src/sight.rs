@@ -55,7 +55,7 @@ impl<'a> Sight<'a> {
         self.meets_within(scan, carried, 1.0)
     }
 
-    /// The same for a multiple of the gate.
+    /// Whether a detection of the scan is within this multiple of the gate.
     fn meets_within(&self, scan: &Scan, carried: [f64; 2], gates: f64) -> bool {
         // The difference of two measurements has twice their variance.
         let is_near =
@@ -104,7 +104,7 @@ impl Met {
         Self::turned(log, sight, poses, pair, 1.0, 0.0)
     }
 
-    /// The same with a multiple of the gate, and for a vehicle that turned to the right by this angle more, rad.
+    /// Matches with this multiple of the gate, for a vehicle that turned to the right by this additional angle, rad.
     pub(super) fn turned(
         log: &Log,
         sight: &Sight<'_>,

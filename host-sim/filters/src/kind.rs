@@ -118,6 +118,6 @@ pub trait Kind: Dimensions {
     /// The first field that is out of range for runs over this log, if any.
     ///
     /// # Errors
-    /// Names the field and its range.
+    /// The first field out of range, with its range.
     fn check(log: &Self::Log, settings: &Self::Settings) -> Result<(), OutOfRange>;
 }

@@ -69,7 +69,7 @@ pub struct Mounting {
 }
 
 impl Mounting {
-    /// At the vehicle's pose.
+    /// The mounting at the vehicle's pose.
     pub const NONE: Self = Self { forward_m: 0.0, left_m: 0.0, yaw_rad: 0.0 };
 
     /// The pose (x m, y m, heading rad) of the sensor of a vehicle at `pose`.

@@ -44,7 +44,7 @@ impl Time {
         Ok(Self::from_nanoseconds(whole as u64 * NANOSECONDS + rest as u64))
     }
 
-    /// From nanoseconds; times beyond 2³¹ s are limited.
+    /// The stamp of a number of nanoseconds; times beyond 2³¹ s are limited.
     #[must_use]
     pub fn from_nanoseconds(ns: u64) -> Self {
         let sec = i32::try_from(ns / NANOSECONDS).unwrap_or(i32::MAX);

@@ -35,7 +35,8 @@ pub struct Frame<D: Dimensions> {
 }
 
 impl<D: Dimensions> Film<D> {
-    /// For a run with this number of scans: frames of all, or of [`FRAMES`] evenly spaced ones, including the first and the last.
+    /// Creates the recorder for a run with this number of scans. It has frames of all scans, or of [`FRAMES`] evenly spaced ones,
+    /// including the first and the last.
     #[must_use]
     pub fn of(scans: usize) -> Self {
         let chosen = if scans <= FRAMES {

@@ -38,7 +38,7 @@ pub struct ScanTimes {
 }
 
 impl ScanTimes {
-    /// From the times of all scans, µs.
+    /// Computes both from the times of all scans, µs.
     #[must_use]
     pub fn of(times_us: impl Iterator<Item = f64>) -> Self {
         let mut times: Vec<f64> = times_us.collect();

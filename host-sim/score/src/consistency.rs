@@ -60,13 +60,13 @@ pub struct SquaredErrors {
 }
 
 impl SquaredErrors {
-    /// For the positions of scans with truth.
+    /// Computes those of the positions of scans with truth.
     #[must_use]
     pub fn of_positions<D: Dimensions>(scans: &[ScanRecord<D>]) -> Self {
         Self { dimension: D::Position::COUNT, values: scans.iter().filter_map(of_position).collect() }
     }
 
-    /// For positions and headings together, if the truth has both.
+    /// Computes those of positions and headings together, if the truth has both.
     #[must_use]
     pub fn of_poses<D: Dimensions>(scans: &[ScanRecord<D>]) -> Self {
         Self { dimension: D::Position::COUNT + 1, values: scans.iter().filter_map(of_pose).collect() }

@@ -60,7 +60,7 @@ impl Failure {
             Self::Internal(message) => (message, 1),
             Self::PipeClosed => return ExitCode::SUCCESS,
         };
-        // One line, for any file names and messages of libraries; errors of writing it are ignored.
+        // File names and messages of libraries may have line breaks. Errors of writing are ignored.
         let line = message.split_whitespace().collect::<Vec<_>>().join(" ");
         let _ = writeln!(io::stderr(), "error: {line}");
         ExitCode::from(code)

@@ -60,7 +60,7 @@ pub struct Extent {
 }
 
 impl Extent {
-    /// From the command line; the default for logs is a run for each.
+    /// The extent that the command line requests; the default for logs is a run for each.
     fn of(args: &MonteCarloArgs, logs: Option<usize>) -> Self {
         let runs = args.runs.map_or_else(|| logs.unwrap_or(DEFAULT_RUNS), |runs| runs as usize);
         Self { runs, input_sets: args.input_sets.map(|sets| sets as usize), seed: args.seed }
@@ -196,7 +196,7 @@ enum Destination {
 }
 
 impl Destination {
-    /// From the command line; checks before any run that the files can be written.
+    /// The destination that the command line requests. Checks before any run that the files can be written.
     fn of(shard: Option<Shard>, json: Option<PathBuf>, out: Option<PathBuf>) -> Result<Self, Failure> {
         let Some(shard) = shard else {
             let outputs = Outputs { json, out };

@@ -43,7 +43,7 @@ pub trait Offer: Lockstep + Learn + Checked + Exported {
         scans: usize,
     ) -> Result<Stream, Refusal>;
 
-    /// The same with a snapshot after every `every` scans.
+    /// The stream with a snapshot after every `every` scans.
     fn with_snapshots(stream: Stream, filter: Recorded, scalar: Scalar, every: u32) -> Result<Stream, Refusal>;
 
     /// Whether the joint map is the default filter.

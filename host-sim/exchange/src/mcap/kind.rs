@@ -35,13 +35,13 @@ pub trait Exported: Kind {
     /// Declares the topics of these inputs.
     ///
     /// # Errors
-    /// As for every file.
+    /// The file cannot be written.
     fn topics<W: Write + Seek>(log: &Self::Log, file: &mut Writer<W>) -> Result<(), WriteError>;
 
     /// Writes the input with this index in [`told_at`](Self::told_at).
     ///
     /// # Errors
-    /// As for every file.
+    /// The file cannot be written.
     fn tell<W: Write + Seek>(log: &Self::Log, index: usize, at: Time, file: &mut Writer<W>) -> Result<(), WriteError>;
 }
 

@@ -10,7 +10,7 @@ pub(super) struct Covariance {
 }
 
 impl Covariance {
-    /// For `side` variables without uncertainty.
+    /// Creates the covariance of `side` variables without uncertainty.
     pub(super) fn zero(side: usize) -> Self {
         Self { side, entries: vec![0.0; side * side] }
     }

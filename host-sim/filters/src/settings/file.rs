@@ -46,7 +46,7 @@ impl Settings {
     /// These settings, overridden by the fields in `text`.
     ///
     /// # Errors
-    /// As for a file.
+    /// `text` is not a settings file.
     pub fn with_toml(&self, text: &str) -> Result<Self, FileProblem> {
         let over = parsed(text)?;
         check(&over, LIMITS)?;

@@ -50,7 +50,7 @@ impl fmt::Display for Origin {
 pub struct Origins(BTreeMap<String, Origin>);
 
 impl Origins {
-    /// For settings of a log: the fields in `stated` have their origins, the others are defaults.
+    /// Creates the origins for settings of a log: the fields in `stated` have theirs, the others are defaults.
     #[must_use]
     pub fn of<S: Serialize>(settings: &S, stated: Vec<(impl AsRef<str>, Origin)>) -> Self {
         let all = table(settings);
@@ -59,7 +59,7 @@ impl Origins {
         origins
     }
 
-    /// For the default settings of `log` in the plane.
+    /// Creates the origins for the default settings of `log` in the plane.
     #[must_use]
     pub fn of_log(log: &Log) -> Self {
         Self::of(&Settings::for_log(log), stated(log))

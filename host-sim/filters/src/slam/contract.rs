@@ -164,7 +164,7 @@ pub struct ScanOutcome {
 }
 
 impl ScanOutcome {
-    /// Of a filter that reports nothing.
+    /// The outcome of a filter that reports nothing.
     pub const SILENT: Self = Self {
         n_eff: 1.0,
         resampled: false,

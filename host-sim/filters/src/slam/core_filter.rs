@@ -105,7 +105,7 @@ struct CoreFilter<D: Dimensions, M: Motion<Pose: Fixed<D>>, X: MeasurementModel<
     models: Models<D, M, X>,
     config: Config<ScalarOf<M::Pose>>,
     state: Box<dyn Room<M>>,
-    /// For every sensor.
+    /// Scratch for every sensor.
     scratch: Vec<DetectorMemory<X::Measurement, MEASUREMENTS, WORKERS>>,
     threads: Threads,
     /// Scratch for the updates on several threads; `None` with one thread.

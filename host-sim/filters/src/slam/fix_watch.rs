@@ -57,7 +57,7 @@ pub(crate) struct PlanarWatch {
 }
 
 impl PlanarWatch {
-    /// For fixes with this noise.
+    /// Creates the monitor for fixes with this noise.
     pub(crate) fn of(noise: &FixNoise) -> Result<Self, Refusal> {
         let PlanarFixes { position, heading } = PlanarFixes::of(noise)?;
         let of_position = PositionWatch::new(noise.rule()).map_err(refusal)?;

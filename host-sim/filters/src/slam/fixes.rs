@@ -112,7 +112,7 @@ pub(crate) struct PlanarFixes<T: Real> {
 }
 
 impl<T: Real> PlanarFixes<T> {
-    /// For this noise.
+    /// Creates the models for this noise.
     pub(crate) fn of(noise: &FixNoise) -> Result<Self, Refusal> {
         let real = T::from_f64;
         let gate = real(noise.gate());

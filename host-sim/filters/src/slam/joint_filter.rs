@@ -33,7 +33,7 @@ where
 {
     motion: M,
     control: fn(D::Control) -> M::Control,
-    /// For every sensor.
+    /// The detector of every sensor.
     detectors: Vec<Detector<X>>,
     fixes: <M::Pose as Fixed<D>>::Models,
     config: JointConfig<ScalarOf<M::Pose>>,

@@ -19,7 +19,7 @@ const FAR_M: f64 = 1000.0;
 struct Origin([f64; 2]);
 
 impl Origin {
-    /// For a log with this initial pose; `None` if that is near enough.
+    /// Chooses the origin for a log with this initial pose; `None` if that is near enough.
     fn of([x, y, _]: [f64; 3]) -> Option<Self> {
         (x.abs().max(y.abs()) >= FAR_M).then(|| Self([x.round(), y.round()]))
     }

@@ -13,7 +13,7 @@ use scphd_score::record::{MapFeature, MovingFeature};
 /// The f64 reference with its state and its random number generator.
 #[derive(Debug)]
 pub struct ReferenceFilter {
-    /// For every sensor.
+    /// The reference of every sensor.
     references: Vec<Reference>,
     state: reference::State,
     draws: OwnDraws,

@@ -135,9 +135,9 @@ impl Settings {
         settings
     }
 
-    /// For a log of a real vehicle: one particle whose pose is the Gaussian of motion and scan. If few landmarks are in view for
-    /// long, blind particles spread over the uncertainty of the instruments at random and resampling keeps one of them; the mean
-    /// of all is nearer the truth.
+    /// Default settings for a log of a real vehicle: one particle whose pose is the Gaussian of motion and scan. If few landmarks
+    /// are in view for long, blind particles spread over the uncertainty of the instruments at random and resampling keeps one of
+    /// them; the mean of all is nearer the truth.
     #[must_use]
     pub fn for_real_log(log: &Log) -> Self {
         let mut settings = Self::for_log(log);

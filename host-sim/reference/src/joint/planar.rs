@@ -17,9 +17,9 @@ const HIDING_SIGMAS: f64 = 3.0;
 /// Motion and sensor in the plane. A pose is x m, y m, heading rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Planar {
-    /// Mounting of the sensor relative to the pose: ahead m, to the left m, turned to the left rad.
+    /// Motion of the vehicle.
     pub motion: Motion,
-    /// Where the sensor sits, seen from where the pose is: ahead m, to the left m, turned to the left rad.
+    /// Mounting of the sensor relative to the pose: ahead m, to the left m, turned to the left rad.
     pub mounting: [f64; 3],
     /// Noise of the sensor.
     pub sensor: RangeBearing,

@@ -58,7 +58,7 @@ pub struct Overview {
 }
 
 impl Overview {
-    /// For the runs of one filter; `None` without any.
+    /// Computes the figures of the runs of one filter; `None` without runs.
     #[must_use]
     pub fn of(scenario: &str, results: &[&RunResult]) -> Option<Self> {
         let first = results.first()?;
@@ -153,14 +153,14 @@ fn likelihood_of(filter: &str) -> Option<Likelihood> {
 /// Standard deviations over runs of the mean of a run; `None` for less than two runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spread {
-    /// Of the position error, m.
+    /// Standard deviation of the position error, m.
     pub position_m: Option<f64>,
-    /// Of the map error over the last third of the scans, m.
+    /// Standard deviation of the map error over the last third of the scans, m.
     pub ospa_m: Option<f64>,
 }
 
 impl Spread {
-    /// For the runs of one filter.
+    /// Computes the standard deviations over the runs of one filter.
     #[must_use]
     pub fn of(results: &[&RunResult]) -> Self {
         let over = |curve, part: fn(&[Option<f64>]) -> Option<f64>| {

@@ -140,7 +140,7 @@ pub struct RunResult {
 }
 
 impl RunResult {
-    /// From a session that executed `job` with `samples` samples.
+    /// Collects the result of a session that executed `job` with `samples` samples.
     #[must_use]
     pub fn of<D: Dimensions>(job: &Job, samples: usize, session: Session<D>) -> Self {
         let Session { record, summary, moving, .. } = session;

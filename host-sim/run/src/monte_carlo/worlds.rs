@@ -27,7 +27,7 @@ pub struct WorldRun {
 }
 
 impl WorldRun {
-    /// From the summary of a run; `None` if its log has no truth.
+    /// Creates the row from the summary of a run; `None` if its log has no truth.
     #[must_use]
     pub fn of(summary: &Summary, settings: &str) -> Option<Self> {
         Some(Self {

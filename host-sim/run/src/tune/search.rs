@@ -34,7 +34,7 @@ pub struct Foreseen {
 }
 
 impl Foreseen {
-    /// From the held-out scans in order, each with its score and its number of measurements, and the position error.
+    /// Sums over the held-out scans in order, each with its score and its number of measurements, and the position error.
     #[must_use]
     pub fn of(held_out: &[(f64, usize)], position_rmse_m: Option<f64>) -> Self {
         let (mut blocks, mut measurements) = ([0.0; BLOCKS], [0; BLOCKS]);

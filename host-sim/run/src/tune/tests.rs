@@ -95,7 +95,7 @@ fn plan(log: &Log, runs: u64) -> Plan {
     Plan { filter: FILTER, learn: half, rounds: 2, effort: Effort { seed: 1, runs, jobs: 2 } }
 }
 
-/// The two halves of the log are of different sensors: what is learnt from the first is worse in the second.
+/// The two halves of the log are of different sensors: settings learnt from the first are worse in the second.
 #[test]
 fn settings_that_are_worse_on_the_rest_are_refused() {
     let log = changing();

@@ -30,7 +30,7 @@ pub(super) struct Imperfection {
 }
 
 impl Imperfection {
-    /// Those of 5.3.1.
+    /// The errors of section 5.3.1.
     pub const OF_5_3_1: Self = Self {
         speed_sigma_mps: 1.0,
         steering_sigma_rad: 2.0 * PI / 180.0,

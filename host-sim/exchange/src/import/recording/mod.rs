@@ -442,7 +442,7 @@ impl<'c> Gathered<'c> {
 /// The axes of points.
 enum Axes {
     OfSensor(View),
-    /// Of a world frame with this name.
+    /// The axes of a world frame with this name.
     OfWorld(String),
 }
 

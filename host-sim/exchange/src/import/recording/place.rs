@@ -299,7 +299,7 @@ impl OfFixes {
             self.fit_truth(&beside, sigma_m);
             return;
         }
-        // The begin of the trajectory: long enough to determine its direction, short enough for little drift of the odometry.
+        // The beginning of the trajectory: long enough to determine its direction, short enough for little drift of the odometry.
         let least_m = LONG_M.max(LONG_SIGMAS * sigma_m);
         let mut begin = Vec::new();
         let mut long_m = 0.0;

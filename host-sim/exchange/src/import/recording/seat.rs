@@ -142,13 +142,14 @@ fn image() -> Rotation3<f64> {
 }
 
 impl View {
-    /// For points in axes of the vehicle, or of a sensor without a transform; only the name of the frame is used.
+    /// Creates the view of points in axes of the vehicle, or of a sensor without a transform, from the name of the frame only.
     pub fn unknown(frame: &str) -> Self {
         let turn = is_optical(frame).then(image);
         Self { mounting: Mounting::NONE, turn, origin: Vector3::zeros() }
     }
 
-    /// From the transform into the vehicle's frame. Returns also whether the name of the frame contradicts the transform.
+    /// Creates the view from the transform into the vehicle's frame. Returns also whether the frame's name contradicts the
+    /// transform.
     pub fn of(frame: &str, place: &Isometry3<f64>) -> (Self, bool) {
         let mut turn = place.rotation.to_rotation_matrix();
         // In a body frame z is vertical, in an image frame y. A frame with an optical name but without the rotation still has

@@ -154,7 +154,7 @@ impl Chosen {
         Ok(Self { odometry, detections, fixes, truth })
     }
 
-    /// Those of an exported run, or the only one.
+    /// Chooses the topics of an exported run, or the only one.
     fn guessed(content: &Content) -> Result<Vec<(String, String)>, String> {
         let found = content.of(DETECTIONS);
         let own: Vec<(String, String)> = found
