@@ -89,7 +89,7 @@ mod tests {
         let mut results: Vec<RunResult> = (0..2).map(|run| result(&plan.job(run), "scphd", 0.0)).collect();
         results.extend((0..2).map(|run| result(&plan.job(run), "rb-single", if run == 0 { 1.0 } else { -0.5 })));
         let comparison = &comparisons(&Study { plan, results })[0];
-        // Runs of 1 and 1.1, compared with 2 and 0.6.
+        // Means of 1 and 1.1, compared with 2 and 0.6.
         let versus = comparison.position.unwrap();
         assert_eq!((versus.runs, versus.better), (2, 1));
         assert!((versus.ratio - 2.1 / 2.6).abs() < 1e-12);
