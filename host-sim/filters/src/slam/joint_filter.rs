@@ -43,7 +43,7 @@ where
     maps: Option<Box<dyn InMap<X>>>,
 }
 
-/// Starts the filter of a log, with the coordinates of its state that are uncertain at the start; none by default.
+/// Starts the filter of a log, with the covariance of its initial state; `None`: the state is certain.
 ///
 /// # Errors
 /// The first setting that is out of range.
