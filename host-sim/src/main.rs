@@ -1,4 +1,4 @@
-//! `scphd-sim`: runs the filter over logs and scenarios and says how well it did.
+//! `scphd-sim`: runs filters over logs and scenarios, and reports their errors.
 
 mod cli;
 

@@ -1,4 +1,5 @@
-//! What a check finds in logs that were damaged as people, editors and scripts damage them: named or read, never a silent nonsense.
+//! Findings of the check in logs with damage by people, editors and scripts: each is reported or read correctly, never silently
+//! wrong.
 
 use scphd_check as check;
 use scphd_check::{Report, Severity};
@@ -13,7 +14,7 @@ use tempfile::TempDir;
 #[expect(dead_code, reason = "other tests read folders")]
 mod folders;
 
-/// A folder with a log in it.
+/// A folder with a log.
 struct Place(TempDir);
 
 impl Place {
@@ -28,7 +29,7 @@ impl Place {
         Self::of(&scenario::survey(1))
     }
 
-    /// A log of a unicycle that nothing is known of but what it measured.
+    /// A log of a unicycle with measurements only, without truth.
     fn robot_without_truth() -> Self {
         let mut log = scenario::by_name("worlds", 900_002).unwrap();
         assert!(!matches!(log.vehicle, scphd_log::log::Vehicle::Ackermann { .. }));
@@ -59,8 +60,7 @@ impl Place {
         fs::write(self.log().join(file), changed).unwrap();
     }
 
-    /// Changes every number of a column.
-    /// Ranges, and what the head says of them, in another unit.
+    /// Converts ranges, and those of the view in `log.toml`, to another unit.
     fn ranges(&self, times: f64) {
         self.column("detections.csv", "range_m", |x| x * times);
         self.change("log.toml", |text| {
@@ -90,7 +90,7 @@ impl Place {
         });
     }
 
-    /// Writes a cell anew; the header is line 0.
+    /// Replaces a cell; the header is line 0.
     fn cell(&self, file: &str, line: usize, column: usize, cell: &str) {
         self.change(file, |text| {
             let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
@@ -101,7 +101,7 @@ impl Place {
         });
     }
 
-    /// Changes the times of every file.
+    /// Changes the times of all files.
     fn times(&self, change: impl Fn(f64) -> f64 + Copy) {
         for file in ["odometry.csv", "scans.csv", "truth.csv", "moving.csv", "fixes.csv"] {
             if self.log().join(file).exists() {
@@ -119,14 +119,14 @@ impl Place {
     }
 }
 
-/// Severity and code of what is found, without the notes.
+/// Severity and code of the findings, without notes.
 fn found(report: &Report) -> Vec<(Severity, &'static str)> {
     let worse = report.findings.iter().filter(|one| one.severity > Severity::Note);
     worse.map(|one| (one.severity, one.code)).collect()
 }
 
 #[test]
-fn good_logs_are_free_of_findings() {
+fn good_logs_have_no_findings() {
     for place in [Place::car(), Place::of(&scenario::two_sensors(2)), Place::stereo()] {
         let report = place.check();
         assert!(report.findings.is_empty(), "{:?}", report.findings);
@@ -141,7 +141,7 @@ fn good_logs_are_free_of_findings() {
 }
 
 #[test]
-fn the_logs_of_others_are_free_of_false_findings() {
+fn recorded_logs_have_no_false_findings() {
     let Some(dir) = scphd_shared_data::find("victoria_park") else { return };
     let all: Vec<PathBuf> = fs::read_dir(dir.parent().unwrap()).unwrap().map(|entry| entry.unwrap().path()).collect();
     let logs = all.iter().filter(|dir| dir.join("log.toml").exists());
@@ -164,7 +164,7 @@ fn windows_line_ends_and_byte_order_marks_are_read() {
     assert_eq!(found(&report), []);
 }
 
-/// What was done to a log, and what has to be found.
+/// The damage of a log, and the finding that is required.
 type Case = (&'static str, fn(&Place), Severity, &'static str);
 
 fn all_are_found(make: impl Fn() -> Place, cases: &[Case]) {
@@ -176,7 +176,7 @@ fn all_are_found(make: impl Fn() -> Place, cases: &[Case]) {
         println!("{name}: {:?}", report.findings);
         assert!(found.contains(&(*severity, *code)), "{name}: {:?}", report.findings);
         assert!(report.findings.iter().all(|one| !one.advice.is_empty() && !one.what.is_empty()), "{name}");
-        // A log that cannot be read is not measured.
+        // A log that cannot be read has no facts.
         assert_eq!(report.facts.is_none(), found[0].0 == Severity::Error, "{name}");
     }
 }
@@ -346,7 +346,7 @@ fn damaged_logs_of_a_car() {
 }
 
 #[test]
-fn a_spike_of_the_odometry_is_named_by_its_row_and_nothing_else_is_told_of_it() {
+fn a_spike_of_the_odometry_is_reported_with_its_row_and_gives_no_other_finding() {
     let cases = [(1, "1000"), (1, "1e5"), (1, "-32768"), (1, "1e30"), (2, "1e8")];
     for (truth, column, cell) in [true, false].iter().flat_map(|truth| cases.map(|(at, cell)| (*truth, at, cell))) {
         let place = Place::of(&scenario::by_name("worlds", 900_002).unwrap());
@@ -358,7 +358,7 @@ fn a_spike_of_the_odometry_is_named_by_its_row_and_nothing_else_is_told_of_it() 
         assert_eq!(found(&report), [(Severity::Warning, "odometry-spike")], "{cell}: {:?}", report.findings);
         assert!(report.findings.iter().any(|one| one.place == "odometry.csv, row 78"), "{:?}", report.findings);
     }
-    // Defaults are not made of it either.
+    // It has no effect on default settings either.
     let place = Place::of(&scenario::by_name("worlds", 900_002).unwrap());
     place.cell("odometry.csv", 77, 1, "1e5");
     let replayed = place.run(&["replay", "log"]);
@@ -367,7 +367,7 @@ fn a_spike_of_the_odometry_is_named_by_its_row_and_nothing_else_is_told_of_it() 
 
 /// Worlds 900 020 to 900 025: three times the greatest usual speed in one row, without truth.
 #[test]
-fn a_small_spike_is_named_by_its_row_too() {
+fn a_small_spike_is_reported_with_its_row() {
     for seed in 900_020..900_026 {
         let mut log = scenario::by_name("worlds", seed).unwrap();
         log.truth.clear();
@@ -383,7 +383,7 @@ fn a_small_spike_is_named_by_its_row_too() {
 
 /// Worlds 900 020 to 900 025, without truth: scans a second late and a second early.
 #[test]
-fn scans_of_another_clock_are_told_by_how_much() {
+fn a_clock_shift_of_the_scans_is_reported_with_its_size() {
     for seed in 900_020..900_026 {
         let mut log = scenario::by_name("worlds", seed).unwrap();
         log.truth.clear();
@@ -397,9 +397,9 @@ fn scans_of_another_clock_are_told_by_how_much() {
     }
 }
 
-/// World 900 002 with a position of 0.5 m a second, damaged as those of receivers are.
+/// World 900 002 with a position of 0.5 m a second, damaged like those of receivers.
 #[test]
-fn positions_are_held_against_odometry() {
+fn positions_are_compared_with_odometry() {
     use scphd_log::log::{Fix, FixNoise, PoseFix};
     let mut log = scenario::by_name("worlds", 900_002).unwrap();
     let begin_s = log.odometry[0].t_s;
@@ -439,7 +439,7 @@ fn positions_are_held_against_odometry() {
 
 /// Worlds 900 020 to 900 025, without truth.
 #[test]
-fn bearings_from_an_axis_of_the_map_are_told() {
+fn bearings_from_an_axis_of_the_map_are_reported() {
     let mut told = 0;
     for seed in 900_020..900_026 {
         let mut log = scenario::by_name("worlds", seed).unwrap();
@@ -461,14 +461,14 @@ fn bearings_from_an_axis_of_the_map_are_told() {
 }
 
 #[test]
-fn a_comment_above_the_header_is_told_once() {
+fn a_comment_above_the_header_is_reported_once() {
     let place = Place::car();
     place.change("odometry.csv", |text| format!("# of my logger\n{text}"));
     assert_eq!(found(&place.check()), [(Severity::Error, "comment")]);
 }
 
 #[test]
-fn a_table_without_rows_is_not_called_missing() {
+fn a_table_without_rows_is_not_reported_as_missing() {
     let place = Place::car();
     place.change("truth.csv", |text| text.lines().next().unwrap().to_owned() + "\n");
     let report = place.check();
@@ -480,9 +480,9 @@ fn a_table_without_rows_is_not_called_missing() {
     assert_eq!(found(&place.check()), [(Severity::Error, "file-empty")]);
 }
 
-/// The check knows how many detections of a scan a replay has room for.
+/// The check uses the capacity of a replay for detections in a scan.
 #[test]
-fn a_scan_with_more_detections_than_there_is_room_for_is_named_before_the_replay_refuses_it() {
+fn a_scan_with_too_many_detections_is_reported_before_the_replay_refuses_it() {
     for (count, fits) in [(256, true), (257, false)] {
         let place = Place::car();
         place.change("detections.csv", |text| {
@@ -609,7 +609,7 @@ fn damaged_logs_of_a_stereo_camera() {
 }
 
 #[test]
-fn the_command_prints_writes_and_fails_as_others_do() {
+fn the_command_prints_writes_and_fails_like_others() {
     let place = Place::car();
     let good = place.run(&["check", "log", "--strict"]);
     assert_eq!((good.status.code(), good.stderr.len()), (Some(0), 0), "{good:?}");
@@ -624,7 +624,7 @@ fn the_command_prints_writes_and_fails_as_others_do() {
         (&"mirrored".into(), &"warning".into())
     );
     assert_eq!(place.run(&["check", "log", "--strict"]).status.code(), Some(2));
-    // The same words before a replay.
+    // The same text before a replay.
     let replayed = place.run(&["replay", "log"]);
     let said = String::from_utf8(replayed.stderr).unwrap();
     assert!(replayed.status.success() && said.contains("turn-sign"), "{said}");

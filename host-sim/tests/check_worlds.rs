@@ -1,4 +1,5 @@
-//! What a check finds in simulated worlds that were damaged as loggers, receivers and vehicles do it, and that it finds nothing in the same worlds as they are.
+//! Findings of the check in simulated worlds with damage by loggers, receivers and vehicles, and none in the same worlds without
+//! damage.
 //!
 //! Thresholds were chosen on the worlds 300 to 319 and the recorded logs.
 
@@ -33,7 +34,7 @@ fn end_s(log: &Log) -> f64 {
     log.scans.last().unwrap().t_s
 }
 
-/// A drive of a world, the same backwards, and again. Noise is not the same twice.
+/// A drive of a world, the same backwards, and forwards again, with different noise.
 fn there_and_back(seed: u64) -> Log {
     let (mut log, mut noise) = (world(seed), Noise::new(seed));
     let turn_s = 0.4 * end_s(&log);
@@ -102,7 +103,7 @@ fn in_own_body(log: &mut Log, seed: u64) -> [[f64; 2]; 2] {
 }
 
 #[test]
-fn worlds_as_they_are_have_no_findings() {
+fn undamaged_worlds_have_no_findings() {
     for seed in SEEDS {
         for name in ["worlds", "worlds-exact", "worlds-mounted", "worlds-moving"] {
             let mut log = scenario::by_name(name, seed).unwrap();
@@ -113,16 +114,16 @@ fn worlds_as_they_are_have_no_findings() {
         assert_eq!(found(&there_and_back(seed)), [""; 0], "reversing, {seed}");
         assert_eq!(found(&with_fixes(seed, true, Some(|heading| heading))), [""; 0], "fixes, {seed}");
         assert_eq!(found(&with_fixes(seed, false, Some(|heading| heading))), [""; 0], "headings, {seed}");
-        // A receiver that finds its place late: by then odometry has turned away.
+        // The positions begin late, when odometry has drifted.
         let mut late = with_fixes(seed, true, None);
         late.fixes.retain(|fix| fix.t_s > 25.0);
         assert_eq!(found(&late), [""; 0], "late fixes, {seed}");
     }
 }
 
-/// Wheels of 2 % different size on a robot of 30 cm turn it by up to so much.
+/// Offset of the turn rate of a robot with 30 cm between wheels that differ in size by 2 %.
 #[test]
-fn an_offset_of_the_turns_is_a_note_and_no_unit() {
+fn an_offset_of_the_turn_rate_is_a_note_and_not_a_wrong_unit() {
     for seed in SEEDS {
         for offset in [0.03, -0.05] {
             let mut log = world(seed);
@@ -134,11 +135,11 @@ fn an_offset_of_the_turns_is_a_note_and_no_unit() {
     }
 }
 
-/// What is done to a world, and which finding it has to have, and no other.
+/// A damage of a world, and the only finding that it must have.
 type Damage = (&'static str, fn(u64) -> Log, &'static str);
 
 #[test]
-fn what_was_done_to_a_world_is_found_and_nothing_else() {
+fn every_damage_of_a_world_has_its_finding_and_no_other() {
     let cases: [Damage; 27] = [
         (
             "parts of the vehicle in view",
@@ -218,7 +219,7 @@ fn what_was_done_to_a_world_is_found_and_nothing_else() {
                         *seen = [hypot(place[0], place[1]), atan2(place[1], place[0])];
                     }
                 }
-                // So that none is out of view.
+                // The view is enlarged so that all detections are in it.
                 log.sensor.range_max_m *= 4.0;
                 (log.sensor.bearing_min_rad, log.sensor.bearing_max_rad) = (-PI, PI);
                 log
@@ -342,7 +343,7 @@ fn what_was_done_to_a_world_is_found_and_nothing_else() {
     ];
     let mut missed = Vec::new();
     for seed in SEEDS {
-        // Then it is not where the vehicle starts, either.
+        // Then the initial position is wrong, too.
         let found = found(&elsewhere(seed, |_| 0.0));
         if !found.contains(&"fix-jump") {
             missed.push(format!("positions elsewhere for the first 12 s, {seed}: {found:?}"));
@@ -359,7 +360,7 @@ fn what_was_done_to_a_world_is_found_and_nothing_else() {
     assert!(missed.is_empty(), "{missed:#?}");
 }
 
-/// Positions that are elsewhere for 12 s.
+/// Positions with an offset for 12 s.
 fn elsewhere(seed: u64, from_s: fn(f64) -> f64) -> Log {
     let mut log = with_fixes(seed, true, None);
     let (from_s, off_m) = (from_s(end_s(&log)), 0.4 * log.sensor.range_max_m);
@@ -384,9 +385,10 @@ fn turned(seed: u64, by_rad: f64) -> Log {
     log
 }
 
-/// Part of what is told of a vehicle ahead and of a vehicle that was carried depends on how much there is to see: found in most worlds.
+/// Findings about a vehicle ahead and about a carried vehicle depend on the number of landmarks: they are required in most
+/// worlds.
 #[test]
-fn vehicles_ahead_and_vehicles_that_were_carried_are_found_in_most_worlds() {
+fn vehicles_ahead_and_carried_vehicles_are_found_in_most_worlds() {
     let (mut ahead, mut carried) = (0, 0);
     for seed in SEEDS {
         let (mut log, mut noise) = (world(seed), Noise::new(seed));
@@ -418,7 +420,7 @@ fn run(dir: &Path, args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_scphd-sim")).args(args).current_dir(dir).output().unwrap()
 }
 
-/// Position RMSE, m, of a replay, and what it said on stderr.
+/// Position RMSE, m, of a replay, and its output on stderr.
 fn replayed(dir: &Path, filter: &str) -> (f64, String) {
     let output = run(dir, &["replay", "log", "--filter", filter, "--json", "-"]);
     assert!(output.status.success(), "{output:?}");
@@ -427,7 +429,7 @@ fn replayed(dir: &Path, filter: &str) -> (f64, String) {
 }
 
 #[test]
-fn what_check_proposes_leaves_the_vehicle_and_what_did_not_return_out() {
+fn the_proposed_exclusions_leave_out_the_vehicle_and_missing_returns() {
     let place = TempDir::new().unwrap();
     let dir = place.path().join("log");
     let mut log = world(900_102);
@@ -455,17 +457,17 @@ fn what_check_proposes_leaves_the_vehicle_and_what_did_not_return_out() {
     assert_eq!(read.sensor, log.sensor);
     let count = |scans: &[Scan]| scans.iter().map(|scan| scan.detections.len()).sum::<usize>();
     let (all, left) = (count(&clean), count(&read.scans));
-    // Nearly all that is there without them, and no label too many.
+    // Nearly all other detections remain, with their labels.
     assert!(left <= all + 10 && left as f64 > 0.95 * all as f64, "{left} {all}");
     assert!(read.scans.iter().all(|scan| scan.labels.len() == scan.detections.len()));
     assert_eq!(found(&read), [""; 0]);
-    // A head of another log has no detections that could be left out.
+    // A head without a folder has no detections that could be left out.
     let refused = log_folder::of_head(&head).unwrap_err().to_string();
     assert_eq!(
         refused,
         "log.toml, key sensor.exclude: detections are left out when a folder is read: write the key into its log.toml"
     );
-    // All ranges at an edge of the view are taken off the view.
+    // A zone of all ranges at an edge of the view is removed from the view.
     let edge = format!("{head}[[sensor.exclude]]\nbearing_max_rad = {:?}\n", read.sensor.bearing_min_rad + 0.3);
     fs::write(dir.join("log.toml"), edge).unwrap();
     let narrow = log_folder::read(&dir).unwrap();
@@ -473,8 +475,8 @@ fn what_check_proposes_leaves_the_vehicle_and_what_did_not_return_out() {
 }
 
 #[test]
-fn a_replay_leaves_own_parts_out_scores_no_false_rows_and_starts_where_positions_say() {
-    // Nothing is mapped that comes along.
+fn a_replay_leaves_out_vehicle_parts_and_false_truth_and_corrects_the_start() {
+    // Parts of the vehicle are not mapped.
     for seed in [900_102, 900_106] {
         let place = TempDir::new().unwrap();
         let dir = place.path().join("log");
@@ -507,7 +509,7 @@ fn a_replay_leaves_own_parts_out_scores_no_false_rows_and_starts_where_positions
 }
 
 #[test]
-fn everything_that_is_wrong_is_told_at_once() {
+fn all_errors_are_reported_at_once() {
     let place = TempDir::new().unwrap();
     let dir = place.path().join("log");
     log_folder::write(&world(900_105), &dir).unwrap();
@@ -523,7 +525,7 @@ fn everything_that_is_wrong_is_told_at_once() {
             .replace("[vehicle]\n", "[vehicle]\nsensor_forwards_m = 1.0\n")
             .replace("[sensor]\n", "[sensor]\nrange_sigma = 1.0\n")
     });
-    // Commas in numbers, and the line ends of Windows.
+    // Decimal commas, and Windows line ends.
     change("truth.csv", &|text| {
         let row = |(line, text): (usize, &str)| if line == 7 { text.replace('.', ",") } else { text.to_owned() };
         text.lines().enumerate().map(|line| row(line) + "\r\n").collect()

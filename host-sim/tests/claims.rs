@@ -1,7 +1,7 @@
-//! What the documentation claims: every figure of `tests/expected/claims.toml` stands in its file, and the command that it is of
-//! gives it, within a factor of 1.2.
+//! The figures in the documentation: each figure of `tests/expected/claims.toml` is in its file, and its command gives it within
+//! a factor of 1.2.
 //!
-//! Every test run does the part of the commands that takes little time, `cargo xtask claims` all of them.
+//! Every test run executes a fast part of the commands, `cargo xtask claims` all of them.
 
 use serde::Deserialize;
 use serde_json::{Map, Value};
@@ -12,9 +12,9 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// Greatest ratio of what a command gives and what is claimed.
+/// Greatest ratio of the figure of a command and the claimed one.
 const MARGIN: f64 = 1.2;
-/// Standard deviations of its mean that a part of the runs may be off by beyond that.
+/// Additional tolerance for a part of the runs, in standard deviations of its mean.
 const SIGMAS: f64 = 2.0;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
@@ -30,7 +30,7 @@ struct Claims {
 struct Command {
     run: String,
     quick: Option<String>,
-    /// What it prints beside its figures.
+    /// Required text in its output besides the figures.
     #[serde(default)]
     says: Vec<String>,
     claim: Vec<Claim>,
@@ -86,12 +86,12 @@ impl Claim {
         self.figure.parse().unwrap_or_else(|_| panic!("a figure: {}", self.figure))
     }
 
-    /// What all runs may give at most, or at least.
+    /// The greatest, or least, valid figure of all runs.
     fn bound(&self) -> f64 {
         if self.least { self.figure() / MARGIN } else { self.figure() * MARGIN }
     }
 
-    /// The figure in the JSON of a command, and the number of runs that it is of; `None` where no object is of the claim.
+    /// The figure in the JSON of a command, and its number of runs; `None` if no object matches the claim.
     fn found(&self, json: &Value) -> Option<(f64, f64)> {
         let objects = json.as_array().map_or(std::slice::from_ref(json), |list| list);
         let is = |found: &Value, asked: &Value| match (found.as_str(), asked.as_str()) {
@@ -113,8 +113,8 @@ impl Claim {
         (!taken.is_empty()).then(|| (found, taken.iter().map(runs).sum()))
     }
 
-    /// How the JSON of a command that does all runs, or a part of them, holds beside the claim; an error where it does not. A part
-    /// may leave a claim out, as long as its command has others.
+    /// A line that compares the JSON of a command, with all runs or a part of them, with the claim; an error if the claim fails.
+    /// The output of a part may lack the run of a claim.
     fn fault(&self, json: &Value, all: bool) -> Result<String, String> {
         let of = Value::from(self.of.clone());
         let Some((found, runs)) = self.found(json) else {
@@ -132,7 +132,7 @@ impl Claim {
 }
 
 impl Command {
-    /// The words of a command with the folders of its logs; `None` where one is not there.
+    /// The arguments of a command with the folders of its logs; `None` if a folder is missing.
     fn words(command: &str) -> Option<Vec<String>> {
         let logs = ["victoria_park", "car_park", "mrclam_ds6_", "phd_slam3_", "thesis_cmp_", "starry_night"];
         let word = |word: &str| match logs.iter().any(|log| word.starts_with(log)) {
@@ -143,7 +143,7 @@ impl Command {
     }
 }
 
-/// Runs the program: its JSON, and what it says beside it.
+/// Runs the program. Returns its JSON, and its output on stderr.
 fn output(words: &[String]) -> (Value, String) {
     let mut process = Process::new(env!("CARGO_BIN_EXE_scphd-sim"));
     let output = process.args(words).args(["--json", "-"]).current_dir(ROOT).output().expect("the program");
@@ -152,11 +152,11 @@ fn output(words: &[String]) -> (Value, String) {
     (json, String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
-/// Does all commands, as many at a time as there are cores, and tells every claim that does not hold.
+/// Executes all commands, as many in parallel as there are cores, and reports every claim that fails.
 fn check(all: bool) {
     let commands = claims();
     let of = |command: &Command| if all { Some(command.run.clone()) } else { command.quick.clone() };
-    // The logs are looked for here, in the thread that has the test's name.
+    // The logs are searched for here, in the thread with the test's name.
     let mut todo: Vec<(&Command, Vec<String>)> = commands
         .iter()
         .filter_map(|command| {
@@ -167,7 +167,7 @@ fn check(all: bool) {
             Some((command, words))
         })
         .collect();
-    // Studies take the longest and come first.
+    // Studies take the longest and are started first.
     todo.sort_by_key(|(_, words)| words[0] != "monte-carlo");
     let (next, faults) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
     let worker = || {
@@ -214,9 +214,9 @@ fn every_claim_holds() {
 }
 
 #[test]
-fn every_figure_stands_where_it_is_claimed() {
+fn every_figure_is_in_the_file_that_claims_it() {
     for claim in claims().iter().flat_map(|command| &command.claim) {
-        // Lines may break anywhere.
+        // Line breaks are ignored.
         let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(words(&claim.text).contains(&claim.figure), "{claim:?}");
         assert!(words(&read(&claim.file)).contains(&words(&claim.text)), "{} has no {:?}", claim.file, claim.text);
@@ -224,7 +224,7 @@ fn every_figure_stands_where_it_is_claimed() {
 }
 
 #[test]
-fn a_bound_is_on_the_right_side() {
+fn bounds_are_on_the_right_side() {
     let claim = |least: bool, spread: f64| -> Claim {
         let text = format!("key = \"x\"\nfigure = \"0.6\"\ntext = \"0.6\"\nleast = {least}\nspread = {spread}");
         toml::from_str(&text).unwrap()
@@ -234,7 +234,7 @@ fn a_bound_is_on_the_right_side() {
     assert!(claim(false, 0.0).fault(&json([0.73; 4]), true).is_err());
     assert!(claim(true, 0.0).fault(&json([0.51; 4]), true).is_ok());
     assert!(claim(true, 0.0).fault(&json([0.49; 4]), true).is_err());
-    // Four runs may be off by as much as their spread more.
+    // For four runs the tolerance is increased by their standard deviation.
     assert!(claim(false, 0.1).fault(&json([0.81; 4]), false).is_ok());
     assert!(claim(false, 0.1).fault(&json([0.81; 4]), true).is_err());
     assert!(claim(false, 0.1).fault(&json([0.83; 4]), false).is_err());

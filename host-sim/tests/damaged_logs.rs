@@ -1,7 +1,7 @@
-//! Damaged log folders: a reader that says what is wrong, or a run whose numbers are numbers; never a panic.
+//! Damaged log folders: the reader reports the error, or the run has finite numbers; there is never a panic.
 //!
-//! Good folders of either kind are damaged by a seeded generator, as transfers, editors, scripts and people damage files. What can
-//! still be read is run over its first scans.
+//! Good folders of either kind are damaged by a seeded generator, as by transfers, editors, scripts and people. Folders that can
+//! still be read are run over their first scans.
 
 use scphd_filters::settings::Settings;
 use scphd_filters::slam::Precision;
@@ -20,14 +20,14 @@ use tempfile::TempDir;
 mod folders;
 use folders::Files;
 
-/// Damaged folders in a run of this test; SCPHD_DAMAGED_FOLDERS asks for more.
+/// Number of damaged folders in a run of this test; SCPHD_DAMAGED_FOLDERS sets it.
 const FOLDERS: u64 = 2000;
-/// How many of them go through the program itself as well.
+/// Number of those that are given to the program, too.
 const THROUGH_THE_PROGRAM: u64 = 48;
-/// Scans that are run of what can be read.
+/// Number of scans in a run.
 const SCANS: usize = 4;
 
-/// SplitMix64 (Steele, Lea and Flood 2014): the numbers of a seed.
+/// SplitMix64 (Steele, Lea and Flood 2014): a sequence of numbers for a seed.
 struct Dice(u64);
 
 impl Dice {
@@ -38,7 +38,7 @@ impl Dice {
         z ^ (z >> 31)
     }
 
-    /// A number below `sides`; 0 of none.
+    /// A number below `sides`; 0 if `sides` is 0.
     fn roll(&mut self, sides: usize) -> usize {
         (self.next() % (sides.max(1) as u64)) as usize
     }
@@ -48,7 +48,7 @@ impl Dice {
     }
 }
 
-/// The good folders, each with a few scans and all the files there are.
+/// The good folders, each with a few scans and all kinds of files.
 fn good() -> Vec<Files> {
     let written = |log: &Log| {
         let dir = TempDir::new().unwrap();
@@ -84,7 +84,7 @@ fn good() -> Vec<Files> {
     vec![written(&car), written(&robot), written(&two), stereo.clone(), stereo]
 }
 
-/// Fields that numbers do not usually have.
+/// Unusual fields.
 const FIELDS: [&str; 32] = [
     "",
     " ",
@@ -120,7 +120,7 @@ const FIELDS: [&str; 32] = [
     "1_000",
 ];
 
-/// Lines that a head does not usually have.
+/// Unusual lines of a head.
 const LINES: [&str; 22] = [
     "[vehicle]",
     "[sensor]",
@@ -151,7 +151,7 @@ fn is_table(name: &str) -> bool {
     name.ends_with(".csv")
 }
 
-/// The table's lines, each with its cells.
+/// The lines of a table, each with its cells.
 fn cells(bytes: &[u8]) -> Vec<Vec<String>> {
     let text = String::from_utf8_lossy(bytes);
     text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect()
@@ -346,7 +346,7 @@ fn damage_head(bytes: &mut Vec<u8>, dice: &mut Dice) -> String {
     what
 }
 
-/// A folder that is damaged once or twice, and how.
+/// A folder with one or two damages, and their descriptions.
 fn damaged(good: &[Files], seed: u64) -> (Files, String) {
     let mut dice = Dice(seed);
     let mut files = dice.one(good).clone();
@@ -357,14 +357,14 @@ fn damaged(good: &[Files], seed: u64) -> (Files, String) {
     (files, what)
 }
 
-/// What became of a folder.
+/// The outcome for a folder.
 #[derive(Debug, PartialEq)]
 enum Outcome {
-    /// The reader, the settings or the filter said what is wrong, in one line: exit code 2.
+    /// The reader, the settings or the filter reported the error in one line: exit code 2.
     Refused,
     /// It was run, and all numbers are finite.
     Run,
-    /// Neither.
+    /// Neither of the two.
     Bad(String),
 }
 
@@ -383,7 +383,7 @@ fn of_session<D: Dimensions>(session: Result<Session<D>, SessionError>) -> Outco
 
 const FILTER: Filter = Filter::Core(Precision::F32);
 
-/// Reads a folder as `replay` does, and runs what can be read.
+/// Reads a folder like `replay`, and runs it if it can be read.
 fn outcome(dir: &Path) -> Outcome {
     if log_folder::has_camera(dir) {
         let mut log = match log_folder::read_underwater(dir) {
@@ -411,7 +411,7 @@ fn outcome(dir: &Path) -> Outcome {
     of_session(session::run::<Planar>(&log, &settings, FILTER, 1, &mut |_| ()))
 }
 
-/// Whether all that a session estimated are numbers.
+/// Whether all estimates of a session are finite.
 fn is_finite<D: Dimensions>(session: &Session<D>) -> bool {
     let Record { scans, map } = &session.record;
     let of_pose = |scan: &ScanRecord<D>| finite(&scan.pose) && scan.pose_covariance.as_ref().iter().all(finite);
@@ -443,7 +443,7 @@ fn damaged_folders_are_refused_or_run() {
     }
     println!("{folders} damaged folders: {refused} refused, {run} run");
     assert!(bad.is_empty(), "{}", bad.join("\n"));
-    // Neither a generator that damages nothing, nor a reader that takes nothing.
+    // The generator damages folders, and the reader accepts some of them.
     assert!(refused > folders / 3 && run > folders / 10, "{refused} refused, {run} run");
 }
 
@@ -458,7 +458,7 @@ fn the_good_folders_are_run() {
 }
 
 #[test]
-fn the_program_ends_as_the_reader_does() {
+fn the_program_has_the_outcome_of_the_reader() {
     let good = good();
     let dir = TempDir::new().unwrap();
     for seed in 0..THROUGH_THE_PROGRAM {
@@ -481,7 +481,7 @@ fn the_program_ends_as_the_reader_does() {
     }
 }
 
-/// These tests are worth less where additions wrap unseen. Cargo's profiles for tests check them; a release build need not.
+/// These tests have less value without overflow checks. Cargo's test profiles have them; a release build need not.
 #[test]
 #[cfg(debug_assertions)]
 fn overflow_is_checked() {

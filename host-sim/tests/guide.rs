@@ -1,4 +1,4 @@
-//! The commands and files of the guide work as they stand there.
+//! The commands and files of the guide work as printed.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use tempfile::TempDir;
 
 const YOUR_LOG: &str = include_str!("../../docs/guide/your-log.md");
 
-/// The blocks of a language.
+/// The code blocks of a language.
 fn blocks<'a>(page: &'a str, language: &str) -> Vec<&'a str> {
     let fence = format!("```{language}\n");
     page.split(fence.as_str()).skip(1).filter_map(|rest| rest.split_once("\n```").map(|(block, _)| block)).collect()
@@ -18,7 +18,7 @@ fn succeeds(words: &[&str], folder: &Path) {
     assert!(output.status.success(), "{words:?}: {}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// A vehicle that drives straight on for five seconds past two posts, told by the smallest log there is.
+/// A vehicle that drives straight for five seconds past two poles, with the smallest possible log.
 fn write_log(folder: &Path) {
     fs::create_dir(folder).unwrap();
     let [head] = blocks(YOUR_LOG, "toml")[..] else { panic!("one log.toml") };
@@ -30,7 +30,7 @@ fn write_log(folder: &Path) {
         scans += &format!("{k},{t_s:.2}\n");
         for [x_m, y_m] in [[12.0, 3.0], [9.0, -4.0]] {
             let (dx, dy): (f64, f64) = (x_m - t_s, y_m);
-            // A sensor is never as exact as this: a few millimetres to and fro.
+            // An error of a few millimetres, because no sensor is exact.
             detections += &format!("{k},{:.4},{:.5}\n", dx.hypot(dy) + 0.002 * (7.0 * t_s).sin(), dy.atan2(dx));
         }
     }
@@ -42,7 +42,7 @@ fn write_log(folder: &Path) {
 }
 
 #[test]
-fn the_commands_of_your_log_run_as_they_stand() {
+fn the_commands_of_your_log_work_as_printed() {
     let place = TempDir::new().unwrap();
     write_log(&place.path().join("LOG"));
     let mut ran = 0;

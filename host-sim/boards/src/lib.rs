@@ -1,4 +1,4 @@
-//! What boards are fed with: streams of a log, and hardware in the loop.
+//! Inputs of boards: streams of logs, and hardware in the loop.
 
 pub mod hil;
 pub mod stream;

@@ -1,12 +1,12 @@
-//! What to do about a folder that cannot be read.
+//! Advice for a folder that cannot be read.
 
 use super::finding::{Finding, Findings, Severity};
 use scphd_log::log_folder::{LogError, Place, Problem};
 
-/// What to do about a file without anything in it.
+/// Advice for an empty file.
 pub(super) const EMPTY: &str = "write its rows, or of a file that may be absent take the file away; scphd-sim export survey DIR writes a log to look at";
 
-/// Adds why the folder cannot be read, unless its files have told that already.
+/// Adds the reason why the folder cannot be read, unless the checks of its files have already reported it.
 pub(super) fn refusal(error: &LogError, findings: &mut Findings) {
     let place = error.place.to_string();
     let file = |place: &str| place.split(',').next().map(str::to_owned);

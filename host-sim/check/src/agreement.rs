@@ -1,8 +1,8 @@
-//! Whether odometry and scans tell the same motion, without any truth.
+//! Whether odometry and scans agree on the motion. Needs no truth.
 //!
-//! Detections of one scan, carried along by the odometry, should fall on detections of a later one. If they do so far more often when
-//! one thing is read in another way (mirrored bearings, turn rates as degrees, speeds as km/h, ranges as mm), that is probably what the log
-//! means.
+//! Detections of one scan, transformed by the odometry, should match detections of a later one. If far more of them match when
+//! one quantity is read differently (mirrored bearings, turn rates in degrees, speeds in km/h, ranges in mm), that reading is
+//! probably what the log means.
 
 use super::finding::{Findings, percent, quantile, short};
 use super::reading::{AS_WRITTEN, BACKWARDS, OTHERS, Reading, STANDS, ToldBy};
@@ -14,30 +14,32 @@ use scphd_log::log::{Log, Odometry, Scan, Vehicle};
 use scphd_log::vehicle::{self, FASTEST_MPS};
 use std::borrow::Cow;
 
-/// A later scan is the first at which the vehicle has driven this share of the reach or turned by this angle: far beyond noise.
+/// Least motion between the two scans of a pair, far above noise: this share of the sensor's range, or this angle, rad.
 const WAY_REACH: f64 = 0.1;
 const TURN_RAD: f64 = 0.3;
-/// Motion that turns by less is the same in a mirror, as far as bearings tell.
+/// Least turn between two scans, rad, at which bearings can distinguish a mirrored reading.
 const MIRROR_RAD: f64 = 0.1;
-/// Later than this odometry itself has gone astray.
+/// Greatest time between the two scans of a pair, s: the odometry drifts.
 const PATIENCE_S: f64 = 10.0;
-/// Pairs of scans that are looked at, spread over the log.
+/// Greatest number of pairs of scans, spread over the log.
 const PAIRS: usize = 2000;
-/// Another reading has to bring this many times the agreement, over so many detections, and beyond chance by so many standard deviations.
+/// Another reading is accepted with at least this ratio of the shares of matches, this number of matches, and this number of
+/// standard deviations.
 const TIMES: f64 = 1.5;
 const DETECTIONS: usize = 100;
 const SIGNIFICANT: f64 = 6.0;
-/// Offsets of the turn rate that are tried to either side, rad/s. One has to bring this many times the agreement.
+/// Offsets of the turn rate that are tried, to both sides, rad/s, and the least ratio of the shares of matches for an offset.
 const OFFSETS_RADPS: [f64; 6] = [0.01, 0.02, 0.03, 0.04, 0.06, 0.08];
 const OFFSET_TIMES: f64 = 1.15;
-/// Where less than one in so many of the detections is left without what stands still in the view, the rest tells nothing.
+/// The detections outside zones that stand still in the view are judged only if they are more than one in this number of all.
 const LITTLE: usize = 4;
-/// Shares of agreement that are no further apart are alike.
+/// Shares of matches that differ by no more than this are taken as equal.
 const NEARLY: f64 = 0.1;
-/// Where all stands still in the view, this share of the detections falls on later ones: the rest goes out of view, or is missed.
+/// Least share of matches for the finding that everything stands still in the view: other detections leave the view, or are
+/// missed.
 const MOST: f64 = 0.3;
 
-/// Where sensors see parts of their own vehicle. Most logs have none, which is found before all else is looked at.
+/// Zones in which sensors see parts of their own vehicle. Most logs have none. Found before the other checks.
 pub(super) fn zones(log: &Log) -> Zones {
     let poses = vehicle::dead_reckoning(log);
     let moved = pairs(log, &poses, moves(log, 1.0));
@@ -45,7 +47,7 @@ pub(super) fn zones(log: &Log) -> Zones {
     if zones.iter().all(Vec::is_empty) { zones } else { planar(log, &mut Findings::default()) }
 }
 
-/// What the scans tell of the motion; gives back where sensors see parts of their own vehicle.
+/// Compares the scans with the odometry. Returns the zones in which sensors see parts of their own vehicle.
 pub(super) fn planar(log: &Log, findings: &mut Findings) -> Zones {
     let written = without_truth(log);
     let poses = vehicle::dead_reckoning(log);
@@ -59,7 +61,8 @@ pub(super) fn planar(log: &Log, findings: &mut Findings) -> Zones {
     let shift = shift::best(&rest, &poses, &moved).filter(|shift| shift.share() > least);
     let shift = shift.filter(|shift| best.as_ref().is_none_or(|(_, _, read)| shift.share() > read.share()));
     let (all, stands) = (agreement(&written, &poses, &moved, &AS_WRITTEN), standing(&written, &moved));
-    // A vehicle's own parts stand still in the view, and all else is where odometry carries it; in the frame of the map everything stands.
+    // Parts of the vehicle stand still in the view, and other detections move with the odometry. In a log in map coordinates all
+    // stand still.
     let of_rest = agreement(&rest, &poses, &moved, &AS_WRITTEN);
     let of_rest = if of_rest.carried * LITTLE > all.carried { of_rest.share() } else { 0.0 };
     let others = shift.as_ref().map(|shift| shift.share()).or(best.as_ref().map(|best| best.2.share()));
@@ -91,7 +94,7 @@ pub(super) fn planar(log: &Log, findings: &mut Findings) -> Zones {
     zones
 }
 
-/// Detections that are where one is in a later scan, in view or not.
+/// Detections that match one of a later scan at the same range and bearing, in view or not.
 fn standing(log: &Log, pairs: &[[usize; 2]]) -> Met {
     let sight = Sight::of(log, &AS_WRITTEN);
     let of = |&[from, to]: &[usize; 2]| {
@@ -101,7 +104,7 @@ fn standing(log: &Log, pairs: &[[usize; 2]]) -> Met {
     pairs.iter().map(of).fold(Met::default(), Met::and)
 }
 
-/// An offset of the turns that the scans tell of: wheels that are not of one size, a gyroscope that is not at zero.
+/// An offset of the turn rate that the scans show: wheels of different size, or the bias of a gyroscope.
 struct Offset {
     radps: f64,
     odometry: Vec<Odometry>,
@@ -126,10 +129,10 @@ impl Offset {
     }
 }
 
-/// The best of the offsets, if one is better than none.
+/// The offset with most matches; `None` if none is better than no offset.
 fn offset(log: &Log, moved: &[[usize; 2]]) -> Option<Offset> {
     let usual_mps = quantile(log.odometry.iter().map(|row| row.speed_mps().abs()).collect(), 0.5).unwrap_or(0.0);
-    // Of a car it is the steering that has it.
+    // For a car, the offset is one of the steering angle.
     let of_control = |radps: f64| match log.vehicle {
         Vehicle::Ackermann { wheelbase_m, .. } => radps * wheelbase_m / usual_mps.max(FASTEST_MPS * 1e-3),
         Vehicle::Unicycle | Vehicle::UnicycleArc | Vehicle::Holonomic => radps,
@@ -153,7 +156,7 @@ fn offset(log: &Log, moved: &[[usize; 2]]) -> Option<Offset> {
     Some(Offset { radps, odometry: with(radps), written, read })
 }
 
-/// The best other reading, where it is far better than what is written; and how much agrees as it is written, and as it is read.
+/// The best other reading, with the matches as written and as read; `None` unless it is far better than the log as written.
 fn best(log: &Log, poses: &[[f64; 3]], moved: &[[usize; 2]]) -> Option<(&'static Reading, Met, Met)> {
     let is_turned = |[from, to]: &&[usize; 2]| wrap(poses[*to][2] - poses[*from][2]).abs() > MIRROR_RAD;
     let turned: Vec<[usize; 2]> = moved.iter().filter(is_turned).copied().collect();
@@ -199,12 +202,12 @@ fn tell(other: &Reading, written: Met, read: Met, findings: &mut Findings) {
     );
 }
 
-/// What is enough to judge the scans by the odometry.
+/// The log with only the data needed to compare scans with odometry.
 fn without_truth(log: &Log) -> Log {
     Log { odometry: log.odometry.clone(), scans: log.scans.clone(), ..changed(log, &AS_WRITTEN) }
 }
 
-/// The log with its odometry read in another way, and of its scans the times alone.
+/// The log with its odometry read differently, and only the times of its scans.
 fn changed(log: &Log, reading: &Reading) -> Log {
     let as_read = |row: &Odometry| {
         let [ahead, turn, left] = row.control;
@@ -230,17 +233,17 @@ fn changed(log: &Log, reading: &Reading) -> Log {
     }
 }
 
-/// How far a vehicle moves until a scan of that sensor tells, m, where ranges are in units of so many metres.
+/// Least distance between the two scans of a pair for this sensor, m. `range` is the unit of ranges, m.
 fn way_of(log: &Log, sensor: usize, range: f64) -> f64 {
     WAY_REACH * range * log.sensors().nth(sensor).map_or(f64::INFINITY, |(_, sensor, _)| sensor.range_max_m)
 }
 
-/// Whether a way, m, or a turn, rad, is motion for a sensor.
+/// Whether a distance, m, or a turn, rad, suffices for a pair of scans of a sensor.
 fn moves(log: &Log, range: f64) -> impl Fn(usize, f64, f64) -> bool + '_ {
     move |sensor, way_m, turn_rad| way_m > way_of(log, sensor, range) || turn_rad.abs() > TURN_RAD
 }
 
-/// Places of scans and of the first later ones of the same sensor by which a vehicle has moved.
+/// Indices of scans and of the first later scan of the same sensor after enough motion.
 fn pairs(log: &Log, poses: &[[f64; 3]], moves: impl Fn(usize, f64, f64) -> bool) -> Vec<[usize; 2]> {
     let step = (log.scans.len() / PAIRS).max(1);
     let later = |from: usize| {

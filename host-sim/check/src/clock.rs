@@ -1,4 +1,4 @@
-//! Time base, rates and gaps; scans that come twice.
+//! Time base, rates, gaps, and repeated scans.
 
 use super::finding::{Findings, Motion, percent, quantile, short};
 use scphd_filters::kind::Kind;
@@ -6,26 +6,26 @@ use scphd_log::dimensions::Coordinates;
 use scphd_log::log::Scan;
 use std::collections::HashMap;
 
-/// No clock of odometry or of a landmark detector is faster than 10 kHz: below, times are in minutes, hours or days.
+/// Least interval of odometry or of a landmark detector, s: a smaller one means that times are in minutes, hours or days.
 const LEAST_INTERVAL_S: f64 = 1e-4;
-/// A row of odometry is one step of a motion model, which is first order: beyond a radian it is none.
+/// Greatest turn in a row of odometry, rad: the motion models integrate to first order.
 const STEP_RAD: f64 = 1.0;
-/// Beyond a quarter turn from scan to scan a view of half a turn shows half of the same things.
+/// Greatest turn between scans, rad: beyond it a view of half a turn shows less than half of the same landmarks.
 const SCAN_TURN_RAD: f64 = std::f64::consts::FRAC_PI_2;
-/// A gap is this many times the usual interval, and a second at least.
+/// Least length of a gap: this multiple of the usual interval, and this time, s.
 const GAP_TIMES: f64 = 10.0;
 const GAP_S: f64 = 1.0;
-/// Odometry has a rate, and gaps in it are gaps, where 95 % of the intervals are at most three times the usual one. Otherwise rows are
-/// written when something changes, and a long time between them says that nothing did.
+/// Odometry has a fixed rate if this share of the intervals is at most this multiple of the usual one; only then gaps are
+/// reported. Otherwise rows are written on change, and a long interval means that nothing changed.
 const STEADY_TIMES: f64 = 3.0;
 const STEADY_SHARE: f64 = 0.95;
-/// What is driven blindly in a gap counts from this share of the view on, what is turned from this angle on.
+/// Least motion in a gap that is reported: this share of the range of the view, and this angle, rad.
 const BLIND_REACH: f64 = 0.25;
 const BLIND_RAD: f64 = 0.5;
-/// Noise does not repeat itself: numbers that are the same to the last digit were written twice. Coarse sensors of a vehicle at
-/// rest may repeat a scan of one or two detections, so a scan counts from six numbers on.
+/// Least number of values in a scan that counts as repeated: noise does not repeat exactly, but a coarse sensor of a vehicle at
+/// rest may repeat a scan of one or two detections.
 const REPEATED_NUMBERS: usize = 6;
-/// More than so many of the scans with as many numbers have to be repeated to be worth a word.
+/// Least share of repeated scans, among those with enough values, that is reported.
 const REPEATED_SHARE: f64 = 0.01;
 
 pub(super) fn look_over<K: Kind>(log: &K::Log, motion: &[Motion], reach_m: f64, findings: &mut Findings) {
@@ -35,19 +35,19 @@ pub(super) fn look_over<K: Kind>(log: &K::Log, motion: &[Motion], reach_m: f64, 
     doubled::<K>(log, findings);
 }
 
-/// The way and the turn of every row, until the next.
+/// Every row with the time until the next one, s.
 fn steps(motion: &[Motion]) -> impl Iterator<Item = (&Motion, f64)> {
     motion.windows(2).map(|pair| (&pair[0], pair[1].t_s - pair[0].t_s))
 }
 
-/// Times from each scan to the next of the same sensor: two sensors may see at the same time, one cannot.
+/// Times from each scan to the next one of the same sensor, s: scans of different sensors may be simultaneous.
 fn between_scans<K: Kind>(log: &K::Log) -> Vec<f64> {
     let mut last: HashMap<usize, f64> = HashMap::new();
     let interval = |scan: &Scan<K>| last.insert(scan.sensor, scan.t_s).map(|before_s| scan.t_s - before_s);
     K::scans(log).iter().filter_map(interval).collect()
 }
 
-/// Rows that follow each other faster than any clock ticks.
+/// Reports intervals that are too short for any clock.
 fn time_unit(place: &str, median_s: f64, findings: &mut Findings) {
     let (what, advice) = if median_s == 0.0 {
         (
@@ -161,7 +161,7 @@ fn coverage<K: Kind>(log: &K::Log, motion: &[Motion], findings: &mut Findings) {
     let scans = K::scans(log);
     let all = scans.len().max(1) as f64;
     if let ([first, .., last], Some(usual_s)) = (motion, quantile(steps(motion).map(|(_, dt_s)| dt_s).collect(), 0.5)) {
-        // The last row holds as long as a usual one.
+        // The last row is valid for a usual interval.
         let slack_s = (GAP_TIMES * usual_s).max(GAP_S);
         let early = scans.iter().filter(|scan| scan.t_s < first.t_s - slack_s).count();
         let late = scans.iter().filter(|scan| scan.t_s > last.t_s + slack_s).count();

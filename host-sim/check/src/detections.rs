@@ -1,4 +1,4 @@
-//! How many detections there are: none at all, or more in a scan than filters have room for.
+//! Number of detections: none at all, or more in a scan than filters have capacity for.
 
 use super::finding::{Findings, Severity, short};
 use scphd_filters::kind::Kind;

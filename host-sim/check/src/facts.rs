@@ -1,36 +1,36 @@
-//! What a check measures, whatever it finds.
+//! The figures that a check measures, independent of its findings.
 
 use super::finding::{Motion, quantile};
 use scphd_filters::kind::Kind;
 use scphd_log::truth;
 use serde::Serialize;
 
-/// The figures of a log; unknown where the log does not tell.
+/// The figures of a log; `None` if the log has no data for them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Facts {
-    /// Scans.
+    /// Number of scans.
     pub scans: usize,
-    /// From the first scan to the last, s.
+    /// Time from the first scan to the last, s.
     pub duration_s: f64,
     /// Median time from one scan to the next, s.
     pub scan_interval_s: Option<f64>,
-    /// Detections.
+    /// Number of detections.
     pub detections: usize,
-    /// Scans without any.
+    /// Number of scans without detections.
     pub empty_scans: usize,
-    /// Share of the detections that lie out of the stated view.
+    /// Share of the detections out of the stated view.
     pub detections_out_of_view: Option<f64>,
-    /// Rows of odometry.
+    /// Number of rows of odometry.
     pub odometry_rows: usize,
     /// Median time from one row to the next, s.
     pub odometry_interval_s: Option<f64>,
     /// Longest time from one row to the next, s.
     pub odometry_gap_s: Option<f64>,
-    /// The way that the odometry drives, m.
+    /// Distance driven by the odometry, m.
     pub way_m: Option<f64>,
-    /// Scans whose true position is known.
+    /// Number of scans with a true position.
     pub scans_with_truth: usize,
-    /// Root mean square of the position error of odometry alone, m.
+    /// Root mean square of the position error of dead reckoning, m.
     pub dead_reckoning_rmse_m: Option<f64>,
 }
 

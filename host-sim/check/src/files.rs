@@ -1,4 +1,4 @@
-//! The files as they are written: marks, line ends, columns. What is read all the same is a note, what is not an error.
+//! The files as text: byte order marks, line ends, columns. A readable deviation is a note, an unreadable one an error.
 
 use super::advice;
 use super::finding::{Finding, Findings, Severity};
@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use toml::Table;
 
-/// The tables of a folder, and whether they have to be there.
+/// The tables of a folder, and whether they are required.
 const TABLES: [(&str, bool); 7] = [
     ("odometry.csv", true),
     ("scans.csv", true),
@@ -18,7 +18,7 @@ const TABLES: [(&str, bool); 7] = [
     ("fixes.csv", false),
 ];
 
-/// Ends of column names in other units, and the way to the unit that the column has to have.
+/// Suffixes of column names in other units, and how to convert to the unit of the column.
 const UNITS: [(&str, &str); 14] = [
     ("_deg", "degrees: multiply by 0.0174533"),
     ("_degps", "degrees a second: multiply by 0.0174533"),
@@ -59,7 +59,7 @@ pub(super) fn look_over(dir: &Path, findings: &mut Findings) {
     }
 }
 
-/// The text of a file; marks and line ends are told.
+/// Decodes the text of a file. Reports byte order marks and unusual line ends.
 fn written(file: &'static str, bytes: &[u8], findings: &mut Findings) -> Option<String> {
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
         findings.add(Severity::Error, "encoding", file, "UTF-16 text".to_owned(), "save it as UTF-8");
@@ -86,7 +86,7 @@ fn written(file: &'static str, bytes: &[u8], findings: &mut Findings) -> Option<
     Some(text)
 }
 
-/// The columns that a table has to have, as far as `log.toml` tells.
+/// The columns that a table must have, according to `log.toml`.
 fn wanted(dir: &Path, file: &str, head: Option<&Table>) -> Vec<&'static str> {
     let camera = has_camera(dir);
     let model = head.and_then(|head| head.get("vehicle")?.get("model")?.as_str());
@@ -138,7 +138,7 @@ fn columns(file: &'static str, text: &str, wanted: &[&'static str], findings: &m
     }
     let there: Vec<&str> = header.split(',').map(|name| name.trim().trim_matches('"')).collect();
     for name in wanted.iter().filter(|name| !there.contains(*name)) {
-        // The same quantity under another name: what is before the unit is the same.
+        // A column of the same quantity with another unit has the same name up to the unit.
         let stem = |name: &str| name.rsplit_once('_').map_or(name, |(stem, _)| stem).to_ascii_lowercase();
         let alike = there.iter().find(|other| stem(other) == stem(name) || other.eq_ignore_ascii_case(name));
         let advice = match alike.and_then(|other| UNITS.iter().find(|(end, _)| other.ends_with(end))) {

@@ -1,21 +1,21 @@
-//! Findings, and how their figures are told.
+//! Findings, and the format of their figures.
 
 use serde::Serialize;
 
-/// How bad a finding is.
+/// Severity of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
-    /// Read as it is; nothing has to be done.
+    /// Nothing has to be done.
     Note,
-    /// The log can be run, and what comes of it is probably wrong.
+    /// The log can be run, but the result is probably wrong.
     Warning,
     /// The log cannot be read.
     Error,
 }
 
 impl Severity {
-    /// The word for it.
+    /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -26,22 +26,22 @@ impl Severity {
     }
 }
 
-/// Something about a log that its author should know.
+/// An observation about a log that its author should know.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Finding {
-    /// How bad it is.
+    /// Severity.
     pub severity: Severity,
-    /// A name that stays from release to release.
+    /// A name that does not change between releases.
     pub code: &'static str,
-    /// File, and row, column or key where there is one.
+    /// File and, if there is one, row, column or key.
     pub place: String,
-    /// What is found, with its figures.
+    /// The observation, with its figures.
     pub what: String,
     /// What to do.
     pub advice: String,
 }
 
-/// Findings as they come up.
+/// The findings in the order in which they were added.
 #[derive(Debug, Default)]
 pub(super) struct Findings(pub(super) Vec<Finding>);
 
@@ -66,23 +66,23 @@ impl Findings {
     }
 }
 
-/// Motion in force from a time on, whatever the vehicle.
+/// Motion from a time on, for any vehicle.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Motion {
     pub(super) t_s: f64,
-    /// Without sign, m/s; `None` where nothing was measured.
+    /// Absolute value, m/s; `None` if it was not measured.
     pub(super) speed_mps: Option<f64>,
     pub(super) turn_radps: f64,
 }
 
-/// The number that a share of all numbers stays under; `None` of none.
+/// Quantile of the numbers at this share; `None` for an empty list.
 pub(super) fn quantile(mut numbers: Vec<f64>, share: f64) -> Option<f64> {
     numbers.sort_by(f64::total_cmp);
     let last = numbers.len().checked_sub(1)?;
     numbers.get(((last as f64) * share).round() as usize).copied()
 }
 
-/// A number with three digits that count.
+/// A number with three significant digits.
 pub(super) fn short(number: f64) -> String {
     let size = if number == 0.0 { 0.0 } else { number.abs().log10().floor() };
     if !(-4.0..6.0).contains(&size) {

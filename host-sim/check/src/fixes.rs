@@ -1,33 +1,34 @@
-//! Positions beside dead reckoning: frame, unit, axes, noise, and whether each was written once.
+//! Comparison of position fixes with dead reckoning: frame, unit, axes, noise, repeated rows.
 
 use super::finding::{Findings, quantile, short};
 use scphd_log::angle::wrap;
 use scphd_log::log::{Log, Mounting, PoseFix};
 use scphd_log::vehicle::Way;
 
-/// The first position may be this share of the sensor's reach from the start, beside this many standard deviations and a share of the way.
+/// Greatest distance of the first position from the start: the sum of a share of the sensor's range, standard deviations, and a
+/// share of the distance driven.
 const START_REACH: f64 = 0.25;
 const START_SIGMAS: f64 = 5.0;
 const START_WAY: f64 = 0.3;
-/// Worn tyres and slip change a way by tenths; a unit changes it by more than this.
+/// Greatest ratio of distances: worn tyres and slip change a distance by tenths, a wrong unit by more than this.
 const WAY_RATIO: f64 = 2.0;
-/// Pieces of the way that are compared are this many standard deviations long at least; fewer of them tell nothing.
+/// Least length of the compared segments in standard deviations, and least number of segments.
 const PIECE_SIGMAS: f64 = 10.0;
 const PIECES: usize = 8;
-/// Turns whose correlation with those of dead reckoning is less than this are of the other sign.
+/// A correlation of turns with those of dead reckoning below this means the opposite sign.
 const TURNED_AROUND: f64 = -0.5;
-/// Noise does not repeat itself; more than so many repeated positions are worth a word.
+/// Least share and number of repeated positions that are reported; noise does not repeat exactly.
 const REPEATED_SHARE: f64 = 0.01;
 const REPEATED: usize = 5;
-/// Positions that follow each other are laid over dead reckoning by so many at a time.
+/// Number of consecutive positions that are aligned with dead reckoning at a time.
 const WINDOW: usize = 5;
-/// They may scatter by this many times the noise that is stated, and by this share of the way, which odometry may be off by.
+/// Greatest scatter: this multiple of the stated noise, and this share of the distance driven, for the error of the odometry.
 const SCATTER_TIMES: f64 = 4.0;
 const SCATTER_WAY: f64 = 0.02;
 /// Least number of windows.
 const WINDOWS: usize = 10;
 
-/// A position, and where dead reckoning has the antenna.
+/// A measured position, and that of the antenna by dead reckoning.
 #[derive(Debug, Clone, Copy)]
 struct Both {
     t_s: f64,
@@ -81,7 +82,7 @@ fn is_on_the_globe(one: &Both) -> bool {
 }
 
 fn repeated(all: &[Both], sigma_m: f64, findings: &mut Findings) {
-    // A receiver at rest with few decimals may repeat itself.
+    // A receiver at rest with few decimals may repeat a position.
     let is_repeated = |pair: &&[Both]| {
         let moved = distance(pair[0].reckoned, pair[1].reckoned) > 0.1 * sigma_m;
         pair[0].measured == pair[1].measured && (moved || pair[0].t_s == pair[1].t_s)
@@ -97,7 +98,7 @@ fn repeated(all: &[Both], sigma_m: f64, findings: &mut Findings) {
     }
 }
 
-/// Chords of dead reckoning and of the positions between the same times.
+/// Chords of dead reckoning and of the positions between the same times, m.
 fn pieces(all: &[Both], least_m: f64) -> Vec<[[f64; 2]; 2]> {
     let mut pieces = Vec::new();
     let Some(mut from) = all.first() else { return pieces };
@@ -112,7 +113,7 @@ fn pieces(all: &[Both], least_m: f64) -> Vec<[[f64; 2]; 2]> {
     pieces
 }
 
-/// Whether unit and axes are those of dead reckoning.
+/// Whether unit and axes agree with those of dead reckoning.
 fn ways_agree(pieces: &[[[f64; 2]; 2]], findings: &mut Findings) -> bool {
     let length = |chord: &[f64; 2]| libm::hypot(chord[0], chord[1]);
     let ratios = pieces.iter().map(|[reckoned, measured]| length(measured) / length(reckoned));
@@ -148,7 +149,7 @@ fn ways_agree(pieces: &[[[f64; 2]; 2]], findings: &mut Findings) -> bool {
     true
 }
 
-/// Whether positions scatter around the way far more than their noise says.
+/// Reports positions that scatter around the trajectory far more than their stated noise.
 fn scatter(all: &[Both], sigma_m: f64, findings: &mut Findings) {
     let windows: Vec<(f64, f64)> = all.windows(WINDOW).filter_map(scattered).collect();
     if windows.len() < WINDOWS {
@@ -166,7 +167,8 @@ fn scatter(all: &[Both], sigma_m: f64, findings: &mut Findings) {
     }
 }
 
-/// Standard deviation of positions around the way that is turned, shifted and stretched to them, and the length of the way, m; `None` at rest.
+/// Standard deviation of the positions about the aligned (rotated, shifted, scaled) trajectory, and the length of the trajectory,
+/// m; `None` at rest.
 fn scattered(window: &[Both]) -> Option<(f64, f64)> {
     let n = window.len() as f64;
     let mean = |of: fn(&Both) -> [f64; 2]| {
@@ -196,7 +198,7 @@ mod tests {
     use super::{Both, scattered};
 
     #[test]
-    fn what_is_turned_shifted_and_stretched_does_not_scatter() {
+    fn rotated_shifted_and_scaled_positions_do_not_scatter() {
         let at = |k: u32, off: f64| {
             let (x, y) = (f64::from(k), f64::from(k * k) / 10.0);
             Both { t_s: f64::from(k), reckoned: [x, y], measured: [100.0 - 1.1 * y, 1.1 * x + off] }
@@ -205,7 +207,7 @@ mod tests {
         let (none, way_m) = scatter([0.0; 5]);
         assert!(none < 1e-6 && way_m > 4.0, "{none} {way_m}");
         let (one, _) = scatter([0.0, 0.0, 1.0, 0.0, 0.0]);
-        // 0.8 of a square is not explained by a shift, of six numbers that are left.
+        // A shift explains a part of a square of 0.8 over the six remaining degrees of freedom.
         assert!((0.2..=(0.8_f64 / 6.0).sqrt()).contains(&one), "{one}");
     }
 }

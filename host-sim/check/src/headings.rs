@@ -1,4 +1,4 @@
-//! Which angle is called the heading: that of the truth and of fixes, beside the direction in which the vehicle moves.
+//! Convention of the headings of truth and fixes, compared with the direction of motion.
 
 use super::finding::{Findings, quantile, short};
 use scphd_log::angle::wrap;
@@ -6,36 +6,38 @@ use scphd_log::log::{Log, Mounting, PoseFix};
 use scphd_log::vehicle::Way;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// A direction is that of a way of this share of the sensor's reach, and of so many standard deviations of the positions, driven within so long, s.
+/// A direction is taken over a distance of at least this share of the sensor's range and this number of standard deviations of
+/// the positions, driven within this time, s.
 const PIECE_REACH: f64 = 0.05;
 const PIECE_SIGMAS: f64 = 15.0;
 const PIECE_S: f64 = 20.0;
-/// Fewer tell nothing.
+/// Least number of directions.
 const PIECES: usize = 10;
-/// Angles agree whose mean vector is longer than this, and one way to count them is right if it is longer by that than the other's.
+/// Angles agree if the length of their mean vector is above this; a sign convention is right if its length exceeds the other's by
+/// this.
 const AGREE: f64 = 0.8;
 const LONGER: f64 = 0.2;
-/// Headings are off from this angle on, and by so many standard errors.
+/// Least deviation of headings that is reported, rad, and in standard errors.
 const OFF_RAD: f64 = 0.12;
 const ERRORS: f64 = 6.0;
-/// Without positions the heading at the start is what fixes are held against, for so long, s, and from this angle on; and from so many standard errors of
-/// the line through them, whose slope is an offset of the odometry's turn.
+/// Without positions, fixes are compared with the initial heading over this time, s. Least deviation, rad, and in standard errors
+/// of the fitted line, whose slope is the bias of the odometry's turn rate.
 const START_S: f64 = 20.0;
 const START_OFF_RAD: f64 = 0.12;
 const START_ERRORS: f64 = 8.0;
-/// Turns are compared over pieces of this angle; of the other sign is a correlation below.
+/// Turns are compared over segments of at least this angle, rad; a correlation below this means the opposite sign.
 const TURN_RAD: f64 = 0.3;
 const TURNED_AROUND: f64 = -0.5;
-/// A named convention is one within this angle.
+/// Greatest distance of an offset from that of a named convention, rad.
 const NEAR_RAD: f64 = 0.25;
-/// The start is off from this angle on, by so many of the first pieces; odometry that turns by this much too fast, rad/s, is off as well by the first of
-/// them.
+/// Least deviation of the initial heading, rad, increased by this bias of the odometry's turn rate, rad/s, times the time until
+/// the first position; number of first segments that are used.
 const START_RAD: f64 = 0.5;
 const TURN_RADPS: f64 = 0.03;
 const START_PIECES: usize = 6;
 
-/// The headings that positions tell: where odometry says that the vehicle moved by its own axes, they say in which direction of the map.
-/// `turns` is −1 for odometry whose turns have the other sign.
+/// Headings from positions: the direction of motion in the map minus that in the vehicle's axes by the odometry. `turns` is −1
+/// for odometry with the opposite sign of turns.
 fn told(log: &Log, positions: &[(f64, [f64; 2])], sigma_m: f64, turns: f64) -> Vec<(f64, f64)> {
     let reach_m = log.sensors().map(|(_, sensor, _)| sensor.range_max_m).fold(0.0, f64::max);
     let (way, least_m) = (Way::of(log), (PIECE_REACH * reach_m).max(PIECE_SIGMAS * sigma_m));
@@ -58,7 +60,7 @@ fn told(log: &Log, positions: &[(f64, [f64; 2])], sigma_m: f64, turns: f64) -> V
     told
 }
 
-/// Length and direction of the mean of unit vectors.
+/// Length and direction of the mean of the unit vectors at these angles.
 fn mean(angles: impl Iterator<Item = f64>) -> [f64; 2] {
     let (mut x, mut y, mut n) = (0.0, 0.0, 0.0_f64);
     for angle in angles {
@@ -67,14 +69,14 @@ fn mean(angles: impl Iterator<Item = f64>) -> [f64; 2] {
     [libm::hypot(x, y) / n.max(1.0), libm::atan2(y, x)]
 }
 
-/// Another way to count headings.
+/// Another convention of headings.
 struct Convention {
     clockwise: bool,
     off_rad: f64,
 }
 
 impl Convention {
-    /// Of headings that are written beside those that are right.
+    /// Estimates the convention from pairs (written heading, right heading). `None` if the written ones are right.
     fn of(pairs: &[(f64, f64)]) -> Option<Self> {
         if pairs.len() < PIECES {
             return None;
@@ -124,7 +126,7 @@ impl Convention {
     }
 }
 
-/// The headings of the truth beside its positions.
+/// Compares the headings of the truth with its positions.
 pub(super) fn truth(log: &Log, findings: &mut Findings) {
     let positions: Vec<(f64, [f64; 2])> = log.truth.iter().map(|row| (row.t_s, row.position)).collect();
     let written = |t_s: f64| scphd_log::truth::at(&log.truth, t_s)?.heading_rad;
@@ -133,13 +135,13 @@ pub(super) fn truth(log: &Log, findings: &mut Findings) {
         let pairs: Vec<(f64, f64)> = told.iter().filter_map(|(t_s, right)| Some((written(*t_s)?, *right))).collect();
         Convention::of(&pairs)
     };
-    // Where turns of the other sign would explain it, the odometry is to be mended, and not the truth.
+    // If odometry with the opposite sign of turns would explain it, the odometry is wrong, not the truth.
     if let (Some(convention), Some(_)) = (convention(1.0), convention(-1.0)) {
         convention.tell("truth.csv, column heading_rad", "truth-heading", findings);
     }
 }
 
-/// The headings of fixes beside their positions, or beside the odometry.
+/// Compares the headings of fixes with their positions, or with the odometry.
 pub(super) fn fixes(log: &Log, findings: &mut Findings) {
     let headings: Vec<(f64, f64)> = log
         .fixes
@@ -155,7 +157,7 @@ pub(super) fn fixes(log: &Log, findings: &mut Findings) {
     let way = Way::of(log);
     let place = "fixes.csv, column heading_rad";
     let told = told(log, &positions(log), log.fix_noise.position_sigma_m.unwrap_or(0.0), 1.0);
-    // The heading at the time of a piece: the last one, turned on by the odometry.
+    // The heading at the time of a segment: the last one, and the turn since by the odometry.
     let at = |t_s: f64| {
         let (then_s, heading) = *headings.get(headings.partition_point(|one| one.0 <= t_s).checked_sub(1)?)?;
         (t_s - then_s < PIECE_S).then(|| (heading, wrap(way.at(t_s)[2] - way.at(then_s)[2])))
@@ -186,7 +188,7 @@ pub(super) fn fixes(log: &Log, findings: &mut Findings) {
     }
 }
 
-/// Where the line through angles over times has come from at the start, and its standard error there, rad.
+/// Value of the line through (time, angle) at the start, and its standard error there, rad.
 fn at_start(angles: &[(f64, f64)], start_s: f64) -> Option<[f64; 2]> {
     let n = angles.len() as f64;
     let over = |of: &dyn Fn(&(f64, f64)) -> f64| angles.iter().map(of).sum::<f64>();
@@ -198,7 +200,7 @@ fn at_start(angles: &[(f64, f64)], start_s: f64) -> Option<[f64; 2]> {
     (angles.len() > 2 && squares > 0.0).then_some([mean_rad + slope * (start_s - t_s), error_rad])
 }
 
-/// Whether headings turn to one side where the odometry turns to the other.
+/// Whether headings and odometry turn in opposite directions.
 fn turn_apart(headings: &[(f64, f64)], way: &Way<'_>) -> bool {
     let mut turns: Vec<[f64; 2]> = Vec::new();
     let mut turn = [0.0; 2];
@@ -214,7 +216,7 @@ fn turn_apart(headings: &[(f64, f64)], way: &Way<'_>) -> bool {
     turns.len() >= PIECES && product(0, 1) < TURNED_AROUND * (product(0, 0) * product(1, 1)).sqrt()
 }
 
-/// Positions of fixes, as if the antenna were where the pose is.
+/// Positions of fixes, without the offset of the antenna.
 fn positions(log: &Log) -> Vec<(f64, [f64; 2])> {
     let position = |fix: &scphd_log::log::Fix| match fix.measured {
         PoseFix::Position(position) => Some((fix.t_s, position)),
@@ -223,7 +225,7 @@ fn positions(log: &Log) -> Vec<(f64, [f64; 2])> {
     log.fixes.iter().filter_map(position).collect()
 }
 
-/// By how much the heading at the start is to the right of what the first positions of fixes tell, rad, where that is far more than noise.
+/// Error of the initial heading, rad: the direction of the first positions of fixes minus it. `None` unless far above noise.
 pub(super) fn start_off(log: &Log) -> Option<f64> {
     let sigma_m = log.fix_noise.position_sigma_m?;
     let way = Way::of(log);
@@ -249,13 +251,13 @@ pub(super) fn start_off(log: &Log) -> Option<f64> {
         }
     }
     let [length, off_rad] = mean(off.iter().copied());
-    // By then the odometry has turned away of itself.
+    // Until the first position the odometry itself drifts.
     let least_rad = START_RAD + TURN_RADPS * (positions.first()?.0 - log.odometry.first()?.t_s).max(0.0);
     let last = quantile(off.iter().map(|one| wrap(one - off_rad).abs()).collect(), 1.0)?;
     (off.len() == START_PIECES && length > AGREE && last < START_RAD && off_rad.abs() > least_rad).then_some(off_rad)
 }
 
-/// Names a heading at the start that is not that of the positions.
+/// Reports an initial heading that disagrees with the positions.
 pub(super) fn start(log: &Log, findings: &mut Findings) {
     let Some(off_rad) = start_off(log) else { return };
     let heading = log.initial_pose[2];

@@ -1,26 +1,26 @@
-//! Positions that jump away from the way and back: a reference that lost its lock, a receiver that wandered off.
+//! Positions that jump away from the trajectory and back: a reference that lost its lock, or a receiver with a gross error.
 
 use super::finding::{Findings, percent, quantile, short};
 use scphd_log::log::{Log, PoseFix, TruePose};
 use scphd_log::truth::MAX_GAP_S;
 use scphd_log::vehicle::Way;
 
-/// A position jumps where it moves by more than so many times the way of the odometry and, of the truth, by so many times what 95 % of all are off by,
-/// by this share of the sensor's reach, and by so many stated standard deviations.
+/// A position jumps if it moves by more than this multiple of the distance of the odometry, plus the greatest of: a multiple of
+/// the 95 % quantile of the deviations (truth), this share of the sensor's range, stated standard deviations.
 const WAY_TIMES: f64 = 1.3;
 const NOISE_TIMES: f64 = 10.0;
 const REACH: f64 = 0.15;
 const SIGMAS: f64 = 6.0;
-/// Positions of fixes scatter more than the truth.
+/// The same multiple for fixes, which scatter more than the truth.
 const FIX_NOISE_TIMES: f64 = 2.0;
-/// A step over a longer time, s, or over so many usual intervals, is a gap, of which nothing is known.
+/// A step over a longer time, s, or over this number of usual intervals, is a gap; it is not judged.
 const GAP_INTERVALS: f64 = 5.0;
-/// Where more of the rows jump, all are noise.
+/// With more than this share of jumps, all are noise.
 const JUMPS: f64 = 0.05;
-/// Fewer positions away tell nothing that a gate would not.
+/// Least number of positions away that is reported; a gate rejects fewer.
 const AWAY: usize = 3;
 
-/// Positions in order of time, each with how far the odometry has driven by then, m.
+/// Positions in the order of time, each with the distance of the odometry until then, m.
 struct Track {
     rows: Vec<(f64, [f64; 2], f64)>,
 }
@@ -47,14 +47,14 @@ impl Track {
         self.rows[to].2 - self.rows[from].2
     }
 
-    /// What most steps are off by, m.
+    /// The 95 % quantile of the differences between steps of the positions and of the odometry, m.
     fn noise_m(&self) -> f64 {
         let off = (1..self.rows.len()).map(|to| (self.step_m(to - 1, to) - self.driven_m(to - 1, to)).abs());
         quantile(off.collect(), 0.95).unwrap_or(0.0)
     }
 
-    /// Which rows lie away, where a step of more than `least_m` and the way is a jump; those before the first jump and behind the last one
-    /// `at_rims` alone, or where they stand still.
+    /// Which rows are away, where a jump is a step of more than `least_m` plus the distance of the odometry. Rows before the
+    /// first jump and behind the last one are away only with `at_rims`, or if they repeat one position.
     fn away(&self, least_m: f64, at_rims: bool) -> Vec<bool> {
         let mut away = vec![false; self.rows.len()];
         let jumps = |from: usize, to: usize| self.step_m(from, to) > least_m + WAY_TIMES * self.driven_m(from, to);
@@ -65,7 +65,7 @@ impl Track {
         if starts.is_empty() || starts.len() as f64 > JUMPS * self.rows.len() as f64 + 2.0 {
             return away;
         }
-        // From jump to jump.
+        // Parts between the jumps.
         let edges: Vec<usize> = [0].into_iter().chain(starts).chain([self.rows.len()]).collect();
         let parts: Vec<[usize; 2]> = edges.windows(2).map(|edge| [edge[0], edge[1]]).collect();
         let stands = |[from, until]: [usize; 2]| (from..until).all(|row| self.rows[row].1 == self.rows[from].1);
@@ -76,7 +76,7 @@ impl Track {
                 let later = parts[place + 1..].iter().map(|part| part[0]);
                 is_short && jumps(good, from) && later.take(4).any(|back| !jumps(good, back))
             });
-            // At the start and the end nothing is there to return to: a place that repeats itself is none.
+            // The first and the last part have no position to return to. They are away if they repeat one position.
             let is_rim =
                 (place == 0 || place + 1 == parts.len()) && (at_rims || stands([from, until])) && until - from > 1;
             if returns || (is_rim && is_short) {
@@ -85,7 +85,7 @@ impl Track {
                 good = Some(until - 1);
             }
         }
-        // What stood still before it came back was not measured: all but the first of it.
+        // Positions that repeated while the odometry drove were not measured: all but the first.
         for &[from, until] in &parts[..parts.len() - 1] {
             let last = until - 1;
             let first = (from..until).rev().take_while(|row| self.rows[*row].1 == self.rows[last].1).last();
@@ -97,12 +97,12 @@ impl Track {
     }
 }
 
-/// Rows of the truth that are none, by their places.
+/// Indices of the false rows of the truth.
 pub(super) fn false_truth(log: &Log) -> Vec<usize> {
     let reach_m = log.sensors().map(|(_, sensor, _)| sensor.range_max_m).fold(0.0, f64::max);
     let track = Track::of(log, log.truth.iter().map(|row| (row.t_s, row.position)));
     let least_m = (NOISE_TIMES * track.noise_m()).max(SIGMAS * log.truth_sigma_m).max(REACH * reach_m);
-    // A reference without a lock writes zeros, however often it comes and goes.
+    // A reference without a lock writes zeros, at any number of times.
     let is_zero = |row: &TruePose| row.position == [0.0; 2] && row.heading_rad.is_none_or(|heading| heading == 0.0);
     let jumps = |from: usize, to: usize| track.step_m(from, to) > least_m + WAY_TIMES * track.driven_m(from, to);
     let mut zeros = vec![false; log.truth.len()];
@@ -123,7 +123,7 @@ pub(super) fn false_truth(log: &Log) -> Vec<usize> {
     (0..log.truth.len()).filter(is_away).collect()
 }
 
-/// The log without the rows of these places in its truth.
+/// The log without these rows of the truth, by index.
 pub(super) fn without(log: &Log, found: &[usize]) -> Log {
     let mut log = log.clone();
     let mut row = 0..;
@@ -131,7 +131,7 @@ pub(super) fn without(log: &Log, found: &[usize]) -> Log {
     log
 }
 
-/// Names what is no truth.
+/// Reports the false rows of the truth.
 pub(super) fn truth(log: &Log, found: &[usize], findings: &mut Findings) {
     let Some(&first) = found.first() else { return };
     let TruePose { t_s, position, .. } = log.truth[first];
@@ -151,7 +151,7 @@ pub(super) fn truth(log: &Log, found: &[usize], findings: &mut Findings) {
     );
 }
 
-/// Names positions of a receiver that lie away for a while.
+/// Reports positions of a receiver that are away for a while.
 pub(super) fn fixes(log: &Log, findings: &mut Findings) {
     let Some(sigma_m) = log.fix_noise.position_sigma_m else { return };
     let positions = log.fixes.iter().filter_map(|fix| match fix.measured {

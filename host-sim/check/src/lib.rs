@@ -1,9 +1,9 @@
-//! Whether a log says what its author means: units, clocks, doubled scans, views, dead reckoning beside the truth.
+//! Checks of a log: units, clocks, repeated scans, views, dead reckoning compared with the truth.
 //!
-//! The reader of folders ([`scphd_log::log_folder`]) refuses what no vehicle and no sensor can do. What it reads may still be wrong: a turn rate in
-//! degrees a second, bearings that grow to the right, scans written twice. Each [`Finding`] says where, what, with its figures, and what
-//! to do. `docs/check.md` lists all, with their thresholds. A threshold is the bound of what a vehicle or a sensor does, or compares two readings of the
-//! same log; none was fitted to a log.
+//! The reader of folders ([`scphd_log::log_folder`]) refuses what no vehicle and no sensor can do. A log that it reads may still
+//! be wrong: a turn rate in degrees a second, bearings that grow to the right, scans written twice. Each [`Finding`] has a place,
+//! an observation with its figures, and advice. `docs/check.md` lists all with their thresholds. A threshold is a physical limit
+//! of a vehicle or sensor, or compares two readings of the same log; none was fitted to a log.
 
 mod advice;
 mod agreement;
@@ -45,32 +45,32 @@ use scphd_score::results::json::{self, Format};
 use serde::Serialize;
 use std::path::Path;
 
-/// What a check leaves behind; serialised as it is.
+/// The result of a check, in its serialised form.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
-    /// The format of the keys.
+    /// Format of the keys.
     pub format: Format,
-    /// The name of the log; the folder's where the log cannot be read.
+    /// Name of the log, or of the folder if the log cannot be read.
     pub log: String,
-    /// What was measured; `None` where the log cannot be read.
+    /// The measured figures; `None` if the log cannot be read.
     pub facts: Option<Facts>,
-    /// What is found, the worst first.
+    /// The findings, the worst first.
     pub findings: Vec<Finding>,
 }
 
 impl Report {
-    /// How many findings are so bad.
+    /// Number of findings with this severity.
     #[must_use]
     pub fn count(&self, severity: Severity) -> usize {
         self.findings.iter().filter(|finding| finding.severity == severity).count()
     }
 }
 
-/// Writes what checks found to `path`: one JSON object, of several logs a list of them, all or nothing.
+/// Writes reports to `path` as one JSON object, or a list of several; the file is complete or not written.
 ///
 /// # Errors
 ///
-/// [`OutputError`] where the file cannot be written.
+/// [`OutputError`] if the file cannot be written.
 pub fn write(path: &Path, reports: &[Report]) -> Result<(), OutputError> {
     match reports {
         [one] => json::write(path, one),
@@ -78,23 +78,23 @@ pub fn write(path: &Path, reports: &[Report]) -> Result<(), OutputError> {
     }
 }
 
-/// What a check has to know of a kind of vehicle.
+/// The parts of a check that depend on the kind of vehicle.
 pub trait Checked: Kind {
     /// Reads a folder.
     ///
     /// # Errors
-    /// What is wrong with the folder, one thing at least.
+    /// All errors of the folder, at least one.
     fn read(dir: &Path) -> Result<Self::Log, Vec<LogError>>;
 
     /// Settings that fit the log.
     fn settings(log: &Self::Log) -> Self::Settings;
 
-    /// Mends what is plain before a run, and says what was done.
+    /// Corrects obvious errors before a run. Returns a description of each correction.
     fn mend(_log: &mut Self::Log) -> Vec<String> {
         Vec::new()
     }
 
-    /// Names rows of the truth that are none, and gives back the log without them, if there are any.
+    /// Reports false rows of the truth. Returns the log without them if there are any.
     fn truth_only(_log: &Self::Log, _findings: &mut Vec<Finding>) -> Option<Self::Log> {
         None
     }
@@ -103,12 +103,12 @@ pub trait Checked: Kind {
     fn in_detail(log: &Self::Log) -> Detail;
 }
 
-/// What is looked at in a way of its own for each kind.
+/// The results of the checks that differ between the kinds of vehicles.
 #[doc(hidden)]
 #[derive(Debug)]
 pub struct Detail {
     motion: Vec<Motion>,
-    /// How far the sensors see, m.
+    /// Range of the sensors, m.
     reach_m: f64,
     simulated: bool,
     out_of_view: Option<f64>,
@@ -205,7 +205,7 @@ impl Checked for Underwater {
     }
 }
 
-/// Checks a folder: its files as they are written, then what they say.
+/// Checks a folder: its files, then their contents.
 #[must_use]
 pub fn folder(dir: &Path) -> Report {
     if log_folder::has_camera(dir) { folder_of::<Underwater>(dir) } else { folder_of::<Planar>(dir) }
@@ -232,7 +232,7 @@ fn finished(log: String, facts: Option<Facts>, mut findings: Findings) -> Report
     Report { format: Format, log, facts, findings: findings.0 }
 }
 
-/// Checks what a log says: the part that runs before every replay.
+/// Checks the contents of a log, as before every replay.
 #[must_use]
 pub fn log_of<K: Checked>(log: &K::Log) -> (Facts, Vec<Finding>) {
     let mut named = Vec::new();
@@ -242,7 +242,7 @@ pub fn log_of<K: Checked>(log: &K::Log) -> (Facts, Vec<Finding>) {
     (facts, named)
 }
 
-/// The same where no row of the truth is false.
+/// Checks the contents of a log without false rows in its truth.
 fn sound_log_of<K: Checked>(log: &K::Log) -> (Facts, Vec<Finding>) {
     let Detail { motion, reach_m, simulated, out_of_view, mut findings } = K::in_detail(log);
     let mut facts = Facts { detections_out_of_view: out_of_view, ..Facts::of::<K>(log, &motion) };
@@ -251,16 +251,16 @@ fn sound_log_of<K: Checked>(log: &K::Log) -> (Facts, Vec<Finding>) {
     way::speeds(&motion, simulated, &mut findings);
     let is_spiked = spike::look_over(&motion, reach_m, &mut findings);
     if is_spiked {
-        // A spike carries the vehicle away in one scan's time: clocks cannot be told before it is mended.
+        // A spike of the odometry displaces the vehicle between two scans: findings about the clock are not reliable.
         findings.0.retain(|finding| !matches!(finding.code, "clock-shift" | "carried-away"));
     }
     facts.way_m = way::driven(&motion, K::scans(log).last().map_or(f64::NEG_INFINITY, |scan| scan.t_s));
     way::whole_turns::<K>(log, &mut findings);
-    // Settings that fit a log never make its odometry unreadable; if so, the replay itself says it.
+    // Settings that fit the log never make its odometry unreadable; otherwise the replay reports it.
     if let Ok(reckoned) = K::dead_reckoning(log, &K::settings(log)) {
         let mut beside = Findings::default();
         facts.dead_reckoning_rmse_m = way::beside_truth::<K>(log, &reckoned, reach_m, facts.way_m, &mut beside);
-        // A spike carries dead reckoning away: units and signs cannot be told from it before that is mended.
+        // A spike displaces dead reckoning: findings about units and signs are not reliable.
         if !is_spiked {
             findings.0.extend(beside.0);
         }

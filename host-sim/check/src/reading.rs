@@ -1,8 +1,8 @@
-//! Other ways to read a log.
+//! Alternative readings of a log.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Another way to read a log.
+/// An alternative reading of a log.
 pub(super) struct Reading {
     pub(super) code: &'static str,
     pub(super) place: &'static str,
@@ -10,24 +10,24 @@ pub(super) struct Reading {
     pub(super) advice: &'static str,
     pub(super) speed: f64,
     pub(super) turn: f64,
-    /// Metres in a unit of range.
+    /// Unit of ranges, m.
     pub(super) range: f64,
     pub(super) mirrored: bool,
     pub(super) yaw_rad: f64,
-    /// Bearings count from an axis of the map.
+    /// Whether bearings are measured from an axis of the map.
     pub(super) absolute: bool,
     pub(super) told_by: ToldBy,
 }
 
-/// Pairs of scans that tell a reading from what is written.
+/// Which pairs of scans distinguish a reading from the log as written.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum ToldBy {
     Motion,
     Turns,
-    /// Motion as it is beside ranges of that unit: beside those that are written the vehicle hardly moves.
+    /// Motion that suffices for ranges in the unit of the reading: compared with ranges as written the vehicle hardly moves.
     MotionBesideRange,
-    /// Ways, or turns, that are motion when they are read so. Odometry with an offset turns where the vehicle does not, and less of it
-    /// is better in any unit; but only in the right one it turns where the vehicle does.
+    /// Distances, or turns, that suffice as read. With a bias of the turn rate, a smaller unit of turns matches better even if it
+    /// is wrong; but only in the right unit are the turns those of the vehicle.
     WayAsRead,
     TurnsAsRead,
 }
@@ -46,7 +46,7 @@ pub(super) const AS_WRITTEN: Reading = Reading {
     told_by: ToldBy::Motion,
 };
 
-/// Everything stands still in the view.
+/// All landmarks stand still in the view.
 pub(super) const STANDS: Reading = Reading {
     code: "detection-frame",
     place: "detections.csv",
@@ -57,18 +57,18 @@ pub(super) const STANDS: Reading = Reading {
     ..AS_WRITTEN
 };
 
-/// Speeds of the other sign.
+/// Speeds with the opposite sign.
 pub(super) const BACKWARDS: Reading = Reading { speed: -1.0, ..AS_WRITTEN };
 
-/// Ranges, and what the head says of them, in another unit.
+/// Ranges, and those of the view in `log.toml`, in another unit.
 const fn ranges(range: f64, what: &'static str, advice: &'static str) -> Reading {
     let place = "detections.csv, column range_m, and log.toml, section sensor";
     Reading { code: "range-unit", place, what, advice, range, told_by: ToldBy::MotionBesideRange, ..AS_WRITTEN }
 }
 
-/// All others that are tried.
+/// The other readings.
 pub(super) const OTHERS: [Reading; 12] = [
-    // Bearings and turns of the other sign are the same world in a mirror: scans cannot tell which of both it is.
+    // Opposite signs of bearings or of turns give the same mirrored world: scans cannot distinguish the two.
     Reading {
         code: "mirrored",
         place: "detections.csv, column bearing_rad",

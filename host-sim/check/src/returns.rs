@@ -1,16 +1,17 @@
-//! Ranges that repeat to the last digit: what a sensor writes where nothing came back.
+//! Ranges that repeat to the last digit: a sensor writes them when nothing was reflected.
 
 use super::finding::{Findings, percent};
 use scphd_log::log::Log;
 use std::collections::HashMap;
 
-/// Noise does not repeat itself, but for the last digit that is written. Ranges are none if each comes so many times as often as any of the others,
+/// Noise does not repeat exactly, except by rounding. Ranges are no measurements if each is at least this many times as frequent
+/// as any other,
 const TIMES: usize = 10;
-/// so often,
+/// occurs at least this number of times,
 const REPEATED: usize = 20;
-/// and together in this share of the detections.
+/// and together they have at least this share of the detections.
 const SHARE: f64 = 0.005;
-/// A sensor has so many such ranges at most: a greatest one, that rounding makes several of, and one below the least.
+/// Greatest number of such ranges of a sensor: a greatest range, which rounding splits, and one below the least.
 const VALUES: usize = 4;
 
 pub(super) fn look_over(log: &Log, findings: &mut Findings) {

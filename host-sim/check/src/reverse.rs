@@ -1,19 +1,19 @@
-//! Speeds without a sign: the scans tell that the vehicle reverses, the odometry never does.
+//! Speeds without a sign: by the scans the vehicle reverses, by the odometry never.
 
 use super::finding::{Findings, percent, short};
 use super::reading::AS_WRITTEN;
 use super::sight::{Met, Sight};
 use scphd_log::log::{Log, Vehicle};
 
-/// Pairs of scans are judged together with so many before and after them.
+/// Number of pairs of scans before and after a pair that are judged together with it.
 const BESIDE: usize = 2;
-/// Backwards, so many more detections have to meet a later one than forwards,
+/// The vehicle reverses in a pair if, driving backwards, at least this many more detections match than forwards,
 const MORE: usize = 5;
-/// so many times as many,
+/// at least this many times as many,
 const TIMES: usize = 2;
-/// and that share of those that are carried has to.
+/// and more than this share of the detections.
 const SHARE: f64 = 0.5;
-/// In so many pairs of scans, and in that share of all that tell one from the other.
+/// Least number of such pairs, and least share among the pairs that distinguish the directions.
 const PAIRS: usize = 20;
 const OF_ALL: f64 = 0.02;
 
@@ -24,7 +24,7 @@ pub(super) fn look_over(
     pairs: &[[usize; 2]],
     findings: &mut Findings,
 ) {
-    // What moves aside is written with a sign.
+    // A holonomic vehicle has signed speeds.
     if log.vehicle == Vehicle::Holonomic || log.odometry.iter().any(|row| row.control[0] < 0.0) {
         return;
     }

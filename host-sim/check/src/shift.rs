@@ -1,8 +1,8 @@
-//! Whether the scans have the odometry's clock, without any truth.
+//! Whether scans and odometry have the same clock. Needs no truth.
 //!
-//! Detections of one scan are carried to a later one as [`agreement`](super::agreement) does, once by the odometry at the times of both scans, once by
-//! that at times which are earlier or later by a trial shift. A detection counts where the two put it to places farther apart than
-//! gates reach: then a later detection is near one of them at most.
+//! Detections of one scan are transformed to a later one as in [`agreement`](super::agreement), once with the odometry at the
+//! times of both scans, and once at times with a trial shift. A detection counts if the two results are farther apart than two
+//! gates: then a later detection can match only one of them.
 
 use super::finding::{Findings, percent, short};
 use super::reading::AS_WRITTEN;
@@ -10,26 +10,26 @@ use super::sight::Sight;
 use scphd_log::log::Log;
 use scphd_log::vehicle::Way;
 
-/// Shifts that are tried to either side, s.
+/// Shifts that are tried, to both sides, s.
 const TRIALS_S: [f64; 11] = [0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 4.0, BEYOND_S];
-/// At the end of the trials a best one is no peak: odometry is in doubt, not its clock.
+/// The longest shift, s. If it is the best one there is no peak: the odometry is wrong, not its clock.
 const BEYOND_S: f64 = 5.0;
-/// Pairs of scans that are looked at.
+/// Greatest number of pairs of scans.
 const PAIRS: usize = 1000;
-/// A shift has to bring this many times the detections that meet one, so many of them, and beyond chance by so many standard deviations.
+/// A shift is accepted with at least this ratio of matches, this number of them, and this number of standard deviations.
 const TIMES: f64 = 1.5;
 const DETECTIONS: usize = 50;
 const SIGNIFICANT: f64 = 6.0;
-/// At least this share of what meets one where the shift makes no difference: the right times make all alike.
+/// Least share of matches divided by that of the detections that the shift does not move: with the right times both are equal.
 const LEAST_OF_USUAL: f64 = 0.5;
 
-/// Detections that tell a shift from none: how many, how many met one as the times are written, and how many with the shift.
+/// Detections that distinguish a shift from none: their number, and the numbers that match as written and with the shift.
 #[derive(Debug, Clone, Copy, Default)]
 struct Told {
     all: usize,
     as_written: usize,
     shifted: usize,
-    /// Of detections that both put to the same place: how many, and how many met one.
+    /// Number of the detections that the shift does not move, and of those among them that match.
     alike: usize,
     alike_met: usize,
 }
@@ -39,10 +39,10 @@ impl Told {
         met as f64 / self.all.max(1) as f64
     }
 
-    /// Whether the shift is far better, and about as good as where there is nothing to tell.
+    /// Whether the shift is far better than none, and about as good as for the detections that it does not move.
     fn is_for_shift(self) -> bool {
         let (written, shifted) = (self.share(self.as_written), self.share(self.shifted));
-        // Of exclusive events the difference has the variance of their sum.
+        // For exclusive events, the variance of the difference is that of the sum.
         let chance = ((written + shifted) / self.all.max(1) as f64).sqrt();
         let usual = self.alike_met as f64 / self.alike.max(1) as f64;
         self.shifted >= DETECTIONS
@@ -55,13 +55,13 @@ impl Told {
 /// A shift that is far better than none.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shift {
-    /// What is to be added to the times of the scans, s.
+    /// Time to add to those of the scans, s.
     seconds: f64,
     told: Told,
 }
 
 impl Shift {
-    /// Share of the detections that tell which meet one.
+    /// Share of the counted detections that match with the shift.
     pub(super) fn share(&self) -> f64 {
         self.told.share(self.told.shifted)
     }
@@ -87,7 +87,7 @@ impl Shift {
     }
 }
 
-/// The best shift, if any is far better than none.
+/// The best shift; `None` unless it is far better than none.
 pub(super) fn best(log: &Log, poses: &[[f64; 3]], pairs: &[[usize; 2]]) -> Option<Shift> {
     let way = Way::of(log);
     let sight = Sight::of(log, &AS_WRITTEN);
@@ -101,10 +101,10 @@ pub(super) fn best(log: &Log, poses: &[[f64; 3]], pairs: &[[usize; 2]]) -> Optio
     (best.seconds.abs() < BEYOND_S).then_some(best)
 }
 
-/// Two scans, and what the times as they are written make of the detections of the first.
+/// Two scans, with the detections of the first transformed by the odometry at the times as written.
 struct Pair {
     places: [usize; 2],
-    /// Those that are in view of the second then: as detected, as carried there, and whether that meets one.
+    /// Those in the view of the second scan: as detected, as transformed, and whether they match.
     carried: Vec<([f64; 2], [f64; 2], bool)>,
 }
 

@@ -1,4 +1,4 @@
-//! What a detection of one scan should be in another.
+//! Prediction of a detection of one scan in another.
 
 use super::reading::Reading;
 use scphd_log::angle::wrap;
@@ -7,9 +7,9 @@ use scphd_log::log::{Log, Mounting, Nominal, Scan, Sensor};
 /// Gate in standard deviations.
 const GATE: f64 = 3.0;
 
-/// The sensors of a log, as a reading takes them.
+/// The sensors of a log under a reading.
 pub(super) struct Sight<'a> {
-    /// Each, with the standard deviations of range, m, and bearing, rad.
+    /// Each with the standard deviations of range, m, and bearing, rad.
     sensors: Vec<(&'a Sensor, [f64; 2])>,
     yaw_rad: f64,
     unit_m: f64,
@@ -19,7 +19,7 @@ pub(super) struct Sight<'a> {
 
 impl<'a> Sight<'a> {
     pub(super) fn of(log: &'a Log, reading: &Reading) -> Self {
-        // Without noise no two detections would agree.
+        // Without noise no two detections would match.
         let stated = |sigma: Option<f64>| sigma.filter(|sigma| *sigma > 0.0);
         let sensors = log.sensors().map(|(_, sensor, nominal)| {
             let (range_sigma_m, bearing_sigma_rad) = (stated(nominal.range_sigma_m), stated(nominal.bearing_sigma_rad));
@@ -36,7 +36,8 @@ impl<'a> Sight<'a> {
         }
     }
 
-    /// A detection of this sensor at the first pose, as it should be at the second: range, m, and bearing, rad; `None` where it is out of view.
+    /// Transforms a detection of this sensor from the first pose to the second: range, m, and bearing, rad; `None` if out of
+    /// view.
     pub(super) fn carried(&self, sensor: usize, poses: [[f64; 3]; 2], [range, bearing]: [f64; 2]) -> Option<[f64; 2]> {
         let (sensor, _) = self.sensors[sensor];
         let mounting = Mounting { yaw_rad: sensor.mounting.yaw_rad + self.yaw_rad, ..sensor.mounting };
@@ -49,12 +50,12 @@ impl<'a> Sight<'a> {
         sensor.sees(range_m / self.unit_m, bearing_rad).then_some([range_m, bearing_rad])
     }
 
-    /// Whether one of a scan's detections is near what was carried there.
+    /// Whether a detection of the scan is within the gate of the transformed one.
     pub(super) fn meets(&self, scan: &Scan, carried: [f64; 2]) -> bool {
         self.meets_within(scan, carried, 1.0)
     }
 
-    /// Whether one is within so many gates.
+    /// Whether a detection of the scan is within this multiple of the gate.
     fn meets_within(&self, scan: &Scan, carried: [f64; 2], gates: f64) -> bool {
         // The difference of two measurements has twice their variance.
         let is_near =
@@ -62,22 +63,22 @@ impl<'a> Sight<'a> {
         scan.detections.iter().any(is_near)
     }
 
-    /// Whether no detection is near both.
+    /// Whether no detection can be in the gates of both.
     pub(super) fn are_apart(&self, sensor: usize, a: [f64; 2], b: [f64; 2]) -> bool {
         self.squares(sensor, a, b) > 8.0 * GATE * GATE
     }
 
-    /// Whether both may be measurements of the same.
+    /// Whether both may be measurements of the same landmark.
     pub(super) fn are_near(&self, sensor: usize, a: [f64; 2], b: [f64; 2]) -> bool {
         self.are_within(sensor, a, b, 1.0)
     }
 
-    /// Whether they are within so many gates.
+    /// Whether their distance is below this multiple of the gate.
     pub(super) fn are_within(&self, sensor: usize, a: [f64; 2], b: [f64; 2], gates: f64) -> bool {
         self.squares(sensor, a, b) < 2.0 * (gates * GATE).powi(2)
     }
 
-    /// Standard deviations of range, m, and bearing, rad, of a sensor.
+    /// Standard deviations of a sensor: range, m, and bearing, rad.
     pub(super) fn sigmas(&self, sensor: usize) -> [f64; 2] {
         self.sensors[sensor].1
     }
@@ -90,7 +91,7 @@ impl<'a> Sight<'a> {
     }
 }
 
-/// Detections that were carried into the view of a later scan, and those of them that met one.
+/// Numbers of detections that were transformed into the view of a later scan, and of those that matched there.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Met {
     pub(super) carried: usize,
@@ -98,12 +99,12 @@ pub(super) struct Met {
 }
 
 impl Met {
-    /// Of one scan in another.
+    /// Matches of one scan in another.
     pub(super) fn of(log: &Log, sight: &Sight<'_>, poses: &[[f64; 3]], pair: [usize; 2]) -> Self {
         Self::turned(log, sight, poses, pair, 1.0, 0.0)
     }
 
-    /// Of one scan in another, within so many gates, and if the vehicle has turned to the right by so much more.
+    /// Matches with this multiple of the gate, for a vehicle that turned to the right by this additional angle, rad.
     pub(super) fn turned(
         log: &Log,
         sight: &Sight<'_>,

@@ -3,14 +3,14 @@
 use super::finding::{Findings, percent, quantile, short};
 use scphd_log::underwater::Log;
 
-/// Noise carries a pixel over the rim by three standard deviations, hardly by more.
+/// Noise moves a pixel across the edge of the image by at most about this number of standard deviations.
 const SIGMAS: f64 = 3.0;
-/// The same share as in the plane.
+/// The same share as in the plane: greatest share of keypoints out of view.
 const OUT_SHARE: f64 = 0.03;
-/// Fewer keypoints tell nothing.
+/// Least number of keypoints.
 const KEYPOINTS: usize = 100;
 
-/// The share of the keypoints that no camera in its place sees; `None` of none.
+/// The share of the keypoints that no such camera can see; `None` without keypoints.
 pub(super) fn camera(log: &Log, findings: &mut Findings) -> Option<f64> {
     let camera = &log.camera;
     let all: Vec<&[f64; 4]> = log.scans.iter().flat_map(|scan| &scan.detections).collect();
@@ -38,7 +38,7 @@ pub(super) fn camera(log: &Log, findings: &mut Findings) -> Option<f64> {
             "pixels are counted from the upper left corner of an image of that size: scale fu, fv, cu, cv and the pixels to it",
         );
     }
-    // The left camera sees everything farther to the right.
+    // In the left image every point is farther to the right.
     let swapped = share(&|pixels| pixels[0] <= pixels[2]);
     if swapped > OUT_SHARE {
         findings.warn(
@@ -52,7 +52,7 @@ pub(super) fn camera(log: &Log, findings: &mut Findings) -> Option<f64> {
         );
         return Some(out);
     }
-    // The matcher drops pairs whose rows differ by more.
+    // The matcher drops pairs with a greater difference of rows.
     let uneven = share(&|pixels| !((pixels[1] - pixels[3]).abs() <= 2.0 * camera.row_tolerance_px));
     if uneven > OUT_SHARE {
         findings.warn(

@@ -1,44 +1,46 @@
-//! Times at which scans and odometry part: scans of two vehicles in turn, a vehicle that was carried, odometry that stands, scans that are empty.
+//! Intervals in which scans and odometry disagree: scans of two vehicles mixed, a vehicle that was carried, odometry that stands,
+//! empty scans.
 //!
-//! All are told by detections that odometry carries to the next scans, a second or so later, where it is good however it drifts.
+//! All are found from detections transformed by the odometry to the next scans, a second or so later: its drift is small over
+//! this time.
 
 use super::finding::{Findings, percent, short};
 use super::reading::AS_WRITTEN;
 use super::sight::{Met, Sight};
 use scphd_log::log::Log;
 
-/// Scans are held against so many next ones.
+/// Number of next scans with which a scan is compared.
 const NEXT: usize = 6;
-/// Later than this odometry itself has gone astray, s.
+/// Greatest time between compared scans, s: the odometry drifts.
 const PATIENCE_S: f64 = 5.0;
-/// Where fewer of the detections meet one in the next scan, scans tell nothing.
+/// Least usual share of matches in the next scan at which scans are judged.
 const USUAL: f64 = 0.5;
-/// As good as usual is more than this share of the usual, as good as nothing is less than that one.
+/// A share of matches is good above this share of the usual one, and bad below that.
 const GOOD: f64 = 0.6;
 const BAD: f64 = 0.15;
-/// Fewer detections tell nothing of one moment.
+/// Least number of detections for a moment.
 const DETECTIONS: usize = 16;
-/// To tell that the vehicle was carried, so many detections have to be carried across a moment, hardly any of them may meet one, and this share of
-/// all does usually.
+/// The finding that the vehicle was carried needs at least this number of transformed detections across a moment, at most this
+/// share of matches among them, and at least this share usually.
 const ACROSS: usize = 40;
 const NONE: f64 = 0.06;
 const CERTAIN: f64 = 0.75;
-/// What was carried has nothing around it in this many gates.
+/// Radius around a transformed detection in which nothing may match, in gates.
 const FAR: f64 = 5.0;
 /// Turns that are tried, rad.
 const TURNS: [f64; 15] = [0.0, -0.7, -0.6, -0.5, -0.4, -0.3, -0.2, -0.1, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7];
-/// Of two sources in turn: so many scans fit not the next one, but one after it of so many.
+/// Scans of two sources: least share of scans that match not the next scan but a later one, within this number of scans.
 const MIXED: f64 = 0.3;
 const IN_TURN: usize = 4;
-/// Odometry stands for so long, s, and scans so far apart are held against each other, s.
+/// Least time for which odometry stands, s, and least time between the scans that are compared then, s.
 const STANDS_S: f64 = 3.0;
 const APART_S: f64 = 1.5;
-/// It stands where it drives by less than this share of the reach; it may turn, as by a gyroscope beside wheels that are not read.
+/// Odometry stands if it moves by less than this share of the range. It may turn, for example with a gyroscope and unread wheels.
 const STILL_REACH: f64 = 0.003;
-/// So many scans in a row are empty, so long, s.
+/// Least number of consecutive empty scans, and their least duration, s,
 const EMPTY: usize = 5;
 const EMPTY_S: f64 = 3.0;
-/// And so many detections of landmarks would have been expected of them.
+/// and the least number of detections expected in them.
 const EXPECTED: f64 = 12.0;
 
 pub(super) fn look_over(log: &Log, poses: &[[f64; 3]], findings: &mut Findings) {
@@ -54,7 +56,7 @@ struct OfSensor<'a> {
     log: &'a Log,
     poses: &'a [[f64; 3]],
     sight: Sight<'a>,
-    /// Places of the sensor's scans.
+    /// Indices of the sensor's scans.
     scans: Vec<usize>,
 }
 
@@ -74,7 +76,7 @@ impl OfSensor<'_> {
     fn look_over(&self, findings: &mut Findings) {
         let count = self.scans.len();
         let in_time = |from: usize, to: usize| to < count && self.t_s(to) - self.t_s(from) <= PATIENCE_S;
-        // Of empty scans nothing can be told here.
+        // Empty scans do not count here.
         let is_seen = |from: usize, to: usize| in_time(from, to) && self.count(to) > 0;
         let table: Vec<[Met; NEXT]> = (0..count)
             .map(|from| {
@@ -87,7 +89,7 @@ impl OfSensor<'_> {
         let usual = table.iter().map(|row| row[0]).fold(Met::default(), Met::and).share();
         let with_any = table.iter().flatten().fold(Met::default(), |sum, one| sum.and(*one)).share();
         if self.never_drives() {
-            // What is usual is not known then: all of a standing view stays where it is.
+            // The usual share is not known then; with odometry that stands all detections should match.
             self.standing(USUAL, findings);
             return;
         }
@@ -99,12 +101,12 @@ impl OfSensor<'_> {
         self.empty(usual, findings);
     }
 
-    /// Whether odometry says that the vehicle stands all the time.
+    /// Whether the odometry stands all the time.
     fn never_drives(&self) -> bool {
         self.log.odometry.iter().all(|row| row.speed_mps() == 0.0)
     }
 
-    /// Whether scans are of two sources in turn.
+    /// Whether the scans are of two mixed sources.
     fn are_mixed(&self, table: &[[Met; NEXT]], findings: &mut Findings) -> bool {
         let next = |row: &&[Met; NEXT]| row.iter().take(IN_TURN).copied().collect::<Vec<Met>>();
         let tells = |row: &&[Met; NEXT]| next(row).iter().filter(|met| met.carried >= 3).count() >= 2;
@@ -127,7 +129,7 @@ impl OfSensor<'_> {
         true
     }
 
-    /// A moment before and after which scans fit, but not across it.
+    /// Reports a moment across which scans do not match, although they match before and after it.
     fn carried(&self, table: &[[Met; NEXT]], usual: f64, findings: &mut Findings) {
         let sum = |of: &dyn Fn(usize, usize) -> bool, around: usize| {
             let first = around.saturating_sub(2 * NEXT);
@@ -142,7 +144,7 @@ impl OfSensor<'_> {
             }
             met
         };
-        // Across the step from a scan to the next one.
+        // Pairs across the step from a scan to the next one.
         let across = |scan: usize| sum(&|from, to| from <= scan && to > scan, scan);
         let before = |scan: usize| sum(&|_, to| to <= scan, scan);
         let after = |scan: usize| sum(&|from, _| from > scan, scan);
@@ -173,8 +175,8 @@ impl OfSensor<'_> {
         );
     }
 
-    /// Whether what is carried across the step from this scan to the next one has nothing around it either, nor if the vehicle turned by more
-    /// or less: wheels that slip, or do not follow a command, carry it by less.
+    /// Whether transformed detections have no match around them across the step from this scan to the next one, nor with a
+    /// smaller or larger turn, because wheels slip, or do not follow a command.
     fn are_far(&self, scan: usize, usual: f64) -> bool {
         let first = (scan + 1).saturating_sub(NEXT);
         let pairs: Vec<[usize; 2]> = (first..=scan)
@@ -191,7 +193,7 @@ impl OfSensor<'_> {
         })
     }
 
-    /// Times at which odometry says that the vehicle stands, and the scans that it does not.
+    /// Reports intervals in which the odometry stands, but the scans show motion.
     fn standing(&self, usual: f64, findings: &mut Findings) {
         let reach_m = self.log.sensors().nth(self.log.scans[self.scans[0]].sensor).map_or(1.0, |one| one.1.range_max_m);
         let stands = |from: usize, to: usize| {
@@ -233,7 +235,7 @@ impl OfSensor<'_> {
         );
     }
 
-    /// Scans in a row that are empty although landmarks are in view.
+    /// Reports consecutive empty scans although landmarks are in view.
     fn empty(&self, usual: f64, findings: &mut Findings) {
         let mut found: Vec<([usize; 2], f64)> = Vec::new();
         let mut from = 0;
@@ -241,7 +243,7 @@ impl OfSensor<'_> {
             let until = (from..self.scans.len()).find(|scan| self.count(*scan) > 0).unwrap_or(self.scans.len());
             if until - from >= EMPTY && self.t_s(until - 1) - self.t_s(from) >= EMPTY_S {
                 let spell = || from..until;
-                // Of landmarks in view before it, and of those after it: whichever tell more.
+                // From the landmarks in view before or after the interval, whichever give more.
                 let before = from.checked_sub(2).map_or(0.0, |scan| self.expected([scan, scan + 1], spell()));
                 let after =
                     if until + 1 < self.scans.len() { self.expected([until + 1, until], spell().rev()) } else { 0.0 };
@@ -268,7 +270,8 @@ impl OfSensor<'_> {
         );
     }
 
-    /// Detections of the second scan that met one of the first, carried into as many scans as odometry is good for: how many stay in view.
+    /// Number of expected detections: those of the second scan that match the first, transformed into the scans of the interval
+    /// within the time in which odometry is good, and in view there.
     fn expected(&self, [first, second]: [usize; 2], spell: impl Iterator<Item = usize>) -> f64 {
         let of = |scan: usize| &self.log.scans[self.scans[scan]];
         let carried = |detection: [f64; 2], from: usize, to: usize| {

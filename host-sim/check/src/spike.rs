@@ -1,26 +1,27 @@
-//! Single rows of odometry that no vehicle drives: a counter that ran over, a byte that was lost.
+//! Single rows of odometry that no vehicle can drive: an overflow of a counter, or a lost byte.
 
 use super::finding::{Findings, Motion, quantile, short};
 use super::way::{SPEED_MPS, most};
 use scphd::settings::Plausible;
 
-/// A row stands out from both of its neighbours by this many times what 99 % of the steps from row to row stay under, and by more than
-/// what 99 % of the rows say. Of normal noise that is fifteen standard deviations of a step; real vehicles brake and start over several
-/// rows, and wheels that slip tell of up to twice the way.
+/// A row is a spike if it exceeds both neighbours by more than this multiple of the 99 % quantile of the steps between rows, and
+/// by more than the 99 % quantile of the rows. For normal noise that is fifteen standard deviations of a step; real vehicles
+/// brake and start over several rows, and slipping wheels at most double the distance.
 const TIMES: f64 = 6.0;
 const MOST_STEPS: f64 = 0.99;
-/// Fewer steps tell no such share.
+/// Least number of steps for such a quantile.
 const STEPS: usize = 20;
-/// Spikes are rare: where one row in two hundred stands out, odometry is of that kind.
+/// Spikes are rare: with more than one in this number of rows, it is the kind of odometry.
 const RARE: usize = 200;
-/// Spikes that carry dead reckoning by this share of the sensor's reach, or by this angle, hide what it tells.
+/// Spikes that displace dead reckoning by this share of the sensor's range, or by this angle, rad, prevent other checks of it.
 const CARRIED_REACH: f64 = 0.1;
 const CARRIED_RAD: f64 = 0.3;
 
-/// Names them, unless there are so many that the unit is to be doubted; whether there are any that carry dead reckoning away.
+/// Reports spikes, unless there are so many that the unit is doubtful. Returns whether any displaces dead reckoning.
 pub(super) fn look_over(motion: &[Motion], reach_m: f64, findings: &mut Findings) -> bool {
     let speed_mps = |row: &Motion| row.speed_mps.unwrap_or(0.0);
-    // A white noise of single rows exceeds what a vehicle turns for long; a filter leaves out what no gyroscope measures.
+    // White noise of single rows may exceed the sustained turn rates of vehicles; a filter drops only rates that no gyroscope
+    // measures.
     let turn_max_radps = Plausible::<f64>::default().turn_rate_max_radps;
     let mut spikes = beyond(motion, speed_mps, SPEED_MPS);
     spikes.extend(beyond(motion, |row| row.turn_radps.abs(), turn_max_radps));
@@ -53,7 +54,7 @@ pub(super) fn look_over(motion: &[Motion], reach_m: f64, findings: &mut Findings
     carried(&speed_mps) > CARRIED_REACH * reach_m || carried(&|row| row.turn_radps.abs()) > CARRIED_RAD
 }
 
-/// Rows beyond what any vehicle does, where most are not.
+/// Rows beyond a physical limit; none if most rows are.
 fn beyond(motion: &[Motion], of: impl Fn(&Motion) -> f64, limit: f64) -> Vec<usize> {
     if most(motion, &of) > limit {
         return Vec::new();
@@ -61,7 +62,7 @@ fn beyond(motion: &[Motion], of: impl Fn(&Motion) -> f64, limit: f64) -> Vec<usi
     (0..motion.len()).filter(|&index| of(&motion[index]) > limit).collect()
 }
 
-/// Rows that differ from both neighbours, in the same direction, by far more than rows differ elsewhere.
+/// Rows that differ from both neighbours, in the same direction, by far more than other rows do.
 fn standing_out(motion: &[Motion], of: impl Fn(&Motion) -> f64) -> Vec<usize> {
     let at = |index: usize| of(&motion[index]);
     let height = |index: usize| {
@@ -71,7 +72,7 @@ fn standing_out(motion: &[Motion], of: impl Fn(&Motion) -> f64) -> Vec<usize> {
     let mut peaks: Vec<(usize, f64)> = (1..motion.len().saturating_sub(1)).filter_map(height).collect();
     peaks.sort_by(|a, b| b.1.total_cmp(&a.1));
     peaks.truncate(motion.len() / RARE + 2);
-    // Elsewhere: not at the highest peaks. Rows of a vehicle at rest, or of a coarse encoder, are the same.
+    // Steps at the highest peaks are left out, and zeros: rows of a vehicle at rest, or of a coarse encoder, are equal.
     let is_elsewhere = |index: usize| !peaks.iter().any(|(peak, _)| *peak == index || *peak == index + 1);
     let steps = (0..motion.len().saturating_sub(1)).filter(|&index| is_elsewhere(index));
     let steps: Vec<f64> = steps.map(|index| (at(index + 1) - at(index)).abs()).filter(|step| *step > 0.0).collect();

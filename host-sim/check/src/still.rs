@@ -1,7 +1,8 @@
-//! What stands still in the view of a sensor while the vehicle moves: parts of the vehicle itself, or another vehicle ahead of it.
+//! Detections that stand still in the view of a sensor while the vehicle moves: parts of the vehicle, or another vehicle ahead of
+//! it.
 //!
-//! A detection tells where odometry carries something of the map far from where it was seen. If a later scan has one where it was, and none where it would
-//! be carried, it has come along.
+//! A detection is judged if the odometry moves it far from its place in the view. If a later scan has a detection at the old
+//! place, and none at the predicted one, it stood still in the view.
 
 use super::finding::{Findings, percent, quantile, short};
 use super::reading::AS_WRITTEN;
@@ -9,31 +10,33 @@ use super::sight::Sight;
 use scphd_log::angle::wrap;
 use scphd_log::log::{Log, Sensor};
 
-/// Fewer pairs of scans tell nothing.
+/// Least number of pairs of scans.
 const PAIRS: usize = 40;
-/// What is seen in fewer of the scans disturbs no filter.
+/// Least share of scans with such a detection; fewer do not disturb a filter.
 const SHARE: f64 = 0.1;
-/// A place is one if so many times as much comes along there as elsewhere at its range, where that is chance,
+/// A place is fixed to the vehicle if detections stand still there this many times as often as elsewhere at the same range
+/// (chance),
 const TIMES: f64 = 5.0;
-/// in so many quarters of the log.
+/// in at least this number of quarters of the log,
 const QUARTERS: usize = 3;
-/// What is fixed to the vehicle scatters by noise; what drives ahead comes along beside the place, too, by more than this share.
+/// and beside the place only for less than this share. Parts of the vehicle scatter by noise only, a vehicle ahead scatters more.
 const BESIDE: f64 = 0.3;
-/// How far beside, in gates.
+/// Radius of the ring beside the place, in gates.
 const RING: f64 = 2.5;
-/// Places of a sensor, at most.
+/// Greatest number of places of a sensor.
 const PLACES: usize = 8;
-/// A zone ends beyond all but this share of what is seen, to either side, by half of what lies between, and by this many standard deviations.
+/// A zone has these quantiles of the detections as its edges, extended on each side by half of its width, or at least by this
+/// number of standard deviations.
 const EDGE: f64 = 0.02;
 const MARGIN_SIGMAS: f64 = 1.0;
-/// Something that drives along is in view in this share of the scans, within this angle and this share of its range.
+/// A vehicle ahead is in view in at least this share of the scans, within this angle, rad, and this share of its range,
 const ALONG: f64 = 0.25;
 const ALONG_RAD: f64 = 0.4;
 const ALONG_RANGE: f64 = 0.35;
-/// And comes along so many times as often as by chance.
+/// and stands still at least this many times as often as by chance.
 const ALONG_TIMES: f64 = 3.0;
 
-/// A detection that came along, and the pair of scans.
+/// A detection that stood still in the view, and the index of the pair of scans.
 #[derive(Debug, Clone, Copy)]
 struct Along {
     pair: usize,
@@ -55,13 +58,13 @@ impl Zone {
     }
 }
 
-/// The name of what is fixed to the vehicle.
+/// The code of the finding for parts of the vehicle.
 pub(super) const CODE: &str = "fixed-in-view";
 
 /// Zones of the view of each sensor.
 pub(super) type Zones = Vec<Vec<Zone>>;
 
-/// Takes out of the scans what lies in such zones; how many detections.
+/// Removes detections in these zones from the scans. Returns their number.
 pub(super) fn leave_out(log: &mut Log, zones: &[Vec<Zone>]) -> usize {
     let mut left_out = 0;
     for scan in &mut log.scans {
@@ -76,8 +79,8 @@ pub(super) fn leave_out(log: &mut Log, zones: &[Vec<Zone>]) -> usize {
     left_out
 }
 
-/// Names what is fixed to the vehicle, and takes it out of the scans, so that the rest can be judged. Gives back where that is, and what else comes
-/// along, which is none of it where the odometry is wrong.
+/// Reports parts of the vehicle and removes them from the scans, so that the rest can be judged. Returns their zones, and the
+/// findings about other vehicles, which do not hold if the odometry is wrong.
 pub(super) fn look_over(
     log: &mut Log,
     poses: &[[f64; 3]],
@@ -114,7 +117,7 @@ pub(super) fn look_over(
     (all, others)
 }
 
-/// Detections that are seen again where they were, and not where odometry carries them.
+/// Detections that are seen again at the same place in the view, and not where odometry predicts them.
 fn come_along(log: &Log, poses: &[[f64; 3]], pairs: &[[usize; 2]]) -> Vec<Along> {
     let sight = Sight::of(log, &AS_WRITTEN);
     let mut along = Vec::new();
@@ -132,7 +135,7 @@ fn come_along(log: &Log, poses: &[[f64; 3]], pairs: &[[usize; 2]]) -> Vec<Along>
     along
 }
 
-/// The place at which most comes along, and the share of the scans in which something does, if it is fixed to the vehicle.
+/// The place with most such detections and its share of the scans; `None` unless it is fixed to the vehicle.
 fn place(sight: &Sight<'_>, view: &Sensor, along: &[Along], pairs: usize, sensor: usize) -> Option<([f64; 2], f64)> {
     let near = |place: [f64; 2]| along.iter().filter(move |one| sight.are_near(sensor, one.seen, place));
     let step = along.len().div_ceil(1000).max(1);
@@ -167,12 +170,12 @@ fn place(sight: &Sight<'_>, view: &Sensor, along: &[Along], pairs: usize, sensor
     is_fixed.then_some((place, share))
 }
 
-/// With the bearing counted from the place.
+/// Range and bearing, with the bearing wrapped near that of the place.
 fn wrap_near([range_m, bearing_rad]: [f64; 2], place: [f64; 2]) -> [f64; 2] {
     [range_m, place[1] + wrap(bearing_rad - place[1])]
 }
 
-/// What holds nearly all that comes along there, and noise.
+/// The zone around nearly all such detections at the place, with a margin for noise.
 fn zone(sight: &Sight<'_>, along: &[Along], place: [f64; 2], sensor: usize) -> Zone {
     let members = || along.iter().map(|one| one.seen).filter(|seen| sight.are_near(sensor, *seen, place));
     let edges = |k: usize| {
@@ -220,7 +223,7 @@ fn tell_fixed(section: &str, name: &str, zones: &[(Zone, f64)], findings: &mut F
     );
 }
 
-/// Names something that drives along.
+/// Reports another vehicle ahead.
 fn tell_along(log: &Log, poses: &[[f64; 3]], pairs: &[[usize; 2]], along: &[Along], findings: &mut Findings) {
     let is_around = |one: &Along, [range_m, bearing_rad]: [f64; 2]| {
         (one.seen[0] - range_m).abs() < ALONG_RANGE * range_m && wrap(one.seen[1] - bearing_rad).abs() < ALONG_RAD
@@ -239,7 +242,7 @@ fn tell_along(log: &Log, poses: &[[f64; 3]], pairs: &[[usize; 2]], along: &[Alon
     if share < ALONG {
         return;
     }
-    // By chance, detections of other scans are as often where these were.
+    // By chance, detections of unrelated scans match equally often.
     let shuffled: Vec<[usize; 2]> =
         (0..pairs.len()).map(|k| [pairs[k][0], pairs[(k + pairs.len() / 2) % pairs.len()][1]]).collect();
     let by_chance = pairs_of(&come_along(log, poses, &shuffled), place);

@@ -1,20 +1,21 @@
-//! Whether detections lie in the view that the log states.
+//! Whether detections are in the view that the log states.
 
 use super::finding::{Findings, percent, quantile, short};
 use scphd_log::angle::wrap;
 use scphd_log::log::{Log, Nominal, Sensor};
 use std::f64::consts::PI;
 
-/// Noise carries a detection over the rim by three standard deviations, hardly by more.
+/// Noise moves a detection across the edge of the view by at most about this number of standard deviations.
 const SIGMAS: f64 = 3.0;
-/// The filter takes what lies out of view for false: a share as of a normal distribution beyond the rim is harmless, ten times more is not.
+/// Greatest share of detections out of view, which a filter takes as clutter. A normal distribution across the edge has a smaller
+/// share; ten times more does harm.
 const OUT_SHARE: f64 = 0.03;
-/// Fewer detections tell nothing of a view.
+/// Least number of detections.
 const DETECTIONS: usize = 100;
-/// A sensor that never uses nine tenths of its stated reach has another, or another unit.
+/// A sensor whose detections use less than this share of its stated range has another range, or another unit.
 const USED_SHARE: f64 = 0.1;
 
-/// The share of the detections that lie beyond the rim; `None` of none.
+/// The share of the detections out of view; `None` without detections.
 pub(super) fn planar(log: &Log, findings: &mut Findings) -> Option<f64> {
     let (mut all, mut out) = (0, 0);
     for (place, (name, sensor, nominal)) in log.sensors().enumerate() {
@@ -65,7 +66,7 @@ pub(super) fn planar(log: &Log, findings: &mut Findings) -> Option<f64> {
     (all > 0).then(|| f64::from(out as u32) / all as f64)
 }
 
-/// Whether a detection lies in view, but for noise.
+/// Whether a detection is in view, with a margin for noise.
 fn holds(sensor: &Sensor, nominal: &Nominal, [range_m, bearing_rad]: [f64; 2]) -> bool {
     let [slack_m, slack_rad] = nominal.sigmas(sensor).map(|sigma| SIGMAS * sigma);
     if !(sensor.range_min_m - slack_m..=sensor.range_max_m + slack_m).contains(&range_m) {

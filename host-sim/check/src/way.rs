@@ -1,4 +1,4 @@
-//! Speeds and turns, and dead reckoning beside the truth.
+//! Speeds and turns, and dead reckoning compared with the truth.
 
 use super::finding::{Findings, Motion, percent, quantile, short};
 use scphd_filters::kind::Kind;
@@ -8,31 +8,32 @@ use scphd_log::truth;
 use scphd_log::vehicle::FASTEST_MPS;
 use std::f64::consts::PI;
 
-/// No vehicle that maps landmarks is faster,
+/// Limits: no vehicle that maps landmarks is faster,
 pub(super) const SPEED_MPS: f64 = FASTEST_MPS;
-/// nor turns faster than once in a second for long,
+/// nor turns faster for long than once a second, rad/s,
 const TURN_RADPS: f64 = 2.0 * PI;
-/// nor stays on the ground beyond the acceleration of gravity across its way; a simulated one may.
+/// nor has a lateral acceleration above gravity, except a simulated one.
 const ACROSS_MPS2: f64 = 9.81;
-/// All three are asked of what 95 % of the rows stay under, so that noise and outliers do not decide.
+/// All three apply to the 95 % quantile of the rows, so that noise and outliers do not count.
 const MOST_ROWS: f64 = 0.95;
-/// Ways are compared over pieces of this share of the sensor's reach: noise of the truth is less, and so is what a turn bends.
+/// Distances are compared over segments of this share of the sensor's range: longer than the noise of the truth, shorter than
+/// most turns.
 const PIECE_REACH: f64 = 0.25;
-/// Fewer pieces tell nothing.
+/// Least number of segments.
 const PIECES: usize = 8;
-/// Worn tyres and slip change a way by tenths; a unit changes it by more than this.
+/// Greatest ratio of distances: worn tyres and slip change a distance by tenths, a wrong unit by more than this.
 const WAY_RATIO: f64 = 2.0;
-/// Dead reckoning that is off by this share of the way, and by more than the sensor's reach, goes nowhere.
+/// Dead reckoning is lost if its error exceeds this share of the distance, and the sensor's range.
 const LOST_SHARE: f64 = 0.3;
-/// Turns whose correlation with the true ones is less than this are of the other sign.
+/// A correlation of turns with the true ones below this means the opposite sign.
 const TURNED_AROUND: f64 = -0.5;
-/// A heading at the start that is off by more than this is not that of the truth.
+/// Greatest error of the initial heading, rad.
 const START_RAD: f64 = 0.5;
 
-/// A unit of the headings is right where the mean cosine to the direction of the way is greater by this.
+/// A unit of headings is right if its mean cosine to the direction of motion is greater by this.
 const CLEARLY: f64 = 0.2;
 
-/// Units by how many times too long a way gets.
+/// Units, each with the factor by which distances are too long.
 const UNITS: [(f64, &str); 8] = [
     (1000.0, "speeds in mm/s, or times in milliseconds"),
     (100.0, "speeds in cm/s"),
@@ -44,7 +45,7 @@ const UNITS: [(f64, &str); 8] = [
     (0.001, "the truth in mm"),
 ];
 
-/// The way that the odometry drives until then, m; `None` where it has no speeds.
+/// The distance that the odometry drives until a time, m; `None` without speeds.
 pub(super) fn driven(motion: &[Motion], until_s: f64) -> Option<f64> {
     let until = |place: usize| motion.get(place + 1).map_or(until_s, |next| next.t_s.min(until_s));
     let ways =
@@ -52,12 +53,12 @@ pub(super) fn driven(motion: &[Motion], until_s: f64) -> Option<f64> {
     motion.iter().any(|row| row.speed_mps.is_some()).then(|| ways.sum())
 }
 
-/// What most rows stay under, of those that say more than 0.
+/// The 95 % quantile of the rows above 0.
 pub(super) fn most(motion: &[Motion], of: impl Fn(&Motion) -> f64) -> f64 {
     quantile(motion.iter().map(of).filter(|number| *number > 0.0).collect(), MOST_ROWS).unwrap_or(0.0)
 }
 
-/// What no vehicle can do.
+/// Reports speeds and turn rates that no vehicle can have.
 pub(super) fn speeds(motion: &[Motion], simulated: bool, findings: &mut Findings) {
     let speed = most(motion, |row| row.speed_mps.unwrap_or(0.0));
     let turn = most(motion, |row| row.turn_radps.abs());
@@ -88,13 +89,13 @@ pub(super) fn speeds(motion: &[Motion], simulated: bool, findings: &mut Findings
     }
 }
 
-/// A scan at which dead reckoning and truth are both known.
+/// Position by dead reckoning and truth at a scan.
 struct Both<K: Kind> {
     reckoned: K::Position,
     truth: K::Position,
 }
 
-/// How far dead reckoning is off, m (RMSE); `None` without truth.
+/// RMSE of dead reckoning, m; `None` without truth.
 pub(super) fn beside_truth<K: Kind>(
     log: &K::Log,
     reckoned: &[K::Reckoned],
@@ -159,7 +160,7 @@ pub(super) fn beside_truth<K: Kind>(
     Some(rmse_m)
 }
 
-/// Chords of dead reckoning and truth between the same scans.
+/// Chords of dead reckoning and truth between the same scans, m.
 fn pieces<K: Kind>(both: &[Both<K>], least_m: f64) -> Vec<[[f64; 2]; 2]> {
     let mut pieces = Vec::new();
     let Some(mut from) = both.first() else { return pieces };
@@ -195,7 +196,7 @@ fn directions(pieces: &[[[f64; 2]; 2]], findings: &mut Findings) {
         );
         return;
     }
-    // How dead reckoning leaves the start, before it has gone astray.
+    // Direction of the first segment, before dead reckoning has drifted.
     let off = pieces[0];
     let off_rad = wrap(libm::atan2(off[0][1], off[0][0]) - libm::atan2(off[1][1], off[1][0]));
     if off_rad.abs() > START_RAD {
@@ -208,14 +209,14 @@ fn directions(pieces: &[[[f64; 2]; 2]], findings: &mut Findings) {
     }
 }
 
-/// Headings of the truth beyond a whole turn: in degrees, or counted on.
+/// Reports headings of the truth beyond a whole turn: in degrees, or unwrapped.
 pub(super) fn whole_turns<K: Kind>(log: &K::Log, findings: &mut Findings) {
     let truth = K::truth(log);
     let most = truth.iter().filter_map(|row| row.heading_rad).fold(0.0_f64, |most, heading| most.max(heading.abs()));
     if most <= 2.0 * PI + 1e-3 {
         return;
     }
-    // Where the truth moves, its heading is its direction, or the opposite one.
+    // Where the truth moves, its heading is the direction of motion, or the opposite one.
     let along = |unit: f64| {
         let cosines = truth.windows(2).filter_map(|pair| {
             let step = [0, 1].map(|k| pair[1].position.as_ref()[k] - pair[0].position.as_ref()[k]);
@@ -225,7 +226,7 @@ pub(super) fn whole_turns<K: Kind>(log: &K::Log, findings: &mut Findings) {
         let (sum, count) = cosines.fold((0.0, 0), |(sum, count), cosine| (sum + cosine, count + 1));
         (sum / f64::from(count.max(1))).abs()
     };
-    // Headings that are counted on agree as they are; on a way that is nearly straight small ones of either unit do.
+    // Unwrapped headings agree as they are; on a nearly straight path small headings agree in either unit.
     if along(PI / 180.0) > along(1.0) + CLEARLY {
         findings.warn(
             "heading-unit",

@@ -1,19 +1,19 @@
-//! Times of the calendar.
+//! Calendar times.
 
 /// Seconds of a day.
 const DAY_S: u64 = 86_400;
-/// From here on a time in seconds is one of the calendar, counted from 1970: 1 January 2000.
+/// Least time in seconds since 1970 that is a calendar time, s: 1 January 2000.
 const FIRST_S: f64 = 946_684_800.0;
-/// And up to here: the year 2100.
+/// End of the calendar times, s: the year 2100.
 const LAST_S: f64 = 4_102_444_800.0;
 
-/// Date and time (UTC) of seconds since 1970; `None` where a time is none of the calendar.
+/// Date and time (UTC) of seconds since 1970; `None` if it is not a calendar time.
 #[must_use]
 pub fn utc(t_s: f64) -> Option<String> {
     if !(FIRST_S..LAST_S).contains(&t_s) {
         return None;
     }
-    // Whole milliseconds within the bounds above.
+    // Whole milliseconds, exact within the bounds above.
     let ms = (t_s * 1e3).round() as u64;
     let (seconds, ms) = (ms / 1000, ms % 1000);
     let (day, second) = (seconds / DAY_S, seconds % DAY_S);
@@ -23,7 +23,7 @@ pub fn utc(t_s: f64) -> Option<String> {
     Some(format!("{year:04}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}{rest} UTC"))
 }
 
-/// A time, s, with its date where it is one of the calendar.
+/// A time, s, as a date if it is a calendar time.
 #[must_use]
 pub fn shown(t_s: f64) -> String {
     utc(t_s).unwrap_or_else(|| format!("{t_s:.3} s"))
@@ -31,7 +31,7 @@ pub fn shown(t_s: f64) -> String {
 
 /// Year, month and day of a day since 1970.
 fn date(day: u64) -> [u64; 3] {
-    // Years begin in March, so that the leap day is the last of one; 719 468 days lie between 1 March of year 0 and 1970.
+    // Years begin in March, so that a leap day is the last day; 719 468 days lie between 1 March of year 0 and 1970.
     let day = day + 719_468;
     let (era, day) = (day / 146_097, day % 146_097);
     let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
@@ -47,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn days_follow_each_other() {
+    fn consecutive_days_have_consecutive_dates() {
         let mut now = [1970, 1, 1];
         for day in 0..50_000 {
             assert_eq!(date(day), now);
@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn times_of_the_calendar_have_their_date() {
+    fn calendar_times_are_shown_as_dates() {
         assert_eq!(utc(1_700_000_000.0).unwrap(), "2023-11-14 22:13:20 UTC");
         assert_eq!(shown(1_709_164_799.999_6), "2024-02-29 00:00:00 UTC");
         assert_eq!(shown(1_700_000_000.25), "2023-11-14 22:13:20.250 UTC");

@@ -1,10 +1,10 @@
-//! A run as files that other programs read, and files of others as logs.
+//! Export of runs for other programs, and import of other formats as logs.
 //!
 //! | folder or file | |
 //! |---|---|
-//! | `tum.rs` | trajectories as text |
-//! | `mcap/` | a run as messages of ROS 2 |
-//! | `import/` | logs of files of others |
+//! | `tum.rs` | export of trajectories as text |
+//! | `mcap/` | export of a run as messages of ROS 2 |
+//! | `import/` | import of other formats |
 
 pub mod calendar;
 pub mod import;

@@ -1,7 +1,8 @@
-//! Trajectories as text, a row a pose: `timestamp tx ty tz qx qy qz qw`, in seconds and metres, the turn as a unit quaternion.
+//! Trajectories as text, a row a pose: `timestamp tx ty tz qx qy qz qw`, in seconds and metres, the orientation as a unit
+//! quaternion.
 //!
-//! Both files have rows at the times of scans, so that tools that pair rows by their times pair the same as the scores here. In the
-//! plane z is 0; the turn is about the vertical alone.
+//! Both files have rows at the times of scans, so that other tools pair the same rows as the scores here. In the plane z is 0,
+//! and the rotation is about the vertical.
 
 use scphd_log::dimensions::{Coordinates, Dimensions};
 use scphd_ros::messages::Quaternion;
@@ -12,11 +13,11 @@ use std::path::{Path, PathBuf};
 
 const HEAD: &str = "# timestamp tx ty tz qx qy qz qw\n";
 
-/// Writes `estimate.tum`, and `truth.tum` with the scans whose true position is known, into the existing folder `dir`, and returns their
-/// paths; without a truth the first alone.
+/// Writes `estimate.tum`, and `truth.tum` with the scans whose true position is known, into the existing folder `dir`; only the
+/// first without truth. Returns their paths.
 ///
 /// # Errors
-/// [`OutputError`] where a file cannot be written; files already complete stay.
+/// [`OutputError`] if a file cannot be written; complete files remain.
 pub fn write<D: Dimensions>(dir: &Path, scans: &[ScanRecord<D>]) -> Result<Vec<PathBuf>, OutputError> {
     let scans = last_of_each_time(scans);
     let estimate = scans.iter().map(|scan| (scan.t_s, D::position(&scan.pose), Some(D::heading(&scan.pose))));
@@ -35,19 +36,19 @@ fn save(path: &Path, text: &str) -> Result<(), OutputError> {
     sink::write(path, text.as_bytes()).map_err(|source| OutputError::Io { path: path.into(), source })
 }
 
-/// Programs take a time for the name of a pose: of several scans at one time the last, after which more is known.
+/// Programs identify a pose by its time: of several scans at one time the last is kept, which has most information.
 fn last_of_each_time<D: Dimensions>(scans: &[ScanRecord<D>]) -> Vec<&ScanRecord<D>> {
     let next = scans.iter().skip(1).map(|scan| Some(scan.t_s)).chain([None]);
     scans.iter().zip(next).filter(|(scan, next)| Some(scan.t_s) != *next).map(|(scan, _)| scan).collect()
 }
 
-/// An unknown heading is written as 0.
+/// A table of poses. An unknown heading is written as 0.
 fn text<P: Coordinates>(rows: impl Iterator<Item = (f64, P, Option<f64>)>) -> String {
     let mut text = HEAD.to_owned();
     for (t_s, position, heading_rad) in rows {
         let at = |k: usize| position.as_ref().get(k).copied().unwrap_or(0.0);
         let Quaternion { x, y, z, w } = Quaternion::of_yaw(heading_rad.unwrap_or(0.0));
-        // As many digits as bring the same numbers back; a text takes whatever is written.
+        // The shortest digits that parse to the same number; writing to a string cannot fail.
         let _ = writeln!(text, "{t_s:?} {:?} {:?} {:?} {x:?} {y:?} {z:?} {w:?}", at(0), at(1), at(2));
     }
     text

@@ -1,4 +1,4 @@
-//! A log with its settings as the description of a vehicle, for what is not the simulator.
+//! The description of a vehicle from a log with its settings, for use outside the simulator.
 
 use crate::settings::Settings;
 use crate::slam::{PlanarNumbers, PlanarVehicle};
@@ -8,13 +8,13 @@ use scphd::settings::Persistence;
 use scphd_log::log::{FixNoise, Log};
 use scphd_vehicle::{Description, Filter, FixSpec, JointFilter, Sensor, VehicleKind};
 
-/// The joint map of the settings of a log, which has few enough sensors.
+/// The joint map with the settings of a log; the number of sensors is limited.
 #[must_use]
 pub fn description(log: &Log, settings: &Settings) -> Description<f64> {
     let numbers = PlanarNumbers::<f64>::of(settings, &log.vehicle, log.initial_pose);
     let mut description = Description::robot();
     description.vehicle.noise = numbers.noise;
-    // A joint map takes errors of the odometry to last as long as they are said to.
+    // A joint map uses the stated correlation time of odometry errors, without a margin.
     description.vehicle.noise.interval_s = settings.vehicle.noise_interval_s;
     description.vehicle.kind = match numbers.vehicle {
         PlanarVehicle::Ackermann(geometry) => {

@@ -1,5 +1,5 @@
-//! What a kind of vehicle supplies: its log, settings and truth, and filters that fit it. Sessions, studies, tables and pictures are
-//! written once, for any kind.
+//! The parts that depend on the kind of vehicle: log, settings, truth, and suitable filters. Sessions, studies, tables and plots
+//! are generic over it.
 
 mod planar;
 mod underwater;
@@ -13,17 +13,17 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fmt::Debug;
 
-/// Whether a sensor sees a place, m, from a true pose; `None` where that would take what the truth does not know.
+/// Whether a sensor sees a position, m, from a true pose; `None` if that needs unknown parts of the truth.
 pub type View<'a, D> = Box<dyn Fn(&TruePose<D>, <D as Dimensions>::Position) -> Option<bool> + 'a>;
 
 /// A kind of vehicle with its sensor.
 pub trait Kind: Dimensions {
-    /// A log.
+    /// The log.
     type Log: Debug + Clone + PartialEq + Send + Sync;
-    /// What a run over it can be tuned with.
+    /// The settings of a run.
     type Settings: Debug + Clone + PartialEq + Serialize + DeserializeOwned + Send + Sync;
 
-    /// A map is compared with the truth at every so many scans only, and at the last.
+    /// The map is compared with the truth at every scan whose index is a multiple of this, and at the last.
     const SCANS_A_MAP_ERROR: usize;
 
     /// The name of the log.
@@ -35,28 +35,28 @@ pub trait Kind: Dimensions {
     /// Its true trajectory in order of time; empty if unknown.
     fn truth(log: &Self::Log) -> &[TruePose<Self>];
 
-    /// Standard deviation of a coordinate of its positions, m.
+    /// Standard deviation of a coordinate of the true positions, m.
     fn truth_sigma_m(log: &Self::Log) -> f64;
 
     /// The true static landmarks that a map should have, m; empty if unknown.
     fn landmarks(log: &Self::Log) -> Vec<Self::Position>;
 
-    /// Other true features, m, which a map need not have: they are seldom detected.
+    /// Other true features, m, which a map need not have because they are seldom detected.
     fn seldom(_log: &Self::Log) -> Vec<Self::Position> {
         Vec::new()
     }
 
-    /// True tracks of what moves; `None` where the log does not know whether anything does.
+    /// True tracks of moving landmarks; `None` if the log does not know whether there are any.
     fn moving(log: &Self::Log) -> Option<&[MovingLandmark<Self>]>;
 
-    /// Where the vehicle starts, m.
+    /// Initial position of the vehicle, m.
     fn start(log: &Self::Log) -> Self::Position;
 
-    /// What its sensor sees.
+    /// The view of its sensors.
     fn view<'a>(log: &'a Self::Log, settings: &Self::Settings) -> View<'a, Self>;
 
-    /// Where a measurement of a scan lies in the map, m, if the vehicle is at `pose`, and the standard deviation of its noise there in its worst
-    /// direction, m; `None` where it has no place.
+    /// The position of a measurement in the map, m, for a vehicle at `pose`, and the greatest standard deviation by its noise in
+    /// any direction, m; `None` if it has no position.
     fn place(
         log: &Self::Log,
         settings: &Self::Settings,
@@ -65,25 +65,25 @@ pub trait Kind: Dimensions {
         measurement: &Self::Measurement,
     ) -> Option<(Self::Position, f64)>;
 
-    /// Motion and scans in the order in which a filter needs them.
+    /// Motion, fixes and scans in the order for a filter.
     ///
     /// # Errors
-    /// The log or the settings say what no filter can be told.
+    /// The log or the settings cannot be used by a filter.
     fn events(log: &Self::Log, settings: &Self::Settings) -> Result<Vec<Event<Self>>, Refusal>;
 
     /// The time of a row of odometry, s.
     fn row_t_s(log: &Self::Log, row: usize) -> f64;
 
-    /// Where the vehicle is at every scan by odometry, or instruments, alone.
+    /// The position at every scan by dead reckoning, with odometry or instruments.
     ///
     /// # Errors
     /// As for [`events`](Self::events).
     fn dead_reckoning(log: &Self::Log, settings: &Self::Settings) -> Result<Vec<Self::Reckoned>, Refusal>;
 
-    /// A filter at the start of the log.
+    /// Starts a filter.
     ///
     /// # Errors
-    /// There is no such filter for this kind, or it cannot work with the settings.
+    /// This kind has no such filter, or the filter refuses the settings.
     fn slam(
         filter: Filter,
         log: &Self::Log,
@@ -91,33 +91,33 @@ pub trait Kind: Dimensions {
         seed: u64,
     ) -> Result<Box<dyn Slam<Self>>, Refusal>;
 
-    /// What watches the fixes that a filter refuses.
+    /// The monitor of fixes that a filter refuses.
     ///
     /// # Errors
     /// Their noise is out of range.
     fn fix_watch(settings: &Self::Settings) -> Result<Box<dyn WatchesFixes<Self>>, Refusal>;
 
-    /// The recursion's part of the settings.
+    /// The settings of the recursion.
     fn recursion(settings: &Self::Settings) -> &FilterSettings;
 
-    /// The same, to be changed.
+    /// The same, mutable.
     fn recursion_mut(settings: &mut Self::Settings) -> &mut FilterSettings;
 
     /// Mean number of false measurements and births in a scan, ∫ κ + w dz.
     fn unexplained_per_scan(log: &Self::Log, settings: &Self::Settings) -> f64;
 
-    /// Settings of the recursion of the thesis, which is all that the reference has.
+    /// Settings of the recursion of the thesis, without the parts that the reference does not have.
     fn of_reference(log: &Self::Log) -> Self::Settings;
 
-    /// These settings with the fields in `text` put over them.
+    /// These settings, overridden by the fields in `text`.
     ///
     /// # Errors
-    /// `text` is no settings file.
+    /// `text` is not a settings file.
     fn with_toml(settings: &Self::Settings, text: &str) -> Result<Self::Settings, FileProblem>;
 
     /// The first field that is out of range for runs over this log, if any.
     ///
     /// # Errors
-    /// Names the field and its range.
+    /// The first field out of range, with its range.
     fn check(log: &Self::Log, settings: &Self::Settings) -> Result<(), OutOfRange>;
 }

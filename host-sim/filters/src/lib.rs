@@ -1,4 +1,4 @@
-//! Filters over logs: what they are tuned with, and what a kind of vehicle supplies for them.
+//! Filters over logs, their settings, and the parts that depend on the kind of vehicle.
 
 pub mod describe;
 pub mod ekf;

@@ -1,4 +1,4 @@
-//! The threads that weigh a filter's candidates and update its maps.
+//! Threads for weighing a filter's candidates and updating its maps.
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder, Yield};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -6,19 +6,19 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// How long a thread without work stays awake: longer than a filter goes without jobs within a scan. A round of jobs may be
-/// shorter than the time that a sleeping thread needs to wake.
+/// Time for which a thread without work does not sleep: longer than the time between rounds of jobs within a scan. A round may be
+/// shorter than the time to wake a sleeping thread.
 const AWAKE: Duration = Duration::from_millis(1);
 
-/// A pool of threads as an executor of the filter; none of its own by default.
+/// A pool of threads as an executor for the filter; the default has none.
 #[derive(Debug, Clone, Default)]
 pub struct Threads(Option<Arc<ThreadPool>>);
 
 impl Threads {
-    /// As many threads, of which one is the caller's own.
+    /// A pool with this number of threads, including the calling one.
     ///
     /// # Errors
-    /// The system does not have them.
+    /// The system cannot start them.
     pub fn new(threads: usize) -> Result<Self, ThreadPoolBuildError> {
         let pool = (threads > 1).then(|| ThreadPoolBuilder::new().num_threads(threads - 1).build());
         pool.transpose().map(|pool| Self(pool.map(Arc::new)))
@@ -35,7 +35,7 @@ impl scphd::storage::Executor for Threads {
     fn run<J: Send>(&self, jobs: impl Iterator<Item = J> + Send, work: impl Fn(J) + Sync) {
         match &self.0 {
             None => scphd::storage::Serial.run(jobs, work),
-            // Whoever is free takes the next job: the caller at once, the others as they come.
+            // Each free thread takes the next job: the caller immediately, the others when they are ready.
             Some(pool) => {
                 let jobs = Mutex::new(jobs);
                 let next = || jobs.lock().unwrap_or_else(PoisonError::into_inner).next();
@@ -45,7 +45,8 @@ impl scphd::storage::Executor for Threads {
                     for _ in 0..pool.current_num_threads() {
                         scope.spawn(|_| {
                             take_jobs();
-                            // Ends with the first thing it finds to do, a part of the next round, after which there is another.
+                            // It ends as soon as it finds work, which is a part of the next round; after that round it is spawned
+                            // again.
                             rayon::spawn(|| stay_awake_while(|| rayon::yield_now() == Some(Yield::Idle)));
                             others.fetch_sub(1, Ordering::Relaxed);
                         });
@@ -58,7 +59,7 @@ impl scphd::storage::Executor for Threads {
     }
 }
 
-/// Keeps the thread from sleeping, for a while at most.
+/// Keeps the thread awake while it is idle, for a limited time.
 fn stay_awake_while(is_idle: impl Fn() -> bool) {
     let since = Instant::now();
     while is_idle() && since.elapsed() < AWAKE {
@@ -71,7 +72,7 @@ mod tests {
     use super::*;
     use scphd::storage::Executor;
 
-    /// Asserts that a round does every job once.
+    /// Checks that a round does every job once.
     fn round(threads: &Threads) {
         let mut done = [0; 23];
         threads.run(done.iter_mut().enumerate(), |(index, slot)| *slot += index);
@@ -82,7 +83,7 @@ mod tests {
     fn every_job_is_done_once() {
         for threads in [1, 2, 5].map(|threads| Threads::new(threads).unwrap()) {
             (0..100).for_each(|_| round(&threads));
-            // The others have fallen asleep.
+            // The other threads are asleep by now.
             thread::sleep(3 * AWAKE);
             round(&threads);
         }

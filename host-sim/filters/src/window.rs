@@ -1,4 +1,4 @@
-//! What a sensor could see.
+//! The view of a sensor.
 
 use crate::settings::SensorSettings;
 use scphd_log::angle::wrap;
@@ -14,7 +14,7 @@ pub struct Window {
 }
 
 impl Window {
-    /// As a filter takes it, without the soft edges.
+    /// The view of a filter's settings, without the soft edges.
     #[must_use]
     pub fn of_settings(sensor: &SensorSettings) -> Self {
         Self {
@@ -24,8 +24,8 @@ impl Window {
         }
     }
 
-    /// Whether the window of the sensor of a vehicle at `pose` holds `point` (m); `None` where that would take a heading that is
-    /// not known.
+    /// Whether `point` (m) is in the view of the sensor of a vehicle at `pose`; `None` if this needs the heading and it is not
+    /// known.
     #[must_use]
     pub fn holds(&self, pose: &TruePose, point: [f64; 2]) -> Option<bool> {
         let ([x, y], heading) = (pose.position, pose.heading_rad);
@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn a_heading_is_needed_only_where_it_matters() {
+    fn the_heading_is_needed_only_if_it_has_an_effect() {
         let narrow = window([0.0, 10.0], [-0.5, 0.5]);
         assert_eq!(narrow.holds(&pose(None), [5.0, 0.0]), None);
         assert_eq!(narrow.holds(&pose(None), [15.0, 0.0]), Some(false));

@@ -2,14 +2,14 @@
 
 use std::f64::consts::PI;
 
-/// The angle (rad) brought to (−π, π]. Angles that are there already come back bit for bit.
+/// The angle (rad) wrapped to (−π, π]. Angles in this interval are returned bit for bit.
 #[must_use]
 pub fn wrap(angle_rad: f64) -> f64 {
     if angle_rad > -PI && angle_rad <= PI {
         return angle_rad;
     }
     let wrapped = angle_rad - 2.0 * PI * ((angle_rad - PI) / (2.0 * PI)).ceil();
-    // Rounding may leave the result one step outside either edge.
+    // Rounding may give a result just outside the interval.
     if wrapped <= -PI || wrapped > PI { PI } else { wrapped }
 }
 
@@ -18,7 +18,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn angles_come_back_to_the_half_open_interval() {
+    fn angles_are_wrapped_to_the_half_open_interval() {
         assert_eq!(wrap(0.3), 0.3);
         assert_eq!(wrap(PI), PI);
         assert_eq!(wrap(-PI), PI);

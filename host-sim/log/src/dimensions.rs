@@ -1,21 +1,21 @@
-//! How many numbers the places, poses and measurements of a kind of vehicle have: what records, scores and tables are written for.
+//! Dimensions of the positions, poses and measurements of a kind of vehicle: records, scores and tables are generic over them.
 
 use scphd::models::AuvControl;
 use std::convert::Infallible;
 use std::fmt::Debug;
 
-/// An array of numbers, whatever its length.
+/// An array of numbers of any length.
 pub trait Coordinates: Copy + Debug + PartialEq + AsRef<[f64]> + Send + Sync + 'static {
-    /// A matrix with as many rows and columns, row by row.
+    /// A matrix with this number of rows and columns, row by row.
     type Square: Copy + Debug + PartialEq + AsRef<[Self]> + Send + Sync;
 
-    /// How many they are.
+    /// The number of coordinates.
     const COUNT: usize;
 
-    /// The array of these numbers.
+    /// The array with these numbers.
     fn with(number: impl FnMut(usize) -> f64) -> Self;
 
-    /// The matrix of these entries, by row and column.
+    /// The matrix with these entries, by row and column.
     fn square(entry: impl Fn(usize, usize) -> f64) -> Self::Square;
 }
 
@@ -33,37 +33,37 @@ impl<const N: usize> Coordinates for [f64; N] {
     }
 }
 
-/// The covariance of these numbers.
+/// The covariance of coordinates.
 pub type Covariance<C> = <C as Coordinates>::Square;
 
-/// Distance of two places, or of a place and a pose, which begins with one.
+/// Distance of two positions, or of a position and a pose.
 #[must_use]
 pub fn distance(a: &impl AsRef<[f64]>, b: &impl AsRef<[f64]>) -> f64 {
     a.as_ref().iter().zip(b.as_ref()).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }
 
-/// What a fix measured of the pose itself.
+/// A measurement of the pose itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PoseFix {
-    /// Where the antenna is, m.
+    /// Position of the antenna, m.
     Position([f64; 2]),
     /// The heading, rad, from the x axis towards the y axis.
     Heading(f64),
 }
 
-/// The numbers of a kind of vehicle.
+/// The types of a kind of vehicle.
 pub trait Dimensions: Debug + Clone + Copy + PartialEq + Default + Send + Sync + 'static {
-    /// A place, m.
+    /// A position, m.
     type Position: Coordinates;
-    /// A pose: a place, then the heading, rad, then whatever else there is.
+    /// A pose: a position, then the heading, rad, then other coordinates, if any.
     type Pose: Coordinates;
-    /// What dead reckoning tells: a place, then the heading where it has one of its own.
+    /// Result of dead reckoning: a position, then the heading if it has one of its own.
     type Reckoned: Coordinates;
-    /// What is measured of a feature.
+    /// A measurement of a feature.
     type Measurement: Coordinates;
-    /// What moves the vehicle.
+    /// A control of the vehicle.
     type Control: Debug + Copy + PartialEq + Send + Sync;
-    /// What is measured of the pose itself.
+    /// A measurement of the pose itself.
     type Fix: Debug + Copy + PartialEq + Send + Sync;
 
     /// Names and units of the coordinates of a pose.
@@ -71,10 +71,10 @@ pub trait Dimensions: Debug + Clone + Copy + PartialEq + Default + Send + Sync +
 
     /// Whether features of the map may move.
     const MOVING: bool;
-    /// Pairs of axes that maps are drawn along: from above and, in space, from the side.
+    /// Pairs of axes for drawing maps: from above and, in space, from the side.
     const LOOKS: &'static [[usize; 2]];
 
-    /// The place of a pose, m.
+    /// The position of a pose, m.
     #[must_use]
     fn position(pose: &Self::Pose) -> Self::Position {
         Self::Position::with(|k| pose.as_ref()[k])
@@ -119,7 +119,7 @@ impl Dimensions for Underwater {
     /// (u_l, v_l, u_r, v_r), px.
     type Measurement = [f64; 4];
     type Control = AuvControl<f64>;
-    /// Logs of such vehicles have none.
+    /// There are no fixes in logs of such vehicles.
     type Fix = Infallible;
 
     const POSE: &'static [(&'static str, &'static str)] =

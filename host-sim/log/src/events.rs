@@ -8,21 +8,22 @@ use crate::log::Log;
 pub enum Event<D: Dimensions = Planar> {
     /// The vehicle moved.
     Predict {
-        /// The place of the odometry row in force in the log.
+        /// Index of the odometry row in force.
         row: usize,
-        /// What moved it: in the plane the odometry row in force, speed (m/s), then steering angle (rad) or turn rate (rad/s), then speed to the left (m/s).
+        /// The control: in the plane the odometry row in force, with speed (m/s), then steering angle (rad) or turn rate (rad/s),
+        /// then speed to the left (m/s).
         control: D::Control,
-        /// For how long, s; more than 0.
+        /// Duration, s; above 0.
         dt_s: f64,
     },
     /// The pose itself was measured.
     Fix {
-        /// What was measured.
+        /// The measurement.
         fix: D::Fix,
     },
     /// A scan was taken.
     Scan {
-        /// Its place among the scans of the log.
+        /// Its index among the scans of the log.
         index: usize,
     },
 }
@@ -32,21 +33,20 @@ pub enum Event<D: Dimensions = Planar> {
 pub struct Events<'a> {
     log: &'a Log,
     now_s: f64,
-    /// Odometry rows that have come into force.
+    /// Number of odometry rows that have come into force.
     rows: usize,
-    /// Scans that have been handed out.
+    /// Number of scans that have been returned.
     scans: usize,
-    /// Fixes that have been handed out.
+    /// Number of fixes that have been returned.
     fixes: usize,
 }
 
 /// The events of `log` in order of time, up to its last scan.
 ///
-/// The vehicle stands at the initial pose when the first odometry row or the first scan comes, whichever is
-/// earlier. A row holds until the next one; before the first row nothing is known to move, so nothing is
-/// predicted. A scan at the time of a row comes after all motion up to then and before any motion by
-/// that row: where both start at the same time, scan 0 is seen from the initial pose. So does a fix, which comes
-/// before a scan of the same time. Odometry and fixes after the last scan are left out, for nothing is recorded there.
+/// The vehicle is at the initial pose at the time of the first odometry row or the first scan, whichever is earlier. A row holds
+/// until the next one; before the first row there are no predictions. A scan at the time of a row comes after all motion until
+/// then and before any motion by that row: if both start at the same time, scan 0 is seen from the initial pose. The same holds
+/// for a fix, which comes before a scan of the same time. Odometry and fixes after the last scan are left out.
 #[must_use]
 pub fn events(log: &Log) -> Events<'_> {
     let first_row_s = log.odometry.first().map_or(f64::INFINITY, |row| row.t_s);
@@ -116,7 +116,7 @@ mod tests {
         }
     }
 
-    /// A predict by the row of that place, at `row_s`.
+    /// A prediction by the row with this index, of time `row_s`.
     fn moved((row, row_s): (usize, f64), dt_s: f64) -> Event {
         Event::Predict { row, control: [row_s, -row_s, 0.0], dt_s }
     }
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_row_holds_and_odometry_after_the_last_scan_is_left_out() {
+    fn the_last_row_holds_and_odometry_after_the_last_scan_is_not_used() {
         assert_eq!(all(&[0.0], &[4.0]), [moved((0, 0.0), 4.0), scan(0)]);
         assert_eq!(all(&[0.0, 5.0, 6.0], &[4.0]), [moved((0, 0.0), 4.0), scan(0)]);
         assert_eq!(all(&[], &[1.0, 2.0]), [scan(0), scan(1)]);

@@ -1,4 +1,4 @@
-//! Recorded logs: the folders that they are in, what is true in them, their events in order of time, and how their vehicles move.
+//! Recorded logs: folders, truth, events in order of time, and motion models of the vehicles.
 
 pub mod angle;
 pub mod dimensions;

@@ -1,11 +1,11 @@
 //! Line numbers of the records of a text.
 
-/// Line numbers of records, asked for in order: a reader's own leave out ends of lines that it has not come by yet where a record starts
-/// (the second half of those of Windows, blank lines), and comments.
+/// Line numbers of records, requested in order. Those of a reader do not include line ends before a record that it has not yet
+/// read (the second half of Windows line ends, blank lines), nor comments.
 #[derive(Debug)]
 pub struct Lines<'a> {
     bytes: &'a [u8],
-    /// What a line of comment begins with.
+    /// First byte of a comment line.
     comment: Option<u8>,
     at: usize,
     line: u64,
@@ -16,7 +16,7 @@ impl<'a> Lines<'a> {
         Self { bytes: text.as_bytes(), comment, at: 0, line: 1 }
     }
 
-    /// The line of the record that is found from this byte on.
+    /// The line of the record after this byte.
     pub fn at(&mut self, byte: u64) -> u64 {
         let mut start = byte as usize;
         while let Some(&next) = self.bytes.get(start) {

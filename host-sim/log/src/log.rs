@@ -1,4 +1,4 @@
-//! A log in memory: what the vehicle did, what its sensors saw and what is known to be true.
+//! A log in memory: odometry, scans and truth.
 //!
 //! Read from a folder (`log_folder`) or made by a simulation (`scenario`).
 
@@ -27,14 +27,14 @@ pub enum Vehicle {
     Unicycle,
     /// Exact arc; controls are speed and turn rate.
     UnicycleArc,
-    /// Ahead, aside and turning at once, exact arc; controls are speed ahead, turn rate and speed to the left.
+    /// Motion ahead, sideways and turning at once, exact arc; controls are speed ahead, turn rate and speed to the left.
     Holonomic,
 }
 
 /// Range-bearing sensor window, from the `[sensor]` section of `log.toml`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensor {
-    /// Least range, m (0 where the log does not say).
+    /// Least range, m (0 if the log does not state it).
     pub range_min_m: f64,
     /// Greatest range, m.
     pub range_max_m: f64,
@@ -42,12 +42,12 @@ pub struct Sensor {
     pub bearing_min_rad: f64,
     /// Left edge of the window, rad.
     pub bearing_max_rad: f64,
-    /// Where the sensor sits, seen from where the vehicle's pose is.
+    /// Mounting of the sensor relative to the vehicle's pose.
     pub mounting: Mounting,
 }
 
 impl Sensor {
-    /// Whether a place at this range, m, and bearing, rad, lies in the window.
+    /// Whether a position with this range, m, and bearing, rad, is in the window.
     #[must_use]
     pub fn sees(&self, range_m: f64, bearing_rad: f64) -> bool {
         let half_rad = 0.5 * (self.bearing_max_rad - self.bearing_min_rad);
@@ -57,10 +57,10 @@ impl Sensor {
     }
 }
 
-/// Where a sensor sits on its vehicle.
+/// Mounting of a sensor on its vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Mounting {
-    /// Ahead of where the vehicle's pose is, m.
+    /// Ahead of the vehicle's pose, m.
     pub forward_m: f64,
     /// To its left, m.
     pub left_m: f64,
@@ -69,7 +69,7 @@ pub struct Mounting {
 }
 
 impl Mounting {
-    /// Where the vehicle's pose is.
+    /// The mounting at the vehicle's pose.
     pub const NONE: Self = Self { forward_m: 0.0, left_m: 0.0, yaw_rad: 0.0 };
 
     /// The pose (x m, y m, heading rad) of the sensor of a vehicle at `pose`.
@@ -87,18 +87,18 @@ impl Mounting {
     }
 }
 
-/// Noise figures as far as the log states them.
+/// Noise as far as the log states it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Nominal {
     /// Standard deviation of the range, m.
     pub range_sigma_m: Option<f64>,
     /// Standard deviation of the bearing, rad.
     pub bearing_sigma_rad: Option<f64>,
-    /// Standard deviation of the speed, m/s, one draw a sample.
+    /// Standard deviation of the speed, m/s, independent in each sample.
     pub speed_sigma_mps: Option<f64>,
-    /// Standard deviation of the turn rate, rad/s, one draw a sample (all but Ackermann).
+    /// Standard deviation of the turn rate, rad/s, independent in each sample (all except Ackermann).
     pub rate_sigma_radps: Option<f64>,
-    /// Standard deviation of the steering angle, rad, one draw a sample (Ackermann).
+    /// Standard deviation of the steering angle, rad, independent in each sample (Ackermann).
     pub steering_sigma_rad: Option<f64>,
     /// Probability of detection of a landmark in view.
     pub detection_probability: Option<f64>,
@@ -107,12 +107,12 @@ pub struct Nominal {
 }
 
 impl Nominal {
-    /// Standard deviation of the range where a log does not say, as a share of the greatest range.
+    /// Default standard deviation of the range, relative to the greatest range.
     const RANGE_SIGMA_SHARE: f64 = 0.01;
-    /// Standard deviation of the bearing where a log does not say, rad.
+    /// Default standard deviation of the bearing, rad.
     const BEARING_SIGMA_RAD: f64 = 0.02;
 
-    /// Standard deviations of range, m, and bearing, rad: as stated, or what sensors commonly have.
+    /// Standard deviations of range, m, and bearing, rad: as stated, or defaults.
     pub fn sigmas(&self, sensor: &Sensor) -> [f64; 2] {
         [
             self.range_sigma_m.unwrap_or(Self::RANGE_SIGMA_SHARE * sensor.range_max_m),
@@ -126,12 +126,13 @@ impl Nominal {
 pub struct Odometry {
     /// Time, s.
     pub t_s: f64,
-    /// Speed (m/s), then steering angle (rad, Ackermann) or turn rate (rad/s, all others), then speed to the left (m/s, 0 of what cannot).
+    /// Speed (m/s), then steering angle (rad, Ackermann) or turn rate (rad/s, all others), then speed to the left (m/s, 0 except
+    /// for holonomic vehicles).
     pub control: [f64; 3],
 }
 
 impl Odometry {
-    /// Speed over ground, m/s, below zero in reverse.
+    /// Speed over ground, m/s, negative in reverse.
     #[must_use]
     pub fn speed_mps(&self) -> f64 {
         let [ahead, _, left] = self.control;
@@ -144,12 +145,12 @@ impl Odometry {
 pub struct Scan<D: Dimensions = Planar> {
     /// Time, s.
     pub t_s: f64,
-    /// Whose it is: 0, or the place of the sensor in [`Log::sensors`].
+    /// Index of its sensor in [`Log::sensors`], 0 for an only one.
     pub sensor: usize,
-    /// The measurements: in the plane range (m) and bearing (rad, 0 ahead, growing to the left), in space pairs of pixels.
+    /// The measurements: in the plane range (m) and bearing (rad, 0 ahead, positive to the left), in space pairs of pixels.
     pub detections: Vec<D::Measurement>,
-    /// Which landmark each detection is of, negative for none; empty where the log does not know. For yardsticks and scores,
-    /// never an input of the filter.
+    /// Label of the landmark of each detection, negative for none; empty if the log does not have labels. For baselines and
+    /// scores, never an input of the filter.
     pub labels: Vec<i64>,
 }
 
@@ -160,14 +161,14 @@ pub struct TruePose<D: Dimensions = Planar> {
     pub t_s: f64,
     /// Position, m.
     pub position: D::Position,
-    /// Heading, rad, where the source has it.
+    /// Heading, rad, if known.
     pub heading_rad: Option<f64>,
 }
 
 /// One row of a true track of a moving landmark.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MovingLandmark<D: Dimensions = Planar> {
-    /// Which landmark.
+    /// Number of the landmark.
     pub subject: i64,
     /// Time, s.
     pub t_s: f64,
@@ -180,11 +181,11 @@ pub struct MovingLandmark<D: Dimensions = Planar> {
 pub struct Fix {
     /// Time, s.
     pub t_s: f64,
-    /// What was measured.
+    /// The measurement.
     pub measured: PoseFix,
 }
 
-/// How good fixes are, as the section `[fixes]` of `log.toml` states it, and as a filter takes it.
+/// Noise of fixes and their handling by a filter, from the section `[fixes]` of `log.toml`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FixNoise {
@@ -194,32 +195,32 @@ pub struct FixNoise {
     /// Standard deviation of a heading, rad.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub heading_sigma_rad: Option<f64>,
-    /// A squared Mahalanobis distance: what lies farther from what the filter expects is left out; [`USUAL_GATE`](Self::USUAL_GATE) where this is not said.
+    /// Gate, a squared Mahalanobis distance: fixes beyond it are left out; [`USUAL_GATE`](Self::USUAL_GATE) if not stated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gate: Option<f64>,
-    /// For how long fixes are left out before those that agree with each other are taken for right, and the filter for wrong, s;
-    /// [`scphd::fixes::FixRule`]'s where this is not said.
+    /// Time for which fixes are left out before consistent ones are accepted and the filter is relocated, s; the default of
+    /// [`scphd::fixes::FixRule`] if not stated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub patience_s: Option<f64>,
-    /// How far ahead of where the vehicle's pose is the antenna sits, m.
+    /// Position of the antenna ahead of the vehicle's pose, m.
     #[serde(default)]
     pub forward_m: f64,
-    /// How far to its left, m.
+    /// Position to its left, m.
     #[serde(default)]
     pub left_m: f64,
 }
 
 impl FixNoise {
-    /// Five standard deviations, as PX4's EKF2 and ArduPilot's EKF3 have by default.
+    /// Five standard deviations, the default of PX4's EKF2 and ArduPilot's EKF3.
     pub const USUAL_GATE: f64 = 25.0;
 
-    /// The gate, also where it is not said.
+    /// The gate, or its default.
     #[must_use]
     pub fn gate(&self) -> f64 {
         self.gate.unwrap_or(Self::USUAL_GATE)
     }
 
-    /// When fixes that are left out are right after all.
+    /// The rule for accepting fixes that were left out.
     #[must_use]
     pub fn rule(&self) -> FixRule<f64> {
         let usual = FixRule::default();
@@ -227,14 +228,14 @@ impl FixNoise {
     }
 }
 
-/// A sensor beside the first.
+/// A sensor other than the first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedSensor {
     /// Its name.
     pub name: String,
-    /// What it sees.
+    /// Its view.
     pub sensor: Sensor,
-    /// What the log says about its noise; of the vehicle's the same as for the first.
+    /// Its noise as far as the log states it; for the vehicle the same as for the first sensor.
     pub nominal: Nominal,
 }
 
@@ -243,17 +244,17 @@ pub struct NamedSensor {
 pub struct Log {
     /// The name in `log.toml`, or of the scenario.
     pub name: String,
-    /// Pose at the start: x m, y m, heading rad.
+    /// Initial pose: x m, y m, heading rad.
     pub initial_pose: [f64; 3],
     /// The vehicle.
     pub vehicle: Vehicle,
     /// The sensor, or the first of several.
     pub sensor: Sensor,
-    /// Its name; empty where it is the only one.
+    /// Its name; empty for an only one.
     pub sensor_name: String,
-    /// What the log says about the noise of the vehicle and of this sensor.
+    /// The noise of the vehicle and of this sensor, as far as the log states it.
     pub nominal: Nominal,
-    /// The other sensors, all of them in order of their names.
+    /// The other sensors; all are in order of their names.
     pub others: Vec<NamedSensor>,
     /// Whether the log is simulated, so that its nominal noise is exact.
     pub simulated: bool,
@@ -263,11 +264,11 @@ pub struct Log {
     pub scans: Vec<Scan>,
     /// Fixes of the pose in order of time.
     pub fixes: Vec<Fix>,
-    /// How good they are.
+    /// Noise of the fixes.
     pub fix_noise: FixNoise,
     /// True trajectory in order of time; empty if unknown.
     pub truth: Vec<TruePose>,
-    /// Standard deviation of a coordinate of its positions, m: 0 where it is exact.
+    /// Standard deviation of a coordinate of the true positions, m; 0 if they are exact.
     pub truth_sigma_m: f64,
     /// True static landmarks, m; empty if unknown.
     pub landmarks: Vec<[f64; 2]>,
@@ -276,7 +277,7 @@ pub struct Log {
 }
 
 impl Log {
-    /// Every sensor: its name, what it sees and its noise.
+    /// All sensors: name, view and noise.
     pub fn sensors(&self) -> impl Iterator<Item = (&str, &Sensor, &Nominal)> {
         let others = self.others.iter().map(|other| (other.name.as_str(), &other.sensor, &other.nominal));
         std::iter::once((self.sensor_name.as_str(), &self.sensor, &self.nominal)).chain(others)

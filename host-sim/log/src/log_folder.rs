@@ -2,51 +2,55 @@
 //!
 //! | file | content |
 //! |---|---|
-//! | `log.toml` | name, whether it is simulated, initial pose, `[vehicle]` and `[sensor]`, or several `[[sensors]]`, with what is known of their noise; `[fixes]` |
+//! | `log.toml` | name, whether simulated, initial pose, `[vehicle]`, `[sensor]` or `[[sensors]]`, known noise; `[fixes]` |
 //! | `odometry.csv` | `t_s` and the controls: `speed_mps,steering_rad` (Ackermann) or `v_mps,omega_radps` (unicycles) or `vx_mps,vy_mps,omega_radps` (holonomic) |
-//! | `scans.csv` | `scan,t_s`, one row a scan; with several sensors `sensor`, the name of the one that took it |
-//! | `detections.csv` | `scan,range_m,bearing_rad`, one row a detection; optional: `label_landmark` or `label_subject` |
-//! | `fixes.csv` | optional: `t_s` and `x_m,y_m` or `heading_rad` or both, one row a fix of the pose; cells may be empty |
-//! | `truth.csv` | optional: `t_s,x_m,y_m` and, where known, `heading_rad` |
+//! | `scans.csv` | `scan,t_s`, a row for each scan; with several sensors also `sensor`, the name of its sensor |
+//! | `detections.csv` | `scan,range_m,bearing_rad`, a row for each detection; optional: `label_landmark` or `label_subject` |
+//! | `fixes.csv` | optional: `t_s` and `x_m,y_m` or `heading_rad` or both, a row for each fix of the pose; cells may be empty |
+//! | `truth.csv` | optional: `t_s,x_m,y_m` and, if known, `heading_rad` |
 //! | `landmarks.csv` | optional: `x_m,y_m` |
 //! | `moving.csv` | optional: `subject,t_s,x_m,y_m` |
 //!
 //! A log with a `[camera]` section is an underwater one, read by [`read_underwater`].
 //!
-//! Columns are found by name, in any order; others are not looked at. Labels say which landmark a detection is of, negative for
-//! none; a subject of `moving.csv` moves. They are for yardsticks and scores, never an input of the filter.
+//! Columns are found by name, in any order; others are ignored. Labels are the landmarks of the detections, negative for none; a
+//! subject of `moving.csv` is a moving landmark. They are for baselines and scores, never an input of the filter.
 //!
-//! Keys of `log.toml` are all looked at: one that is not known, or that the vehicle's model has no use for, is an error.
+//! All keys of `log.toml` are checked: a key that is unknown, or not used by the vehicle's model, is an error.
 //!
-//! `[vehicle]` says where the sensor sits. Of an Ackermann vehicle the pose is its sensor's, `sensor_forward_m` ahead of the rear axle and
-//! `sensor_left_m` to the left of the centreline (5.25). Of the others it is its axle's, or where it turns, and both keys, which may be left out, say where
-//! the sensor sits from there. `sensor_yaw_rad`, which may be left out too, is how any sensor is turned to the left.
+//! `[vehicle]` has the mounting of the sensor. For an Ackermann vehicle the pose is that of its sensor, `sensor_forward_m` ahead
+//! of the rear axle and `sensor_left_m` to the left of the centreline (5.25). For other vehicles the pose is that of the axle, or
+//! of the centre of rotation, and both keys, which are optional, are the position of the sensor relative to it. `sensor_yaw_rad`,
+//! which is optional too, is the angle of any sensor to the left.
 //!
-//! Several sensors are sections `[[sensors]]` in place of `[sensor]`: the same keys, a `name` of letters, digits, dashes and underscores,
-//! and `forward_m`, `left_m` and `yaw_rad`, which may be left out: where the sensor sits, counted from where the vehicle's pose is.
-//! Of a unicycle that is its axle. Of an Ackermann vehicle it is the place that `sensor_forward_m` and `sensor_left_m` of `[vehicle]`
-//! say, seen from the rear axle: both 0 is the axle itself. No other key of `[vehicle]` says where a sensor is. Scans of all sensors
-//! are numbered together, in order of time.
+//! Several sensors are sections `[[sensors]]` instead of `[sensor]`, with the same keys, a `name` of letters, digits, dashes and
+//! underscores, and the optional mounting `forward_m`, `left_m` and `yaw_rad`, relative to the vehicle's pose. For a unicycle
+//! that is its axle. For an Ackermann vehicle it is the point at `sensor_forward_m` and `sensor_left_m` of `[vehicle]` relative
+//! to the rear axle: if both are 0, the axle itself. `[vehicle]` then has no other key for a sensor's mounting. Scans of all
+//! sensors are numbered together, in order of time.
 //!
-//! `fixes.csv` has measurements of the pose itself, as of a satellite receiver and a compass: the place of an antenna in the frame of
-//! the map, and the heading from its x axis to its y axis. `[fixes]` says how good they are: `position_sigma_m` along either axis and
-//! `heading_sigma_rad`, each needed where there are such fixes. `forward_m` and `left_m` say where the antenna sits, as of a sensor. With
-//! `gate`, 25 where it is not said, a fix whose squared Mahalanobis distance from what the filter expects is greater is left out, and counted;
-//! after `patience_s`, 7 where it is not said, fixes that agree with each other are taken for right. A fix comes before a scan of the same time. None may come before the odometry.
+//! `fixes.csv` has measurements of the pose, for example of a satellite receiver and a compass: the position of an antenna in the
+//! map's frame, and the heading from its x axis to its y axis. `[fixes]` has their noise: `position_sigma_m` along each axis and
+//! `heading_sigma_rad`, each required if there are such fixes. `forward_m` and `left_m` are the position of the antenna, as for a
+//! sensor. A fix whose squared Mahalanobis distance from the prediction exceeds `gate`, by default 25, is left out, and counted;
+//! after `patience_s`, by default 7, consistent fixes are accepted. A fix comes before a scan of the same time. None may be
+//! before the odometry.
 //!
-//! `no_return_m` of a sensor is the range that it writes where nothing came back; such detections are left out. Sections `[[sensor.exclude]]`, of
-//! one of several sensors `[[sensors.exclude]]`, are parts of its view in which it sees its own vehicle: `range_min_m`, `range_max_m`,
-//! `bearing_min_rad` and `bearing_max_rad`, as far as they are not those of the view. What it detects there is left out. A part that is all bearings of the nearest or
-//! farthest ranges, or all ranges at an edge, is taken off the view too; of any other the filter expects that something hides what is there.
+//! `no_return_m` of a sensor is the range that it writes if nothing was reflected; such detections are left out. Sections
+//! `[[sensor.exclude]]`, with several sensors `[[sensors.exclude]]`, are zones of its view in which it sees its own vehicle:
+//! `range_min_m`, `range_max_m`, `bearing_min_rad` and `bearing_max_rad`, each by default that of the view. Detections there are
+//! left out. A zone of all bearings at the nearest or farthest ranges, or of all ranges at an edge, is also removed from the
+//! view; in any other zone the filter expects occlusion.
 //!
-//! `simulated = true` says that the stated noise is exact. In logs without this key the first word of `kind` says so:
-//! `simulated` or `real`, and nothing else; where there is neither key the log is real. With the key, `kind` is free text and
-//! decides nothing, as `source`, `note` and `truth` never do.
+//! `simulated = true` means that the stated noise is exact. In logs without this key the first word of `kind` decides, which must
+//! be `simulated` or `real`; without either key the log is real. With the key, `kind` is free text without effect, as `source`,
+//! `note` and `truth` always are.
 //!
-//! `truth_sigma_m`, which may be left out, is the standard deviation of either coordinate of the positions in `truth.csv`, as of a satellite
-//! receiver. No estimate is better for it; but the squared error of a pose is then held against the covariance of both.
+//! `truth_sigma_m`, which is optional, is the standard deviation of each coordinate of the positions in `truth.csv`, for example
+//! of a satellite receiver. It does not change the estimates; but the NEES then has the sum of both covariances.
 //!
-//! All is in metres, seconds and radians. What can only be another unit is refused: `units.rs` has the bounds.
+//! All numbers are in metres, seconds and radians. Numbers that can only have another unit are refused: `units.rs` has the
+//! bounds.
 
 mod error;
 mod head;
@@ -71,14 +75,13 @@ use units::{Angles, ODOMETRY_INTERVAL_S, Stamp, WHOLE_TURN_RAD};
 
 /// Reads a folder.
 ///
-/// Numbers come as they are written; nothing is sorted or corrected, and only detections that `log.toml` excludes are left out. Scans are numbered anew from 0
-/// where the folder leaves numbers out, as folders without their empty scans do. An empty cell in the
-/// column `heading_rad` of `truth.csv` is an unknown heading.
+/// Numbers are read as they are written, without sorting or correction, and only detections excluded by `log.toml` are left out.
+/// Scans are renumbered from 0 if the folder omits numbers, as folders without empty scans do. An empty cell in the column
+/// `heading_rad` of `truth.csv` is an unknown heading.
 ///
 /// # Errors
 ///
-/// Everything that is found wrong with the folder, and where it is, one thing at least: see [`Problem`]. Of a table that is its first row that
-/// cannot be read.
+/// All errors of the folder with their places, at least one: see [`Problem`]. For a table it is the first invalid row.
 pub fn read_or_all(dir: &Path) -> Result<Log, Vec<LogError>> {
     if !dir.is_dir() {
         return Err(vec![Place::Folder(dir.to_path_buf()).error(Problem::Missing)]);
@@ -98,7 +101,7 @@ pub fn read_or_all(dir: &Path) -> Result<Log, Vec<LogError>> {
     }
 }
 
-/// [`read_or_all`], and of what is wrong the first thing.
+/// [`read_or_all`], with the first error only.
 ///
 /// # Errors
 ///
@@ -112,7 +115,7 @@ fn first(errors: Vec<LogError>) -> LogError {
     errors.into_iter().next().unwrap_or_else(unknown)
 }
 
-/// What depends on the head; `None` only with a fault.
+/// The tables that depend on the head; `None` after an error.
 fn rows(dir: &Path, head: &Head, faults: &mut Faults) -> Option<(Vec<Odometry>, Vec<Scan>, Vec<Fix>)> {
     let (odometry, scans) = (faults.take(odometry(dir, head)), faults.take(scans(dir, head)));
     let ((odometry, rows), (scans, stamps)) = odometry.zip(scans)?;
@@ -124,7 +127,7 @@ fn rows(dir: &Path, head: &Head, faults: &mut Faults) -> Option<(Vec<Odometry>, 
     Some((odometry, scans, fixes))
 }
 
-/// A log of what the text of a `log.toml` says, without any row.
+/// A log with the contents of a `log.toml`, without rows.
 ///
 /// # Errors
 ///
@@ -139,7 +142,7 @@ pub fn of_head(text: &str) -> Result<Log, LogError> {
 
 fn empty(head: Head) -> Result<Log, LogError> {
     let mut sensors = head.sensors.into_iter();
-    // A head has one at least.
+    // A head has at least one sensor.
     let first = sensors.next().ok_or_else(|| Place::Key("sensor".into()).error(Problem::Missing))?;
     Ok(Log {
         name: head.name,
@@ -196,7 +199,7 @@ fn scans(dir: &Path, head: &Head) -> Result<(Vec<Scan>, Vec<Stamp>), LogError> {
         if head.dropped[scans[index].sensor].holds([range_m, bearing]) {
             return Ok(());
         }
-        // Simulations add noise to short ranges and keep what comes out.
+        // Simulations add noise to short ranges, and the result may be negative.
         if range_m < 0.0 && !head.simulated {
             return Err(row.cell("range_m").error(Problem::NegativeRange(range_m)));
         }
@@ -213,7 +216,7 @@ fn scans(dir: &Path, head: &Head) -> Result<(Vec<Scan>, Vec<Stamp>), LogError> {
     Ok((scans, stamps))
 }
 
-/// Whose each scan is.
+/// The index of the sensor of each scan.
 fn sensors_of_scans(table: &Table, head: &Head) -> Result<Vec<usize>, LogError> {
     if let [sensor] = &head.sensors[..]
         && sensor.name.is_empty()
@@ -231,7 +234,7 @@ fn sensors_of_scans(table: &Table, head: &Head) -> Result<Vec<usize>, LogError> 
     table.rows().map(of).collect()
 }
 
-/// The fixes, positions before headings of the same row.
+/// The fixes, with positions before headings of the same row.
 fn fixes(dir: &Path, head: &Head, odometry: Option<&Odometry>, scan: Option<&Scan>) -> Result<Vec<Fix>, LogError> {
     let file = "fixes.csv";
     let Some(table) = Table::read_optional(dir, file)? else {

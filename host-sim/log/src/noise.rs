@@ -1,27 +1,26 @@
 //! Seeded random numbers that are the same on every machine.
 //!
-//! xoshiro256++ seeded from one 64-bit number. Everything else is arithmetic of IEEE 754 and the logarithm,
-//! exponential and cosine of `libm`. General distribution crates may take theirs from the platform's
-//! mathematics library, whose last bits differ from machine to machine.
+//! xoshiro256++ with a 64-bit seed, IEEE 754 arithmetic, and the logarithm, exponential and cosine of `libm`. General
+//! distribution crates may use the platform's mathematics library, whose last bits differ between machines.
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use std::f64::consts::PI;
 
-/// A source of random numbers.
+/// A random number generator.
 #[derive(Debug, Clone)]
 pub struct Noise {
     rng: Xoshiro256PlusPlus,
 }
 
 impl Noise {
-    /// The source that belongs to `seed`.
+    /// The generator with a seed.
     #[must_use]
     pub fn new(seed: u64) -> Self {
         Self { rng: Xoshiro256PlusPlus::seed_from_u64(seed) }
     }
 
-    /// Uniform in (0, 1), neither end included: an odd multiple of 2⁻⁵³.
+    /// Uniform in (0, 1), ends excluded: an odd multiple of 2⁻⁵³.
     pub fn uniform(&mut self) -> f64 {
         const STEP: f64 = 1.0 / (1_u64 << 52) as f64;
         ((self.rng.next_u64() >> 12) as f64 + 0.5) * STEP
@@ -43,7 +42,7 @@ impl Noise {
         self.uniform() < p
     }
 
-    /// Poisson number of mean `mean` < 500 (Knuth: as many uniform numbers as multiply to more than e^−mean).
+    /// Poisson number with mean `mean` < 500 (Knuth: the number of uniform numbers whose product is above e^−mean).
     pub fn poisson(&mut self, mean: f64) -> usize {
         let floor = libm::exp(-mean);
         let mut product = self.uniform();
@@ -58,7 +57,7 @@ impl Noise {
     /// A random order of `items` (Fisher and Yates).
     pub fn shuffle<T>(&mut self, items: &mut [T]) {
         for last in (1..items.len()).rev() {
-            // `uniform` < 1, and lists are far shorter than 2⁵², so the product stays under last + 1.
+            // `uniform` < 1, and lists are far shorter than 2⁵², so that the product is below last + 1.
             items.swap(last, (self.uniform() * (last + 1) as f64) as usize);
         }
     }
@@ -97,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn every_order_is_as_likely() {
+    fn all_orders_are_equally_likely() {
         let mut noise = Noise::new(3);
         let mut counts = std::collections::BTreeMap::new();
         for _ in 0..60_000 {
@@ -110,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn the_stream_is_fixed() {
+    fn the_sequence_is_fixed() {
         let mut noise = Noise::new(42);
         let drawn = [noise.uniform(), noise.normal(), noise.poisson(20.0) as f64];
         let expected = [4605509828241559245, 4609453583164098785, 4626885667169763328];

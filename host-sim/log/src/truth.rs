@@ -1,4 +1,4 @@
-//! What is true at a time: the trajectory between its rows, the map, the tracks of what moves.
+//! The truth at a time: trajectory, map, and tracks of moving landmarks.
 
 pub mod tracks;
 
@@ -6,19 +6,18 @@ use crate::angle::wrap;
 use crate::dimensions::{Coordinates, Dimensions};
 use crate::log::TruePose;
 
-/// Greatest gap between two rows of truth that is bridged, s.
+/// Greatest interval between two rows of truth for interpolation, s.
 ///
-/// Every simulated log has a row at least each second, the indoor robots' tracks one each 0.4 s. The GPS of
-/// Victoria Park comes five times a second where it comes at all. It drops a few fixes now and then: over two
-/// seconds of the sharpest turn at a few m/s, a straight line is off by less than half a metre. And it fails
-/// for up to 58 s under the trees, where a straight line would score the filter against a path that
-/// nobody drove. Two seconds keep the former and leave out the latter.
+/// Simulated logs have a row at least each second, the tracks of the indoor robots one each 0.4 s. The GPS of Victoria Park has
+/// five rows a second. It omits a few fixes now and then: over two seconds of the sharpest turn at a few m/s, a straight line has
+/// an error below half a metre. And it fails for up to 58 s under trees, where a straight line would not be the driven path. Two
+/// seconds permit the former and exclude the latter.
 pub const MAX_GAP_S: f64 = 2.0;
 
-/// The true pose at `t_s`, linear in time between two rows, the heading along the shorter arc.
+/// The true pose at `t_s`, interpolated linearly in time between two rows, the heading along the shorter arc.
 ///
-/// `None` outside the span of `truth` and inside gaps longer than [`MAX_GAP_S`]. The heading is unknown
-/// unless both rows have it. `truth` is in order of time; at the time of a row, that row is the answer.
+/// `None` outside the time of `truth` and inside gaps longer than [`MAX_GAP_S`]. The heading is unknown unless both rows have it.
+/// `truth` is in order of time; at the time of a row the result is that row.
 #[must_use]
 pub fn at<D: Dimensions>(truth: &[TruePose<D>], t_s: f64) -> Option<TruePose<D>> {
     let after = truth.partition_point(|row| row.t_s <= t_s);
@@ -50,20 +49,20 @@ mod tests {
     }
 
     #[test]
-    fn rows_are_exact_and_the_line_is_straight_between() {
+    fn rows_are_exact_and_interpolation_is_linear() {
         let truth = [row(1.0, 0.0, Some(3.0)), row(2.0, 4.0, Some(-3.0)), row(3.0, 5.0, None)];
         assert_eq!(at(&truth, 1.0), Some(truth[0]));
         assert_eq!(at(&truth, 3.0), Some(truth[2]));
         let quarter = at(&truth, 1.25).unwrap();
         assert_eq!(quarter.position, [1.0, -1.0]);
-        // From 3 to −3 the short way leads over π: a quarter of 2π − 6 from 3.
+        // The shorter arc from 3 to −3 is across π: a quarter of 2π − 6 from 3.
         let expected = 3.0 + 0.25 * (2.0 * std::f64::consts::PI - 6.0);
         assert!((quarter.heading_rad.unwrap() - expected).abs() < 1e-14);
         assert_eq!(at(&truth, 2.5).unwrap().heading_rad, None);
     }
 
     #[test]
-    fn nothing_outside_the_span_and_inside_long_gaps() {
+    fn no_truth_outside_its_time_and_inside_long_gaps() {
         let truth = [row(1.0, 0.0, None), row(3.0, 1.0, None), row(5.5, 2.0, None)];
         assert_eq!(at(&truth, 0.999), None);
         assert_eq!(at(&truth, 5.501), None);

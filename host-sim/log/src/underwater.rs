@@ -1,4 +1,4 @@
-//! A log of an underwater vehicle in memory: what its instruments said, what its camera saw and what is known to be true.
+//! A log of an underwater vehicle in memory: instruments, camera and truth.
 
 use crate::dimensions::Underwater;
 use crate::log::{Scan, TruePose};
@@ -11,19 +11,19 @@ pub struct Camera {
     pub projections: [[[f64; 4]; 3]; 2],
     /// Width and height of the images, px.
     pub size_px: [f64; 2],
-    /// Standard deviations of (u_l, v_l, u_r, v_r), px, each on its own.
+    /// Independent standard deviations of (u_l, v_l, u_r, v_r), px.
     pub pixel_sigmas: [f64; 4],
-    /// Standard deviations of what the columns and the rows of both images have in common, px.
+    /// Standard deviations of the errors that the columns and the rows of both images have in common, px.
     pub common_sigmas: [f64; 2],
     /// Depths between which keypoints are matched, m.
     pub depth_m: [f64; 2],
     /// Focal length times baseline, px·m: depth times disparity.
     pub focal_baseline: f64,
-    /// How far the rows of a pair may differ either way for the matcher to report it, px.
+    /// Greatest row difference of a pair that the matcher accepts, px.
     pub row_tolerance_px: f64,
 }
 
-/// What the vehicle's instruments said at one time.
+/// Readings of the vehicle's instruments at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Instruments {
     /// Time, s.
@@ -32,15 +32,15 @@ pub struct Instruments {
     pub roll_rad: f64,
     /// Pitch, rad, by the inertial unit.
     pub pitch_rad: f64,
-    /// Yaw, rad, by the inertial unit's compass: what dead reckoning trusts.
+    /// Yaw, rad, by the inertial unit's compass; used by dead reckoning.
     pub yaw_rad: f64,
-    /// Yaw rate from here to the next row, rad/s, by the inertial unit's gyroscope.
+    /// Yaw rate until the next row, rad/s, by the inertial unit's gyroscope.
     pub yaw_rate_radps: f64,
-    /// Its standard deviation, rad/s, where it is not always the same.
+    /// Its standard deviation, rad/s, if it is not constant.
     pub yaw_rate_sigma_radps: Option<f64>,
-    /// Velocity along the vehicle's axes, m/s, by the Doppler log, where it has measured one.
+    /// Velocity along the vehicle's axes, m/s, by the Doppler log, if it has a measurement.
     pub velocity_mps: Option<[f64; 3]>,
-    /// z, m, by the pressure sensor, where there is one.
+    /// z, m, by the pressure sensor, if there is one.
     pub z_m: Option<f64>,
 }
 
@@ -49,7 +49,7 @@ pub struct Instruments {
 pub struct Landmark {
     /// Position, m.
     pub position: [f64; 3],
-    /// Probability with which it is detected while in view.
+    /// Probability of detection in view.
     pub detectability: f64,
 }
 
@@ -58,7 +58,7 @@ pub struct Landmark {
 pub struct Nominal {
     /// Standard deviation of each velocity of the Doppler log, m/s.
     pub velocity_sigma_mps: f64,
-    /// How much each velocity of the vehicle changes at random, (m/s)/√s.
+    /// Random walk of each velocity of the vehicle, (m/s)/√s.
     pub velocity_walk_mps_rts: f64,
     /// Standard deviation of z, m.
     pub z_sigma_m: f64,
@@ -73,8 +73,8 @@ pub struct Nominal {
 }
 
 impl Nominal {
-    /// Where no more is stated than the noise of the Doppler log (m/s), the pressure sensor (m) and the gyroscope (rad/s): of all else what is
-    /// taken for granted of any log. Its vehicle changes its velocity as fast as it is measured, as a hand-held rig does.
+    /// The noise of a log that states only that of the Doppler log (m/s), the pressure sensor (m) and the gyroscope (rad/s); the
+    /// rest are defaults. The velocity of the vehicle changes as fast as it is measured, like that of a hand-held rig.
     #[must_use]
     pub const fn of_instruments(velocity_sigma_mps: f64, z_sigma_m: f64, yaw_rate_sigma_radps: f64) -> Self {
         Self {
@@ -102,7 +102,7 @@ pub struct Log {
     pub start: ([f64; 3], f64),
     /// Whether the log is simulated, so that its nominal noise is exact.
     pub simulated: bool,
-    /// What the instruments said, in order of time.
+    /// Readings of the instruments, in order of time.
     pub instruments: Vec<Instruments>,
     /// Pairs of images in order of time, possibly without keypoints.
     pub scans: Vec<Scan<Underwater>>,
@@ -113,7 +113,7 @@ pub struct Log {
 }
 
 impl Log {
-    /// Features that are detected at least every other time: those that a map should have.
+    /// Features that are detected at least every other time, which a map should have.
     pub fn stable(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
         self.landmarks.iter().filter(|landmark| landmark.is_stable()).map(|landmark| landmark.position)
     }

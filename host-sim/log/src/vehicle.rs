@@ -1,4 +1,4 @@
-//! Motion of the vehicles in f64, for dead reckoning and for simulating.
+//! Motion of the vehicles in f64, for dead reckoning and simulation.
 //!
 //! Sines and cosines are those of `libm`, so that a simulated log is the same on every machine.
 
@@ -9,18 +9,18 @@ use libm::{cos, sin, tan};
 use scphd::errors::Implausible;
 use scphd::settings::Plausible;
 
-/// No vehicle that maps landmarks is faster, m/s: 360 km/h.
+/// Greatest speed of a vehicle that maps landmarks, m/s: 360 km/h.
 pub const FASTEST_MPS: f64 = 100.0;
 
-/// Turn (rad) of one step below which the exact arc is replaced by its chord; see `docs/recursion.md`.
+/// Greatest turn (rad) in a step for which the exact arc is replaced by its chord; see `docs/recursion.md`.
 const STRAIGHT_RAD: f64 = 1e-4;
 
 impl Vehicle {
     /// The pose after `dt_s` seconds of `control` from `pose` (x m, y m, heading rad), without noise.
     ///
-    /// `control` is encoder speed (m/s) and steering angle (rad) for the Ackermann vehicle (5.25–5.27, sign of
-    /// the x row corrected), speed (m/s) and turn rate (rad/s) for the unicycles, and of a holonomic vehicle speed to the left (m/s)
-    /// behind them. The heading comes back in (−π, π].
+    /// `control` is encoder speed (m/s) and steering angle (rad) for the Ackermann vehicle (5.25–5.27, with the sign of the x row
+    /// corrected), speed (m/s) and turn rate (rad/s) for the unicycles, and for a holonomic vehicle also the speed to the left
+    /// (m/s). The returned heading is in (−π, π].
     #[must_use]
     pub fn step(&self, pose: [f64; 3], control: [f64; 3], dt_s: f64) -> [f64; 3] {
         let [x, y, heading] = pose;
@@ -56,7 +56,7 @@ impl Vehicle {
             }
             Self::Holonomic => {
                 let [ahead, rate, left] = control;
-                // What is driven to the left is an arc too, of a vehicle turned by a right angle.
+                // The motion to the left is an arc too, that of a vehicle rotated by a right angle.
                 let arc = |speed, heading| Self::UnicycleArc.step([0.0, 0.0, heading], [speed, rate, 0.0], dt_s);
                 let ([dx, dy, _], [to_left, back, _]) = (arc(ahead, heading), arc(left, heading));
                 [x + dx - back, y + dy + to_left, wrap(heading + rate * dt_s)]
@@ -66,7 +66,7 @@ impl Vehicle {
 }
 
 impl Vehicle {
-    /// What of a row of odometry no vehicle does, by the limits that all filters have by default; `None` where there is nothing.
+    /// The implausible quantity in a row of odometry, by the default limits of all filters; `None` if there is none.
     pub fn implausible(&self, control: [f64; 3], dt_s: f64) -> Option<Implausible> {
         let limits = Plausible::<f64>::default();
         let [speed, turn] = match *self {
@@ -92,7 +92,7 @@ impl Vehicle {
     }
 }
 
-/// The pose (x m, y m, heading rad) at each scan of `log` by odometry alone.
+/// The pose (x m, y m, heading rad) at each scan of `log` by dead reckoning.
 #[must_use]
 pub fn dead_reckoning(log: &Log) -> Vec<[f64; 3]> {
     let mut pose = log.initial_pose;
@@ -107,7 +107,7 @@ pub fn dead_reckoning(log: &Log) -> Vec<[f64; 3]> {
     poses
 }
 
-/// The way by odometry alone, at any time.
+/// The trajectory by dead reckoning, at any time.
 #[derive(Debug)]
 pub struct Way<'a> {
     log: &'a Log,
@@ -128,7 +128,7 @@ impl<'a> Way<'a> {
         Self { log, poses }
     }
 
-    /// The vehicle stands before the first row, and goes on as the last says after it.
+    /// The pose at a time, s. The vehicle is at rest before the first row, and continues by the last row after it.
     pub fn at(&self, t_s: f64) -> [f64; 3] {
         let rows = self.log.odometry.partition_point(|row| row.t_s <= t_s);
         let Some(place) = rows.checked_sub(1) else { return self.log.initial_pose };
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn all_vehicles_go_straight() {
+    fn all_vehicles_drive_straight() {
         for vehicle in [CAR, Vehicle::Unicycle, Vehicle::UnicycleArc, Vehicle::Holonomic] {
             let pose = vehicle.step([1.0, 2.0, FRAC_PI_2], [3.0, 0.0, 0.0], 0.5);
             close(pose, [1.0, 3.5, FRAC_PI_2], 1e-15);
@@ -173,10 +173,10 @@ mod tests {
     }
 
     #[test]
-    fn the_chord_takes_over_without_a_jump() {
+    fn chord_and_arc_agree_at_the_limit() {
         let at = |turn: f64| Vehicle::UnicycleArc.step([0.0, 0.0, 1.0], [10.0, turn, 0.0], 1.0);
         close(at(0.999_999 * STRAIGHT_RAD), at(1.000_001 * STRAIGHT_RAD), 1e-8);
-        // The chord is longer than the arc's by (ω dt)²/24 of itself.
+        // The chord is longer than that of the arc by the relative difference (ω dt)²/24.
         let turn = 0.999 * STRAIGHT_RAD;
         let exact = 10.0 * 2.0 / turn * (0.5 * turn).sin();
         let [x, y, _] = at(turn);
@@ -187,7 +187,7 @@ mod tests {
     fn the_ackermann_sensor_moves_as_a_point_of_the_rigid_body() {
         let (steering, dt) = (0.2_f64, 1e-5);
         let (encoder_speed, heading) = (2.0, 0.7_f64);
-        // At the encoder, H left of the axle's middle, the speed is v_c − θ̇ H.
+        // At the encoder, H left of the centre of the axle, the speed is v_c − θ̇ H.
         let speed = encoder_speed / (1.0 - steering.tan() * 0.76 / 2.83);
         let rate = speed * steering.tan() / 2.83;
         assert!((speed - rate * 0.76 - encoder_speed).abs() < 1e-12);
@@ -195,11 +195,11 @@ mod tests {
             |x: f64, y: f64, h: f64| [x + 3.78 * h.cos() - 0.5 * h.sin(), y + 3.78 * h.sin() + 0.5 * h.cos(), h];
         let axle = Vehicle::UnicycleArc.step([0.0, 0.0, heading], [speed, rate, 0.0], dt);
         let moved = CAR.step(sensor(0.0, 0.0, heading), [encoder_speed, steering, 0.0], dt);
-        // Euler against the exact motion: they differ by O(dt²).
+        // The Euler step differs from the exact motion by O(dt²).
         close(moved, sensor(axle[0], axle[1], axle[2]), 5.0 * dt * dt);
     }
 
-    /// In small straight steps.
+    /// Compared with small straight steps.
     #[test]
     fn a_holonomic_vehicle_goes_any_way_while_it_turns() {
         let (control, steps) = ([1.5, 0.8, -0.7], 20_000);

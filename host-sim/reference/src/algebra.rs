@@ -1,4 +1,4 @@
-//! Matrices of any size as plain arrays, row by row, and the algebra that a mixture needs.
+//! Matrices of any size as plain arrays, row by row, and the linear algebra of mixtures.
 
 use std::array::from_fn;
 
@@ -56,7 +56,7 @@ pub(super) fn quadratic<const N: usize>(a: &[[f64; N]; N], v: [f64; N]) -> f64 {
     dot(v, apply(a, v))
 }
 
-/// (A + Aᵀ)/2: takes the rounding out of a matrix that is symmetric on paper.
+/// (A + Aᵀ)/2: removes rounding errors from a symmetric matrix.
 pub(super) fn symmetrised<const N: usize>(a: &[[f64; N]; N]) -> [[f64; N]; N] {
     scaled(0.5, &sum(a, &transpose(a)))
 }
@@ -102,7 +102,7 @@ mod tests {
     use super::*;
 
     const A: [[f64; 2]; 2] = [[2.0, 0.3], [-0.7, 1.5]];
-    /// Starts with zeros on the diagonal, so that rows have to change places.
+    /// Starts with a zero on the diagonal, so that rows must be exchanged.
     const B: [[f64; 4]; 4] = [[0.0, 2.0, 0.1, 0.4], [1.0, 0.0, -0.3, 0.2], [0.5, 0.6, 0.0, 3.0], [0.2, -1.0, 1.5, 0.0]];
 
     fn undone<const N: usize>(a: &[[f64; N]; N]) {
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn inverse_undoes() {
+    fn a_matrix_times_its_inverse_is_the_identity() {
         undone(&A);
         undone(&B);
     }
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn product_is_not_commuted() {
+    fn products_are_not_commuted() {
         let b = [[0.0, 1.0], [0.0, 0.0]];
         assert_eq!(product(&A, &b), [[0.0, 2.0], [0.0, -0.7]]);
         assert_eq!(product(&b, &A), [[-0.7, 1.5], [0.0, 0.0]]);

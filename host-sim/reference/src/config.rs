@@ -1,4 +1,4 @@
-//! Parameters of the recursion, and what a scan did.
+//! Parameters of the recursion, and the result of a scan.
 
 use super::resample::Selection;
 use serde::{Deserialize, Serialize};
@@ -28,18 +28,18 @@ pub struct Config {
     pub birth_intensity: f64,
     /// κ, intensity of false measurements, 1/(m·rad).
     pub clutter_intensity: f64,
-    /// The candidates are resampled where N_eff is below this fraction of their number.
+    /// The candidates are resampled if N_eff is below this fraction of their number.
     pub resample_threshold: f64,
     /// Components lighter than this are dropped.
     pub prune_weight: f64,
     /// Squared Mahalanobis distance up to which components are merged.
     pub merge_distance: f64,
-    /// How many components of each kind the reduction leaves in view at most, for each particle; births that wait for the
-    /// next scan are not counted.
+    /// Greatest number of components of each kind in view after the reduction, for each particle; births that wait for the next
+    /// scan are not counted.
     pub max_components: usize,
-    /// What misses leave of what is confirmed.
+    /// Weights of confirmed components after misses.
     pub remembering: Remembering,
-    /// Components lighter than this are no estimated features.
+    /// Components with less weight are not estimated features.
     pub extraction_weight: f64,
     /// The particle likelihood.
     pub likelihood: Likelihood,
@@ -47,21 +47,21 @@ pub struct Config {
     pub moving: MovingConfig,
 }
 
-/// What misses leave of confirmed static components.
+/// Weights of confirmed static components after misses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Remembering {
-    /// A component is confirmed where it is better known than from so many measurements.
+    /// Number of measurements: a component is confirmed if its covariance is smaller than after this many.
     pub detections: f64,
-    /// Misses take it no further down than to this weight; 0: they do, as the thesis has it.
+    /// Least weight of a confirmed component after misses; 0: no lower bound, as in the thesis.
     pub weight: f64,
 }
 
 impl Remembering {
-    /// Nothing is remembered.
+    /// No lower bound.
     pub const NOTHING: Self = Self { detections: 1.0, weight: 0.0 };
 }
 
-/// What the measurements say about each candidate.
+/// The weights of the candidates after the measurements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Weighing {
     /// ln L of each candidate (4.52, or that of the other likelihood), without the clutter rate λ.
@@ -70,11 +70,11 @@ pub struct Weighing {
     pub ln_weights: Vec<f64>,
     /// N_eff = 1/Σ ζ².
     pub n_eff: f64,
-    /// Whether every ζ L was zero, so that the weights stayed as they were.
+    /// Whether ζ L was zero for every candidate, so that the weights were not changed.
     pub weights_kept: bool,
 }
 
-/// What a scan did.
+/// The result of a scan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScanOutcome {
     /// The weighing of the candidates.
@@ -83,18 +83,18 @@ pub struct ScanOutcome {
     pub selection: Selection,
 }
 
-/// How features move, begin and end.
+/// Motion, births and survival of moving features.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MovingConfig {
-    /// w_m, intensity of births of moving features on a measurement, 1/(m·rad); 0: none are born.
+    /// w_m, intensity of births of moving features on a measurement, 1/(m·rad); 0: no births.
     pub birth_intensity: f64,
     /// σ_v, standard deviation of each coordinate of a new feature's velocity, m/s.
     pub velocity_sigma_mps: f64,
     /// q, spectral density of the acceleration, m²/s³.
     pub acceleration_psd: f64,
-    /// τ, mean lifetime, s; infinite: they never vanish.
+    /// τ, mean lifetime, s; infinite: they never disappear.
     pub lifetime_s: f64,
-    /// Components are dropped where a coordinate of their position has a greater standard deviation, m.
+    /// Components are dropped if a coordinate of their position has a greater standard deviation, m.
     pub spread_max_m: f64,
     /// Least weight of an estimated moving feature.
     pub extraction_weight: f64,

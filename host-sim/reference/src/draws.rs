@@ -1,4 +1,4 @@
-//! Random numbers: what the reference asks for, and a stream of its own.
+//! Random numbers: the interface of the reference, and an own generator.
 
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
@@ -13,14 +13,14 @@ pub trait Draws {
     fn uniform(&mut self) -> f64;
 }
 
-/// The stream of the recursion's page: xoshiro128++, one 32-bit word a number.
+/// The generator of `docs/recursion.md`: xoshiro128++, one 32-bit word for each number.
 #[derive(Debug, Clone)]
 pub struct OwnDraws {
     words: Xoshiro128PlusPlus,
 }
 
 impl OwnDraws {
-    /// The stream that belongs to a seed.
+    /// The generator with a seed.
     pub fn new(seed: u64) -> Self {
         Self { words: Xoshiro128PlusPlus::seed_from_u64(seed) }
     }
@@ -40,9 +40,9 @@ impl Draws for OwnDraws {
 
 /// The x with Φ(x) = p, for 0 < p < 1.
 ///
-/// Newton's method on ln Φ. As ln Φ is concave and grows, the iteration reaches the root from any
-/// start, and no table of coefficients is needed: the function is its own definition. Only the lower
-/// half is solved, because there Φ keeps its relative precision.
+/// Newton's method on ln Φ. Because ln Φ is concave and increasing, the iteration converges from any start, and no table of
+/// coefficients is needed: the definition of the function is used. Only the lower half is solved, where Φ has full relative
+/// precision.
 fn inverse_normal(p: f64) -> f64 {
     if p > 0.5 {
         return -inverse_normal(1.0 - p);
@@ -54,7 +54,7 @@ fn inverse_normal(p: f64) -> f64 {
         let density = (-0.5 * x * x).exp() / TAU.sqrt();
         let step = (distribution.ln() - target) * distribution / density;
         x -= step;
-        // Convergence is quadratic: what is left after such a step is far below the last bit.
+        // Convergence is quadratic: the remaining error is far below the last bit.
         if step.abs() < 1e-10 {
             return x;
         }
@@ -84,9 +84,9 @@ mod tests {
     }
 
     #[test]
-    fn undoes_the_distribution_function_over_the_whole_range() {
+    fn inverse_normal_inverts_the_distribution_function_over_the_whole_range() {
         for k in 0..=2000 {
-            // From the smallest p the stream can give, 2⁻³³, up to one half, evenly in ln p.
+            // From the smallest p of the generator, 2⁻³³, to one half, evenly in ln p.
             let p = 2f64.powf(-33.0 + 32.0 * f64::from(k) / 2000.0);
             let x = inverse_normal(p);
             let back = 0.5 * libm::erfc(-x * FRAC_1_SQRT_2);
@@ -98,12 +98,12 @@ mod tests {
     }
 
     #[test]
-    fn words_map_as_documented() {
+    fn words_are_converted_as_documented() {
         let mut words = Xoshiro128PlusPlus::seed_from_u64(7);
         let mut draws = OwnDraws::new(7);
         for _ in 0..100 {
             let word = words.next_u32();
-            // Adding 2³¹ to the signed reading of a word flips its top bit.
+            // Adding 2³¹ to the signed value of a word inverts its top bit.
             let flipped = word ^ 0x8000_0000;
             let p = (f64::from(flipped) + 0.5) / 4_294_967_296.0;
             assert_eq!(draws.normal(), inverse_normal(p));
@@ -113,13 +113,13 @@ mod tests {
     }
 
     #[test]
-    fn moments_of_the_stream() {
+    fn moments_of_the_generator() {
         let mut draws = OwnDraws::new(11);
         let count = 100_000;
         let numbers: Vec<f64> = (0..count).map(|_| draws.normal()).collect();
         let mean = numbers.iter().sum::<f64>() / f64::from(count);
         let square = numbers.iter().map(|x| x * x).sum::<f64>() / f64::from(count);
-        // Five standard deviations: of the mean 1/√n, of the mean square √(2/n).
+        // Five standard deviations: 1/√n of the mean, √(2/n) of the mean square.
         assert!(mean.abs() < 5.0 / f64::from(count).sqrt(), "{mean}");
         assert!((square - 1.0).abs() < 5.0 * (2.0 / f64::from(count)).sqrt(), "{square}");
     }

@@ -6,7 +6,7 @@ use super::log_domain::normalised;
 use super::reduce::heaviest_first;
 use super::state::State;
 
-/// What a state says about vehicle and map.
+/// The estimate of pose and map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
     /// Weighted mean pose: x m, y m, heading rad.
@@ -15,8 +15,7 @@ pub struct Estimate {
     pub pose_covariance: [[f64; 3]; 3],
     /// N̂, the mass of the static map.
     pub expected_features: f64,
-    /// The round(N̂) heaviest components of the map, heaviest first, without those that weigh too little; all of them
-    /// where there are fewer.
+    /// The round(N̂) heaviest components of the map, heaviest first, without those that weigh too little.
     pub features: Vec<Component>,
     /// The mass of the moving part of the map.
     pub expected_moving: f64,
@@ -24,9 +23,9 @@ pub struct Estimate {
     pub moving: Vec<Component<4>>,
 }
 
-/// The mean pose over the candidates (or, after a scan, the particles), with the map of the particle
-/// that descends from the heaviest candidate of the last scan. `moving` is the moving part of that map, predicted;
-/// static and moving features weigh at least `least_weights`.
+/// The mean pose over the candidates (after a scan, over the particles), with the map of the particle that descends from the
+/// heaviest candidate of the last scan. `moving` is the moving part of that map, predicted. Estimated static and moving features
+/// have at least the weights `least_weights`.
 pub(super) fn estimate(state: &State, moving: &[Component<4>], least_weights: [f64; 2]) -> Estimate {
     let candidates = state.current();
     let ln_weights: Vec<f64> = candidates.iter().map(|c| c.ln_weight).collect();
@@ -47,7 +46,7 @@ pub(super) fn estimate(state: &State, moving: &[Component<4>], least_weights: [f
     Estimate { pose, pose_covariance, expected_features, features, expected_moving, moving }
 }
 
-/// The mass of a mixture, and as many of its heaviest components as that says, as far as they weigh enough.
+/// The mass of a mixture, and its heaviest components, as many as the rounded mass, without those below `least_weight`.
 fn heaviest<const N: usize>(mixture: &[Component<N>], least_weight: f64) -> (f64, Vec<Component<N>>) {
     let mass: f64 = mixture.iter().map(Component::weight).sum();
     let mut features = mixture.to_vec();
@@ -87,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn mean_and_covariance_across_the_seam_of_the_heading() {
+    fn mean_and_covariance_across_heading_pi() {
         let estimate = estimate(&state(), &[], [0.0; 2]);
         assert!((estimate.pose[0] - 2.5).abs() < 1e-15);
         assert!((estimate.pose[1] - 5.0).abs() < 1e-15);
@@ -106,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn as_many_features_as_expected_the_heaviest_first() {
+    fn the_expected_number_of_features_the_heaviest_first() {
         let estimate = estimate(&state(), &[], [0.0; 2]);
         assert!((estimate.expected_features - 2.6).abs() < 1e-14);
         let places: Vec<f64> = estimate.features.iter().map(|c| c.mean[0]).collect();
@@ -114,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn light_features_are_none_but_count_in_the_mass() {
+    fn light_features_are_not_estimated_but_count_in_the_mass() {
         let estimate = estimate(&state(), &[], [0.8; 2]);
         assert!((estimate.expected_features - 2.6).abs() < 1e-14);
         let places: Vec<f64> = estimate.features.iter().map(|c| c.mean[0]).collect();
@@ -122,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn moving_features_from_their_own_mixture() {
+    fn moving_features_are_from_their_own_mixture() {
         let at = |weight: f64, x: f64| Component {
             ln_weight: weight.ln(),
             mean: [x, 0.0, 1.0, 0.0],
@@ -135,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn between_prediction_and_scan_the_candidates_count() {
+    fn between_prediction_and_scan_the_candidates_are_the_estimate() {
         let mut predicted = state();
         predicted.candidates = Some(
             [[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.0, 0.0, 0.0]]

@@ -1,4 +1,4 @@
-//! The field of view: how likely a feature at a place is detected.
+//! The field of view: the probability of detecting a feature at a position.
 
 use super::angle::wrap;
 use super::gaussian::Vector;
@@ -8,17 +8,17 @@ use std::f64::consts::PI;
 /// A window of ranges and bearings with soft edges (5.15, softened).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FieldOfView {
-    /// Least range, m; 0 leaves the near edge out.
+    /// Least range, m; 0: no near edge.
     pub range_min_m: f64,
     /// Greatest range, m.
     pub range_max_m: f64,
-    /// Half width of the edges in range, m; 0 makes them hard.
+    /// Half width of the edges in range, m; 0: hard edges.
     pub range_edge_m: f64,
     /// Centre of the bearing window, rad.
     pub bearing_center_rad: f64,
     /// Half width of the bearing window, rad; π or more is a full circle.
     pub bearing_half_width_rad: f64,
-    /// Half width of the edges in bearing, rad; 0 makes them hard.
+    /// Half width of the edges in bearing, rad; 0: hard edges.
     pub bearing_edge_rad: f64,
     /// Probability of detection at range 0.
     pub p_near: f64,
@@ -27,8 +27,8 @@ pub struct FieldOfView {
 }
 
 impl FieldOfView {
-    /// p_D(m | x) for a feature at a position (m) seen from a pose (m, m, rad). A feature at the
-    /// sensor itself is not observable.
+    /// p_D(m | x) for a feature at a position (m) seen from a pose (m, m, rad). A feature at the sensor itself cannot be
+    /// observed.
     pub fn detection_probability(&self, position: Vector, pose: [f64; 3]) -> f64 {
         let [range, bearing] = range_bearing(position, pose);
         if range.is_nan() || range <= 0.0 {
@@ -57,7 +57,7 @@ impl FieldOfView {
     }
 }
 
-/// s: 0 outside, 1 inside, a cubic step over twice the edge between; `distance` counts inwards.
+/// s: 0 outside, 1 inside, a cubic step over twice the edge between them; `distance` is positive inside.
 fn soft(distance: f64, edge: f64) -> f64 {
     if edge == 0.0 {
         return if distance >= 0.0 { 1.0 } else { 0.0 };
@@ -88,13 +88,13 @@ mod tests {
     }
 
     #[test]
-    fn falls_linearly_inside() {
+    fn p_d_decreases_linearly_inside() {
         assert!((seen(&VIEW, 5.0, 0.2) - 0.7).abs() < 1e-12);
         assert!((seen(&VIEW, 2.5, -0.5) - 0.8).abs() < 1e-12);
     }
 
     #[test]
-    fn edges_are_half_open_halfway_and_closed_beyond() {
+    fn edges_are_one_half_at_the_limit_and_zero_outside() {
         assert!((seen(&VIEW, 10.0, 0.2) - 0.25).abs() < 1e-12);
         assert!((seen(&VIEW, 1.0, 0.2) - 0.86 / 2.0).abs() < 1e-12);
         assert!((seen(&VIEW, 5.0, 1.2) - 0.35).abs() < 1e-12);
@@ -102,18 +102,18 @@ mod tests {
         assert_eq!(seen(&VIEW, 10.51, 0.2), 0.0);
         assert_eq!(seen(&VIEW, 0.49, 0.2), 0.0);
         assert_eq!(seen(&VIEW, 5.0, 1.31), 0.0);
-        // Past the greatest range the nominal probability stays; a quarter into the edge, s = 5/32.
+        // Beyond the greatest range the nominal probability is constant; at a quarter of the edge, s = 5/32.
         assert!((seen(&VIEW, 10.25, 0.2) - 0.5 * 5.0 / 32.0).abs() < 1e-12);
     }
 
     #[test]
-    fn no_near_edge_where_the_window_starts_at_the_sensor() {
+    fn a_window_from_range_zero_has_no_near_edge() {
         let from_zero = FieldOfView { range_min_m: 0.0, ..VIEW };
         assert!((seen(&from_zero, 0.25, 0.2) - 0.89).abs() < 1e-12);
     }
 
     #[test]
-    fn hard_edges_include_the_rim() {
+    fn hard_edges_include_the_limit() {
         let hard = FieldOfView {
             range_min_m: 0.0,
             range_edge_m: 0.0,
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn window_across_the_seam() {
+    fn window_across_bearing_pi() {
         let astern = FieldOfView { bearing_center_rad: PI, ..VIEW };
         assert!((seen(&astern, 5.0, PI - 0.5) - 0.7).abs() < 1e-12);
         assert!((seen(&astern, 5.0, -PI + 0.5) - 0.7).abs() < 1e-12);

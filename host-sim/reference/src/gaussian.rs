@@ -9,12 +9,12 @@ pub type Vector = [f64; 2];
 /// A full 2×2 matrix, row by row.
 pub type Matrix = [[f64; 2]; 2];
 
-/// One term of the mixture that is a particle's map (5.8).
+/// A component of the mixture that is a particle's map (5.8).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Component<const N: usize = 2> {
     /// ln w; w is the expected number of features under this component.
     pub ln_weight: f64,
-    /// Mean m: of a static feature its position, m; of a moving one also its velocity, m/s.
+    /// Mean m: position of a static feature, m; for a moving one also its velocity, m/s.
     pub mean: [f64; N],
     /// Covariance P.
     pub covariance: [[f64; N]; N],

@@ -1,10 +1,8 @@
-//! The recursion of `docs/recursion.md` in full precision, written from appendix A of the thesis (C. S. Lee,
-//! *SLAM using Single Cluster PHD Filters*, Girona 2014) as plainly as possible: `f64`, the heap, every
-//! component against every measurement.
+//! The recursion of `docs/recursion.md` in double precision, written from appendix A of the thesis (C. S. Lee, *SLAM using Single
+//! Cluster PHD Filters*, Girona 2014) as simply as possible: on the heap, with all pairs of components and measurements.
 //!
-//! It is what the filter is measured against, so it shares nothing with it but that page, and where
-//! there is a choice of formula it takes another one. Every step can be run alone, on a [`State`] copied
-//! from any other filter and on that filter's random numbers.
+//! The filter is compared with it; therefore it shares only that page with the filter, and uses other formulas where possible.
+//! Every step can be run separately, on a [`State`] copied from another filter and with that filter's random numbers.
 //!
 //! ```
 //! use scphd_reference::*;
@@ -101,28 +99,28 @@ pub use vehicle::Vehicle;
 
 use sight::Sight;
 
-/// The filter: parameters and models. What changes is in [`State`].
+/// The filter: parameters and models. Its state is in [`State`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reference {
     /// Parameters of the recursion.
     pub config: Config,
     /// Motion of the vehicle.
     pub motion: Motion,
-    /// Where the sensor sits, seen from where the pose is: ahead m, to the left m, turned to the left rad.
+    /// Mounting of the sensor relative to the pose: ahead m, to the left m, turned to the left rad.
     pub mounting: [f64; 3],
     /// Measurement model.
     pub sensor: RangeBearing,
-    /// Where features are detected, and how likely.
+    /// Field of view with the probability of detection.
     pub field_of_view: FieldOfView,
 }
 
 impl Reference {
-    /// The state before anything happened: N equal particles at a pose (m, m, rad), empty maps.
+    /// The initial state: N equal particles at a pose (m, m, rad), with empty maps.
     pub fn initial(&self, pose: [f64; 3]) -> State {
         State::new(self.config.particles, pose)
     }
 
-    /// Pose and map as the state has them (5.2.7), the moving part at the time of the last prediction.
+    /// The estimated pose and map (5.2.7), the moving part at the time of the last prediction.
     pub fn estimate(&self, state: &State) -> Estimate {
         let least_weights = [self.config.extraction_weight, self.config.moving.extraction_weight];
         extract::estimate(
@@ -195,7 +193,7 @@ impl Recursion<2, 4> for Reference {
 
         let Sight { still, moving, ln_eta, .. } = sight;
         let persisting = update::persisting(&still, &ln_eta, self.config.remembering, self.config.prune_weight);
-        // What moves may have gone.
+        // Moving features may have disappeared.
         let moving_persisting = update::persisting(&moving, &ln_eta, Remembering::NOTHING, self.config.prune_weight);
         (
             update::after_scan(still.out_of_view, persisting, births, &self.config),

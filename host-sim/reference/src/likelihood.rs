@@ -1,4 +1,4 @@
-//! The particle likelihood: the one part in which single-cluster PHD SLAM and RB-PHD SLAM differ.
+//! The particle likelihood: the only difference between single-cluster PHD SLAM and RB-PHD SLAM.
 
 use super::algebra::{inverse, quadratic};
 use super::config::Likelihood;
@@ -9,7 +9,7 @@ use super::reduce::heaviest_first;
 use super::sensor::Sensor;
 use super::sight::Sight;
 
-/// ln L of a pose. The clutter rate λ, which is the same for every pose, is left out.
+/// ln L of a pose, without the clutter rate λ, which is the same for all poses.
 pub(super) fn ln_likelihood<S: Sensor>(kind: Likelihood, sight: &Sight<'_, S>) -> f64 {
     match kind {
         Likelihood::SingleCluster => single_cluster(sight),
@@ -19,7 +19,7 @@ pub(super) fn ln_likelihood<S: Sensor>(kind: Likelihood, sight: &Sight<'_, S>) -
     }
 }
 
-/// ln L = −Σ p_D w + Σ ln η_z (4.52): the mass in view counts against a pose, not for it as (5.24) prints.
+/// ln L = −Σ p_D w + Σ ln η_z (4.52): the mass in view lowers the likelihood; the sign in (5.24) is a misprint.
 fn single_cluster<S: Sensor>(sight: &Sight<'_, S>) -> f64 {
     sight.ln_eta.iter().sum::<f64>() - expected_detections(sight)
 }
@@ -29,19 +29,19 @@ fn empty_map<S: Sensor>(sight: &Sight<'_, S>) -> f64 {
     ln_all_clutter(sight, sight.measurements.len()) + gained_mass(sight)
 }
 
-/// RB-PHD SLAM with the map that is one feature at m, the mean of the first static component in view: the likelihood
-/// of the scan for that map over what the update makes of the intensity at m, v(m)/v⁻(m), with e^(N̂ − N̂⁻).
+/// RB-PHD SLAM with a single feature at m, the mean of the first static component in view: the likelihood of the scan for this
+/// map, divided by the ratio of the intensities at m after and before the update, v(m)/v⁻(m), times e^(N̂ − N̂⁻).
 fn single_feature<S: Sensor>(sight: &Sight<'_, S>) -> f64 {
     let first = sight.still.in_view.iter().min_by(|a, b| heaviest_first(&a.prior, &b.prior));
     let Some(feature) = first else {
         return empty_map(sight);
     };
-    // Detection is never certain: with p_D = 1 both ratios could be 0/0.
+    // p_D is below 1: otherwise both ratios could be 0/0.
     let detection = feature.detection_probability.min(1.0 - f64::EPSILON);
     let ln_missed = (-detection).ln_1p();
     let ln_detected: Vec<f64> = ln_at_mean(feature, sight).iter().map(|ln_g| detection.ln() + ln_g).collect();
 
-    // Either all measurements are clutter, or all but the one of the feature. Written so, κ = 0 divides nothing.
+    // Either all measurements are clutter, or all except that of the feature. In this form there is no division by κ = 0.
     let all = sight.measurements.len();
     let mut hypotheses = vec![ln_all_clutter(sight, all) + ln_missed];
     hypotheses.extend(ln_detected.iter().map(|ln_one| ln_all_clutter(sight, all - 1) + ln_one));
@@ -50,23 +50,23 @@ fn single_feature<S: Sensor>(sight: &Sight<'_, S>) -> f64 {
     log_sum_exp(&hypotheses) - log_sum_exp(&intensity_ratio) + gained_mass(sight)
 }
 
-/// A feature of the map M = {m, …} that RB-PHD SLAM with several features takes.
+/// A feature of the map M = {m, …} of RB-PHD SLAM with several features.
 struct Point {
     /// ln(1 − p_D).
     ln_missed: f64,
-    /// The measurements that may be of it, each with ln(p_D g(z|m)).
+    /// The measurements that the feature may have caused, each with ln(p_D g(z|m)).
     caused: Vec<(usize, f64)>,
 }
 
-/// What bounds M: features, the weight of each, the squared Mahalanobis distance and the number of measurements that may be of one, and
-/// features that are linked by such measurements.
+/// Bounds of M: number of features, weight of each, squared Mahalanobis distance and number of the measurements of a feature, and
+/// number of features connected by measurements.
 const MOST_POINTS: usize = 16;
 const LEAST_WEIGHT: f64 = 0.75;
 const FARTHEST: f64 = 32.0;
 const MOST_CAUSED: usize = 8;
 const MOST_LINKED: usize = 6;
 
-/// RB-PHD SLAM with a map of several features: as with one, with all ways to explain the scan by them.
+/// RB-PHD SLAM with a map of several features: as with one, summed over all associations.
 fn several_features<S: Sensor>(sight: &Sight<'_, S>) -> f64 {
     let groups = groups(sight);
     let made_of_it = |point: &Point| {
@@ -74,7 +74,7 @@ fn several_features<S: Sensor>(sight: &Sight<'_, S>) -> f64 {
         log_sum_exp(&std::iter::once(point.ln_missed).chain(detected).collect::<Vec<_>>())
     };
     let intensity_ratios: f64 = groups.iter().flatten().map(made_of_it).sum();
-    // What no feature of M may have caused is clutter; of what a group may have caused, all that an association leaves over.
+    // Measurements that no feature of M may have caused are clutter; of those of a group, the ones without an association.
     let mut clutter_alone = sight.measurements.len();
     let mut ln_of_scan = 0.0;
     for group in &groups {
@@ -91,7 +91,8 @@ fn several_features<S: Sensor>(sight: &Sight<'_, S>) -> f64 {
     ln_of_scan + ln_all_clutter(sight, clutter_alone) - intensity_ratios + gained_mass(sight)
 }
 
-/// Tells every way to give each of the points a measurement of its own or none: how many measurements it takes, and its weight.
+/// Enumerates the assignments of a different measurement, or none, to each of the points. Calls `tell` with the number of
+/// assigned measurements and the weight.
 fn associations(points: &[Point], taken: &mut Vec<usize>, ln_weight: f64, tell: &mut impl FnMut(usize, f64)) {
     let Some((point, rest)) = points.split_first() else {
         tell(taken.len(), ln_weight);
@@ -107,8 +108,8 @@ fn associations(points: &[Point], taken: &mut Vec<usize>, ln_weight: f64, tell: 
     }
 }
 
-/// M, in groups that have no measurement in common: the first static components in view that weigh enough, but for those that too
-/// many measurements may be of, or that would make a group too great.
+/// M in groups without common measurements: the first static components in view with enough weight, without those that too many
+/// measurements may belong to, or that would make a group too large.
 fn groups<S: Sensor>(sight: &Sight<'_, S>) -> Vec<Vec<Point>> {
     let mut first: Vec<&InView<2>> =
         sight.still.in_view.iter().filter(|feature| feature.prior.weight() >= LEAST_WEIGHT).collect();
@@ -131,7 +132,7 @@ fn groups<S: Sensor>(sight: &Sight<'_, S>) -> Vec<Vec<Point>> {
     groups
 }
 
-/// A component with all measurements that may be of a feature at its mean.
+/// A component with all measurements that a feature at its mean may have caused.
 fn seen_as_point<S: Sensor>(feature: &InView<2>, sight: &Sight<'_, S>) -> Point {
     let detection = feature.detection_probability.min(1.0 - f64::EPSILON);
     let (predicted, _) = sight.sensor.predicted(feature.prior.mean, sight.pose).expect("in view is observable");
@@ -143,7 +144,7 @@ fn seen_as_point<S: Sensor>(feature: &InView<2>, sight: &Sight<'_, S>) -> Point 
     Point { ln_missed: (-detection).ln_1p(), caused: caused.collect() }
 }
 
-/// ln g(z|m) = ln N(z; h(m, x), R) of every measurement, at the mean of a component.
+/// ln g(z|m) = ln N(z; h(m, x), R) of every measurement, for the mean of a component.
 fn ln_at_mean<S: Sensor>(feature: &InView<2>, sight: &Sight<'_, S>) -> Vec<f64> {
     let (predicted, _) = sight.sensor.predicted(feature.prior.mean, sight.pose).expect("in view is observable");
     let noise = sight.sensor.noise();
@@ -155,7 +156,7 @@ fn ln_all_clutter<S>(sight: &Sight<'_, S>, count: usize) -> f64 {
     if count == 0 { 0.0 } else { count as f64 * sight.clutter_intensity.ln() }
 }
 
-/// N̂ − N̂⁻ = −Σ p_D w + Σ (1 − κ/η_z): what the map gains by the update, births included.
+/// N̂ − N̂⁻ = −Σ p_D w + Σ (1 − κ/η_z): the change of the map's mass by the update, with births.
 fn gained_mass<S>(sight: &Sight<'_, S>) -> f64 {
     let clutter =
         |ln_eta: f64| if sight.clutter_intensity > 0.0 { sight.clutter_intensity / ln_eta.exp() } else { 0.0 };
@@ -211,24 +212,24 @@ mod tests {
     }
 
     #[test]
-    fn mass_in_view_that_nothing_measures_counts_against_the_pose() {
+    fn undetected_mass_in_view_lowers_the_likelihood() {
         let map = [feature(0.8, [5.0, 0.0]), feature(0.3, [9.0, 0.0])];
         let moving = [set_in_motion(&feature(0.5, [7.0, 0.0]), 1.0)];
         let sight = see(&SENSOR, &map, &moving, &[]);
-        // Without a measurement even the feature of a map that is taken leaves both of its terms alone.
+        // Without measurements, both terms of a map with features cancel.
         for kind in [SingleCluster, RbEmpty, RbSingle, RbMulti] {
             close(ln_likelihood(kind, &sight), -DETECTION * 1.6);
         }
     }
 
     #[test]
-    fn empty_map_explains_by_clutter_and_births() {
+    fn with_the_empty_map_clutter_and_births_explain_the_scan() {
         let measurements = [[4.0, 0.1], [7.0, -1.0]];
         let sight = see(&SENSOR, &[], &[], &measurements);
         let eta: f64 = KAPPA + 0.03 + 0.02;
         close(ln_likelihood(SingleCluster, &sight), 2.0 * eta.ln());
         close(ln_likelihood(RbEmpty, &sight), 2.0 * (KAPPA.ln() + 1.0 - KAPPA / eta));
-        // There is no feature to take.
+        // There is no feature for the map.
         assert_eq!(ln_likelihood(RbSingle, &sight), ln_likelihood(RbEmpty, &sight));
         close(ln_likelihood(RbMulti, &sight), ln_likelihood(RbEmpty, &sight));
     }
@@ -257,8 +258,8 @@ mod tests {
         mixture.iter().map(|c| (c.ln_weight + ln_density(minus(point, c.mean), &c.covariance)).exp()).sum()
     }
 
-    /// RB-PHD SLAM's likelihood with features by its definition: the likelihood of the scan for the map of these, which
-    /// enumerates what each may have caused, times v⁻(m)/v(m) of all with e^(N̂ − N̂⁻), from the mixtures themselves.
+    /// RB-PHD SLAM's likelihood with features by its definition: the likelihood of the scan for the map of these features, by
+    /// enumeration of all associations, times v⁻(m)/v(m) for all features and e^(N̂ − N̂⁻), from the mixtures themselves.
     fn by_definition<S: Sensor>(sight: &Sight<'_, S>, prior: &[Component], born_mass: f64, map: &[Vector]) -> f64 {
         let posterior = persisting(&sight.still, &sight.ln_eta, Remembering::NOTHING, 0.0);
         let moving = persisting(&sight.moving, &sight.ln_eta, Remembering::NOTHING, 0.0);
@@ -271,7 +272,7 @@ mod tests {
             ln_density(sight.sensor.innovation(z, predicted), &sight.sensor.noise()).exp()
         };
         let all = sight.measurements.len();
-        // Every number with a digit for each feature: which measurement it has caused, `all` for none.
+        // Enumerates numbers with a digit for each feature: the index of its measurement, `all` for none.
         let mut sum = 0.0;
         for number in 0..(all + 1).pow(map.len() as u32) {
             let digits: Vec<usize> = (0..map.len()).map(|k| number / (all + 1).pow(k as u32) % (all + 1)).collect();
@@ -290,8 +291,8 @@ mod tests {
 
     #[test]
     fn single_feature_by_definition_with_a_linear_sensor() {
-        // There N(z; ẑ, S) N(m; m⁺, P⁺) = g(z|m) N(m; m̂, P) exactly, whatever the covariance. The heaviest component
-        // gives m, whichever stands first, and the moving one has its share in every η.
+        // With a linear sensor N(z; ẑ, S) N(m; m⁺, P⁺) = g(z|m) N(m; m̂, P) is exact for any covariance. The heaviest component
+        // gives m, in any order, and the moving one contributes to every η.
         let measurements = [[5.1, 2.2], [5.6, 1.9], [-3.0, 0.4]];
         let map = [feature(0.4, [5.5, 2.1]), feature(0.7, [5.0, 2.0]), feature(0.2, [-2.8, 0.0])];
         let moving = [set_in_motion(&feature(0.5, [5.3, 1.8]), 1.0)];
@@ -302,7 +303,7 @@ mod tests {
 
     #[test]
     fn several_features_by_definition_with_a_linear_sensor() {
-        // Two features that share two measurements, one apart from them, and two too light to be taken.
+        // Two features with two common measurements, one separate feature, and two with too little weight.
         let measurements = [[5.1, 2.2], [5.6, 1.9], [-3.0, 0.4], [1.0, 1.0]];
         let places = [(0.8, [5.5, 2.1]), (0.9, [5.0, 2.0]), (0.76, [-2.8, 0.0]), (0.74, [5.2, 2.0]), (0.1, [1.0, 1.1])];
         let map = places.map(|(weight, mean)| feature(weight, mean));
@@ -315,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn one_feature_that_is_established_is_the_single_one() {
+    fn one_established_feature_gives_the_single_feature_likelihood() {
         let measurements = [[5.1, 2.2], [5.6, 1.9]];
         let map = [feature(0.8, [5.5, 2.1])];
         let sight = see(&LINEAR, &map, &[], &measurements);
@@ -323,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn the_map_that_is_taken_is_bounded() {
+    fn the_map_of_several_features_is_bounded() {
         let near = |count: usize| -> Vec<Vector> { (0..count).map(|k| [5.0 + 0.01 * k as f64, 2.0]).collect() };
         let features = |means: &[Vector]| -> Vec<Component> {
             means.iter().enumerate().map(|(k, &mean)| feature(0.99 - 0.01 * k as f64, mean)).collect()
@@ -333,19 +334,19 @@ mod tests {
             sizes.sort_unstable();
             sizes
         };
-        // Eight that share a measurement: the two lightest are left out.
+        // Of eight with a common measurement the two lightest are left out.
         assert_eq!(sizes(&features(&near(8)), &near(1)), [6]);
-        // Nine measurements near a feature are too many, of eight it is taken.
+        // A feature with nine measurements is left out, one with eight is not.
         assert!(sizes(&features(&near(1)), &near(9)).is_empty());
         assert_eq!(sizes(&features(&near(1)), &near(8)), [1]);
-        // Of twenty apart from each other, sixteen.
+        // Of twenty separate ones, sixteen.
         let apart: Vec<Vector> = (0..20).map(|k| [2.0 * f64::from(k) - 20.0, 3.0]).collect();
         assert_eq!(sizes(&features(&apart), &apart).iter().sum::<usize>(), 16);
     }
 
     #[test]
     fn single_feature_by_definition_where_the_map_is_sharp() {
-        // Range and bearing are as good as linear over a millimetre.
+        // Range and bearing are linear over a millimetre.
         let measurements = [[5.2, 0.03], [5.0, -0.02], [8.0, 1.0]];
         let sharp = scaled(1e-6, &[[1.0, 0.2], [0.2, 0.5]]);
         let map = [Component { covariance: sharp, ..feature(0.7, [5.0, 0.1]) }];
@@ -357,12 +358,12 @@ mod tests {
         let expected = by_definition(&sight, &map, births(0.03) + births(0.02), &[[5.0, 0.1]]);
         let found = ln_likelihood(RbSingle, &sight);
         assert!((found - expected).abs() < 1e-3, "{found} instead of {expected}");
-        // The term that the two differ by is not small.
+        // The difference of the two is not small.
         assert!((found - ln_likelihood(RbEmpty, &sight)).abs() > 1.0);
     }
 
     #[test]
-    fn a_scan_that_fits_the_map_counts_for_the_pose() {
+    fn a_scan_that_fits_the_map_raises_the_likelihood() {
         let map = [feature(0.9, [5.0, 0.0])];
         let of = |kind, z: Vector| ln_likelihood(kind, &see(&SENSOR, &map, &[], &[z]));
         let ahead = |kind| of(kind, [5.0, 0.0]) - of(kind, [5.0, 1.5]);
@@ -370,7 +371,7 @@ mod tests {
         assert!(ahead(RbEmpty) > 0.0);
         assert!(ahead(RbSingle) > 1.0);
         assert!(ahead(RbMulti) > 1.0);
-        // Of the empty map only the mass tells anything; it cannot gain more than one a measurement.
+        // With the empty map only the mass has an effect; it increases by at most one for each measurement.
         assert!(ahead(RbEmpty) < 1.0);
     }
 

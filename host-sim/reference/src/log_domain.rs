@@ -1,7 +1,6 @@
-//! Sums of numbers that are kept as logarithms.
+//! Sums of numbers in the log domain.
 
-/// ln Σ exp(term), in two passes: the largest term, then the sum relative to it. No terms, or none
-/// above zero, give −∞.
+/// ln Σ exp(term), in two passes: the largest term, then the sum relative to it. Returns −∞ without terms, or if all are zero.
 pub(super) fn log_sum_exp(terms: &[f64]) -> f64 {
     let largest = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     if largest == f64::NEG_INFINITY {
@@ -11,13 +10,13 @@ pub(super) fn log_sum_exp(terms: &[f64]) -> f64 {
     largest + relative.ln()
 }
 
-/// The weights divided by their sum, all as logarithms; `None` where every weight is zero.
+/// The weights divided by their sum, all as logarithms; `None` if every weight is zero.
 pub(super) fn normalised(ln_weights: &[f64]) -> Option<Vec<f64>> {
     let largest = ln_weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     if largest == f64::NEG_INFINITY {
         return None;
     }
-    // The largest goes first: the logarithm of a sum near e⁻⁵⁰⁰⁰ has four digits less.
+    // The largest is subtracted first: the logarithm of a sum near e⁻⁵⁰⁰⁰ would lose four digits.
     let relative: Vec<f64> = ln_weights.iter().map(|weight| weight - largest).collect();
     let total = log_sum_exp(&relative);
     Some(relative.iter().map(|weight| weight - total).collect())
@@ -34,7 +33,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_sums_to_zero() {
+    fn an_empty_sum_is_zero() {
         assert_eq!(log_sum_exp(&[]), f64::NEG_INFINITY);
         assert_eq!(normalised(&[f64::NEG_INFINITY; 3]), None);
     }

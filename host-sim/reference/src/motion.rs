@@ -1,10 +1,10 @@
-//! Vehicle motion: how a pose moves under a control, and the noise on the control.
+//! Vehicle motion: the effect of a control on a pose, and the noise of the control.
 
 use super::angle::wrap;
 use super::draws::Draws;
 use crate::Vehicle;
 
-/// Below this turn in one step, rad, the arc's v/ω is replaced by its series.
+/// Greatest turn in a step for which v/ω of the arc is replaced by its series, rad.
 const STRAIGHT_RAD: f64 = 1e-4;
 
 /// Noise on the control.
@@ -14,17 +14,17 @@ pub struct ControlNoise {
     pub speed_sigma_mps: f64,
     /// Standard deviation of the second control: steering angle (rad) or turn rate (rad/s).
     pub second_sigma: f64,
-    /// Standard deviation of the speed as a share of it, in quadrature.
+    /// Relative standard deviation of the speed; adds in quadrature.
     pub speed_ratio: f64,
-    /// Standard deviation of the second control as a share of it, in quadrature.
+    /// Relative standard deviation of the second control; adds in quadrature.
     pub second_ratio: f64,
-    /// How long an odometry error stays the same, τ, s; 0 where every sample errs on its own.
+    /// τ, correlation time of an odometry error, s; 0: independent errors of the samples.
     pub interval_s: f64,
 }
 
 impl ControlNoise {
-    /// What one draw's standard deviation is multiplied with: √(τ/dt) for τ > 0, so that a random
-    /// walk in steps of `dt` spreads as far as errors that stay constant over τ each.
+    /// Factor for the standard deviation of a sample: √(τ/dt) for τ > 0, so that a random walk with steps of `dt` has the
+    /// variance of errors that are constant over τ each.
     fn scale(&self, dt: f64) -> f64 {
         if self.interval_s > 0.0 { (self.interval_s / dt).sqrt() } else { 1.0 }
     }
@@ -40,9 +40,8 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Draws one sample of the transition (5.12): two normal numbers, first for the speed, then for
-    /// the steering angle or turn rate; of a holonomic vehicle another between them, for the speed to the left.
-    /// Pose in m, m, rad; `dt` in s, above 0.
+    /// Draws a sample of the transition (5.12): two normal numbers, first for the speed, then for the steering angle or turn
+    /// rate; for a holonomic vehicle another one between them, for the speed to the left. Pose in m, m, rad; `dt` in s, above 0.
     pub fn sample(&self, pose: [f64; 3], control: &[f64; 3], dt: f64, draws: &mut dyn Draws) -> [f64; 3] {
         let scale = self.noise.scale(dt);
         let ControlNoise { speed_sigma_mps, second_sigma, speed_ratio, second_ratio, .. } = self.noise;
@@ -58,8 +57,8 @@ impl Motion {
         self.step(pose, &[speed, second, left], dt)
     }
 
-    /// Where errors of a control take a pose to first order: an error that lasts is one of the displacement. By central differences,
-    /// whose own error is far below any noise.
+    /// The pose with errors of a control to first order, because an error that lasts is one of the displacement. By central
+    /// differences, whose error is far below any noise.
     fn displaced(&self, pose: [f64; 3], control: &[f64; 3], errors: [f64; 3], dt: f64) -> [f64; 3] {
         const STEP: f64 = 1e-5;
         let mut end = self.step(pose, control, dt);
@@ -78,8 +77,8 @@ impl Motion {
         [end[0], end[1], wrap(end[2])]
     }
 
-    /// Moves a pose (m, m, rad) by a control without noise for `dt` seconds (5.25–5.27, the sign of
-    /// the x row corrected).
+    /// Predicts a pose (m, m, rad) by a control without noise over `dt` seconds (5.25–5.27, with the sign of the x row
+    /// corrected).
     pub fn step(&self, pose: [f64; 3], control: &[f64; 3], dt: f64) -> [f64; 3] {
         let [x, y, heading] = pose;
         let (sin, cos) = heading.sin_cos();
@@ -108,7 +107,7 @@ impl Motion {
                 (dx, dy, turn)
             }
             Vehicle::Holonomic => {
-                // The chord of the arc, sin(a)/a as long as the way, in the mean direction.
+                // The chord of the arc: its length is that of the arc times sin(a)/a, its direction the mean one.
                 let half = second * dt / 2.0;
                 let share = if half == 0.0 { 1.0 } else { half.sin() / half };
                 let (s, c) = (heading + half).sin_cos();
@@ -148,7 +147,7 @@ mod tests {
             sensor_left_m: b,
         });
         let (pose, steering, dt) = ([4.0, -1.0, 0.7], 0.3f64, 1e-6);
-        // The centre lies on the rear axle's line, a turning radius to the left.
+        // The centre is on the line of the rear axle, a turning radius to the left.
         let radius = wheelbase / steering.tan();
         let (sin, cos) = f64::sin_cos(pose[2]);
         let axle = [pose[0] - a * cos + b * sin, pose[1] - a * sin - b * cos];
@@ -156,7 +155,7 @@ mod tests {
         let distance = |p: [f64; 3]| f64::hypot(p[0] - centre[0], p[1] - centre[1]);
         let moved = car.step(pose, &[2.0, steering, 0.0], dt);
         assert!((distance(moved) - distance(pose)).abs() < 1e-11);
-        // Every point turns at the same rate; the encoder rolls on a circle smaller by its offset.
+        // All points have the same turn rate; the circle of the encoder is smaller by its offset.
         let rate = 2.0 / (radius - offset);
         assert!(((moved[2] - pose[2]) / dt - rate).abs() < 1e-8);
         let arc = f64::hypot(moved[0] - pose[0], moved[1] - pose[1]);
@@ -164,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn arc_closes_a_circle_and_straightens_smoothly() {
+    fn the_arc_closes_a_circle_and_has_a_smooth_limit() {
         let arc = motion(Vehicle::UnicycleArc);
         let mut pose = [1.0, 2.0, 0.3];
         for _ in 0..4 {
@@ -178,14 +177,14 @@ mod tests {
     }
 
     #[test]
-    fn euler_step_uses_the_old_heading_and_wraps_the_new() {
+    fn the_euler_step_uses_the_old_heading_and_wraps_the_new_one() {
         let moved = motion(Vehicle::Unicycle).step([0.0, 0.0, PI - 0.1], &[1.0, 0.4, 0.0], 0.5);
         close(moved, [0.5 * (PI - 0.1).cos(), 0.5 * (PI - 0.1).sin(), -PI + 0.1], 1e-14);
     }
 
     #[test]
-    fn spread_over_the_noise_interval_does_not_hang_on_the_rate() {
-        // An error constant over one second spreads σ·1 s of distance, in 1 or in 20 steps.
+    fn the_variance_over_the_noise_interval_does_not_depend_on_the_rate() {
+        // An error that is constant over one second has the standard deviation σ·1 s of the distance, in 1 or in 20 steps.
         for steps in [1u32, 20] {
             let walk = Motion {
                 vehicle: Vehicle::Unicycle,

@@ -1,4 +1,4 @@
-//! Moving features between scans: constant velocity under white acceleration.
+//! Motion of features between scans: constant velocity with white noise acceleration.
 
 use super::algebra::{apply, sum, transformed};
 use super::config::Config;
@@ -6,8 +6,8 @@ use super::gaussian::Component;
 use super::reduce::heavy_enough;
 use std::array::from_fn;
 
-/// The moving part of a map after `dt` seconds: every component predicted, then dropped where it has become too light or
-/// too wide (5.14 with F, Q and p_S = exp(−dt/τ)). No time, no change.
+/// The moving part of a map after `dt` seconds: all components predicted, without those that are too light or too uncertain (5.14
+/// with F, Q and p_S = exp(−dt/τ)). For `dt` = 0 it is not changed.
 pub(super) fn predicted(map: &[Component<4>], dt: f64, config: &Config) -> Vec<Component<4>> {
     if dt == 0.0 {
         return map.to_vec();
@@ -36,7 +36,7 @@ fn noise(density: f64, dt: f64) -> [[f64; 4]; 4] {
     blocks([[density * dt.powi(3) / 3.0, cross], [cross, density * dt]])
 }
 
-/// The matrix of 2×2 blocks that are these numbers times I.
+/// The matrix of 2×2 blocks with these multiples of I.
 fn blocks(factors: [[f64; 2]; 2]) -> [[f64; 4]; 4] {
     from_fn(|row| from_fn(|column| if row % 2 == column % 2 { factors[row / 2][column / 2] } else { 0.0 }))
 }
@@ -72,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn two_steps_are_one_of_the_summed_time() {
+    fn two_steps_equal_one_of_the_summed_time() {
         for (first, second) in [(0.1, 0.1), (0.03, 1.7), (2.5, 0.4)] {
             let between = predicted(&[component()], first, &config(MOVING));
             let twice = predicted(&between, second, &config(MOVING));
@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_is_the_integral_of_what_each_instant_adds() {
+    fn process_noise_is_the_integral_of_white_acceleration() {
         // Q = ∫ F(s) diag(0, q I) F(s)ᵀ ds; Simpson's rule is exact for its cubics.
         let (density, dt) = (0.7, 1.3);
         let mut instant = [[0.0; 4]; 4];
@@ -98,11 +98,11 @@ mod tests {
     }
 
     #[test]
-    fn drifts_with_its_velocity_and_fades_with_its_lifetime() {
+    fn a_component_moves_with_its_velocity_and_its_weight_decays() {
         let after = predicted(&[component()], 2.0, &config(MOVING))[0];
         assert_eq!(after.mean, [4.0, 1.0, 0.5, 1.5]);
         assert!((after.weight() - 0.6 * (-0.1f64).exp()).abs() < 1e-15);
-        // Var(p + v dt) of the first coordinate, and the noise.
+        // Var(p + v dt) of the first coordinate, plus the process noise.
         let variance = 0.9 + 2.0 * 2.0 * 0.3 + 4.0 * 0.8 + 0.7 * 8.0 / 3.0;
         assert!((after.covariance[0][0] - variance).abs() < 1e-14);
         let immortal = MovingConfig { lifetime_s: f64::INFINITY, ..MOVING };
@@ -111,18 +111,18 @@ mod tests {
     }
 
     #[test]
-    fn too_light_or_too_wide_is_dropped_after_the_step_only() {
+    fn light_or_uncertain_components_are_dropped_after_the_step_only() {
         let light = Component { ln_weight: (1.01 * CONFIG.prune_weight).ln(), ..component() };
         assert_eq!(predicted(&[light], 0.1, &config(MOVING)).len(), 1);
         assert_eq!(predicted(&[light], 1.0, &config(MOVING)).len(), 0);
-        // A lone coordinate of the position is enough; √(0.7 + …) of y, and the velocity does not count.
+        // One coordinate of the position suffices: √(0.7 + …) of y; the velocity does not count.
         let mut wide = Component { covariance: identity(), ..component() };
         wide.covariance[1][1] = 2500.1;
         wide.covariance[2][2] = 1e6;
         assert_eq!(predicted(&[wide], 1e-9, &config(MOVING)).len(), 0);
         wide.covariance[1][1] = 2499.9;
         assert_eq!(predicted(&[wide], 1e-9, &config(MOVING)).len(), 1);
-        // Without time there is no step.
+        // For zero time there is no step.
         wide.covariance[1][1] = 1e4;
         let lighter = Component { ln_weight: -99.0, ..component() };
         assert_eq!(predicted(&[wide, lighter], 0.0, &config(MOVING)), [wide, lighter]);

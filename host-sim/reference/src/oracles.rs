@@ -1,5 +1,5 @@
-//! Numbers of independent implementations: Stone Soup's PHD updater, a Monte Carlo estimate of the
-//! particle likelihood, Vo & Ma's reduction, FilterPy's resampling.
+//! Results of independent implementations: Stone Soup's PHD updater, a Monte Carlo estimate of the particle likelihood, Vo & Ma's
+//! reduction, FilterPy's resampling.
 
 use super::algebra::{identity, minus};
 use super::gaussian::{Component, Matrix, Vector};
@@ -48,7 +48,7 @@ fn mixture(value: &Value) -> Vec<Component> {
         .collect()
 }
 
-/// Position measured directly.
+/// A sensor that measures the position directly.
 pub(super) struct Linear {
     pub(super) noise: Matrix,
 }
@@ -67,12 +67,12 @@ impl Sensor for Linear {
     }
 }
 
-/// A view that has every feature of the oracles in it, with one probability of detection.
+/// A field of view with all features of the oracles, with a constant probability of detection.
 fn everywhere(detection_probability: f64) -> FieldOfView {
     FieldOfView { p_near: detection_probability, p_far: detection_probability, ..WIDE_VIEW }
 }
 
-/// The posterior in the oracle's order (measurements first, then missed) and ln L, without births.
+/// The posterior in the oracle's order (detected components by measurement, then missed ones) and ln L, without births.
 fn updated<S: Sensor>(case: &Value, measurements: &[Vector], sensor: &S) -> (Vec<Component>, f64) {
     let prior = mixture(&case["prior"]);
     let config = Config { clutter_intensity: number(&case["clutter_density"]), birth_intensity: 0.0, ..CONFIG };
@@ -86,7 +86,7 @@ fn updated<S: Sensor>(case: &Value, measurements: &[Vector], sensor: &S) -> (Vec
 fn assert_close(found: &[Component], expected: &[Component]) {
     assert_eq!(found.len(), expected.len());
     for (a, b) in found.iter().zip(expected) {
-        // Relative: some of the weights are as small as 1e-209.
+        // Relative difference: some weights are as small as 1e-209.
         let difference = (a.weight() / b.weight() - 1.0).abs();
         assert!(difference < BOUND, "weight {} for {}", a.weight(), b.weight());
         for row in 0..2 {
@@ -107,7 +107,7 @@ fn gaussian_mixture_update_with_a_linear_sensor() {
     let (posterior, ln_likelihood) = updated(case, &vectors(&case["measurements"]), &sensor);
     assert_close(&posterior, &mixture(&case["posterior"]));
 
-    // The oracle counts the clutter rate λ, which is the same for every pose and left out here.
+    // The oracle includes the clutter rate λ, which is the same for all poses and omitted here.
     let particle = &oracle["single_cluster_likelihood"];
     let with_rate = ln_likelihood - number(&particle["lambda_c"]);
     assert!((with_rate - number(&particle["log_likelihood"])).abs() < BOUND);
@@ -126,7 +126,7 @@ fn gaussian_mixture_update_by_range_and_bearing() {
 }
 
 #[test]
-fn reduction_of_vo_and_ma() {
+fn reduction_agrees_with_vo_and_ma() {
     let oracle = oracle("gm_merge_prune.json");
     let config = Config {
         prune_weight: number(&oracle["prune_T"]),

@@ -6,7 +6,7 @@ use super::gaussian::{Component, Matrix, Vector, ln_density};
 use super::sensor::Sensor;
 use std::array::from_fn;
 
-/// A component in view and what each measurement would make of it.
+/// A component in view with its update by each measurement.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct InView<const N: usize> {
     /// The predicted component.
@@ -20,18 +20,18 @@ pub(super) struct InView<const N: usize> {
 }
 
 impl<const N: usize> InView<N> {
-    /// ln(p_D w N(z; ẑ, S)) for one measurement: its share of η_z.
+    /// ln(p_D w N(z; ẑ, S)) for a measurement: the component's part of η_z.
     pub(super) fn ln_detection(&self, measurement: usize) -> f64 {
         self.detection_probability.ln() + self.prior.ln_weight + self.updated[measurement].1
     }
 }
 
-/// A map of one kind as seen from one pose.
+/// The static or the moving part of a map as seen from a pose.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct PreUpdate<const N: usize> {
     /// V: the components that may be detected.
     pub(super) in_view: Vec<InView<N>>,
-    /// All others.
+    /// The other components.
     pub(super) out_of_view: Vec<Component<N>>,
 }
 
@@ -62,7 +62,7 @@ pub(super) fn pre_update<const N: usize, S: Sensor>(
     result
 }
 
-/// H = [∂h/∂p, 0]: nothing but the position is measured.
+/// H = [∂h/∂p, 0]: only the position is measured.
 fn by_state<const N: usize>(by_position: &Matrix) -> [[f64; N]; 2] {
     by_position.map(|row| from_fn(|column| if column < 2 { row[column] } else { 0.0 }))
 }

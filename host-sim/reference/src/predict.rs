@@ -2,9 +2,9 @@
 
 use super::state::{Candidate, Particle, State};
 
-/// Moves every candidate by its own sample of the transition, `moved` (5.12). The first prediction after a scan
-/// makes the candidates. Static features keep as they are (5.14 with F = I, Q = 0, p_S = 1), and moving ones
-/// only wait until the scan, so no map is touched; no time, no change and no draw.
+/// Moves every candidate to its sample of the transition, `moved` (5.12). The first prediction after a scan makes the candidates.
+/// Static features are not changed (5.14 with F = I, Q = 0, p_S = 1), and moving ones are predicted at the scan, so that no map
+/// is changed. For zero time nothing changes and no number is drawn.
 pub(super) fn predict<P: Copy, const N: usize, const V: usize>(
     state: &mut State<P, N, V>,
     samples: usize,
@@ -21,7 +21,7 @@ pub(super) fn predict<P: Copy, const N: usize, const V: usize>(
     state.waited_s += dt;
 }
 
-/// M copies of every particle, sharing its weight (5.13).
+/// M copies of every particle, each with its share of the weight (5.13).
 fn children<P: Copy, const N: usize, const V: usize>(
     particles: &[Particle<P, N, V>],
     samples: usize,

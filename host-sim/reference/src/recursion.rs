@@ -1,4 +1,4 @@
-//! The recursion in steps, whatever the vehicle: what a vehicle has of its own are motion, likelihood and the update of a map.
+//! The steps of the recursion, generic over the vehicle, which supplies motion, likelihood and the update of a map.
 
 use super::config::{Config, ScanOutcome, Weighing};
 use super::draws::Draws;
@@ -8,13 +8,13 @@ use super::predict;
 use super::resample::{self, Selection};
 use super::state::{Particle, State};
 
-/// A filter whose features are `N` numbers, and `V` where they move.
+/// A filter with `N` numbers for a static feature and `V` for a moving one.
 pub trait Recursion<const N: usize, const V: usize> {
-    /// Where the vehicle is.
+    /// The pose of the vehicle.
     type Pose: Copy;
-    /// What moves it.
+    /// The control of the vehicle.
     type Control;
-    /// What is measured of a feature.
+    /// A measurement of a feature.
     type Measurement;
 
     /// Parameters of the recursion.
@@ -23,10 +23,10 @@ pub trait Recursion<const N: usize, const V: usize> {
     /// A sample of the transition over `dt` seconds (5.12).
     fn moved(&self, pose: &Self::Pose, control: &Self::Control, dt: f64, draws: &mut dyn Draws) -> Self::Pose;
 
-    /// The moving part of a map this long after the scan that it is of.
+    /// The moving part of a map, predicted by this time after its scan, s.
     fn moving_now(&self, moving: &[Component<V>], waited_s: f64) -> Vec<Component<V>>;
 
-    /// ln L of one pose with the two parts of a map, without the clutter rate λ.
+    /// ln L of a pose for both parts of a map, without the clutter rate λ.
     fn ln_likelihood(
         &self,
         pose: &Self::Pose,
@@ -35,9 +35,9 @@ pub trait Recursion<const N: usize, const V: usize> {
         measurements: &[Self::Measurement],
     ) -> f64;
 
-    /// The two parts of a map updated by the measurements from one pose and reduced (5.17–5.22, appendix A). Of each
-    /// part, components out of view come first, untouched; the reduced ones follow, heaviest first; then come the births
-    /// on unexplained measurements, in the measurements' order, which wait for the next scan to be reduced.
+    /// Both parts of a map updated by the measurements from a pose and reduced (5.17–5.22, appendix A). In each part the order
+    /// is: unchanged components out of view; reduced ones, heaviest first; births on unexplained measurements in the order of the
+    /// measurements, which are reduced in the next scan.
     fn updated_maps(
         &self,
         pose: &Self::Pose,
@@ -54,7 +54,7 @@ pub trait Recursion<const N: usize, const V: usize> {
         predict::predict(state, self.config().samples, dt, |pose| self.moved(pose, control, dt, draws));
     }
 
-    /// One scan of measurements: [`weigh`](Self::weigh), [`select`](Self::select), [`update`](Self::update).
+    /// Processes a scan: [`weigh`](Self::weigh), [`select`](Self::select), [`update`](Self::update).
     fn scan(
         &self,
         state: &mut State<Self::Pose, N, V>,
@@ -67,8 +67,8 @@ pub trait Recursion<const N: usize, const V: usize> {
         ScanOutcome { weighing, selection }
     }
 
-    /// Weighs every candidate against the measurements (4.52, 5.23). A map is read, never written; the moving parts
-    /// are read as they are at the time of the last prediction.
+    /// Weighs every candidate with the measurements (4.52, 5.23). Maps are not changed; the moving parts are those at the time of
+    /// the last prediction.
     fn weigh(&self, state: &State<Self::Pose, N, V>, measurements: &[Self::Measurement]) -> Weighing {
         let (candidates, samples) = (state.current(), state.samples());
         let moving: Vec<_> =
@@ -87,13 +87,13 @@ pub trait Recursion<const N: usize, const V: usize> {
         Weighing { n_eff: resample::effective_number(&ln_weights), ln_likelihoods, ln_weights, weights_kept }
     }
 
-    /// Selects the candidates that go on.
+    /// Selects the surviving candidates.
     fn select(&self, state: &State<Self::Pose, N, V>, weighing: &Weighing, draws: &mut dyn Draws) -> Selection {
         let threshold = self.config().resample_threshold;
         resample::select(&weighing.ln_weights, weighing.n_eff, state.particles.len(), threshold, draws)
     }
 
-    /// Writes the survivors: their poses and weights, and their maps updated by the measurements.
+    /// Writes the survivors: poses and weights, and maps updated by the measurements.
     fn update(
         &self,
         state: &mut State<Self::Pose, N, V>,
@@ -105,7 +105,7 @@ pub trait Recursion<const N: usize, const V: usize> {
         let mut particles: Vec<Particle<Self::Pose, N, V>> = Vec::with_capacity(selection.survivors.len());
         for (i, (&survivor, &ln_weight)) in selection.survivors.iter().zip(&selection.ln_weights).enumerate() {
             let pose = candidates[survivor].pose;
-            // Survivors come in order, so copies of one stand next to each other.
+            // Survivors are in order, so that copies of one are adjacent.
             let (map, moving) = if i > 0 && selection.survivors[i - 1] == survivor {
                 (particles[i - 1].map.clone(), particles[i - 1].moving.clone())
             } else {
@@ -115,7 +115,7 @@ pub trait Recursion<const N: usize, const V: usize> {
             };
             particles.push(Particle { pose, ln_weight, map, moving });
         }
-        // The heaviest candidate itself may not have gone on: then the heaviest that did.
+        // If the heaviest candidate did not survive, the heaviest survivor is taken.
         let mut heaviest = 0;
         for (i, &survivor) in selection.survivors.iter().enumerate() {
             let best = selection.survivors[heaviest];

@@ -16,21 +16,20 @@ pub(super) fn prune_and_merge<const N: usize>(mixture: &[Component<N>], config: 
     merged
 }
 
-/// Whether a component survives pruning. A weight of exactly zero (missed at p_D = 1) is no component, whatever the
-/// bound.
+/// Whether a component survives pruning. A weight of zero (missed with p_D = 1) never survives.
 pub(super) fn heavy_enough<const N: usize>(component: &Component<N>, prune_weight: f64) -> bool {
     component.ln_weight >= prune_weight.ln() && component.ln_weight > f64::NEG_INFINITY
 }
 
-/// The total order of the reduction: by ln w in steps of 2⁻¹⁶, descending, then by the coordinates of the mean in their
-/// order, ascending. The steps keep the last bit of a sum from deciding among weights that are equal on paper.
+/// The total order of the reduction: by ln w in steps of 2⁻¹⁶, descending, then by the coordinates of the mean in their order,
+/// ascending. With the steps, rounding errors do not decide between equal weights.
 pub(super) fn heaviest_first<const N: usize>(a: &Component<N>, b: &Component<N>) -> Ordering {
     let step = |c: &Component<N>| (c.ln_weight * 65_536.0 + 0.5).floor();
     let by_weight = step(b).total_cmp(&step(a));
     a.mean.iter().zip(&b.mean).fold(by_weight, |order, (a, b)| order.then(a.total_cmp(b)))
 }
 
-/// Vo & Ma: the heaviest takes all that are close to it, by their own covariance.
+/// Vo & Ma: the heaviest component absorbs all that are close to it, by their own covariances.
 fn greedy<const N: usize>(mut remaining: Vec<Component<N>>, merge_distance: f64) -> Vec<Component<N>> {
     let mut merged = Vec::new();
     while let Some(&heaviest) = remaining.first() {
@@ -44,9 +43,9 @@ fn greedy<const N: usize>(mut remaining: Vec<Component<N>>, merge_distance: f64)
     merged
 }
 
-/// The Gaussian with the mass, mean and spread of all components together.
+/// The Gaussian with the mass, mean and covariance of all components together.
 fn merge<const N: usize>(components: &[Component<N>]) -> Component<N> {
-    // Relative to one of the heaviest, which comes first, no weight is lost to underflow.
+    // Weights are relative to the first, heaviest one, so that none is lost by underflow.
     let unit = components[0].ln_weight;
     let relative = |c: &Component<N>| (c.ln_weight - unit).exp();
     let total: f64 = components.iter().map(relative).sum();
@@ -72,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn bound_itself_is_kept_and_zero_is_not() {
+    fn weights_at_the_bound_are_kept_and_zero_is_not() {
         let mixture = [at(0.01, 0.0, 0.0), at(0.0099, 9.0, 0.0), at(0.0, 18.0, 0.0)];
         assert_eq!(prune_and_merge(&mixture, &apart(9)), vec![mixture[0]]);
         let no_bound = Config { prune_weight: 0.0, ..apart(9) };
@@ -86,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_equal_to_rounding_are_ordered_by_place() {
+    fn weights_equal_up_to_rounding_are_ordered_by_position() {
         let mixture = [at(0.3 * (1.0 + 1e-13), 9.0, 0.0), at(0.3, 0.0, 9.0), at(0.3 * (1.0 + 2e-13), 0.0, 18.0)];
         let order = [mixture[1], mixture[2], mixture[0]];
         assert_eq!(prune_and_merge(&mixture, &apart(9)), order.to_vec());
@@ -106,7 +105,7 @@ mod tests {
         assert_eq!(reduced.len(), 1);
         let mass: f64 = mixture.iter().map(Component::weight).sum();
         assert!((reduced[0].weight() - mass).abs() < 1e-14);
-        // E[m mᵀ] of the mixture and of the one Gaussian.
+        // E[m mᵀ] of the mixture and of the single Gaussian.
         for row in 0..N {
             let mean: f64 = mixture.iter().map(|c| c.weight() * c.mean[row]).sum();
             assert!((mass * reduced[0].mean[row] - mean).abs() < 1e-14);
@@ -127,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn merging_keeps_mass_mean_and_spread() {
+    fn merging_keeps_mass_mean_and_covariance() {
         keeps_moments(&[at(0.5, 0.0, 0.0), at(0.3, 0.3, -0.2), at(0.2, -0.1, 0.4)], &apart(9));
         keeps_moments(&[moving(0.5, 0.0, 0.1), moving(0.3, 0.3, -0.2), moving(0.4, -0.1, 0.2)], &apart(9));
     }
@@ -135,7 +134,7 @@ mod tests {
     #[test]
     fn velocity_keeps_moving_components_apart() {
         assert_eq!(prune_and_merge(&[moving(0.5, 0.0, 3.0), moving(0.3, 0.0, -3.0)], &apart(9)).len(), 2);
-        // Of equal weight and place, the lower velocity comes first.
+        // For equal weights and positions, the lower velocity is first.
         let order = [moving(0.3, 0.0, -3.0), moving(0.3, 0.0, 3.0)];
         assert_eq!(prune_and_merge(&[order[1], order[0]], &apart(9)), order);
     }

@@ -1,14 +1,14 @@
-//! `Resample` of appendix A, and the selection among the children of each particle.
+//! `Resample` of appendix A, and the selection among the samples of each particle.
 
 use super::draws::Draws;
 use super::log_domain::log_sum_exp;
 
-/// Which candidates go on, and with which weights.
+/// The surviving candidates and their weights.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Selection {
-    /// Whether N_eff called for a resampling over all candidates.
+    /// Whether N_eff required a resampling over all candidates.
     pub resampled: bool,
-    /// The candidate each of the N particles goes on from.
+    /// For each of the N particles the candidate that it continues.
     pub survivors: Vec<usize>,
     /// ln ζ of each particle.
     pub ln_weights: Vec<f64>,
@@ -19,9 +19,8 @@ pub(super) fn effective_number(ln_weights: &[f64]) -> f64 {
     1.0 / ln_weights.iter().map(|w| (2.0 * w).exp()).sum::<f64>()
 }
 
-/// Brings the candidates, whose weights are normalised, back to `particles` survivors: systematic
-/// resampling where `N_eff < threshold · C`; otherwise one child of every particle; where there is
-/// only one, nothing is drawn.
+/// Reduces the candidates, whose weights are normalised, to `particles` survivors: by systematic resampling if
+/// `N_eff < threshold · C`, otherwise one candidate for every particle; without random numbers if each particle has only one.
 pub(super) fn select(
     ln_weights: &[f64],
     n_eff: f64,
@@ -53,13 +52,13 @@ pub(super) fn select(
     }
 }
 
-/// Systematic resampling (Arulampalam et al. 2002, algorithm 2) with one uniform number: at each
-/// position (i + u)/N the first candidate whose cumulated weight exceeds it.
+/// Systematic resampling (Arulampalam et al. 2002, algorithm 2) with one uniform number: for each position (i + u)/N the first
+/// candidate whose cumulative weight exceeds it.
 fn systematic(weights: &[f64], count: usize, uniform: f64) -> Vec<usize> {
     (0..count).map(|i| first_above(weights, (i as f64 + uniform) / count as f64)).collect()
 }
 
-/// One of a particle's children, drawn in proportion to weight, and the ln of their total weight.
+/// One of a particle's candidates, drawn in proportion to weight, and the logarithm of their total weight.
 fn one_of(ln_weights: &[f64], uniform: f64) -> (usize, f64) {
     let total = log_sum_exp(ln_weights);
     if total == f64::NEG_INFINITY {
@@ -69,8 +68,8 @@ fn one_of(ln_weights: &[f64], uniform: f64) -> (usize, f64) {
     (first_above(&shares, uniform), total)
 }
 
-/// The first index whose cumulated weight exceeds `position`. Where rounding leaves the whole sum at or
-/// below it, the last one that weighs anything.
+/// The first index whose cumulative weight exceeds `position`; if because of rounding there is none, the last one with a positive
+/// weight.
 fn first_above(weights: &[f64], position: f64) -> usize {
     let mut cumulated = 0.0;
     let mut last = 0;
@@ -92,7 +91,7 @@ mod tests {
     use super::super::oracles;
     use super::*;
 
-    /// Gives out the listed uniform numbers, and fails when asked for more.
+    /// Returns the listed uniform numbers, and panics after the last.
     struct Listed<'a>(&'a [f64]);
 
     impl Draws for Listed<'_> {
@@ -125,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn threshold_counts_candidates() {
+    fn the_threshold_is_relative_to_the_number_of_candidates() {
         // Two particles with two children each: N_eff of these weights is 1/0.34 = 2.94.
         let weights = ln(&[0.5, 0.2, 0.1, 0.2]);
         let n_eff = effective_number(&weights);
@@ -141,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn single_children_go_on_without_a_draw() {
+    fn single_candidates_survive_without_random_numbers() {
         let weights = ln(&[0.3, 0.7]);
         let selection = select(&weights, effective_number(&weights), 2, 0.1, &mut Listed(&[]));
         assert_eq!(selection.survivors, [0, 1]);
@@ -149,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn children_that_weigh_nothing_are_drawn_evenly() {
+    fn candidates_of_weight_zero_are_drawn_evenly() {
         let weights = ln(&[0.0, 0.0, 0.0, 0.3, 0.3, 0.4]);
         let selection = select(&weights, effective_number(&weights), 2, 0.1, &mut Listed(&[0.67, 0.5]));
         assert_eq!(selection.survivors, [2, 4]);
@@ -165,7 +164,7 @@ mod tests {
 
     #[test]
     fn local_selection_is_unbiased() {
-        // What a candidate carries on, averaged over many selections, is its own weight.
+        // The mean weight that survives with a candidate, over many selections, is its weight.
         let weights = [0.05, 0.20, 0.10, 0.02, 0.08, 0.15, 0.30, 0.01, 0.09];
         let (particles, samples) = (3, 3);
         let ln_weights = ln(&weights);

@@ -4,10 +4,9 @@ use super::algebra::transformed;
 use super::angle::wrap;
 use super::gaussian::{Matrix, Vector};
 
-/// A measurement of one feature as a Kalman update sees it: prediction, linearization, noise.
+/// A measurement of a feature for a Kalman update: prediction, linearisation, noise.
 pub trait Sensor {
-    /// ẑ = h(m, x) and H = ∂h/∂m at feature position m (m) and pose x (m, m, rad); `None` where the
-    /// feature cannot be observed at all.
+    /// ẑ = h(m, x) and H = ∂h/∂m at feature position m (m) and pose x (m, m, rad); `None` if the feature cannot be observed.
     fn predicted(&self, mean: Vector, pose: [f64; 3]) -> Option<(Vector, Matrix)>;
 
     /// z ⊖ ẑ: the difference of two measurements.
@@ -54,9 +53,8 @@ impl Sensor for RangeBearing {
 }
 
 impl RangeBearing {
-    /// Where a measurement (m, rad) taken at a pose (m, m, rad) puts a feature: position
-    /// h⁻¹(z, x) in m and covariance R* = H* R H*ᵀ in m² (5.9, 5.10). `None` for a range that is not
-    /// above 0.
+    /// The position of the feature of a measurement (m, rad) taken at a pose (m, m, rad): h⁻¹(z, x) in m, and its covariance R* =
+    /// H* R H*ᵀ in m² (5.9, 5.10). `None` unless the range is above 0.
     pub fn inverse(&self, measurement: Vector, pose: [f64; 3]) -> Option<(Vector, Matrix)> {
         let range = measurement[0];
         if range.is_nan() || range <= 0.0 {
@@ -77,7 +75,7 @@ mod tests {
     const SENSOR: RangeBearing = RangeBearing { range_sigma_m: 0.25, bearing_sigma_rad: 0.01 };
     const STEP: f64 = 1e-6;
 
-    /// Columns are the central differences of `function` along each coordinate.
+    /// Central differences of `function` along each coordinate, as columns.
     fn central_differences(function: impl Fn(Vector) -> Vector, at: Vector) -> Matrix {
         let mut jacobian = [[0.0; 2]; 2];
         for column in 0..2 {
@@ -102,7 +100,7 @@ mod tests {
     }
 
     fn grid() -> impl Iterator<Item = (Vector, [f64; 3])> {
-        // Ranges and angles on odd steps, so that no point sits on the seam of the bearing.
+        // Irregular steps of ranges and angles, so that no bearing is at ±π.
         (1..8).flat_map(|i| {
             (-7..8).flat_map(move |j| {
                 (-3..4).map(move |k| {
@@ -134,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn inverse_undoes_h() {
+    fn the_inverse_inverts_h() {
         for (measurement, pose) in grid() {
             let (position, _) = SENSOR.inverse(measurement, pose).expect("range above 0");
             let (back, _) = SENSOR.predicted(position, pose).expect("in front");
@@ -144,13 +142,13 @@ mod tests {
     }
 
     #[test]
-    fn innovation_takes_the_short_way_round() {
+    fn the_innovation_is_wrapped() {
         let difference = SENSOR.innovation([5.0, PI - 0.1], [5.0, -PI + 0.1]);
         assert!((difference[1] + 0.2).abs() < 1e-14);
     }
 
     #[test]
-    fn no_observation_at_the_sensor_and_no_birth_without_range() {
+    fn no_prediction_at_the_sensor_and_no_birth_without_range() {
         assert!(SENSOR.predicted([3.0, -2.0], [3.0, -2.0, 0.5]).is_none());
         for range in [0.0, -1.0, f64::NAN] {
             assert!(SENSOR.inverse([range, 0.2], [0.0; 3]).is_none());

@@ -1,4 +1,4 @@
-//! One pose, the map of its particle and a scan, each seen by the others.
+//! The data common to the likelihood and the update: a pose, the map of its particle, and a scan.
 
 use super::config::Config;
 use super::field_of_view::FieldOfView;
@@ -7,7 +7,7 @@ use super::log_domain::log_sum_exp;
 use super::pre_update::{PreUpdate, pre_update};
 use super::sensor::Sensor;
 
-/// All that the likelihood and the update of a pose have in common.
+/// Data common to the likelihood and the update of a pose.
 #[derive(Debug)]
 pub(super) struct Sight<'a, S> {
     /// Pose: x m, y m, heading rad.
@@ -22,7 +22,7 @@ pub(super) struct Sight<'a, S> {
     pub(super) still: PreUpdate<2>,
     /// The moving part, at the time of the scan.
     pub(super) moving: PreUpdate<4>,
-    /// ln(κ + w_b + w_m): what explains a measurement without any feature.
+    /// ln(κ + w_b + w_m), the intensity of a measurement without features.
     pub(super) ln_unexplained: f64,
     /// ln η_z of every measurement (4.51, 5.19 with one birth space for each kind):
     /// η_z = κ + w_b + w_m + Σ p_D w N(z; ẑ, S) over the components of both kinds in view.

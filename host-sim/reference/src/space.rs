@@ -1,5 +1,5 @@
-//! The recursion in space, with an underwater vehicle and stereo pixels (chapter 7): blind proposal, single-cluster likelihood, static
-//! features. Algebra, what becomes of births, reduction and selection are those of the plane.
+//! The recursion in space, with an underwater vehicle and stereo pixels (chapter 7): blind proposal, single-cluster likelihood,
+//! static features. Algebra, treatment of births, reduction and selection are those of the plane.
 
 use super::algebra::{apply, identity, inverse, minus, plus, product, quadratic, transformed, transpose};
 use super::angle::wrap;
@@ -13,7 +13,7 @@ use super::state::State;
 use super::update::{after_scan, born_at, persisting};
 use std::array::from_fn;
 
-/// Where the vehicle is: position (m), yaw (rad), yaw rate (rad/s), with roll and pitch (rad) as given.
+/// Pose of the vehicle: position (m), yaw (rad), yaw rate (rad/s), with known roll and pitch (rad).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
     /// x, y, z, m.
@@ -28,7 +28,7 @@ pub struct Pose {
     pub pitch: f64,
 }
 
-/// What moves the vehicle.
+/// Control of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Control {
     /// Velocity along the vehicle's axes, m/s.
@@ -46,17 +46,17 @@ pub struct Control {
 /// The filter in space: parameters and models.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Space {
-    /// Parameters of the recursion; intensities are per px⁴. Moving features are not there.
+    /// Parameters of the recursion; intensities are per px⁴. Moving features are not supported.
     pub config: Config,
     /// Standard deviation of n_θ, rad/s².
     pub yaw_acceleration_sigma: f64,
-    /// How long an error of the velocity lasts, s.
+    /// Correlation time of the velocity error, s.
     pub velocity_interval_s: f64,
     /// Projection matrices of the left and the right camera; the third row of each begins with a unit vector.
     pub cameras: [[[f64; 4]; 3]; 2],
     /// R, px².
     pub noise: [[f64; 4]; 4],
-    /// Greatest squared length of what no point explains of a pair.
+    /// Greatest squared distance of a pair from the epipolar constraint.
     pub epipolar_gate: f64,
     /// Width and height of the images, and half width of their soft edge, px.
     pub image: [f64; 3],
@@ -95,7 +95,7 @@ fn lower_root(a: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
     l
 }
 
-/// The ramp from 0 to 1 around an edge.
+/// The linear ramp from 0 to 1 around an edge.
 fn ramp(inside: f64, edge: f64) -> f64 {
     if inside >= edge {
         return 1.0;
@@ -108,7 +108,8 @@ fn ramp(inside: f64, edge: f64) -> f64 {
 }
 
 impl Space {
-    /// Pixels of a point of the vehicle's frame, their derivative, and its depth before the left camera; `None` behind a camera.
+    /// Pixels of a point in the vehicle's frame, their derivative, and its depth in front of the left camera; `None` behind a
+    /// camera.
     fn projected(&self, point: [f64; 3]) -> Option<([f64; 4], [[f64; 3]; 4], f64)> {
         let (mut pixels, mut slope, mut depths) = ([0.0; 4], [[0.0; 3]; 4], [0.0; 2]);
         for (side, camera) in self.cameras.iter().enumerate() {
@@ -126,7 +127,7 @@ impl Space {
         Some((pixels, slope, depths[0]))
     }
 
-    /// p_D of what is seen at these pixels and depth.
+    /// p_D at these pixels and depth.
     pub(super) fn detection_probability(&self, pixels: [f64; 4], depth: f64) -> f64 {
         let [width, height, edge] = self.image;
         let [near, far, depth_edge] = self.depth;
@@ -139,7 +140,7 @@ impl Space {
             * ramp((depth - near).min(far - depth), depth_edge)
     }
 
-    /// The map as one pose sees it: what is in view, and what is not.
+    /// The map as seen from a pose: components in view, and the others.
     fn seen(&self, pose: &Pose, map: &[Component<3>], measurements: &[[f64; 4]]) -> PreUpdate<3> {
         let to_body = transpose(&rotation(pose));
         let mut seen = PreUpdate { in_view: Vec::new(), out_of_view: Vec::new() };
@@ -162,7 +163,7 @@ impl Space {
         seen
     }
 
-    /// ln(κ + w_b): what explains a measurement without any feature.
+    /// ln(κ + w_b), the intensity of a measurement without features.
     fn ln_unexplained(&self) -> f64 {
         (self.config.clutter_intensity + self.config.birth_intensity).ln()
     }
@@ -175,7 +176,7 @@ impl Space {
         (0..measurements).map(eta).collect()
     }
 
-    /// Where a pair puts a feature, and how surely (7.5); `None` where it puts none in view.
+    /// The position of the feature of a pair, and its covariance (7.5); `None` if it is not in view.
     fn born(&self, pose: &Pose, measured: [f64; 4]) -> Option<([f64; 3], [[f64; 3]; 3])> {
         let (point, by_measurement) = self.triangulated(measured)?;
         let (pixels, _, depth) = self.projected(point)?;
@@ -193,8 +194,8 @@ impl Space {
         product(&inverse(&product(&weighted, a)), &weighted)
     }
 
-    /// The point of the vehicle's frame that a pair comes from, and its derivative: the weighted linear solution, and one step
-    /// of Gauss and Newton from it.
+    /// The point in the vehicle's frame that a pair determines, and its derivative: the weighted linear solution, and one
+    /// Gauss-Newton step from it.
     pub(super) fn triangulated(&self, measured: [f64; 4]) -> Option<([f64; 3], [[f64; 4]; 3])> {
         let row = |k: usize| {
             let camera = &self.cameras[k / 2];
@@ -229,7 +230,7 @@ impl Recursion<3, 6> for Space {
         let spread = transformed(&turned, &control.covariance).map(|row| row.map(|c| c * dt * dt * raise));
         let (mut mean, mut open) = (plus(pose.position, step), spread);
         if let Some([z, sigma]) = control.z {
-            // The position given its third coordinate with an error.
+            // The position conditioned on a measured third coordinate.
             let gain = from_fn(|k| spread[k][2] / (spread[2][2] + sigma * sigma));
             let off = z - mean[2];
             mean = plus(mean, gain.map(|g| g * off));
@@ -256,7 +257,7 @@ impl Recursion<3, 6> for Space {
         }
     }
 
-    /// Nothing moves.
+    /// Moving features are not supported.
     fn moving_now(&self, _moving: &[Component<6>], _waited_s: f64) -> Vec<Component<6>> {
         Vec::new()
     }
@@ -314,7 +315,7 @@ mod tests {
     /// κ + w_b.
     const UNEXPLAINED: f64 = CONFIG.clutter_intensity + CONFIG.birth_intensity;
 
-    /// Cameras that look along z, the right one 0.2 m beside the left one.
+    /// Cameras along z, the right one 0.2 m beside the left one.
     fn space() -> Space {
         let camera =
             |baseline| [[500.0, 0.0, 320.0, -500.0 * baseline], [0.0, 500.0, 240.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
@@ -331,7 +332,7 @@ mod tests {
         }
     }
 
-    /// Pixels of a point of the vehicle's frame.
+    /// Pixels of a point in the vehicle's frame.
     fn pair(space: &Space, point: [f64; 3]) -> [f64; 4] {
         space.projected(point).expect("before both cameras").0
     }
@@ -350,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn births_on_explained_pairs_are_reduced_at_once() {
+    fn births_on_explained_pairs_are_reduced_in_the_same_scan() {
         let space = space();
         let scan = [pair(&space, [0.0, 0.0, 3.0])];
         let map = [Component { ln_weight: 0.5f64.ln(), mean: [1.0, 2.0, 6.0], covariance: scaled(1e-4, &identity()) }];

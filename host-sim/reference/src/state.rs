@@ -1,5 +1,5 @@
-//! The state of the filter: particles with their maps, and the candidates of the next scan. `N` numbers say where a feature is, `V`
-//! where it is and how it moves.
+//! The state of the filter: particles with their maps, and the candidates of the next scan. `N` is the number of coordinates of a
+//! static feature, `V` that of a moving one.
 
 use super::gaussian::Component;
 
@@ -12,11 +12,11 @@ pub struct Particle<P = [f64; 3], const N: usize = 2, const V: usize = 4> {
     pub ln_weight: f64,
     /// The static part of the map, in no particular order.
     pub map: Vec<Component<N>>,
-    /// The moving part, as of the last scan, in no particular order.
+    /// The moving part, at the time of the last scan, in no particular order.
     pub moving: Vec<Component<V>>,
 }
 
-/// A predicted pose that waits to be weighed (5.12, 5.13).
+/// A predicted pose that is to be weighed (5.12, 5.13).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidate<P = [f64; 3]> {
     /// Pose; in the plane x m, y m, heading rad.
@@ -25,29 +25,28 @@ pub struct Candidate<P = [f64; 3]> {
     pub ln_weight: f64,
 }
 
-/// Everything that goes on from step to step. Any state another filter is in can be written as one.
+/// The complete state. That of another filter can be converted to it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State<P = [f64; 3], const N: usize = 2, const V: usize = 4> {
-    /// The N particles as the last scan left them.
+    /// The N particles after the last scan.
     pub particles: Vec<Particle<P, N, V>>,
     /// The N·M candidates since the first prediction after the last scan; `None` before it.
     /// Candidate `c` descends from particle `c / M`, whose map it shares.
     pub candidates: Option<Vec<Candidate<P>>>,
-    /// Summed dt of the predictions since the last scan, s: how far the moving parts lag behind.
+    /// Sum of dt of the predictions since the last scan, s: the moving parts are predicted by it later.
     pub waited_s: f64,
     /// Index of the particle whose map is the estimate.
     pub heaviest: usize,
 }
 
 impl<P: Copy, const N: usize, const V: usize> State<P, N, V> {
-    /// `particles` equal particles at one pose, knowing nothing of the map.
+    /// `particles` equal particles at one pose, with empty maps.
     pub fn new(particles: usize, pose: P) -> Self {
         let particle = Particle { pose, ln_weight: -(particles as f64).ln(), map: Vec::new(), moving: Vec::new() };
         Self { particles: vec![particle; particles], candidates: None, waited_s: 0.0, heaviest: 0 }
     }
 
-    /// What the next scan weighs: the candidates, or, without a prediction since the last scan, the
-    /// particles themselves.
+    /// The candidates that the next scan weighs or, without a prediction since the last scan, the particles.
     pub fn current(&self) -> Vec<Candidate<P>> {
         match &self.candidates {
             Some(candidates) => candidates.clone(),
@@ -59,7 +58,7 @@ impl<P: Copy, const N: usize, const V: usize> State<P, N, V> {
         }
     }
 
-    /// M of the current candidates: how many descend from each particle.
+    /// M of the present candidates: the number for each particle.
     ///
     /// # Panics
     ///

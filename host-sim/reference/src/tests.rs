@@ -1,4 +1,4 @@
-//! Whole steps and a whole run.
+//! Tests of whole steps and of a whole run.
 
 use super::*;
 use crate::Likelihood;
@@ -29,7 +29,7 @@ pub(super) const CONFIG: Config = Config {
 
 pub(super) const SENSOR: RangeBearing = RangeBearing { range_sigma_m: 0.2, bearing_sigma_rad: 0.02 };
 
-/// Everything up to a kilometre around.
+/// A field of view of a kilometre in all directions.
 pub(super) const WIDE_VIEW: FieldOfView = FieldOfView {
     range_min_m: 0.0,
     range_max_m: 1000.0,
@@ -65,7 +65,7 @@ fn feature(weight: f64, mean: Vector) -> Component {
 }
 
 #[test]
-fn no_time_no_change_no_draw() {
+fn zero_time_changes_nothing_and_draws_no_number() {
     let (reference, mut draws) = (reference(), OwnDraws::new(1));
     let mut state = reference.initial([1.0, 2.0, 3.0]);
     let before = state.clone();
@@ -100,7 +100,7 @@ fn first_prediction_makes_the_candidates_and_later_ones_move_them() {
 }
 
 #[test]
-fn scan_without_prediction_weighs_the_particles_themselves() {
+fn a_scan_without_prediction_weighs_the_particles() {
     let (reference, mut draws) = (reference(), OwnDraws::new(1));
     let mut state = reference.initial([0.0; 3]);
     let outcome = reference.scan(&mut state, &[[5.0, 0.0]], &mut draws);
@@ -136,8 +136,7 @@ fn candidates_are_weighed_with_their_parents_map() {
 #[test]
 fn components_out_of_view_are_untouched() {
     let reference = reference();
-    // Too light to survive pruning, twice the same so that merging would join them, and one just
-    // outside the rim.
+    // One component below the pruning weight, two equal ones that would be merged, and one just out of view.
     let outside = [
         feature(1e-9, [40.0, 0.0]),
         feature(0.5, [0.0, 30.0]),
@@ -152,7 +151,7 @@ fn components_out_of_view_are_untouched() {
 }
 
 #[test]
-fn cap_counts_what_is_in_view() {
+fn the_cap_counts_components_in_view() {
     let mut reference = reference();
     reference.config.max_components = 2;
     let mut map: Vec<Component> = (0..3).map(|i| feature(0.5, [30.0 + f64::from(i), 0.0])).collect();
@@ -161,7 +160,7 @@ fn cap_counts_what_is_in_view() {
 }
 
 #[test]
-fn cap_counts_births_from_the_next_scan_on() {
+fn the_cap_counts_births_from_the_next_scan() {
     let mut reference = reference();
     reference.config.max_components = 2;
     let map: Vec<Component> = (0..5).map(|i| feature(0.5, [5.0, f64::from(i)])).collect();
@@ -175,12 +174,12 @@ fn cap_counts_births_from_the_next_scan_on() {
 fn births_on_unexplained_measurements_wait_one_scan() {
     let mut reference = reference();
     reference.config.moving.birth_intensity = 0.02;
-    // Much closer together than they are known, and each far from the feature.
+    // Their distance is small compared with their uncertainty, and each is far from the feature.
     let measurements = [[5.01, 0.0], [5.0, 0.0]];
     let map = [feature(0.5, [0.0, 9.0])];
     let (still, moving) = reference.updated_maps(&[0.0; 3], &map, &[], &measurements);
     assert_eq!((still.len(), moving.len()), (3, 2));
-    // After the feature although they are heavier, and in the measurements' order.
+    // Behind the feature although they are heavier, and in the order of the measurements.
     for ((still, moving), [range, _]) in still[1..].iter().zip(&moving).zip(measurements) {
         assert!((still.weight() - 0.03 / 0.06).abs() < 1e-14);
         assert!((moving.weight() - 0.02 / 0.06).abs() < 1e-14);
@@ -192,7 +191,7 @@ fn births_on_unexplained_measurements_wait_one_scan() {
 }
 
 #[test]
-fn births_on_explained_measurements_are_reduced_at_once() {
+fn births_on_explained_measurements_are_reduced_in_the_same_scan() {
     let mut reference = reference();
     let (map, measurements) = ([feature(0.01, [5.0, 0.0])], [[5.1, 0.0]]);
     let eta = reference.sight([0.0; 3], &map, &[], &measurements).ln_eta[0].exp();
@@ -200,7 +199,7 @@ fn births_on_explained_measurements_are_reduced_at_once() {
     let merged = updated(&reference);
     assert_eq!(merged.len(), 1);
     assert!((merged[0].weight() - (0.001 + 1.0 - 0.01 / eta)).abs() < 1e-14);
-    // Not merged, the birth stands between the detected feature and the missed one, by its weight.
+    // Without merging, the birth is between the detected feature and the missed one, by its weight.
     reference.config.merge_distance = 0.0;
     let apart: Vec<f64> = updated(&reference).iter().map(Component::weight).collect();
     assert_eq!(apart.len(), 3);
@@ -215,7 +214,7 @@ fn births_on_explained_measurements_are_reduced_at_once() {
 fn births_that_wait_are_pruned() {
     let mut reference = reference();
     reference.config.moving.birth_intensity = 0.02;
-    // They weigh 1/2 and 1/3.
+    // Their weights are 1/2 and 1/3.
     for (prune_weight, lengths) in [(0.3, (1, 1)), (0.4, (1, 0)), (0.6, (0, 0))] {
         reference.config.prune_weight = prune_weight;
         let (still, moving) = reference.updated_maps(&[0.0; 3], &[], &[], &[[5.0, 0.0]]);
@@ -224,7 +223,7 @@ fn births_that_wait_are_pruned() {
 }
 
 #[test]
-fn weights_are_kept_where_nothing_explains_the_scan() {
+fn weights_are_kept_if_the_scan_has_likelihood_zero() {
     let mut reference = reference();
     reference.config.birth_intensity = 0.0;
     reference.config.clutter_intensity = 0.0;
@@ -239,14 +238,14 @@ fn weights_are_kept_where_nothing_explains_the_scan() {
 }
 
 #[test]
-fn resampling_shares_the_map_of_the_best_and_evens_the_weights() {
+fn resampling_copies_the_map_of_the_best_and_equalises_the_weights() {
     let mut reference = reference();
     reference.config.resample_threshold = 1.0;
     let mut state = reference.initial([0.0; 3]);
     for particle in &mut state.particles {
         particle.map = vec![feature(1.0, [5.0, 0.0])];
     }
-    // Only candidate 3 stands where the measurement puts the vehicle.
+    // Only candidate 3 is at the position of the measurement.
     let candidate = |x: f64| Candidate { pose: [x, 0.0, 0.0], ln_weight: -(6.0f64.ln()) };
     state.candidates = Some([-9.0, -8.0, 9.0, 0.0, 8.0, 7.0].map(candidate).to_vec());
     reference.config.birth_intensity = 1e-12;
@@ -285,7 +284,7 @@ fn estimated_map_is_that_of_the_heaviest_survivor() {
     }
 }
 
-/// One particle that stands still and knows it, with births of both kinds.
+/// One particle at rest without motion noise, with births of both kinds.
 fn watching() -> Reference {
     let mut reference = reference();
     reference.motion.noise =
@@ -298,7 +297,7 @@ fn watching() -> Reference {
 }
 
 #[test]
-fn moving_features_wait_for_the_scan_and_take_its_step_at_once() {
+fn moving_features_are_predicted_at_the_scan_in_one_step() {
     let reference = watching();
     let mut state = reference.initial([0.0; 3]);
     let covariance = [[0.1, 0.0, 0.0, 0.0], [0.0, 0.1, 0.0, 0.0], [0.0, 0.0, 0.2, 0.0], [0.0, 0.0, 0.0, 0.2]];
@@ -323,7 +322,7 @@ fn moving_features_wait_for_the_scan_and_take_its_step_at_once() {
 }
 
 #[test]
-fn moving_features_without_births_are_carried_on() {
+fn moving_features_without_births_are_kept() {
     let mut reference = watching();
     reference.config.moving.birth_intensity = 0.0;
     let covariance = [[0.1, 0.0, 0.0, 0.0], [0.0, 0.1, 0.0, 0.0], [0.0, 0.0, 0.2, 0.0], [0.0, 0.0, 0.0, 0.2]];
@@ -354,9 +353,9 @@ fn heaviest_near<const N: usize>(map: &[Component<N>], place: Vector) -> (Option
     (heaviest, heaviest.map_or(0.0, |c| c.weight()))
 }
 
-/// Measured without noise, in every scan.
+/// Measurements without noise in every scan.
 #[test]
-fn ten_scans_tell_what_moves_from_what_stands_still() {
+fn ten_scans_distinguish_moving_from_static_features() {
     let reference = watching();
     let (velocity, dt) = ([0.6, 0.8], 0.5);
     let (mut walker, post) = ([4.0, -5.0], [6.0, 4.0]);
@@ -380,15 +379,14 @@ fn ten_scans_tell_what_moves_from_what_stands_still() {
     let estimate = reference.estimate(&state);
     assert_eq!(estimate.moving[0].mean, moving.mean);
 
-    // What stands still may as well be something that moves at no speed; it takes less to be the former.
+    // A static feature may be a moving one with zero velocity; the static one has the greater weight.
     let (still, still_weight) = heaviest_near(&particle.map, post);
     let (_, moving_weight) = heaviest_near(&particle.moving, post);
     assert!(still_weight > 5.0 * moving_weight, "{still_weight} and {moving_weight}");
     assert!((still.expect("a static component at the post").mean[0] - post[0]).abs() < 0.02);
 }
 
-/// A vehicle on a circle among eight landmarks, always in view, with biased odometry, missed detections and
-/// clutter.
+/// A vehicle on a circle among eight landmarks, all always in view, with biased odometry, missed detections and clutter.
 #[test]
 fn run_alone_finds_the_map_and_corrects_the_odometry() {
     let landmarks: Vec<Vector> = (0..8)
@@ -431,7 +429,7 @@ fn run_alone_finds_the_map_and_corrects_the_odometry() {
                 ]);
             }
         }
-        // Three chances of two thirds: as many false measurements as the rate says, on average.
+        // Three times with the probability of a third of the rate: on average as many false measurements as the rate.
         for _ in 0..3 {
             if world.uniform() < clutter_rate / 3.0 {
                 scan.push([15.0 * world.uniform(), PI * (2.0 * world.uniform() - 1.0)]);
@@ -445,7 +443,7 @@ fn run_alone_finds_the_map_and_corrects_the_odometry() {
     let uncorrected = distance(&dead_reckoning, &truth);
     assert!(uncorrected > 2.0, "dead reckoning is off by {uncorrected} m");
     assert!(error < 0.5, "off by {error} m");
-    // A landmark that the last scan missed keeps a tenth of its weight.
+    // A landmark missed by the last scan keeps a tenth of its weight.
     let found = estimate.expected_features;
     assert!((found - 8.0).abs() < 2.5, "{found} features");
     for landmark in &landmarks {

@@ -9,8 +9,8 @@ use super::reduce::{heavy_enough, prune_and_merge};
 use super::sensor::RangeBearing;
 use super::sight::Sight;
 
-/// The persisting components in view after the update: for each one missed, w (1 − p_D) or what is remembered of it, then for each
-/// measurement each one detected, p_D w N(z; ẑ, S)/η_z (5.17, 5.18, corrected).
+/// The persisting components in view after the update: first the missed ones, with w (1 − p_D) or their least weight, then for
+/// each measurement the detected ones, with p_D w N(z; ẑ, S)/η_z (5.17, 5.18, corrected).
 pub(super) fn persisting<const N: usize>(
     view: &PreUpdate<N>,
     ln_eta: &[f64],
@@ -21,7 +21,7 @@ pub(super) fn persisting<const N: usize>(
         let faded = j.prior.weight() * (1.0 - j.detection_probability);
         let explaining = ln_eta.iter().enumerate().filter(|(_, eta)| **eta > f64::NEG_INFINITY);
         let weights = explaining.map(|(z, eta)| (j.ln_detection(z) - eta).exp());
-        // What is to be pruned explains nothing.
+        // Components that are pruned do not count as detected.
         let detected: f64 = weights.filter(|weight| *weight >= prune_weight).sum();
         let least = remembering.weight.min(j.prior.weight()) - detected;
         if faded < least && is_confirmed(j, remembering.detections) {
@@ -33,7 +33,7 @@ pub(super) fn persisting<const N: usize>(
     let detected = ln_eta
         .iter()
         .enumerate()
-        // η_z = 0 where nothing at all explains z; it then detects nothing either.
+        // η_z = 0 if z has the likelihood zero; then it updates no component.
         .filter(|(_, eta)| **eta > f64::NEG_INFINITY)
         .flat_map(|(z, eta)| {
             view.in_view.iter().map(move |j| Component {
@@ -45,27 +45,27 @@ pub(super) fn persisting<const N: usize>(
     missed.chain(detected).collect()
 }
 
-/// Whether a component is better known than from so many measurements from here: det S / det R, which is det P / det P⁺, lies below
-/// half way between what k of them leave of it and what k + 1 do, in every dimension of the place.
+/// Whether a component is better known than after this number of measurements from this pose: det S / det R, which is det P / det
+/// P⁺, is below the mean of its values after k and k + 1 measurements, for every dimension of the position.
 fn is_confirmed<const N: usize>(j: &InView<N>, detections: f64) -> bool {
     let half_way = 1.0 + 0.5 / detections + 0.5 / (detections + 1.0);
     determinant(&j.prior.covariance) < determinant(&j.covariance) * half_way.powi(N as i32)
 }
 
-/// What the features in view add at most to what explains an unexplained measurement without them, as a share of that.
+/// Greatest part of features in η_z of an unexplained measurement, relative to that of clutter and births.
 const UNEXPLAINED_SHARE: f64 = 1e-3;
 
-/// The births of one kind on a scan, in the measurements' order.
+/// The births of the static or the moving part in a scan, in the order of the measurements.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Births<const N: usize> {
-    /// On measurements that features explain: to be reduced together with what is in view.
+    /// Births on measurements explained by features: reduced together with the components in view.
     pub(super) reduced: Vec<Component<N>>,
-    /// On unexplained measurements: to be left as they are in this scan.
+    /// Births on unexplained measurements: not changed in this scan.
     pub(super) waiting: Vec<Component<N>>,
 }
 
 impl Births<2> {
-    /// The same births of features that may move.
+    /// The same births of moving features.
     pub(super) fn set_in_motion(&self, velocity_sigma_mps: f64) -> Births<4> {
         let moving =
             |births: &[Component]| births.iter().map(|birth| set_in_motion(birth, velocity_sigma_mps)).collect();
@@ -73,7 +73,7 @@ impl Births<2> {
     }
 }
 
-/// The static components born on the measurements, at h⁻¹(z, x) with R*, where that is in view (5.9, 5.10, 5.17).
+/// The static births on the measurements, at h⁻¹(z, x) with R*, if that is in view (5.9, 5.10, 5.17).
 pub(super) fn born(sight: &Sight<'_, RangeBearing>, field_of_view: &FieldOfView, birth_intensity: f64) -> Births<2> {
     let in_view = |mean| field_of_view.detection_probability(mean, sight.pose) > 0.0;
     let places =
@@ -81,7 +81,7 @@ pub(super) fn born(sight: &Sight<'_, RangeBearing>, field_of_view: &FieldOfView,
     born_at(places, &sight.ln_eta, sight.ln_unexplained, birth_intensity)
 }
 
-/// The births on measurements that put a feature at these means with these covariances, or nowhere: w/η_z.
+/// The births on measurements with these positions and covariances, or none: w/η_z.
 pub(super) fn born_at<const N: usize>(
     places: impl Iterator<Item = Option<([f64; N], [[f64; N]; N])>>,
     ln_eta: &[f64],
@@ -101,8 +101,8 @@ pub(super) fn born_at<const N: usize>(
     births
 }
 
-/// One part of a map as the scan leaves it: what is out of view, untouched; what the reduction makes of the rest, heaviest
-/// first; then the births that wait, in the measurements' order, unless they are too light.
+/// One part of a map after the scan: unchanged components out of view; the reduced others, heaviest first; then waiting births in
+/// the order of the measurements, without those that are too light.
 pub(super) fn after_scan<const N: usize>(
     out_of_view: Vec<Component<N>>,
     persisting: Vec<Component<N>>,
@@ -114,7 +114,7 @@ pub(super) fn after_scan<const N: usize>(
     out_of_view.into_iter().chain(reduced).chain(waiting).collect()
 }
 
-/// A birth that may move: the same place, and a velocity of which no more is known than its standard deviation, m/s.
+/// A birth that may move: the same position, and an unknown velocity with this standard deviation, m/s.
 pub(super) fn set_in_motion(birth: &Component, velocity_sigma_mps: f64) -> Component<4> {
     let [x, y] = birth.mean;
     let mut covariance = scaled(velocity_sigma_mps.powi(2), &identity());
@@ -146,7 +146,7 @@ mod tests {
         set_in_motion(&feature(weight, forward), 1.5)
     }
 
-    /// What is in view, with `unexplained` in all for κ and the births.
+    /// The components in view, with `unexplained` as the sum of κ and the birth intensities.
     fn sight<'a>(
         map: &[Component],
         moving: &[Component<4>],
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn births_share_what_nothing_else_explains() {
+    fn births_have_the_unexplained_share() {
         let measurements = [[4.0, 0.1], [7.0, -1.0]];
         let births = born(&sight(&[], &[], &measurements, UNEXPLAINED), &WIDE_VIEW, 0.03);
         assert_eq!((births.waiting.len(), births.reduced.len()), (2, 0));
@@ -169,7 +169,7 @@ mod tests {
         }
     }
 
-    /// Births on a measurement in which a feature explains this share of what explains it without features.
+    /// Births on a measurement for which a feature adds this share to the intensity without features.
     fn born_where_a_feature_adds(share: f64) -> Births<2> {
         let measurements = [[5.1, 0.02]];
         let whole = sight(&[feature(1.0, 5.0)], &[], &measurements, UNEXPLAINED);
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn a_thousandth_explains_a_measurement() {
+    fn a_share_of_a_thousandth_explains_a_measurement() {
         let births = born_where_a_feature_adds(0.99e-3);
         assert_eq!((births.waiting.len(), births.reduced.len()), (1, 0));
         assert!((births.waiting[0].weight() - 0.75 / 1.000_99).abs() < 1e-14);
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn births_in_motion_wait_like_those_that_stand_still() {
+    fn moving_births_wait_like_static_ones() {
         for share in [0.0, 1.0] {
             let still = born_where_a_feature_adds(share);
             let moving = still.set_in_motion(1.5);
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn moving_birth_stands_for_any_velocity() {
+    fn a_moving_birth_has_an_unknown_velocity() {
         let birth = moving(0.3, 5.0);
         let still = feature(0.3, 5.0);
         assert_eq!((birth.ln_weight, birth.position()), (still.ln_weight, still.mean));
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn missed_feature_keeps_place_and_loses_weight() {
+    fn a_missed_feature_keeps_its_position_and_loses_weight() {
         let before = feature(0.8, 5.0);
         let after = persisting(&sight(&[before], &[], &[], UNEXPLAINED).still, &[], Remembering::NOTHING, 0.0);
         assert_eq!(after.len(), 1);
@@ -221,10 +221,10 @@ mod tests {
     }
 
     #[test]
-    fn misses_leave_something_of_what_is_confirmed_and_nothing_of_the_rest() {
+    fn confirmed_components_keep_a_least_weight_after_misses_and_others_do_not() {
         let remembering = Remembering { detections: 3.0, weight: 0.2 };
         let missed = |weight, measurements: u32| {
-            // As so many measurements from here leave it.
+            // The covariance after this number of measurements from here.
             let covariance = SENSOR.inverse([5.0, 0.0], POSE).unwrap().1;
             let covariance = scaled(1.0 / f64::from(measurements), &covariance);
             let before = Component { covariance, ..feature(weight, 5.0) };
@@ -239,11 +239,11 @@ mod tests {
     }
 
     #[test]
-    fn what_is_detected_is_not_remembered_beside() {
+    fn a_detected_component_has_no_least_weight_of_its_missed_part() {
         let remembering = Remembering { detections: 3.0, weight: 0.2 };
         let covariance = scaled(0.25, &SENSOR.inverse([5.0, 0.0], POSE).unwrap().1);
         let before = Component { covariance, ..feature(0.8, 5.0) };
-        // The second one is so far off that it explains a part of the measurement alone.
+        // The second one is so far away that it explains only a part of the measurement.
         for (z, hardly) in [([5.0, 0.0], false), ([5.95, 0.0], true)] {
             let (map, scan) = ([before], [z]);
             let sight = sight(&map, &[], &scan, UNEXPLAINED);
@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn every_measurement_hands_out_exactly_its_own_mass() {
+    fn every_measurement_has_exactly_the_mass_one() {
         let measurements = [[5.1, 0.02], [5.0, -0.01], [9.0, 2.0]];
         let map = [feature(0.8, 5.0), feature(0.3, 5.6)];
         let sight = sight(&map, &[moving(0.5, 5.2)], &measurements, UNEXPLAINED);
@@ -272,8 +272,8 @@ mod tests {
     }
 
     #[test]
-    fn both_kinds_explain_a_measurement_alike() {
-        // Position and velocity are independent, so what is measured is the same for both.
+    fn static_and_moving_features_explain_a_measurement_alike() {
+        // Position and velocity are independent, so that the predicted measurement is the same for both.
         let measurements = [[5.1, 0.02]];
         let sight = sight(&[feature(0.5, 5.0)], &[moving(0.5, 5.0)], &measurements, UNEXPLAINED);
         let still = persisting(&sight.still, &sight.ln_eta, Remembering::NOTHING, 0.0)[1];
@@ -287,8 +287,8 @@ mod tests {
     }
 
     #[test]
-    fn velocity_is_learnt_from_what_it_has_to_do_with_the_position() {
-        // Of two scans the second alone tells the velocity: m_v⁺ = P_vp P_pp⁻¹ (p⁺ − p) for a measurement of p.
+    fn the_velocity_is_updated_by_its_correlation_with_the_position() {
+        // The second of two scans updates the velocity: m_v⁺ = P_vp P_pp⁻¹ (p⁺ − p) for a measurement of p.
         let mut before = moving(0.5, 5.0);
         for k in 0..2 {
             before.covariance[k][k + 2] = 0.2;
@@ -308,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn measurement_that_nothing_explains_updates_nothing() {
+    fn a_measurement_of_likelihood_zero_updates_nothing() {
         let measurements = [[5.0, 0.0]];
         let weightless = feature(0.0, 5.0);
         let sight = sight(&[weightless], &[], &measurements, 0.0);
@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn measurement_without_inverse_bears_nothing_but_is_weighed() {
+    fn a_measurement_without_inverse_has_no_birth_but_is_weighed() {
         let measurements = [[0.0, 0.0]];
         let sight = sight(&[], &[], &measurements, UNEXPLAINED);
         assert!((sight.ln_eta[0] - UNEXPLAINED.ln()).abs() < 1e-15);

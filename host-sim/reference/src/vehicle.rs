@@ -1,4 +1,4 @@
-//! How a vehicle moves.
+//! Vehicles and their motion models.
 
 /// Motion model and geometry.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,6 +18,6 @@ pub enum Vehicle {
     Unicycle,
     /// Exact arc; controls are speed and turn rate.
     UnicycleArc,
-    /// Ahead, aside and turning at once, exact arc; controls are speed ahead, turn rate and speed to the left.
+    /// Motion ahead, sideways and turning at once, exact arc; controls are speed ahead, turn rate and speed to the left.
     Holonomic,
 }

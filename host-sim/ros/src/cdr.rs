@@ -1,4 +1,4 @@
-//! The bytes of a message: CDR of the first version behind a head of four bytes that names it, as every ROS 2 middleware sends it.
+//! Encoding of a message: plain CDR (XCDR version 1) after a header of four bytes, as every ROS 2 middleware sends it.
 
 use crate::definition::Message;
 use cdr_encoding::{from_bytes, to_vec};
@@ -6,14 +6,14 @@ use cdr_encoding::{from_bytes, to_vec};
 /// Little-endian CDR, no options.
 const LITTLE: [u8; 4] = [0, 1, 0, 0];
 
-/// Why bytes are no message.
+/// Why bytes cannot be decoded.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CdrError {
-    /// There is no head.
+    /// The header is incomplete.
     #[error("{0} bytes, where the head alone has 4")]
     Short(usize),
-    /// Another encoding than plain CDR.
+    /// An encoding other than plain CDR.
     #[error("encoding {0:02x} {1:02x}, where 00 00 and 00 01 are plain CDR")]
     Encoding(u8, u8),
     /// The bytes do not fit the type.
@@ -21,16 +21,16 @@ pub enum CdrError {
     Content(String),
 }
 
-/// The bytes of a message.
+/// Encodes a message.
 ///
 /// # Errors
-/// A text or list is longer than 2³² − 1.
+/// A string or sequence is longer than 2³² − 1.
 pub fn encode<M: Message>(message: &M) -> Result<Vec<u8>, CdrError> {
     let body = to_vec::<M, byteorder::LittleEndian>(message).map_err(|error| CdrError::Content(error.to_string()))?;
     Ok([&LITTLE, &body[..]].concat())
 }
 
-/// The message of these bytes; more bytes than it needs are padding.
+/// Decodes a message; additional bytes are padding.
 ///
 /// # Errors
 /// [`CdrError`].
@@ -58,7 +58,8 @@ mod tests {
         PoseStamped { header, pose }
     }
 
-    /// By the rules of CDR: numbers at multiples of their size behind the head, texts with their length and a zero.
+    /// By the rules of CDR: numbers are aligned to their size behind the header, strings have their length and a terminating
+    /// zero.
     const BYTES: [u8; 4 + 72] = [
         0, 1, 0, 0, // little-endian CDR
         1, 0, 0, 0, // sec
@@ -67,12 +68,12 @@ mod tests {
         0, 0, 0, 0, 0, 0, 0xf8, 0x3f, // x
         0, 0, 0, 0, 0, 0, 0, 0xc0, // y
         0, 0, 0, 0, 0, 0, 0, 0, // z
-        0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, // x, y and z of the turn
+        0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, // x, y and z of the rotation
         0, 0, 0, 0, 0, 0, 0xf0, 0x3f, // w
     ];
 
     #[test]
-    fn bytes_are_those_of_the_specification() {
+    fn the_encoding_is_that_of_the_specification() {
         assert_eq!(encode(&message()).unwrap(), BYTES);
         assert_eq!(decode::<PoseStamped>(&BYTES).unwrap(), message());
     }
@@ -86,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_torn_off_or_of_another_encoding_is_an_error() {
+    fn truncated_bytes_and_other_encodings_are_errors() {
         for length in 0..BYTES.len() {
             assert!(decode::<PoseStamped>(&BYTES[..length]).is_err(), "{length}");
         }

@@ -2,7 +2,7 @@
 
 use crate::messages::{Header, PointCloud2, PointField};
 
-/// Types of numbers, as `PointField` counts them.
+/// Types of numbers, with the values of `PointField`.
 const FLOAT32: u8 = 7;
 const FLOAT64: u8 = 8;
 
@@ -10,29 +10,29 @@ const FLOAT64: u8 = 8;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CloudError {
-    /// Rows or points are longer than the data.
+    /// Rows or points need more bytes than there are.
     #[error("{height} rows of {width} points of {point_step} bytes do not fit {bytes} bytes with rows of {row_step}")]
     Size {
-        /// Rows.
+        /// Number of rows.
         height: u32,
-        /// Points of a row.
+        /// Number of points in a row.
         width: u32,
-        /// Bytes of a point.
+        /// Size of a point, bytes.
         point_step: u32,
-        /// Bytes of a row.
+        /// Size of a row, bytes.
         row_step: u32,
-        /// Bytes of all.
+        /// Size of the data, bytes.
         bytes: usize,
     },
-    /// A field lies beyond its point.
+    /// A field is outside its point.
     #[error("field '{0}' lies beyond its point")]
     Beyond(String),
-    /// A field is of an unknown type.
+    /// A field has an unknown type.
     #[error("field '{0}' is of the unknown type {1}")]
     Type(String, u8),
 }
 
-/// A cloud of points that have some numbers in single precision, as x, y and z have to be for most viewers, and others in double
+/// A cloud of points with S numbers in single precision, which most viewers need for x, y and z, and D numbers in double
 /// precision.
 #[must_use]
 pub fn cloud<const S: usize, const D: usize>(
@@ -41,7 +41,7 @@ pub fn cloud<const S: usize, const D: usize>(
     double: [&str; D],
     points: impl IntoIterator<Item = ([f64; S], [f64; D])>,
 ) -> PointCloud2 {
-    // Few fields; doubles begin at a multiple of their size.
+    // There are few fields; doubles are aligned to their size.
     let begin = (4 * S).next_multiple_of(8);
     let step = begin + 8 * D;
     let field = |name: &str, offset: usize, datatype| PointField {
@@ -74,11 +74,11 @@ pub fn cloud<const S: usize, const D: usize>(
     }
 }
 
-/// A cloud whose sizes are right.
+/// A cloud with valid sizes.
 #[derive(Debug)]
 pub struct Cloud<'c>(&'c PointCloud2);
 
-/// Where a number is in a point.
+/// Position of a number in a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Column {
     offset: usize,
@@ -86,7 +86,7 @@ pub struct Column {
 }
 
 impl<'c> Cloud<'c> {
-    /// A cloud.
+    /// Checks the sizes of a cloud.
     ///
     /// # Errors
     /// [`CloudError::Size`].
@@ -95,7 +95,7 @@ impl<'c> Cloud<'c> {
         let bytes = cloud.data.len();
         let points = u64::from(height) * u64::from(width);
         let row = u64::from(width) * u64::from(point_step);
-        // The last row may lack its padding.
+        // The last row may have no padding.
         let all = u64::from(row_step) * u64::from(height.saturating_sub(1)) + row;
         let fits = point_step > 0 && (height <= 1 || row <= u64::from(row_step)) && all <= bytes as u64;
         if points > 0 && !fits {
@@ -104,17 +104,17 @@ impl<'c> Cloud<'c> {
         Ok(Self(cloud))
     }
 
-    /// How many points it has.
+    /// Number of points.
     #[must_use]
     pub fn points(&self) -> usize {
-        // Checked to be no more than the bytes of the data.
+        // The product is at most the number of bytes of the data.
         self.0.height as usize * self.0.width as usize
     }
 
-    /// The number of this name, if the points have it.
+    /// The field with this name, if the points have it.
     ///
     /// # Errors
-    /// It is of an unknown type, or beyond its point.
+    /// It has an unknown type, or is outside its point.
     pub fn column(&self, name: &str) -> Result<Option<Column>, CloudError> {
         let Some(field) = self.0.fields.iter().find(|field| field.name == name) else { return Ok(None) };
         let size = match field.datatype {
@@ -163,7 +163,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_come_back() {
+    fn numbers_are_restored() {
         let made = cloud(Header::default(), ["x", "y", "z"], ["range"], [([1.0, 2.0, 3.0], [0.1]), ([4.0; 3], [0.2])]);
         let read = Cloud::of(&made).unwrap();
         assert_eq!((read.points(), made.point_step, made.data.len()), (2, 24, 48));

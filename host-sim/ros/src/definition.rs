@@ -1,4 +1,4 @@
-//! Definitions of messages, as files carry them.
+//! Definitions of messages, in the format of files.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -6,21 +6,21 @@ use serde::de::DeserializeOwned;
 /// The definition of a type.
 #[derive(Debug)]
 pub struct Definition {
-    /// Package and name, as in `geometry_msgs/msg/Pose`.
+    /// Package and name, for example `geometry_msgs/msg/Pose`.
     pub name: &'static str,
-    /// Its fields, a line each.
+    /// Its fields, one in each line.
     pub text: &'static str,
-    /// The types that its fields are of.
+    /// The message types of its fields.
     pub parts: &'static [&'static Self],
 }
 
-/// A type that is sent on its own.
+/// A message type with topics of its own.
 pub trait Message: Serialize + DeserializeOwned {
-    /// What it is made of.
+    /// Its definition.
     const DEFINITION: &'static Definition;
 }
 
-/// The definition with those of all types in it, as the encoding `ros2msg` of MCAP has them.
+/// The definition with those of all types in it, in the encoding `ros2msg` of MCAP.
 #[must_use]
 pub fn full_text(definition: &'static Definition) -> String {
     let mut all = Vec::new();
@@ -33,7 +33,7 @@ pub fn full_text(definition: &'static Definition) -> String {
     text
 }
 
-/// The type and all in it, each once.
+/// Adds the type and all types in it, each once.
 fn collect(definition: &'static Definition, all: &mut Vec<&'static Definition>) {
     if all.iter().any(|known| known.name == definition.name) {
         return;
@@ -52,7 +52,7 @@ mod tests {
         ["bool", "byte", "uint8", "int8", "uint16", "int32", "uint32", "float32", "float64", "string"];
 
     #[test]
-    fn every_field_is_of_a_type_that_is_given() {
+    fn the_types_of_all_fields_are_defined() {
         for definition in ALL {
             let (mut all, mut used) = (Vec::new(), BTreeSet::new());
             collect(definition, &mut all);
@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn a_type_that_is_used_twice_is_given_once() {
+    fn a_type_that_is_used_twice_is_defined_once() {
         let text = full_text(&TRANSFORM_STAMPED);
         assert!(text.starts_with("std_msgs/Header header\nstring child_frame_id\n"), "{text}");
         assert_eq!(text.matches("MSG: geometry_msgs/Vector3\n").count(), 1);

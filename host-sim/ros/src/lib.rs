@@ -1,19 +1,19 @@
-//! Messages of ROS 2, in CDR, in MCAP files: what a run is written with for Foxglove, rerun and rosbag tools, and what a recording
-//! is read from.
+//! Messages of ROS 2, in CDR and in MCAP files: for exporting runs to Foxglove, rerun and rosbag tools, and for importing
+//! recordings.
 //!
-//! Nothing here knows of filters or logs. A message is a plain struct with the fields of its definition, in their order and with their
-//! units.
+//! This crate does not depend on filters or logs. A message is a plain struct with the fields of its definition, in the same
+//! order and units.
 //!
 //! | file | |
 //! |---|---|
-//! | `time.rs` | stamps in nanoseconds |
-//! | `definition.rs` | definitions as a file has them, each with all that it is made of |
-//! | `cdr.rs` | bytes of a message |
-//! | `messages/` | one family of messages each |
+//! | `time.rs` | time stamps in nanoseconds |
+//! | `definition.rs` | definitions in the format of files, each with all types in it |
+//! | `cdr.rs` | encoding of messages |
+//! | `messages/` | a family of messages in each file |
 //! | `cloud.rs` | the numbers in a `PointCloud2` |
 //! | `write.rs`, `read.rs` | MCAP files; `unpack.rs`: compressed chunks, messages and files |
 //!
-//! What is damaged, torn off or of another type is an error that says where; nothing panics.
+//! Damaged or truncated data, or data of another type, give an error with its place; there are no panics.
 
 mod cdr;
 mod cloud;

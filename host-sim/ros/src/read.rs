@@ -1,4 +1,4 @@
-//! Reads an MCAP file from its begin to its end, message by message.
+//! Reads an MCAP file from beginning to end, message by message.
 
 use crate::cdr::{CdrError, decode};
 use crate::definition::Message;
@@ -9,33 +9,33 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::io::{self, Read};
 
-/// Bytes that are asked of a file at once: a wrong length makes no room for what is not there.
+/// Number of bytes that are requested from a file at once: a wrong length does not allocate memory for missing data.
 const PIECE: usize = 1 << 16;
-/// Of the head of a record: what it is, and its length.
+/// Size of the header of a record: its opcode and its length.
 const HEAD: usize = 9;
 
-/// Why a file cannot be read, and where.
+/// Why a file cannot be read, with the place.
 #[derive(Debug)]
 pub struct ReadError {
-    /// Bytes of the file that had been read.
+    /// Number of bytes that had been read.
     pub byte: u64,
-    /// Messages that had been read.
+    /// Number of messages that had been read.
     pub messages: u64,
-    /// What is wrong.
+    /// The error.
     pub problem: ReadProblem,
 }
 
-/// What is wrong with a file.
+/// The error of a file.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum ReadProblem {
     /// The file system refuses.
     Io(io::Error),
-    /// It does not begin as an MCAP file does.
+    /// It does not begin with the magic bytes of MCAP.
     NoMcap,
-    /// It ends before its end is written.
+    /// It is truncated.
     Torn,
-    /// Anything else that is not as the format says.
+    /// Any other violation of the format.
     Damaged(String),
 }
 
@@ -55,32 +55,32 @@ impl fmt::Display for ReadError {
 
 impl std::error::Error for ReadError {}
 
-/// A topic, and what is sent there.
+/// A topic with its message type.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Channel {
     /// Its name.
     pub topic: String,
-    /// The type of its messages, as in `nav_msgs/msg/Odometry`; empty where the file does not say.
+    /// The type of its messages, for example `nav_msgs/msg/Odometry`; empty if the file does not state it.
     pub kind: String,
-    /// How they are put into bytes: `cdr` by ROS 2.
+    /// The encoding of its messages: `cdr` for ROS 2.
     pub encoding: String,
 }
 
-/// What a file has.
+/// A record of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Record {
-    /// A topic begins.
+    /// A new topic.
     Channel(u16),
     /// A message.
     Message {
         /// The number of its channel.
         channel: u16,
-        /// When it was received, ns.
+        /// Time of reception, ns.
         log_time_ns: u64,
         /// Its bytes.
         data: Vec<u8>,
     },
-    /// A file in the file.
+    /// An attached file.
     Attachment {
         /// Its name.
         name: String,
@@ -89,13 +89,13 @@ pub enum Record {
     },
 }
 
-/// Reads a file; call [`next`](Self::next) until there is nothing more.
+/// Reads a file; call [`next`](Self::next) until it returns `None`.
 pub struct Reader<R> {
     source: R,
     file: LinearReader,
     schemas: BTreeMap<u16, String>,
     channels: BTreeMap<u16, Channel>,
-    /// Records of the chunk in hand, and how far they are read.
+    /// The records of the present chunk, and the number of bytes read from it.
     chunk: (Vec<u8>, usize),
     byte: u64,
     messages: u64,
@@ -108,7 +108,7 @@ impl<R> fmt::Debug for Reader<R> {
     }
 }
 
-/// A record of the file, its bytes taken out of the reader.
+/// A record of the file, copied out of the reader.
 enum Raw {
     Asks(usize),
     Record(u8, Vec<u8>),
@@ -116,14 +116,14 @@ enum Raw {
 }
 
 impl<R: Read> Reader<R> {
-    /// Reads `source` from where it is.
+    /// Reads `source` from its present position.
     #[must_use]
     pub fn new(source: R) -> Self {
         let options = LinearReaderOptions::default()
             .with_emit_chunks(true)
             .with_validate_data_section_crc(true)
             .with_validate_summary_section_crc(true)
-            // Of chunks too: what is read comes in pieces.
+            // A limit for chunks too, because data are read in pieces.
             .with_record_length_limit(LIMIT as usize);
         Self {
             source,
@@ -136,16 +136,16 @@ impl<R: Read> Reader<R> {
         }
     }
 
-    /// A channel by its number; there is one for every [`Record`] that names it.
+    /// The channel with this number; there is one for every [`Record`] that refers to it.
     #[must_use]
     pub fn channel(&self, number: u16) -> Option<&Channel> {
         self.channels.get(&number)
     }
 
-    /// The next topic, message or file; `None` at the end.
+    /// The next topic, message or attached file; `None` at the end.
     ///
     /// # Errors
-    /// [`ReadError`]; nothing is to be read after one.
+    /// [`ReadError`]; reading cannot be continued after it.
     #[expect(clippy::should_implement_trait, reason = "an iterator would go on after an error")]
     pub fn next(&mut self) -> Result<Option<Record>, ReadError> {
         loop {
@@ -202,7 +202,7 @@ impl<R: Read> Reader<R> {
         })
     }
 
-    /// Begins to read a chunk.
+    /// Starts reading a chunk.
     fn open(&mut self, body: &[u8]) -> Result<(), ReadError> {
         let record = mcap::parse_record(op::CHUNK, body).map_err(|error| self.damaged(error.to_string()))?;
         let records::Record::Chunk { header, data } = record else { return Ok(()) };
@@ -215,7 +215,7 @@ impl<R: Read> Reader<R> {
         Ok(())
     }
 
-    /// The next record of the chunk in hand.
+    /// The next record of the present chunk.
     fn of_chunk(&mut self) -> Result<Option<(u8, Vec<u8>)>, ReadError> {
         let (inside, at) = (&self.chunk.0, self.chunk.1);
         let rest = inside.get(at..).unwrap_or_default();
@@ -231,7 +231,7 @@ impl<R: Read> Reader<R> {
         Ok(Some((opcode, body)))
     }
 
-    /// What a record says, if that is of use.
+    /// The content of a record; `None` if it is not used.
     fn record(&mut self, opcode: u8, body: &[u8]) -> Result<Option<Record>, ReadError> {
         let read = match opcode {
             op::SCHEMA | op::CHANNEL | op::MESSAGE | op::ATTACHMENT => mcap::parse_record(opcode, body),
@@ -252,7 +252,7 @@ impl<R: Read> Reader<R> {
                     }
                 };
                 let channel = Channel { topic, kind, encoding: message_encoding };
-                // At the end of a file all channels are told again.
+                // At the end of a file all channels are repeated.
                 if self.channels.get(&id) == Some(&channel) {
                     return Ok(None);
                 }
@@ -276,10 +276,10 @@ impl<R: Read> Reader<R> {
 }
 
 impl Channel {
-    /// The message of these bytes, which may be compressed with zstd or lz4 on their own.
+    /// Decodes a message, which may be compressed separately with zstd or lz4.
     ///
     /// # Errors
-    /// The channel has other messages or another encoding, or the bytes are none.
+    /// The channel has another message type or encoding, or the bytes are invalid.
     pub fn decode<M: Message>(&self, data: &[u8]) -> Result<M, CdrError> {
         if self.encoding != "cdr" {
             let what = format!("messages are encoded as '{}', where ROS 2 has 'cdr'", self.encoding);

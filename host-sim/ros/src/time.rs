@@ -1,4 +1,4 @@
-//! Stamps.
+//! Time stamps.
 
 use serde::{Deserialize, Serialize};
 
@@ -23,28 +23,28 @@ pub struct Duration {
     pub nanosec: u32,
 }
 
-/// A time that no stamp can say: below 0, beyond 2³¹ s, or not a number.
+/// A time that a stamp cannot express: below 0, beyond 2³¹ s, or NaN.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("{0} s is no time for a stamp, which are from 0 to 2^31 s")]
 pub struct TimeError(pub f64);
 
 impl Time {
-    /// The stamp that is nearest to a time in seconds.
+    /// The stamp nearest to a time in seconds.
     ///
     /// # Errors
     /// [`TimeError`].
     pub fn from_seconds(t_s: f64) -> Result<Self, TimeError> {
-        // Whole seconds and the rest on their own: their product with 10⁹ would lose digits.
+        // Whole seconds and the remainder separately: the product with 10⁹ would lose digits.
         let whole = t_s.floor();
         let rest = ((t_s - whole) * 1e9).round();
         if !(whole >= 0.0 && whole < f64::from(i32::MAX)) {
             return Err(TimeError(t_s));
         }
-        // Both are whole numbers within their types.
+        // Both are whole numbers in the range of their types.
         Ok(Self::from_nanoseconds(whole as u64 * NANOSECONDS + rest as u64))
     }
 
-    /// Of nanoseconds from 0 on; what is beyond 2³¹ s is cut.
+    /// The stamp of a number of nanoseconds; times beyond 2³¹ s are limited.
     #[must_use]
     pub fn from_nanoseconds(ns: u64) -> Self {
         let sec = i32::try_from(ns / NANOSECONDS).unwrap_or(i32::MAX);
@@ -52,7 +52,7 @@ impl Time {
         Self { sec, nanosec: (ns % NANOSECONDS) as u32 }
     }
 
-    /// Nanoseconds from 0 on; 0 for a negative stamp.
+    /// Nanoseconds; 0 for a negative stamp.
     #[must_use]
     pub fn nanoseconds(&self) -> u64 {
         u64::try_from(self.sec).map_or(0, |sec| sec * NANOSECONDS + u64::from(self.nanosec))
@@ -64,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn decimal_times_come_back_to_the_bit() {
+    fn decimal_times_are_restored_to_the_bit() {
         for k in 0..200_000_u32 {
             let t_s = format!("{}.{:03}", k / 7, k % 1000).parse::<f64>().unwrap();
             let ns = Time::from_seconds(t_s).unwrap().nanoseconds();
@@ -73,13 +73,13 @@ mod tests {
     }
 
     #[test]
-    fn a_rest_that_rounds_up_is_the_next_second() {
+    fn a_remainder_that_rounds_up_gives_the_next_second() {
         assert_eq!(Time::from_seconds(1.999_999_999_9).unwrap(), Time { sec: 2, nanosec: 0 });
         assert_eq!(Time::from_seconds(0.25).unwrap(), Time { sec: 0, nanosec: 250_000_000 });
     }
 
     #[test]
-    fn what_is_no_stamp_is_refused() {
+    fn times_out_of_range_are_refused() {
         for t_s in [-1e-9, 2.2e9, f64::NAN, f64::INFINITY] {
             assert!(Time::from_seconds(t_s).is_err(), "{t_s}");
         }

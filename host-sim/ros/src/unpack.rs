@@ -1,23 +1,23 @@
-//! What is compressed, of the compressions that recorders use: chunks, messages, whole files.
+//! Decompression of chunks, messages and files, for the compressions that recorders use.
 
 use ruzstd::decoding::errors::{FrameDecoderError, ReadFrameHeaderError};
 use ruzstd::decoding::{BlockDecodingStrategy, FrameDecoder};
 use std::borrow::Cow;
 use std::io::{self, Read};
 
-/// Bytes of a chunk, or of a message, that are made room for, at most.
+/// Greatest size of a decompressed chunk or message, bytes.
 pub(crate) const LIMIT: u64 = 1 << 30;
-/// The first bytes of a frame of Zstandard (RFC 8878) and of LZ4. No message begins so: the first byte of its head is 0.
+/// The first bytes of a frame of Zstandard (RFC 8878) and of LZ4. No message begins with them: the first byte of its header is 0.
 const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 const LZ4: [u8; 4] = [0x04, 0x22, 0x4d, 0x18];
 
-/// The records of a chunk, of which its head says how many bytes they are.
+/// The records of a chunk; its header states their size.
 pub(crate) fn unpack(compression: &str, packed: &[u8], size: u64) -> Result<Vec<u8>, String> {
     if size > LIMIT {
         return Err(format!("a chunk of {size} bytes, more than {LIMIT}"));
     }
     let mut records = Vec::new();
-    // One more, to see that there is none.
+    // One byte more is requested to check that there is none.
     let read = match compression {
         "" => packed.take(size + 1).read_to_end(&mut records),
         "lz4" => lz4_flex::frame::FrameDecoder::new(packed).take(size + 1).read_to_end(&mut records),
@@ -32,7 +32,7 @@ pub(crate) fn unpack(compression: &str, packed: &[u8], size: u64) -> Result<Vec<
     }
 }
 
-/// The bytes of a message, which `ros2 bag record --compression-mode message` compresses one by one.
+/// The bytes of a message, which `ros2 bag record --compression-mode message` compresses separately.
 pub fn message(data: &[u8]) -> Result<Cow<'_, [u8]>, String> {
     if !(data.starts_with(&ZSTD) || data.starts_with(&LZ4)) {
         return Ok(Cow::Borrowed(data));
@@ -47,7 +47,7 @@ pub fn message(data: &[u8]) -> Result<Cow<'_, [u8]>, String> {
     Ok(Cow::Owned(bytes))
 }
 
-/// What a file holds: its bytes as they are, or unpacked where the whole file is compressed with zstd or lz4, as by
+/// The contents of a file, decompressed if the whole file is compressed with zstd or lz4, as by
 /// `ros2 bag record --compression-mode file`.
 ///
 /// # Errors
@@ -66,11 +66,11 @@ pub fn unpacked<R: Read + 'static>(mut source: R) -> io::Result<Box<dyn Read>> {
     })
 }
 
-/// Frames of Zstandard, one after the other. Those that programs put between them for themselves are skipped.
+/// Consecutive frames of Zstandard. Skippable frames between them are skipped.
 struct Frames<R> {
     source: R,
     frame: FrameDecoder,
-    /// Whether a frame has begun whose bytes are not all read.
+    /// Whether a frame has been started and not read completely.
     begun: bool,
 }
 
@@ -79,7 +79,7 @@ impl<R: Read> Frames<R> {
         Self { source, frame: FrameDecoder::new(), begun: false }
     }
 
-    /// Begins the next frame; whether there is one.
+    /// Starts the next frame. Returns whether there is one.
     fn begin(&mut self) -> io::Result<bool> {
         loop {
             let mut head = Vec::new();

@@ -13,18 +13,18 @@ use std::io::{Seek, Write};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum WriteError {
-    /// By the file system, or more topics than a file can have.
+    /// Error of the file system, or too many topics.
     #[error("{0}")]
     File(#[from] McapError),
-    /// A message has no bytes.
+    /// A message cannot be encoded.
     #[error("{0}")]
     Message(#[from] CdrError),
 }
 
-/// An MCAP file of the profile `ros2`, with chunks that are not compressed, and an index.
+/// An MCAP file of the profile `ros2`, with uncompressed chunks and an index.
 pub struct Writer<W: Write + Seek> {
     file: mcap::Writer<W>,
-    /// By topic: the channel, and how many messages it has.
+    /// By topic: the channel, and the number of messages.
     channels: BTreeMap<String, (u16, u32)>,
 }
 
@@ -35,27 +35,26 @@ impl<W: Write + Seek> std::fmt::Debug for Writer<W> {
 }
 
 impl<W: Write + Seek> Writer<W> {
-    /// A file with nothing in it; `library` is the program that writes it.
+    /// Starts an empty file; `library` is the name of the program.
     ///
     /// # Errors
-    /// By the file system.
+    /// Errors of the file system.
     pub fn new(out: W, library: &str) -> Result<Self, WriteError> {
         let file = WriteOptions::new().compression(None).profile("ros2").library(library).create(out)?;
         Ok(Self { file, channels: BTreeMap::new() })
     }
 
-    /// Makes a topic, which then stands in the file even where no message comes. One that is `latched` tells every late reader its last
-    /// message.
+    /// Adds a topic, which is in the file even without messages. With `latched`, late readers receive its last message.
     ///
     /// # Errors
-    /// By the file system, or there are too many topics.
+    /// Errors of the file system, or too many topics.
     pub fn topic<M: Message>(&mut self, topic: &str, latched: bool) -> Result<(), WriteError> {
         if self.channels.contains_key(topic) {
             return Ok(());
         }
         let definition = M::DEFINITION;
         let schema = self.file.add_schema(definition.name, "ros2msg", full_text(definition).as_bytes())?;
-        // As recorders write it: reliable, volatile or transient local.
+        // As written by recorders: reliable, volatile or transient local.
         let quality = format!(
             "- history: 1\n  depth: 10\n  reliability: 1\n  durability: {}\n  deadline:\n    sec: 9223372036\n    nsec: 854775807\n  \
              lifespan:\n    sec: 9223372036\n    nsec: 854775807\n  liveliness: 1\n  liveliness_lease_duration:\n    sec: 9223372036\n    \
@@ -68,7 +67,7 @@ impl<W: Write + Seek> Writer<W> {
         Ok(())
     }
 
-    /// Writes a message that was sent and received at that time; its topic is made where there is none.
+    /// Writes a message that was sent and received at this time; adds its topic if necessary.
     ///
     /// # Errors
     /// [`WriteError`].
@@ -82,20 +81,20 @@ impl<W: Write + Seek> Writer<W> {
         Ok(self.file.write_to_known_channel(&header, &data)?)
     }
 
-    /// Puts a file into the file.
+    /// Attaches a file.
     ///
     /// # Errors
-    /// By the file system.
+    /// Errors of the file system.
     pub fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> Result<(), WriteError> {
         let (name, media_type) = (name.to_owned(), media_type.to_owned());
         let attachment = Attachment { log_time: 0, create_time: 0, name, media_type, data: Cow::Borrowed(data) };
         Ok(self.file.attach(&attachment)?)
     }
 
-    /// Ends the file: without this nobody can read it.
+    /// Ends the file, which cannot be read otherwise.
     ///
     /// # Errors
-    /// By the file system.
+    /// Errors of the file system.
     pub fn finish(mut self) -> Result<W, WriteError> {
         self.file.finish()?;
         Ok(self.file.into_inner())

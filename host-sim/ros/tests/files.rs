@@ -1,4 +1,4 @@
-//! Files are written and read; what is damaged is an error that says where, never a panic.
+//! Files are written and read; damaged data give an error with its place, never a panic.
 
 use scphd_ros::messages::{Header, PointCloud2, PoseStamped};
 use scphd_ros::{Channel, ReadError, ReadProblem, Reader, Record, Time, Writer, cloud, encode, unpacked};
@@ -24,7 +24,7 @@ fn file(poses: u32) -> Vec<u8> {
     writer.finish().unwrap().into_inner()
 }
 
-/// All that is in a file.
+/// Contents of a file.
 #[derive(Debug, Default, PartialEq)]
 struct Content {
     channels: Vec<(u16, Channel)>,
@@ -45,7 +45,7 @@ fn read(bytes: &[u8]) -> Result<Content, ReadError> {
 }
 
 #[test]
-fn all_that_is_written_is_read() {
+fn everything_written_is_read() {
     let content = read(&file(3)).unwrap();
     let topics: Vec<&str> = content.channels.iter().map(|(_, channel)| &channel.topic[..]).collect();
     assert_eq!(topics, ["/silent", "/pose", "/cloud"]);
@@ -61,12 +61,12 @@ fn all_that_is_written_is_read() {
 }
 
 #[test]
-fn many_messages_go_over_chunks() {
+fn many_messages_are_in_several_chunks() {
     assert_eq!(read(&file(20_000)).unwrap().messages.len(), 40_000);
 }
 
 #[test]
-fn a_file_torn_off_anywhere_says_where() {
+fn a_truncated_file_gives_an_error_with_the_place() {
     let whole = file(3);
     let mut most = 0;
     for length in 0..whole.len() {
@@ -82,7 +82,7 @@ fn a_file_torn_off_anywhere_says_where() {
     assert_eq!(most, 6);
 }
 
-/// What every damage must leave: no panic, no memory for what is not there, an error or the same content.
+/// With any damage there is no panic, no memory for missing data, and an error or the same contents.
 #[test]
 fn a_damaged_file_never_panics() {
     let whole = file(3);
@@ -102,7 +102,7 @@ fn a_damaged_file_never_panics() {
             judge(&bytes);
         }
     }
-    // Numbers in eight bytes anywhere: lengths, counts, offsets.
+    // Numbers of eight bytes at any place: lengths, counts, offsets.
     for place in 0..whole.len() - 8 {
         for number in [0_u64, 1 << 20, 1 << 40, u64::MAX] {
             let mut bytes = whole.clone();
@@ -111,7 +111,7 @@ fn a_damaged_file_never_panics() {
         }
     }
     println!("{refused} refused, {other} with other messages");
-    // Messages have a checksum with their chunk, and the file has one.
+    // Chunks with their messages and the file have checksums.
     assert_eq!(other, 0);
     assert!(refused > whole.len());
 }
@@ -124,7 +124,7 @@ fn text(text: &str) -> Vec<u8> {
     [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat()
 }
 
-/// A file of one chunk, written by the letter of the format.
+/// A file with one chunk, written according to the format.
 fn with_chunk(compression: &str, pack: impl Fn(&[u8]) -> Vec<u8>, size: impl Fn(usize) -> u64) -> Vec<u8> {
     let schema =
         [&1_u16.to_le_bytes()[..], &text("geometry_msgs/msg/PoseStamped"), &text("ros2msg"), &text("")].concat();
@@ -167,7 +167,7 @@ fn compressed_chunks_are_read() {
 }
 
 #[test]
-fn a_chunk_that_is_not_what_it_says_is_refused() {
+fn a_chunk_that_contradicts_its_header_is_refused() {
     let wrong = [
         (with_chunk("brotli", <[u8]>::to_vec, |size| size as u64), "'brotli'; known are zstd and lz4"),
         (with_chunk("zstd", <[u8]>::to_vec, |size| size as u64), "at or before byte"),
@@ -192,21 +192,21 @@ fn a_chunk_that_is_not_what_it_says_is_refused() {
     }
 }
 
-/// Two frames of Zstandard, and one between them that is skipped.
+/// Two frames of Zstandard with a skippable one between them.
 fn frames(bytes: &[u8]) -> Vec<u8> {
     let (first, second) = bytes.split_at(bytes.len() / 2);
     [zstd(first), vec![0x50, 0x2a, 0x4d, 0x18, 3, 0, 0, 0, 1, 2, 3], zstd(second)].concat()
 }
 
 #[test]
-fn whole_files_are_unpacked() {
+fn whole_files_are_decompressed() {
     let whole = file(5_000);
     for (name, packed) in [("plain", whole.clone()), ("zstd", frames(&whole)), ("lz4", lz4(&whole)), ("", vec![])] {
         let mut read = Vec::new();
         unpacked(Cursor::new(packed.clone())).unwrap().read_to_end(&mut read).unwrap();
         assert!(read == if name.is_empty() { &[][..] } else { &whole }, "{name}");
         if name == "zstd" {
-            // What is torn off in a frame ends in an error, never in a shorter file.
+            // Truncation inside a frame gives an error, never a shorter file.
             let torn = |length: usize| unpacked(Cursor::new(packed[..length].to_vec()))?.read_to_end(&mut Vec::new());
             let first = zstd(&whole[..whole.len() / 2]).len();
             assert!((4..first).step_by(first / 100).all(|length| torn(length).is_err()));
@@ -215,7 +215,7 @@ fn whole_files_are_unpacked() {
 }
 
 #[test]
-fn messages_that_are_compressed_one_by_one_are_read() {
+fn separately_compressed_messages_are_read() {
     let (at, message) = pose(7);
     let bytes = encode(&message).unwrap();
     let kind = "geometry_msgs/msg/PoseStamped".to_owned();

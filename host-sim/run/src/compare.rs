@@ -1,5 +1,5 @@
-//! Filter and reference in lockstep: every step of the reference starts from the filter's own state and random numbers,
-//! so that what differs afterwards is what that one step computed differently.
+//! Filter and reference in lockstep: every step of the reference starts from the filter's state and random numbers. Differences
+//! afterwards are therefore those of a single step.
 
 mod differences;
 mod joint;
@@ -18,7 +18,7 @@ use scphd_log::events::Event;
 use scphd_log::log::Scan;
 use scphd_reference::{Component, Particle, Recursion, Selection, State, Weighing};
 
-/// A kind of vehicle that the reference has models of.
+/// A kind of vehicle for which the reference has models.
 pub trait Lockstep: Kind {
     /// [`compare`] with the filter and the reference of this kind.
     ///
@@ -44,12 +44,12 @@ pub trait Lockstep: Kind {
     ) -> Result<JointComparison, Refusal>;
 }
 
-/// Runs the filter over a log and repeats each of its steps with the reference; `progress` is told the number of scans
-/// done.
+/// Runs the filter over a log and repeats each of its steps with the reference. `progress` is called with the number of processed
+/// scans.
 ///
 /// # Errors
-/// The filter refuses the settings or a step, and says why; or they ask for what the reference does not have: a proposal
-/// that is not blind, or forgetting or remembering by what was confirmed; or for another likelihood than the filter's.
+/// The filter refuses the settings or a step; or the settings ask for what the reference does not have: an informed proposal,
+/// forgetting or remembering by confirmed components, or another likelihood than the filter's.
 pub fn compare<K: Lockstep>(
     log: &K::Log,
     settings: &K::Settings,
@@ -64,10 +64,11 @@ pub fn compare<K: Lockstep>(
     K::lockstep(log, settings, precision, seed, &mut progress)
 }
 
-/// Runs the joint filter over a log and repeats each of its steps with its reference; `progress` is told the number of scans done.
+/// Runs the joint filter over a log and repeats each of its steps with its reference. `progress` is called with the number of
+/// processed scans.
 ///
 /// # Errors
-/// The filter refuses the settings or a step, and says why.
+/// The filter refuses the settings or a step.
 pub fn compare_joint<K: Lockstep>(
     log: &K::Log,
     settings: &K::Settings,
@@ -77,16 +78,16 @@ pub fn compare_joint<K: Lockstep>(
     K::joint_lockstep(log, settings, precision, &mut progress)
 }
 
-/// A reference for vehicles of a kind, with their controls and poses.
+/// A reference for vehicles of a kind, with conversions of controls and poses.
 trait Comparable<K: Kind, const N: usize, const V: usize>: Recursion<N, V, Measurement = K::Measurement> {
-    /// A control in the reference's terms.
+    /// Converts a control for the reference.
     fn control(control: &K::Control) -> Self::Control;
 
-    /// A pose of the reference.
+    /// Converts a pose of the reference.
     fn coordinates(pose: &Self::Pose) -> K::Pose;
 }
 
-/// Feeds a log to a filter and repeats each step with the reference: one for every sensor.
+/// Processes a log with a filter and repeats each step with the reference, of which there is one for every sensor.
 fn drive<K, R, const N: usize, const V: usize>(
     log: &K::Log,
     settings: &K::Settings,
@@ -106,7 +107,7 @@ where
         match event {
             Event::Predict { control, dt_s, .. } => {
                 let before = filter.snapshot()?;
-                // A step that is left out is none: the reference goes on from where the filter is.
+                // If the filter rejects a step, the reference does not repeat it: its next step starts from the filter's state.
                 if filter.predict(control, dt_s)?.is_none() {
                     let after = filter.snapshot()?;
                     predictions.merge(&predict::<K, R, N, V>(
@@ -208,7 +209,7 @@ fn scan<K: Kind, R: Comparable<K, N, V>, const N: usize, const V: usize>(
     reference.update(&mut state, detections, &weighing, &selection);
 
     for (ours, theirs) in after.candidates.iter().zip(&state.particles) {
-        // Relative difference of the weights; of weights that are negligible too.
+        // Relative difference of the weights, also of negligible ones.
         let weight = (ours.ln_weight - theirs.ln_weight).exp_m1().abs();
         differences.particle_weight = differences.particle_weight.max(weight);
     }
@@ -225,7 +226,7 @@ fn scan<K: Kind, R: Comparable<K, N, V>, const N: usize, const V: usize>(
     Ok(differences)
 }
 
-/// The filter's choice with the reference's weights.
+/// The filter's selection with the reference's weights.
 fn as_selected<P: Copy, const N: usize, const V: usize>(
     resampled: bool,
     survivors: &[usize],
@@ -242,10 +243,10 @@ fn as_selected<P: Copy, const N: usize, const V: usize>(
     Selection { resampled, survivors: survivors.to_vec(), ln_weights: ln_weights.collect() }
 }
 
-/// Components further apart than this, relative to their distance from the origin, are not the same component.
+/// Greatest distance of corresponding components, relative to their distance from the origin.
 const COUNTERPART: f64 = 1e-3;
 
-/// Of components of `N` numbers, the first `D` of them a position.
+/// Differences of components of `N` numbers, of which the first `D` are a position.
 fn map_differences<const N: usize, const D: usize>(ours: &[Component<N>], theirs: &[Component<N>]) -> Differences {
     let mut differences = Differences::default();
     let mut unmatched_mass = 0.0;
@@ -278,7 +279,7 @@ fn map_differences<const N: usize, const D: usize>(ours: &[Component<N>], theirs
     differences
 }
 
-/// The larger of the differences in position and, of moving components, in velocity.
+/// The greater of the relative differences of position and, for moving components, velocity.
 fn mean_difference<const N: usize, const D: usize>(a: &Component<N>, b: &Component<N>) -> f64 {
     let parts = a.mean.chunks(D).zip(b.mean.chunks(D));
     parts.map(|(a, b)| distance(a, b) / norm(b).max(1.0)).fold(0.0, larger)
@@ -289,7 +290,7 @@ fn covariance_difference<const N: usize>(a: &Component<N>, b: &Component<N>) -> 
     distance(a, b) / norm(b)
 }
 
-/// Distance (m) and angle (rad), or rate of an angle (rad/s) where that is more, between two poses.
+/// Distance (m) and angle (rad) between two poses; or their difference of an angular rate (rad/s) if that is greater.
 fn apart<K: Kind>(a: &K::Pose, b: &K::Pose) -> (f64, f64) {
     let (a_place, b_place) = (K::position(a), K::position(b));
     let turned = scphd_log::angle::wrap(K::heading(a) - K::heading(b)).abs();
@@ -309,11 +310,11 @@ mod tests {
     }
 
     #[test]
-    fn moving_components_differ_in_velocity_too() {
+    fn velocities_of_moving_components_are_compared_too() {
         let mut other = moving(0.5, 2.0);
         other.mean[2] = 2.0 + 2e-4;
         other.covariance[3][3] += 1e-6;
-        // At the same place with another velocity it is another component.
+        // At the same position with another velocity it is another component.
         let ours = [moving(0.5, 2.0), moving(0.25, -1.0)];
         let differences = map_differences::<4, 2>(&ours, &[moving(0.25 + 1e-9, -1.0), other]);
         assert_eq!((differences.components, differences.unmatched), (2, 0));
@@ -327,14 +328,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_number_is_the_largest() {
+    fn nan_is_the_largest_difference() {
         let mut differences = Differences { mean: 3.0, mass: f64::NAN, ..Differences::default() };
         differences.merge(&Differences { mean: f64::NAN, mass: 1.0, ..Differences::default() });
         assert!(differences.mean.is_nan() && differences.mass.is_nan());
     }
 
     #[test]
-    fn weights_follow_the_filters_decision() {
+    fn weights_follow_the_selection_of_the_filter() {
         let mut state: State = State::new(2, [0.0; 3]);
         let shares = [0.3, 0.5, 0.05, 0.15].map(f64::ln);
         state.candidates = Some(shares.map(|ln_weight| Candidate { pose: [0.0; 3], ln_weight }).to_vec());

@@ -1,41 +1,42 @@
-//! What a page in a browser and an MCAP file need of a run beside its record.
+//! Data of a run for the HTML page and the MCAP file, besides its record.
 
 use scphd::Health;
 use scphd_filters::slam::{STAGES, ScanOutcome};
 use scphd_log::dimensions::Dimensions;
 use scphd_score::record::{MapFeature, MovingFeature};
 
-/// Pictures of a film, at most.
+/// Greatest number of frames.
 pub const FRAMES: usize = 400;
-/// Particles of a picture, at most.
+/// Greatest number of particles of a frame.
 pub const PARTICLES: usize = 200;
 
-/// Maps and particles at some scans, health and times at all of them.
+/// Maps and particles at some scans, and health and times at all scans.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Film<D: Dimensions> {
     chosen: Vec<usize>,
     pub frames: Vec<Frame<D>>,
-    /// Of every scan.
+    /// Health of every scan.
     pub health: Vec<Health>,
     /// Wall times of the stages of every scan, µs.
     pub stages_us: Vec<Option<[f64; STAGES]>>,
 }
 
-/// What the filter knew at a scan.
+/// State of the filter after a scan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame<D: Dimensions> {
-    /// Its place among the scans.
+    /// Index of the scan.
     pub scan: usize,
     pub map: Vec<MapFeature<D>>,
     pub moving: Vec<MovingFeature<D>>,
     /// Pose and weight.
     pub particles: Vec<(D::Pose, f64)>,
-    /// True moving landmarks in view, m; unknown where the log does not tell.
+    /// True moving landmarks in view, m; `None` if the log does not have them.
     pub movers: Option<Vec<D::Position>>,
 }
 
 impl<D: Dimensions> Film<D> {
-    /// Of a run of so many scans: pictures of all, or of [`FRAMES`] that are evenly spread, the first and the last among them.
+    /// Creates the recorder for a run with this number of scans. It has frames of all scans, or of [`FRAMES`] evenly spaced ones,
+    /// including the first and the last.
     #[must_use]
     pub fn of(scans: usize) -> Self {
         let chosen = if scans <= FRAMES {
@@ -46,13 +47,13 @@ impl<D: Dimensions> Film<D> {
         Self { chosen, frames: Vec::new(), health: Vec::with_capacity(scans), stages_us: Vec::with_capacity(scans) }
     }
 
-    /// Whether a scan has a picture.
+    /// Whether a scan has a frame.
     #[must_use]
     pub fn has(&self, scan: usize) -> bool {
         self.chosen.binary_search(&scan).is_ok()
     }
 
-    /// How many pictures it has.
+    /// Number of recorded frames.
     #[must_use]
     pub fn pictures(&self) -> usize {
         self.frames.len()
@@ -83,7 +84,7 @@ mod tests {
     use scphd_log::dimensions::Planar;
 
     #[test]
-    fn pictures_are_spread_from_the_first_scan_to_the_last() {
+    fn frames_are_spaced_from_the_first_scan_to_the_last() {
         for scans in [0, 1, 5, FRAMES, FRAMES + 1, 7249] {
             let film: Film<Planar> = Film::of(scans);
             assert_eq!(film.chosen.len(), scans.min(FRAMES));

@@ -5,7 +5,7 @@ use scphd_log::dimensions::{Dimensions, Planar};
 use scphd_log::log::TruePose;
 use scphd_log::truth::tracks::Tracks;
 
-/// What is true of the map at a scan.
+/// The true map at a scan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrueMap<D: Dimensions = Planar> {
     /// Static landmarks that are or have been in view, m.
@@ -15,25 +15,25 @@ pub struct TrueMap<D: Dimensions = Planar> {
 }
 
 impl<D: Dimensions> TrueMap<D> {
-    /// All of it, m.
+    /// Positions of all landmarks, m.
     #[must_use]
     pub fn points(&self) -> Vec<D::Position> {
         self.landmarks.iter().copied().chain(self.movers.iter().map(|&(_, position)| position)).collect()
     }
 }
 
-/// The true map while the scans of a log pass by.
+/// The true map, updated scan by scan.
 ///
-/// A static landmark counts from its first observation on, a moving one only while it is in view. In view is what the
-/// sensor's view holds from the true pose. A log does not tell which detections are of landmarks, so
-/// "first observed" is taken for "first in view"; with p_D 0.95 that is less than a tenth of a scan early on average.
+/// A static landmark counts from its first observation, a moving one only while it is in view, as seen from the true pose. A log
+/// does not tell which detections are of landmarks, so the first scan in view stands for the first observation; with p_D 0.95
+/// that is less than a tenth of a scan early on average.
 pub struct MapTruth<'a, K: Kind = Planar> {
     view: View<'a, K>,
     landmarks: Vec<K::Position>,
     seen: Vec<bool>,
     tracks: Tracks<K>,
     movers_known: bool,
-    /// Whether it could be told at any scan what is in view.
+    /// Whether the landmarks in view were known at any scan.
     told: bool,
 }
 
@@ -44,7 +44,7 @@ impl<K: Kind> std::fmt::Debug for MapTruth<'_, K> {
 }
 
 impl<'a, K: Kind> MapTruth<'a, K> {
-    /// Before the first scan of `log`.
+    /// Starts before the first scan of `log`.
     #[must_use]
     pub fn new(log: &'a K::Log, settings: &K::Settings) -> Self {
         let landmarks = K::landmarks(log);
@@ -59,7 +59,7 @@ impl<'a, K: Kind> MapTruth<'a, K> {
         }
     }
 
-    /// The static landmarks that have been in view so far, m; `None` where that could not be told at any scan.
+    /// The static landmarks that have been in view so far, m; `None` if this is not known for any scan.
     #[must_use]
     pub fn seen(&self) -> Option<Vec<K::Position>> {
         self.told.then(|| self.landmarks.iter().zip(&self.seen).filter(|(_, seen)| **seen).map(|(&at, _)| at).collect())
@@ -71,13 +71,13 @@ impl<'a, K: Kind> MapTruth<'a, K> {
         !self.landmarks.is_empty()
     }
 
-    /// Whether the moving landmarks are known, if only to be none.
+    /// Whether the moving landmarks are known, possibly to be none.
     #[must_use]
     pub fn knows_movers(&self) -> bool {
         self.movers_known
     }
 
-    /// The true map at the next scan, taken at `t_s` from `pose`; `None` where what is in view cannot be told.
+    /// The true map at the next scan, taken at `t_s` from `pose`; `None` if the landmarks in view are not known.
     pub fn at(&mut self, t_s: f64, pose: Option<&TruePose<K>>) -> Option<TrueMap<K>> {
         let pose = pose?;
         if !self.knows_landmarks() && !self.knows_movers() {
@@ -105,11 +105,11 @@ mod tests {
     use scphd_worlds::scenario;
 
     #[test]
-    fn static_landmarks_stay_and_moving_ones_go() {
+    fn static_landmarks_remain_and_moving_ones_leave_the_true_map() {
         let mut log = scenario::survey(1);
         let settings = Settings::for_log(&log);
         log.landmarks = vec![[10.0, 0.0], [40.0, 0.0], [0.0, 100.0]];
-        // From 20 m left of the start to 20 m right of it in four seconds, then still there.
+        // From 20 m left of the start to 20 m right of it in four seconds, then at rest.
         log.moving = (0..=5)
             .map(|k| MovingLandmark {
                 subject: 3,
@@ -119,7 +119,7 @@ mod tests {
             .collect();
         let mut truth: MapTruth<'_> = MapTruth::new(&log, &settings);
         assert!(truth.knows_landmarks() && truth.knows_movers());
-        // The vehicle goes from 0 to 50 m; the sensor reaches 15 m.
+        // The vehicle moves from 0 to 50 m; the range of the sensor is 15 m.
         let mut at =
             |t_s: f64, x: f64| truth.at(t_s, Some(&TruePose { t_s, position: [x, 0.0], heading_rad: None })).unwrap();
         assert_eq!(at(0.0, 0.0), TrueMap { landmarks: vec![[10.0, 0.0]], movers: vec![] });
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_known() {
+    fn unknown_landmarks_and_poses_give_no_true_map() {
         let mut log = scenario::survey(1);
         let settings = Settings::for_log(&log);
         let truth_of = |log: &Log| {

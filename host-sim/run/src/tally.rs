@@ -1,13 +1,13 @@
-//! What is counted scan by scan, whatever the vehicle: reported conditions and times.
+//! Counts over the scans of any vehicle: reported conditions and times.
 
 use scphd::Health;
 
-/// In how many scans a filter reported each condition.
+/// Number of scans in which a filter reported each condition.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HealthCounts(Vec<(Health, usize)>);
 
 impl HealthCounts {
-    /// Takes in what a scan reported.
+    /// Adds the report of a scan.
     pub fn add(&mut self, health: Health) {
         for (condition, count) in &mut self.0 {
             *count += usize::from(health.contains(*condition));
@@ -22,23 +22,23 @@ impl HealthCounts {
 }
 
 impl Default for HealthCounts {
-    /// None yet.
+    /// No scans.
     fn default() -> Self {
         Self(Health::all().map(|condition| (condition, 0)).collect())
     }
 }
 
-/// Wall time of the scans of a run, µs; unknown where there were none.
+/// Wall time of the scans of a run, µs; `None` without scans.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScanTimes {
     /// The mean.
     pub mean_us: Option<f64>,
-    /// What 99 % of the scans did not exceed.
+    /// The 99 % quantile.
     pub p99_us: Option<f64>,
 }
 
 impl ScanTimes {
-    /// Of the times of all scans, µs.
+    /// Computes both from the times of all scans, µs.
     #[must_use]
     pub fn of(times_us: impl Iterator<Item = f64>) -> Self {
         let mut times: Vec<f64> = times_us.collect();
@@ -50,7 +50,7 @@ impl ScanTimes {
     }
 }
 
-/// The least of the ascending `values` that `percent` percent of them do not exceed.
+/// The `percent` percentile of the ascending `values`, by the nearest rank.
 fn percentile(values: &[f64], percent: usize) -> Option<f64> {
     let rank = (percent * values.len()).div_ceil(100);
     values.get(rank.checked_sub(1)?).copied()
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn percentiles_are_ranks() {
+    fn percentiles_are_by_nearest_rank() {
         let hundred: Vec<f64> = (1..=100).map(f64::from).collect();
         assert_eq!(percentile(&hundred, 99), Some(99.0));
         assert_eq!(percentile(&hundred[..3], 99), Some(3.0));
@@ -69,14 +69,14 @@ mod tests {
     }
 
     #[test]
-    fn times_come_in_any_order() {
+    fn times_may_be_in_any_order() {
         let times = ScanTimes::of([3.0, 1.0, 8.0].into_iter());
         assert_eq!((times.mean_us, times.p99_us), (Some(4.0), Some(8.0)));
         assert_eq!(ScanTimes::of(std::iter::empty()).mean_us, None);
     }
 
     #[test]
-    fn conditions_are_counted_each_on_its_own() {
+    fn conditions_are_counted_separately() {
         let mut counts = HealthCounts::default();
         counts.add(Health::DEGENERATE);
         counts.add(Health::DEGENERATE | Health::COMPONENTS_LOST);

@@ -1,37 +1,37 @@
-//! A map against the truth, after the motion that lays it best over it: a turn about the vertical and a shift, in the plane and in
-//! space alike. A vehicle in space knows what is vertical.
+//! A map compared with the truth after the best alignment: a rotation about the vertical and a shift, in the plane and in space,
+//! because a vehicle in space knows the vertical.
 //!
-//! A filter that starts from a slightly wrong pose, or whose log has its truth in another frame, builds a map that is
-//! turned and moved as a whole. What is left after that motion is the error of the map itself.
+//! A filter that starts from a slightly wrong pose, or whose log has its truth in another frame, builds a map that is rotated and
+//! shifted as a whole. What remains after the alignment is the error of the map itself.
 
 use crate::cutoff::Cutoff;
 use crate::moving::median;
 use scphd_log::dimensions::Coordinates;
 
-/// Farther than this from a landmark, m, a feature is not of it.
+/// Greatest distance of a feature from its landmark, m.
 pub const MATCHED_WITHIN_M: f64 = 0.5;
-/// Gates of the assignments that the motion is fitted to, m, from coarse to fine.
+/// Gates of the assignments for the alignment, m, from coarse to fine.
 const GATES_M: [f64; 4] = [4.0, 2.0, 1.0, MATCHED_WITHIN_M];
-/// Fits at one gate. An assignment repeats itself after a few.
+/// Greatest number of iterations at one gate; an assignment repeats itself after a few.
 const MOST_FITS: usize = 50;
 
-/// A turn of x and y and a shift of all coordinates, in D ≥ 2 dimensions.
+/// A rotation of x and y and a shift of all coordinates, in D ≥ 2 dimensions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion<P> {
-    /// Turn about the vertical through the origin, rad.
+    /// Rotation about the vertical through the origin, rad.
     pub turn_rad: f64,
-    /// Shift after the turn, m.
+    /// Shift after the rotation, m.
     pub shift_m: P,
 }
 
 impl<P: Coordinates> Motion<P> {
-    /// None at all.
+    /// The identity.
     #[must_use]
     pub fn rest() -> Self {
         Self { turn_rad: 0.0, shift_m: P::with(|_| 0.0) }
     }
 
-    /// Where a point goes.
+    /// Transforms a point.
     #[must_use]
     pub fn apply(&self, point: P) -> P {
         let (s, c) = libm::sincos(self.turn_rad);
@@ -41,8 +41,9 @@ impl<P: Coordinates> Motion<P> {
         P::with(|k| turned(k) + self.shift_m.as_ref()[k])
     }
 
-    /// The motion that brings the first of each pair nearest to the second, in the sense of least squares (Kabsch; the turn is the
-    /// direction of Σ ā·b and Σ ā×b in the plane of x and y). `None` for no pair; a shift only for one.
+    /// The motion that brings the first points of the pairs nearest to the second ones, in the sense of least squares (Kabsch;
+    /// the rotation is the direction of Σ ā·b and Σ ā×b in the plane of x and y). `None` without pairs; only a shift for one
+    /// pair.
     #[must_use]
     pub fn fit(pairs: &[(P, P)]) -> Option<Self> {
         if pairs.is_empty() {
@@ -69,22 +70,22 @@ fn centre<P: Coordinates>(points: &[P]) -> P {
     P::with(|k| points.iter().map(|point| point.as_ref()[k]).sum::<f64>() / points.len() as f64)
 }
 
-/// Features of a map that are landmarks, and how far off.
+/// Assignment of the features of a map to landmarks, and their errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StaticScore<P> {
     /// Landmarks with a feature within [`MATCHED_WITHIN_M`], each feature used once.
     pub matched: usize,
-    /// Features left over.
+    /// Features without a landmark.
     pub spurious: usize,
-    /// Median distance of the matched, m.
+    /// Median distance of the matched features, m.
     pub position_error_median_m: Option<f64>,
-    /// The motion that the features were moved by before.
+    /// The alignment that was applied to the features.
     pub motion: Motion<P>,
 }
 
-/// Lays `features` over `landmarks` (m) and matches them.
+/// Aligns `features` with `landmarks` (m) and matches them.
 ///
-/// Optimal assignment within a gate and the best motion for it take turns until nothing changes, with ever
+/// Alternates between the optimal assignment within a gate and the best motion for it until nothing changes, with narrower and
 /// narrower gates.
 #[must_use]
 pub fn score<P: Coordinates>(features: &[P], landmarks: &[P]) -> StaticScore<P> {
@@ -97,7 +98,7 @@ pub fn score<P: Coordinates>(features: &[P], landmarks: &[P]) -> StaticScore<P> 
         let mut before = Vec::new();
         for _ in 0..MOST_FITS {
             let pairs: Vec<_> = matched(&motion, gate_m).into_iter().map(|(a, b, _)| (a, b)).collect();
-            // Two points of each set can always be laid near each other: no motion is fitted to so few.
+            // Two points of each set can always be aligned: at least three pairs are needed for a fit.
             if pairs == before || pairs.len() < 3 {
                 break;
             }
@@ -140,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turned_map_with_false_and_missing_features_is_laid_over_the_landmarks() {
+    fn a_rotated_map_with_false_and_missing_features_is_aligned_with_the_landmarks() {
         let mut noise = Noise::new(8);
         let landmarks: Vec<[f64; 2]> = (0..15).map(|k| [f64::from(k % 4) * 7.0, f64::from(k / 4) * 6.0]).collect();
         let astray = Motion { turn_rad: 0.05, shift_m: [0.8, -0.6] };
@@ -156,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn in_space_a_map_is_turned_about_the_vertical_and_lifted() {
+    fn a_map_in_space_is_rotated_about_the_vertical_and_shifted() {
         let mut noise = Noise::new(9);
         let floor: Vec<[f64; 3]> = map(&mut noise).into_iter().map(|[x, y]| [x, y, 0.1 * x]).collect();
         let astray = Motion { turn_rad: -0.04, shift_m: [0.3, 0.2, -0.7] };
@@ -167,14 +168,14 @@ mod tests {
             (found.motion.turn_rad - 0.04).abs() < 1e-9 && (found.motion.shift_m[2] - 0.7).abs() < 1e-9,
             "{found:?}"
         );
-        // In the plane it is the same as without heights.
+        // The result without heights is the same in the plane.
         let flat = |points: &[[f64; 3]]| points.iter().map(|&[x, y, _]| [x, y]).collect::<Vec<_>>();
         let planar = score(&flat(&features), &flat(&floor));
         assert_eq!((planar.matched, planar.motion.turn_rad), (20, found.motion.turn_rad));
     }
 
     #[test]
-    fn nothing_to_lay_over() {
+    fn empty_sets_are_not_aligned() {
         let empty = score(&[], &[[1.0, 1.0]]);
         assert_eq!((empty.matched, empty.spurious, empty.position_error_median_m), (0, 0, None));
         let few = score(&[[0.0, 0.0], [5.0, 3.0]], &[[0.0, 3.0], [5.0, 0.0]]);

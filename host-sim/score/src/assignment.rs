@@ -1,24 +1,23 @@
 //! Optimal assignment of rows to columns.
 //!
-//! `pathfinding::kuhn_munkres` is a maintained Hungarian algorithm that wants totally ordered weights and no
-//! more rows than columns. It is fed fixed-point i128: the costs times one power of two that brings the
-//! greatest just under 2¹⁰⁰. That keeps every bit of costs down to 2⁻⁴⁷ of the greatest, and of smaller
-//! ones all that is above 2⁻¹⁰⁰ of it, far below what a sum of f64 costs can tell; in between all
-//! arithmetic is exact, so that no rounding of labels decides an assignment. (`lapjv` works on f64 directly,
+//! `pathfinding::kuhn_munkres` is a maintained Hungarian algorithm that requires totally ordered weights and at most as many rows
+//! as columns. It is called with fixed-point i128 numbers: the costs times a power of two that brings the greatest just below
+//! 2¹⁰⁰. Costs down to 2⁻⁴⁷ of the greatest keep all bits, smaller ones those above 2⁻¹⁰⁰ of it, far below the rounding of a sum
+//! of f64 costs. All arithmetic in between is exact, so that rounding does not decide an assignment. (`lapjv` uses f64 directly,
 //! but only on square matrices, and is maintained "as is".)
 
 use pathfinding::prelude::{Matrix, kuhn_munkres_min};
 
-/// Binary digits in front of the point of a fixed-point cost. Sums of n labels stay in i128 for n < 2²⁶.
+/// Binary digits before the point of a fixed-point cost. Sums of n labels stay in i128 for n < 2²⁶.
 const DIGITS: i32 = 100;
 
-/// The pairs (row, column), `min(rows, columns)` of them by ascending row, of least total cost.
+/// The pairs (row, column) with the least total cost: `min(rows, columns)` pairs by ascending row.
 ///
-/// `costs` is row by row, each finite; of several optimal assignments one is chosen, the same every time.
+/// `costs` is row by row, each finite; of several optimal assignments always the same is chosen.
 ///
 /// # Panics
 ///
-/// If `costs` has not `rows · columns` elements or one of them is not finite.
+/// If the number of `costs` is not `rows · columns`, or one of them is not finite.
 #[must_use]
 pub fn assign(costs: &[f64], rows: usize, columns: usize) -> Vec<(usize, usize)> {
     assert_eq!(costs.len(), rows * columns, "as many costs as pairs");
@@ -49,7 +48,7 @@ mod tests {
         pairs.iter().map(|&(row, column)| costs[row * columns + column]).sum()
     }
 
-    /// Least total over all assignments of the rows from `row` on to columns not in `used`.
+    /// Least total over all assignments of the rows from `row` to columns not in `used`.
     fn exhaustive(costs: &[f64], rows: usize, columns: usize, row: usize, used: u32) -> f64 {
         if row == rows {
             return 0.0;
@@ -62,14 +61,14 @@ mod tests {
     }
 
     #[test]
-    fn as_good_as_trying_everything() {
+    fn assignments_are_as_good_as_by_exhaustive_search() {
         let mut noise = Noise::new(7);
         for case in 0..300 {
             let (rows, columns) = (1 + case % 5, 1 + case % 6);
             if rows > columns {
                 continue;
             }
-            // Costs over many magnitudes, negative ones among them.
+            // Costs over many magnitudes, some negative.
             let costs: Vec<f64> =
                 (0..rows * columns).map(|_| noise.normal() * libm::exp2(20.0 * noise.normal())).collect();
             let pairs = assign(&costs, rows, columns);

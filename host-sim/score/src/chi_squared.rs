@@ -1,35 +1,37 @@
-//! The distribution of a sum of squares of standard normal numbers: within what bounds a consistent filter's figures lie.
+//! The χ² distribution, and the bounds of a consistent filter's figures.
 
-/// Share of all values between two-sided bounds.
+/// Probability between the two-sided bounds.
 pub const CONFIDENCE: f64 = 0.95;
 
-/// The two-sided bounds of χ² with so many degrees of freedom: below the lower one lie 2.5 % of all values, above the upper one as many.
+/// The two-sided bounds of χ² with this number of degrees of freedom: 2.5 % of all values are below the lower and 2.5 % above the
+/// upper one.
 fn bounds(freedom: f64) -> [f64; 2] {
     let tail = 0.5 * (1.0 - CONFIDENCE);
     [quantile(freedom, tail), quantile(freedom, 1.0 - tail)]
 }
 
-/// The bounds of the mean of `values` independent ones of so many degrees of freedom each, by degree of freedom: 1 is expected.
+/// The bounds of the mean of `values` independent χ² values with `freedom` degrees of freedom each, divided by `freedom`: the
+/// mean is 1.
 #[must_use]
 pub fn bounds_of_mean(freedom: usize, values: usize) -> [f64; 2] {
     let all = (freedom * values) as f64;
     bounds(all).map(|bound| bound / all)
 }
 
-/// Whether a sum of squares of so many degrees of freedom lies within the two-sided bounds.
+/// Whether a sum of squares with this number of degrees of freedom is within the two-sided bounds.
 #[must_use]
 pub fn is_within(squares: f64, freedom: usize) -> bool {
     let tail = 0.5 * (1.0 - CONFIDENCE);
     (tail..=1.0 - tail).contains(&distribution(freedom as f64, squares))
 }
 
-/// What a share `below` of all values is less than.
+/// The quantile at the probability `below`.
 fn quantile(freedom: f64, below: f64) -> f64 {
     let (mut low, mut high) = (0.0, freedom + 10.0);
     while distribution(freedom, high) < below {
         high *= 2.0;
     }
-    // As often as a number in double precision can be halved.
+    // More halvings than a double has bits.
     for _ in 0..100 {
         let middle = 0.5 * (low + high);
         if distribution(freedom, middle) < below { low = middle } else { high = middle }
@@ -37,21 +39,21 @@ fn quantile(freedom: f64, below: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// The share of values below `x`: P(k/2, x/2) with the lower incomplete gamma function's series
-/// P(a, y) = y^a e^−y Σ yⁿ / Γ(a + n + 1).
+/// The distribution function: P(k/2, x/2) with the series of the lower incomplete gamma function P(a, y) = y^a e^−y Σ yⁿ / Γ(a +
+/// n + 1).
 fn distribution(freedom: f64, x: f64) -> f64 {
     let (a, y) = (0.5 * freedom, 0.5 * x);
     if y <= 0.0 {
         return 0.0;
     }
-    // What lies beyond twenty standard deviations is too little to be added up.
+    // The probability beyond twenty standard deviations is negligible.
     if y > a + 20.0 * a.sqrt() + 20.0 {
         return 1.0;
     }
     let mut term = (a * y.ln() - y - libm::lgamma(a + 1.0)).exp();
     let mut sum = term;
     let mut n = 0.0;
-    // Terms grow as long as n is below y − a, and then fall faster and faster.
+    // Terms grow while n is below y − a, and then decrease faster and faster.
     while n < y || term > 1e-17 * sum {
         n += 1.0;
         term *= y / (a + n);
@@ -85,7 +87,7 @@ mod tests {
             let found = bounds(freedom);
             assert!((found[0] - low).abs() < 1e-5 && (found[1] - high).abs() < 1e-5, "{freedom}: {found:?}");
         }
-        // Of very many by the normal distribution.
+        // With many degrees of freedom, by the normal distribution.
         let [low, high] = bounds_of_mean(2, 50_000);
         let sigma = (2.0_f64 / 100_000.0).sqrt();
         assert!((low - (1.0 - 1.96 * sigma)).abs() < 0.01 * sigma + 2e-5, "{low}");
@@ -93,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn as_many_fall_between_as_should() {
+    fn the_share_of_values_between_the_bounds_is_right() {
         let mut noise = scphd::numerics::Noise::seeded(5);
         let [low, high] = bounds(3.0);
         let runs = 20_000;

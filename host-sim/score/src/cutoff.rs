@@ -1,4 +1,4 @@
-//! Order and cut-off that the set distances share.
+//! Order and cut-off of the set distances.
 
 use crate::assignment::assign;
 
@@ -34,7 +34,7 @@ impl Cutoff {
         self.distance
     }
 
-    /// Distance of two points cut off at c (3.30). Anything that is not a number is as far as can be.
+    /// Distance of two points, cut off at c (3.30). For NaN it is c.
     ///
     /// # Panics
     ///
@@ -56,7 +56,7 @@ impl Cutoff {
         }
     }
 
-    /// The p-th root.
+    /// The p-th root of a sum.
     pub(super) fn root(&self, x: f64) -> f64 {
         if self.order == 1.0 {
             x
@@ -67,18 +67,17 @@ impl Cutoff {
         }
     }
 
-    /// Cut-off distances of the pairs of the assignment that has the least sum of their p-th powers.
+    /// Cut-off distances of the pairs of the assignment with the least sum of their p-th powers.
     pub(super) fn matched<X: AsRef<[f64]>, Y: AsRef<[f64]>>(&self, x: &[X], y: &[Y]) -> Vec<f64> {
         let mut distances: Vec<f64> = self.pairs(x, y).into_iter().map(|(_, _, distance)| distance).collect();
         distances.resize(x.len().min(y.len()), self.distance);
         distances
     }
 
-    /// The pairs nearer than c of that assignment: places in `x` and `y` and distance, by ascending place in `x`.
+    /// The pairs of this assignment with a distance below c: indices in `x` and `y` and distance, by ascending index in `x`.
     ///
-    /// A pair at c or farther costs as much as any other such pair, so that only near pairs matter. Groups of points
-    /// that no near pair connects are solved apart, which is exact and turns one large problem into many small
-    /// ones.
+    /// All pairs with a distance of c or more cost the same, so that only near pairs matter. Groups of points without near pairs
+    /// between them are solved separately, which is exact and turns one large problem into many small ones.
     #[must_use]
     pub fn pairs<X: AsRef<[f64]>, Y: AsRef<[f64]>>(&self, x: &[X], y: &[Y]) -> Vec<(usize, usize, f64)> {
         let distances: Vec<f64> =
@@ -102,7 +101,7 @@ impl Cutoff {
     }
 }
 
-/// Rows and columns in groups that `near` connects, both ascending; those that are near nothing are left out.
+/// Groups of rows and columns that are connected by `near`, both ascending; rows and columns that are near nothing are left out.
 fn groups(rows: usize, columns: usize, near: impl Fn(usize, usize) -> bool) -> Vec<(Vec<usize>, Vec<usize>)> {
     let mut taken = vec![false; columns];
     let mut grouped = vec![false; rows];
@@ -155,7 +154,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn groups_solved_apart_cost_as_much_as_all_together() {
+    fn groups_solved_separately_have_the_total_cost() {
         let mut noise = Noise::new(11);
         for case in 0..200 {
             let mut set =

@@ -1,10 +1,10 @@
-//! Errors of odometry alone over recorded and simulated logs.
+//! Errors of dead reckoning over recorded and simulated logs.
 
 use crate::trajectory;
 use scphd_log::vehicle::dead_reckoning;
 use scphd_log::{log_folder, truth};
 
-/// Position RMSE of dead reckoning within the given bounds, m.
+/// Checks that the position RMSE of dead reckoning is within bounds, m.
 fn check_rmse(name: &str, least: f64, most: f64) {
     let Some(dir) = scphd_shared_data::find(name) else {
         return;
@@ -22,7 +22,7 @@ fn check_rmse(name: &str, least: f64, most: f64) {
 }
 
 #[test]
-fn dead_reckoning_errs_as_published() {
+fn dead_reckoning_errors_are_as_published() {
     check_rmse("victoria_park", 149.2, 149.4);
     check_rmse("car_park", 2.5, 2.6);
     check_rmse("mrclam_ds6_robot1", 2.9, 3.1);
@@ -31,7 +31,7 @@ fn dead_reckoning_errs_as_published() {
 }
 
 #[test]
-fn dead_reckoning_errs_as_much_as_the_simulated_noise_lets_it() {
+fn dead_reckoning_errors_are_those_of_the_simulated_noise() {
     for (run, rmse) in [73.67, 161.27, 113.47, 83.94, 374.61, 124.77].into_iter().enumerate() {
         check_rmse(&format!("phd_slam3_a0{run}"), rmse - 0.1, rmse + 0.1);
     }

@@ -1,7 +1,7 @@
-//! The final static map against the true landmarks, the same figures in the plane and in space.
+//! The final static map compared with the true landmarks, with the same figures in the plane and in space.
 //!
-//! The landmarks that a map should have are all static ones of the log; where it says how often each is detected while in view,
-//! those that are detected at least every other time.
+//! The landmarks that a map should have are all static ones of the log; if it has their detection rates in view, those that are
+//! detected at least every other time.
 
 use crate::alignment::{self, StaticScore};
 use crate::cutoff::Cutoff;
@@ -9,28 +9,28 @@ use crate::gospa::gospa;
 use crate::ospa::{Ospa, ospa};
 use scphd_log::dimensions::Coordinates;
 
-/// Order 1 and cut-off 10 m of the OSPA distance: a feature more or less costs as much as one that is 10 m off.
+/// Order 1 and cut-off 10 m of the OSPA distance: a missing or false feature costs as much as an error of 10 m.
 pub const OSPA: Cutoff = Cutoff::new(1.0, 10.0);
 /// Order 2 and cut-off 20 m of the GOSPA distance (α = 2), the figures of the published PHD-SLAM benchmark.
 pub const GOSPA: Cutoff = Cutoff::new(2.0, 20.0);
 
-/// How far a final map is from the truth.
+/// Errors of a final map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FinalMap<P> {
     /// OSPA distance to all landmarks, m.
     pub ospa: Ospa,
     /// GOSPA distance to all landmarks, m.
     pub gospa_m: f64,
-    /// OSPA distance to those that have been in view, m; `None` where that cannot be told.
+    /// OSPA distance to those that have been in view, m; `None` if these are not known.
     pub ospa_seen_m: Option<f64>,
     /// GOSPA distance to those that have been in view, m.
     pub gospa_seen_m: Option<f64>,
-    /// Landmarks found once the map is laid over all of them.
+    /// Landmarks found after alignment of the map with all landmarks.
     pub laid_over: StaticScore<P>,
 }
 
 impl<P: Coordinates> FinalMap<P> {
-    /// Of the estimated `features` against all `landmarks` and those that have been `seen`, m; `None` where the log knows no
+    /// Compares the estimated `features` with all `landmarks` and those that have been `seen`, m; `None` if the log has no
     /// landmarks.
     #[must_use]
     pub fn of(features: &[P], landmarks: &[P], seen: Option<&[P]>) -> Option<Self> {
@@ -49,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_never_in_view_counts_in_one_pair_of_figures_only() {
+    fn landmarks_never_in_view_do_not_count_in_the_seen_figures() {
         let landmarks = [[0.0, 0.0, 0.0], [30.0, 0.0, 0.0], [0.0, 30.0, 1.0], [70.0, 0.0, 2.0]];
         let features = [[0.0, 0.0, 0.3], [30.0, 0.0, 0.3], [0.0, 30.0, 1.3]];
         let found = FinalMap::of(&features, &landmarks, Some(&landmarks[..3])).unwrap();

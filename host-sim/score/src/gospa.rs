@@ -8,7 +8,7 @@ use crate::cutoff::Cutoff;
 pub struct Gospa {
     /// The distance.
     pub distance: f64,
-    /// The part due to the positions of the estimates that belong to a true point.
+    /// The part due to the position errors of the matched estimates.
     pub localization: f64,
     /// The part due to true points without an estimate: `(missed_count · cᵖ/2)^(1/p)`.
     pub missed: f64,
@@ -22,7 +22,7 @@ pub struct Gospa {
 
 /// GOSPA distance (α = 2) of `estimates` to the `truth`, points of any one dimension.
 ///
-/// A pair at distance c or more is no pair but one missed and one false point, which costs the same.
+/// Two points at distance c or more are not a pair but a missed and a false point, which costs the same.
 ///
 /// # Panics
 ///
@@ -69,7 +69,7 @@ mod tests {
         assert_eq!((missed.distance, missed.missed_count, missed.spurious_count), (10.0, 2, 0));
         let spurious = gospa(&[[1.0, 1.0], [2.0, 2.0]], &NONE, &cutoff);
         assert_eq!((spurious.distance, spurious.missed_count, spurious.spurious_count), (10.0, 0, 2));
-        // Exactly c apart: a missed and a false point, not a pair.
+        // A distance of exactly c: a missed and a false point, not a pair.
         let apart = gospa(&[[0.0, 0.0]], &[[10.0, 0.0]], &cutoff);
         assert_eq!((apart.distance, apart.missed_count, apart.spurious_count), (10.0, 1, 1));
         assert_eq!(apart.localization, 0.0);

@@ -1,4 +1,4 @@
-//! How far an estimate is from the truth.
+//! Scores: comparison of estimates with the truth.
 
 pub mod alignment;
 pub mod assignment;

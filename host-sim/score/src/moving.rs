@@ -1,58 +1,58 @@
-//! How well moving landmarks are found, and what is taken for one.
+//! Scores of moving landmarks: detection, position error and false tracks.
 
 use crate::cutoff::Cutoff;
 use scphd_log::dimensions::Coordinates;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Farther than this from a mover in view, m, an estimate is not of it.
+/// Greatest distance of an estimate from its moving landmark, m.
 ///
-/// Four standard deviations of a range in the simulations and some decimetres of pose error fit in, two movers or a
-/// mover and a landmark that keep a car's width from each other do not get mixed up. Order 1: of all assignments
-/// the one that leaves the least distance, an unmatched pair counting as much as the gate.
+/// It is larger than four standard deviations of a range in the simulations plus some decimetres of pose error, and small enough
+/// not to confuse two objects a car's width apart. Order 1: the assignment with the least total distance, in which an unmatched
+/// pair counts as the gate.
 pub const GATE: Cutoff = Cutoff::new(1.0, 1.0);
 
-/// A mover has to be found within so many scans of a spell in view, and a shorter spell does not count.
+/// Number of scans of an interval in view within which a moving landmark must be found; shorter intervals do not count.
 pub const SPELL_SCANS: usize = 10;
 
-/// Estimates and movers of one scan.
+/// Match of the estimates and moving landmarks of one scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ScanMatch {
-    /// Movers in view.
+    /// Moving landmarks in view.
     pub in_view: usize,
-    /// Movers in view with an estimate within the gate, each estimate used once.
+    /// Moving landmarks in view with an estimate within the gate, each estimate used once.
     pub matched: usize,
-    /// Estimates left over.
+    /// Estimates without a moving landmark.
     pub spurious: usize,
 }
 
-/// Figures over the scans whose movers are known; those of several runs add up.
+/// Figures over the scans whose moving landmarks are known; those of several runs can be added.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct MovingScore {
-    /// Scans.
+    /// Number of scans.
     pub scans: usize,
-    /// Unbroken spells of [`SPELL_SCANS`] scans or more of a mover in view.
+    /// Intervals of at least [`SPELL_SCANS`] scans in which a moving landmark is in view without a gap.
     pub spells: usize,
-    /// Those in which the mover was matched at least once within the first [`SPELL_SCANS`] scans.
+    /// Intervals in which it was matched at least once within the first [`SPELL_SCANS`] scans.
     pub spells_hit: usize,
-    /// Pairs of a mover and a scan from the [`SPELL_SCANS`]th scan of a spell on.
+    /// Pairs of a moving landmark and a scan, from the [`SPELL_SCANS`]th scan of an interval on.
     pub settled: usize,
-    /// Those of them that were matched.
+    /// Matched pairs of these.
     pub settled_matched: usize,
-    /// Estimates that no mover was matched with.
+    /// Estimates without a moving landmark.
     pub spurious: usize,
-    /// Distance of estimate and mover of every match, m.
+    /// Distance of estimate and moving landmark of every match, m.
     pub errors_m: Vec<f64>,
 }
 
 impl MovingScore {
-    /// Share of the spells in which the mover was found in time; `None` without a spell.
+    /// Share of the intervals in which the landmark was found in time; `None` without an interval.
     #[must_use]
     pub fn hit_rate(&self) -> Option<f64> {
         share(self.spells_hit, self.spells)
     }
 
-    /// Share of the scans, after the first of each spell, in which a mover was matched; `None` without any.
+    /// Share of the scans, after the first ones of each interval, in which a moving landmark was matched; `None` without any.
     #[must_use]
     pub fn settled_rate(&self) -> Option<f64> {
         share(self.settled_matched, self.settled)
@@ -64,7 +64,7 @@ impl MovingScore {
         median(&self.errors_m)
     }
 
-    /// Estimates a scan that are of no mover in view; `None` without a scan.
+    /// Number of estimates a scan without a moving landmark in view; `None` without a scan.
     #[must_use]
     pub fn false_per_scan(&self) -> Option<f64> {
         share(self.spurious, self.scans)
@@ -86,7 +86,7 @@ fn share(part: usize, whole: usize) -> Option<f64> {
     (whole > 0).then(|| part as f64 / whole as f64)
 }
 
-/// The middle of the values, or the mean of the two in the middle.
+/// The median: the middle value, or the mean of the two middle ones.
 #[must_use]
 pub fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
@@ -95,14 +95,14 @@ pub fn median(values: &[f64]) -> Option<f64> {
     Some(if sorted.len() % 2 == 1 { upper } else { 0.5 * (sorted[sorted.len() / 2 - 1] + upper) })
 }
 
-/// The score while it is being counted, scan by scan.
+/// The score while scans are added.
 #[derive(Debug, Clone, Default)]
 pub struct MovingTally {
     score: MovingScore,
     spells: BTreeMap<i64, Spell>,
 }
 
-/// A mover in view without a gap.
+/// An interval in which a moving landmark is in view without a gap.
 #[derive(Debug, Clone, Copy, Default)]
 struct Spell {
     scans: usize,
@@ -110,7 +110,7 @@ struct Spell {
 }
 
 impl MovingTally {
-    /// Counts a scan: the movers in view (subject and position, m) and the estimated positions, m.
+    /// Adds a scan: the moving landmarks in view (subject and position, m) and the estimated positions, m.
     pub fn scan<P: Coordinates>(&mut self, in_view: &[(i64, P)], estimates: &[P]) -> ScanMatch {
         let positions: Vec<P> = in_view.iter().map(|&(_, position)| position).collect();
         let pairs = GATE.pairs(&positions, estimates);
@@ -136,7 +136,7 @@ impl MovingTally {
         ScanMatch { in_view: in_view.len(), matched: pairs.len(), spurious }
     }
 
-    /// A scan whose movers are not known: it counts in nothing and ends all spells.
+    /// Adds a scan whose moving landmarks are not known: it does not count, and it ends all intervals.
     pub fn unknown(&mut self) {
         self.spells.clear();
     }
@@ -157,20 +157,20 @@ mod tests {
     const FAR: [f64; 2] = [5.0, 9.0];
 
     #[test]
-    fn spells_count_from_ten_scans_on() {
+    fn intervals_count_from_ten_scans_on() {
         let mut tally = MovingTally::default();
-        // Nine scans in view with a match, then out of view: no spell.
+        // Nine scans in view with a match, then out of view: not an interval.
         for _ in 0..9 {
             tally.scan(&[(1, HERE)], &[NEAR]);
         }
         tally.scan::<[f64; 2]>(&[], &[]);
-        // Twelve scans, matched in the tenth only and then in the twelfth.
+        // Twelve scans, matched only in the tenth and the twelfth.
         for scan in 1..=12 {
             let estimates = if scan == 10 || scan == 12 { vec![NEAR] } else { vec![] };
             tally.scan(&[(1, HERE)], &estimates);
         }
         tally.unknown();
-        // Eleven scans, matched in the eleventh only: too late.
+        // Eleven scans, matched only in the eleventh: too late.
         for scan in 1..=11 {
             tally.scan(&[(1, HERE)], if scan == 11 { &[NEAR] } else { &[] });
         }
@@ -183,23 +183,23 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_mover_in_view_is_false() {
+    fn estimates_without_a_moving_landmark_in_view_are_false() {
         let mut tally = MovingTally::default();
         let all = tally.scan(&[(1, HERE), (2, [5.0, 6.0])], &[NEAR, [5.0, 6.2], [5.1, 5.0], FAR]);
         assert_eq!(all, ScanMatch { in_view: 2, matched: 2, spurious: 2 });
-        // Out of view, so whatever is reported is false.
+        // No landmark is in view: every estimate is false.
         assert_eq!(tally.scan(&[], &[HERE]), ScanMatch { in_view: 0, matched: 0, spurious: 1 });
         let score = tally.score();
         assert_eq!(score.false_per_scan(), Some(1.5));
         assert_eq!((score.hit_rate(), score.settled_rate()), (None, None));
-        // Two movers and one estimate between them: it serves the nearer.
+        // Two moving landmarks and one estimate between them: it is matched with the nearer.
         let mut tally = MovingTally::default();
         assert_eq!(tally.scan(&[(1, [0.0, 0.0]), (2, [0.8, 0.0])], &[[0.6, 0.0]]).matched, 1);
         assert!((tally.score().errors_m[0] - 0.2).abs() < 1e-12);
     }
 
     #[test]
-    fn runs_add_up_and_medians_are_middles() {
+    fn figures_of_runs_are_added_and_medians_computed() {
         let one =
             MovingScore { scans: 2, spells: 1, spells_hit: 1, errors_m: vec![3.0, 1.0], ..MovingScore::default() };
         let mut sum = MovingScore { scans: 2, spells: 3, spurious: 1, errors_m: vec![2.0], ..MovingScore::default() };

@@ -64,14 +64,14 @@ mod tests {
         let half = ospa(&[[0.0]], &[[0.0], [1.0]], &cutoff);
         assert_eq!((half.localization, half.cardinality), (0.0, half.distance));
         assert!((half.distance - 50.0_f64.sqrt()).abs() < 1e-14);
-        // A high order tends to the greatest error.
+        // With a high order the distance tends to the greatest error.
         let high = ospa(&[[0.0], [100.0]], &[[3.0], [105.0]], &Cutoff::new(20.0, 10.0));
         let expected = 5.0 * (0.5 * (1.0 + 0.6_f64.powi(20))).powf(0.05);
         assert!((high.distance - expected).abs() < 1e-12);
     }
 
     #[test]
-    fn a_distance() {
+    fn ospa_is_a_metric() {
         let mut noise = Noise::new(3);
         let mut set = |n: usize| -> Vec<[f64; 3]> { (0..n).map(|_| [0; 3].map(|_| 4.0 * noise.normal())).collect() };
         for case in 0..200 {

@@ -1,4 +1,4 @@
-//! What a run leaves behind: one row a scan and the final map, for scores, tables and plots.
+//! The record of a run: a row for each scan and the final map, for scores, tables and plots.
 
 use crate::map_error::MapError;
 use crate::moving::ScanMatch;
@@ -7,9 +7,9 @@ use scphd_log::dimensions::{Coordinates, Covariance, Dimensions, Planar, distanc
 /// A static feature of an estimated map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MapFeature<D: Dimensions = Planar> {
-    /// Its name from scan to scan.
+    /// Label, the same from scan to scan.
     pub id: u32,
-    /// Weight of its component: expected number of features there.
+    /// Weight of its component: expected number of features.
     pub weight: f64,
     /// Position, m.
     pub mean: D::Position,
@@ -20,9 +20,9 @@ pub struct MapFeature<D: Dimensions = Planar> {
 /// A moving feature of an estimated map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MovingFeature<D: Dimensions = Planar> {
-    /// Its name from scan to scan, apart from those of static features.
+    /// Label, the same from scan to scan; separate from those of static features.
     pub id: u32,
-    /// Weight of its component: expected number of features there.
+    /// Weight of its component: expected number of features.
     pub weight: f64,
     /// Position, m.
     pub position: D::Position,
@@ -41,55 +41,55 @@ pub struct ScanRecord<D: Dimensions = Planar> {
     pub pose: D::Pose,
     /// Covariance of the estimated pose, in the same order and units.
     pub pose_covariance: Covariance<D::Pose>,
-    /// By odometry, or instruments, alone.
+    /// Pose by dead reckoning, with odometry or instruments.
     pub dead_reckoning: D::Reckoned,
-    /// True position, where the truth covers this time.
+    /// True position, if the truth covers this time.
     pub true_position: Option<D::Position>,
-    /// Standard deviation of each coordinate of that, m.
+    /// Standard deviation of each coordinate of the true position, m.
     pub truth_sigma_m: f64,
-    /// True heading, rad, where the truth has it.
+    /// True heading, rad, if the truth has it.
     pub true_heading_rad: Option<f64>,
     /// Number of measurements.
     pub measurements: usize,
-    /// N̂: mass of the estimated map.
+    /// N̂, mass of the estimated map.
     pub features_estimated: f64,
     /// Effective number of particles before resampling.
     pub n_eff: f64,
-    /// What the filter did with its memory, as far as it tells.
+    /// Use of the filter's memory, as far as it is reported.
     pub usage: Usage,
     /// Wall time of the scan step, µs.
     pub scan_us: f64,
     /// The estimated moving features.
     pub moving: Vec<MovingFeature<D>>,
-    /// Distance of the estimated map, moving features included, to the true one; unknown without true landmarks or
-    /// the true pose, and at scans at which it is not asked for.
+    /// Distance of the estimated map, with moving features, to the true one; `None` without true landmarks or the true pose, and
+    /// at scans for which it is not computed.
     pub map_error: Option<MapError>,
-    /// True static landmarks that have been in view so far; unknown likewise.
+    /// Number of true static landmarks that have been in view so far; `None` likewise.
     pub landmarks_seen: Option<usize>,
-    /// Which true movers in view were found; unknown without true tracks or the true pose.
+    /// Match of the true moving landmarks in view; `None` without true tracks or the true pose.
     pub movers: Option<ScanMatch>,
 }
 
-/// What a filter did with its memory in a scan.
+/// Use of a filter's memory in a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Usage {
     /// Greatest number of components in view of a particle.
     pub in_view: usize,
-    /// Measurements without an inverse in view, over all distinct particles.
+    /// Measurements without an inverse in view, summed over all distinct particles.
     pub no_birth: usize,
-    /// Pages of the map in use, where the filter has pages.
+    /// Number of pages of the map in use, if the filter has pages.
     pub pages_used: Option<usize>,
 }
 
 impl<D: Dimensions> ScanRecord<D> {
-    /// The distance of the estimate from the truth, m, where that is known.
+    /// The distance of the estimate from the truth, m, if known.
     #[must_use]
     pub fn position_error_m(&self) -> Option<f64> {
         Some(distance(&self.true_position?, &self.pose))
     }
 
-    /// The root of the mean square distance from the truth that the filter expects, by the covariance of the estimate and the noise of the
-    /// truth, m.
+    /// The root mean square position error that the filter expects, by the covariance of the estimate and the noise of the truth,
+    /// m.
     #[must_use]
     pub fn expected_error_m(&self) -> f64 {
         let variances = self.pose_covariance.as_ref().iter().enumerate().take(D::Position::COUNT);
@@ -97,7 +97,7 @@ impl<D: Dimensions> ScanRecord<D> {
         variances.map(|(k, row)| row.as_ref()[k] + of_truth).sum::<f64>().sqrt()
     }
 
-    /// The distance of dead reckoning from the truth, m, where that is known.
+    /// The distance of dead reckoning from the truth, m, if known.
     #[must_use]
     pub fn dead_reckoning_error_m(&self) -> Option<f64> {
         Some(distance(&self.true_position?, &self.dead_reckoning))
@@ -107,14 +107,14 @@ impl<D: Dimensions> ScanRecord<D> {
 /// A whole run of one filter over one log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record<D: Dimensions = Planar> {
-    /// One row a scan.
+    /// A row for each scan.
     pub scans: Vec<ScanRecord<D>>,
     /// The estimated features after the last scan.
     pub map: Vec<MapFeature<D>>,
 }
 
 impl ScanRecord {
-    /// A scan in the plane of which nothing is known but where the filter was.
+    /// A scan in the plane with only the estimated pose.
     #[must_use]
     pub fn at(t_s: f64, pose: [f64; 3]) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! Errors of a trajectory over the scans that the truth covers.
+//! Errors of a trajectory over the scans with truth.
 
 use crate::alignment::Motion;
 use crate::record::ScanRecord;
@@ -12,16 +12,16 @@ pub struct TrajectoryScore {
     pub scans: usize,
     /// Root mean square distance to the true position, m.
     pub position_rmse_m: f64,
-    /// Root mean square heading error, degrees; `None` where no scan has a true heading.
+    /// Root mean square heading error, degrees; `None` if no scan has a true heading.
     pub heading_rmse_deg: Option<f64>,
-    /// Distance to the true position at the last of these scans, m.
+    /// Distance from the true position at the last of these scans, m.
     pub final_position_error_m: f64,
 }
 
-/// Score of poses (a position, m, then the heading, rad, if there is one), each with its true position (m) and, if known, heading
-/// (rad).
+/// Score of poses (a position, m, then the heading, rad, if there is one), each with its true position (m) and, if known, true
+/// heading (rad).
 ///
-/// `None` if there is none.
+/// `None` without poses.
 #[must_use]
 pub fn score<C: Coordinates, P: Coordinates>(
     poses: impl IntoIterator<Item = (C, P, Option<f64>)>,
@@ -56,9 +56,9 @@ pub fn of_estimate<D: Dimensions>(scans: &[ScanRecord<D>]) -> Option<TrajectoryS
     score(covered(scans, |scan| scan.pose))
 }
 
-/// Root mean square distance, m, of the estimated positions to the true ones after the turn about the vertical and the shift that lay
-/// them best over each other: the absolute trajectory error of Sturm et al. 2012, which does not depend on where a log says that the
-/// vehicle starts. `None` where fewer than three scans have a true position: two points fit any two.
+/// Root mean square distance, m, of the estimated positions from the true ones after the best rotation about the vertical and
+/// shift: the absolute trajectory error of Sturm et al. 2012, which does not depend on the initial pose in the log. `None` if
+/// fewer than three scans have a true position: two points fit any two.
 #[must_use]
 pub fn aligned_rmse_m<D: Dimensions>(scans: &[ScanRecord<D>]) -> Option<f64> {
     let position = |pose: D::Pose| D::Position::with(|k| pose.as_ref()[k]);
@@ -71,7 +71,7 @@ pub fn aligned_rmse_m<D: Dimensions>(scans: &[ScanRecord<D>]) -> Option<f64> {
     Some((pairs.iter().map(squared).sum::<f64>() / pairs.len() as f64).sqrt())
 }
 
-/// Score of odometry alone over the same scans.
+/// Score of dead reckoning over the same scans.
 #[must_use]
 pub fn of_dead_reckoning<D: Dimensions>(scans: &[ScanRecord<D>]) -> Option<TrajectoryScore> {
     score(covered(scans, |scan| scan.dead_reckoning))
@@ -103,7 +103,7 @@ mod tests {
         let s = of_estimate(&scans).unwrap();
         assert_eq!(s.scans, 2);
         assert!((s.position_rmse_m - 13.0_f64.sqrt()).abs() < 1e-15);
-        // The heading error leads over π, not over 0.
+        // The heading error is computed across π, not across 0.
         let expected = (2.0 * std::f64::consts::PI - 6.2).to_degrees();
         assert!((s.heading_rmse_deg.unwrap() - expected).abs() < 1e-12);
         assert_eq!(s.final_position_error_m, 1.0);
@@ -112,21 +112,21 @@ mod tests {
     }
 
     #[test]
-    fn a_turned_trajectory_is_as_good_as_the_one_it_was_made_of() {
+    fn the_aligned_error_of_a_rotated_trajectory_is_that_of_the_original() {
         let (s, c) = libm::sincos(0.4);
         let truth = [[0.0, 0.0], [4.0, 1.0], [7.0, 5.0], [2.0, 9.0]];
         let turned = |[x, y]: [f64; 2]| [c * x - s * y + 3.0, s * x + c * y - 2.0, 0.4];
         let scans: Vec<_> = truth.iter().map(|&place| record(turned(place), Some(place), None)).collect();
         assert!(aligned_rmse_m(&scans).unwrap() < 1e-12 && of_estimate(&scans).unwrap().position_rmse_m > 2.0);
         assert_eq!(aligned_rmse_m(&scans[..2]), None);
-        // On a line the shift takes the mean of the errors: what is left of 0, 0, 3 is −1, −1, 2.
+        // On a line the shift removes the mean of the errors: −1, −1, 2 remain of 0, 0, 3.
         let line =
             [(0.0, 0.0), (10.0, 0.0), (20.0, 3.0)].map(|(x, off)| record([x + off, 0.0, 0.0], Some([x, 0.0]), None));
         assert!((aligned_rmse_m(&line).unwrap() - 2.0_f64.sqrt()).abs() < 1e-12);
     }
 
     #[test]
-    fn nothing_covered_is_no_score() {
+    fn without_truth_there_is_no_score() {
         assert_eq!(of_estimate(&[record([0.0; 3], None, None)]), None);
         let no_heading = of_estimate(&[record([0.0; 3], Some([0.0, 0.0]), None)]).unwrap();
         assert_eq!(no_heading.heading_rmse_deg, None);

@@ -35,30 +35,30 @@ microseconds. Angles in settings, CSV and logs are in radians, in the table in d
 Exit code: 0, 2 for bad input, arguments or settings, 1 for any other failure. There are no colours, whatever NO_COLOR says. Output files are written only after a \
 successful run, each whole or not at all.";
 
-/// A number of things.
+/// Parses a count.
 fn count(text: &str) -> Result<usize, &'static str> {
     text.parse().map_err(|_| "must be a whole number and not negative")
 }
 
-/// A distance.
+/// Parses a distance.
 fn distance(text: &str) -> Result<f64, &'static str> {
     let distance = text.parse().ok().filter(|distance: &f64| distance.is_finite() && *distance >= 0.0);
     distance.ok_or("must be a number and not negative")
 }
 
-/// A share of something, less than all of it.
+/// Parses a share below 1.
 fn share(text: &str) -> Result<f64, &'static str> {
     let share = text.parse().ok().filter(|share| (0.0..1.0).contains(share));
     share.ok_or("must be at least 0 and less than 1")
 }
 
-/// A rate.
+/// Parses a rate.
 fn positive(text: &str) -> Result<f64, &'static str> {
     let rate = text.parse().ok().filter(|rate: &f64| rate.is_finite() && *rate > 0.0);
     rate.ok_or("must be a number above 0")
 }
 
-/// A seed.
+/// Parses a seed.
 fn seed(text: &str) -> Result<u64, &'static str> {
     text.parse().map_err(|_| "must be a whole number from 0 to 18446744073709551615")
 }
@@ -69,8 +69,8 @@ fn seed(text: &str) -> Result<u64, &'static str> {
 pub struct Cli {
     #[command(subcommand)]
     pub command: Option<Command>,
-    /// No tables of results, no progress, no notices: files, warnings and errors alone. Lists, settings and findings of a check are printed
-    /// as ever.
+    /// No tables of results, progress and notices: only files, warnings and errors. Lists, settings and findings of a check are
+    /// printed nevertheless.
     #[arg(long, short, global = true)]
     pub quiet: bool,
     #[command(flatten)]
@@ -82,14 +82,14 @@ pub enum Command {
     /// Runs a filter over recorded logs.
     ///
     /// DIR is a folder with log.toml, odometry.csv, scans.csv, detections.csv and, optionally, fixes.csv, truth.csv,
-    /// landmarks.csv and moving.csv; `scphd-sim export` makes one to look at: of `survey`, of `survey-fixes` with fixes of
-    /// the position, of `two-sensors` with two sensors.
+    /// landmarks.csv and moving.csv; `scphd-sim export` writes an example: of `survey`, of `survey-fixes` with position fixes, of
+    /// `two-sensors` with two sensors.
     Replay {
-        /// Folder of a log; several are run one after the other.
+        /// Folder of a log; several are run in sequence.
         #[arg(required = true, value_name = "DIR")]
         dirs: Vec<PathBuf>,
-        /// Standard deviation of either coordinate of the truth, m, as where that is a satellite receiver's: the covariance of the
-        /// estimate and of the truth together is what errors are held against. Overrides `truth_sigma_m` of the log. In the plane.
+        /// Standard deviation of each coordinate of the truth, m, for example of a satellite receiver: errors are compared with
+        /// the sum of the covariances of estimate and truth. Overrides `truth_sigma_m` of the log. In the plane.
         #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = distance)]
         truth_sigma: Option<f64>,
         #[command(flatten)]
@@ -100,7 +100,7 @@ pub enum Command {
         /// Name of the scenario; see --list.
         #[arg(required_unless_present = "list")]
         scenario: Option<String>,
-        /// Lists the scenarios and does nothing else.
+        /// Lists the scenarios.
         #[arg(long, exclusive = true)]
         list: bool,
         #[command(flatten)]
@@ -108,42 +108,44 @@ pub enum Command {
         #[command(flatten)]
         scenario_seed: ScenarioSeed,
     },
-    /// Runs a scenario many times, or logs, and prints means over the runs.
+    /// Runs a scenario or logs many times, and prints means over the runs.
     ///
-    /// Run k (from 0) has filter seed SEED + k and input set k / (N / M): a scenario made with seed SEED + that number,
-    /// or the log of that number. So every run is decided by its number alone, whatever the threads. OSPA is of order
-    /// 1 and cut-off 10 m, of the static and moving estimate together, at every scan: a static landmark counts from
-    /// its first time in view on, a moving one while it is in view.
+    /// Run k (from 0) has filter seed SEED + k and input set k / (N / M): a scenario made with the seed SEED + this number, or
+    /// the log with this number. A run therefore depends on its number only, not on the threads. OSPA is of order 1 and cut-off
+    /// 10 m, of the static and moving estimate together, at every scan: a static landmark counts from its first time in view, a
+    /// moving one while it is in view.
     ///
-    /// `worlds`, `worlds-mounted`, `worlds-moving`, `worlds-exact` and, in space, `worlds-space` and `worlds-space-exact` are other
-    /// places with every seed, which have no mean: one line a world, then how the first filter stands beside each other one; with --variants how every variant stands beside the first, and the first
-    /// beside the best of the others in each world. With --out FILE every run is kept as it ends, and not run again.
+    /// `worlds`, `worlds-mounted`, `worlds-moving`, `worlds-exact` and, in space, `worlds-space` and `worlds-space-exact` are
+    /// different for every seed and have no mean: the output is a line for each world, then the comparison of the first filter
+    /// with each other one; with --variants that of every variant with the first, and of the first with the best of the others in
+    /// each world. With --out FILE finished runs are stored, and not repeated.
     MonteCarlo(MonteCarloArgs),
-    /// Puts together the parts of a study that `monte-carlo --shard` left.
+    /// Merges the parts of a study by `monte-carlo --shard`.
     Merge(MergeArgs),
     /// Draws a figure of the thesis from scenarios and runs of this program, as SVG and PNG.
     ///
     /// Without a number: lists the figures.
     Figure(FigureArgs),
-    /// Runs the filter in lockstep with the reference and prints how far they differ.
+    /// Runs the filter in lockstep with the reference and prints their differences.
     ///
-    /// Every step of the reference starts from the filter's own state and random numbers, so that what differs
-    /// afterwards is what that one step computed differently. The exit code is 0 however large the differences are.
+    /// Every step of the reference starts from the filter's state and random numbers, so that differences are those of a single
+    /// step. The exit code is 0 for any differences.
     Compare(CompareArgs),
-    /// Checks log folders: units, clocks, doubled scans, the stated view, dead reckoning beside the truth.
+    /// Checks log folders: units, clocks, repeated scans, the stated view, dead reckoning compared with the truth.
     ///
-    /// Prints figures of each log and what is found, each with what to do: an error where the log cannot be read, a warning
-    /// where what comes of it is probably wrong, a note where nothing has to be done. The exit code is 2 if there is an error,
-    /// with --strict also if there is a warning. A part of it runs before every replay. docs/check.md lists all findings.
+    /// Prints figures of each log and the findings with advice: an error if the log cannot be read, a warning if the result is
+    /// probably wrong, a note if nothing has to be done. The exit code is 2 if there is an error, with --strict also if there is
+    /// a warning. A part of the check runs before every replay. docs/check.md lists all findings.
     Check(CheckArgs),
-    /// Shows two runs beside each other: what was set otherwise, and what came of it.
+    /// Compares two runs: differences of settings and figures.
     ///
-    /// A and B are pages that --html wrote, or what --json wrote of single runs. Prints the settings that differ and all figures. With --html, of
-    /// two pages, a page with both trajectories in one map and both errors in one plot. Runs over other inputs are refused.
+    /// A and B are pages of --html, or files of --json of single runs. Prints the different settings and all figures. With
+    /// --html, for two pages, writes a page with both trajectories in one map and both errors in one plot. Runs over different
+    /// inputs are refused.
     Diff(DiffArgs),
     /// Prints the completions of this command line for a shell.
     ///
-    /// For bash, say: scphd-sim completions bash > ~/.local/share/bash-completion/completions/scphd-sim
+    /// For bash, for example: scphd-sim completions bash > ~/.local/share/bash-completion/completions/scphd-sim
     Completions {
         /// The shell.
         #[arg(value_enum)]
@@ -151,48 +153,48 @@ pub enum Command {
     },
     /// Lists the built-in scenarios.
     Scenarios,
-    /// Writes a built-in scenario as a log folder, or with several seeds as several.
+    /// Writes a built-in scenario as a log folder, or several with consecutive seeds.
     Export {
         /// Name of the scenario; `scphd-sim scenarios` lists them.
         scenario: String,
-        /// Folder to write; it is made, or has to be empty.
+        /// Folder to write; it is created or must be empty.
         dir: PathBuf,
         /// Seed of the scenario's noise, missed detections and false measurements.
         #[arg(long, allow_negative_numbers = true, value_parser = seed, default_value_t = 1)]
         seed: u64,
-        /// Writes N folders SCENARIO-SEED into DIR, of the seeds from --seed on.
+        /// Writes N folders SCENARIO-SEED into DIR, with consecutive seeds from --seed.
         #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..))]
         count: Option<u32>,
     },
-    /// Makes a log folder of a recording.
+    /// Converts a recording to a log folder.
     ///
-    /// SOURCE is an MCAP file with messages of ROS 2, of which the topics are guessed where they are not named; a TOML file that says which
-    /// columns of text tables are what; or a folder with the original files of MRCLAM or of Victoria Park. What was guessed is told.
-    /// docs/logs.md lists the messages, and what a recording does not say.
+    /// SOURCE is an MCAP file with messages of ROS 2, whose topics are chosen automatically unless named; a TOML file that
+    /// assigns the columns of text tables; or a folder with the original files of MRCLAM or of Victoria Park. Assumptions are
+    /// reported. docs/logs.md lists the messages, and which data a recording does not have.
     Import(ImportArgs),
     /// Writes a log or scenario as the binary stream that a vehicle computer reads; docs/stream.md describes it.
     Stream(StreamArgs),
-    /// Streams a log or scenario to a target over a serial line, and shows what comes back beside the truth.
+    /// Streams a log or scenario to a target over a serial line, and compares the results with the truth.
     ///
-    /// The target runs a filter with the room of the firmware (`firmware/src/bin/hil.rs`; docs/link.md has the bytes). Every scan is
-    /// answered with pose, covariance, digest and cost; what was lost is sent again. At the end: round trip, and the margin at --hz. The exit
-    /// code is 1 if a digest is another one than the host's.
+    /// The target runs a filter with the capacities of the firmware (`firmware/src/bin/hil.rs`; docs/link.md describes the
+    /// bytes). Every scan is answered with pose, covariance, digest and cost; lost records are repeated. At the end: round trip,
+    /// and the margin at --hz. The exit code is 1 if a digest differs from the host's.
     Hil(HilArgs),
-    /// Learns noise, detection and clutter settings from a part of a log, and proposes them if they foresee the rest better.
+    /// Learns noise, detection and clutter settings from a part of a log, and proposes them if they predict the rest better.
     ///
-    /// What the innovations of the part say is tried group by group and together, as it is and half way there, in runs over the
-    /// whole log. The judge is where the vehicle sees things again in the part that was not learnt from: the places of old
-    /// measurements, by the run's own trajectory, have to foresee those of new ones. No truth is used, and no setting can
-    /// flatter its score. What does not win clearly, and again with other seeds, is refused, and then everything stays as it is.
-    /// Settings of the recursion stay in any case, but births keep their ratio to clutter; odometry noise of a log that is no
-    /// simulation is never lowered, and measurement noise not below what the log states.
+    /// Estimates from the innovations of the part are tried for each group of settings and together, with the whole change and
+    /// with half of it, in runs over the whole log. They are judged by the part that was not learnt from: the positions of old
+    /// measurements, by the run's own trajectory, must predict those of new ones. The truth is not used, and no setting has a
+    /// direct effect on the score. Changes that are not clearly better, and again with other seeds, are refused, and the settings
+    /// stay as they are. Settings of the recursion are not changed, except births, which keep their ratio to clutter; odometry
+    /// noise of a log that is not simulated is never lowered, nor is measurement noise below that of the log.
     Tune(TuneArgs),
-    /// Prints the settings a log or scenario is run with, as a TOML file for --settings.
+    /// Prints the settings for a log or scenario, as a TOML file for --settings.
     Settings {
         /// Name of a scenario, or folder of a log.
         #[arg(value_name = "SCENARIO|DIR")]
         source: PathBuf,
-        /// Prints them for a firmware instead: a table of constants with which the joint map is described there.
+        /// Prints them for a firmware instead: a table of constants that describes the joint map.
         #[arg(long = "as", value_name = "LANGUAGE")]
         language: Option<Language>,
         #[command(flatten)]
@@ -205,29 +207,30 @@ pub struct CheckArgs {
     /// Folder of a log, or several.
     #[arg(required = true, value_name = "DIR")]
     pub dirs: Vec<PathBuf>,
-    /// Takes warnings for errors.
+    /// Treats warnings as errors.
     #[arg(long)]
     pub strict: bool,
-    /// Writes figures and findings to FILE (`-`: standard output) as one JSON object, those of several logs as a list of them.
+    /// Writes figures and findings to FILE (`-`: standard output) as a JSON object, for several logs as a list.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
 pub struct ImportArgs {
-    /// The recording: an MCAP file, a folder of `ros2 bag record`, a map of the columns of tables (.toml), or a folder of a data set.
+    /// The recording: an MCAP file, a folder of `ros2 bag record`, a TOML file that assigns the columns of tables, or a folder of
+    /// a data set.
     pub source: PathBuf,
-    /// Folder to write; it is made, or has to be empty.
+    /// Folder to write; it is created or must be empty.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// A log.toml with what the recording does not say: vehicle, sensors, noise [default: that in the file, if a run of this program wrote
-    /// it; otherwise a guess].
+    /// A log.toml with the data that the recording does not have: vehicle, sensors, noise [default: the one in the file if this
+    /// program wrote it; otherwise assumptions].
     #[arg(long, value_name = "FILE")]
     pub head: Option<PathBuf>,
     /// Topic of the odometry.
     #[arg(long, value_name = "TOPIC")]
     pub odometry: Option<String>,
-    /// Topic of the detections; of several sensors NAME=TOPIC for each.
+    /// Topic of the detections; with several sensors NAME=TOPIC for each.
     #[arg(long, value_name = "[NAME=]TOPIC")]
     pub detections: Vec<String>,
     /// Topic of fixes of the pose, or `none`.
@@ -236,47 +239,47 @@ pub struct ImportArgs {
     /// Topic of the true pose, or `none`.
     #[arg(long, value_name = "TOPIC")]
     pub truth: Option<String>,
-    /// Which time of a message counts.
+    /// Which time of a message is used.
     #[arg(long, value_enum, default_value_t = ClockName::Header)]
     pub clock: ClockName,
-    /// Of a file that is torn off or damaged, takes what lies before.
+    /// Imports the data before a damaged or truncated part of a file.
     #[arg(long)]
     pub partial: bool,
-    /// Of a recording whose stamps go back, which part to take, from 1 on.
+    /// Piece to import of a recording whose stamps go back, from 1.
     #[arg(long, value_name = "N")]
     pub part: Option<usize>,
-    /// Leaves out detections whose range is not less: sensors write their greatest range, or more, where nothing came back.
+    /// Leaves out detections with this range or more: sensors write their greatest range, or more, if nothing was reflected.
     #[arg(long, value_name = "METRES")]
     pub range_below: Option<f64>,
-    /// Which robot of MRCLAM.
+    /// Number of the robot of MRCLAM.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u32).range(1..=5))]
     pub robot: u32,
 }
 
-/// Which time of a message counts.
+/// Which time of a message is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ClockName {
-    /// That of its header.
+    /// The time stamp of its header.
     Header,
-    /// That at which it was recorded.
+    /// The time of recording.
     Log,
 }
 
 #[derive(Debug, Args)]
 pub struct DiffArgs {
-    /// What the first run wrote: its page (--html) or its figures (--json).
+    /// Output of the first run: its page (--html) or its figures (--json).
     #[arg(value_name = "A")]
     pub a: PathBuf,
-    /// What the second run wrote.
+    /// Output of the second run.
     #[arg(value_name = "B")]
     pub b: PathBuf,
-    /// Compares them even where they are of other logs, scenarios or inputs.
+    /// Compares runs of different logs, scenarios or inputs, too.
     #[arg(long)]
     pub anyway: bool,
-    /// Writes what differs to FILE (`-`: standard output) as one JSON object.
+    /// Writes the differences to FILE (`-`: standard output) as a JSON object.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Writes both runs to FILE (`-`: standard output) as one page for a browser, which needs no network; A and B have to be pages.
+    /// Writes both runs to FILE (`-`: standard output) as a page for a browser, which needs no network; A and B must be pages.
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
 }
@@ -303,45 +306,45 @@ pub struct RunArgs {
     pub tuning: Tuning,
     #[command(flatten)]
     pub seed: Seed,
-    /// The filter [default: joint for logs and random worlds, unless --particles, --samples, --threads or
-    /// --moving on speak of core; otherwise core].
+    /// The filter [default: joint for logs and random worlds, unless --particles, --samples, --threads or --moving on require
+    /// core; otherwise core].
     #[arg(long, value_enum)]
     pub filter: Option<FilterName>,
-    /// Number type of the filter [default: f32 for core, f64 for reference, which knows no other].
+    /// Number type of the filter [default: f32 for core, f64 for reference, which has no other].
     #[arg(long, value_enum)]
     pub precision: Option<PrecisionName>,
-    /// Runs as many seeds, each one more than that before, and prints a row of statistics for each log.
+    /// Runs N consecutive seeds, and prints a row of statistics for each log.
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1, value_parser = value_parser!(u32).range(1..))]
     pub repeat: u32,
-    /// Runs up to N at the same time; the figures do not depend on it, except for the times.
+    /// Runs up to N at the same time; only the times depend on it.
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1, value_parser = value_parser!(u16).range(1..))]
     pub jobs: u16,
-    /// Weighs candidates and updates maps with N threads; the figures do not depend on it, except for the times. For the
-    /// core filter only.
+    /// Weighs candidates and updates maps with N threads; only the times depend on it. For the core filter only.
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1, value_parser = value_parser!(u16).range(1..=256))]
     pub threads: u16,
-    /// Writes the figures to FILE (`-`: standard output) as one JSON object, those of several runs as a list of them.
+    /// Writes the figures to FILE (`-`: standard output) as a JSON object, for several runs as a list.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Writes scans.csv, map.csv, estimate.tum, truth.tum, and trajectory and error plots (SVG and PNG) to DIR; for a single run only.
+    /// Writes scans.csv, map.csv, estimate.tum, truth.tum, and trajectory and error plots (SVG and PNG) to DIR; for a single run
+    /// only.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Writes the run to FILE (`-`: standard output) as a page for a browser, which needs no network: the map at all times, curves, health,
-    /// settings; for a single run only.
+    /// Writes the run to FILE (`-`: standard output) as a page for a browser, which needs no network: the map at all times,
+    /// curves, health, settings; for a single run only.
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
-    /// Writes the run to FILE (`-`: standard output) as an MCAP file with messages of ROS 2: estimate, truth, map, detections, and what the
-    /// filter was told; for a single run only. docs/logs.md lists the topics.
+    /// Writes the run to FILE (`-`: standard output) as an MCAP file with messages of ROS 2: estimate, truth, map, detections,
+    /// and inputs of the filter; for a single run only. docs/logs.md lists the topics.
     #[arg(long, value_name = "FILE")]
     pub mcap: Option<PathBuf>,
-    /// Writes the map at the end to FILE, for --map of another drive; a joint map in the plane and a single run only.
+    /// Writes the final map to FILE, for --map of another drive; for a joint map in the plane and a single run only.
     #[arg(long, value_name = "FILE")]
     pub save_map: Option<PathBuf>,
-    /// Starts in the map that --save-map wrote, at the pose of the log, and goes on mapping in it.
+    /// Starts in the map of --save-map, at the pose of the log, and continues mapping.
     #[arg(long, value_name = "FILE")]
     pub map: Option<PathBuf>,
-    /// Takes no pose from the log, but finds it in the map of --map; until then the vehicle maps in a frame of its own, and its errors
-    /// mean nothing.
+    /// Finds the initial pose in the map of --map instead of using that of the log; until then the vehicle maps in a frame of its
+    /// own, and its errors have no meaning.
     #[arg(long, requires = "map")]
     pub locate: bool,
 }
@@ -351,36 +354,36 @@ pub struct MonteCarloArgs {
     /// Name of a scenario, or folders of logs, all in the plane or all of a stereo camera.
     #[arg(required = true, value_name = "SCENARIO|DIR")]
     pub sources: Vec<PathBuf>,
-    /// Runs of each filter [default: 100 of a scenario, one of each log].
+    /// Number of runs of each filter [default: 100 for a scenario, one for each log].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = value_parser!(u32).range(1..=1_000_000))]
     pub runs: Option<u32>,
-    /// Different inputs, a divisor of the runs [default: as many as runs, or logs; a quarter for thesis-dynamic, whose
-    /// study in the thesis has 25 inputs with 4 runs each].
+    /// Number of different inputs, a divisor of the number of runs [default: the number of runs, or of logs; a quarter for
+    /// thesis-dynamic, whose study in the thesis has 25 inputs with 4 runs each].
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = value_parser!(u32).range(1..))]
     pub input_sets: Option<u32>,
     /// Added to all seeds.
     #[arg(long, allow_negative_numbers = true, value_parser = seed, default_value_t = 0)]
     pub seed: u64,
-    /// The filters, separated by commas; they get the same inputs, and the first is compared with each other one [default:
-    /// joint in random worlds, unless --particles, --samples or --moving on speak of core; otherwise core].
+    /// The filters, separated by commas; they have the same inputs, and the first is compared with each other one [default: joint
+    /// in random worlds, unless --particles, --samples or --moving on require core; otherwise core].
     #[arg(long, value_enum, value_delimiter = ',')]
     pub filter: Vec<FilterName>,
-    /// Number type of the filters [default: f32 for core, f64 for reference, which knows no other].
+    /// Number type of the filters [default: f32 for core, f64 for reference, which has no other].
     #[arg(long, value_enum)]
     pub precision: Option<PrecisionName>,
-    /// TOML file of settings that are changed on purpose: every filter runs with each of the variants in it, or with those that are of
-    /// it, and the first variant is what the others are compared with. docs/studies.md describes it.
+    /// TOML file with variants of the settings: every filter runs with each variant, or with those for it, and the others are
+    /// compared with the first variant. docs/studies.md describes it.
     #[arg(long, value_name = "FILE.toml")]
     pub variants: Option<PathBuf>,
     #[command(flatten)]
     pub tuning: Tuning,
-    /// Runs at the same time [default: as many as there are cores].
+    /// Number of parallel runs [default: the number of cores].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = value_parser!(u16).range(1..))]
     pub jobs: Option<u16>,
-    /// Does only part K of N of the runs and leaves them in the file of --out, for `merge`.
+    /// Executes only part K of N of the runs and writes them to the file of --out, for `merge`.
     #[arg(long, value_name = "K/N")]
     pub shard: Option<Shard>,
-    /// Writes the figures to FILE (`-`: standard output) as one JSON object, those of several filters as a list of them.
+    /// Writes the figures to FILE (`-`: standard output) as a JSON object, for several filters as a list.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
     /// Folder for plots (SVG and PNG) and tables (CSV); with --shard the file for the runs (JSON).
@@ -390,10 +393,10 @@ pub struct MonteCarloArgs {
 
 #[derive(Debug, Args)]
 pub struct MergeArgs {
-    /// What every `monte-carlo --shard` of the study left, in any order.
+    /// The files of all `monte-carlo --shard` of the study, in any order.
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
-    /// Writes the figures to FILE (`-`: standard output) as one JSON object, those of several filters as a list of them.
+    /// Writes the figures to FILE (`-`: standard output) as a JSON object, for several filters as a list.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
     /// Folder for plots (SVG and PNG) and tables (CSV).
@@ -403,16 +406,16 @@ pub struct MergeArgs {
 
 #[derive(Debug, Args)]
 pub struct FigureArgs {
-    /// Number of the figure, as 5.5.
+    /// Number of the figure, for example 5.5.
     #[arg(value_name = "NUMBER")]
     pub number: Option<String>,
     /// Folder for figure-NUMBER.svg and figure-NUMBER.png.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
-    /// Runs of each filter, for figures of means [default: as in the thesis].
+    /// Number of runs of each filter, for figures of means [default: as in the thesis].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = value_parser!(u32).range(1..=1_000_000))]
     pub runs: Option<u32>,
-    /// Runs at the same time [default: as many as there are cores].
+    /// Number of parallel runs [default: the number of cores].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = value_parser!(u16).range(1..))]
     pub jobs: Option<u16>,
     /// Seed of scenario and filter, or, for figures of means, added to all seeds.
@@ -427,7 +430,7 @@ pub struct CompareArgs {
     /// Name of a scenario, or folder of a log.
     #[arg(value_name = "SCENARIO|DIR", default_value = "survey")]
     pub source: PathBuf,
-    /// The filter, each of which has a reference of its own.
+    /// The filter; each has its own reference.
     #[arg(long, value_enum, default_value_t = ComparedFilter::Core)]
     pub filter: ComparedFilter,
     /// Number type of the filter; the reference always has f64.
@@ -439,17 +442,18 @@ pub struct CompareArgs {
     pub seed: Seed,
     #[command(flatten)]
     pub scenario_seed: ScenarioSeed,
-    /// Writes the differences to FILE as a JSON list of objects, one a precision.
+    /// Writes the differences to FILE as a JSON list with an object for each precision.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Writes the differences scan by scan to compare-f32.csv and compare-f64.csv in DIR.
+    /// Writes the differences for each scan to compare-f32.csv and compare-f64.csv in DIR.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
 pub struct StreamArgs {
-    /// Name of a scenario, `worst-case` or `worst-case-joint` for inputs that cost a filter the most its memory allows, or folder of a log.
+    /// Name of a scenario, `worst-case` or `worst-case-joint` for inputs with the greatest cost for a filter's capacities, or
+    /// folder of a log.
     #[arg(value_name = "SCENARIO|DIR")]
     pub source: PathBuf,
     /// File to write.
@@ -460,7 +464,7 @@ pub struct StreamArgs {
     /// Number type of the inputs.
     #[arg(long, value_enum, default_value_t = PrecisionName::F32)]
     pub precision: PrecisionName,
-    /// Runs the filter of a black box along, and writes a snapshot of its state after every N scans.
+    /// Runs the filter of a black box too, and writes a snapshot of its state after every N scans.
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..))]
     pub snapshot_every: Option<u32>,
     /// The filter of the snapshots.
@@ -479,28 +483,29 @@ pub struct HilArgs {
     /// Name of a scenario, or folder of a log; of a vehicle in the plane.
     #[arg(value_name = "SCENARIO|DIR")]
     pub source: PathBuf,
-    /// Where the target is: `tcp:ADDRESS:PORT`, or a serial device, set up before, as by `stty -F /dev/ttyACM0 115200 raw -echo`.
+    /// Address of the target: `tcp:ADDRESS:PORT`, or a serial device that has been set up, for example by
+    /// `stty -F /dev/ttyACM0 115200 raw -echo`.
     #[arg(long)]
     pub port: Port,
     /// Number of scans, from the first [default: all].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     pub scans: Option<usize>,
-    /// The filter that the target has.
+    /// The filter of the target.
     #[arg(long, value_enum, default_value_t = ComparedFilter::Core)]
     pub filter: ComparedFilter,
-    /// Scans a second that the margin is told for.
+    /// Scan rate for which the margin is printed.
     #[arg(long, value_name = "HZ", default_value_t = 10.0, value_parser = positive)]
     pub hz: f64,
-    /// Clock of the target's processor, for the margin: an emulator counts instructions, taken for one a cycle.
+    /// Clock of the target's processor, for the margin: an emulator counts instructions, which are taken as one for each cycle.
     #[arg(long, value_name = "MHZ", default_value_t = 480.0, value_parser = positive)]
     pub core_mhz: f64,
-    /// Time after which to ask for an answer that has not come.
+    /// Time after which a missing answer is requested.
     #[arg(long, value_name = "MS", default_value_t = 1000, value_parser = value_parser!(u32).range(1..))]
     pub timeout_ms: u32,
-    /// Times to ask for an answer or send a scan again, before giving up.
+    /// Greatest number of requests for an answer or repetitions of a scan.
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = value_parser!(u32))]
     pub repeats: u32,
-    /// Loses a share P of the frames on purpose, either way.
+    /// Loses a share P of the frames deliberately, in both directions.
     #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = share)]
     pub lose: f64,
     /// Flips a bit in a share P of the bytes.
@@ -509,10 +514,10 @@ pub struct HilArgs {
     /// Sends a share P of the frames twice.
     #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = share)]
     pub double: f64,
-    /// Holds a share P of the frames back until later ones have passed.
+    /// Delays a share P of the frames until later ones have passed.
     #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = share)]
     pub late: f64,
-    /// Seed of what the line does on purpose.
+    /// Seed of the deliberate faults of the line.
     #[arg(long, value_name = "SEED", value_parser = seed, default_value_t = 1)]
     pub line_seed: u64,
     #[command(flatten)]
@@ -528,28 +533,28 @@ pub struct TuneArgs {
     /// Name of a scenario, or folder of a log.
     #[arg(value_name = "SCENARIO|DIR")]
     pub source: PathBuf,
-    /// Runs over the part that is learnt from, each with what the one before said.
+    /// Number of runs over the part to learn from; each uses the estimates of the one before.
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 3, value_parser = value_parser!(u16).range(1..=100))]
     pub rounds: u16,
-    /// Runs of a candidate, and as many with other seeds of the best one.
+    /// Number of runs of a candidate, and of the best one with other seeds.
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 3, value_parser = value_parser!(u16).range(1..=100))]
     pub runs: u16,
-    /// Runs at the same time [default: as many as there are cores].
+    /// Number of parallel runs [default: the number of cores].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = value_parser!(u16).range(1..))]
     pub jobs: Option<u16>,
-    /// Learns from the scans from here on, s since the first.
+    /// Learns from the scans from this time, s since the first scan.
     #[arg(long, value_name = "S", allow_negative_numbers = true, default_value_t = 0.0)]
     pub from: f64,
-    /// Learns from the scans before, s since the first [default: the first half].
+    /// Learns from the scans before this time, s since the first scan [default: the first half].
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub until: Option<f64>,
-    /// The filter that is to run with the settings; of a joint map fewer innovations are known.
+    /// The filter that will run with the settings; a joint map has fewer innovations.
     #[arg(long, value_enum, default_value_t = FilterName::Core)]
     pub filter: FilterName,
-    /// Tells the position errors in the part that judges too; nothing is decided by them.
+    /// Reports also the position errors in the part that judges; they are not used for decisions.
     #[arg(long)]
     pub truth: bool,
-    /// Does it for N scenarios, each of the seed after that of the one before, and prints a line each, with position errors.
+    /// Repeats it for N scenarios with consecutive seeds, and prints a line for each, with position errors.
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..))]
     pub count: Option<u32>,
     #[command(flatten)]
@@ -558,27 +563,27 @@ pub struct TuneArgs {
     pub seed: Seed,
     #[command(flatten)]
     pub scenario_seed: ScenarioSeed,
-    /// Writes all settings, the proposed ones among them, to FILE, for --settings.
+    /// Writes all settings, including the proposed ones, to FILE, for --settings.
     #[arg(long, value_name = "FILE.toml")]
     pub out: Option<PathBuf>,
 }
 
-/// What changes the settings.
+/// Options that change the settings.
 #[derive(Debug, Args)]
 pub struct Tuning {
-    /// Particles N kept between scans; the core filter holds up to 1024. Overrides the settings file.
+    /// Particles N between scans; the core filter has a capacity of 1024. Overrides the settings file.
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     pub particles: Option<usize>,
-    /// Samples M drawn from every particle by a prediction; the core filter holds up to 2048 particles × samples.
-    /// Overrides the settings file.
+    /// Samples M drawn from every particle in a prediction; the core filter has a capacity of 2048 particles × samples. Overrides
+    /// the settings file.
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = count)]
     pub samples: Option<usize>,
-    /// Whether features may move; on: births of moving features are half as frequent as of static ones [default: on for
-    /// the scenarios of 5.3.1, otherwise off]. Overrides the settings file.
+    /// Whether features may move; on: births of moving features are half as frequent as those of static ones [default: on for the
+    /// scenarios of 5.3.1, otherwise off]. Overrides the settings file.
     #[arg(long, value_enum)]
     pub moving: Option<Switch>,
-    /// TOML file whose fields replace the defaults that follow from the log; any may be left out. `scphd-sim settings`
-    /// prints all with their values; units are in the names, intensities are per m rad.
+    /// TOML file whose fields override the defaults for the log; all are optional. `scphd-sim settings` prints all with their
+    /// values; units are in the names, intensities are per m rad.
     #[arg(long, value_name = "FILE.toml")]
     pub settings: Option<PathBuf>,
 }
@@ -599,26 +604,26 @@ pub struct ScenarioSeed {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum FilterName {
-    /// The thesis's filter in fixed capacity, what runs on the target.
+    /// The thesis's filter with fixed capacities, as on a target.
     Core,
-    /// One Gaussian over the pose and all features; what moves, with --moving on, beside it.
+    /// One Gaussian over the pose and all features; with --moving on, moving-object tracks beside it.
     Joint,
-    /// The thesis's recursion by brute force in double precision, slow, in the plane; the likelihood is that of the settings,
-    /// single-cluster by default.
+    /// The thesis's recursion without approximations in double precision, slow, in the plane; the likelihood is that of the
+    /// settings, by default single-cluster.
     Reference,
     /// The same with the likelihood of RB-PHD SLAM, empty-map approximation.
     RbEmpty,
     /// The same with the likelihood of RB-PHD SLAM, single-feature approximation.
     RbSingle,
-    /// The same with the likelihood of RB-PHD SLAM with several features at once.
+    /// The same with the likelihood of RB-PHD SLAM with several features.
     RbMulti,
-    /// EKF SLAM with nearest-neighbour association, as a yardstick; in the plane.
+    /// EKF SLAM with nearest-neighbour association, as a baseline; in the plane.
     Ekf,
-    /// The same told the associations by the log's label columns: a bound, never an estimate.
+    /// The same with the associations of the log's label columns: a bound, not an estimate.
     EkfKnown,
 }
 
-/// A language that settings are printed in.
+/// A programming language for printed settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Language {
     C,
@@ -641,7 +646,7 @@ pub enum PrecisionName {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ComparedFilter {
-    /// The fixed-capacity filter of particles and mixtures.
+    /// The fixed-capacity filter with particles and mixtures.
     Core,
     /// The filter with a joint map.
     Joint,
@@ -653,12 +658,12 @@ pub enum ComparedPrecision {
     F32,
     /// Double precision.
     F64,
-    /// One after the other.
+    /// Both, in sequence.
     Both,
 }
 
 impl ComparedFilter {
-    /// The same as another command names it.
+    /// The filter as a choice of other commands.
     pub fn choice(self) -> Choice {
         let filter = match self {
             Self::Core => Filter::Core(Precision::F32),
@@ -679,7 +684,7 @@ impl ComparedPrecision {
     }
 }
 
-/// A filter with its number type and, where its name says so, its particle likelihood.
+/// A filter with its number type and, if its name includes one, its particle likelihood.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Choice {
     pub filter: Filter,
@@ -687,7 +692,7 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// The filter asked for, or why there is none such.
+    /// The requested filter, or the reason why it does not exist.
     pub fn of(name: FilterName, precision: Option<PrecisionName>) -> Result<Self, &'static str> {
         let of_core = match precision {
             None | Some(PrecisionName::F32) => Precision::F32,
@@ -710,7 +715,7 @@ impl Choice {
         }
     }
 
-    /// Its name on the command line.
+    /// Name on the command line.
     pub fn name(&self) -> &'static str {
         match (self.filter, self.likelihood) {
             (Filter::Core(_), _) => "core",
@@ -718,12 +723,12 @@ impl Choice {
         }
     }
 
-    /// Whether it uses a setting or an option. One whose name says the likelihood is told it by nothing else.
+    /// Whether it uses a setting or an option. If its name includes the likelihood, the setting of the likelihood is not used.
     pub fn uses(&self, what: &str) -> bool {
         is_used_by(self.filter, what) && !(self.likelihood.is_some() && what == "filter.likelihood")
     }
 
-    /// The settings it works with.
+    /// The settings with its likelihood.
     pub fn settings<K: Kind>(&self, mut settings: K::Settings) -> K::Settings {
         let recursion = K::recursion_mut(&mut settings);
         recursion.likelihood = self.likelihood.unwrap_or(recursion.likelihood);
@@ -732,7 +737,7 @@ impl Choice {
 }
 
 impl Tuning {
-    /// The options that are given, but for the settings file.
+    /// The given options other than the settings file.
     pub fn options(&self) -> Vec<&'static str> {
         let given = [
             (self.particles.is_some(), "--particles"),
@@ -745,7 +750,7 @@ impl Tuning {
 }
 
 impl FilterName {
-    /// The filter for what is or is not a log, or as good as one, where the command line does not say: a joint map, but for what only a
+    /// The default filter; `is_log`: for a log or a scenario like one. It is a joint map, unless options are given that only a
     /// mixture has.
     pub fn usual(is_log: bool, tuning: &Tuning, threads: u16) -> Self {
         let several = tuning.particles.is_some() || tuning.samples.is_some() || threads > 1;
@@ -754,20 +759,21 @@ impl FilterName {
 }
 
 impl MonteCarloArgs {
-    /// The filters asked for, or the usual one for what are or are not random worlds.
+    /// The requested filters, or the default one.
     pub fn filters(&self, are_worlds: bool) -> Vec<FilterName> {
         if self.filter.is_empty() { vec![FilterName::usual(are_worlds, &self.tuning, 1)] } else { self.filter.clone() }
     }
 }
 
 impl RunArgs {
-    /// The filter asked for, or the usual one for what is or is not a log in the plane; or why there is none such.
+    /// The requested filter, or the default one for a log in the plane or for something else; or the reason why it does not
+    /// exist.
     pub fn filter(&self, is_log: bool) -> Result<Choice, &'static str> {
         let usual = || FilterName::usual(is_log, &self.tuning, self.threads);
         Choice::of(self.filter.unwrap_or_else(usual), self.precision)
     }
 
-    /// The seeds asked for, one after the other.
+    /// The requested seeds, in sequence.
     pub fn seeds(&self) -> Result<RangeInclusive<u64>, Failure> {
         let first = self.seed.seed;
         let last = first
@@ -776,12 +782,12 @@ impl RunArgs {
         Ok(first..=last)
     }
 
-    /// The threads asked for.
+    /// The requested threads.
     pub fn threads(&self) -> Result<Threads, Failure> {
         Ok(Threads::new(self.threads.into())?)
     }
 
-    /// The options beside [`Tuning`] that are given, and not used by all filters.
+    /// The given options other than those of [`Tuning`] that are not used by all filters.
     pub fn options(&self) -> Vec<&'static str> {
         let given = [
             (self.threads > 1, "--threads"),

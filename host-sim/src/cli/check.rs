@@ -1,4 +1,4 @@
-//! `scphd-sim check`, and the same before a replay.
+//! `scphd-sim check`, and the check before a replay.
 
 use super::args::CheckArgs;
 use super::failure::{Failure, notice, print, warning};
@@ -8,7 +8,7 @@ use scphd_check::{Facts, Finding, Report, Severity};
 use scphd_score::results::sink;
 use std::path::Path;
 
-/// Checks folders, prints what is found, and fails where one cannot be read.
+/// Checks folders and prints the findings. Fails if one of them cannot be read.
 pub fn check(args: &CheckArgs) -> Result<(), Failure> {
     if let Some(path) = &args.json {
         check_file("--json", path)?;
@@ -31,7 +31,7 @@ pub fn check(args: &CheckArgs) -> Result<(), Failure> {
     }
 }
 
-/// Prints the warnings of the quick check of a log that is about to be run.
+/// Prints the warnings of the quick check before a replay.
 pub fn warn<K: check::Checked>(log: &K::Log) {
     let (_, findings) = check::log_of::<K>(log);
     for Finding { code, place, what, advice, .. } in findings.iter().filter(|one| one.severity == Severity::Warning) {
@@ -41,7 +41,7 @@ pub fn warn<K: check::Checked>(log: &K::Log) {
 
 fn told(dir: &Path, report: &Report) -> String {
     let folder = dir.display().to_string();
-    // A log whose name cannot be read has that of its folder.
+    // If the name of a log cannot be read, it is that of the folder.
     let mut lines = vec![if report.log == folder { folder } else { format!("{} ({folder})", report.log) }];
     lines.extend(report.facts.iter().flat_map(figures));
     for Finding { severity, code, place, what, advice } in &report.findings {

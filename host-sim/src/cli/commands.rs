@@ -1,4 +1,4 @@
-//! What the commands do.
+//! Execution of the commands.
 
 use super::args::{Choice, Cli, Command, FilterName, MainJob, RunArgs, Tuning};
 use super::constants::constants;
@@ -23,12 +23,12 @@ use scphd_view::report::page;
 use std::fs;
 use std::path::Path;
 
-/// The scenario of the job without a command.
+/// The scenario of the program without a command.
 const MAIN_SCENARIO: &str = "survey";
-/// Its filters, the recommended one first. Not the EKF, which takes minutes in clutter.
+/// Its filters, the recommended one first. The EKF is not among them, because it takes minutes in clutter.
 const MAIN_FILTERS: [FilterName; 3] = [FilterName::Joint, FilterName::Core, FilterName::Reference];
 
-/// Does what was asked for.
+/// Executes a command.
 pub fn execute(cli: Cli) -> Result<(), Failure> {
     if cli.quiet {
         be_quiet();
@@ -70,7 +70,7 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
         Some(Command::Export { scenario: name, dir, seed, count }) => match Found::scenario(&name, None)? {
             OfKind::Planar(_) => export_all(&name, &dir, seed, count),
             OfKind::Underwater(_) => {
-                // What there is of it in the folders of stereo logs is less than what the vehicle knows.
+                // A folder of a stereo log has fewer data than the scenario.
                 let (dir, why) = (dir.display(), "a log folder has no compass, depth and outages of the Doppler log");
                 Err(Failure::input(format_args!("{name} with seed {seed} cannot be written to {dir}: {why}")))
             }
@@ -110,7 +110,7 @@ fn list_scenarios() -> Result<(), Failure> {
     print(&lines.join("\n"))
 }
 
-/// One filter over one log or several, with one seed or several; `names` are what the sources were called.
+/// Runs one filter over one or several logs, with one or several seeds; `names` are the names of the sources.
 fn runs<K: Offer>(sources: &[Source<K>], names: &[String], args: RunArgs) -> Result<(), Failure> {
     match (sources, names) {
         ([source], [name]) if args.repeat == 1 => single(source, name, args),
@@ -118,7 +118,7 @@ fn runs<K: Offer>(sources: &[Source<K>], names: &[String], args: RunArgs) -> Res
     }
 }
 
-/// One filter over one log.
+/// Runs one filter over one log.
 fn single<K: Offer>(source: &Source<K>, name: &str, args: RunArgs) -> Result<(), Failure> {
     let log = &*source.log(args.seed.seed)?;
     let choice = args.filter(source.is_joint_usual()).map_err(Failure::input)?;
@@ -159,10 +159,10 @@ fn single<K: Offer>(source: &Source<K>, name: &str, args: RunArgs) -> Result<(),
     outputs.print(&settings_command(name, &args.tuning))
 }
 
-/// The page of the main job, in the folder of its plots.
+/// The page of the program without a command, in the folder of its plots.
 const MAIN_PAGE: &str = "report.html";
 
-/// The fixed-capacity filter and the reference side by side.
+/// Runs the recommended filter, the fixed-capacity filter and the reference over the scenario.
 fn main_job(job: MainJob) -> Result<(), Failure> {
     let seed = job.seed.seed;
     let source = Source::<Planar>::scenario(MAIN_SCENARIO.to_owned(), job.scenario_seed.scenario_seed)?;
@@ -174,7 +174,7 @@ fn main_job(job: MainJob) -> Result<(), Failure> {
     let page_file = job.out.join(MAIN_PAGE);
     let outputs = Outputs { json: job.json, out: Some(job.out) };
     outputs.check()?;
-    // One after the other: side by side they would slow each other down, and their times would tell nothing.
+    // In sequence: in parallel they would slow each other down, and their times would be wrong.
     let run = |filter, film: Option<&mut Film<Planar>>| {
         let progress = progress_of::<Planar>(&log, &settings, filter);
         let (threads, mut at) = (Threads::default(), |scans| progress.at(scans));
@@ -204,13 +204,13 @@ fn progress_of<K: Kind>(log: &K::Log, settings: &K::Settings, filter: Filter) ->
     Progress::new(name, K::scans(log).len())
 }
 
-/// What to make of the rows on innovations.
+/// Explanation of the rows on innovations.
 const ABOUT_INNOVATIONS: &str = "\
 innovations: how far detections lie from where they were expected, beside the standard deviations in the settings. NIS/dim is 1 where these are right, \
 less where they are too large (noise is taken 1.5 times as large as a log states it: 0.45 is usual), more where they are too small; either way fewer \
 scans lie within 95 % of χ².";
 
-/// The table and, below it, what the fixed-capacity filter reported.
+/// Prints the table and the conditions reported by the fixed-capacity filter.
 fn report<D: Dimensions>(outputs: &Outputs, sessions: &[Session<D>]) -> Result<(), Failure> {
     let summaries: Vec<_> = sessions.iter().map(|session| session.summary.clone()).collect();
     outputs.print(&table::render(&summaries))?;
@@ -235,7 +235,7 @@ fn report<D: Dimensions>(outputs: &Outputs, sessions: &[Session<D>]) -> Result<(
     Ok(())
 }
 
-/// Names what was left out of the odometry.
+/// Warns of rows of the odometry that were left out.
 fn warn_of_rows<D: Dimensions>(session: &Session<D>) {
     if let [LeftOut { row, t_s, what }, more @ ..] = &session.left_out[..] {
         let rest = if more.is_empty() { String::new() } else { format!("; and {} more", more.len()) };
@@ -244,7 +244,7 @@ fn warn_of_rows<D: Dimensions>(session: &Session<D>) {
     }
 }
 
-/// Says so where more fixes are left out than outliers are usual.
+/// Warns if more fixes are left out than usual for outliers.
 fn warn_of_fixes(summary: &Summary) {
     let Summary { fixes, fixes_left_out, .. } = summary;
     if *fixes_left_out > 1 && fixes_left_out * 10 > *fixes {
@@ -256,7 +256,7 @@ fn warn_of_fixes(summary: &Summary) {
     }
 }
 
-/// What the fixed-capacity filter reported.
+/// Prints the conditions reported by the fixed-capacity filter.
 fn report_health(outputs: &Outputs, summary: &Summary, health: &[(Health, usize)]) -> Result<(), Failure> {
     let scans = summary.scans;
     let conditions: Vec<String> = health
@@ -267,7 +267,7 @@ fn report_health(outputs: &Outputs, summary: &Summary, health: &[(Health, usize)
     outputs.print(&format!("health, {}: {text}", label(summary)))
 }
 
-/// Writes one folder, or so many in a folder, each with the seed after that of the one before.
+/// Writes one folder, or `count` folders in a folder, with consecutive seeds.
 fn export_all(name: &str, dir: &Path, seed: u64, count: Option<u32>) -> Result<(), Failure> {
     let Some(count) = count else { return export(&scenario::<Planar>(name, seed)?, dir) };
     fs::create_dir_all(dir).map_err(|error| Failure::input(format_args!("cannot make {}: {error}", dir.display())))?;

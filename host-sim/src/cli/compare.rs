@@ -1,4 +1,4 @@
-//! Filter and reference in lockstep, as a command.
+//! The command that compares filter and reference in lockstep.
 
 use super::args::{CompareArgs, ComparedFilter};
 use super::failure::{Failure, notice};
@@ -14,11 +14,11 @@ use scphd_run::session::{Filter, with_roomy_stack};
 use scphd_score::results::json::Format;
 use scphd_view::output::comparison::{self, Compared, Fields};
 
-/// Particles and samples unless told otherwise: the reference takes every step again, at its own pace.
+/// Default numbers of particles and samples: the reference, which repeats every step, is slow.
 const PARTICLES: usize = 32;
 const SAMPLES: usize = 2;
 
-/// Compares in every precision asked for, prints the differences and writes them where asked to.
+/// Compares all requested precisions, prints the differences and writes them to the requested files.
 pub fn compare<K: Offer>(source: &Source<K>, args: CompareArgs) -> Result<(), Failure> {
     let seed = args.seed.seed;
     let log = source.log(seed)?;
@@ -45,7 +45,7 @@ pub fn compare<K: Offer>(source: &Source<K>, args: CompareArgs) -> Result<(), Fa
     }
 }
 
-/// What is to be compared, and where the differences go.
+/// The inputs of a comparison, and the files for the differences.
 struct Work<K: Kind> {
     log: K::Log,
     settings: K::Settings,

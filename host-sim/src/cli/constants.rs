@@ -1,4 +1,4 @@
-//! Settings as constants of another language, by the names that `scphd-vehicle` and the C interface have for them.
+//! Settings as constants in a programming language, by their names in `scphd-vehicle` and in the C interface.
 
 use super::args::Language;
 use super::failure::Failure;
@@ -8,10 +8,10 @@ use scphd_log::log::Log;
 use scphd_vehicle::{Description, SENSORS, Setting};
 use std::fmt::Write as _;
 
-/// One setting: of a sensor, the place of this sensor; and its number.
+/// A setting, the index of its sensor if it is one of a sensor, and its value.
 type Number = (Setting, usize, f32);
 
-/// The joint map of a log, as a table of the settings that are not those of a new description.
+/// The joint map of a log, as a table of the settings that differ from those of a new description.
 pub fn constants(log: &Log, settings: &Settings, source: &str, language: Language) -> Result<String, Failure> {
     let sensors = log.sensors().count();
     if sensors > SENSORS {
@@ -77,7 +77,7 @@ fn c(text: &mut String, numbers: &[Number], source: &str) -> std::fmt::Result {
     write!(text, "}};")
 }
 
-/// The unit, where it has one.
+/// The unit as a comment, if the setting has one.
 fn comment(setting: Setting) -> String {
     if setting.unit().is_empty() { String::new() } else { format!(" // {}", setting.unit()) }
 }

@@ -1,4 +1,4 @@
-//! Who takes part in a study: filters, each with the settings of the log or with variants of them.
+//! The participants of a study: filters with the settings of the log or with variants of them.
 
 use super::args::{Choice, FilterName, MonteCarloArgs, PrecisionName};
 use super::failure::Failure;
@@ -8,12 +8,12 @@ use scphd_run::monte_carlo::variants::{self, Variant};
 use scphd_run::session::Filter;
 use std::path::PathBuf;
 
-/// A filter, and what is changed in its settings.
+/// A filter, and the variant of its settings.
 #[derive(Debug, Clone)]
 pub struct Contender {
     choice: Choice,
     variant: Option<(PathBuf, Variant)>,
-    /// Whether its name has to say the filter beside the variant.
+    /// Whether its name must include the filter besides the variant.
     names_filter: bool,
 }
 
@@ -23,8 +23,8 @@ impl Contender {
         Self { choice, variant: None, names_filter: true }
     }
 
-    /// All that the command line asks for, those of one filter together and in the order of the file; where it names no filter, the
-    /// usual one for what are or are not random worlds.
+    /// All participants that the command line requests, grouped by filter and in the order of the file; without a named filter,
+    /// with the default one.
     pub fn all(args: &MonteCarloArgs, are_worlds: bool) -> Result<Vec<Self>, Failure> {
         let asked_for = args.filters(are_worlds);
         let choice = |name| Choice::of(name, args.precision).map_err(Failure::input);
@@ -49,7 +49,7 @@ impl Contender {
         Ok(all)
     }
 
-    /// The filter, as the command line names it.
+    /// The filter as on the command line.
     pub fn choice(&self) -> Choice {
         self.choice
     }
@@ -59,17 +59,17 @@ impl Contender {
         self.choice.filter
     }
 
-    /// Whether its settings are changed on purpose.
+    /// Whether it has a variant of the settings.
     pub fn is_variant(&self) -> bool {
         self.variant.is_some()
     }
 
-    /// Whether both are the same filter, with other settings.
+    /// Whether both have the same filter, with different settings.
     pub fn is_of_the_filter_of(&self, other: &Self) -> bool {
         self.choice == other.choice
     }
 
-    /// What it is called, where its settings are these.
+    /// Its name with these settings.
     pub fn name<K: Kind>(&self, settings: &K::Settings) -> String {
         let filter = self.choice.filter.name(K::recursion(settings).likelihood);
         match &self.variant {
@@ -79,7 +79,7 @@ impl Contender {
         }
     }
 
-    /// The settings it works with, where the log has these.
+    /// Its settings for a log with these settings.
     pub fn settings<K: Kind>(&self, settings: K::Settings) -> Result<K::Settings, Failure> {
         let settings = self.choice.settings::<K>(settings);
         match &self.variant {
@@ -91,7 +91,7 @@ impl Contender {
     }
 }
 
-/// The filter of that name.
+/// The filter with this name.
 fn named(name: &str, precision: Option<PrecisionName>) -> Result<Choice, String> {
     let known = || FilterName::value_variants().iter().filter_map(|name| name.to_possible_value());
     let name = FilterName::from_str(name, false).map_err(|_| {

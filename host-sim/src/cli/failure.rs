@@ -12,24 +12,24 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Why the program ends without having done what was asked.
+/// Why the program fails.
 #[derive(Debug)]
 pub enum Failure {
-    /// Input, arguments or settings are bad: exit code 2.
+    /// Input, arguments or settings are invalid: exit code 2.
     Input(String),
     /// Anything else: exit code 1.
     Internal(String),
-    /// Nobody reads the output any more, which is no failure.
+    /// The reader of the output has closed it, which is not a failure.
     PipeClosed,
 }
 
 impl Failure {
-    /// A message about bad input.
+    /// A failure because of invalid input.
     pub fn input(message: impl Display) -> Self {
         Self::Input(message.to_string())
     }
 
-    /// What clap says, without the usage and on one line.
+    /// An error of clap without the usage, in one line.
     pub fn of_arguments(error: &clap::Error) -> Self {
         let text = error.to_string();
         let text = text.strip_prefix("error: ").unwrap_or(&text);
@@ -38,11 +38,11 @@ impl Failure {
         Self::input(format_args!("{said} (see --help)"))
     }
 
-    /// A log folder that cannot be read: the first reason.
+    /// A log folder cannot be read: the first reason.
     pub fn of_log(dir: &Path, errors: &[LogError]) -> Self {
         let folder = dir.display();
         match errors {
-            // It names itself.
+            // The error has the name of the folder.
             [error @ LogError { place: Place::Folder(_), .. }] => Self::input(error),
             [error] => Self::input(format_args!("{folder}: {error}")),
             [error, more @ ..] => Self::input(format_args!(
@@ -53,14 +53,14 @@ impl Failure {
         }
     }
 
-    /// Tells it and gives its exit code.
+    /// Prints the failure. Returns its exit code.
     pub fn report(self) -> ExitCode {
         let (message, code) = match self {
             Self::Input(message) => (message, 2),
             Self::Internal(message) => (message, 1),
             Self::PipeClosed => return ExitCode::SUCCESS,
         };
-        // One line, whatever a file name or a library puts into it; and nothing to be done if nobody hears it.
+        // File names and messages of libraries may have line breaks. Errors of writing are ignored.
         let line = message.split_whitespace().collect::<Vec<_>>().join(" ");
         let _ = writeln!(io::stderr(), "error: {line}");
         ExitCode::from(code)
@@ -123,7 +123,7 @@ pub fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Tells, on stderr, of runs over one log whose estimate is farther off than dead reckoning.
+/// Warns, on stderr, of runs over a log whose estimate is worse than dead reckoning.
 pub fn warn_of_errors(runs: &[Summary]) {
     let worse: Vec<_> = runs.iter().filter(|run| run.worse_than_dead_reckoning == Some(true)).collect();
     let Some(first) = worse.first() else { return };
@@ -141,14 +141,14 @@ pub fn warn_of_errors(runs: &[Summary]) {
     ));
 }
 
-/// Tells, on stderr, where a run's innovations are far from what the settings lead one to expect, which needs no truth to be seen.
+/// Notes, on stderr, that a run's innovations differ much from those expected by the settings; needs no truth.
 pub fn note_innovations(run: &Summary) {
     if let Some(text) = run.nis_mean.and_then(about_innovations) {
         notice(format_args!("note: {} by {} {}: {text}", run.log, run.filter, run.precision));
     }
 }
 
-/// What a mean NIS by dimension says of the noise, where that is half of what was taken, or less, or more by 1.4.
+/// Advice about the noise if the innovations are at most half of the expected size, or 1.4 times as large.
 fn about_innovations(nis_mean: f64) -> Option<String> {
     let times = nis_mean.sqrt();
     let advice = if nis_mean < 0.25 {
@@ -161,29 +161,29 @@ fn about_innovations(nis_mean: f64) -> Option<String> {
     Some(format!("innovations are {times:.2} times what is expected of them (NIS/dim {nis_mean:.2}): {advice}"))
 }
 
-/// Whether nothing is to be told but warnings and errors.
+/// Whether only warnings and errors are printed.
 static QUIET: AtomicBool = AtomicBool::new(false);
 
-/// From now on tells nothing but warnings and errors.
+/// Makes the program print only warnings and errors.
 pub fn be_quiet() {
     QUIET.store(true, Ordering::Relaxed);
 }
 
-/// Whether nothing is to be told but warnings and errors.
+/// Whether only warnings and errors are printed.
 pub fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
 }
 
-/// Tells something on the side, on stderr, unless nobody wants to know.
+/// Prints a notice on stderr, unless quiet.
 pub fn notice(text: impl Display) {
     if !is_quiet() {
         warning(text);
     }
 }
 
-/// Tells something on the side, on stderr, in any case.
+/// Prints a message on stderr, also when quiet.
 pub fn warning(text: impl Display) {
-    // A word that nobody hears changes nothing.
+    // Errors of writing it are ignored.
     let _ = writeln!(io::stderr(), "{text}");
 }
 
@@ -192,7 +192,7 @@ mod tests {
     use super::about_innovations;
 
     #[test]
-    fn noise_that_is_far_off_is_told() {
+    fn wrong_noise_is_reported() {
         assert!([0.25, 0.44, 1.0, 2.0].iter().all(|&nis| about_innovations(nis).is_none()));
         let text = about_innovations(0.16).unwrap();
         assert!(

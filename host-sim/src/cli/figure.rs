@@ -1,4 +1,4 @@
-//! The figures of the thesis as commands.
+//! The command that draws figures of the thesis.
 
 use super::args::{Choice, ComparedFilter, FigureArgs, FilterName};
 use super::contender::Contender;
@@ -18,10 +18,10 @@ use scphd_view::output::overview;
 use scphd_view::plot::Figure;
 use std::path::PathBuf;
 
-/// The update of figure 5.9: 12 s into the drive, in the first curve of the second lobe, 200 particles with 20 children.
+/// The update of figure 5.9: 12 s after the start, in the first curve of the second lobe, with 200 particles and 20 samples each.
 const UPDATE: Moment = Moment { scan: 120, particles: 200, samples: 20 };
 
-/// Draws a figure, or lists them.
+/// Draws a figure, or lists the figures.
 pub fn figure(args: FigureArgs) -> Result<(), Failure> {
     let Some(number) = args.number.clone() else {
         let lines: Vec<String> = FIGURES.iter().map(|(number, about)| format!("{number}  {about}")).collect();
@@ -85,7 +85,7 @@ fn write(out: PathBuf, figures: &[(&str, Figure)]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// One run of a scenario by the filter.
+/// Runs the filter over a scenario once.
 fn single(name: &str, args: &FigureArgs) -> Result<(Log, Settings, session::Session), Failure> {
     let source = Source::<Planar>::scenario(name.to_owned(), Some(args.seed))?;
     let log = source.log(args.seed)?.into_owned();
@@ -116,7 +116,7 @@ fn in_space<'n>(number: &'n str, args: &FigureArgs) -> Result<Vec<(&'n str, Figu
     })
 }
 
-/// A study of a scenario; its table goes to the terminal.
+/// Runs a study of a scenario, and prints its table.
 fn study(name: &str, filters: &[FilterName], runs: usize, args: &FigureArgs) -> Result<Study, Failure> {
     let contenders = filters
         .iter()

@@ -8,7 +8,7 @@ use std::io;
 use std::path::Path;
 use std::process;
 
-/// Writes the folder beside its place and moves it there when it is complete.
+/// Writes the folder under a temporary name and renames it when it is complete.
 pub fn export(log: &Log, dir: &Path) -> Result<(), Failure> {
     let cannot = |error: io::Error| Failure::input(format_args!("cannot write {}: {error}", dir.display()));
     let empty = match fs::read_dir(dir) {
@@ -29,7 +29,7 @@ pub fn export(log: &Log, dir: &Path) -> Result<(), Failure> {
         fs::rename(&hidden, dir)
     });
     if let Err(error) = moved {
-        // The first error is the one worth telling; there may be nothing to remove.
+        // The first error is reported; there may be no folder to remove.
         let _ = fs::remove_dir_all(&hidden);
         return Err(cannot(error));
     }

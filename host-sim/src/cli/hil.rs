@@ -13,20 +13,20 @@ use scphd_stream::Scalar;
 use scphd_stream::planar;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// What is said at the end, gathered scan by scan.
+/// Sums over the scans for the summary.
 #[derive(Default)]
 struct Sums {
     scans: usize,
     differing: Vec<usize>,
     round_trips: Vec<Duration>,
-    /// Cost of a scan: sum and worst.
+    /// Cost of the scans: sum and maximum.
     cost: u64,
     cost_worst: u64,
     squared_error_m2: f64,
     known: usize,
 }
 
-/// Streams, prints every scan, and tells how it went.
+/// Streams to the target, prints every scan and the summary.
 pub fn hil(args: &HilArgs) -> Result<(), Failure> {
     let OfKind::Planar(source) = Found::find(&args.source, args.scenario_seed.scenario_seed)? else {
         return Err(Failure::input("hil is for vehicles in the plane"));
@@ -78,14 +78,14 @@ pub fn hil(args: &HilArgs) -> Result<(), Failure> {
     }
 }
 
-/// A number that is another one the next time.
+/// A session number that differs from that of other runs.
 fn another_session() -> u16 {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    // Some microseconds: the other sessions of a target are seconds away, or hours.
+    // From microseconds: the sessions of a target are seconds apart or more.
     (now.as_micros() % 65_521) as u16
 }
 
-/// How far the estimated position is from the true one.
+/// Distance of the estimated position from the true one, m.
 fn error_m(log: &Log, scanned: &Scanned<planar::Planar>) -> Option<f64> {
     let [x, y, _] = scanned.answer.pose;
     let true_pose = truth::at::<Planar>(&log.truth, log.scans.get(scanned.scan)?.t_s)?;
@@ -153,7 +153,7 @@ impl Sums {
         lines.join("\n")
     }
 
-    /// What is left of the time between two scans.
+    /// The margin of the time between two scans.
     fn margin(&self, args: &HilArgs, last: &Answer<planar::Planar>) -> String {
         let (unit, per_second) = match last.unit {
             Unit::Cycles => ("cycles", 1e6 * args.core_mhz),

@@ -1,4 +1,4 @@
-//! Recordings as log folders.
+//! The command that converts recordings to log folders.
 
 use super::args::{ClockName, ImportArgs};
 use super::check;
@@ -10,12 +10,12 @@ use scphd_log::log_folder;
 use std::fmt::Display;
 use std::fs;
 
-/// Reads the recording, writes the folder, and tells what was chosen and what a check of it warns of.
+/// Reads the recording, writes the folder, and reports choices and warnings of a check.
 pub fn import(args: ImportArgs) -> Result<(), Failure> {
     let Imported { log, told } = read(&args)?;
     told.iter().for_each(|told| notice(plain(told)));
     export(&log, &args.out)?;
-    // What is written is what is read: units, clocks and numbers are judged there.
+    // The written folder is read again, which checks units, clocks and numbers.
     let read = log_folder::read(&args.out).map_err(|error| {
         let out = args.out.display();
         Failure::input(format_args!("{out} is written, but no log that can be run: {error}"))
@@ -63,7 +63,7 @@ fn read(args: &ImportArgs) -> Result<Imported, Failure> {
     read.map_err(|error| Failure::input(plain(error)))
 }
 
-/// Names in a recording may have characters that a terminal would obey.
+/// Escapes control characters, which names in a recording may contain.
 fn plain(text: impl Display) -> String {
     let shown = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };
     text.to_string().chars().map(shown).collect()

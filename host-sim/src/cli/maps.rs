@@ -1,4 +1,4 @@
-//! Maps that one drive leaves for the next.
+//! Maps that are passed from one drive to the next.
 
 use super::failure::{Failure, notice};
 use super::outputs::{check_file, write_file};
@@ -7,7 +7,7 @@ use scphd_run::session::{MapOutcome, MapUse};
 use std::fs;
 use std::path::PathBuf;
 
-/// What is asked for.
+/// The options for maps.
 #[derive(Debug)]
 pub struct Maps {
     pub map: Option<PathBuf>,
@@ -16,7 +16,7 @@ pub struct Maps {
 }
 
 impl Maps {
-    /// The map to start in; and whether the one to leave can be written.
+    /// Reads the initial map. Checks that the final one can be written.
     pub fn read(&self) -> Result<Option<Vec<u8>>, Failure> {
         if let Some(path) = &self.save {
             check_file("--save-map", path)?;
@@ -27,12 +27,12 @@ impl Maps {
         self.map.as_ref().map(read).transpose()
     }
 
-    /// The same for a session.
+    /// The options for a session.
     pub fn to_use<'m>(&self, file: Option<&'m [u8]>, last_error_alone: bool) -> MapUse<'m> {
         MapUse { file, locate: self.locate, save: self.save.is_some(), last_error_alone }
     }
 
-    /// Writes the map at the end, where asked for.
+    /// Writes the final map if requested.
     pub fn write(&self, outcome: &MapOutcome) -> Result<(), Failure> {
         let (Some(path), Some(file)) = (&self.save, &outcome.file) else { return Ok(()) };
         write_file("--save-map", path, file)?;
@@ -41,7 +41,7 @@ impl Maps {
     }
 }
 
-/// How the search went, in words.
+/// The result of the localisation as text.
 pub fn told(search: &Search) -> String {
     let scans = search.scans;
     let Some(place) = &search.found else {

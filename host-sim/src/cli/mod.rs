@@ -29,12 +29,12 @@ use clap::Parser;
 use failure::Failure;
 use std::process::ExitCode;
 
-/// Runs what the command line asks for: exit code 0, 2 for bad input, arguments or settings, 1 for anything that is
-/// not the user's to mend. Whatever fails is told in one line.
+/// Runs the command line. The exit code is 0, 2 for invalid input, arguments or settings, 1 for other failures. A failure is
+/// reported in one line.
 pub fn main() -> ExitCode {
     let done = match Cli::try_parse() {
         Ok(cli) => commands::execute(cli),
-        // Help and version come as errors as well; a reader that went away is none.
+        // clap returns help and version as errors; a closed output is not an error.
         Err(asked) if !asked.use_stderr() => {
             let _ = asked.print();
             return ExitCode::SUCCESS;

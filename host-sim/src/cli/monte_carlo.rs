@@ -1,4 +1,4 @@
-//! Monte Carlo studies as commands.
+//! The commands for Monte Carlo studies.
 
 use super::args::{MergeArgs, MonteCarloArgs, Tuning};
 use super::contender::Contender;
@@ -21,7 +21,7 @@ use std::thread;
 pub struct Inputs<K: Offer>(Vec<Source<K>>);
 
 impl<K: Offer> Inputs<K> {
-    /// The runs of one scenario.
+    /// The inputs of a scenario.
     pub fn of_scenario(name: &str) -> Result<Self, Failure> {
         Ok(Self(vec![Source::scenario(name.to_owned(), None)?]))
     }
@@ -31,7 +31,7 @@ impl<K: Offer> Inputs<K> {
         &self.0[input % self.0.len()]
     }
 
-    /// Number of different inputs, where it is fixed.
+    /// Number of different inputs, if it is fixed.
     fn sets(&self) -> Option<usize> {
         match &self.0[..] {
             [Source::Seeded(_)] => None,
@@ -52,7 +52,7 @@ impl<K: Offer> Inputs<K> {
     }
 }
 
-/// How many runs, of what, and from which seed.
+/// Number of runs and inputs, and the seed.
 pub struct Extent {
     pub runs: usize,
     pub input_sets: Option<usize>,
@@ -60,14 +60,14 @@ pub struct Extent {
 }
 
 impl Extent {
-    /// As the command line says; of logs a run each unless told otherwise.
+    /// The extent that the command line requests; the default for logs is a run for each.
     fn of(args: &MonteCarloArgs, logs: Option<usize>) -> Self {
         let runs = args.runs.map_or_else(|| logs.unwrap_or(DEFAULT_RUNS), |runs| runs as usize);
         Self { runs, input_sets: args.input_sets.map(|sets| sets as usize), seed: args.seed }
     }
 }
 
-/// How many different inputs there are: as many as `logs`, or as asked for, or as `usual`, or another for each run.
+/// Number of different inputs: that of `logs`, the requested one, the default `usual`, or the number of runs.
 fn input_sets(extent: &Extent, logs: Option<usize>, usual: Option<usize>) -> Result<usize, Failure> {
     let runs = extent.runs;
     let input_sets = match (logs, extent.input_sets) {
@@ -83,7 +83,7 @@ fn input_sets(extent: &Extent, logs: Option<usize>, usual: Option<usize>) -> Res
     Ok(input_sets)
 }
 
-/// Names of the filters of a study, which are told apart by them.
+/// The names of the filters of a study, which must be distinct.
 pub fn distinct(names: impl IntoIterator<Item = String>) -> Result<Vec<String>, Failure> {
     let mut distinct: Vec<String> = Vec::new();
     for name in names {
@@ -95,7 +95,7 @@ pub fn distinct(names: impl IntoIterator<Item = String>) -> Result<Vec<String>, 
     Ok(distinct)
 }
 
-/// The plan of a study by `contenders`.
+/// The plan of a study with `contenders`.
 pub fn plan<K: Offer>(
     inputs: &Inputs<K>,
     contenders: &[Contender],
@@ -116,7 +116,7 @@ pub fn plan<K: Offer>(
         variants: Vec::new(),
     };
     let first = inputs.settings(&plan.job(0), tuning, contenders)?;
-    // Settings that are bad for one of several logs show before any is run.
+    // Invalid settings for one of several logs are reported before any run.
     for input in 1..inputs.sets().unwrap_or(1) {
         let settings = inputs.settings(&plan.job(input * (runs / input_sets)), tuning, contenders)?;
         contenders.iter().try_for_each(|contender| contender.settings::<K>(settings.clone()).map(drop))?;
@@ -132,7 +132,7 @@ pub fn plan<K: Offer>(
     Ok(plan)
 }
 
-/// Does the jobs of a plan.
+/// Executes the jobs of a plan.
 pub fn run<K: Offer>(
     plan: &Plan,
     jobs: &[Job],
@@ -146,7 +146,7 @@ pub fn run<K: Offer>(
     for job in jobs {
         match inputs.source(job.input) {
             Source::Fixed(log) | Source::Frozen(_, log) => scans += K::scans(log).len(),
-            // Every seed of a scenario has as many.
+            // All seeds of a scenario have the same number of scans.
             source @ Source::Seeded(_) => {
                 scans = K::scans(&*source.log(job.scenario_seed)?).len() * jobs.len();
                 break;
@@ -168,7 +168,7 @@ pub fn run<K: Offer>(
     Ok(Study { plan: plan.clone(), results: monte_carlo::execute(jobs, contenders.len(), threads, one)? })
 }
 
-/// Runs a study, or a part of one.
+/// Runs a study, or a part of it.
 pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
     let contenders = Contender::all(&args, false)?;
     let found = args.sources.iter().map(|source| Found::find(source, None)).collect::<Result<Vec<_>, _>>()?;
@@ -187,16 +187,16 @@ fn study_of<K: Offer>(inputs: &Inputs<K>, contenders: &[Contender], args: MonteC
     destination.deliver(&study)
 }
 
-/// What becomes of the runs that are done.
+/// Destination of the finished runs.
 enum Destination {
-    /// All of them: figures.
+    /// The whole study: its figures.
     Whole(Outputs),
-    /// A part of them: a file for [`merge`].
+    /// A part: a file for [`merge`].
     Part(Shard, PathBuf),
 }
 
 impl Destination {
-    /// As the command line says; whether the files can be written shows before anything is run.
+    /// The destination that the command line requests. Checks before any run that the files can be written.
     fn of(shard: Option<Shard>, json: Option<PathBuf>, out: Option<PathBuf>) -> Result<Self, Failure> {
         let Some(shard) = shard else {
             let outputs = Outputs { json, out };
@@ -213,7 +213,7 @@ impl Destination {
         Ok(Self::Part(shard, file))
     }
 
-    /// The jobs to do.
+    /// The jobs to execute.
     fn jobs(&self, plan: &Plan) -> Vec<Job> {
         match self {
             Self::Whole(_) => plan.jobs(None),
@@ -221,7 +221,7 @@ impl Destination {
         }
     }
 
-    /// Files and table of the whole, or the file of a part.
+    /// Writes the files and prints the table of the whole study, or writes the file of a part.
     fn deliver(&self, study: &Study) -> Result<(), Failure> {
         match self {
             Self::Whole(outputs) => report(study, outputs),
@@ -234,10 +234,10 @@ impl Destination {
     }
 }
 
-/// Runs of a study of a scenario unless told otherwise.
+/// Default number of runs of a study of a scenario.
 const DEFAULT_RUNS: usize = 100;
 
-/// Puts the parts of a study together.
+/// Merges the parts of a study.
 pub fn merge(args: MergeArgs) -> Result<(), Failure> {
     let outputs = Outputs { json: args.json, out: args.out };
     outputs.check()?;
@@ -252,7 +252,7 @@ fn part(file: &Path) -> Result<Study, Failure> {
     serde_json::from_slice(&bytes).map_err(|error| bad(&error))
 }
 
-/// Files, then the table.
+/// Writes the files, then prints the table.
 fn report(study: &Study, outputs: &Outputs) -> Result<(), Failure> {
     if let Some(out) = &outputs.out {
         make(out)?;
@@ -270,7 +270,7 @@ fn report(study: &Study, outputs: &Outputs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Tells, on stderr, of a filter whose estimate is farther off than dead reckoning in some runs.
+/// Warns, on stderr, of a filter whose estimate is worse than dead reckoning in some runs.
 fn warn_of_study(study: &Study, filter: &str) {
     let runs = study.results.iter().filter(|result| result.filter == filter);
     let (known, worse) = runs

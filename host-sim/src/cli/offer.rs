@@ -1,4 +1,4 @@
-//! What the program offers of each kind of vehicle: scenarios, log folders, and the settings that either is run with.
+//! The scenarios, log folders and default settings of each kind of vehicle.
 
 use scphd_boards::stream::{self, Recorded, Stream};
 use scphd_check::Checked;
@@ -14,24 +14,24 @@ use scphd_stream::Scalar;
 use scphd_worlds::scenario::{SCENARIOS, WORLDS, by_name, is_of_thesis, thesis_run};
 use scphd_worlds::underwater;
 
-/// A kind of vehicle, as the commands know it.
+/// A kind of vehicle for the commands.
 pub trait Offer: Lockstep + Learn + Checked + Exported {
-    /// The scenarios that are another place with every seed.
+    /// The scenarios with a different world for every seed.
     const WORLDS: &'static [&'static str];
 
-    /// Names of the scenarios, each with a line about it.
+    /// Names of the scenarios, each with a description.
     const SCENARIOS: &'static [(&'static str, &'static str)];
 
-    /// The scenario of that name.
+    /// The scenario with this name.
     fn scenario(name: &str, seed: u64) -> Option<Self::Log>;
 
-    /// The settings that the log of a scenario, or of a folder, is run with unless told otherwise.
+    /// The default settings for the log of a scenario, or of a folder.
     fn defaults(scenario: Option<&str>, log: &Self::Log) -> Self::Settings;
 
-    /// Where each of these is from.
+    /// Their origins.
     fn origins(scenario: Option<&str>, log: &Self::Log) -> Origins;
 
-    /// Lets features move, or takes them all for static.
+    /// Switches moving features on or off.
     fn set_moving(settings: &mut Self::Settings, moving: bool) -> Result<(), &'static str>;
 
     /// The log as a stream for a vehicle computer.
@@ -43,13 +43,13 @@ pub trait Offer: Lockstep + Learn + Checked + Exported {
         scans: usize,
     ) -> Result<Stream, Refusal>;
 
-    /// The same with a snapshot after every `every` scans.
+    /// The stream with a snapshot after every `every` scans.
     fn with_snapshots(stream: Stream, filter: Recorded, scalar: Scalar, every: u32) -> Result<Stream, Refusal>;
 
-    /// Whether the filter with a joint map is the usual one.
+    /// Whether the joint map is the default filter.
     fn is_joint_usual(scenario: Option<&str>) -> bool;
 
-    /// Runs with each input, where the thesis says so.
+    /// Number of runs with each input, if the thesis states it.
     fn runs_per_input(_scenario: &str) -> Option<usize> {
         None
     }
@@ -64,7 +64,7 @@ impl Offer for Planar {
         by_name(name, seed)
     }
 
-    /// Those that suit the log, and what the thesis says about its scenario.
+    /// The defaults for the log, and the thesis's parameters for its scenario.
     fn defaults(scenario: Option<&str>, log: &Log) -> Settings {
         scenario.map_or_else(|| Settings::for_log(log), |name| Settings::for_scenario(name, log))
     }
@@ -88,7 +88,7 @@ impl Offer for Planar {
         stream.with_snapshots(filter, scalar, every)
     }
 
-    /// For a log, or a scenario that is as good as one: an experiment of the thesis is neither.
+    /// For a log, or a scenario like one; not for an experiment of the thesis.
     fn is_joint_usual(scenario: Option<&str>) -> bool {
         scenario.is_none_or(|name| !is_of_thesis(name))
     }
@@ -107,7 +107,7 @@ impl Offer for Underwater {
         underwater::by_name(name, seed)
     }
 
-    /// Table 7.1 for a scenario of the thesis; a random world is run as a recorded log is.
+    /// Table 7.1 for a scenario of the thesis; a random world has the settings of a recorded log.
     fn defaults(scenario: Option<&str>, log: &scphd_log::underwater::Log) -> in_space::Settings {
         if Self::is_joint_usual(scenario) {
             in_space::Settings::for_real_log(log)
@@ -116,7 +116,7 @@ impl Offer for Underwater {
         }
     }
 
-    /// For a log and a random world: the experiment of the thesis is neither.
+    /// For a log and a random world; not for the experiment of the thesis.
     fn is_joint_usual(scenario: Option<&str>) -> bool {
         scenario.is_none_or(|name| underwater::WORLDS.contains(&name))
     }

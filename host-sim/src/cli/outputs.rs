@@ -1,4 +1,4 @@
-//! Where the files of a run go.
+//! Output files of a run.
 
 use super::failure::{Failure, is_quiet, notice, print};
 use scphd_exchange::tum;
@@ -12,7 +12,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// A JSON file and a folder, where asked for.
+/// The requested JSON file and folder.
 #[derive(Debug)]
 pub struct Outputs {
     pub json: Option<PathBuf>,
@@ -20,14 +20,13 @@ pub struct Outputs {
 }
 
 impl Outputs {
-    /// Whether the files can be written, as far as that can be told before a run that may take minutes. Nothing is
-    /// made yet.
+    /// Checks, before a run that may take minutes, that the files can be written, as far as possible. Nothing is created yet.
     pub fn check(&self) -> Result<(), Failure> {
         if let Some(json) = &self.json {
             check_file("--json", json)?;
         }
         if let Some(out) = &self.out {
-            // The nearest that exists has to be a folder.
+            // The nearest existing ancestor must be a folder.
             let there = out.ancestors().find(|path| path.symlink_metadata().is_ok());
             if let Some(file) = there.filter(|path| !path.is_dir()) {
                 return Err(Failure::input(format_args!(
@@ -40,12 +39,12 @@ impl Outputs {
         Ok(())
     }
 
-    /// Prints what is for people: to stdout, or to stderr where the JSON goes to stdout.
+    /// Prints text for people: to stdout, or to stderr if the JSON goes to stdout.
     pub fn print(&self, text: &str) -> Result<(), Failure> {
         print_beside(self.json.as_deref(), text)
     }
 
-    /// One run: its JSON object, its tables and its plots.
+    /// Writes one run: its JSON object, its tables and its plots.
     pub fn write_one<K: Kind>(&self, log: &K::Log, session: &Session<K>) -> Result<(), Failure> {
         if let Some(out) = &self.out {
             make(out)?;
@@ -60,7 +59,7 @@ impl Outputs {
         Ok(())
     }
 
-    /// Runs over the same log: a JSON list, plots of all together, tables in a folder for each.
+    /// Writes runs over the same log: a JSON list, common plots, and tables in a folder for each.
     pub fn write_all<K: Kind>(&self, log: &K::Log, sessions: &[Session<K>]) -> Result<(), Failure> {
         if let Some(out) = &self.out {
             for session in sessions {
@@ -82,12 +81,12 @@ impl Outputs {
     }
 }
 
-/// Whether a file that `option` asks for can be written, as far as that can be told before.
+/// Checks that the file of `option` can be written, as far as possible.
 pub fn check_file(option: &str, path: &Path) -> Result<(), Failure> {
     sink::check(path).map_err(|error| Failure::input(format_args!("{option} {}: {error}", path.display())))
 }
 
-/// Writes a file that `option` asks for.
+/// Writes the file of `option`.
 pub fn write_file(option: &str, path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     sink::write(path, bytes).map_err(|error| match error.kind() {
         io::ErrorKind::BrokenPipe => Failure::PipeClosed,
@@ -95,7 +94,7 @@ pub fn write_file(option: &str, path: &Path, bytes: &[u8]) -> Result<(), Failure
     })
 }
 
-/// Prints what is for people: to stdout, or to stderr where `file` is stdout itself.
+/// Prints text for people: to stdout, or to stderr if `file` is stdout.
 pub fn print_beside(file: Option<&Path>, text: &str) -> Result<(), Failure> {
     if is_quiet() {
         return Ok(());
@@ -107,12 +106,12 @@ pub fn print_beside(file: Option<&Path>, text: &str) -> Result<(), Failure> {
     print(text)
 }
 
-/// The run in a legend: filter and precision.
+/// The name of a run in a legend: filter and precision.
 pub fn label(summary: &Summary) -> String {
     format!("{} {}", summary.filter, summary.precision)
 }
 
-/// Makes the folder where it is missing.
+/// Creates the folder if it is missing.
 pub fn make(dir: &Path) -> Result<(), Failure> {
     fs::create_dir_all(dir).map_err(|error| Failure::Internal(format!("cannot make {}: {error}", dir.display())))
 }

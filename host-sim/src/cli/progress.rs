@@ -1,21 +1,21 @@
-//! A progress bar for those who would otherwise wait in the dark.
+//! A progress bar for long runs.
 
 use super::failure::is_quiet;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, IsTerminal};
 use std::time::{Duration, Instant};
 
-/// Runs shorter than this show no bar.
+/// Shorter runs show no bar.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// The bar of a run or of several, on stderr if that is a terminal; gone when it is dropped.
+/// The bar of one or several runs, on stderr if that is a terminal; removed when dropped.
 pub struct Progress {
     bar: ProgressBar,
     start: Instant,
 }
 
 impl Progress {
-    /// A bar, not shown yet, for `scans` scans in all.
+    /// A bar, not shown yet, for `scans` scans altogether.
     pub fn new(label: String, scans: usize) -> Self {
         let bar = ProgressBar::with_draw_target(Some(scans as u64), ProgressDrawTarget::hidden());
         let template = "{msg} {wide_bar} {pos}/{len} scans, {eta} left";
@@ -26,7 +26,7 @@ impl Progress {
         Self { bar, start: Instant::now() }
     }
 
-    /// So many scans are done.
+    /// Updates the number of finished scans.
     pub fn at(&self, scans: usize) {
         if self.bar.is_hidden() && !is_quiet() && self.start.elapsed() > PATIENCE && io::stderr().is_terminal() {
             self.bar.set_draw_target(ProgressDrawTarget::stderr());

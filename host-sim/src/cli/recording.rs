@@ -10,7 +10,7 @@ use std::path::Path;
 
 const OPTION: &str = "--mcap";
 
-/// Whether the file can be written, as far as that can be told before the run.
+/// Checks, before the run, that the file can be written, as far as possible.
 pub fn check<K: Offer>(log: &K::Log, path: &Path) -> Result<(), Failure> {
     check_file(OPTION, path)?;
     mcap::check::<K>(log).map_err(|error| failure(&error))

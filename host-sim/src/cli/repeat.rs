@@ -34,7 +34,7 @@ pub fn repeat<K: Offer>(sources: &[Source<K>], args: RunArgs) -> Result<(), Fail
     let seeds = args.seeds()?;
     let outputs = Outputs { json: args.json, out: None };
     outputs.check()?;
-    // Settings that are bad for a log show before any other is run.
+    // Invalid settings for a log are reported before any run.
     let mut scans = 0;
     let mut name = String::new();
     for source in sources {
@@ -60,7 +60,7 @@ pub fn repeat<K: Offer>(sources: &[Source<K>], args: RunArgs) -> Result<(), Fail
         json::write_summaries(path, &summaries)?;
     }
     let logs: Vec<&[Summary]> = summaries.chunks(args.repeat as usize).collect();
-    // The runs of a log differ by the filter's draws alone: their errors are not independent.
+    // The runs of a log differ only by the filter's random numbers: their errors are not independent.
     let seeded = logs.iter().zip(sources).filter(|(_, source)| source.is_seeded());
     let together = seeded.filter_map(|(runs, _)| repeats::consistency(runs, K::Position::COUNT));
     let text: Vec<String> = std::iter::once(repeats::render(&logs)).chain(together).collect();
@@ -69,7 +69,7 @@ pub fn repeat<K: Offer>(sources: &[Source<K>], args: RunArgs) -> Result<(), Fail
     Ok(())
 }
 
-/// What `work` makes of every item, in their order, by `jobs` threads; of several failures that of the first item.
+/// The results of `work` for all items, in order, by `jobs` threads; of several failures that of the first item.
 pub(super) fn in_parallel<I: Sync, T: Send>(
     items: &[I],
     jobs: usize,
@@ -78,7 +78,7 @@ pub(super) fn in_parallel<I: Sync, T: Send>(
     let next = AtomicUsize::new(0);
     let failed = AtomicBool::new(false);
     let (sender, receiver) = mpsc::channel();
-    // Items are begun in order and finished once begun, so that every item before a failed one has its result.
+    // Items are started in order and always finished, so that every item before a failed one has its result.
     let worker = || {
         let sender = sender.clone();
         while !failed.load(Ordering::Relaxed) {
@@ -110,7 +110,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn results_are_in_order_whatever_the_threads() {
+    fn results_are_in_order_for_any_number_of_threads() {
         let items: Vec<usize> = (0..50).collect();
         for jobs in [1, 2, 7, 100] {
             assert_eq!(in_parallel(&items, jobs, |&item| Ok(2 * item)).unwrap()[49], 98);

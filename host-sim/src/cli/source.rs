@@ -1,8 +1,8 @@
-//! What a run starts from: a log and its settings.
+//! Sources of runs: logs and their settings.
 //!
-//! A name that may be a scenario or a folder is looked up in one order by all commands: a built-in scenario goes first, so that what
-//! a command does depends on its words and not on what lies in the working directory; `./NAME` is always a folder. `run` and `export`
-//! take scenarios alone, `replay` folders alone.
+//! A name that may be a scenario or a folder is resolved in the same order by all commands: a built-in scenario takes precedence,
+//! so that a command does not depend on the working directory; `./NAME` is always a folder. `run` and `export` accept scenarios
+//! only, `replay` folders only.
 
 use super::args::{Choice, Switch, Tuning};
 use super::check;
@@ -15,18 +15,18 @@ use scphd_log::log_folder;
 use std::borrow::Cow;
 use std::path::Path;
 
-/// Where the log of a run with a certain seed comes from.
+/// The source of the log for a run with a seed.
 pub enum Source<K: Kind = Planar> {
     /// One log for all seeds.
     Fixed(Box<K::Log>),
-    /// A scenario that is made anew with every seed; this is its name.
+    /// A scenario that is made again for every seed, by name.
     Seeded(String),
-    /// A scenario of one seed for all.
+    /// A scenario with one seed for all runs.
     Frozen(String, Box<K::Log>),
 }
 
 impl<K: Offer> Source<K> {
-    /// A scenario, with a seed of its own or with that of the run.
+    /// A scenario, with this seed or with that of the run.
     pub fn scenario(name: String, seed: Option<u64>) -> Result<Self, Failure> {
         Ok(match seed {
             Some(seed) => {
@@ -45,14 +45,14 @@ impl<K: Offer> Source<K> {
         Ok(Self::Fixed(Box::new(log)))
     }
 
-    /// Tells what a quick check of the folder warns of; scenarios are as they should be.
+    /// Prints the warnings of a quick check of a folder; scenarios need no check.
     pub fn warn(&self) {
         if let Self::Fixed(log) = self {
             check::warn::<K>(log);
         }
     }
 
-    /// The name of the scenario, where it is one.
+    /// The name of the scenario, if it is one.
     fn name(&self) -> Option<&str> {
         match self {
             Self::Fixed(_) => None,
@@ -60,17 +60,17 @@ impl<K: Offer> Source<K> {
         }
     }
 
-    /// Where each of the settings is from that a log of this source is run with unless told otherwise.
+    /// Origins of the default settings for a log of this source.
     pub fn origins(&self, log: &K::Log) -> Origins {
         K::origins(self.name(), log)
     }
 
-    /// The defaults, then the settings file, then the command line, for these filters.
+    /// The settings for these filters: the defaults, overridden by the settings file, then by the command line.
     pub fn tuned(&self, log: &K::Log, tuning: &Tuning, filters: &[Choice]) -> Result<K::Settings, Failure> {
         self.tuned_from(&mut Origins::default(), log, tuning, filters)
     }
 
-    /// [`tuned`](Self::tuned), and where each setting is from, given where the defaults are from.
+    /// [`tuned`](Self::tuned), with the origin of each setting; `origins` has those of the defaults.
     pub fn tuned_from(
         &self,
         origins: &mut Origins,
@@ -81,17 +81,17 @@ impl<K: Offer> Source<K> {
         tuned::<K>(K::defaults(self.name(), log), origins, log, tuning, filters)
     }
 
-    /// Whether the filter with a joint map is the usual one here.
+    /// Whether the joint map is the default filter here.
     pub fn is_joint_usual(&self) -> bool {
         K::is_joint_usual(self.name())
     }
 
-    /// Runs with each input, where the thesis says so.
+    /// Number of runs with each input, if the thesis states it.
     pub fn runs_per_input(&self) -> Option<usize> {
         self.name().and_then(K::runs_per_input)
     }
 
-    /// Whether it is another log for every seed.
+    /// Whether the log differs for every seed.
     pub fn is_seeded(&self) -> bool {
         matches!(self, Self::Seeded(_))
     }
@@ -105,7 +105,7 @@ impl<K: Offer> Source<K> {
     }
 }
 
-/// The same of one kind of vehicle or of the other.
+/// A value for one kind of vehicle or the other.
 pub enum OfKind<P, U> {
     /// In the plane.
     Planar(P),
@@ -113,7 +113,7 @@ pub enum OfKind<P, U> {
     Underwater(U),
 }
 
-/// Does the same with either.
+/// The same expression for either kind.
 macro_rules! either {
     ($found:expr, $one:ident => $done:expr) => {
         match $found {
@@ -124,16 +124,16 @@ macro_rules! either {
 }
 pub(super) use either;
 
-/// What a name stands for.
+/// The source with a name.
 pub type Found = OfKind<Source<Planar>, Source<Underwater>>;
 
-/// Whether there is a scenario of that name.
+/// Whether there is a scenario with this name.
 fn is_of<K: Offer>(name: &str) -> bool {
     K::SCENARIOS.iter().any(|(known, _)| *known == name)
 }
 
 impl Found {
-    /// The scenario of that name, with a seed of its own or with that of the run; otherwise the log in that folder.
+    /// The scenario with this name, with `scenario_seed` or the seed of the run; otherwise the log in this folder.
     pub fn find(argument: &Path, scenario_seed: Option<u64>) -> Result<Self, Failure> {
         match argument.to_str() {
             Some(name) if is_of::<Planar>(name) || is_of::<Underwater>(name) => Self::scenario(name, scenario_seed),
@@ -145,7 +145,7 @@ impl Found {
         }
     }
 
-    /// The scenario of that name, with a seed of its own or with that of the run.
+    /// The scenario with this name, with `seed` or that of the run.
     pub fn scenario(name: &str, seed: Option<u64>) -> Result<Self, Failure> {
         if is_of::<Underwater>(name) {
             return Source::scenario(name.to_owned(), seed).map(Self::Underwater);
@@ -156,7 +156,7 @@ impl Found {
         Err(no_scenario(name))
     }
 
-    /// The log in that folder.
+    /// The log in this folder.
     pub fn folder(dir: &Path) -> Result<Self, Failure> {
         if log_folder::has_camera(dir) {
             Source::folder(dir).map(Self::Underwater)
@@ -165,7 +165,7 @@ impl Found {
         }
     }
 
-    /// Takes the truth of a log for as uncertain as that.
+    /// Sets the standard deviation of the truth of a log.
     pub fn take_truth_for(&mut self, sigma_m: f64) -> Result<(), Failure> {
         match self {
             Self::Planar(Source::Fixed(log)) => {
@@ -176,12 +176,12 @@ impl Found {
         }
     }
 
-    /// Tells what a quick check of a folder warns of.
+    /// Prints the warnings of a quick check of a folder.
     pub fn warn(&self) {
         either!(self, source => source.warn());
     }
 
-    /// Whether it is another log for every seed.
+    /// Whether the log differs for every seed.
     pub fn is_seeded(&self) -> bool {
         either!(self, source => source.is_seeded())
     }
@@ -191,7 +191,7 @@ impl Found {
 pub type Sources = OfKind<Vec<Source<Planar>>, Vec<Source<Underwater>>>;
 
 impl Sources {
-    /// All in the plane or all in space.
+    /// Sources that are all in the plane or all in space.
     pub fn of(found: Vec<Found>) -> Result<Self, Failure> {
         let (mut planar, mut space) = (Vec::new(), Vec::new());
         for one in found {
@@ -210,7 +210,7 @@ impl Sources {
     }
 }
 
-/// All scenarios, each with a line about it.
+/// All scenarios, each with a description.
 pub fn all_scenarios() -> impl Iterator<Item = &'static (&'static str, &'static str)> {
     Planar::SCENARIOS.iter().chain(Underwater::SCENARIOS)
 }
@@ -224,12 +224,12 @@ fn no_scenario(name: &str) -> Failure {
     Failure::input(format_args!("no scenario '{name}', there are {}", scenarios()))
 }
 
-/// The log of a scenario with that seed.
+/// The log of a scenario with this seed.
 pub fn scenario<K: Offer>(name: &str, seed: u64) -> Result<K::Log, Failure> {
     K::scenario(name, seed).ok_or_else(|| no_scenario(name))
 }
 
-/// Which settings a run had: the command that prints them.
+/// The command that prints the settings of a run.
 pub fn settings_command(source: &str, tuning: &Tuning) -> String {
     let Tuning { particles, samples, moving, settings } = tuning;
     let words = [
@@ -242,9 +242,8 @@ pub fn settings_command(source: &str, tuning: &Tuning) -> String {
     format!("settings: those that `scphd-sim settings {source}{words}` prints")
 }
 
-/// `defaults`, then the settings file, then the command line; and where each
-/// setting is from, given where the defaults are from. What is asked for and used by none of `filters` is refused; where no filter is named, all
-/// is taken.
+/// `defaults`, overridden by the settings file, then by the command line, with the origin of each setting; `origins` has those of
+/// the defaults. A setting or option that none of `filters` uses is refused; without filters, all are accepted.
 pub fn tuned<K: Offer>(
     defaults: K::Settings,
     origins: &mut Origins,
@@ -282,7 +281,7 @@ pub fn tuned<K: Offer>(
     Ok(settings)
 }
 
-/// Whether any of these filters uses a setting or an option, which is from the file or place of that name.
+/// Checks that any of these filters uses a setting or an option; `place` is the file or option that it is from.
 pub fn used(filters: &[Choice], what: &str, place: &str) -> Result<(), Failure> {
     if filters.is_empty() || filters.iter().any(|choice| choice.uses(what)) {
         return Ok(());
@@ -292,7 +291,7 @@ pub fn used(filters: &[Choice], what: &str, place: &str) -> Result<(), Failure> 
     Err(Failure::input(format_args!("{place}{what}: not used by --filter {names}, but by {users}; leave it out")))
 }
 
-/// A setting that is out of range, by the argument that sets it if that is given.
+/// The error for a setting out of range, with the argument that set it, if one was given.
 fn out_of_range(error: &OutOfRange, tuning: &Tuning) -> Failure {
     let OutOfRange { field, found, range } = error;
     match &**field {

@@ -11,14 +11,14 @@ use scphd_log::dimensions::Planar;
 use scphd_stream::Scalar;
 use scphd_stream::planar::MEASUREMENTS;
 
-/// The sources that are neither a scenario nor a log: of a filter with a mixture a particle, and of a joint map.
+/// Sources that are neither a scenario nor a log: for a filter with a mixture for each particle, and for a joint map.
 const WORST_CASE: &str = "worst-case";
 const WORST_CASE_JOINT: &str = "worst-case-joint";
-/// Its particles and samples where the arguments do not say: those that the firmware has room for.
+/// Default numbers of particles and samples for them: the capacities of the firmware.
 const PARTICLES: usize = 32;
 const SAMPLES: usize = 2;
 
-/// Writes the stream and tells what is in it.
+/// Writes the stream and prints a summary.
 pub fn stream(args: StreamArgs) -> Result<(), Failure> {
     check_file("FILE", &args.file)?;
     let seed = args.seed.seed;
@@ -62,7 +62,7 @@ fn of<K: Offer>(source: &Source<K>, args: &StreamArgs, scalar: Scalar, scans: us
     recorded::<K>(stream, args, scalar)
 }
 
-/// The same with snapshots, if there are to be some.
+/// The stream with snapshots, if requested.
 fn recorded<K: Offer>(stream: Stream, args: &StreamArgs, scalar: Scalar) -> Result<Stream, Failure> {
     let Some(every) = args.snapshot_every else { return Ok(stream) };
     let filter = match args.filter {

@@ -15,7 +15,7 @@ use scphd_view::output::tuning;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// Learns settings, judges them, prints what came out, and writes all of them where asked to.
+/// Learns settings, judges them, prints the result, and writes all settings if requested.
 pub fn tune(args: TuneArgs) -> Result<(), Failure> {
     let seed = args.seed.seed;
     let choice = Choice::of(args.filter, None).map_err(Failure::input)?;
@@ -52,7 +52,7 @@ fn single<K: Offer>(source: &Source<K>, args: &TuneArgs, choice: Choice) -> Resu
     print_beside(args.out.as_deref(), &tuning::render(K::name(log), &tuned, args.truth))
 }
 
-/// So many scenarios, each of the seed after that of the one before: a line each.
+/// Repeats it for `count` scenarios with consecutive seeds, with a line for each.
 fn study<K: Offer>(source: &Source<K>, args: &TuneArgs, choice: Choice, count: u32) -> Result<(), Failure> {
     let first = args.scenario_seed.scenario_seed.unwrap_or(args.seed.seed);
     let last = first.checked_add(u64::from(count) - 1);
@@ -70,7 +70,7 @@ fn study<K: Offer>(source: &Source<K>, args: &TuneArgs, choice: Choice, count: u
     print_beside(None, &tuning::summary(&all))
 }
 
-/// The settings it started from, where they are from, and what came out.
+/// The settings before, their origins, and the result.
 type Outcome<K> = (<K as Kind>::Settings, Origins, Tuned<<K as Kind>::Settings>);
 
 fn one<K: Offer>(source: &Source<K>, log: &K::Log, args: &TuneArgs, choice: Choice) -> Result<Outcome<K>, Failure> {

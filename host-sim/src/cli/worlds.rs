@@ -1,4 +1,4 @@
-//! Studies over random worlds, which go on where they were stopped.
+//! Studies over random worlds, which can be interrupted and continued.
 
 use super::args::MonteCarloArgs;
 use super::contender::Contender;
@@ -19,18 +19,18 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// Worlds of a study unless told otherwise.
+/// Default number of worlds of a study.
 const DEFAULT_RUNS: u32 = 100;
 
-/// The kind of worlds that `monte-carlo` of these sources is of, if it is of any, in the plane or in space.
+/// The kind of random worlds, in the plane or in space, if `monte-carlo` is requested for them.
 pub fn asked_for(args: &MonteCarloArgs) -> Option<OfKind<&'static str, &'static str>> {
     let [source] = &args.sources[..] else { return None };
     let of = |worlds: &'static [&'static str]| worlds.iter().copied().find(|name| source.as_os_str() == *name);
     of(Planar::WORLDS).map(OfKind::Planar).or_else(|| of(Underwater::WORLDS).map(OfKind::Underwater))
 }
 
-/// Runs every filter in every world, and prints a line a world and the filters' standings. What is in the file of `--out`
-/// already is not run again.
+/// Runs every filter in every world, and prints a line for each world and the filters' standings. Runs in the file of `--out` are
+/// not repeated.
 pub fn study<K: Offer>(name: &str, args: MonteCarloArgs) -> Result<(), Failure> {
     if args.shard.is_some() || args.input_sets.is_some() {
         return Err(Failure::input(
@@ -45,7 +45,7 @@ pub fn study<K: Offer>(name: &str, args: MonteCarloArgs) -> Result<(), Failure> 
     let end = args.seed.checked_add(u64::from(runs));
     let end = end.ok_or_else(|| Failure::input(format_args!("--seed {}: too large for --runs {runs}", args.seed)))?;
     let seeds: Vec<u64> = (args.seed..end).collect();
-    // Settings that make no sense show before any world is run.
+    // Invalid settings are reported before any run.
     let first = &*source.log(args.seed)?;
     let choices: Vec<_> = contenders.iter().map(Contender::choice).collect();
     let first = source.tuned(first, &args.tuning, &choices)?;
@@ -107,9 +107,9 @@ pub fn study<K: Offer>(name: &str, args: MonteCarloArgs) -> Result<(), Failure> 
     outputs.print(&format!("{}\n\n{}", report.lines.join("\n\n"), told.join("\n")))
 }
 
-/// What is told of the runs.
+/// The report of the runs.
 struct Report<'r> {
-    /// Of a position.
+    /// Dimension of a position.
     dimension: usize,
     runs: &'r [WorldRun],
     lines: Vec<String>,
@@ -117,7 +117,7 @@ struct Report<'r> {
 }
 
 impl Report<'_> {
-    /// The first filter beside each other one.
+    /// Compares the first filter with each other one.
     fn filters(&mut self, names: &[String], worlds: &[&str]) {
         self.lines.push(lines(self.dimension, self.runs, names, worlds));
         let Some(first) = names.first() else { return };
@@ -125,7 +125,7 @@ impl Report<'_> {
         self.standings.extend(others.iter().filter_map(|other| standing(self.runs, first, other, worlds)));
     }
 
-    /// Every variant beside the first, and the first beside the best of the others in each world.
+    /// Compares every variant with the first, and the first with the best of the others in each world.
     fn variants(&mut self, names: &[String], worlds: &[&str]) {
         let Some((first, others)) = names.split_first() else { return };
         if others.is_empty() {
@@ -140,7 +140,7 @@ impl Report<'_> {
     }
 }
 
-/// A number that says whether two runs have the same settings (FNV-1a).
+/// A fingerprint of the settings (FNV-1a), which tells whether two runs have the same ones.
 fn fingerprint(settings: &str) -> String {
     let hash = settings
         .bytes()
@@ -148,7 +148,7 @@ fn fingerprint(settings: &str) -> String {
     format!("{hash:016x}")
 }
 
-/// The file of runs that are done, one row each, written as they end.
+/// The file of finished runs, with a row for each, written when it ends.
 struct Journal {
     known: Vec<WorldRun>,
     rows: Mutex<csv::Writer<File>>,
@@ -156,7 +156,7 @@ struct Journal {
 }
 
 impl Journal {
-    /// Reads what is there, and goes on behind it.
+    /// Reads the existing rows, and appends new ones.
     fn open(path: &Path) -> Result<Self, Failure> {
         check_file("--out", path)?;
         let bad = |error: &dyn std::fmt::Display| Failure::input(format_args!("--out {}: {error}", path.display()));
@@ -178,7 +178,7 @@ impl Journal {
     }
 
     fn add(&self, run: &WorldRun) -> Result<(), Failure> {
-        // A thread that panicked while it wrote has ended the program's work anyway.
+        // After a panic of a thread during writing, the program ends anyway.
         let mut rows = self.rows.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let written = rows.serialize(run).map_err(|error| error.to_string());
         written
@@ -192,7 +192,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn variants_stand_beside_the_first_and_it_beside_the_best_of_the_others() {
+    fn variants_are_compared_with_the_first_and_it_with_the_best_of_the_others() {
         let run = |world: &str, filter: &str, position_rmse_m| WorldRun {
             world: world.into(),
             filter: filter.into(),
@@ -212,7 +212,7 @@ mod tests {
         report.variants(&names, &["a", "b", "c"]);
         let found: Vec<(&str, &str, f64)> =
             report.standings.iter().map(|s| (&s.filter[..], &s.yardstick[..], s.ratio_median)).collect();
-        // Right over the best of the others: 2, a third and 5.
+        // The ratios of the first to the best of the others are 2, a third and 5.
         assert_eq!(found, [("x 2", "right", 2.0), ("x 3", "right", 3.0), ("right", "best of 2", 2.0)]);
         assert_eq!(report.lines[0].lines().count(), 4, "{:?}", report.lines);
     }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-/// Frames and landmarks of [`stereo`].
+/// Numbers of frames and landmarks of [`stereo`].
 pub const FRAMES: usize = 24;
 pub const LANDMARKS: usize = 12;
 
@@ -15,7 +15,7 @@ const BASELINE: f64 = 0.24;
 /// The files of a folder, by name.
 pub type Files = Vec<(&'static str, Vec<u8>)>;
 
-/// Writes the files into a folder, which is made if need be.
+/// Writes the files into a folder, which is created if necessary.
 pub fn put(dir: &Path, files: &Files) {
     fs::create_dir_all(dir).unwrap();
     for (name, bytes) in files {
@@ -23,10 +23,10 @@ pub fn put(dir: &Path, files: &Files) {
     }
 }
 
-/// A stereo rig that looks ahead moves to the right past a wall of landmarks, at ten frames a second.
+/// A stereo rig with a forward view moves to the right along a wall with landmarks, at ten frames a second.
 ///
-/// The rig's axes are the camera's (x to the right, y down, z ahead), and the map's are the rig's. Without noise: a pixel's third
-/// decimal is its error.
+/// The rig's axes are the camera's (x to the right, y down, z ahead), and the map's are the rig's. Without noise, except for
+/// rounding of pixels to three decimals.
 pub fn stereo() -> Files {
     let landmarks: Vec<[f64; 3]> = (0..LANDMARKS)
         .map(|k| {
@@ -72,7 +72,7 @@ pub fn stereo() -> Files {
     ]
 }
 
-/// The files of a folder that is there.
+/// The files of an existing folder.
 pub fn read(dir: &Path) -> Files {
     let names = [
         "log.toml",

@@ -1,4 +1,4 @@
-//! Input that makes no sense is refused with exit code 2 and one line that names file, row and key.
+//! Invalid input is refused with exit code 2 and one line that has file, row and key.
 
 use crate::folders::{self, stereo};
 use crate::place::{Place, survey_of, timeless};
@@ -27,7 +27,7 @@ fn change(place: &Place, file: &str, change: impl FnOnce(String) -> String) {
     place.write(file, new);
 }
 
-/// The rows below the header with a column changed.
+/// The rows below the header with one column changed.
 fn column(text: &str, place: usize, change: impl Fn(f64) -> String) -> String {
     let mut lines = text.lines();
     let mut new = format!("{}\n", lines.next().unwrap());
@@ -41,11 +41,11 @@ fn column(text: &str, place: usize, change: impl Fn(f64) -> String) -> String {
     new
 }
 
-/// A log, a file of it, how it is changed, and what the line says.
+/// A log, its file, the change, and the required parts of the message.
 type Case = (&'static str, &'static str, fn(String) -> String, &'static [&'static str]);
 
 #[test]
-fn logs_that_make_no_sense_are_refused() {
+fn invalid_logs_are_refused() {
     let degrees: fn(String) -> String = |text| column(&text, 2, |bearing| bearing.to_degrees().to_string());
     let milliseconds: fn(String) -> String = |text| column(&text, 0, |t| (1e3 * t).to_string());
     let nanoseconds: fn(String) -> String = |text| column(&text, 0, |t| format!("{:.0}", 1.7e18 + 1e9 * t));
@@ -143,7 +143,7 @@ fn logs_that_make_no_sense_are_refused() {
 }
 
 #[test]
-fn settings_with_which_nothing_can_be_mapped_are_refused() {
+fn settings_without_possible_births_are_refused() {
     let place = workplace();
     let cases = [
         (
@@ -168,9 +168,9 @@ fn settings_with_which_nothing_can_be_mapped_are_refused() {
 }
 
 #[test]
-fn an_estimate_worse_than_dead_reckoning_is_told() {
+fn an_estimate_worse_than_dead_reckoning_is_reported() {
     let place = workplace();
-    // Odometry is the truth, and the filter is told that it is worth nothing.
+    // The odometry is the truth, but the filter has settings with large odometry noise.
     let mut log = scenario::survey(1);
     log.scans.truncate(41);
     log.truth.truncate(41);
@@ -226,12 +226,12 @@ fn unknown_names_list_all_scenarios() {
     assert!(error.contains("girona-tank") && error.contains("no compass"), "{error}");
 }
 
-/// Every command takes a scenario before a folder of its name, and `./NAME` for the folder.
+/// All commands prefer a scenario to a folder with its name, and use the folder for `./NAME`.
 #[test]
-fn a_scenario_goes_before_a_folder_of_its_name() {
+fn a_scenario_takes_precedence_over_a_folder_with_its_name() {
     let place = workplace();
     for name in ["survey", "girona-tank"] {
-        // Not even a log: a command that looks at the folder fails.
+        // An empty folder: a command that reads it fails.
         fs::create_dir(place.path(name)).unwrap();
     }
     place.write("few.toml", "[filter]\nmax_components = 5\n");
@@ -257,7 +257,7 @@ fn a_scenario_goes_before_a_folder_of_its_name() {
 }
 
 #[test]
-fn numbers_that_are_none_are_named() {
+fn invalid_numbers_are_reported() {
     let place = workplace();
     let cases: [(&[&str], &[&str]); 9] = [
         (&["run", "survey", "--particles", "-1"], &["'-1'", "--particles", "must be a whole number and not negative"]),
@@ -277,9 +277,9 @@ fn numbers_that_are_none_are_named() {
 }
 
 #[test]
-fn the_job_without_a_command_has_the_settings_of_its_scenario() {
+fn the_program_without_a_command_has_the_settings_of_its_scenario() {
     let place = workplace();
-    // As many particles as it has by default, and so few components that this is quick.
+    // The default number of particles, and few components for a short run.
     place.write("quick.toml", "[filter]\nmax_components = 3\n");
     let line = "settings: those that `scphd-sim settings survey --settings quick.toml` prints";
     let quick = ["--settings", "quick.toml", "--json", "run.json"];
@@ -295,7 +295,7 @@ fn the_job_without_a_command_has_the_settings_of_its_scenario() {
 }
 
 #[test]
-fn threads_weigh_in_space_too() {
+fn threads_are_used_in_space() {
     let place = workplace();
     let run = |threads: &str| -> Value {
         let sizes = ["--particles", "12", "--samples", "2", "--json", "run.json"];
@@ -312,7 +312,7 @@ fn threads_weigh_in_space_too() {
 }
 
 #[test]
-fn a_joint_map_works_in_space_too() {
+fn a_joint_map_works_in_space() {
     let place = workplace();
     let run = |precision: &str| {
         let args = ["replay", "stereo", "--filter", "joint", "--precision", precision, "--json", "run.json"];
@@ -338,7 +338,7 @@ fn studies_of_stereo_logs_work() {
     assert_eq!((&one["runs"], &one["filter"]), (&1.into(), &"scphd".into()));
     let both = with("both.json", &["stereo", "--runs", "4", "--filter", "core,joint"]);
     assert_eq!((&both[0]["runs"], &both[1]["filter"]), (&4.into(), &"joint".into()));
-    // A single run is the first of a study.
+    // A single run is equal to the first of a study.
     place.succeeds(&["replay", "stereo", "--particles", "3", "--seed", "0", "--json", "run.json"]);
     let run: Value = place.json("run.json");
     let [error, expected] =
@@ -360,7 +360,7 @@ fn studies_of_stereo_logs_work() {
 }
 
 #[test]
-fn stereo_logs_are_compared_with_the_reference_too() {
+fn stereo_logs_are_compared_with_the_reference() {
     let place = workplace();
     let args = ["compare", "stereo", "--precision", "f64", "--particles", "3", "--json", "compared.json"];
     place.succeeds(&[&args[..], &["--out", "tables"]].concat());
@@ -372,7 +372,7 @@ fn stereo_logs_are_compared_with_the_reference_too() {
     }
 }
 
-/// Commands that once knew the plane alone.
+/// Commands that supported only the plane at first.
 #[test]
 fn stereo_logs_are_tuned_and_studied_in_variants() {
     let place = workplace();
@@ -393,9 +393,9 @@ fn stereo_logs_are_tuned_and_studied_in_variants() {
     assert_eq!(list[1]["settings"]["camera"]["detection"], 0.5);
 }
 
-/// The files of the stereo log are those of a folder, and the log in them is what it should be.
+/// The stereo log of the tests is read as it was generated.
 #[test]
-fn the_stereo_log_of_the_tests_is_sound() {
+fn the_stereo_log_of_the_tests_is_valid() {
     let dir = TempDir::new().unwrap();
     folders::put(dir.path(), &stereo());
     assert!(log_folder::has_camera(dir.path()));

@@ -4,7 +4,7 @@ use crate::place::{Place, names, timeless};
 use serde_json::Value;
 use std::fs;
 
-/// What `--out` leaves for a single run.
+/// Files in the folder of `--out` after a single run.
 const FILES: [&str; 9] = [
     "error.png",
     "error.svg",
@@ -31,14 +31,14 @@ fn replay(place: &Place, more: &[&str]) -> Value {
 }
 
 #[test]
-fn errors_are_held_against_the_covariance_of_the_truth_too() {
+fn nees_includes_the_covariance_of_the_truth() {
     let place = workplace();
     let exact = replay(&place, &[]);
     let noisy = replay(&place, &["--truth-sigma", "1"]);
     let nees = |run: &Value| run["nees_median"].as_f64().unwrap();
     assert!(nees(&noisy) < 0.1 * nees(&exact), "{} {}", nees(&noisy), nees(&exact));
     assert_eq!((&noisy["digest"], &noisy["position_rmse_m"]), (&exact["digest"], &exact["position_rmse_m"]));
-    // The log may say so itself.
+    // The log may state it, too.
     let head = fs::read_to_string(place.path("log/log.toml")).unwrap();
     fs::write(place.path("log/log.toml"), format!("truth_sigma_m = 1\n{head}")).unwrap();
     assert_eq!(replay(&place, &[])["nees_median"], noisy["nees_median"]);
@@ -53,7 +53,7 @@ fn errors_are_held_against_the_covariance_of_the_truth_too() {
 
 #[test]
 fn bad_logs_are_refused_by_file_row_and_column() {
-    // File, text, its first occurrence replaced by, and what the message has to name.
+    // File, text, replacement of its first occurrence, and required parts of the message.
     let cases: [(&str, &str, &str, &[&str]); 8] = [
         ("odometry.csv", "steering_rad", "angle", &["odometry.csv", "row 1", "steering_rad", "missing"]),
         ("odometry.csv", "\n0.05,", "\nNaN,", &["odometry.csv", "row 3", "t_s", "'NaN'"]),
@@ -146,7 +146,7 @@ fn bad_arguments_are_refused() {
 }
 
 #[test]
-fn a_replay_leaves_its_figures_tables_and_plots() {
+fn a_replay_writes_its_figures_tables_and_plots() {
     let place = workplace();
     let args = ["replay", "log", "--particles", "4", "--json", "results/run.json", "--out", "results/a/b"];
     let printed = place.prints(&args);
@@ -157,7 +157,7 @@ fn a_replay_leaves_its_figures_tables_and_plots() {
     assert_eq!(names(&place.path("results/a/b")), FILES);
 
     let text = fs::read_to_string(place.path("results/run.json")).unwrap();
-    // Those of the object itself are indented by two.
+    // Keys of the object itself are indented by two spaces.
     let keys: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("  \"")?.split('"').next()).collect();
     assert_eq!((keys.len(), keys[0]), (43, "format"));
     let summary: Value = serde_json::from_str(&text).unwrap();
@@ -169,7 +169,7 @@ fn a_replay_leaves_its_figures_tables_and_plots() {
 }
 
 #[test]
-fn the_seed_decides_everything_but_the_time() {
+fn all_results_except_times_depend_only_on_the_seed() {
     let place = workplace();
     for precision in ["f32", "f64"] {
         let first = replay(&place, &["--precision", precision, "--seed", "7"]);
@@ -187,7 +187,7 @@ fn the_seed_decides_everything_but_the_time() {
 }
 
 #[test]
-fn threads_change_nothing_but_the_time() {
+fn only_times_depend_on_the_threads() {
     let place = workplace();
     let alone = replay(&place, &["--seed", "7"]);
     assert_eq!(timeless(alone), timeless(replay(&place, &["--seed", "7", "--threads", "3"])));
@@ -196,7 +196,7 @@ fn threads_change_nothing_but_the_time() {
 #[test]
 fn an_exported_scenario_replays_as_it_runs() {
     let place = workplace();
-    // A scenario runs the recursion of the thesis by default, a log what goes beyond it too.
+    // By default a scenario has the recursion of the thesis, a log also extensions.
     let few = "[filter]\nparticles = 2\nproposal = \"informed\"\nunconfirmed_weight = 0.5\nextraction = \"peaks\"\n\
         [sensor]\nclutter_per_scan = 25\n";
     fs::write(place.path("few.toml"), few).unwrap();
@@ -208,7 +208,7 @@ fn an_exported_scenario_replays_as_it_runs() {
     place.prints(&[&["replay", "exported", "--filter", "core"][..], &tuned].concat());
     assert_eq!(timeless(summary()), timeless(run.clone()));
     assert_eq!((&run["seed"], &run["particles"]), (&5.into(), &2.into()));
-    // Without a seed of its own the scenario takes the filter's.
+    // Without a scenario seed, the seed is that of the filter.
     place.prints(&[&["run", "survey"][..], &tuned].concat());
     assert_ne!(summary()["dead_reckoning_rmse_m"], run["dead_reckoning_rmse_m"]);
 }
@@ -235,9 +235,9 @@ fn a_log_gets_a_joint_map_where_nothing_asks_for_what_it_has_not() {
     assert!(error.contains("learning.toml: calibration.") && error.contains("by joint"), "{error}");
 }
 
-/// Every option, and a setting of every section, with every filter: it is used, or refused by its name. Nothing is ignored.
+/// Every option, and a setting of every section, is used by a filter or refused with its name, for every filter. None is ignored.
 #[test]
-fn what_a_filter_does_not_use_is_refused_by_name() {
+fn unused_options_and_settings_are_refused_with_their_name() {
     let place = workplace();
     let files = [
         ("filter.prune_weight", "[filter]\nprune_weight = 0.004", "core reference"),
@@ -280,14 +280,14 @@ fn what_a_filter_does_not_use_is_refused_by_name() {
             check(&["--settings", "one.toml"], field, &users);
         }
     }
-    // A file with all settings as they are asks for nothing.
+    // A file with unchanged settings is accepted.
     let all = place.prints(&["settings", "log"]);
     assert!(all.contains("for --filter core, reference alone"), "{all}");
     fs::write(place.path("all.toml"), all).unwrap();
     for filter in ["core", "joint", "ekf"] {
         place.prints(&["replay", "log", "--filter", filter, "--settings", "all.toml"]);
     }
-    // Of several filters one is enough.
+    // It suffices if one of several filters uses the setting.
     fs::write(place.path("one.toml"), files[3].1).unwrap();
     place.prints(&[
         "monte-carlo",
@@ -304,7 +304,7 @@ fn what_a_filter_does_not_use_is_refused_by_name() {
 }
 
 #[test]
-fn what_tune_proposes_can_be_replayed() {
+fn settings_proposed_by_tune_can_be_replayed() {
     let place = workplace();
     place.prints(&["export", "survey", "exported"]);
     let few = ["--rounds", "1", "--runs", "1", "--particles", "2", "--truth"];
@@ -326,7 +326,7 @@ fn what_tune_proposes_can_be_replayed() {
 }
 
 #[test]
-fn the_job_without_a_command_shows_the_recommended_filter_first() {
+fn the_program_without_a_command_shows_the_recommended_filter_first() {
     let place = workplace();
     let printed = place.prints(&["--particles", "2", "--json", "results/all.json"]);
     assert!(printed.contains("reference"), "{printed}");
@@ -344,7 +344,7 @@ fn the_job_without_a_command_shows_the_recommended_filter_first() {
     let filters: Vec<&Value> = list.iter().map(|run| &run["filter"]).collect();
     assert_eq!(filters, ["joint", "scphd", "reference"]);
     assert!(list.iter().all(|run| run["dead_reckoning_rmse_m"] == list[0]["dead_reckoning_rmse_m"]));
-    // 95 % of a right estimate's errors lie within the region that it states.
+    // With a right covariance, 95 % of the errors are within its bounds.
     let within = list[0]["nees_within_95"].as_f64().unwrap();
     assert!(within >= 0.9, "{within}");
 }
@@ -402,7 +402,7 @@ fn repeated_runs_are_single_runs_with_consecutive_seeds() {
 }
 
 #[test]
-fn a_repeated_scenario_takes_its_noise_from_the_seed_of_the_run() {
+fn a_repeated_scenario_has_noise_with_the_seed_of_the_run() {
     let place = workplace();
     let dead_reckoning = |more: &[&str]| -> Vec<Value> {
         let args = ["run", "survey", "--particles", "2", "--repeat", "2", "--json", "results/list.json"];
@@ -441,7 +441,7 @@ fn a_study_is_the_same_on_any_number_of_threads_and_in_parts() {
     assert_eq!(figures(&place, "results/merged.json"), whole);
     assert_eq!((&whole["runs"], &whole["samples"]), (&5.into(), &1.into()));
     assert!(whole["ospa_last_third_m"].is_number() && whole["moving_hit_rate"].is_null());
-    // Run 0 has the study's seed.
+    // Run 0 has the seed of the study.
     place.prints(&["monte-carlo", "log", "--particles", "4", "--seed", "7", "--json", "results/first.json"]);
     let run = replay(&place, &["--seed", "7"]);
     let error = figures(&place, "results/first.json")["position_error_final_m"].as_f64().unwrap();
@@ -490,7 +490,7 @@ fn filters_are_compared_on_the_same_inputs() {
 }
 
 #[test]
-fn variants_of_the_settings_run_beside_each_other() {
+fn variants_of_the_settings_are_compared() {
     let place = workplace();
     let variants = "[[variant]]\nname = 'as they are'\n\
         [[variant]]\nname = 'noise x 2'\ntimes.sensor = { range_sigma_m = 2 }\n\
@@ -570,7 +570,7 @@ fn printed_settings_are_a_settings_file() {
     let printed = place.prints(&["settings", "log", "--particles", "9"]);
     assert!(printed.contains("particles = 9"), "{printed}");
     fs::write(place.path("all.toml"), &printed).unwrap();
-    // The same settings; where they are from has changed.
+    // The values are the same; their origins have changed.
     let again = place.prints(&["settings", "survey", "--settings", "all.toml"]);
     let values =
         |text: &str| text.lines().map(|line| line.split("  #").next().unwrap().trim().to_owned()).collect::<Vec<_>>();
@@ -578,9 +578,9 @@ fn printed_settings_are_a_settings_file() {
     assert!(printed.contains("# command line, --particles") && again.contains("# file all.toml"), "{printed}{again}");
 }
 
-/// Every kind of origin, in the plane and in space.
+/// All kinds of origins, in the plane and in space.
 #[test]
-fn settings_say_where_they_are_from() {
+fn printed_settings_have_their_origins() {
     let place = workplace();
     let origin = |args: &[&str], key: &str| {
         let text = place.prints(&[&["settings"], args].concat());
@@ -615,7 +615,7 @@ fn help_version_and_lists() {
     let place = workplace();
     let version = format!("scphd-sim {}\n", env!("CARGO_PKG_VERSION"));
     assert_eq!(place.prints(&["--version"]), version);
-    // Where its lines break depends on the terminal.
+    // Line breaks depend on the terminal.
     let help = place.prints(&["--help"]).split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(help.contains("OSPA (order 1, cut-off 10 m)"), "{help}");
     for command in ["replay", "run", "monte-carlo", "merge", "figure", "compare", "export", "settings", "tune"] {
@@ -627,7 +627,7 @@ fn help_version_and_lists() {
 }
 
 #[test]
-fn a_reader_that_goes_away_is_no_failure() {
+fn a_closed_output_is_not_a_failure() {
     let place = workplace();
     for args in [&["settings", "log"][..], &["scenarios"], &["--help"], &["replay", "log", "--particles", "2"]] {
         let (reader, writer) = std::io::pipe().unwrap();
@@ -652,7 +652,7 @@ fn a_published_log_replays() {
 }
 
 #[test]
-fn a_quiet_run_writes_its_files_and_tells_nothing() {
+fn a_quiet_run_writes_its_files_and_prints_nothing() {
     let place = workplace();
     assert!(place.fails(&["replay", "missing", "-q"]).contains("missing"));
     let args = ["replay", "log", "--particles", "2", "--json", "results/run.json", "--out", "results/out", "--quiet"];
@@ -664,7 +664,7 @@ fn a_quiet_run_writes_its_files_and_tells_nothing() {
 }
 
 #[test]
-fn completions_know_the_commands() {
+fn completions_include_the_commands() {
     let place = workplace();
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
         let text = place.prints(&["completions", shell]);
@@ -674,7 +674,7 @@ fn completions_know_the_commands() {
 }
 
 #[test]
-fn nothing_that_is_told_has_colours() {
+fn output_has_no_colours() {
     let place = workplace();
     for args in [&["--help"][..], &["replay", "log", "--particles", "2"], &["check", "log"], &["replay", "missing"]] {
         let output = place.run(args);

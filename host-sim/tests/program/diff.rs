@@ -1,11 +1,11 @@
-//! Two runs beside each other: what differs is what the runs themselves wrote.
+//! Comparison of two runs: the differences are those between the outputs of the runs.
 
 use crate::place::Place;
 use serde_json::Value;
 use std::fs;
 
 #[test]
-fn two_runs_beside_each_other() {
+fn two_runs_are_compared() {
     let place = Place::new();
     let run = |name: &str, words: &[&str]| {
         let files = [format!("{name}.html"), format!("{name}.json")];
@@ -20,7 +20,7 @@ fn two_runs_beside_each_other() {
     let table = place.prints(&["diff", "a.html", "b.html", "--html", "both.html", "--json", "both.json"]);
     assert!(table.lines().any(|line| line.split_whitespace().eq(["filter.particles", "4", "2"])), "{table}");
     let [a, b, both] = ["a.json", "b.json", "both.json"].map(|name| place.json(name));
-    // Pages and JSON of the same runs tell the same, but for the names.
+    // The comparison of pages and of JSON files is the same, except for the names.
     place.prints(&["diff", "a.json", "b.json", "-q", "--json", "plain.json"]);
     let plain = place.json("plain.json");
     assert_eq!((&plain["figures"], &plain["settings"]), (&both["figures"], &both["settings"]));
@@ -37,7 +37,7 @@ fn two_runs_beside_each_other() {
         }
     }
 
-    // The page has the curves of both, and asks nothing of a network.
+    // The page has the curves of both runs, and needs no network.
     let page = fs::read_to_string(place.path("both.html")).unwrap();
     let data = page.split_once("id=\"data\">").unwrap().1.split_once("</script>").unwrap().0;
     let data: Value = serde_json::from_str(data).unwrap();

@@ -1,4 +1,4 @@
-//! `scphd-sim hil` against a target in a thread, over a connection on this machine.
+//! `scphd-sim hil` with a target in a thread, over a local connection.
 
 use scphd_link::{Gaps, Target, Unit};
 use scphd_stream::planar::{BlackBox, BlackBoxJoint, Planar};
@@ -8,7 +8,7 @@ use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::process::{Command, Output};
 use std::thread;
 
-/// An unoptimised build makes the memory on the stack first.
+/// An unoptimised build creates the memory on the stack first.
 const STACK_BYTES: usize = 64 << 20;
 
 /// A connection as a line.
@@ -50,7 +50,7 @@ impl Monitor for Idle {
     fn scanned(&mut self, _: &ScanCost, _: &Seen, _: u64) {}
 }
 
-/// A target for so many connections, one after the other.
+/// A target for this number of connections, in sequence.
 fn target<A: Aboard<f32, Kind = Planar> + 'static>(connections: usize) -> SocketAddr {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap();
@@ -59,7 +59,7 @@ fn target<A: Aboard<f32, Kind = Planar> + 'static>(connections: usize) -> Socket
         for _ in 0..connections {
             let mut line = Line(BufReader::new(listener.accept().unwrap().0));
             line.0.get_mut().set_nodelay(true).unwrap();
-            // The other end hangs up.
+            // The other end closes the connection.
             let _ = target.serve::<A, f32, _>(&mut line, &mut memory, Unit::Nanoseconds, &mut Idle);
         }
     };
@@ -87,7 +87,7 @@ fn said(output: Output) -> (Option<i32>, String, String) {
 }
 
 #[test]
-fn digests_are_the_hosts_over_a_good_line_and_over_a_bad_one() {
+fn digests_are_those_of_the_host_over_a_good_and_a_bad_line() {
     let port = format!("tcp:{}", target::<BlackBox>(2));
     let (code, out, err) = said(hil(&port, &["--scans", "30"]));
     assert_eq!((code, err.as_str()), (Some(0), ""), "{out}");
@@ -106,7 +106,7 @@ fn digests_are_the_hosts_over_a_good_line_and_over_a_bad_one() {
 }
 
 #[test]
-fn another_filter_is_told_by_the_exit_code() {
+fn another_filter_gives_a_failing_exit_code() {
     let port = format!("tcp:{}", target::<BlackBoxJoint>(2));
     let (code, out, err) = said(hil(&port, &["--scans", "5"]));
     assert_eq!(code, Some(1), "{out}");
@@ -116,7 +116,7 @@ fn another_filter_is_told_by_the_exit_code() {
 }
 
 #[test]
-fn what_cannot_be_done_is_told() {
+fn impossible_requests_are_reported() {
     for (port, more, told) in [
         ("tcp:5555", &[][..], "ADDRESS:PORT"),
         ("/dev/no-such-device", &["--scans", "2"], "--port: "),
@@ -126,7 +126,7 @@ fn what_cannot_be_done_is_told() {
         let (code, _, err) = said(hil(port, more));
         assert!(code == Some(2) && err.contains(told), "{port} {more:?}: {err}");
     }
-    // Whoever does not answer is given up.
+    // A target without answers is given up.
     let silent = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = format!("tcp:{}", silent.local_addr().unwrap());
     let (code, _, err) = said(hil(&port, &["--scans", "2", "--timeout-ms", "10", "--repeats", "3"]));

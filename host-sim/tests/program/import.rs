@@ -1,4 +1,4 @@
-//! Recordings become logs, a run that was written becomes the log that it was of, and what is wrong is told in one line.
+//! Recordings are imported as logs, exported runs become the same logs again, and errors are reported in one line.
 
 use crate::place::Place;
 use scphd_log::log::{FixNoise, Log, PoseFix};
@@ -12,14 +12,14 @@ use scphd_worlds::scenario;
 use std::fs;
 use std::io::Cursor;
 
-/// The last line of what it tells where it has to fail for bad input.
+/// The last line of the output of a command that must fail because of its input.
 fn fails(place: &Place, args: &[&str]) -> String {
     let output = place.run(args);
     assert_eq!(output.status.code(), Some(2), "{args:?}: {output:?}");
     String::from_utf8(output.stderr).unwrap().lines().last().unwrap_or_default().to_owned()
 }
 
-/// Times as a recorder has them: whole nanoseconds.
+/// Times as in a recording: whole nanoseconds.
 fn decimal(log: &mut Log) {
     let round = |t_s: &mut f64| *t_s = (*t_s * 1e6).round() / 1e6;
     log.odometry.iter_mut().for_each(|row| round(&mut row.t_s));
@@ -28,20 +28,21 @@ fn decimal(log: &mut Log) {
     log.truth.iter_mut().for_each(|row| round(&mut row.t_s));
 }
 
-/// A car, a car with fixes, two sensors and a unicycle, each as a folder and its run as a file.
+/// A car, a car with fixes, two sensors and a unicycle, each as a folder and with its run as an MCAP file.
 #[test]
-fn a_run_that_was_written_is_read_as_the_log_that_it_was_of() {
+fn an_exported_run_is_imported_as_its_log() {
     for name in ["survey", "survey-fixes", "two-sensors", "worlds-exact"] {
         let place = Place::new();
         let mut log = scenario::by_name(name, 5).unwrap();
-        // A part of it, with the first fix, that a build without optimisation runs in a minute.
+        // A part of it with the first fix, for a run of a minute without optimisation.
         log.scans.truncate(130);
         decimal(&mut log);
         log_folder::write(&log, &place.path("log")).unwrap();
         place.tells(&["replay", "log", "--mcap", "run.mcap", "--json", "then.json"]);
         place.tells(&["import", "run.mcap", "--out", "back"]);
         let back = log_folder::read(&place.path("back")).unwrap();
-        // To the bit, but true headings, which come through quaternions, and tracks of movers, which no message has.
+        // Exactly equal, except for true headings, which were converted to quaternions, and moving landmarks, which have no
+        // message.
         let near = |a: Option<f64>, b: Option<f64>| match (a, b) {
             (Some(a), Some(b)) => (a - b).sin().abs() < 1e-12,
             (a, b) => a == b,
@@ -68,7 +69,7 @@ fn header(k: u32, frame: &str) -> Header {
     Header::new(stamp(k), frame)
 }
 
-/// A recording; every topic gets the message of each time.
+/// A recording; every topic has a message at each time.
 struct Recording(Writer<Cursor<Vec<u8>>>);
 
 impl Recording {
@@ -104,7 +105,7 @@ fn radar(k: u32) -> RadarScan {
 }
 
 #[test]
-fn a_radar_and_its_seat_are_found() {
+fn a_radar_and_its_mounting_are_found() {
     let place = Place::new();
     let mut link = TransformStamped { child_frame_id: "radar".into(), header: header(0, "base"), ..Default::default() };
     link.transform.translation.x = 1.5;
@@ -134,9 +135,9 @@ fn a_radar_and_its_seat_are_found() {
 }
 
 #[test]
-fn landmarks_of_images_and_clouds_are_seen_from_above() {
+fn landmarks_of_images_and_clouds_are_converted_to_range_and_bearing() {
     let place = Place::new();
-    // Two metres ahead and one to the left, by the axes of a body and of an image.
+    // Two metres ahead and one to the left, in the axes of a body and of an image.
     let images = |k| {
         let mut seen = Detection3D::default();
         let at = &mut seen.bbox.center.position;
@@ -155,7 +156,7 @@ fn landmarks_of_images_and_clouds_are_seen_from_above() {
     let bytes = [
         Recording::new().with_odometry().with("/objects", images).bytes(),
         Recording::new().with_odometry().with("/objects", poses).bytes(),
-        // A laser's whole cloud is not taken for landmarks.
+        // A whole laser scan is not chosen as landmarks.
         Recording::new().with_odometry().with("/clusters", clouds).with("/velodyne_points", clouds).bytes(),
     ];
     for (k, bytes) in bytes.iter().enumerate() {
@@ -173,7 +174,7 @@ fn fixes_and_truth_are_read() {
     let place = Place::new();
     let gps = |k: u32| {
         let mut fix = NavSatFix { header: header(k, "gps"), latitude: 47.0, longitude: 8.0, ..NavSatFix::default() };
-        // A receiver that loses its satellites, then drives north: a second of arc is 30.88 m here.
+        // A receiver without satellites, then driving north: a second of arc is 30.88 m here.
         fix.status.status = if k == 4 { -1 } else { 0 };
         fix.latitude += f64::from(k) / 3600.0;
         fix.position_covariance_type = 2;
@@ -200,7 +201,7 @@ fn fixes_and_truth_are_read() {
     let log = log_folder::read(&place.path("none")).unwrap();
     assert!(log.fixes.is_empty() && log.truth.is_empty() && log.fix_noise == FixNoise::default());
 
-    // Poses that say nothing of their quality need a head that does.
+    // Poses without covariance need a head with their noise.
     let poses = |k| PoseWithCovarianceStamped { header: header(k, "map"), ..PoseWithCovarianceStamped::default() };
     place.write("b.mcap", Recording::new().with_odometry().with("/radar", radar).with("/pose", poses).bytes());
     let error = fails(&place, &["import", "b.mcap", "--out", "b", "--fixes", "/pose"]);
@@ -208,7 +209,7 @@ fn fixes_and_truth_are_read() {
 }
 
 #[test]
-fn cars_need_a_head_and_poses_make_velocities() {
+fn cars_need_a_head_and_velocities_are_derived_from_poses() {
     let place = Place::new();
     let drive = |k| {
         let mut message = AckermannDriveStamped { header: header(k, ""), ..AckermannDriveStamped::default() };
@@ -235,7 +236,7 @@ fn cars_need_a_head_and_poses_make_velocities() {
         assert_eq!((log.odometry[3].control, log.vehicle), (control, scenario::survey(1).vehicle));
     }
 
-    // Odometry that has poses alone: half a metre in a tenth of a second, then a standstill.
+    // Odometry with poses only: half a metre in a tenth of a second, then standstill.
     let poses = |k: u32| {
         let mut message = odometry(k);
         message.twist = Default::default();
@@ -250,7 +251,7 @@ fn cars_need_a_head_and_poses_make_velocities() {
 }
 
 #[test]
-fn what_is_missing_or_wrong_is_told_in_one_line() {
+fn missing_or_invalid_data_are_reported_in_one_line() {
     let place = Place::new();
     let good = Recording::new().with_odometry().with("/radar", radar).bytes();
     place.write("good.mcap", &good);
@@ -301,7 +302,7 @@ fn what_is_missing_or_wrong_is_told_in_one_line() {
     assert!(fails(&place, &["import", "good.mcap", "--out", "log"]).contains("not empty"));
 }
 
-/// Wherever a recording is damaged, the program ends by itself and says so, or reads the same log.
+/// For any damage of a recording, the program reports an error, or reads the same log.
 #[test]
 fn damaged_recordings_never_panic() {
     use scphd_exchange::import::recording::{Options, read};
@@ -357,7 +358,7 @@ fn the_files_of_mrclam_are_read() {
         format!("# Time x y theta\n{}", rows(&|k| format!("{}  -0.5  0.25", 0.0015 * k as f64))),
     );
     put("Robot2_Groundtruth.dat", rows(&|_| "1.0 2.0 3.0".into()));
-    // Two of one image, and a barcode that nobody has.
+    // Two detections in one image, and an unknown barcode.
     let seen = format!("{0} 63 2.5 -0.25\n{0} 14 1.0 0.5\n{1} 99 2.0 0.1\n", times[20], times[40]);
     put("Robot1_Measurement.dat", format!("# Time barcode r b\n{seen}"));
     let told = place.tells(&["import", "data", "--out", "log"]);
@@ -379,7 +380,7 @@ fn the_files_of_mrclam_are_read() {
     assert!(fails(&place, &["import", "data", "--out", "no", "--truth", "none"]).contains("of MCAP files alone"));
 }
 
-/// A MAT-file of level 4 with matrices of doubles, column by column, and one of 16 bits.
+/// A MAT-file of level 4 with matrices of doubles, by columns, and one of 16 bits.
 fn mat(matrices: &[(&str, usize, Vec<f64>)]) -> Vec<u8> {
     let mut file = Vec::new();
     for (name, rows, numbers) in matrices {
@@ -408,7 +409,7 @@ fn the_files_of_victoria_park_are_read() {
         ("steering", 80, list(80, |_| -0.003)),
     ];
     put("aa3_dr.mat", mat(&dr));
-    // A trunk of three rays 8 m straight ahead; the highest bits say how bright it is.
+    // A trunk of three rays 8 m straight ahead; the highest bits are the intensity.
     let beam = |k: f64| if ((k / 8.0).floor() - 180.0).abs() <= 1.0 { 800.0 + 8192.0 } else { 8191.0 };
     put(
         "aa3_lsr2.mat",
@@ -447,7 +448,7 @@ fn the_files_of_victoria_park_are_read() {
 }
 
 #[test]
-fn tables_are_read_by_a_map_of_their_columns() {
+fn tables_are_read_with_assigned_columns() {
     let place = Place::new();
     let rows = |of: fn(i32) -> String| (0..50).map(of).collect::<String>();
     place.write("wheels.csv", format!("ms;kmh;yaw\n{}", rows(|k| format!("{};3.6;90\n", 1000 + 100 * k))).as_bytes());
@@ -511,12 +512,12 @@ heading = { column = "h", unit = "deg" }
     }
 }
 
-/// Writes a topic's message of that number.
+/// Writes a topic's message with this number.
 type Topic<'a> = &'a dyn Fn(&mut Writer<Cursor<Vec<u8>>>, u32);
-/// Changes a message of that number.
+/// Changes a message with this number.
 type Change<'a, M> = &'a dyn Fn(u32, &mut M);
 
-/// Posts around a square of 16 m.
+/// Poles around a square of 16 m.
 fn posts() -> Vec<[f64; 2]> {
     (0..16)
         .map(f64::from)
@@ -524,7 +525,7 @@ fn posts() -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// A robot among posts: where it is at a tenth of a second, and its speed and turn rate from there on.
+/// A robot among poles: its poses every tenth of a second, with speed and turn rate until the next.
 struct Drive {
     poses: Vec<[f64; 3]>,
     controls: Vec<[f64; 3]>,
@@ -543,7 +544,7 @@ impl Drive {
         drive
     }
 
-    /// Posts within 12 m of the robot, in its axes: ahead, left, up.
+    /// Poles within 12 m of the robot, in its axes: ahead, left, up.
     fn seen(&self, k: u32) -> Vec<[f64; 3]> {
         let [x, y, heading] = self.poses[k as usize];
         let (s, c) = heading.sin_cos();
@@ -572,14 +573,14 @@ impl Drive {
         array
     }
 
-    /// A recording of every message of some topics.
+    /// A recording with every message of some topics.
     fn recording(&self, topics: &[Topic]) -> Vec<u8> {
         let mut writer = Writer::new(Cursor::new(Vec::new()), "test").unwrap();
         (0..600).for_each(|k| topics.iter().for_each(|topic| topic(&mut writer, k)));
         writer.finish().unwrap().into_inner()
     }
 
-    /// With odometry and detections as they should be, but of this odometry.
+    /// With odometry and detections, and a change of the odometry.
     fn with_odometry(&self, change: impl Fn(u32, &mut Odometry)) -> Vec<u8> {
         self.recording(&[
             &|writer, k| {
@@ -591,7 +592,7 @@ impl Drive {
         ])
     }
 
-    /// With these detections.
+    /// With odometry and these detections.
     fn with_detections(&self, links: &[TransformStamped], of: impl Fn(u32) -> PoseArray) -> Vec<u8> {
         self.recording(&[
             &|writer, k| writer.write("/odom", stamp(k), &self.odometry(k)).unwrap(),
@@ -604,7 +605,7 @@ impl Drive {
         ])
     }
 
-    /// Every detection of a log is where a post is, seen from where the robot was.
+    /// Checks that every detection of a log is at a pole, as seen from the robot's true pose.
     fn fits(&self, log: &Log, name: &str) {
         assert_eq!(log.scans.len(), 600, "{name}");
         for (k, scan) in log.scans.iter().enumerate() {
@@ -620,7 +621,7 @@ impl Drive {
 }
 
 #[test]
-fn a_twist_that_contradicts_its_poses_is_made_of_them() {
+fn a_twist_that_contradicts_its_poses_is_replaced_by_theirs() {
     let (place, drive) = (Place::new(), Drive::new());
     let cases: [(&str, Change<Odometry>); 4] = [
         ("", &|_, _| {}),
@@ -648,7 +649,7 @@ fn a_twist_that_contradicts_its_poses_is_made_of_them() {
 }
 
 #[test]
-fn points_come_to_the_vehicle_whatever_frame_they_are_in() {
+fn points_in_any_frame_are_transformed_to_the_vehicle() {
     let (place, drive) = (Place::new(), Drive::new());
     let link = |parent: &str, child: &str, rotation| {
         let mut link =
@@ -691,9 +692,9 @@ fn points_come_to_the_vehicle_whatever_frame_they_are_in() {
 }
 
 #[test]
-fn stamps_that_go_back_divide_a_recording() {
+fn decreasing_stamps_divide_a_recording() {
     let (place, drive) = (Place::new(), Drive::new());
-    // The clock of the computer is set back by three seconds.
+    // The computer's clock is set back by three seconds.
     let set_back = |k: u32| stamp(if k < 300 { k } else { k - 30 });
     let bytes = drive.recording(&[
         &|writer, k| {
@@ -742,7 +743,7 @@ fn fix_at(k: u32, [x, y]: [f64; 2]) -> NavSatFix {
 }
 
 #[test]
-fn places_that_are_none_are_no_origin() {
+fn invalid_positions_are_not_the_origin() {
     let (place, drive) = (Place::new(), Drive::new());
     let recording = |fix: &dyn Fn(u32) -> NavSatFix, truth: bool| {
         drive.recording(&[
@@ -819,7 +820,7 @@ fn places_that_are_none_are_no_origin() {
         near(&log, &|place| place);
         assert!(log.initial_pose[0].abs() < 1e-9 && log.initial_pose[2].abs() < 1e-9);
     }
-    // Without a truth the way by odometry tells where the vehicle starts in the frame of the fixes.
+    // Without truth, dead reckoning gives the initial pose in the frame of the fixes.
     place.write(
         "a.mcap",
         recording(
@@ -840,7 +841,7 @@ fn places_that_are_none_are_no_origin() {
 }
 
 #[test]
-fn folders_of_bags_and_compressed_recordings_are_read() {
+fn bag_folders_and_compressed_recordings_are_read() {
     let (place, drive) = (Place::new(), Drive::new());
     let whole = drive.with_odometry(|_, _| {});
     let part = |from: u32, to: u32| {
@@ -872,7 +873,7 @@ fn folders_of_bags_and_compressed_recordings_are_read() {
             .fails(&["import", "bag", "--out", "no"])
             .contains("bag_8.mcap: metadata.yaml lists it, but it is not there")
     );
-    // The endings that zstd and lz4 give; what is in a file tells how it is packed.
+    // The file extensions of zstd and lz4; the compression is recognised by the content.
     for end in ["zstd", "zst", "lz4"] {
         let (folder, out) = (format!("bag_{end}"), format!("of_{end}"));
         fs::create_dir(place.path(&folder)).unwrap();
@@ -890,9 +891,9 @@ fn folders_of_bags_and_compressed_recordings_are_read() {
 }
 
 #[test]
-fn bearings_and_ranges_that_are_none_are_mended_or_named() {
+fn invalid_bearings_and_ranges_are_corrected_or_reported() {
     let (place, drive) = (Place::new(), Drive::new());
-    // Azimuths from 0 on, and rays without a return written as 30 m.
+    // Azimuths from 0, and rays without a return at 30 m.
     let rays = |k: u32| {
         let seen = drive.seen(k);
         let rays = seen
@@ -922,7 +923,7 @@ fn bearings_and_ranges_that_are_none_are_mended_or_named() {
 }
 
 #[test]
-fn tables_of_windows_and_of_other_languages_are_read() {
+fn tables_with_windows_line_ends_and_decimal_commas_are_read() {
     let place = Place::new();
     let odometry = |wrong: &str| -> String {
         let row = |k: i32| format!("{},{};1,5;{}\r\n", k / 10, k % 10, if k == 48 { wrong } else { "0,1" });

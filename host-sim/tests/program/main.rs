@@ -1,4 +1,4 @@
-//! The program as its users run it, in folders of its own.
+//! The program as run by its users, each test in its own folder.
 
 mod bad_input;
 mod cli;

@@ -1,8 +1,8 @@
-//! A map that one drive leaves, and others that start in it.
+//! A map of one drive, and other drives that start in it.
 
 use crate::place::Place;
 
-/// The line of what it prints that tells the digest.
+/// The line of the output with the digest.
 fn digest(printed: &str) -> &str {
     printed.lines().find(|line| line.contains("digest")).unwrap()
 }
@@ -24,7 +24,7 @@ fn a_second_drive_finds_itself_in_the_map_of_the_first() {
 }
 
 #[test]
-fn what_is_no_map_is_refused() {
+fn invalid_maps_are_refused() {
     let place = Place::new();
     place.write("no.map", "no map");
     let cases: [(&[&str], &str); 6] = [

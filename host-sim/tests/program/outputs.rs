@@ -1,4 +1,4 @@
-//! Where the program's results go, as its users see it: files, the standard output, and what is neither.
+//! Destinations of the program's results: files, the standard output, and others.
 
 use crate::place::Place;
 use serde_json::Value;
@@ -9,7 +9,7 @@ fn workplace() -> Place {
     Place::with_log(11)
 }
 
-/// Standard output and standard error of what has to succeed.
+/// Standard output and standard error of a command that must succeed.
 fn said(place: &Place, args: &[&str]) -> (Vec<u8>, String) {
     let output = place.succeeds(args);
     (output.stdout, String::from_utf8(output.stderr).unwrap())
@@ -18,7 +18,7 @@ fn said(place: &Place, args: &[&str]) -> (Vec<u8>, String) {
 const REPLAY: [&str; 4] = ["replay", "log", "--particles", "2"];
 
 #[test]
-fn a_dash_is_the_standard_output_and_tables_go_to_stderr() {
+fn a_dash_means_the_standard_output_and_tables_go_to_stderr() {
     let place = workplace();
     let json = |args: &[&str]| -> (Value, String) {
         let (stdout, stderr) = said(&place, args);
@@ -48,7 +48,7 @@ fn a_dash_is_the_standard_output_and_tables_go_to_stderr() {
 }
 
 #[test]
-fn what_must_not_be_replaced_is_refused_before_the_run() {
+fn destinations_that_must_not_be_replaced_are_refused_before_the_run() {
     let place = workplace();
     fs::create_dir(place.path("folder")).unwrap();
     fs::write(place.path("guarded"), "kept").unwrap();
@@ -81,14 +81,14 @@ mod unix {
     use std::thread;
 
     #[test]
-    fn the_name_of_the_standard_output_is_the_standard_output() {
+    fn the_path_of_the_standard_output_means_the_standard_output() {
         let place = workplace();
         let args = [&REPLAY[..], &["--json", "/dev/stdout"]].concat();
         let (stdout, stderr) = said(&place, &args);
         let run: Value = serde_json::from_slice(&stdout).unwrap();
         assert_eq!(run["scans"], 11);
         assert!(stderr.contains("position RMSE (m)"), "{stderr}");
-        // A file that the standard output goes to, by its own name.
+        // A file that is the standard output, by its name.
         let file = fs::File::create(place.path("run.json")).unwrap();
         let mut command = place.command(&args);
         command.stdout(file).stderr(std::process::Stdio::null());
@@ -98,7 +98,7 @@ mod unix {
     }
 
     #[test]
-    fn links_stay_and_lead_to_the_results() {
+    fn links_remain_and_lead_to_the_results() {
         let place = workplace();
         fs::create_dir(place.path("far")).unwrap();
         fs::write(place.path("far/run.json"), "old").unwrap();
@@ -112,7 +112,7 @@ mod unix {
         assert!(error.contains("leads nowhere"), "{error}");
         assert!(!place.path("gone").exists());
 
-        // Every file of a folder goes the same way: tables, SVG and PNG.
+        // All files of a folder: tables, SVG and PNG.
         let tables = ["scans.csv", "error.svg", "error.png"];
         fs::create_dir(place.path("out")).unwrap();
         for table in tables {
@@ -151,8 +151,8 @@ mod unix {
     fn a_device_is_written_through() {
         let place = workplace();
         let path = place.path("null");
-        // A device of our own, so that a failure does no harm. Only the superuser can make one, and only the superuser can
-        // replace one.
+        // An own device, so that a failure does no harm. Only the superuser can create one, and only the superuser can replace
+        // one.
         let made = Command::new("mknod").arg(&path).args(["c", "1", "3"]).stderr(std::process::Stdio::null()).status();
         let device = if made.is_ok_and(|made| made.success()) { path } else { PathBuf::from("/dev/null") };
         let device = device.to_str().unwrap();
@@ -164,7 +164,7 @@ mod unix {
     }
 }
 
-/// The table of settings that is printed for a firmware describes the joint map that a replay has, in C and in Rust.
+/// The printed table of settings for a firmware describes the joint map of a replay, in C and in Rust.
 #[test]
 fn settings_are_printed_as_constants() {
     use scphd_vehicle::{Description, Setting};

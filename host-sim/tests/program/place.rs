@@ -1,4 +1,4 @@
-//! A folder that the program runs in.
+//! A folder for runs of the program.
 
 use scphd_log::log::Log;
 use scphd_log::log_folder;
@@ -9,16 +9,16 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
-/// A folder, which goes away with the test.
+/// A folder that is removed at the end of the test.
 pub struct Place(TempDir);
 
 impl Place {
-    /// An empty one.
+    /// An empty folder.
     pub fn new() -> Self {
         Self(TempDir::new().unwrap())
     }
 
-    /// One with the first scans of the survey in `log`.
+    /// A folder with the first scans of the survey in `log`.
     pub fn with_log(scans: usize) -> Self {
         let place = Self::new();
         log_folder::write(&survey_of(scans), &place.path("log")).unwrap();
@@ -33,12 +33,12 @@ impl Place {
         fs::write(self.path(name), bytes).unwrap();
     }
 
-    /// What a file of JSON says.
+    /// The contents of a JSON file.
     pub fn json(&self, name: &str) -> Value {
         serde_json::from_slice(&fs::read(self.path(name)).unwrap()).unwrap()
     }
 
-    /// The program, to be run in here.
+    /// A command of the program in this folder.
     pub fn command(&self, args: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_scphd-sim"));
         command.args(args).current_dir(self.0.path());
@@ -55,17 +55,17 @@ impl Place {
         output
     }
 
-    /// What it prints.
+    /// The standard output of a successful command.
     pub fn prints(&self, args: &[&str]) -> String {
         String::from_utf8(self.succeeds(args).stdout).unwrap()
     }
 
-    /// What it tells on stderr, though it succeeds.
+    /// The standard error of a successful command.
     pub fn tells(&self, args: &[&str]) -> String {
         String::from_utf8(self.succeeds(args).stderr).unwrap()
     }
 
-    /// The line on stderr where it has to fail for bad input, without leaving anything anywhere.
+    /// The line on stderr of a command that must fail because of its input, without writing files.
     pub fn fails(&self, args: &[&str]) -> String {
         let before = all_names(self.0.path());
         let output = self.run(args);
@@ -95,7 +95,7 @@ pub fn names(dir: &Path) -> Vec<String> {
     names
 }
 
-/// Names in a folder, and in those in it.
+/// Paths in a folder and its subfolders.
 fn all_names(dir: &Path) -> Vec<PathBuf> {
     let paths: Vec<PathBuf> = names(dir).into_iter().map(|name| dir.join(name)).collect();
     let inside = |path: &PathBuf| if path.is_dir() { all_names(path) } else { Vec::new() };
@@ -104,7 +104,7 @@ fn all_names(dir: &Path) -> Vec<PathBuf> {
     all
 }
 
-/// The object without the times, which no two runs share.
+/// The object without times, which differ between runs.
 pub fn timeless(mut figures: Value) -> Value {
     figures.as_object_mut().unwrap().retain(|key, _| !key.starts_with("scan_us"));
     figures

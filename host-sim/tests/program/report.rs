@@ -1,4 +1,4 @@
-//! A run as a page: its numbers are those of the JSON output and of the tables of the same run.
+//! The page of a run: its numbers are those of the JSON output and of the tables of the same run.
 
 use crate::place::Place;
 use serde_json::Value;
@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 
-/// A page and what else the same run wrote.
+/// A page and the other outputs of the same run.
 struct Written {
     page: String,
     /// The data in the page.
@@ -33,7 +33,7 @@ fn written(args: &[&str]) -> Written {
     Written { data: serde_json::from_str(data).unwrap(), summary: place.json("run.json"), page, scans }
 }
 
-/// Every number of the page that another output has too.
+/// Checks every number of the page that another output has too.
 fn holds_what_the_run_wrote(run: &Written) {
     let Written { page, data, summary, scans } = run;
     assert_eq!(&data["summary"], summary);
@@ -41,7 +41,7 @@ fn holds_what_the_run_wrote(run: &Written) {
         let known = data["meanings"].as_array().unwrap().iter().any(|row| row[0] == **key);
         assert!(known, "{key} has no meaning");
     }
-    // The rows that the curves show are rows of the table, to the last bit.
+    // The points of the curves are rows of the table, to the last bit.
     let series = &data["series"];
     let places: Vec<usize> = series["scan"].as_array().unwrap().iter().map(|k| k.as_u64().unwrap() as usize).collect();
     let all = summary["scans"].as_u64().unwrap() as usize;
@@ -63,14 +63,14 @@ fn holds_what_the_run_wrote(run: &Written) {
             }
         }
     }
-    // And they lead to the figures, where none was left out.
+    // The figures follow from them if no row was left out.
     if places.len() == all {
         let squares: Vec<f64> =
             series["position_error_m"].as_array().unwrap().iter().filter_map(|e| e.as_f64()).map(|e| e * e).collect();
         let rmse = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
         assert!((rmse - summary["position_rmse_m"].as_f64().unwrap()).abs() < 1e-9, "{rmse}");
     }
-    // Every picture has all detections of its scan that have a place in the map.
+    // Every frame has all detections of its scan with a position in the map.
     let frames = data["frames"].as_array().unwrap();
     assert_eq!(frames.len(), all.min(400));
     for frame in frames {
@@ -84,7 +84,7 @@ fn holds_what_the_run_wrote(run: &Written) {
         let exact = scans[&format!("{}_m", name.as_str().unwrap())][all - 1].parse::<f64>().unwrap();
         assert!((last["pose"][axis].as_f64().unwrap() - exact).abs() <= 5.1e-4);
     }
-    // Settings, each with where it is from.
+    // Settings, each with its origin.
     let settings = data["settings_text"].as_str().unwrap();
     let lines: Vec<&str> = settings.lines().filter(|line| line.contains(" = ")).collect();
     assert!(lines.len() > 10 && lines.iter().all(|line| line.contains('#')), "{settings}");
@@ -98,7 +98,7 @@ fn holds_what_the_run_wrote(run: &Written) {
             .sum();
         assert_eq!(inside, reported["scans"].as_u64().unwrap());
     }
-    // Nothing is asked of a network.
+    // The page needs no network.
     for word in ["http:", "https:", "src=", "href=", "@import", "url(", "fetch(", "XMLHttpRequest", "{{"] {
         assert!(!page.contains(word), "{word}");
     }
@@ -108,7 +108,7 @@ fn holds_what_the_run_wrote(run: &Written) {
 fn of_thesis_dynamic() {
     let run = written(&["run", "thesis-dynamic"]);
     holds_what_the_run_wrote(&run);
-    // The stages are parts of the scan, and all but a little of it.
+    // The stages are parts of the scan, and nearly all of it.
     let series = &run.data["series"];
     let stages = ["predict", "weigh", "resample", "update", "reduce"].map(|stage| &series[format!("stage_{stage}_us")]);
     let all = series["scan_us"].as_array().unwrap();
@@ -122,7 +122,8 @@ fn of_thesis_dynamic() {
     let frames = run.data["frames"].as_array().unwrap();
     let count = |key: &str| frames.iter().map(|frame| frame[key].as_array().unwrap().len()).sum::<usize>();
     assert!(count("particles") > frames.len() && count("moving") > 0 && count("movers") > 0);
-    // In the middle of the run most detections of landmarks meet features, and most false ones do not: 20 of about 32 are false.
+    // In the middle of the run most detections of landmarks are near features, and most false ones are not: 20 of about 32 are
+    // false.
     let (met, all) = frames[100..]
         .iter()
         .flat_map(|frame| frame["detections"].as_array().unwrap())
@@ -144,6 +145,6 @@ fn of_long_runs() {
 }
 
 #[test]
-fn a_page_is_of_a_single_run() {
+fn a_page_is_for_a_single_run() {
     Place::new().fails(&["run", "survey", "--repeat", "2", "--html", "page.html"]);
 }

@@ -1,6 +1,6 @@
-//! Programs of others read what a run writes, and find in it what the run's own tables say.
+//! Other programs read the exported files of a run, and find the values of the run's own tables.
 //!
-//! `cargo xtask logs` gets them into an environment of their own and runs this test, which does not run without them.
+//! `cargo xtask logs` installs them into an environment of their own and runs this test, which does not run without them.
 
 #[expect(dead_code, reason = "other tests read folders")]
 #[path = "../folders/mod.rs"]
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
 
-/// Names the Python of the environment; `SCPHD_READERS_ALL` asks for those that are large, too.
+/// The variable with the Python of the environment; `SCPHD_READERS_ALL` requests the large programs, too.
 const PYTHON: &str = "SCPHD_READERS_PYTHON";
 
 fn succeeds(command: &mut Command) -> String {

@@ -1,4 +1,4 @@
-//! Two runs beside each other: what was set otherwise, and what came of it.
+//! Comparison of two runs: differences of their settings and of their figures.
 
 use crate::meaning;
 use scphd_score::results::json::Format;
@@ -8,31 +8,31 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// Where a page keeps its data.
+/// The element of a page with its data.
 const BEGIN: &str = "<script type=\"application/json\" id=\"data\">";
 const END: &str = "</script>";
 
-/// What a run has left: its page, or its JSON output.
+/// The output of a run: its page, or its JSON file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Written {
     name: String,
     summary: Map<String, Value>,
-    /// The data of the page.
+    /// The data of the page, if it is one.
     page: Option<Value>,
 }
 
-/// Two runs beside each other. Serialised with exactly these keys in this order.
+/// The comparison of two runs. Serialised with exactly these keys in this order.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Difference {
     /// The format of the keys.
     pub format: Format,
     /// Names of the files, A and B.
     pub runs: [String; 2],
-    /// Why these are no runs over the same inputs; empty where they are, as far as the files tell.
+    /// Reasons why the runs do not have the same inputs; empty if they do, as far as the files show.
     pub other_inputs: Vec<String>,
     /// Settings that differ, by section and name.
     pub settings: Vec<Setting>,
-    /// All figures that one of them has.
+    /// All figures of either run.
     pub figures: Vec<Figure>,
 }
 
@@ -41,30 +41,30 @@ pub struct Difference {
 pub struct Setting {
     /// `section.name`.
     pub setting: String,
-    /// Its value in A; null where that has no such setting.
+    /// Its value in A; null if A does not have it.
     pub a: Value,
     /// Its value in B.
     pub b: Value,
 }
 
-/// A figure of both.
+/// A figure of both runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figure {
     /// Its key in the JSON output of a run.
     pub key: String,
-    /// Its value in A; null where it is unknown.
+    /// Its value in A; null if unknown.
     pub a: Value,
     /// Its value in B.
     pub b: Value,
-    /// B less A, of numbers that are known.
+    /// B minus A, for known numbers.
     pub difference: Option<f64>,
 }
 
 impl Written {
-    /// Reads a page that `--html` wrote, or what `--json` wrote of a single run.
+    /// Reads a page of `--html`, or a file of `--json` of a single run.
     ///
     /// # Errors
-    /// Says in one line what the file is not.
+    /// The reason in one line.
     pub fn read(path: &Path) -> Result<Self, String> {
         let name = path.display().to_string();
         let text = fs::read_to_string(path).map_err(|error| format!("{name}: {error}"))?;
@@ -100,23 +100,23 @@ impl Written {
         Ok(Self { name, summary, page })
     }
 
-    /// The file.
+    /// Name of the file.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The log that it is of.
+    /// Name of the log of the run.
     pub(crate) fn log(&self) -> &str {
         self.summary.get("log").and_then(Value::as_str).unwrap_or_default()
     }
 
-    /// The data of the page, where it is one.
+    /// The data of the page, if it is one.
     pub(crate) fn page(&self) -> Option<&Value> {
         self.page.as_ref()
     }
 
-    /// A list of the curves, by scan.
+    /// A curve by scan.
     fn by_scan(&self, key: &str) -> BTreeMap<u64, &Value> {
         let list = |key: &str| self.page.as_ref().and_then(|page| page["series"][key].as_array());
         let (Some(scans), Some(values)) = (list("scan"), list(key)) else { return BTreeMap::new() };
@@ -125,7 +125,7 @@ impl Written {
 }
 
 impl Difference {
-    /// Of two runs.
+    /// Compares two runs.
     #[must_use]
     pub fn of([a, b]: [&Written; 2]) -> Self {
         let (mut of_a, mut of_b) = (BTreeMap::new(), BTreeMap::new());
@@ -141,14 +141,14 @@ impl Difference {
             .filter(|setting| setting.a != setting.b)
             .collect();
         let known = |run: &Written, key: &str| run.summary.get(key).cloned().unwrap_or_default();
-        // In the order of the documentation, which has them all.
+        // In the order of the documentation, which has all figures.
         let figures = meaning::of_figures()
             .into_iter()
             .map(|(key, _)| key)
             .filter(|key| !matches!(key.as_str(), "format" | "log" | "settings"))
             .map(|key| {
                 let (a, b) = (known(a, &key), known(b, &key));
-                // Seeds are names.
+                // Seeds are not quantities.
                 let numbers = a.as_f64().zip(b.as_f64()).filter(|_| key != "seed");
                 Figure { difference: numbers.map(|(a, b)| b - a), key, a, b }
             })
@@ -164,7 +164,8 @@ impl Difference {
     }
 }
 
-/// Why two runs are not of the same inputs. Names and counts tell it of JSON, times, truth and measurements of pages.
+/// Reasons why two runs do not have the same inputs: names and counts for JSON files; for pages also times, truth and
+/// measurements.
 fn other_inputs(a: &Written, b: &Written) -> Vec<String> {
     let mut reasons = Vec::new();
     for key in ["log", "scans"] {
@@ -198,7 +199,7 @@ fn flatten(prefix: &str, value: &Value, into: &mut BTreeMap<String, Value>) {
     }
 }
 
-/// A value as people read it.
+/// A value as text.
 #[must_use]
 pub fn plain(value: &Value) -> String {
     match value {
@@ -224,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn what_differs_is_listed() {
+    fn differences_are_listed() {
         let (a, b) = (written(&run("circle", 1.5, 0.1)), written(&run("circle", 1.0, 0.2)));
         let difference = Difference::of([&a, &b]);
         assert_eq!(difference.other_inputs, Vec::<String>::new());
@@ -237,13 +238,13 @@ mod tests {
     }
 
     #[test]
-    fn other_logs_are_told() {
+    fn different_logs_are_reported() {
         let (a, b) = (written(&run("circle", 1.0, 0.1)), written(&run("square", 1.0, 0.1)));
         assert_eq!(Difference::of([&a, &b]).other_inputs, ["log: circle and square"]);
     }
 
     #[test]
-    fn what_is_no_run_is_refused() {
+    fn a_file_that_is_not_a_run_is_refused() {
         let of = |text: &str| Written::of("x".into(), text).unwrap_err();
         assert!(of("nonsense").contains("neither"));
         assert!(of(&format!("[{0},{0}]", run("circle", 1.0, 0.1))).contains("a list of 2 runs"));

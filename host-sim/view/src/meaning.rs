@@ -1,4 +1,4 @@
-//! What figures and conditions mean: the tables of the documentation, so that a page says the same.
+//! Meanings of figures and conditions, from the tables of the documentation, so that a page has the same text.
 
 use serde::Serialize;
 
@@ -7,14 +7,14 @@ const RESULTS: &str = include_str!("../../../docs/results.md");
 /// Columns `condition`, `cause` and `what to do`.
 const HEALTH: &str = include_str!("../../../docs/health.md");
 
-/// A condition.
+/// A health condition.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub(crate) struct Condition {
     pub(crate) cause: String,
     pub(crate) action: String,
 }
 
-/// The meaning of every key of a run, in their order.
+/// The meaning of every key of a run, in order.
 pub(crate) fn of_figures() -> Vec<(String, String)> {
     let section = RESULTS.split("\n## ").find(|section| section.starts_with("A run\n")).unwrap_or_default();
     let row = |line: &str| {
@@ -24,7 +24,7 @@ pub(crate) fn of_figures() -> Vec<(String, String)> {
     section.lines().filter_map(row).collect()
 }
 
-/// Why a condition is reported, and what to do.
+/// The cause of a condition, and what to do.
 pub(crate) fn of_condition(name: &str) -> Option<Condition> {
     let mark = format!("| `{name}` | ");
     let row = HEALTH.lines().find(|line| line.contains(&mark))?;
@@ -32,7 +32,7 @@ pub(crate) fn of_condition(name: &str) -> Option<Condition> {
     Some(Condition { cause: plain(cause), action: plain(action) })
 }
 
-/// A cell without its marks: links are their words.
+/// A cell without markup: a link becomes its text.
 fn plain(cell: &str) -> String {
     let mut text = String::new();
     let mut rest = cell;
@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn links_are_their_words() {
+    fn links_become_their_text() {
         assert_eq!(
             plain("more `pages` ([choosing.md](choosing.md)), of [x] too"),
             "more pages (choosing.md), of [x] too"

@@ -1,16 +1,16 @@
-//! A run as one page that needs nothing else: no network, no program but a browser.
+//! A run as one HTML page without external parts, for any browser, offline.
 //!
-//! What is kept of a run while it goes on is a [`Film`].
+//! The data recorded during a run are a [`Film`].
 //!
 //! | file | |
 //! |---|---|
 //! | `data.rs` | the data of a page, as JSON |
 //! | `page.html`, `page.css`, `page.js` | the page |
-//! | `pair.rs`, `pair.html`, `pair.js` | the page of two runs |
-//! | `common.js` | what both have: colours, axes, curves, fingers |
+//! | `pair.rs`, `pair.html`, `pair.js` | the page for two runs |
+//! | `common.js` | common parts: colours, axes, curves, touch input |
 //!
-//! Figures are those of the JSON output: the page has the same object, and the rows of `scans.csv` that its curves show are the same
-//! numbers. What is thinned, and how, the page says.
+//! The figures are those of the JSON output: the page has the same object, and its curves have the numbers of `scans.csv`. The
+//! page states how they are thinned.
 
 mod data;
 mod pair;
@@ -28,7 +28,7 @@ const SCRIPT: &str = include_str!("report/page.js");
 const PAIR: &str = include_str!("report/pair.html");
 const PAIR_SCRIPT: &str = include_str!("report/pair.js");
 
-/// The page of a run that was filmed; `settings_text` are its settings as a file, with where each is from.
+/// The page of a recorded run; `settings_text` are its settings as a file, with their origins.
 #[must_use]
 pub fn page<K: Kind>(
     log: &K::Log,
@@ -44,10 +44,10 @@ pub fn page<K: Kind>(
     filled(PAGE, &[("title", &title), ("style", STYLE), ("common", COMMON), ("script", SCRIPT), ("data", &json)])
 }
 
-/// The page of two runs, of which both have left one.
+/// The page for two runs that both have pages.
 ///
 /// # Errors
-/// Names the run without a page: it has no curves.
+/// The name of the run without a page, which has no curves.
 pub fn pair_page(difference: &Difference, runs: [&Written; 2]) -> Result<String, String> {
     let page = |run: &'_ Written| -> Result<(), String> {
         run.page().map(drop).ok_or_else(|| format!("{}: no curves; a page that --html wrote has them", run.name()))
@@ -61,12 +61,12 @@ pub fn pair_page(difference: &Difference, runs: [&Written; 2]) -> Result<String,
     ))
 }
 
-/// Data as a script holds them: plain numbers and texts, which JSON has all. A `<` could end the script.
+/// Data for a script element: plain numbers and texts, which JSON can express. A `<` could end the script.
 fn embedded(data: &impl Serialize) -> String {
     serde_json::to_string(data).unwrap_or_default().replace('<', "\\u003c")
 }
 
-/// The page with its parts; what stands in a part is never taken for a mark.
+/// Fills the marks of a page with parts; marks inside the parts are not replaced.
 fn filled(page: &str, parts: &[(&str, &str)]) -> String {
     let mut pieces = page.split("{{");
     let mut text = pieces.next().unwrap_or_default().to_owned();

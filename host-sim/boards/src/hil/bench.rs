@@ -1,4 +1,4 @@
-//! Sends a stream, waits for the answer to every scan, and sends again what was lost.
+//! Sends a stream, waits for the answer to every scan, and repeats lost records.
 
 use super::line::Line;
 use super::trouble::{Rates, Trouble};
@@ -9,17 +9,17 @@ use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
 use thiserror::Error;
 
-/// Bytes of a record, at most: a map of a hundred features.
+/// Greatest size of a record, bytes: a map of a hundred features.
 const RECORD: usize = 8192;
-/// Bytes of an answer's frame, at most.
+/// Greatest size of an answer's frame, bytes.
 const ANSWER: usize = 512;
 
-/// How long and how often.
+/// Timeout and number of repetitions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
-    /// Until it asks whether something was lost.
+    /// Time after which the host asks whether something was lost.
     pub answer_within: Duration,
-    /// Times that it asks or sends again for one scan, at most.
+    /// Greatest number of queries and repetitions for a scan.
     pub repeats: u32,
 }
 
@@ -29,66 +29,66 @@ impl Default for Limits {
     }
 }
 
-/// A scan that the target has answered.
+/// A scan with the answer of the target.
 #[derive(Debug, Clone, Copy)]
 pub struct Scanned<K: Kind> {
-    /// Its place, counted from 0.
+    /// Its index.
     pub scan: usize,
-    /// What the target says.
+    /// The answer of the target.
     pub answer: Answer<K>,
-    /// From the frame of the scan, sent for the first time, to the answer.
+    /// Time from the first transmission of the scan's frame to the answer.
     pub round_trip: Duration,
-    /// Times that it was asked for or sent again.
+    /// Number of queries and repetitions.
     pub repeats: u32,
 }
 
-/// How all of it went.
+/// The result of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct Outcome<K: Kind> {
     /// The last answer, to the end of the stream.
     pub last: Answer<K>,
-    /// Frames that were sent.
+    /// Number of frames sent.
     pub frames: u32,
-    /// Of them, records sent again, and frames that ask.
+    /// Number of repeated records and of queries among them.
     pub repeats: u32,
-    /// What this end has taken and refused of the answers.
+    /// Numbers of accepted and rejected answers at this end.
     pub answers: Report,
 }
 
-/// Why a stream did not come to its end.
+/// Why a stream was not sent to its end.
 #[derive(Debug, Error)]
 pub enum HilError {
-    /// The line.
+    /// Error of the line.
     #[error("the line to the target: {0}")]
     Line(#[from] io::Error),
-    /// Nothing came, or not what was asked for.
+    /// There is no answer, or a wrong one.
     #[error("no answer from the target to frame {number} after {repeats} repeats")]
     NoAnswer {
-        /// The frame.
+        /// Number of the frame.
         number: u32,
-        /// How often it was asked.
+        /// Number of repetitions.
         repeats: u32,
     },
-    /// The filter of the target.
+    /// The target cannot set up its filter.
     #[error(
         "the target cannot set its filter up as the stream says: too little room, another version or another kind of vehicle"
     )]
     NotSetUp,
-    /// A record.
+    /// A record is too long.
     #[error("record {number} is too long for a frame")]
     TooLong {
-        /// The record.
+        /// Number of the record.
         number: u32,
     },
-    /// The stream.
+    /// The stream is invalid.
     #[error("the stream is damaged or has no end")]
     Stream,
 }
 
-/// What is answered, and the answer.
+/// The token of a request, and its answer.
 type Answered<K> = (Option<Token>, Answer<K>);
 
-/// The host's end of a bench.
+/// The host's end of the link to a target.
 pub struct Bench {
     line: Line,
     limits: Limits,
@@ -97,16 +97,16 @@ pub struct Bench {
     token: Token,
     there: Trouble,
     back: Trouble,
-    /// Of an answer, what has come.
+    /// The received part of an answer.
     coming: Vec<u8>,
-    /// What the bad line has let through, the next byte last.
+    /// The bytes from the line after simulated faults, the next byte last.
     arrived: Vec<u8>,
     frames: u32,
     repeats: u32,
 }
 
 impl Bench {
-    /// A bench at this line, made worse at these rates; the session is to be another one each time.
+    /// A bench at this line, with simulated faults at these rates; the session number must be different each time.
     #[must_use]
     pub fn new(line: Line, session: u16, limits: Limits, rates: Rates, seed: u64) -> Self {
         Self {
@@ -124,10 +124,10 @@ impl Bench {
         }
     }
 
-    /// Sends a stream to its end; every scan that is answered is handed on.
+    /// Sends a stream to its end; `on` is called for every answered scan.
     ///
     /// # Errors
-    /// The target does not answer, or cannot set up such a filter.
+    /// The target does not answer, or cannot set up the filter.
     pub fn run<K: Kind>(&mut self, stream: &[u8], mut on: impl FnMut(&Scanned<K>)) -> Result<Outcome<K>, HilError> {
         let pieces: Vec<&[u8]> = pieces::<K>(stream).collect();
         let begun = self.deliver::<K>(&pieces, 0..=0)?;
@@ -136,7 +136,7 @@ impl Bench {
         }
         let (mut first, mut scans) = (1, 0);
         while first < pieces.len() {
-            // All up to the next scan, or to the end.
+            // All records up to the next scan, or to the end.
             let is_last = |piece: &&[u8]| matches!(piece.first(), Some(&SCAN | &END));
             let last = first + pieces[first..].iter().position(is_last).ok_or(HilError::Stream)?;
             let delivered = self.deliver::<K>(&pieces, first..=last)?;
@@ -164,11 +164,11 @@ impl Bench {
                     self.repeats += repeats;
                     return Ok(Scanned { scan: 0, answer, round_trip: begun.elapsed(), repeats });
                 }
-                // All that was sent before this token has arrived or never will.
+                // Everything sent before this token has arrived or was lost.
                 Some((Some(token), answer)) if token == self.token => Some(answer.accepted as usize + 1),
-                // Late, from something that was asked before.
+                // A late answer to an earlier request.
                 Some((Some(_), _)) => continue,
-                // Something that arrived was damaged; or nothing comes.
+                // A damaged record arrived, or no answer.
                 Some((None, _)) | None => None,
             };
             repeats += 1;
@@ -177,7 +177,7 @@ impl Bench {
             }
             match missing {
                 Some(first) => drop(self.send(pieces, first.min(last)..=last)?),
-                // Nobody answers before a session is open.
+                // There are no answers before a session is open.
                 None if last == 0 => drop(self.send(pieces, 0..=0)?),
                 None => self.ask()?,
             }
@@ -185,7 +185,7 @@ impl Bench {
         }
     }
 
-    /// Sends records, the last of them with a token; when that was.
+    /// Sends records, the last of them with a token. Returns the time of its transmission.
     fn send(&mut self, pieces: &[&[u8]], numbers: RangeInclusive<usize>) -> Result<Instant, HilError> {
         let last = *numbers.end();
         let mut begun = Instant::now();
@@ -211,7 +211,7 @@ impl Bench {
         self.token
     }
 
-    /// Puts a frame on the line, or what the line makes of it.
+    /// Sends a frame, with simulated faults.
     fn put(&mut self, frame: &[u8]) -> Result<(), HilError> {
         self.frames += 1;
         let mut sent = Ok(());
@@ -224,7 +224,7 @@ impl Bench {
         Ok(sent?)
     }
 
-    /// The next answer, and what to; `None` where none comes in time.
+    /// The next answer with its token; `None` if none arrives in time.
     fn answer<K: Kind>(&mut self, until: Instant) -> Result<Option<Answered<K>>, HilError> {
         loop {
             while let Some(byte) = self.arrived.pop() {
@@ -237,7 +237,7 @@ impl Bench {
             }
             let Some(byte) = self.line.byte(until)? else { return Ok(None) };
             self.coming.push(byte);
-            // A frame has a zero on either side.
+            // Frames are delimited by zeros.
             if byte == 0 && self.coming.len() > 1 {
                 let (coming, arrived) = (std::mem::take(&mut self.coming), &mut self.arrived);
                 self.back.pass(&coming, |bytes| drop(arrived.splice(0..0, bytes.iter().rev().copied())));
@@ -246,7 +246,7 @@ impl Bench {
     }
 }
 
-/// Kinds of record, the first byte of each.
+/// Types of records, which are their first bytes.
 const SCAN: u8 = 2;
 const END: u8 = 3;
 
@@ -257,7 +257,7 @@ fn of_send(error: SendError<std::convert::Infallible>, number: u32) -> HilError 
     }
 }
 
-/// A frame on its way to the line.
+/// A frame to be sent.
 #[derive(Default)]
 struct Frame(Vec<u8>);
 

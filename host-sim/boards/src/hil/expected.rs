@@ -1,4 +1,4 @@
-//! What the host's own filter makes of a stream.
+//! The results of the host's filter for a stream.
 
 use scphd_filters::slam::contract::{Refusal, refusal};
 use scphd_stream::planar::{BlackBox, BlackBoxJoint};
@@ -6,17 +6,17 @@ use scphd_stream::{Aboard, Monitor, ScanCost, Seen, replay};
 
 pub use crate::stream::Recorded;
 
-/// Stack of the thread that replays, bytes: an unoptimised build makes the memory on the stack before it moves to the heap, more than
-/// once.
+/// Stack of the thread that replays, bytes: an unoptimised build creates the memory on the stack before moving it to the heap,
+/// several times.
 const STACK_BYTES: usize = 64 << 20;
 
-/// Digest after a scan; none where the filter has refused it.
+/// Digest after a scan; `None` if the filter refused it.
 pub type Expected = Option<u64>;
 
-/// The digest after every scan, by the filter that a target of this kind has, in single precision.
+/// The digest after every scan, by the same filter as on the target, in single precision.
 ///
 /// # Errors
-/// The filter cannot be set up as the head says, or the stream is damaged.
+/// The filter cannot be set up as in the header, or the stream is damaged.
 pub fn expected(stream: &[u8], filter: Recorded) -> Result<Vec<Expected>, Refusal> {
     let work = || match filter {
         Recorded::Mixture => digests::<BlackBox>(stream),
@@ -44,7 +44,7 @@ impl Monitor for Digests {
         self.0.push(Some(digest));
     }
 
-    /// As a vehicle does, and the target.
+    /// Refused records are skipped, as on a vehicle and on the target.
     fn refused(&mut self, _: u32, _: &scphd_stream::Refusal) -> bool {
         true
     }

@@ -1,4 +1,4 @@
-//! The line to a target: a serial port, or a connection that stands for one.
+//! The line to a target: a serial port, or a TCP connection.
 
 use std::collections::VecDeque;
 use std::fs::OpenOptions;
@@ -10,17 +10,17 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// How long a listener may take to be there: an emulator that was started at the same time.
+/// Greatest time to wait for a listener, for example an emulator that was started at the same time.
 const CONNECT_WITHIN: Duration = Duration::from_secs(10);
-/// From one attempt to the next.
+/// Time between attempts.
 const CONNECT_AGAIN: Duration = Duration::from_millis(50);
 
-/// Where a target is.
+/// Address of a target.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Port {
     /// `tcp:ADDRESS:PORT`.
     Tcp(SocketAddr),
-    /// A serial device, with baud rate and raw mode as they are set.
+    /// A serial device, which must already have its baud rate and raw mode.
     Device(PathBuf),
 }
 
@@ -39,7 +39,7 @@ impl FromStr for Port {
     }
 }
 
-/// A line that a thread of its own listens to.
+/// A line that is read by a thread of its own.
 pub struct Line {
     out: Box<dyn Write + Send>,
     pieces: Receiver<Vec<u8>>,
@@ -47,10 +47,10 @@ pub struct Line {
 }
 
 impl Line {
-    /// Opens the port; waits a while for a listener.
+    /// Opens the port; waits for a listener for a limited time.
     ///
     /// # Errors
-    /// There is nobody, or no such device.
+    /// There is no listener, or no such device.
     pub fn open(port: &Port) -> io::Result<Self> {
         match port {
             Port::Device(path) => {
@@ -70,20 +70,20 @@ impl Line {
         }
     }
 
-    /// A connection.
+    /// A line over a TCP connection.
     ///
     /// # Errors
-    /// Those of the system.
+    /// Errors of the system.
     pub fn over_tcp(stream: TcpStream) -> io::Result<Self> {
-        // A frame is small, and the answer to it waits.
+        // Frames are small, and must not be delayed.
         stream.set_nodelay(true)?;
         Ok(Self::over(stream.try_clone()?, stream))
     }
 
-    /// Any two ends.
+    /// A line over any input and output.
     pub fn over(mut input: impl Read + Send + 'static, output: impl Write + Send + 'static) -> Self {
         let (sender, pieces) = channel();
-        // It ends with the line, or with the program.
+        // The thread ends with the line, or with the program.
         thread::spawn(move || {
             let mut piece = [0; 4096];
             loop {
@@ -104,13 +104,13 @@ impl Line {
     /// Sends bytes.
     ///
     /// # Errors
-    /// Those of the line.
+    /// Errors of the line.
     pub fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.out.write_all(bytes)?;
         self.out.flush()
     }
 
-    /// The next byte; `None` where none comes in time.
+    /// The next byte; `None` if none arrives in time.
     ///
     /// # Errors
     /// The line has ended.

@@ -1,4 +1,4 @@
-//! Hardware in the loop: a stream goes to a target over a line, frame by frame, and what comes back is held against the host
+//! Hardware in the loop: a stream is sent to a target over a line, frame by frame, and the results are compared with the host's
 //! (`docs/link.md`).
 
 mod bench;

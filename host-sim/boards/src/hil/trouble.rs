@@ -1,30 +1,30 @@
-//! What a bad line does to frames, on purpose and the same with every run.
+//! Simulated faults of a line, the same in every run.
 
 use scphd_log::noise::Noise;
 use std::collections::VecDeque;
 
-/// Frames that pass before one that is late.
+/// Number of frames that pass before a late one.
 const LATE_BY: usize = 3;
 
-/// How often a line does what it should not.
+/// Rates of the faults.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Rates {
-    /// Share of frames that never arrive.
+    /// Share of lost frames.
     pub lose: f64,
-    /// Share of bytes in which a bit flips.
+    /// Share of bytes with a flipped bit.
     pub flip: f64,
-    /// Share of frames that arrive twice.
+    /// Share of duplicated frames.
     pub double: f64,
-    /// Share of frames that arrive behind later ones.
+    /// Share of frames that arrive after later ones.
     pub late: f64,
 }
 
-/// A line that does it.
+/// A line with faults.
 #[derive(Debug, Clone)]
 pub struct Trouble {
     rates: Rates,
     noise: Noise,
-    /// Frames that are to come late, and how many are still to pass before.
+    /// Late frames, each with the number of frames that still pass before it.
     held: VecDeque<(usize, Vec<u8>)>,
 }
 
@@ -35,7 +35,7 @@ impl Trouble {
         Self { rates, noise: Noise::new(seed), held: VecDeque::new() }
     }
 
-    /// Hands on what becomes of a frame.
+    /// Passes on a frame with faults.
     pub fn pass(&mut self, frame: &[u8], mut on: impl FnMut(&[u8])) {
         let Rates { lose, flip, double, late } = self.rates;
         let mut bytes = frame.to_vec();
@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn rates_are_those_asked_for() {
+    fn rates_are_as_requested() {
         let near = |count: usize, expected: f64| (count as f64 - expected).abs() < 4.0 * expected.sqrt();
         let n = 20_000;
         assert!(near(n - passed(Rates { lose: 0.05, ..Rates::default() }, n).len(), 1000.0));

@@ -1,28 +1,28 @@
-//! Streams with snapshots in them, as a vehicle with a black box records them.
+//! Streams with snapshots, as recorded by a vehicle with a black box.
 
 use super::entry::Stream;
 use scphd_filters::slam::contract::{Refusal, refusal};
 use scphd_stream::{Aboard, Kind, RerecordError, Saves, Scalar, planar, rerecord, underwater};
 use std::convert::Infallible;
 
-/// Stack of the thread that replays, bytes: an unoptimised build makes the memory on the stack before it moves to the heap, more than
-/// once.
+/// Stack of the thread that replays, bytes: an unoptimised build creates the memory on the stack before moving it to the heap,
+/// several times.
 const STACK_BYTES: usize = 64 << 20;
 
-/// The filter whose snapshots a stream has.
+/// The filter whose snapshots are in a stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Recorded {
-    /// That with a mixture a particle.
+    /// The filter with a mixture for each particle.
     Mixture,
-    /// That with a joint map.
+    /// The filter with a joint map.
     Joint,
 }
 
 impl Stream {
-    /// The same of a vehicle in the plane with a snapshot after every `every` scans, in numbers of this type.
+    /// The stream of a vehicle in the plane with a snapshot after every `every` scans, in numbers of this type.
     ///
     /// # Errors
-    /// The filter aboard refuses the stream, or its state cannot be saved.
+    /// The filter refuses the stream, or its state cannot be saved.
     pub fn with_snapshots(self, filter: Recorded, scalar: Scalar, every: u32) -> Result<Self, Refusal> {
         match (filter, scalar) {
             (Recorded::Mixture, Scalar::F32) => recorded::<planar::BlackBox, f32>(self, every),
@@ -32,7 +32,7 @@ impl Stream {
         }
     }
 
-    /// The same of a vehicle under water.
+    /// The same for a vehicle under water.
     ///
     /// # Errors
     /// As in the plane.

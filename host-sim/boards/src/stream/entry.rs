@@ -1,23 +1,23 @@
-//! Records and head of a stream, whatever the vehicle.
+//! Records and header of a stream, for any vehicle.
 
 use scphd_filters::settings::{self, FilterSettings};
 use scphd_stream::{Extraction, Header, Kind, Proposal, Recursion, Scalar, Which, Writer};
 use std::convert::Infallible;
 
-/// What a log was written into.
+/// The stream of a log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stream {
     /// The stream.
     pub bytes: Vec<u8>,
-    /// Predictions in it.
+    /// Number of predictions.
     pub predictions: u32,
-    /// Scans in it.
+    /// Number of scans.
     pub scans: u32,
-    /// The most measurements of a scan.
+    /// Greatest number of measurements in a scan.
     pub most_measurements: u32,
 }
 
-/// One record to be.
+/// A record to be written.
 pub(super) enum Entry<'a, K: Kind> {
     /// A detector beyond the first.
     Detector(Which<K>, K::Sensor),
@@ -30,7 +30,7 @@ pub(super) enum Entry<'a, K: Kind> {
 }
 
 impl Stream {
-    /// The stream with this head, but for its counts, and these records.
+    /// The stream with this header, whose counts are set here, and these records.
     pub(super) fn of<K: Kind>(mut header: Header<K>, entries: &[Entry<'_, K>]) -> Self {
         let scans = || {
             entries.iter().filter_map(|entry| match entry {
@@ -65,12 +65,12 @@ fn fill<K: Kind>(header: &Header<K>, entries: &[Entry<'_, K>], bytes: &mut Vec<u
     writer.end()
 }
 
-/// No log is so long that it does not fit.
+/// The counts of all practical logs are in range.
 fn count(n: usize) -> u32 {
     u32::try_from(n).unwrap_or(scphd_stream::UNKNOWN)
 }
 
-/// The median time from scan to scan, s; 0 where there are no two.
+/// The median interval of scans, s; 0 for less than two scans.
 pub(super) fn scan_interval_s(times_s: impl Iterator<Item = f64>) -> f64 {
     let times_s: Vec<f64> = times_s.collect();
     let mut intervals: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -78,7 +78,7 @@ pub(super) fn scan_interval_s(times_s: impl Iterator<Item = f64>) -> f64 {
     intervals.get(intervals.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// A head with the recursion that these settings describe.
+/// A header with the settings of the recursion.
 pub(super) fn head<K: Kind>(filter: &FilterSettings, seed: u64, scalar: Scalar) -> Header<K> {
     Header {
         scalar,

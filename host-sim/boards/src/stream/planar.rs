@@ -8,11 +8,11 @@ use scphd_log::log::{FixNoise, Log, PoseFix, Vehicle};
 use scphd_stream::planar::{self, Fix, Models, Odometry, Planar, SensorModels};
 use scphd_stream::{Header, Joint, Kind, Moving, Numbers, Recursion, Scalar, Which};
 
-/// The first `scans` scans of `log` with all motion and all fixes before them, and in its head, or as records before them, whatever a
-/// filter must be told.
+/// The first `scans` scans of `log` with all motion and fixes before them; the parameters of the filter are in the header, or in
+/// records before the others.
 ///
 /// # Errors
-/// The log has more sensors than a stream can have, or fixes of a noise that is not stated.
+/// The log has more sensors than a stream can have, or fixes without stated noise.
 pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: usize) -> Result<Stream, Refusal> {
     let scans = scans.min(log.scans.len());
     let too_many = || refusal(format_args!("a stream has at most {} sensors", Planar::DETECTORS));
@@ -72,7 +72,7 @@ pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: u
     Ok(Stream::of(header, &entries))
 }
 
-/// A fix of this noise.
+/// A fix with this noise.
 fn fix(noise: &FixNoise, measured: PoseFix) -> Result<Fix, Refusal> {
     let unstated = |what| refusal(format_args!("fixes.{what}: not stated"));
     let gate = noise.gate();
@@ -91,7 +91,7 @@ fn fix(noise: &FixNoise, measured: PoseFix) -> Result<Fix, Refusal> {
     })
 }
 
-/// A sensor, with what it gives birth to.
+/// A sensor with its births.
 fn detector(settings: &Settings, sensor: &SensorSettings) -> planar::Sensor {
     let models = SensorModels {
         mounted_forward_m: sensor.forward_m,

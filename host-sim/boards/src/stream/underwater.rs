@@ -9,8 +9,8 @@ use scphd_log::underwater::Log;
 use scphd_stream::underwater::Underwater;
 use scphd_stream::{Header, Scalar, Which};
 
-/// The first `scans` frames of `log` with all that the instruments said before them, and in its head whatever a filter must be
-/// told.
+/// The first `scans` frames of `log` with all readings of the instruments before them; the parameters of the filter are in the
+/// header.
 ///
 /// # Errors
 /// The log has no instruments.

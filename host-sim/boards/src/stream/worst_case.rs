@@ -1,4 +1,4 @@
-//! A log that costs a filter the most that its memory allows.
+//! Logs with the greatest cost for a filter with given capacities.
 
 use scphd_filters::settings::Settings;
 use scphd_log::log::{FixNoise, Log, Mounting, Nominal, Odometry, Scan, Sensor, Vehicle};
@@ -9,12 +9,12 @@ const RANGE_MAX_M: f64 = 15.0;
 const SCANS: usize = 24;
 const SCANS_PER_SECOND: f64 = 10.0;
 
-/// A vehicle that stands still and turns slowly while its sensor reports `measurements` places anywhere, with settings
-/// under which nothing is cheap: noise so wide that every component may have caused every measurement, nothing merged,
-/// births of both kinds from all of them, nothing forgotten, no particle resampled away.
+/// A vehicle at rest that turns slowly while its sensor reports `measurements` random positions, with settings for the greatest
+/// cost: noise so large that every component may have caused every measurement, no merging, births of both kinds for all of them,
+/// nothing forgotten, no resampling.
 ///
-/// The particles and samples in the settings are those of the caller's memory; the map grows until every page is in
-/// use and every update runs out of room.
+/// The particles and samples in the settings are the capacities of the caller's memory; the map grows until all pages are in use
+/// and every update exceeds its capacity.
 #[must_use]
 pub fn worst_case(particles: usize, samples: usize, measurements: usize) -> (Log, Settings) {
     let mut noise = Noise::new(1);
@@ -79,10 +79,10 @@ pub fn worst_case(particles: usize, samples: usize, measurements: usize) -> (Log
     (log, settings)
 }
 
-/// A vehicle that stands still among `measurements` landmarks, all of which it sees in every scan, with settings under which a joint map does
-/// all that it can do in one scan: every measurement may be of several features, so that all features are corrected by all, some give birth
-/// all the same, and features are merged. Wider gates explain less by each feature, narrower ones leave nothing to merge: the noise was
-/// chosen among a few that were tried, for the longest scan on a Cortex-M7.
+/// A vehicle at rest among `measurements` landmarks, all of which are detected in every scan, with settings for the greatest cost
+/// of a joint map in a scan: every measurement is associated with several features, so that all features are corrected by all
+/// measurements, nevertheless there are some births, and features are merged. With wider gates a feature has a smaller share of
+/// each measurement, with narrower ones nothing is merged: the noise was chosen by trials, for the longest scan on a Cortex-M7.
 #[must_use]
 pub fn worst_case_joint(measurements: usize) -> (Log, Settings) {
     let (mut log, _) = worst_case(1, 1, measurements);

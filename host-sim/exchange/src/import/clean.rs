@@ -1,27 +1,27 @@
-//! What no filter can take, or would take wrongly, of the detections of a recording.
+//! Removal and correction of invalid detections of a recording.
 
 use super::Draft;
 use scphd_log::angle::wrap;
 use scphd_log::log::Scan;
 use std::f64::consts::PI;
 
-/// Logs give π with a few digits, rad: so far no turn is taken off, and simulated numbers keep their bits.
+/// Largest bearing that is kept as it is, rad: logs have π with a few digits, and simulated numbers keep their bits.
 const HALF_TURN_RAD: f64 = PI + 1e-3;
-/// Bearings that count from another direction than straight ahead are within this, rad. What goes farther is no angle in radians.
+/// Largest bearing that is wrapped, rad: other conventions of bearings stay within it; beyond, it is not an angle in radians.
 const TURNS_RAD: f64 = 2.5 * PI;
-/// Ranges are the same within this share,
+/// Relative difference within which ranges are equal,
 const SAME: f64 = 1e-5;
-/// and one that so many detections have, and this share of all, is none that was measured,
+/// The greatest range means "no return" with at least this number of detections, and this share of all,
 const COUNT: usize = 20;
 const SHARE: f64 = 0.01;
-/// if so many times fewer are in the band of this share below it, and if it comes from bearings that are so far apart, rad: parts of the
-/// vehicle itself stand still.
+/// with at least this many times the detections of the band of this relative width below it, and with bearings farther apart than
+/// this, rad, because parts of the vehicle itself stand still.
 const TIMES: usize = 5;
 const BAND: f64 = 0.03;
 const APART_RAD: f64 = 0.1;
 
 impl Draft {
-    /// Leaves out what is no detection and takes whole turns off bearings; `simulated`, as noise may then make a range negative.
+    /// Removes invalid detections and wraps bearings. With `simulated`, ranges may be negative, because of noise.
     pub(super) fn clean(&mut self, simulated: bool) {
         let Self { scans, sensors, told, range_below_m, .. } = self;
         for (place, (name, _)) in sensors.iter().enumerate() {
@@ -58,7 +58,7 @@ impl Draft {
     }
 }
 
-/// Leaves out detections whose range is not kept; how many.
+/// Removes detections whose range is not kept. Returns their number.
 fn leave(scans: &mut [&mut Scan], kept: impl Fn(f64) -> bool) -> usize {
     let mut count = 0;
     for scan in scans {
@@ -72,7 +72,7 @@ fn leave(scans: &mut [&mut Scan], kept: impl Fn(f64) -> bool) -> usize {
     count
 }
 
-/// How many detections have the greatest range to the last digit, of how many, and the range, m; where that is none that was measured.
+/// Number of detections with the greatest range, number of all, and this range, m; `None` if it is a measured range.
 fn repeated(scans: &[&mut Scan]) -> Option<(usize, usize, f64)> {
     let all = || scans.iter().flat_map(|scan| &scan.detections);
     let (count, range_m) = (all().count(), all().map(|[range, _]| *range).fold(0.0, f64::max));
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn whole_turns_are_taken_off_but_not_of_degrees() {
+    fn bearings_are_wrapped_unless_they_are_in_degrees() {
         let mut turns = draft(vec![[1.0, 6.0], [2.0, 0.5], [3.0, -4.0], [4.0, PI + 5e-4]]);
         turns.clean(true);
         let found: Vec<f64> = turns.scans[0].detections.iter().map(|[_, bearing]| *bearing).collect();
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn ranges_that_say_that_nothing_came_back_are_named_and_left_out() {
+    fn ranges_that_mean_no_return_are_reported_and_left_out() {
         let spread = |k: u32| -1.0 + 0.02 * f64::from(k);
         let measured = (0..100).map(|k| [5.0 + 0.2 * f64::from(k), spread(k)]);
         let nothing = (0..100).map(|k| [30.0 * if k % 2 == 0 { 1.0 } else { 1.0 - 1e-7 }, spread(k)]);
@@ -125,7 +125,7 @@ mod tests {
         found.range_below_m = Some(29.997);
         found.clean(false);
         assert_eq!((found.scans[0].detections.len(), found.scans[0].labels.last()), (100, Some(&99)));
-        // A part of the vehicle, ranges of a sensor that counts centimetres, and zeros.
+        // A part of the vehicle; ranges of a sensor with a resolution of a centimetre.
         let body = (0..100).map(|_| [30.0, 0.5]);
         let steps = (0..1000).map(|k| [0.01 * f64::from(k % 50) + 29.0, spread(k % 100)]);
         for detections in [body.collect::<Vec<_>>(), steps.collect()] {

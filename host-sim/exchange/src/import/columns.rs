@@ -1,4 +1,4 @@
-//! Text tables of any kind, by a file that says which column is what; docs/logs.md describes it.
+//! Text tables of any kind, read by a file that assigns their columns; described in docs/logs.md.
 
 use super::scans::{Seen, scans};
 use super::text::{Delimiter, Row, Text, Writing};
@@ -9,7 +9,7 @@ use serde::Deserialize;
 use std::fs;
 use std::path::Path;
 
-/// What the file says; paths are seen from its folder.
+/// Contents of the file; paths are relative to its folder.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Map {
@@ -22,7 +22,7 @@ struct Map {
     landmarks: Option<Marks>,
 }
 
-/// How a file is written.
+/// Format of a table.
 #[derive(Debug, Deserialize)]
 struct Source {
     file: String,
@@ -82,7 +82,7 @@ struct Marks {
     y: Column,
 }
 
-/// A column, by its name or number, and the unit that it is in.
+/// A column, by its name or number, and its unit.
 #[derive(Debug, Deserialize)]
 #[serde(untagged)]
 enum Column {
@@ -100,7 +100,7 @@ struct Scaled {
     offset: Option<f64>,
 }
 
-/// Keys of each section, beside those of every one: serde does not tell what it does not know in a section whose source is flattened.
+/// Keys of each section, besides the common ones: serde does not report unknown keys of a section with a flattened source.
 const KEYS: [(&str, &[&str]); 6] = [
     ("odometry", &["time", "speed", "turn"]),
     ("detections", &["time", "range", "bearing", "ahead", "left", "label"]),
@@ -111,7 +111,7 @@ const KEYS: [(&str, &[&str]); 6] = [
 ];
 const KEYS_OF_ALL: [&str; 3] = ["file", "delimiter", "header"];
 
-/// Keys that no section has: each would be a slip of the pen that leaves something out unseen.
+/// Keys that no section has: spelling errors would otherwise be ignored.
 fn known(text: &str) -> Vec<String> {
     let table: toml::Table = text.parse().unwrap_or_default();
     let mut strangers = Vec::new();
@@ -126,7 +126,7 @@ fn known(text: &str) -> Vec<String> {
     strangers
 }
 
-/// Units, and what one is in metres, seconds and radians.
+/// Units, each with its size in metres, seconds or radians.
 const UNITS: [(&str, f64); 13] = [
     ("s", 1.0),
     ("ms", 1e-3),
@@ -143,7 +143,7 @@ const UNITS: [(&str, f64); 13] = [
     ("degps", std::f64::consts::PI / 180.0),
 ];
 
-/// A column of a table that was found.
+/// A column that was found in a table.
 struct Found {
     place: usize,
     factor: f64,
@@ -183,7 +183,7 @@ impl Found {
     }
 
     fn scaled(&self, number: f64) -> f64 {
-        // Whole multiples of a part of ten are divided, which gives the nearest number to the decimal.
+        // If the factor is 1/n, dividing by n gives the number nearest to the decimal.
         let parts = (1.0 / self.factor).round();
         let scaled = if self.factor < 1.0 && (self.factor * parts - 1.0).abs() < 1e-15 {
             number / parts
@@ -216,8 +216,8 @@ impl Source {
     }
 }
 
-/// Reads the tables that `map` names. What `head` says of vehicle and sensor counts, where there is one; detections whose range is not less
-/// than `range_below_m` are left out.
+/// Reads the tables that `map` names. `head`, if given, describes vehicle and sensors. Detections with a range of
+/// `range_below_m`, m, or more are left out.
 ///
 /// # Errors
 /// A file or column is missing, or a cell has no number: see [`ImportError`].
@@ -228,7 +228,7 @@ pub fn read(map: &Path, head: Option<Log>, range_below_m: Option<f64>) -> Result
         ImportError::at(map.display(), what)
     };
     let strangers = known(&text);
-    // What is missing may be what is written wrongly.
+    // A key that is missing may be misspelt: report that first.
     let columns: Result<Map, _> = toml::from_str(&text);
     let columns = match (columns, &strangers[..]) {
         (Ok(columns), []) => columns,
@@ -309,7 +309,7 @@ fn seen(columns: &Sees, folder: &Path, told: &mut Vec<String>) -> Result<Vec<See
             }
             _ => return Err(ImportError::at("[detections]", "either range and bearing or ahead and left")),
         };
-        // Whole numbers.
+        // Labels are whole numbers.
         let label = label.as_ref().map(|label| label.of(&row)).transpose()?.map(|label| label as i64);
         seen.push((time.of(&row)?, detection, label));
     }
@@ -317,7 +317,7 @@ fn seen(columns: &Sees, folder: &Path, told: &mut Vec<String>) -> Result<Vec<See
     Ok(seen)
 }
 
-/// Shows every row of places: its time, where it is and its heading, as far as it has them.
+/// Passes on every row of poses: time, position, and heading if known.
 fn each(
     columns: Option<&Places>,
     folder: &Path,

@@ -1,4 +1,4 @@
-//! What is read of a recording, and the log that it makes.
+//! The data read from a recording, and the log that is made of it.
 
 use super::{ImportError, Imported};
 use crate::calendar;
@@ -7,45 +7,45 @@ use scphd_log::log::{
 };
 use std::f64::consts::PI;
 
-/// How much farther a sensor is taken to see than it has seen.
+/// Range of a sensor in the log divided by the greatest measured range.
 const MARGIN: f64 = 1.05;
 
-/// What was read, each list in any order of time.
+/// The data read, each list in any order of time.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Draft {
     /// The name of the log.
     pub name: String,
-    /// What a `log.toml` says of vehicle and sensors.
+    /// The `log.toml` with vehicle and sensors, if given.
     pub head: Option<Log>,
-    /// Names of the sensors in the order in which scans count them, and where they sit where that is known; one without a name where it
-    /// is the only one.
+    /// Names of the sensors in the order of their indices in scans, and their mountings if known; the name of an only sensor may
+    /// be empty.
     pub sensors: Vec<(String, Option<Mounting>)>,
-    /// Whether the vehicle moves to the side, where there is no head.
+    /// Whether the vehicle moves sideways, if there is no head.
     pub aside: bool,
-    /// Pose at the start, where it is known: x m, y m, heading rad.
+    /// Initial pose if known: x m, y m, heading rad.
     pub initial_pose: Option<[f64; 3]>,
     /// Rows of odometry.
     pub odometry: Vec<Odometry>,
-    /// Scans; they count the sensors above.
+    /// Scans, with indices of the sensors above.
     pub scans: Vec<Scan>,
     /// Fixes of the pose.
     pub fixes: Vec<Fix>,
-    /// How good they are, where there is no head.
+    /// Noise of the fixes, if there is no head.
     pub fix_noise: FixNoise,
     /// The true trajectory.
     pub truth: Vec<TruePose>,
     /// True landmarks, m.
     pub landmarks: Vec<[f64; 2]>,
-    /// True tracks of what moves.
+    /// True tracks of moving objects.
     pub moving: Vec<MovingLandmark>,
-    /// Detections whose range, m, is not less are left out.
+    /// Detections with this range, m, or more are left out.
     pub range_below_m: Option<f64>,
-    /// What has to be told.
+    /// Messages to the user.
     pub told: Vec<String>,
 }
 
 impl Draft {
-    /// The log.
+    /// Makes the log.
     ///
     /// # Errors
     /// The head has other sensors.
@@ -76,11 +76,11 @@ impl Draft {
         Ok(Imported { log, told })
     }
 
-    /// Scans count the sensors of the head.
+    /// Assigns the sensors of the head to the scans.
     fn by_head(&mut self, head: Log) -> Result<Log, ImportError> {
         let known: Vec<String> = head.sensors().map(|(name, ..)| name.to_owned()).collect();
         let place = |name: &String| match (&known[..], &self.sensors[..]) {
-            // The only one is meant, whatever its name.
+            // An only sensor needs no matching name.
             ([_], [_]) => Ok(0),
             _ => known.iter().position(|other| other == name).ok_or_else(|| {
                 let known = known.join(", ");
@@ -93,7 +93,7 @@ impl Draft {
         Ok(head)
     }
 
-    /// Without a head the sensors see what they have seen.
+    /// Without a head, the view of each sensor is the range of its detections.
     fn by_guess(&mut self) -> Log {
         let mut order: Vec<usize> = (0..self.sensors.len()).collect();
         order.sort_by(|a, b| self.sensors[*a].0.cmp(&self.sensors[*b].0));
@@ -109,7 +109,7 @@ impl Draft {
             let slack = 0.5 * (MARGIN - 1.0) * (most - least);
             let sensor = Sensor {
                 range_min_m: 0.0,
-                // Two decimals are enough for a guess.
+                // Two decimals are enough for an estimate.
                 range_max_m: (100.0 * MARGIN * range.max(1.0)).ceil() / 100.0,
                 bearing_min_rad: (least - slack).max(-PI),
                 bearing_max_rad: (most + slack).min(PI),
@@ -158,7 +158,7 @@ impl Draft {
     }
 }
 
-/// Puts rows in order of time, and tells where they are not.
+/// Sorts rows by time. Returns a message if they were not in order.
 fn sort<T>(name: &str, rows: &mut [T], t_s: impl Fn(&T) -> f64) -> Option<String> {
     let back = |pair: &[T]| t_s(&pair[1]) < t_s(&pair[0]);
     let count = rows.windows(2).filter(|pair| back(pair)).count();

@@ -1,15 +1,16 @@
-//! Matrices of MAT-files: level 4, and level 5, packed or not (MathWorks, *MAT-File Format*). Little-endian, real numbers only.
+//! Matrices of MAT-files: level 4, and level 5, compressed or not (MathWorks, *MAT-File Format*). Little-endian, real numbers
+//! only.
 
 use miniz_oxide::inflate::decompress_to_vec_zlib_with_limit;
 use std::collections::BTreeMap;
 
-/// Bytes of a packed matrix, at most.
+/// Greatest size of a decompressed matrix, bytes.
 const LIMIT: usize = 1 << 30;
 /// Types of data elements of level 5.
 const MATRIX: u32 = 14;
 const PACKED: u32 = 15;
 
-/// A matrix, column by column.
+/// A matrix, by columns.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Matrix {
     pub(super) rows: usize,
@@ -31,11 +32,11 @@ impl<'b> Bytes<'b> {
         Ok(u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]))
     }
 
-    /// The type and the bytes of a data element, and the padding behind it.
+    /// The type and the bytes of a data element; skips the padding behind it.
     fn element(&mut self) -> Result<(u32, &'b [u8]), String> {
         let first = self.word()?;
         if first >> 16 != 0 {
-            // A small one, in the place of its length.
+            // A small element has its data in the word of the length.
             let bytes = self.take(4)?;
             let small = bytes.get(..(first >> 16) as usize).ok_or("a small element is too long")?;
             return Ok((first & 0xffff, small));
@@ -43,7 +44,7 @@ impl<'b> Bytes<'b> {
         let length = self.word()? as usize;
         let bytes = self.take(length)?;
         if first != PACKED {
-            // The last one may lack it.
+            // The last element may have no padding.
             let padding = (length.next_multiple_of(8) - length).min(self.0.len());
             self.take(padding)?;
         }
@@ -106,11 +107,11 @@ fn of_level_4(bytes: &mut Bytes<'_>) -> Result<(String, Matrix), String> {
     Ok((name, Matrix { rows, numbers: numbers(kind, real)? }))
 }
 
-/// `None` for what is no matrix of numbers.
+/// `None` for an element that is not a numeric matrix.
 fn of_level_5(body: &[u8]) -> Result<Option<(String, Matrix)>, String> {
     let mut bytes = Bytes(body);
     let (_, flags) = bytes.element()?;
-    // 6 to 13 are matrices of numbers.
+    // Classes 6 to 13 are numeric matrices.
     if !flags.first().is_some_and(|class| (6..=13).contains(class)) {
         return Ok(None);
     }
@@ -125,7 +126,7 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).trim_end_matches('\0').to_owned()
 }
 
-/// Numbers of a type as level 5 counts them.
+/// Numbers of a data type of level 5.
 fn numbers(kind: u32, bytes: &[u8]) -> Result<Vec<f64>, String> {
     macro_rules! read {
         ($type:ty) => {
@@ -164,7 +165,7 @@ mod tests {
         words.iter().flat_map(|word| word.to_le_bytes()).collect()
     }
 
-    /// The name is a small element, the numbers are of two bytes.
+    /// A matrix whose name is a small element and whose numbers have two bytes.
     fn matrix() -> Vec<u8> {
         let body = [
             element(6, &words(&[11, 0])),
@@ -192,7 +193,7 @@ mod tests {
         for (k, file) in [plain, packed, old].into_iter().enumerate() {
             assert_eq!(matrices(&file).unwrap().get("abc"), Some(&expected), "{k}");
             for length in 129..file.len() {
-                // Padding alone may lack.
+                // Only the padding may be missing.
                 assert!(matrices(&file[..length]).is_err() || length + 8 > file.len(), "{k}: {length}");
             }
             for place in 0..file.len() {

@@ -1,11 +1,11 @@
-//! Files of others as logs.
+//! Import of other formats as logs.
 //!
 //! | file or folder | |
 //! |---|---|
-//! | `draft.rs`, `clean.rs` | what is read, what of it is no detection, and the log that it makes |
+//! | `draft.rs`, `clean.rs` | the data read, removal of invalid detections, and the log made of them |
 //! | `recording/` | MCAP files with messages of ROS 2 |
-//! | `text.rs`, `scans.rs` | tables in text files, and detections of them |
-//! | `columns.rs` | tables of any kind, by a map of their columns |
+//! | `text.rs`, `scans.rs` | tables in text files, and their detections |
+//! | `columns.rs` | tables of any kind, by an assignment of their columns |
 //! | `mrclam.rs` | the original files of MRCLAM |
 //! | `matlab.rs`, `victoria_park.rs` | the original files of Victoria Park |
 
@@ -27,31 +27,31 @@ use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// A log that was read, and what has to be told of how it was read: choices, guesses, what was left out.
+/// An imported log, and messages about the import: choices, assumptions, data left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Imported {
     /// The log.
     pub log: Log,
-    /// A sentence each.
+    /// One sentence each.
     pub told: Vec<String>,
 }
 
-/// Why there is no log.
+/// Why an import failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImportError {
     /// A file cannot be read.
     #[error("{path}: {error}", path = .0.display(), error = .1)]
     Io(PathBuf, io::Error),
-    /// A `log.toml` that says what the files do not.
+    /// Error in a `log.toml` that supplements the files.
     #[error("{0}: {1}")]
     Head(String, LogError),
-    /// Something in a file, or missing there.
+    /// Error in a file, or missing data.
     #[error("{place}: {what}")]
     At {
-        /// The file, and where in it.
+        /// The file and the place in it.
         place: String,
-        /// What is wrong.
+        /// Description of the error.
         what: String,
     },
 }

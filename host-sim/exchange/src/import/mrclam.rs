@@ -1,5 +1,5 @@
-//! The original text files of the UTIAS Multi-Robot Cooperative Localization and Mapping datasets (Leung, Halpern, Barfoot and Liu,
-//! IJRR 2011): columns divided by white space, `#` before remarks, times in seconds of a common clock.
+//! The original text files of the UTIAS Multi-Robot Cooperative Localization and Mapping datasets (Leung, Halpern, Barfoot and
+//! Liu, IJRR 2011): columns separated by white space, `#` before remarks, times in seconds of a common clock.
 //!
 //! | file | columns |
 //! |---|---|
@@ -20,12 +20,12 @@ use scphd_log::{log_folder, truth};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// The robots of a dataset.
+/// Numbers of the robots of a dataset.
 pub const ROBOTS: std::ops::RangeInclusive<u32> = 1..=5;
 
 const WRITING: Writing = Writing { delimiter: Delimiter::Space, header: false };
 
-/// Robot and camera; the noise is that of the detections in dataset 6 beside the truth, over three robots.
+/// Robot and camera; the noise is that of the detections of three robots of dataset 6, compared with the truth.
 const HEAD: &str = "name = \"UTIAS MRCLAM\"\ninitial_pose = [0.0, 0.0, 0.0]\n\n[vehicle]\nmodel = \"unicycle\"\n\n[sensor]\n\
     model = \"range_bearing\"\nrange_max_m = 10.0\nbearing_min_rad = -0.6\nbearing_max_rad = 0.6\nrange_sigma_m = 0.16\n\
     bearing_sigma_rad = 0.02\n";
@@ -36,7 +36,7 @@ pub fn is(dir: &Path) -> bool {
     ROBOTS.into_iter().any(|robot| dir.join(format!("Robot{robot}_Odometry.dat")).is_file())
 }
 
-/// Reads the log of a robot. What `head` says of vehicle and camera counts, where there is one.
+/// Reads the log of a robot. `head`, if given, describes vehicle and camera.
 ///
 /// # Errors
 /// A file is missing, or a row has no numbers: see [`ImportError`].
@@ -45,7 +45,7 @@ pub fn read(dir: &Path, robot: u32, head: Option<Log>) -> Result<Imported, Impor
     let of = |robot: u32, what: &str| format!("Robot{robot}_{what}.dat");
     let mut subjects = HashMap::new();
     for row in open("Barcodes.dat")?.rows() {
-        // Whole numbers of two digits.
+        // Subjects and barcodes are whole numbers of two digits.
         subjects.insert(row.number(1)? as i64, row.number(0)? as i64);
     }
     let odometry = open(&of(robot, "Odometry"))?;
@@ -54,9 +54,9 @@ pub fn read(dir: &Path, robot: u32, head: Option<Log>) -> Result<Imported, Impor
         rows.push(Odometry { t_s: row.number(0)?, control: [row.number(1)?, row.number(2)?, 0.0] });
     }
     let first_s = rows.first().map_or(0.0, |row| row.t_s);
-    // Seconds since 1970 lose digits: they are counted from the whole second before the first row.
+    // Seconds since 1970 would lose digits: times are relative to the whole second before the first row.
     let zero_s = if first_s > 1e6 { first_s.floor() } else { 0.0 };
-    // Logs have milliseconds.
+    // Times have milliseconds.
     let time = |t_s: f64| ((t_s - zero_s) * 1e3).round() / 1e3;
     rows.iter_mut().for_each(|row| row.t_s = time(row.t_s));
 

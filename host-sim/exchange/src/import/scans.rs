@@ -2,10 +2,11 @@
 
 use scphd_log::log::Scan;
 
-/// A detection: its time, s, range (m) and bearing (rad), and which landmark it is of, where that is known.
+/// A detection: its time, s, range (m) and bearing (rad), and the label of its landmark, if known.
 pub(super) type Seen = (f64, [f64; 2], Option<i64>);
 
-/// Scans of detections in order of time: those of one time are one scan. `empty` are the times, s, of scans that may have none.
+/// Scans of detections in order of time; detections of one time are a scan. `empty` are the times, s, of scans that may have
+/// none.
 pub(super) fn scans(mut seen: Vec<Seen>, empty: &[f64]) -> Vec<Scan> {
     seen.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut scans: Vec<Scan> = Vec::new();

@@ -1,4 +1,4 @@
-//! Tables in text files: cells of rows, with the place of each for errors.
+//! Tables in text files: cells of rows, each with its place for errors.
 
 use super::ImportError;
 use scphd_log::lines::Lines;
@@ -6,26 +6,26 @@ use std::cell::Cell;
 use std::fs;
 use std::path::Path;
 
-/// Characters of a cell that an error shows, at most.
+/// Greatest number of characters of a cell in an error.
 const SHOWN: usize = 40;
 
-/// How a file is written.
+/// Format of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Writing {
-    /// What stands between cells.
+    /// The separator of cells.
     pub(super) delimiter: Delimiter,
-    /// Whether the first row names the columns.
+    /// Whether the first row has the names of the columns.
     pub(super) header: bool,
 }
 
-/// What stands between cells.
+/// The separator of cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Delimiter {
     /// A character.
     Byte(u8),
     /// Any white space.
     Space,
-    /// A comma; a semicolon or tab where the first line has such and no comma.
+    /// A comma; or a semicolon or tab if the first line has one and no comma.
     Guessed,
 }
 
@@ -33,7 +33,7 @@ pub(super) enum Delimiter {
 #[derive(Debug)]
 pub(super) struct Text {
     file: String,
-    /// Whether commas stand in numbers, as in many languages.
+    /// Whether numbers have decimal commas.
     decimal_commas: Cell<bool>,
     pub(super) header: Vec<String>,
     rows: Vec<(u64, Vec<String>)>,
@@ -48,7 +48,7 @@ pub(super) struct Row<'t> {
 }
 
 impl Text {
-    /// Reads a file; lines that begin with `#`, and empty ones, do not count.
+    /// Reads a file; lines that begin with `#`, and empty ones, are skipped.
     pub(super) fn read(path: &Path, writing: Writing) -> Result<Self, ImportError> {
         let bytes = fs::read(path).map_err(|error| ImportError::io(path, error))?;
         let file = path.display().to_string();
@@ -80,7 +80,7 @@ impl Text {
         Ok(Self { file, decimal_commas: Cell::new(false), header, rows })
     }
 
-    /// Tells of commas that were read as the points of numbers.
+    /// Reports decimal commas.
     pub(super) fn tell(&self, told: &mut Vec<String>) {
         if self.decimal_commas.get() {
             told.push(format!("{}: numbers have decimal commas", self.file));
@@ -91,7 +91,7 @@ impl Text {
         self.rows.iter().map(|(line, cells)| Row { text: self, line: *line, cells })
     }
 
-    /// The place of a column by its name, or by its number from 0.
+    /// The index of a column by its name, or by its number from 0.
     pub(super) fn column(&self, name: &str) -> Result<usize, ImportError> {
         if let Some(place) = self.header.iter().position(|title| title == name) {
             return Ok(place);
@@ -106,7 +106,7 @@ impl Text {
     }
 }
 
-/// What a line of comment begins with.
+/// First byte of a comment line.
 const COMMENT: Option<u8> = Some(b'#');
 
 fn delimited(file: &str, content: &str, delimiter: u8) -> Result<Vec<(u64, Vec<String>)>, ImportError> {
@@ -117,7 +117,7 @@ fn delimited(file: &str, content: &str, delimiter: u8) -> Result<Vec<(u64, Vec<S
     for row in reader.from_reader(content.as_bytes()).into_records() {
         let row = row.map_err(|error| ImportError::at(file, error))?;
         let line = row.position().map_or(0, |position| lines.at(position.byte()));
-        // A line of delimiters alone, as spreadsheets leave them, is empty.
+        // A line with only delimiters, as spreadsheets write it, is empty.
         if row.iter().any(|cell| !cell.is_empty()) {
             rows.push((line, row.iter().map(str::to_owned).collect()));
         }
@@ -130,7 +130,7 @@ impl Row<'_> {
     pub(super) fn number(&self, column: usize) -> Result<f64, ImportError> {
         let cell = self.cells.get(column).map_or("", String::as_str);
         let parsed = cell.parse().or_else(|error| match cell.split_once(',') {
-            // A point beside it would make one of both a mark of thousands.
+            // With a point beside it, one of the two would be a thousands separator.
             Some((whole, part)) if !whole.contains('.') && !part.contains(['.', ',']) => {
                 self.text.decimal_commas.set(true);
                 format!("{whole}.{part}").parse()
@@ -144,7 +144,7 @@ impl Row<'_> {
         })
     }
 
-    /// The number in a column, if there is anything.
+    /// The number in a column, `None` if the cell is empty.
     pub(super) fn number_if_any(&self, column: usize) -> Result<Option<f64>, ImportError> {
         match self.cells.get(column).map_or("", String::as_str) {
             "" => Ok(None),
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_counted_as_editors_count_them() {
+    fn line_numbers_are_those_of_an_editor() {
         for end in ["\n", "\r\n"] {
             let text =
                 ["a,b", "1,2", "", "# a remark", "3,4", "# one more", "#", "5,6", ",", "\"7", "8\",9", "1,1"].join(end);
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn delimiters_are_guessed_and_commas_may_stand_in_numbers() {
+    fn delimiters_are_detected_and_decimal_commas_are_read() {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("a.csv");
         let read = |text: &str| {

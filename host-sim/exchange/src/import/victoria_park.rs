@@ -3,7 +3,7 @@
 //! | file | matrices |
 //! |---|---|
 //! | `aa3_dr.mat` | `time`, `speed` (m/s, of the left rear wheel), `steering` (rad) |
-//! | `aa3_lsr2.mat` | `TLsr`, `LASER`: a row a scan, 361 ranges of half a degree each, from the right to the left; 13 bits of cm |
+//! | `aa3_lsr2.mat` | `TLsr`, `LASER`: a row a scan, 361 ranges half a degree apart, from the right to the left; 13 bits of cm |
 //! | `aa3_gpsx.mat` | `timeGps`, `Lo_m` and `La_m` (m, east and north) |
 
 use super::matlab::{Matrix, matrices};
@@ -14,23 +14,23 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// Vehicle and laser, as published with the data; the initial heading is that of the first metres by GPS. The noise is nominal.
+/// Vehicle and laser, as published with the data; the initial heading is from the first metres of GPS. The noise is nominal.
 const HEAD: &str = "name = \"Victoria Park\"\ninitial_pose = [0.0, 0.0, 0.6196]\n\n[vehicle]\nmodel = \"ackermann\"\nwheelbase_m = 2.83\n\
     encoder_offset_m = 0.76\nsensor_forward_m = 3.78\nsensor_left_m = 0.5\n\n[sensor]\nmodel = \"range_bearing\"\nrange_max_m = 80.0\n\
     bearing_min_rad = -1.5708\nbearing_max_rad = 1.5708\nrange_sigma_m = 0.5\nbearing_sigma_rad = 0.02\n";
 
-/// Rays of a scan, and the angle between two, rad.
+/// Number of rays of a scan, and the angle between them, rad.
 const RAYS: usize = 361;
 const STEP_RAD: f64 = std::f64::consts::PI / 360.0;
-/// What a range of the laser has beside its strength: 13 bits.
+/// Mask of the range in a value of the laser, 13 bits; the others are the intensity.
 const RANGE_BITS: u32 = 0x1fff;
-/// Beyond this the laser saw nothing, m.
+/// Greatest range of a return, m.
 const FARTHEST_M: f64 = 75.0;
-/// Thickness of a trunk, m.
+/// Diameter of a trunk, m.
 const TRUNK_M: std::ops::RangeInclusive<f64> = 0.05..=1.2;
-/// Neighbouring ranges of one trunk differ by no more, m.
+/// Greatest difference of neighbouring ranges of one trunk, m.
 const SAME_M: f64 = 0.4;
-/// What is beside a trunk lies at least so much farther, m: otherwise it is hidden in part, or a piece of a hedge.
+/// Least distance by which the surroundings of a trunk are farther, m; otherwise it is partly occluded, or a piece of a hedge.
 const FREE_M: f64 = 1.0;
 
 /// Whether a folder has the files.
@@ -39,7 +39,7 @@ pub fn is(dir: &Path) -> bool {
     dir.join("aa3_dr.mat").is_file()
 }
 
-/// Reads the log; trees are what stands free and is as thick as a trunk. What `head` says of vehicle and sensor counts, where there is one.
+/// Reads the log. Trees are isolated objects of the width of a trunk. `head`, if given, describes vehicle and sensor.
 ///
 /// # Errors
 /// A file or matrix is missing or damaged: see [`ImportError`].
@@ -65,7 +65,7 @@ pub fn read(dir: &Path, head: Option<Log>) -> Result<Imported, ImportError> {
     }
     let mut scans = Vec::with_capacity(times.len());
     for (row, ms) in times.iter().enumerate() {
-        // Column by column; whole numbers of 16 bits.
+        // The matrix is stored by columns; values are whole numbers of 16 bits.
         let ranges: Vec<f64> =
             (0..RAYS).map(|ray| f64::from(laser.numbers[ray * laser.rows + row] as u32 & RANGE_BITS) / 100.0).collect();
         scans.push(Scan { t_s: ms / 1e3, detections: trunks(&ranges), ..Scan::default() });
@@ -114,7 +114,7 @@ impl File {
         }
     }
 
-    /// A list and others of the same length.
+    /// A column, and others of the same length.
     fn columns<const N: usize>(&self, first: &str, others: [&str; N]) -> Result<(&[f64], [&[f64]; N]), ImportError> {
         let time = &self.matrix(first)?.numbers[..];
         let mut found = [time; N];
@@ -129,7 +129,7 @@ impl File {
     }
 }
 
-/// Range (m) and bearing (rad) of the middles of trunks.
+/// Range (m) and bearing (rad) of the centres of trunks.
 fn trunks(ranges: &[f64]) -> Vec<[f64; 2]> {
     let seen = |range: f64| range > 0.0 && range < FARTHEST_M;
     let mut found = Vec::new();
@@ -140,7 +140,7 @@ fn trunks(ranges: &[f64]) -> Vec<[f64; 2]> {
             end += 1;
         }
         let piece = &ranges[begin..end];
-        // What is beside it is farther, or nothing; the edge of the view hides.
+        // Both neighbours are farther, or no return; the edge of the view may occlude.
         let edge = |inside: f64, outside: Option<&f64>| {
             outside.is_some_and(|&outside| !seen(outside) || outside > inside + FREE_M)
         };
@@ -162,8 +162,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn trunks_are_found_and_walls_are_not() {
-        // Rays that meet circles, and a wall to the left.
+    fn trunks_are_detected_and_walls_are_not() {
+        // Rays that meet circles, and a wall on the left.
         let circles = [([10.0, 0.0], 0.2), ([12.0, -9.0], 0.35), ([3.0, 4.0], 0.15)];
         let ray = |k: usize| {
             let angle = (k as f64 - 180.0) * STEP_RAD;

@@ -1,4 +1,4 @@
-//! What a kind of vehicle adds to the file of its run.
+//! The parts of an exported run that depend on the kind of vehicle.
 
 use super::names::{BASE, JOINTS, MAP, ODOM, UNKNOWN, topic};
 use super::shape::{covariance, pose, transform};
@@ -12,15 +12,15 @@ use scphd_ros::messages::{
 use scphd_ros::{Time, WriteError, Writer, cloud};
 use std::io::{Seek, Write};
 
-/// A kind of vehicle whose runs can be written.
+/// A kind of vehicle whose runs can be exported.
 pub trait Exported: Kind {
-    /// The log's `log.toml`, with which the file can be made a log again.
+    /// The `log.toml` of the log, for importing the file again.
     fn head(log: &Self::Log) -> Option<String>;
 
-    /// Where the sensors sit, seen from the vehicle.
+    /// The mountings of the sensors, as transforms into the vehicle's frame.
     fn sensors(log: &Self::Log) -> Vec<TransformStamped>;
 
-    /// The pose by odometry alone, where it has a heading of its own: x m, y m, heading rad.
+    /// The pose by dead reckoning, if it has a heading of its own: x m, y m, heading rad.
     fn smooth(reckoned: &Self::Reckoned) -> Option<[f64; 3]>;
 
     /// The topic of a scan's detections.
@@ -29,23 +29,23 @@ pub trait Exported: Kind {
     /// The detections of a scan; `pose` is the estimate.
     fn detections(log: &Self::Log, settings: &Self::Settings, scan: usize, pose: &Self::Pose, at: Time) -> PointCloud2;
 
-    /// The times, s, of what the filter was told beside scans.
+    /// The times of the filter's inputs other than scans, s.
     fn told_at(log: &Self::Log) -> Vec<f64>;
 
-    /// Makes the topics of what the filter was told.
+    /// Declares the topics of these inputs.
     ///
     /// # Errors
-    /// As for every file.
+    /// The file cannot be written.
     fn topics<W: Write + Seek>(log: &Self::Log, file: &mut Writer<W>) -> Result<(), WriteError>;
 
-    /// Writes what the filter was told at the so manieth of these times.
+    /// Writes the input with this index in [`told_at`](Self::told_at).
     ///
     /// # Errors
-    /// As for every file.
+    /// The file cannot be written.
     fn tell<W: Write + Seek>(log: &Self::Log, index: usize, at: Time, file: &mut Writer<W>) -> Result<(), WriteError>;
 }
 
-/// The frame of a sensor: of the only one, which has no name, `sensor`.
+/// The frame of a sensor; `sensor` for an only one without a name.
 fn frame(name: &str) -> &str {
     if name.is_empty() { "sensor" } else { name }
 }
@@ -87,14 +87,14 @@ impl Exported for Planar {
         if scan.labels.is_empty() {
             return cloud(header, axes, ["range", "bearing"], all.map(|seen| (place(seen), seen)));
         }
-        // Whole numbers, far below 2⁵³.
+        // Labels are whole numbers far below 2⁵³.
         let label = |index: usize| scan.labels.get(index).map_or(-1.0, |label| *label as f64);
         let points = all.enumerate().map(|(index, seen)| (place(seen), [seen[0], seen[1], label(index)]));
         cloud(header, axes, ["range", "bearing", "label"], points)
     }
 
     fn told_at(log: &Log) -> Vec<f64> {
-        // Fixes come behind rows of odometry of the same time, as they stand here.
+        // Fixes are after rows of odometry of the same time, as in this order.
         log.odometry.iter().map(|row| row.t_s).chain(log.fixes.iter().map(|fix| fix.t_s)).collect()
     }
 
@@ -134,13 +134,13 @@ impl Exported for Planar {
             twist: TwistWithCovariance { twist, ..TwistWithCovariance::default() },
             ..Odometry::default()
         };
-        // The pose is on /tf: this message says what the filter was told.
+        // The pose is on /tf: this message has only the input of the filter.
         odometry.pose.covariance = covariance(2, |row, column| if row == column { UNKNOWN } else { 0.0 });
         file.write(topic::INPUT_ODOMETRY, at, &odometry)
     }
 }
 
-/// Writes a fix; what it does not measure has a variance that says so.
+/// Writes a fix; quantities that it does not measure have the variance [`UNKNOWN`].
 fn fix<W: Write + Seek>(log: &Log, index: usize, at: Time, file: &mut Writer<W>) -> Result<(), WriteError> {
     let Some(fix) = log.fixes.get(index) else { return Ok(()) };
     let square = |sigma: Option<f64>| sigma.map_or(UNKNOWN, |sigma| sigma * sigma);
@@ -156,7 +156,7 @@ fn fix<W: Write + Seek>(log: &Log, index: usize, at: Time, file: &mut Writer<W>)
 }
 
 impl Exported for Underwater {
-    /// A folder has less than such a log may know.
+    /// A folder cannot express such a log.
     fn head(_log: &Self::Log) -> Option<String> {
         None
     }
@@ -175,7 +175,7 @@ impl Exported for Underwater {
 
     fn detections(log: &Self::Log, settings: &Self::Settings, scan: usize, pose: &[f64; 5], at: Time) -> PointCloud2 {
         let place = |pixels: &[f64; 4]| {
-            // Of what has no place the pixels alone.
+            // Without a position, only the pixels.
             let place = Self::place(log, settings, scan, pose, pixels).map_or([f64::NAN; 3], |(place, _)| place);
             (place, *pixels)
         };

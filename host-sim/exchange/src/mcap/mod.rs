@@ -3,8 +3,8 @@
 //! | file | |
 //! |---|---|
 //! | `names.rs` | frames, topics and joints |
-//! | `shape.rs` | poses, covariances and ellipses of messages |
-//! | `kind.rs` | what a kind of vehicle adds: its sensors, what it was told |
+//! | `shape.rs` | poses, covariances and ellipses in messages |
+//! | `kind.rs` | parts that depend on the kind of vehicle: sensors, inputs |
 //! | `run.rs` | the file |
 
 mod kind;

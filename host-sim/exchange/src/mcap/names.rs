@@ -1,4 +1,4 @@
-//! Names and numbers that every message of a run shares.
+//! Names and numbers shared by all messages of a run.
 
 /// The frame of the map.
 pub const MAP: &str = "map";
@@ -6,7 +6,7 @@ pub const MAP: &str = "map";
 pub const ODOM: &str = "odom";
 /// The frame of the vehicle's pose.
 pub const BASE: &str = "base_link";
-/// A variance that says that a number is unknown, m² or rad².
+/// The variance of an unknown quantity, m² or rad².
 pub const UNKNOWN: f64 = 1e6;
 
 /// Topics.

@@ -18,25 +18,25 @@ use std::io::Cursor;
 /// Colours of static and moving features.
 const STATIC: [f32; 3] = [0.1, 0.4, 0.9];
 const MOVING: [f32; 3] = [0.9, 0.4, 0.1];
-/// Thickness of the arrows of velocities, m.
+/// Diameter of the arrows of velocities, m.
 const ARROW_M: f64 = 0.1;
 
-/// Why a run cannot be written.
+/// Why a run cannot be exported.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {
-    /// A time of the log.
+    /// Invalid time in the log.
     #[error("a time of the log: {0}")]
     Time(#[from] TimeError),
-    /// The file.
+    /// The file cannot be written.
     #[error("{0}")]
     Write(#[from] WriteError),
 }
 
-/// A file in the file: its name, its type and its text.
+/// An attached file: its name, its type and its text.
 pub type Attached<'a> = (&'a str, &'a str, &'a str);
 
-/// Whether the times of a log can be written.
+/// Checks that the times of a log can be written.
 ///
 /// # Errors
 /// [`ExportError::Time`].
@@ -45,7 +45,7 @@ pub fn check<K: Exported>(log: &K::Log) -> Result<(), ExportError> {
     times.chain(K::told_at(log)).try_for_each(|t_s| Ok(Time::from_seconds(t_s).map(drop)?))
 }
 
-/// What comes at a time; of the same time in this order.
+/// Kinds of entries; at equal times in this order.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum What {
     Truth(usize),
@@ -53,7 +53,7 @@ enum What {
     Scan(usize),
 }
 
-/// The bytes of a file with a run that was filmed.
+/// The bytes of a file with a recorded run.
 ///
 /// # Errors
 /// [`ExportError`].
@@ -117,7 +117,8 @@ pub fn write<K: Exported>(
     Ok(file.finish()?.into_inner())
 }
 
-/// The bytes of a file with what the log of a vehicle in the plane has for a filter: odometry, fixes and detections of all sensors, and where these sit.
+/// The bytes of a file with the inputs of a log in the plane: odometry, fixes, detections of all sensors, and the mountings of
+/// the sensors.
 ///
 /// # Errors
 /// [`ExportError`].
@@ -148,7 +149,7 @@ pub fn inputs(log: &Log, settings: &Settings) -> Result<Vec<u8>, ExportError> {
     Ok(file.finish()?.into_inner())
 }
 
-/// All topics, also those where nothing comes.
+/// Declares all topics, also those without messages.
 fn topics<K: Exported>(log: &K::Log, file: &mut Writer<Cursor<Vec<u8>>>) -> Result<(), WriteError> {
     file.topic::<PoseStamped>(topic::ESTIMATE, false)?;
     file.topic::<Odometry>(topic::ODOMETRY, false)?;
@@ -161,7 +162,7 @@ fn topics<K: Exported>(log: &K::Log, file: &mut Writer<Cursor<Vec<u8>>>) -> Resu
     K::topics(log, file)
 }
 
-/// The estimate after a scan.
+/// Writes the estimate after a scan.
 fn scan<K: Exported>(scan: &ScanRecord<K>, at: Time, file: &mut Writer<Cursor<Vec<u8>>>) -> Result<(), WriteError> {
     let header = Header::new(at, MAP);
     let (place, heading_rad) = (K::position(&scan.pose), K::heading(&scan.pose));
@@ -172,7 +173,7 @@ fn scan<K: Exported>(scan: &ScanRecord<K>, at: Time, file: &mut Writer<Cursor<Ve
     odometry.pose.pose = estimate;
     let entry = |row: usize, column: usize| scan.pose_covariance.as_ref()[row].as_ref()[column];
     odometry.pose.covariance = covariance(K::Position::COUNT, entry);
-    // The filter estimates no velocity.
+    // The filter does not estimate a velocity.
     odometry.twist.covariance =
         std::array::from_fn(|row| std::array::from_fn(|column| if row == column { UNKNOWN } else { 0.0 }));
     file.write(topic::ODOMETRY, at, &odometry)?;
@@ -193,7 +194,7 @@ fn scan<K: Exported>(scan: &ScanRecord<K>, at: Time, file: &mut Writer<Cursor<Ve
     file.write(topic::TF, at, &TFMessage { transforms })
 }
 
-/// Static and moving features as ellipses that hold 95 %, all former ones removed.
+/// Static and moving features as ellipses of 95 % probability; removes all earlier ones.
 pub fn features<D: Dimensions>(
     map: &[MapFeature<D>],
     moving: &[MovingFeature<D>],
@@ -203,7 +204,7 @@ pub fn features<D: Dimensions>(
     let marker = |ns: &str, id: u32, shape: i32, pose: Pose, scale: Vector3, [r, g, b]: [f32; 3], a: f64| Marker {
         header: Header::new(at, frame),
         ns: ns.to_owned(),
-        // A name from scan to scan, whatever its sign.
+        // The identifier is the same from scan to scan; its sign has no meaning.
         id: id.cast_signed(),
         shape,
         pose,
@@ -236,7 +237,7 @@ pub fn features<D: Dimensions>(
     MarkerArray { markers }
 }
 
-/// Places of static features, their weights and names.
+/// Positions of static features with their weights and identifiers.
 fn map<D: Dimensions>(frame: &Frame<D>, at: Time) -> PointCloud2 {
     let points = frame.map.iter().map(|feature| {
         let place = point(feature.mean.as_ref());
@@ -245,7 +246,7 @@ fn map<D: Dimensions>(frame: &Frame<D>, at: Time) -> PointCloud2 {
     cloud(Header::new(at, MAP), ["x", "y", "z"], ["weight", "id"], points)
 }
 
-/// Places, in double precision too.
+/// Positions, also in double precision.
 fn places<P: Coordinates>(header: Header, places: &[P]) -> PointCloud2 {
     let points = places.iter().map(|place| {
         let place = point(place.as_ref());

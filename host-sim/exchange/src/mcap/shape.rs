@@ -1,35 +1,34 @@
-//! Poses, covariances and ellipses, as messages have them.
+//! Poses, covariances and ellipses in the format of messages.
 
 use nalgebra::{Matrix3, Rotation3, SymmetricEigen, UnitQuaternion};
 use scphd_ros::messages::{Covariance6, Point, Pose, Quaternion, Transform, Vector3};
 
 /// Height of ellipses in the plane, m.
 const FLAT_M: f64 = 0.05;
-/// What 95 % of a squared Mahalanobis distance stay under, of two and three dimensions.
+/// The 95 % quantiles of χ² with two and three degrees of freedom.
 const GATES: [f64; 2] = [5.991, 7.815];
 
-/// A place of two or three coordinates.
+/// A position of two or three coordinates.
 #[must_use]
 pub fn point(place: &[f64]) -> Point {
     let at = |k: usize| place.get(k).copied().unwrap_or(0.0);
     Point { x: at(0), y: at(1), z: at(2) }
 }
 
-/// A place and a heading.
+/// A position and a heading as a pose.
 #[must_use]
 pub fn pose(place: &[f64], heading_rad: f64) -> Pose {
     Pose { position: point(place), orientation: Quaternion::of_yaw(heading_rad) }
 }
 
-/// The same as a shift and a turn.
+/// A position and a heading as a transform.
 #[must_use]
 pub fn transform(place: &[f64], heading_rad: f64) -> Transform {
     let Point { x, y, z } = point(place);
     Transform { translation: Vector3 { x, y, z }, rotation: Quaternion::of_yaw(heading_rad) }
 }
 
-/// Where the frame of `b` sits in the frame of `a`, if the same vehicle is at `a` in the one and at `b` in the other: x m, y m,
-/// heading rad.
+/// The frame of `b` in the frame of `a`, if the same vehicle has the pose `a` in one and `b` in the other: x m, y m, heading rad.
 #[must_use]
 pub fn between(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     let turn = a[2] - b[2];
@@ -37,7 +36,7 @@ pub fn between(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[0] - cosine * b[0] + sine * b[1], a[1] - sine * b[0] - cosine * b[1], turn]
 }
 
-/// The covariance of a place of so many coordinates and the heading behind it, as messages order it.
+/// The covariance of a position with `count` coordinates followed by the heading, in the order of messages.
 #[must_use]
 pub fn covariance(count: usize, entry: impl Fn(usize, usize) -> f64) -> Covariance6 {
     let own = |k: usize| match k {
@@ -50,13 +49,13 @@ pub fn covariance(count: usize, entry: impl Fn(usize, usize) -> f64) -> Covarian
     })
 }
 
-/// The turn and the axes (m, from end to end) of the ellipse that holds 95 %.
+/// The rotation and the axes (diameters, m) of the ellipse of 95 % probability.
 #[must_use]
 pub fn ellipse(covariance: &[&[f64]]) -> (Quaternion, Vector3) {
     let count = covariance.len();
     let flat = count < 3;
     let gate = GATES[usize::from(!flat)];
-    // In the plane the third axis stays the vertical.
+    // In the plane the third axis is vertical.
     let entry = |row: usize, column: usize| {
         let vertical = if row == column { 0.25 * FLAT_M * FLAT_M / gate } else { 0.0 };
         covariance.get(row).and_then(|row| row.get(column)).copied().unwrap_or(vertical)
@@ -76,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_ellipse_has_the_covariance() {
+    fn the_ellipse_has_the_axes_of_the_covariance() {
         let rows = [[4.0, 1.2, 0.3], [1.2, 2.0, -0.4], [0.3, -0.4, 1.0]];
         for count in [2, 3] {
             let covariance: Vec<&[f64]> = rows[..count].iter().map(|row| &row[..count]).collect();
@@ -95,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn odometry_in_its_frame_is_the_estimate_in_the_map() {
+    fn the_odometry_frame_maps_odometry_to_the_estimate() {
         let (estimate, odometry) = ([3.0, -1.0, 2.5], [0.5, 4.0, -1.2]);
         let [x, y, turn] = between(estimate, odometry);
         let (s, c) = turn.sin_cos();
@@ -104,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn covariances_stand_where_messages_have_them() {
+    fn covariances_are_in_the_order_of_messages() {
         let made = covariance(2, |row, column| (10 * row + column) as f64);
         assert_eq!((made[0][1], made[1][5], made[5][5], made[2][2]), (1.0, 12.0, 22.0, 0.0));
     }

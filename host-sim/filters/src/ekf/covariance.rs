@@ -1,4 +1,4 @@
-//! A symmetric matrix that grows and shrinks with the map.
+//! A symmetric matrix whose size changes with the map.
 
 use nalgebra::{RowVector2, SMatrix, SVector};
 
@@ -10,7 +10,7 @@ pub(super) struct Covariance {
 }
 
 impl Covariance {
-    /// Of `side` variables that are known exactly.
+    /// Creates the covariance of `side` variables without uncertainty.
     pub(super) fn zero(side: usize) -> Self {
         Self { side, entries: vec![0.0; side * side] }
     }
@@ -39,13 +39,13 @@ impl Covariance {
         SVector::from_fn(|k, _| self.get(row, variables[k]))
     }
 
-    /// The same with the variables of `kept`, in their order.
+    /// The covariance of the variables of `kept`, in their order.
     pub(super) fn keep(&self, kept: &[usize]) -> Self {
         let entries = kept.iter().flat_map(|&row| kept.iter().map(move |&column| self.get(row, column)));
         Self { side: kept.len(), entries: entries.collect() }
     }
 
-    /// The same with `more` variables at the end that are known exactly.
+    /// The covariance with `more` variables without uncertainty appended.
     pub(super) fn grown(&self, more: usize) -> Self {
         let mut grown = Self::zero(self.side + more);
         for (from, to) in self.entries.chunks(self.side.max(1)).zip(grown.entries.chunks_mut(self.side + more)) {

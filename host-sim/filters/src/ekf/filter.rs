@@ -12,14 +12,14 @@ use scphd_log::angle::wrap;
 use scphd_log::log::{FixNoise, Log, Mounting, PoseFix, Vehicle};
 use scphd_score::record::MapFeature;
 
-/// A user who does not trust a data sheet takes its standard deviations this much larger.
+/// Factor for the standard deviations of a data sheet, as a cautious user would choose.
 const DISTRUST: f64 = 1.5;
 /// Step of the central differences of the motion model, in the unit of each variable.
 const STEP: f64 = 1e-5;
-/// Variables of the pose.
+/// Number of variables of the pose.
 const POSE: usize = 3;
 
-/// What is kept of a landmark beside its place in the state.
+/// Data of a landmark besides its variables in the state.
 #[derive(Debug, Clone, Copy)]
 struct Landmark {
     label: Option<i64>,
@@ -27,7 +27,7 @@ struct Landmark {
     born: usize,
 }
 
-/// What it knows of a sensor.
+/// Data of a sensor.
 #[derive(Debug, Clone, Copy)]
 struct Eye {
     mounting: Mounting,
@@ -41,19 +41,19 @@ pub struct Ekf {
     vehicle: Vehicle,
     odometry: OdometryNoise,
     eyes: Vec<Eye>,
-    /// Of fixes.
+    /// Noise of fixes.
     fixes: FixNoise,
     association: Association,
-    /// Labels of every scan's detections, those of static landmarks alone; only for [`Association::Known`].
+    /// Labels of the detections of every scan, only for static landmarks; used for [`Association::Known`] only.
     labels: Vec<Vec<Option<i64>>>,
-    /// x m, y m, heading rad, then x and y of every landmark.
+    /// State: x m, y m, heading rad, then x and y of every landmark.
     state: Vec<f64>,
     covariance: Covariance,
     landmarks: Vec<Landmark>,
     scans: usize,
 }
 
-/// A detection as one landmark explains it.
+/// A detection associated with a landmark.
 struct Pairing {
     landmark: usize,
     /// ∂h by the pose and by the landmark.
@@ -66,10 +66,10 @@ struct Pairing {
 }
 
 impl Ekf {
-    /// At the log's first pose, which is certain, with an empty map.
+    /// Starts at the log's initial pose, which is certain, with an empty map.
     ///
     /// # Errors
-    /// The association is to be known and the log has no labels.
+    /// The association is to be known, but the log has no labels.
     pub fn start(log: &Log, association: Association) -> Result<Self, Refusal> {
         let labels = match association {
             Association::NearestNeighbour => Vec::new(),
@@ -101,7 +101,7 @@ impl Ekf {
         })
     }
 
-    /// Landmarks in the state.
+    /// Number of landmarks in the state.
     #[cfg(test)]
     pub(super) fn landmarks(&self) -> usize {
         self.landmarks.len()
@@ -118,14 +118,14 @@ impl Ekf {
         (seat, [seat[0] - x, seat[1] - y])
     }
 
-    /// What landmark `landmark` makes of a detection; `None` where S is singular.
+    /// Innovation of a detection for landmark `landmark`; `None` if S is singular.
     fn pair(&self, eye: &Eye, landmark: usize, detection: [f64; 2]) -> Option<Pairing> {
         let at = POSE + 2 * landmark;
         let ([x, y, heading], [lever_x, lever_y]) = self.seat(&eye.mounting);
         let (dx, dy) = (self.state[at] - x, self.state[at + 1] - y);
         let squared = (dx * dx + dy * dy).max(1e-9);
         let range = squared.sqrt();
-        // To turn the vehicle is to swing the sensor around it.
+        // A rotation of the vehicle moves the sensor on a circle around it.
         let swing = [dx * lever_y - dy * lever_x, -(dx * lever_x + dy * lever_y)];
         #[rustfmt::skip]
         let jacobian = SMatrix::<f64, 2, 5>::new(
@@ -145,7 +145,7 @@ impl Ekf {
         pairings.min_by(|a, b| a.distance.total_cmp(&b.distance))
     }
 
-    /// The Kalman update of the whole state by what is measured of these of its variables.
+    /// The Kalman update of the whole state by a measurement of these variables.
     fn correct<const N: usize>(
         &mut self,
         variables: [usize; N],
@@ -167,7 +167,7 @@ impl Ekf {
         }
     }
 
-    /// A new landmark where the detection says, with its covariances to all else.
+    /// Adds a landmark at the position of a detection, with its covariances to the state.
     fn add(&mut self, eye: &Eye, [range, bearing]: [f64; 2], label: Option<i64>) {
         let ([x, y, heading], [lever_x, lever_y]) = self.seat(&eye.mounting);
         let (s, c) = (sin(heading + bearing), cos(heading + bearing));
@@ -191,7 +191,7 @@ impl Ekf {
         self.landmarks.push(Landmark { label, sights: 1, born: self.scans });
     }
 
-    /// Drops what was seen but once or twice and not again.
+    /// Removes landmarks with too few detections.
     fn drop_clutter(&mut self) {
         let stays =
             |landmark: &Landmark| landmark.sights >= FEWEST_SIGHTS || self.scans - landmark.born <= PROBATION_SCANS;
@@ -227,7 +227,7 @@ fn entries<const N: usize>(matrix: &SMatrix<f64, N, N>) -> [[f64; N]; N] {
 
 impl Slam for Ekf {
     fn predict(&mut self, control: [f64; 3], dt_s: f64) -> Result<Option<Implausible>, Refusal> {
-        // What the other filters leave out is left out here, too.
+        // Implausible odometry is rejected as by the other filters.
         if let Some(what) = self.vehicle.implausible(control, dt_s) {
             return Ok(Some(what));
         }
@@ -262,7 +262,7 @@ impl Slam for Ekf {
 
     fn observe(&mut self, fix: &PoseFix) -> Result<bool, Refusal> {
         let [_, _, heading] = self.pose_mean();
-        // A heading is a pair too, whose second number is of nothing.
+        // A heading is handled as a pair whose second number has no information.
         let (jacobian, innovation, sigmas) = match *fix {
             PoseFix::Position([measured_x, measured_y]) => {
                 let antenna = Mounting { forward_m: self.fixes.forward_m, left_m: self.fixes.left_m, yaw_rad: 0.0 };
@@ -292,7 +292,7 @@ impl Slam for Ekf {
     fn relocate(&mut self, pose: &[f64; 3], covariance: &[[f64; 3]; 3]) -> Result<(), Refusal> {
         self.state[..POSE].copy_from_slice(pose);
         for row in 0..POSE {
-            // What it had in common with the map is over.
+            // The correlation with the map is removed.
             (0..self.covariance.side()).for_each(|column| self.covariance.set(row, column, 0.0));
         }
         for (row, column) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)] {

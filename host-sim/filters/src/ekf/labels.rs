@@ -1,21 +1,22 @@
-//! What the log's labels say of every detection, as far as they are right and of what stands still.
+//! The labels of the log for detections of static landmarks, as far as they are right.
 
 use libm::{cos, sin};
 use scphd_log::log::{Log, Scan};
 use scphd_log::truth;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Where the truth puts a detection farther from the middle of its label than this and so many standard deviations of the measurement, it
-/// is not of the landmark: the label is false, or what it names has moved. Metres, which truth and clocks may be off by.
+/// Least distance, m, of a detection's true position from the median of its label at which it is not of the landmark: this
+/// constant, for errors of truth and clocks, plus this number of standard deviations of the measurement. The label is then wrong,
+/// or its object has moved.
 const APART_M: f64 = 0.5;
 const APART_SIGMAS: f64 = 5.0;
-/// What has more than this share of its detections so far off moves.
+/// Share of such detections above which the object of a label moves.
 const MOVES_SHARE: f64 = 0.2;
 
-/// The label of every detection that is of a static landmark; `None` where the log has no labels.
+/// The label of every detection of a static landmark; `None` if the log has no labels.
 ///
-/// The association is told, so that what the truth knows of it may be told, too: a label that names a robot, or a landmark that is not
-/// there, would make a worse filter of it than one that has to find the associations itself.
+/// The association is given, so the truth may be used for it too: with labels of a robot, or of a landmark that is not there, the
+/// filter would be worse than one that has to find the associations.
 pub(super) fn of(log: &Log) -> Option<Vec<Vec<Option<i64>>>> {
     let labelled = log.scans.iter().any(|scan| !scan.labels.is_empty());
     if !labelled {
@@ -36,12 +37,12 @@ pub(super) fn of(log: &Log) -> Option<Vec<Vec<Option<i64>>>> {
     Some(all)
 }
 
-/// Where the truth puts a detection.
+/// The true position of a detection.
 struct Seen {
     scan: usize,
     detection: usize,
     place: [f64; 2],
-    /// Standard deviation of the measurement there, m.
+    /// Standard deviation of the measurement at this position, m.
     sigma_m: f64,
 }
 
@@ -51,7 +52,7 @@ impl Seen {
     }
 }
 
-/// The detections of every label that the truth puts somewhere.
+/// The detections of every label whose true position is known.
 fn by_label(log: &Log, labels: &[Vec<Option<i64>>]) -> BTreeMap<i64, Vec<Seen>> {
     let sensors: Vec<_> = log.sensors().collect();
     let mut all: BTreeMap<i64, Vec<Seen>> = BTreeMap::new();
@@ -73,7 +74,7 @@ fn by_label(log: &Log, labels: &[Vec<Option<i64>>]) -> BTreeMap<i64, Vec<Seen>> 
     all
 }
 
-/// The median of either coordinate.
+/// The median of each coordinate.
 fn middle(places: &[Seen]) -> [f64; 2] {
     [0, 1].map(|k| {
         let mut numbers: Vec<f64> = places.iter().map(|seen| seen.place[k]).collect();

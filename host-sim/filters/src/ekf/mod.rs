@@ -1,9 +1,8 @@
-//! EKF SLAM, the filter that a user would try first: one Gaussian over the pose and every landmark, with all their
-//! covariances, and nearest-neighbour association. A yardstick: it shares nothing with the filter of this project but the log.
+//! EKF SLAM, the filter that a user would try first: one Gaussian over the pose and all landmarks, with their covariances, and
+//! nearest-neighbour association. It is a baseline, and shares only the log with the filters of this project.
 //!
-//! Noise is what the log states. Where a log does not say that it is simulated, the sensor's standard deviations are taken
-//! half as large again, as a user does who does not trust a data sheet; where odometry noise is not stated, it is 10 % and a
-//! little (`odometry`).
+//! The noise is that of the log. Unless the log is simulated, the sensor's standard deviations are increased by half, as a
+//! cautious user does with a data sheet; odometry noise that is not stated is 10 % and a small constant (`odometry`).
 
 pub mod association;
 mod covariance;

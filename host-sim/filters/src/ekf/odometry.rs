@@ -1,10 +1,10 @@
-//! How far odometry is trusted.
+//! Noise of the odometry.
 
 use nalgebra::Vector3;
 use scphd_log::log::{Log, Vehicle};
 
-/// Standard deviations of speed and turn where a log does not state them: a constant (m/s; rad or rad/s), a share, and how
-/// long an error lasts, s. Round numbers, from no log.
+/// Standard deviations of speed and turn if a log does not state them: a constant (m/s; rad or rad/s), a relative part, and the
+/// duration of an error, s. Round numbers, not chosen on any log.
 const UNSTATED_CONSTANT: f64 = 0.02;
 const UNSTATED_SHARE: f64 = 0.1;
 const UNSTATED_LASTS_S: f64 = 0.5;
@@ -18,7 +18,7 @@ pub(super) struct OdometryNoise {
 }
 
 impl OdometryNoise {
-    /// What a log states of its vehicle.
+    /// The noise that a log states for its vehicle.
     pub(super) fn of(log: &Log) -> Self {
         let nominal = &log.nominal;
         let turn = match log.vehicle {
@@ -28,8 +28,8 @@ impl OdometryNoise {
         Self { speed: nominal.speed_sigma_mps, turn, moves_aside: log.vehicle == Vehicle::Holonomic }
     }
 
-    /// Variances of the controls over `dt_s`. An error that lasts longer than the step adds up over the steps as if it were
-    /// larger by the ratio of the two.
+    /// Variances of the controls over `dt_s`. For an error that lasts longer than the step, the variance is greater by the ratio
+    /// of the two times, so that the accumulated variance is right.
     pub(super) fn variances(&self, control: [f64; 3], dt_s: f64) -> Vector3<f64> {
         let lasting = (UNSTATED_LASTS_S / dt_s).max(1.0);
         let unstated = |control: f64| lasting * (UNSTATED_CONSTANT + UNSTATED_SHARE * control.abs()).powi(2);

@@ -35,9 +35,9 @@ fn log(simulated: bool) -> Log {
     }
 }
 
-/// A vehicle on a line towards a landmark: the filter is the linear one of a scalar position and a scalar landmark.
+/// A vehicle on a line towards a landmark: the filter is a linear one of a scalar position and a scalar landmark.
 #[test]
-fn on_a_line_it_is_the_kalman_filter() {
+fn on_a_line_the_filter_is_the_kalman_filter() {
     let mut ekf = Ekf::start(&log(true), Association::NearestNeighbour).unwrap();
     let (mut x, mut m) = (0.0_f64, 0.0_f64);
     let (mut pxx, mut pxm, mut pmm) = (0.0_f64, 0.0_f64, 0.0_f64);
@@ -69,7 +69,7 @@ fn on_a_line_it_is_the_kalman_filter() {
 }
 
 #[test]
-fn what_is_seen_but_once_is_dropped_and_what_is_seen_again_stays() {
+fn landmarks_detected_once_are_removed_and_detected_again_kept() {
     let mut ekf = Ekf::start(&log(true), Association::NearestNeighbour).unwrap();
     ekf.scan(0, &[[5.0, 0.0], [5.0, 1.5]]).unwrap();
     for _ in 0..60 {
@@ -79,7 +79,7 @@ fn what_is_seen_but_once_is_dropped_and_what_is_seen_again_stays() {
 }
 
 #[test]
-fn a_data_sheet_is_trusted_less_than_a_simulation() {
+fn the_noise_of_a_data_sheet_is_increased() {
     let covariance = |simulated| {
         let mut ekf = Ekf::start(&log(simulated), Association::NearestNeighbour).unwrap();
         for _ in 0..4 {
@@ -87,12 +87,12 @@ fn a_data_sheet_is_trusted_less_than_a_simulation() {
         }
         ekf.map().unwrap().1[0].covariance[0][0]
     };
-    // Seen four times from a pose that is certain.
+    // Four detections from a certain pose.
     assert!((covariance(true) - 0.0025).abs() < 1e-9 && (covariance(false) - 1.5 * 1.5 * 0.0025).abs() < 1e-9);
 }
 
 #[test]
-fn known_labels_hold_two_that_stand_in_one_place_apart() {
+fn known_labels_distinguish_two_landmarks_at_one_position() {
     let mut log = log(true);
     let scan = Scan { t_s: 0.0, sensor: 0, detections: vec![], labels: vec![4, 9, -1, 2] };
     log.scans = vec![scan; 5];
@@ -101,13 +101,13 @@ fn known_labels_hold_two_that_stand_in_one_place_apart() {
     for _ in 0..5 {
         ekf.scan(0, &[[5.0, 0.0], [5.01, 0.0], [2.0, 1.0], [3.0, 1.0]]).unwrap();
     }
-    // Neither what is labelled as clutter nor what moves is a landmark.
+    // Detections labelled as clutter, or of moving objects, are not landmarks.
     assert_eq!(ekf.landmarks(), 2);
     log.scans = vec![Scan::default()];
     assert!(Ekf::start(&log, Association::Known).is_err());
 }
 
-/// On a line, with the antenna ahead: the Kalman filter of a scalar position.
+/// On a line, with an antenna ahead of the pose: the Kalman filter of a scalar position.
 #[test]
 fn a_fix_is_the_kalman_update_of_the_pose_and_may_be_gated() {
     let mut log = log(true);
@@ -127,9 +127,9 @@ fn a_fix_is_the_kalman_update_of_the_pose_and_may_be_gated() {
     assert_eq!(ekf.pose().unwrap(), ([7.0, 8.0, 0.5], covariance));
 }
 
-/// As the other filters leave them out: one row of garbage must not decide which of them is better.
+/// As in the other filters: one wrong row must not decide a comparison.
 #[test]
-fn odometry_that_no_vehicle_drives_is_left_out() {
+fn implausible_odometry_is_left_out() {
     let mut ekf = Ekf::start(&log(true), Association::NearestNeighbour).unwrap();
     let garbage = [[400.0, 0.0, 0.0], [0.3, 100.0, 0.0], [f64::NAN, 0.0, 0.0]];
     for control in garbage {
@@ -140,9 +140,9 @@ fn odometry_that_no_vehicle_drives_is_left_out() {
     assert_eq!(ekf.predict([0.3, 0.0, 0.0], 1.0).unwrap(), None);
 }
 
-/// Ten scans from poses of the truth, of a post with label 4, of what drives past with label 7, and once of another thing called 4.
+/// Ten scans from true poses, of a pole with label 4, of a moving object with label 7, and once of another object with label 4.
 #[test]
-fn what_the_truth_knows_to_move_is_no_landmark_of_a_known_association() {
+fn moving_objects_are_not_landmarks_of_a_known_association() {
     let mut log = log(true);
     let places = |k: u32| {
         let drives = 2.0 + 0.4 * f64::from(k);
@@ -162,7 +162,7 @@ fn what_the_truth_knows_to_move_is_no_landmark_of_a_known_association() {
     assert_eq!(told.landmarks(), 1);
     let (_, map) = told.map().unwrap();
     assert!((map[0].mean[0] - 5.0).abs() < 1e-9 && map[0].mean[1].abs() < 1e-9, "{map:?}");
-    // Without a truth there is nothing to tell it from.
+    // Without truth they cannot be distinguished.
     log.truth.clear();
     assert_eq!(run(&log).landmarks(), 2);
 }

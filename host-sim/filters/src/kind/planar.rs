@@ -39,7 +39,7 @@ impl Kind for Planar {
     }
 
     fn moving(log: &Log) -> Option<&[MovingLandmark]> {
-        // A simulation that lists no moving landmark has none; a real log may just not know.
+        // A simulation without a list of moving landmarks has none; for a real log they are unknown.
         let known = !log.moving.is_empty() || (log.simulated && !log.landmarks.is_empty());
         known.then_some(&log.moving)
     }
@@ -50,7 +50,7 @@ impl Kind for Planar {
 
     fn view<'a>(_log: &'a Log, settings: &Settings) -> View<'a, Self> {
         let windows: Vec<Window> = settings.sensors().map(Window::of_settings).collect();
-        // In view of any; none where that is known of all.
+        // In view of any sensor; not in view if that is known for all sensors.
         Box::new(move |pose, point| {
             let held = windows.iter().map(|window| window.holds(pose, point));
             held.reduce(|one, other| if one == Some(false) || other == Some(true) { other } else { one })?

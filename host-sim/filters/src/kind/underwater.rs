@@ -21,7 +21,7 @@ impl Kind for Underwater {
     type Log = Log;
     type Settings = Settings;
 
-    /// A map of hundreds of features takes long to compare.
+    /// Comparing a map of hundreds of features takes long.
     const SCANS_A_MAP_ERROR: usize = 200;
 
     fn name(log: &Log) -> &str {
@@ -57,7 +57,7 @@ impl Kind for Underwater {
         log.start.0
     }
 
-    /// Both images show it, at the depths at which keypoints are matched, with the roll and pitch that the instruments say.
+    /// A landmark is in view if it is in both images, in the range of depths, with the roll and pitch of the instruments.
     fn view<'a>(log: &'a Log, _settings: &Settings) -> View<'a, Self> {
         let cameras: [SMatrix<f64, 3, 4>; 2] =
             log.camera.projections.map(|p| SMatrix::from_fn(|row, column| p[row][column]));
@@ -75,7 +75,7 @@ impl Kind for Underwater {
         })
     }
 
-    /// Both cameras are one beside the other: the disparity is the depth, and the left pixel the direction.
+    /// For two cameras side by side: the disparity gives the depth, and the left pixel the direction.
     fn place(
         log: &Log,
         _settings: &Settings,
@@ -98,7 +98,7 @@ impl Kind for Underwater {
         let of_disparity = libm::hypot(camera.pixel_sigmas[0], camera.pixel_sigmas[2]);
         let across = libm::hypot(camera.pixel_sigmas[0], camera.common_sigmas[0])
             .max(libm::hypot(camera.pixel_sigmas[1], camera.common_sigmas[1]));
-        // A row of the calibration times a rotation: fu and cu, at right angles.
+        // A row of the calibration is a rotation times (fu, cu): the two parts are orthogonal.
         let focal = libm::sqrt((turn.row(0).norm_squared() - turn.row(0).dot(&turn.row(2)).powi(2)).max(1.0));
         let sigma_m = (depth_m * depth_m / camera.focal_baseline * of_disparity).max(depth_m / focal * across);
         Some((place.into(), sigma_m))
@@ -172,7 +172,7 @@ impl Kind for Underwater {
     }
 
     fn unexplained_per_scan(log: &Log, settings: &Settings) -> f64 {
-        // Births per px⁴, over the pixels that clutter is uniform over.
+        // Births per px⁴, over the same pixels as uniform clutter.
         let measure = settings.camera.clutter_per_scan / settings.clutter_intensity(log);
         settings.camera.clutter_per_scan + settings.filter.birth_intensity * measure
     }

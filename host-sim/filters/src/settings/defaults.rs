@@ -1,9 +1,8 @@
-//! Settings that suit a log, from what its head says of vehicle, sensor and noise; never from its name.
+//! Default settings for a log, from its description of vehicle, sensor and noise, never from its name.
 //!
-//! What is stated is used as stated. What is not comes from one table of physical figures ([`UNSTATED`]), the same for every
-//! vehicle, sensor and place. Its figures are round; they were chosen on the random worlds of the seeds 100 to 199
-//! (`scenario::worlds`), and no recorded log had a say. A log that says it is simulated states its noise exactly; a data
-//! sheet states the white part of it alone, so that it is taken with a margin.
+//! Stated values are used as stated. Others are from a table of physical figures ([`UNSTATED`]), the same for every vehicle,
+//! sensor and place. These are round; they were chosen on the random worlds of the seeds 100 to 199 (`scenario::worlds`), not on
+//! recorded logs. A simulated log states its noise exactly; a data sheet states only the white part, so that a margin is added.
 
 use super::{
     Extraction, FilterSettings, JointSettings, Likelihood, MovingSettings, Proposal, SensorSettings, Settings,
@@ -16,19 +15,19 @@ use scphd_log::vehicle::FASTEST_MPS;
 use scphd_worlds::scenario::{is_of_thesis, thesis_run};
 use std::f64::consts::PI;
 
-/// Samples M of every particle a prediction: one, because drawing more is paid for as more particles would be.
+/// Samples M of every particle in a prediction: more cost as much as more particles.
 const SAMPLES: usize = 1;
 /// Resample below this N_eff / N: section 5.3.1, and most of the literature.
 const RESAMPLE_THRESHOLD: f64 = 0.5;
-/// Where clutter is so sparse that fewer false measurements than this fall within three standard deviations of a feature in
-/// a scan, the same feature is not confirmed by chance, and what has been seen a few times is there.
+/// Greatest expected number of false measurements within three standard deviations of a feature in a scan at which clutter is
+/// sparse: a feature is then not confirmed by chance, and one with a few detections exists.
 const SPARSE_CLUTTER: f64 = 0.005;
 
-/// What becomes of features of a simulation by how often they have been seen.
+/// Rules for keeping and dropping features in a simulation.
 struct Memory {
     particles: usize,
-    /// κ / w_b. A measurement that nothing explains starts as a feature of weight 1/(1 + κ/w_b): the next detection near
-    /// it makes it a likely feature (a Gaussian's peak is far above κ), a lone false measurement dies out.
+    /// κ / w_b. An unexplained measurement starts as a feature of weight 1/(1 + κ/w_b). The next detection near it makes it a
+    /// likely feature (the peak of a Gaussian is far above κ); the weight of a single false measurement decays.
     clutter_over_birth: f64,
     prune_weight: f64,
     confirming_detections: f64,
@@ -37,13 +36,14 @@ struct Memory {
     merge_distance: f64,
     extraction: Extraction,
     extraction_weight: f64,
-    /// Share of the informed proposal's covariance that is drawn.
+    /// Sampled share of the informed proposal's covariance.
     drawn: f64,
 }
 
-/// Dense clutter: weights alone tell. A component is dropped at about what a false measurement leaves behind after one miss (at
-/// p_D = 0.95): a lighter one says less than the next measurement does, and they were most of the map. What has been seen but
-/// once and leaves the view lighter than half a feature was clutter; components within two standard deviations are one.
+/// Dense clutter: the weights decide. A component is dropped at about the weight of a false measurement after one miss (at p_D =
+/// 0.95): lighter ones have less information than the next measurement, and were most of the map. A component with a single
+/// detection and less than the weight 0.5 was clutter when it leaves the view. Components within two standard deviations are
+/// merged.
 const DENSE: Memory = Memory {
     particles: 100,
     clutter_over_birth: 20.0,
@@ -57,10 +57,10 @@ const DENSE: Memory = Memory {
     drawn: 0.2,
 };
 
-/// Sparse clutter: what leaves the view and is not better known than from three measurements is forgotten, whatever it weighs;
-/// what is, stays, and is found again from a fifth of a feature. Features are far apart for their uncertainty, so that what lies
-/// within four standard deviations of one is the same, seen from errant poses. Associations leave little to draw for: the mean
-/// of the proposal is better than a sample of it, and one particle is as good as many.
+/// Sparse clutter: components that are not confirmed by three measurements are forgotten when they leave the view, with any
+/// weight. Confirmed ones remain, with a weight of at least a fifth. Distances between features are large compared with their
+/// uncertainty, so that components within four standard deviations are of one feature, seen from wrong poses. The association is
+/// nearly certain: the mean of the proposal is better than a sample, and one particle is as good as many.
 const SPARSE: Memory = Memory {
     particles: 1,
     clutter_over_birth: 50.0,
@@ -74,58 +74,60 @@ const SPARSE: Memory = Memory {
     drawn: 0.0,
 };
 
-/// w_m / w_b: most of what turns up stands still.
+/// w_m / w_b: most new features are static.
 const MOVING_BIRTH_SHARE: f64 = 0.5;
-/// Of a simulation, or where the vehicle stands: walking pace and somewhat more.
+/// For a simulation, or a vehicle that stands: somewhat more than walking pace.
 const MOVING_VELOCITY_SIGMA_MPS: f64 = 1.0;
-/// What moves has become another speed after this long, s: with walkers, half a metre a second more or less after three seconds.
+/// Time after which the speed of a moving feature has changed completely, s: for pedestrians, by half a metre a second after
+/// three seconds.
 const MOVING_STEADY_S: f64 = 10.0;
-/// p_S = 0.999 a tenth of a second.
+/// p_S = 0.999 for a tenth of a second.
 const MOVING_LIFETIME_S: f64 = 100.0;
-/// Slower than this, m/s, a vehicle says nothing of how fast others are.
+/// Least speed of the vehicle, m/s, from which that of moving features is derived.
 const LEAST_SPEED_MPS: f64 = 0.01;
-/// What has moved out of view for longer than this takes is forgotten, m.
+/// Standard deviation of the position, m, above which a moving feature is forgotten.
 const MOVING_SPREAD_MAX_M: f64 = 1.5;
-/// What clutter begets is told from what moves by its weight.
+/// Least weight of an estimated moving feature: it distinguishes moving features from clutter.
 const MOVING_EXTRACTION_WEIGHT: f64 = 0.4;
-/// Linearisations of the informed proposal.
+/// Number of linearisations of the informed proposal.
 const PROPOSAL_ROUNDS: usize = 3;
-/// A component that explains less of a measurement than this does not steer the proposal.
+/// Least responsibility for a measurement with which a component steers the proposal.
 const LEAST_SHARE: f64 = 0.02;
-/// A mixture's particles do not know what the features of one map have in common with the pose: odometry errors count for longer there.
+/// Factor for the correlation time of odometry errors in mixtures: the particles do not represent the correlation of features
+/// with the pose.
 const INTERVAL_MARGIN: f64 = 2.0;
-/// A time that no log lasts for, s: in a simulation nothing hides a landmark or takes it away.
+/// A time longer than any log, s: in a simulation landmarks are never occluded or removed.
 const NEVER_S: f64 = 1e9;
-/// Components in view. No view of the published logs needs half of it; it bounds the time of a scan gone wrong.
+/// Greatest number of components in view. Published logs need less than half; it bounds the time of a scan after a failure.
 const MAX_COMPONENTS: usize = 1000;
 
-/// Births a scan where there is no clutter for them to be measured against.
+/// Births a scan in logs without clutter.
 const BIRTHS_PER_SCAN: f64 = 0.1;
 
-/// What is taken for granted where a log does not say.
+/// Values for properties that a log does not state.
 struct Unstated {
-    /// Noise over what a data sheet states: it speaks of one good measurement. The width of a trunk, a time stamp, a scan that
-    /// takes a while, one return in fifty that is far off, and what features of one map have in common and do not know of
-    /// each other come on top.
+    /// Factor for the noise of a data sheet, which is that of one good measurement. Other errors add to it: the width of a trunk,
+    /// time stamps, the duration of a scan, outliers (one return in fifty), and the ignored correlation of features.
     noise_margin: f64,
-    /// p_D. Taking it too low costs little: false features live longer. Taking it too high deletes what is hidden for a moment.
+    /// p_D. Too low a value costs little: false features remain longer. Too high a value removes features that are occluded for a
+    /// moment.
     detection: f64,
-    /// Half width of the soft edges of the view in standard deviations: a data sheet's view ends less sharply than it says.
+    /// Half width of the soft edges of the view in standard deviations: the true edges are less sharp than in a data sheet.
     edge_sigmas: f64,
-    /// What leaves the view lighter than this and is not confirmed was most likely clutter, and is forgotten.
+    /// Unconfirmed features that leave the view with less than this weight were probably clutter, and are forgotten.
     unconfirmed_weight: f64,
-    /// False measurements a scan.
+    /// Number of false measurements a scan.
     clutter_per_scan: f64,
     /// κ / w_b.
     clutter_over_birth: f64,
-    /// Components within three standard deviations are one.
+    /// Components within three standard deviations are merged.
     merge_distance: f64,
-    /// Standard deviation of the velocity of what moves, as a share of the vehicle's own speed: robots move among robots, cars among cars.
-    /// One coordinate of a velocity is less than all of it, and some of what moves is slow.
+    /// Standard deviation of the velocity of moving features, as a share of the vehicle's own speed: a robot meets robots, a car
+    /// meets cars. A coordinate of a velocity is less than its magnitude, and some objects are slow.
     mover_speed_share: f64,
-    /// Enough for a few hypotheses of the heading; more bring little (docs/studies.md).
+    /// Enough for several hypotheses of the heading; more bring little (docs/studies.md).
     particles: usize,
-    /// Share of the informed proposal's covariance that is drawn.
+    /// Sampled share of the informed proposal's covariance.
     drawn: f64,
 }
 
@@ -145,21 +147,21 @@ const UNSTATED: Unstated = Unstated {
     drawn: 0.05,
 };
 
-/// Half width of a soft edge in standard deviations of its coordinate: noise and pose decide whether a feature this near
-/// to the rim is seen. The wider the edge, the more weight a feature loses every time it leaves the view.
+/// Half width of a soft edge in standard deviations of its coordinate: within it, noise and pose decide whether a feature is
+/// detected. The wider the edge, the more weight a feature loses whenever it leaves the view.
 const EDGE_SIGMAS: f64 = 1.0;
-/// A window this near the full circle is one, rad: logs give π with a few digits.
+/// A window is a full circle if it differs by less than this, rad: logs give π with a few digits.
 const CIRCLE_SLACK_RAD: f64 = 1e-3;
-/// Bounds within which every filter works: no certain detection, no noise so small that its square vanishes.
+/// Bounds within which every filter works: p_D below 1, and noise whose square is not zero in single precision.
 const GREATEST_DETECTION: f64 = 0.999;
 const LEAST_RANGE_SIGMA_M: f64 = 1e-3;
 const LEAST_BEARING_SIGMA_RAD: f64 = 1e-4;
 
 impl FilterSettings {
-    /// Whether the reference has all that is asked for; what [`Settings::restrict_to_reference`] leaves, it has.
+    /// Whether the reference has all parts of these settings; it has those after [`Settings::restrict_to_reference`].
     ///
     /// # Errors
-    /// Says what would have to be otherwise.
+    /// The necessary changes of the settings.
     pub fn check_reference_has_all(&self) -> Result<(), String> {
         let forgets = || Some("filter.unconfirmed_weight = 0".to_owned()).filter(|_| self.unconfirmed_weight > 0.0);
         let waits = || Some("filter.births_wait = false".to_owned()).filter(|_| self.births_wait);
@@ -171,12 +173,12 @@ impl FilterSettings {
 }
 
 impl Settings {
-    /// Settings that suit `log`.
+    /// Default settings for `log`.
     #[must_use]
     pub fn for_log(log: &Log) -> Self {
         let sensor = sensor(log.simulated, &log.sensor, &log.nominal);
         let measure = sensor.measure();
-        // Without a word on clutter, it is sparse: what has been seen a few times is there, and is remembered.
+        // Unstated clutter is taken as sparse: features with a few detections exist, and are remembered.
         let memory = if log.simulated { memory(&sensor) } else { &SPARSE };
         let clutter_over_birth = if log.simulated { memory.clutter_over_birth } else { UNSTATED.clutter_over_birth };
         let births = |sensor: &SensorSettings| {
@@ -244,8 +246,8 @@ impl Settings {
         }
     }
 
-    /// The settings a scenario is run with unless told otherwise: the recursion of the thesis and nothing beyond it, with what the
-    /// thesis says about its experiment.
+    /// The default settings of a scenario: the recursion of the thesis without extensions, with the thesis's parameters of the
+    /// experiment.
     #[must_use]
     pub fn for_scenario(name: &str, log: &Log) -> Self {
         let mut settings = Self::for_log(log);
@@ -262,7 +264,7 @@ impl Settings {
         settings
     }
 
-    /// Leaves out what goes beyond the recursion of the thesis, and so has no counterpart in the reference.
+    /// Switches off extensions of the recursion of the thesis, which the reference does not have.
     pub fn restrict_to_reference(&mut self) {
         self.filter.proposal = Proposal::Blind;
         self.filter.unconfirmed_weight = 0.0;
@@ -272,21 +274,21 @@ impl Settings {
         self.filter.births_wait = false;
     }
 
-    /// Lets features move, or takes them all for static.
+    /// Switches moving features on or off.
     pub fn set_moving(&mut self, moving: bool) {
         self.moving.birth_intensity = if moving { MOVING_BIRTH_SHARE * self.filter.birth_intensity } else { 0.0 };
     }
 }
 
-/// By how many false measurements a scan has near a feature, within three standard deviations: κ 9π σ_r σ_b.
+/// The rules by the expected number of false measurements in a scan within three standard deviations of a feature: κ 9π σ_r σ_b.
 fn memory(sensor: &SensorSettings) -> &'static Memory {
     let density = sensor.clutter_per_scan / sensor.measure();
     let near = density * 9.0 * PI * sensor.range_sigma_m * sensor.bearing_sigma_rad;
     if near < SPARSE_CLUTTER { &SPARSE } else { &DENSE }
 }
 
-/// Root mean square of the vehicle's own speed over the time of its odometry, m/s, if it moves at all. Rows that no vehicle drives
-/// do not count: one of them would make all that moves faster than anything that does.
+/// Root mean square of the vehicle's speed over the time of its odometry, m/s; `None` if it does not move. Implausible rows do
+/// not count: one of them would make moving features too fast.
 fn speed_mps(odometry: &[Odometry]) -> Option<f64> {
     let (mut way, mut time) = (0.0, 0.0);
     for rows in odometry.windows(2).filter(|rows| rows[0].speed_mps().abs() <= FASTEST_MPS) {
@@ -297,14 +299,14 @@ fn speed_mps(odometry: &[Odometry]) -> Option<f64> {
     Some(way / time).filter(|square| square.is_finite()).map(f64::sqrt).filter(|&speed| speed >= LEAST_SPEED_MPS)
 }
 
-/// The noise that the log states, or what is taken for granted where it does not: constant and share.
+/// The noise that the log states, or the default: constant and relative part.
 fn vehicle(log: &Log) -> VehicleSettings {
     let (nominal, wheeled) = (&log.nominal, ControlNoise::<f64>::wheeled());
     let stated_turn = match log.vehicle {
         Vehicle::Ackermann { .. } => nominal.steering_sigma_rad,
         Vehicle::Unicycle | Vehicle::UnicycleArc | Vehicle::Holonomic => nominal.rate_sigma_radps,
     };
-    // Stated noise is white, one draw a row, only where it was simulated so.
+    // Stated noise is white, with independent values in each row, only if it was simulated so.
     let white = log.simulated && nominal.speed_sigma_mps.is_some() && stated_turn.is_some();
     let share = |stated: Option<f64>, share| if stated.is_some() { 0.0 } else { share };
     VehicleSettings {
@@ -316,7 +318,7 @@ fn vehicle(log: &Log) -> VehicleSettings {
     }
 }
 
-/// How fixes are taken, where there are some: as stated, or with the margin of any data sheet.
+/// The noise of fixes, if there are any: as stated, or with the margin of a data sheet.
 fn fixes(log: &Log) -> Option<FixNoise> {
     let FixNoise { position_sigma_m, heading_sigma_rad, .. } = log.fix_noise;
     let margin = if log.simulated { 1.0 } else { UNSTATED.noise_margin };
@@ -366,7 +368,7 @@ mod tests {
     use scphd_worlds::scenario;
 
     #[test]
-    fn a_simulation_is_taken_at_its_word() {
+    fn the_stated_noise_of_a_simulation_is_used() {
         let log = scenario::survey(1);
         let settings = Settings::for_log(&log);
         let sensor = &settings.sensor;
@@ -381,7 +383,7 @@ mod tests {
     }
 
     #[test]
-    fn sparse_clutter_leaves_features_that_are_remembered() {
+    fn with_sparse_clutter_confirmed_features_are_remembered() {
         let mut log = scenario::survey(1);
         let dense = Settings::for_log(&log).filter;
         assert_eq!((dense.confirmed_weight, dense.merge_distance, dense.extraction), (0.0, 4.0, Extraction::Peaks));
@@ -396,7 +398,7 @@ mod tests {
     }
 
     #[test]
-    fn a_data_sheet_is_taken_with_a_margin_whatever_the_name_and_the_vehicle() {
+    fn a_data_sheet_has_a_margin_for_any_name_and_vehicle() {
         let mut log = scenario::survey(1);
         log.simulated = false;
         log.nominal = Nominal { range_sigma_m: Some(0.4), ..Default::default() };
@@ -411,7 +413,7 @@ mod tests {
         assert_eq!(Settings::for_log(&log), settings);
         log.vehicle = Vehicle::Unicycle;
         assert_eq!(Settings::for_log(&log), settings);
-        // A little less noise makes a little difference, not another filter.
+        // Slightly less noise makes a small difference, not another filter.
         log.nominal.range_sigma_m = Some(0.1);
         let mut finer = Settings::for_log(&log);
         assert!((finer.sensor.range_sigma_m - 0.15).abs() < 1e-12);
@@ -420,9 +422,9 @@ mod tests {
         assert_eq!(finer, settings);
     }
 
-    /// Robots move among robots, cars among cars.
+    /// A robot meets robots, a car meets cars.
     #[test]
-    fn what_moves_is_about_as_fast_as_the_vehicle() {
+    fn moving_features_are_about_as_fast_as_the_vehicle() {
         let mut log = scenario::survey(1);
         let walkers = |moving: MovingSettings| {
             assert_eq!((moving.velocity_sigma_mps, moving.acceleration_psd), (1.0, 0.1));
@@ -435,7 +437,7 @@ mod tests {
         let moving = Settings::for_log(&log).moving;
         assert!((moving.velocity_sigma_mps - 0.03).abs() < 1e-12 && (moving.acceleration_psd - 9e-5).abs() < 1e-12);
         assert_eq!(Settings::for_log(&log).check(), Ok(()));
-        // One absurd row does not count.
+        // A single implausible row does not count.
         log.odometry[3].control[0] = 1e5;
         let spiked = Settings::for_log(&log);
         assert!((spiked.moving.velocity_sigma_mps - 0.03).abs() < 1e-12 && spiked.check() == Ok(()));
@@ -444,18 +446,18 @@ mod tests {
     }
 
     #[test]
-    fn what_a_real_log_states_of_p_d_clutter_and_odometry_is_used_as_stated() {
+    fn stated_p_d_clutter_and_odometry_noise_of_a_real_log_are_used() {
         let mut log = scenario::survey(1);
         log.simulated = false;
         let settings = Settings::for_log(&log);
         assert_eq!((settings.sensor.detection_near, settings.sensor.clutter_per_scan), (0.95, 20.0));
         assert_eq!((settings.vehicle.speed_sigma_mps, settings.vehicle.speed_sigma_ratio), (1.0, 0.0));
-        // Its errors last all the same: that they are white is what a simulation says.
+        // Its errors are nevertheless correlated in time: only a simulation states that they are white.
         assert_eq!(settings.vehicle.noise_interval_s, 0.5);
     }
 
     #[test]
-    fn extremes_stay_within_the_limits() {
+    fn extreme_values_are_within_the_limits() {
         let mut log = scenario::survey(1);
         log.nominal = Nominal {
             range_sigma_m: Some(0.0),

@@ -1,4 +1,4 @@
-//! Settings in a TOML file: the sections and fields of [`Settings`], any of which may be left out.
+//! Settings in a TOML file: the sections and fields of [`Settings`], each of which is optional.
 
 use super::Settings;
 use super::limits::{FILTER, LIMITS, Limit, OutOfRange};
@@ -9,29 +9,29 @@ use std::io;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
-/// Why a settings file was not taken; displays as one line.
+/// Why a settings file cannot be used; displays as one line.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {problem}", path.display())]
 pub struct FileError {
     /// The file.
     pub path: PathBuf,
-    /// What is wrong with it.
+    /// The error.
     pub problem: FileProblem,
 }
 
-/// What is wrong with a settings file.
+/// Error in a settings file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FileProblem {
-    /// The file system refused, or the file is not UTF-8.
+    /// The file cannot be read, or is not UTF-8.
     #[error("cannot be read: {0}")]
     Unreadable(io::Error),
-    /// Not TOML.
+    /// The file is not TOML.
     #[error("row {row}: {message}")]
     Syntax {
         /// Line of the file, counted from 1.
         row: usize,
-        /// What the parser says.
+        /// The message of the parser.
         message: String,
     },
     /// A key that is not known, or a value of the wrong type.
@@ -43,10 +43,10 @@ pub enum FileProblem {
 }
 
 impl Settings {
-    /// These settings with the fields in `text` put over them.
+    /// These settings, overridden by the fields in `text`.
     ///
     /// # Errors
-    /// As for a file.
+    /// `text` is not a settings file.
     pub fn with_toml(&self, text: &str) -> Result<Self, FileProblem> {
         let over = parsed(text)?;
         check(&over, LIMITS)?;
@@ -56,7 +56,7 @@ impl Settings {
         Ok(settings)
     }
 
-    /// Whether the sensors in a file are the log's.
+    /// Checks that the sensors in a file are those of the log.
     fn knows_sensors(&self, over: &Table) -> Result<(), FileProblem> {
         let names: Vec<&str> = std::iter::once(&self.sensor_name)
             .chain(self.others.iter().map(|(name, _)| name))
@@ -79,31 +79,31 @@ impl Settings {
         }
     }
 
-    /// The settings as TOML, which [`Settings::with_toml`] takes back to the last bit.
+    /// The settings as TOML; [`Settings::with_toml`] restores them exactly.
     ///
     /// # Errors
-    /// A count beyond what TOML can hold, which no settings within the limits have.
+    /// A number is greater than TOML permits, which cannot happen within the limits.
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
         toml::to_string(self)
     }
 }
 
-/// Settings from the text of the file at `path`.
+/// Reads settings from the file at `path`.
 pub(crate) fn read<S>(path: &Path, with: impl FnOnce(&str) -> Result<S, FileProblem>) -> Result<S, FileError> {
     let error = |problem| FileError { path: path.into(), problem };
     let text = fs::read_to_string(path).map_err(|source| error(FileProblem::Unreadable(source)))?;
     with(&text).map_err(error)
 }
 
-/// The key of the list of fields that `tune` has learnt. It says where they are from and sets nothing.
+/// The key of the list of fields that `tune` has learnt. It documents their origin and has no effect.
 pub(crate) const LEARNT: &str = "learnt";
 
-/// The fields in `text`; the numbers of the recursion are in range.
+/// The fields in `text`, with the numbers of the recursion checked.
 pub(crate) fn parsed(text: &str) -> Result<Table, FileProblem> {
     parsed_with_learnt(text).map(|(over, _)| over)
 }
 
-/// The fields in `text`, and which of them were learnt.
+/// The fields in `text`, and the list of learnt fields.
 pub(crate) fn parsed_with_learnt(text: &str) -> Result<(Table, Vec<String>), FileProblem> {
     let mut over: Table = text.parse().map_err(|error| syntax(text, &error))?;
     rename(&mut over);
@@ -121,11 +121,11 @@ pub(crate) fn parsed_with_learnt(text: &str) -> Result<(Table, Vec<String>), Fil
     Ok((over, learnt))
 }
 
-/// Keys of `[filter]` that files of version 0.1 have, and what they are called now.
+/// Former names of keys of `[filter]`, in files of version 0.1, and their present names.
 const FORMER: [(&str, &str); 2] =
     [("proposal_drawn", "proposal_sampled_fraction"), ("proposal_least_share", "proposal_min_responsibility")];
 
-/// Gives keys their present names. A file that has both has one too many, which serde tells of.
+/// Renames former keys. If a file has both names, serde reports the duplicate.
 fn rename(over: &mut Table) {
     let Some(filter) = over.get_mut("filter").and_then(Value::as_table_mut) else { return };
     for (former, now) in FORMER {
@@ -137,7 +137,7 @@ fn rename(over: &mut Table) {
     }
 }
 
-/// Before serde sees them: it would call a negative count ill-typed and not say what it may be.
+/// Checked before serde, which would report only a wrong type for a negative count, not its range.
 fn check<S>(over: &Table, limits: &[Limit<S>]) -> Result<(), OutOfRange> {
     for limit in limits {
         if let Some(found) = lookup(over, limit.field).and_then(number) {
@@ -147,7 +147,7 @@ fn check<S>(over: &Table, limits: &[Limit<S>]) -> Result<(), OutOfRange> {
     Ok(())
 }
 
-/// `base` with `over` put over it.
+/// `base`, overridden by `over`.
 pub fn laid_over<S: Serialize + DeserializeOwned>(base: &S, over: Table) -> Result<S, FileProblem> {
     let field = |error: &dyn std::fmt::Display| FileProblem::Field(one_line(error));
     let mut table = Table::try_from(base).map_err(|error| field(&error))?;
@@ -155,7 +155,7 @@ pub fn laid_over<S: Serialize + DeserializeOwned>(base: &S, over: Table) -> Resu
     table.try_into().map_err(|error| field(&error))
 }
 
-/// Puts every value of `over` into `table`, section by section.
+/// Inserts every value of `over` into `table`, section by section.
 fn lay_over(table: &mut Table, over: Table) {
     for (key, value) in over {
         match (table.get_mut(&key), value) {
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn toml_brings_back_every_bit() {
+    fn toml_restores_every_bit() {
         let mut settings = defaults();
         settings.filter.birth_intensity = 0.1 + 0.2;
         settings.sensor.range_edge_m = 1.0 / 3.0;
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_out_stays() {
+    fn missing_fields_are_unchanged() {
         let defaults = defaults();
         assert_eq!(defaults.with_toml("").unwrap(), defaults);
         let settings = defaults.with_toml("[filter]\nparticles = 7\n[sensor]\nrange_sigma_m = 1\n").unwrap();
@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn the_file_is_named() {
+    fn an_error_has_the_name_of_the_file() {
         let error = read(Path::new("no/such.toml"), |text| defaults().with_toml(text)).unwrap_err().to_string();
         assert!(error.starts_with("no/such.toml: cannot be read: "), "{error}");
     }
@@ -264,7 +264,7 @@ mod tests {
         let tuned = settings.with_toml(over).unwrap();
         assert_eq!((tuned.others[0].1.range_sigma_m, tuned.sensor.detection_far), (1.0, 0.5));
         assert_eq!(settings.with_toml(&tuned.to_toml().unwrap()).unwrap(), tuned);
-        // Births of each in proportion to its own clutter.
+        // Births of each sensor in proportion to its clutter.
         let factor = settings.others[0].1.birth_factor;
         let density = |sensor: &crate::settings::SensorSettings| sensor.clutter_per_scan / sensor.measure();
         assert!((factor - density(&settings.others[0].1) / density(&settings.sensor)).abs() < 1e-12);

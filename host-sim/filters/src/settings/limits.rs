@@ -1,4 +1,4 @@
-//! What every field of the settings may be.
+//! Ranges of all fields of the settings.
 
 use super::{CalibrationSettings, FilterSettings, Settings};
 use scphd_log::log::FixNoise;
@@ -10,13 +10,13 @@ use std::borrow::Cow;
 pub struct OutOfRange {
     /// The field with its section, `filter.particles`.
     pub field: Cow<'static, str>,
-    /// What it is.
+    /// Its value.
     pub found: f64,
-    /// What it may be.
+    /// Its range.
     pub range: &'static str,
 }
 
-/// What an intensity of births must be.
+/// The range of a birth intensity.
 const BORN: &str = "great enough for births to weigh filter.prune_weight or more: otherwise no feature is ever born";
 
 /// The range of one field.
@@ -24,7 +24,7 @@ pub(super) struct Limit<S> {
     pub(super) field: &'static str,
     value: fn(&S) -> f64,
     range: &'static str,
-    /// False for NaN.
+    /// Whether a value is in the range; false for NaN.
     holds: fn(f64) -> bool,
 }
 
@@ -42,7 +42,7 @@ impl<S> Limit<S> {
     }
 }
 
-/// A field's path in [`Settings`] as its name, its range in words and in code.
+/// A limit with the field's path in [`Settings`] as its name, and its range in words and in code.
 macro_rules! limit {
     (filter . $field:ident, $range:literal, $holds:expr) => {
         Limit {
@@ -73,7 +73,7 @@ macro_rules! fix_limit {
     };
 }
 
-/// Every number of the recursion.
+/// All numbers of the recursion.
 pub(super) const FILTER: &[Limit<FilterSettings>] = &[
     limit!(filter.particles, "1 to 65536", |x| (1.0..=65536.0).contains(&x)),
     limit!(filter.samples, "1 to 1024", |x| (1.0..=1024.0).contains(&x)),
@@ -92,8 +92,8 @@ pub(super) const FILTER: &[Limit<FilterSettings>] = &[
     limit!(filter.interval_margin, "0.1 to 100", |x| (0.1..=100.0).contains(&x)),
 ];
 
-/// Every other field. Standard deviations of the sensor have a least value because their squares must not vanish in
-/// single precision; nobody detects with certainty, for that would leave features of weight zero.
+/// All other fields. Standard deviations of the sensor have a least value so that their squares are not zero in single precision;
+/// p_D is below 1 because otherwise features with weight zero would remain.
 pub(super) const LIMITS: &[Limit<Settings>] = &[
     limit!(moving.birth_intensity, "0 to 1e6 per m rad", |x| (0.0..=1e6).contains(&x)),
     limit!(moving.velocity_sigma_mps, "1e-3 to 1000 m/s", |x| (1e-3..=1e3).contains(&x)),
@@ -139,7 +139,7 @@ macro_rules! calibration_limit {
     };
 }
 
-/// Every number of what is to be learnt of the odometry.
+/// All numbers of the calibration of the odometry.
 const CALIBRATION: &[Limit<CalibrationSettings>] = &[
     calibration_limit!(speed_scale_sigma, "0 to 1", |x| (0.0..=1.0).contains(&x)),
     calibration_limit!(turn_scale_sigma, "0 to 1", |x| (0.0..=1.0).contains(&x)),
@@ -147,7 +147,7 @@ const CALIBRATION: &[Limit<CalibrationSettings>] = &[
     calibration_limit!(lasts_s, "1 to 1e9 s", |x| (1.0..=1e9).contains(&x)),
 ];
 
-/// Every number of fixes; what is not stated is in range.
+/// All numbers of fixes; unstated ones are in range.
 const FIXES: &[Limit<FixNoise>] = &[
     fix_limit!(position_sigma_m, "1e-6 to 1e6 m", |x| (1e-6..=1e6).contains(&x)),
     fix_limit!(heading_sigma_rad, "1e-6 to 3 rad", |x| (1e-6..=3.0).contains(&x)),
@@ -159,19 +159,19 @@ const FIXES: &[Limit<FixNoise>] = &[
 const ARM: &str = "-1000 to 1000 m";
 
 impl FilterSettings {
-    /// The first field that is out of range, if any.
+    /// Checks that all fields are in range.
     ///
     /// # Errors
-    /// Names the field and its range. NaN is out of every range.
+    /// The first field out of range, with its range. NaN is out of every range.
     pub fn check(&self) -> Result<(), OutOfRange> {
         FILTER.iter().try_for_each(|limit| limit.check_in(self))
     }
 
-    /// Whether a feature can be born: of a measurement that nothing else explains one of weight w_b / (κ + w_b + w_m), with `clutter`
-    /// for κ and `moving` for w_m, which must not be pruned at once.
+    /// Whether a feature can be born: an unexplained measurement gives one of weight w_b / (κ + w_b + w_m), with `clutter` for κ
+    /// and `moving` for w_m, which must not be pruned immediately.
     ///
     /// # Errors
-    /// It is; or nothing at all is born, static or moving.
+    /// It would be pruned; or there are no births at all, static or moving.
     pub(crate) fn check_births(&self, clutter: f64, moving: f64) -> Result<(), OutOfRange> {
         let all = clutter + self.birth_intensity + moving;
         let intensities = [("filter.birth_intensity", self.birth_intensity), ("moving.birth_intensity", moving)];
@@ -189,14 +189,14 @@ impl FilterSettings {
 }
 
 impl Settings {
-    /// The first field that is out of range, if any.
+    /// Checks that all fields are in range.
     ///
     /// # Errors
-    /// Names the field and its range. NaN is out of every range.
+    /// The first field out of range, with its range. NaN is out of every range.
     pub fn check(&self) -> Result<(), OutOfRange> {
         self.filter.check()?;
         for (name, sensor) in &self.others {
-            // As if it were the only one.
+            // Checked as an only sensor.
             let alone = Self { sensor: sensor.clone(), sensor_name: name.clone(), others: Vec::new(), ..self.clone() };
             alone.check()?;
         }
@@ -231,7 +231,7 @@ impl Settings {
             let range = "more than 0 here or in sensor.detection_far: otherwise nothing is ever detected";
             return Err(OutOfRange { field: "sensor.detection_near".into(), found: sensor.detection_near, range });
         }
-        // The intensities over their factor: κ of this sensor over it is the same.
+        // Both intensities divided by the factor: the ratio to κ of this sensor is the same.
         let clutter = sensor.clutter_per_scan / sensor.measure() / sensor.birth_factor;
         self.filter.check_births(clutter, self.moving.birth_intensity)
     }
@@ -245,12 +245,12 @@ mod tests {
     #[test]
     fn every_field_has_a_limit() {
         let mut settings = Settings::for_log(&scenario::survey(1));
-        // Else it is left out.
+        // Otherwise the field is not serialised.
         settings.sensor.birth_factor = 2.0;
         let table = toml::Table::try_from(&settings).unwrap();
         let mut fields = Vec::new();
         for (section, keys) in &table {
-            // Choices between names, and yes or no, have no limits; what is not one of them is refused when it is read.
+            // Names and Booleans have no limits; invalid ones are refused when they are read.
             let is_choice = |value: &toml::Value| value.is_str() || value.is_bool();
             let numbers = keys.as_table().unwrap().iter().filter(|(_, value)| !is_choice(value));
             fields.extend(numbers.map(|(key, _)| format!("{section}.{key}")));
@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn the_field_is_named() {
+    fn an_error_has_the_name_of_the_field() {
         let good = Settings::for_log(&scenario::survey(1));
         let mut bad = good.clone();
         bad.filter.particles = 0;
@@ -285,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn births_must_outweigh_pruning() {
+    fn births_must_be_heavier_than_the_pruning_weight() {
         let good = Settings::for_log(&scenario::survey(1));
         let clutter = good.sensor.clutter_per_scan / good.sensor.measure();
         let with = |birth: f64, moving: f64| {

@@ -1,5 +1,4 @@
-//! Everything a run can be tuned with, in one place: defaults derived from a log, then a TOML file, then the command
-//! line.
+//! Settings of a run: defaults derived from a log, overridden by a TOML file, then by the command line.
 
 pub(crate) mod defaults;
 pub mod file;
@@ -17,7 +16,7 @@ use scphd_log::log::{FixNoise, Mounting};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Tuning of a run; every field is required here, the TOML file may leave any out.
+/// Settings of a run; every field is required here, and optional in the TOML file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "InFile", into = "InFile")]
 pub struct Settings {
@@ -27,7 +26,7 @@ pub struct Settings {
     pub vehicle: VehicleSettings,
     /// The sensor's noise and view, or the first sensor's.
     pub sensor: SensorSettings,
-    /// The name of the first of several sensors; empty where it is the only one.
+    /// The name of the first of several sensors; empty for an only one.
     pub sensor_name: String,
     /// The other sensors, in order of their names.
     pub others: Vec<(String, SensorSettings)>,
@@ -35,13 +34,13 @@ pub struct Settings {
     pub moving: MovingSettings,
     /// The joint map.
     pub joint: JointSettings,
-    /// Fixes of the pose, where the log has some.
+    /// Fixes of the pose, if the log has some.
     pub fixes: Option<FixNoise>,
-    /// What a joint map is to learn of the odometry, if anything.
+    /// Calibration of the odometry by a joint map, if enabled.
     pub calibration: Option<CalibrationSettings>,
 }
 
-/// The same as a settings file has it: one sensor is `[sensor]`, of several each is `[sensors.NAME]`.
+/// The structure of a settings file: `[sensor]` for an only sensor, `[sensors.NAME]` for each of several.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct InFile {
@@ -107,43 +106,43 @@ pub struct FilterSettings {
     pub resample_threshold: f64,
     /// Drop components below this weight.
     pub prune_weight: f64,
-    /// A component is confirmed where it is better known than from this many measurements.
+    /// Number of measurements: a component is confirmed if its covariance is smaller than after this many.
     pub confirming_detections: f64,
-    /// Forget components that leave the view lighter than this and not confirmed.
+    /// Forget unconfirmed components that leave the view with less than this weight.
     pub unconfirmed_weight: f64,
-    /// Misses take a confirmed component no further down than to this weight.
+    /// Least weight of a confirmed component after misses.
     pub confirmed_weight: f64,
     /// Merge components within this squared Mahalanobis distance.
     pub merge_distance: f64,
-    /// Components kept in view, at most.
+    /// Greatest number of components kept in view.
     pub max_components: usize,
     /// Which components are the estimated static features.
     pub extraction: Extraction,
     /// Least weight of an estimated static feature.
     pub extraction_weight: f64,
-    /// Where poses are drawn from.
+    /// The distribution from which poses are sampled.
     pub proposal: Proposal,
-    /// Linearisations of the informed proposal.
+    /// Number of linearisations of the informed proposal.
     pub proposal_rounds: usize,
     /// Fraction of the proposal's covariance that is sampled.
     pub proposal_sampled_fraction: f64,
     /// Minimum responsibility for a measurement with which a component steers the proposal.
     pub proposal_min_responsibility: f64,
-    /// By how much longer than `vehicle.noise_interval_s` a mixture takes odometry errors to last; a joint map takes them as they are.
+    /// Factor for `vehicle.noise_interval_s` in a mixture; a joint map uses it without a factor.
     pub interval_margin: f64,
-    /// Whether births that nothing explains wait for the next scan: fewer components, for filters of a single sensor.
+    /// Whether unexplained measurements become births in the next scan only: fewer components, for filters with a single sensor.
     pub births_wait: bool,
     /// The particle likelihood.
     pub likelihood: Likelihood,
 }
 
-/// Where poses are drawn from: see [`scphd::settings::Proposal`].
+/// The distribution from which poses are sampled: see [`scphd::settings::Proposal`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Proposal {
-    /// The odometry alone.
+    /// The motion model.
     Blind,
-    /// Odometry and scan.
+    /// The motion model and the scan.
     Informed,
 }
 
@@ -155,7 +154,7 @@ pub enum Extraction {
     Heaviest,
     /// The highest peaks.
     Peaks,
-    /// All that are confirmed.
+    /// All confirmed ones.
     Confirmed,
 }
 
@@ -163,7 +162,7 @@ pub enum Extraction {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MovingSettings {
-    /// w_m, 1/(m·rad); 0: the filter takes everything for static.
+    /// w_m, 1/(m·rad); 0: all features are static.
     pub birth_intensity: f64,
     /// Standard deviation of each coordinate of a new feature's velocity, m/s.
     pub velocity_sigma_mps: f64,
@@ -177,19 +176,19 @@ pub struct MovingSettings {
     pub extraction_weight: f64,
 }
 
-/// `[joint]`: what the filter with a joint map knows beside all else: see [`scphd::JointConfig`].
+/// `[joint]`: settings of the joint map only, see [`scphd::JointConfig`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct JointSettings {
-    /// Mean time that a landmark stays in sight before something hides it, s; 1e9: nothing ever does.
+    /// Mean time for which a landmark is visible before it is occluded, s; 1e9: never occluded.
     pub visible_s: f64,
-    /// Mean time that it stays hidden, s.
+    /// Mean time for which it is occluded, s.
     pub occluded_s: f64,
-    /// Mean time until it is taken away, s; 1e9: never.
+    /// Mean time until it is removed, s; 1e9: never.
     pub lifetime_s: f64,
-    /// Share of p_D that is left behind a nearer detection.
+    /// Share of p_D that remains behind a nearer detection.
     pub occlusion_factor: f64,
-    /// Two features within this squared Mahalanobis distance are one.
+    /// Greatest squared Mahalanobis distance at which two features are merged.
     pub merge_distance: f64,
 }
 
@@ -199,17 +198,17 @@ pub struct JointSettings {
 pub struct VehicleSettings {
     /// Standard deviation of the speed, m/s.
     pub speed_sigma_mps: f64,
-    /// Standard deviation of the speed as a share of it; adds in quadrature.
+    /// Relative standard deviation of the speed; adds in quadrature.
     pub speed_sigma_ratio: f64,
     /// Standard deviation of the second control: steering angle, rad, or turn rate, rad/s.
     pub turn_sigma: f64,
-    /// Standard deviation of the second control as a share of it; adds in quadrature.
+    /// Relative standard deviation of the second control; adds in quadrature.
     pub turn_sigma_ratio: f64,
-    /// How long an error lasts, s.
+    /// Correlation time of the errors, s.
     pub noise_interval_s: f64,
 }
 
-/// `[calibration]`, of a joint map alone: see [`scphd::models::SelfCalibrating`]. Where it stands, `[vehicle]` is the noise that is left.
+/// `[calibration]`, only for a joint map: see [`scphd::models::SelfCalibrating`]. With it, `[vehicle]` is the remaining noise.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CalibrationSettings {
@@ -219,7 +218,7 @@ pub struct CalibrationSettings {
     pub turn_scale_sigma: f64,
     /// Standard deviation of the second control's offset: steering angle, rad, or turn rate, rad/s.
     pub turn_offset_sigma: f64,
-    /// How long it takes until these have walked as far, s; 1e9: never.
+    /// Time after which these have changed by as much, s; 1e9: never.
     pub lasts_s: f64,
 }
 
@@ -249,13 +248,13 @@ pub struct SensorSettings {
     pub detection_far: f64,
     /// λ, false measurements a scan.
     pub clutter_per_scan: f64,
-    /// How far ahead of where the vehicle's pose is the sensor sits, m.
+    /// Position of the sensor ahead of the vehicle's pose, m.
     pub forward_m: f64,
-    /// How far to its left, m.
+    /// Position to its left, m.
     pub left_m: f64,
-    /// By how much it is turned to the left, rad.
+    /// Yaw of the sensor, to the left, rad.
     pub yaw_rad: f64,
-    /// Of several sensors: births of this one over those that `filter` and `moving` say.
+    /// With several sensors: birth intensities of this one divided by those of `filter` and `moving`.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub birth_factor: f64,
 }
@@ -270,7 +269,7 @@ fn is_one(factor: &f64) -> bool {
 }
 
 impl SensorSettings {
-    /// Where the sensor sits.
+    /// The mounting of the sensor.
     #[must_use]
     pub fn mounting(&self) -> Mounting {
         Mounting { forward_m: self.forward_m, left_m: self.left_m, yaw_rad: self.yaw_rad }
@@ -288,7 +287,7 @@ impl SensorSettings {
         0.5 * (self.bearing_max_rad - self.bearing_min_rad)
     }
 
-    /// Measure of the window in measurement space, m·rad: what an intensity is multiplied with to become a number a scan.
+    /// Measure of the window in measurement space, m·rad: an intensity times it is a number a scan.
     #[must_use]
     pub fn measure(&self) -> f64 {
         (self.range_max_m - self.range_min_m) * 2.0 * self.bearing_half_width_rad().min(std::f64::consts::PI)

@@ -1,4 +1,4 @@
-//! Where each setting is from.
+//! Origin of each setting.
 
 use super::Settings;
 use super::defaults::DATA_SHEET_MARGIN;
@@ -12,22 +12,22 @@ use std::fmt;
 use std::path::Path;
 use toml::{Table, Value};
 
-/// Where a value is from.
+/// Origin of a value.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Origin {
-    /// `log.toml`, or the scenario in its place, states it.
+    /// Stated in `log.toml`, or by the scenario.
     Stated,
-    /// The log states this, as a data sheet does; the scheme takes it with a margin.
+    /// Stated in the log, as in a data sheet; the default adds a margin.
     WithMargin(f64),
-    /// The scheme for what is not stated, or what follows from other values by it.
+    /// Default for an unstated value, or derived from other values.
     Scheme,
-    /// The experiment of the thesis that the scenario is of.
+    /// The experiment of the thesis that the scenario reproduces.
     Experiment,
     /// A settings file.
     File(String),
     /// An option of the command line.
     CommandLine(&'static str),
-    /// `tune` has learnt it from a log.
+    /// Learnt from a log by `tune`.
     Learnt,
 }
 
@@ -45,12 +45,12 @@ impl fmt::Display for Origin {
     }
 }
 
-/// The origin of every field of some settings, in the plane or in space.
+/// The origin of every field of settings, in the plane or in space.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Origins(BTreeMap<String, Origin>);
 
 impl Origins {
-    /// Of settings that follow from a log: `stated` of its fields are stated, the others are by the scheme.
+    /// Creates the origins for settings of a log: the fields in `stated` have theirs, the others are defaults.
     #[must_use]
     pub fn of<S: Serialize>(settings: &S, stated: Vec<(impl AsRef<str>, Origin)>) -> Self {
         let all = table(settings);
@@ -59,32 +59,33 @@ impl Origins {
         origins
     }
 
-    /// Of the settings that suit `log` in the plane.
+    /// Creates the origins for the default settings of `log` in the plane.
     #[must_use]
     pub fn of_log(log: &Log) -> Self {
         Self::of(&Settings::for_log(log), stated(log))
     }
 
-    /// One field has another origin.
+    /// Sets the origin of a field.
     pub fn set(&mut self, field: &str, origin: Origin) {
         self.0.insert(field.to_owned(), origin);
     }
 
-    /// The fields in which `then` is not what `before` was have this origin.
+    /// Sets the origin of the fields that differ between `before` and `then`.
     pub fn set_changed<S: Serialize>(&mut self, before: &S, then: &S, origin: &Origin) {
         changed(before, then).iter().for_each(|field| self.set(field, origin.clone()));
     }
 
-    /// What `with` makes of the settings file at `path`, whose fields are from there from now on, or learnt where it says so.
+    /// Applies `with` to the settings file at `path`. Sets the origin of its fields to the file, or to "learnt" if the file says
+    /// so.
     ///
     /// # Errors
-    /// The file cannot be read, is no settings file, or is refused by `with`.
+    /// The file cannot be read, is not a settings file, or is refused by `with`.
     pub fn with_file<S>(
         &mut self,
         path: &Path,
         with: impl FnOnce(&str) -> Result<S, FileProblem>,
     ) -> Result<S, FileError> {
-        // Read once: what is read may be a pipe.
+        // Read only once: it may be a pipe.
         file::read(path, |text| {
             let (over, learnt) = file::parsed_with_learnt(text)?;
             for (field, _) in fields(&over) {
@@ -96,17 +97,17 @@ impl Origins {
         })
     }
 
-    /// Where a field is from.
+    /// The origin of a field.
     #[must_use]
     pub fn get(&self, field: &str) -> Option<&Origin> {
         self.0.get(field)
     }
 
-    /// The settings as a TOML file, each line with where its value is from. Read back it is the same settings, and knows which of
-    /// them were learnt. Where a filter is named, what it does not use says so.
+    /// The settings as a TOML file in which each line has the origin of its value. Reading it restores the settings and the list
+    /// of learnt ones. With a given filter, unused settings are marked.
     ///
     /// # Errors
-    /// A count beyond what TOML can hold, which no settings within the limits have.
+    /// A number is greater than TOML permits, which cannot happen within the limits.
     pub fn annotated<S: Serialize>(&self, settings: &S, filter: Option<Filter>) -> Result<String, toml::ser::Error> {
         let plain = toml::to_string(settings)?;
         let mut text = String::new();
@@ -133,7 +134,7 @@ impl Origins {
     }
 }
 
-/// What the settings that suit a log in the plane take from what it states; see [`super::defaults`].
+/// The fields that the default settings in the plane take from statements of the log; see [`super::defaults`].
 fn stated(log: &Log) -> Vec<(String, Origin)> {
     let nominal = &log.nominal;
     let mut stated = Vec::new();
@@ -172,14 +173,14 @@ fn stated(log: &Log) -> Vec<(String, Origin)> {
     stated
 }
 
-/// The fields, as `section.key`, in which `then` is not what `before` was.
+/// The fields, as `section.key`, that differ between `before` and `then`.
 pub fn changed<S: Serialize>(before: &S, then: &S) -> Vec<String> {
     let (before, then) = (table(before), table(then));
     let is_other = |(field, value): &(String, &Value)| lookup(&before, field) != Some(value);
     fields(&then).into_iter().filter(is_other).map(|(field, _)| field).collect()
 }
 
-/// All of its fields, as `section.key`.
+/// All fields of settings, as `section.key`.
 #[cfg(test)]
 pub(super) fn leaves<S: Serialize>(settings: &S) -> Vec<String> {
     fields(&table(settings)).into_iter().map(|(field, _)| field).collect()
@@ -189,7 +190,7 @@ fn table<S: Serialize>(settings: &S) -> Table {
     Table::try_from(settings).unwrap_or_default()
 }
 
-/// Every `section.key`, in sections of sections too, with its value.
+/// Every `section.key`, also of nested sections, with its value.
 fn fields(table: &Table) -> Vec<(String, &Value)> {
     let mut all = Vec::new();
     for (name, section) in table.iter().filter_map(|(name, section)| Some((name, section.as_table()?))) {
@@ -219,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn every_line_says_where_its_value_is_from() {
+    fn every_line_has_the_origin_of_its_value() {
         let log = data_sheet();
         let settings = Settings::for_log(&log);
         let text = Origins::of_log(&log).annotated(&settings, None).unwrap();
@@ -237,9 +238,9 @@ mod tests {
         assert_eq!(Settings::for_log(&scenario::survey(2)).with_toml(&text).unwrap(), settings);
     }
 
-    /// What is called stated moves with what the log states, and nothing else that is not marked does so by itself.
+    /// Fields called stated change with the statements of the log, and no others do, except derived ones.
     #[test]
-    fn what_is_stated_decides_what_is_called_so() {
+    fn fields_called_stated_are_those_that_depend_on_statements() {
         let full = Nominal {
             range_sigma_m: Some(0.37),
             bearing_sigma_rad: Some(0.043),
@@ -261,7 +262,7 @@ mod tests {
                 let of_view =
                     ["range_max_m", "bearing_min_rad", "bearing_max_rad"].iter().any(|key| field.ends_with(key));
                 let moved = lookup(&without, &field) != Some(value);
-                // What follows from others by the scheme moves too.
+                // Derived values change too.
                 let follows = field.starts_with("filter.") || field.ends_with("edge_m") || field.ends_with("edge_rad");
                 assert!(!stated || moved || of_view, "{field} is called stated");
                 assert!(stated || !moved || follows, "{field} is not called stated");
@@ -270,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn each_kind_of_origin_outlives_the_file() {
+    fn each_kind_of_origin_is_written_and_read() {
         let log = data_sheet();
         let mut settings = Settings::for_log(&log);
         let mut origins = Origins::of_log(&log);
@@ -290,7 +291,7 @@ mod tests {
         assert_eq!(read.unwrap(), settings);
         assert_eq!(again.get("sensor.range_sigma_m"), Some(&Origin::Learnt));
         assert_eq!(again.get("filter.particles"), Some(&Origin::File(path.display().to_string())));
-        // Only what a file has is from it.
+        // Only fields in a file have it as their origin.
         std::fs::write(&path, "[filter]\nsamples = 2\n").unwrap();
         let mut few = Origins::of_log(&log);
         few.with_file(&path, |_| Ok(())).unwrap();

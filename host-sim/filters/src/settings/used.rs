@@ -1,8 +1,8 @@
-//! Which filter uses which setting and which option of the command line: one table, so that nothing that is asked for is ignored in silence.
+//! Table of the filters that use each setting and each option of the command line, so that none is ignored silently.
 
 use crate::slam::Filter;
 
-/// Filters that use the same.
+/// Filters with the same settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Family {
     Core,
@@ -13,19 +13,19 @@ enum Family {
 
 use Family::{Core, Ekf, Joint, Reference};
 
-/// A setting, a section of them with a full stop at its end, or an option; and who uses it. The first row that fits counts.
+/// A setting, a section with a full stop at its end, or an option, with the filters that use it. The first matching row counts.
 const USES: &[(&str, &[Family])] = &[
     ("--particles", &[Core, Reference]),
     ("--samples", &[Core, Reference]),
     ("--threads", &[Core]),
     ("--moving on", &[Core, Joint, Reference]),
-    // Who knows of nothing that moves does so as it is.
+    // Filters without moving features accept it.
     ("--moving off", &[Core, Joint, Reference, Ekf]),
     ("--save-map", &[Joint]),
     ("--map", &[Joint]),
     ("--locate", &[Joint]),
     ("filter.birth_intensity", &[Core, Joint, Reference]),
-    // The reference is the recursion of the thesis: what goes beyond it is the filter's own.
+    // The reference has only the recursion of the thesis.
     ("filter.unconfirmed_weight", &[Core]),
     ("filter.extraction", &[Core]),
     ("filter.proposal", &[Core]),
@@ -33,13 +33,13 @@ const USES: &[(&str, &[Family])] = &[
     ("filter.proposal_sampled_fraction", &[Core]),
     ("filter.proposal_min_responsibility", &[Core]),
     ("filter.births_wait", &[Core]),
-    // The other likelihoods of section 5.3.2 are for comparison alone.
+    // The other likelihoods of section 5.3.2 are for comparison only.
     ("filter.likelihood", &[Reference]),
     ("filter.", &[Core, Reference]),
     ("joint.", &[Joint]),
     ("calibration.", &[Joint]),
     ("fixes.", &[Core, Joint]),
-    // The EKF has noise of its own, by what the log states.
+    // The EKF derives its noise from the log.
     ("moving.", &[Core, Joint, Reference]),
     ("vehicle.", &[Core, Joint, Reference]),
     ("sensor.", &[Core, Joint, Reference]),
@@ -47,7 +47,7 @@ const USES: &[(&str, &[Family])] = &[
     ("camera.", &[Core, Joint, Reference]),
 ];
 
-/// Who uses a setting or an option, if it is one.
+/// The filters that use a setting or an option; `None` if it does not exist.
 fn users(what: &str) -> Option<&'static [Family]> {
     let fits = |name: &str| what == name || name.ends_with('.') && what.starts_with(name);
     USES.iter().find(|(name, _)| fits(name)).map(|(_, users)| *users)
@@ -65,7 +65,7 @@ pub fn is_used_by(filter: Filter, what: &str) -> bool {
     users(what).is_some_and(|users| users.contains(&family))
 }
 
-/// The values of `--filter` that use it, in words.
+/// The values of `--filter` that use it, as text.
 #[must_use]
 pub fn users_of(what: &str) -> String {
     let name = |family: &Family| match family {

@@ -1,10 +1,10 @@
-//! From settings to the core's configuration.
+//! Conversion of settings to the core's configuration.
 
 use crate::settings::{self, FilterSettings};
 use scphd::settings::{Extraction, Informed, Proposal};
 use scphd::{Config, Real};
 
-/// The recursion that the settings describe, for static features.
+/// The configuration of the recursion for static features.
 pub(crate) fn config_of<T: Real>(filter: &FilterSettings) -> Config<T> {
     let real = T::from_f64;
     Config {

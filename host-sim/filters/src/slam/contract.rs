@@ -1,4 +1,4 @@
-//! What a SLAM filter is to the simulator.
+//! The interface of a SLAM filter for the simulator.
 
 use super::stage_times::STAGES;
 use crate::threads::Threads;
@@ -7,31 +7,31 @@ use scphd::errors::{Implausible, PredictError};
 use scphd_log::dimensions::{Covariance, Dimensions, Planar};
 use scphd_score::record::{MapFeature, MovingFeature, Usage};
 
-/// A filter that a log can be fed to.
+/// A filter that processes logs.
 pub trait Slam<D: Dimensions = Planar> {
-    /// Moves the vehicle; where no vehicle does that, leaves it where it is and says what is wrong.
+    /// Predicts the motion. An implausible motion is left out, and the reason returned.
     ///
     /// # Errors
-    /// The filter refused, and says why.
+    /// The filter refused it.
     fn predict(&mut self, control: D::Control, dt_s: f64) -> Result<Option<Implausible>, Refusal>;
 
-    /// Takes in a measurement of the pose itself: whether it was within its gate.
+    /// Processes a measurement of the pose. Returns whether it was within its gate.
     ///
     /// # Errors
-    /// The filter refused, and says why; one that does not know fixes always does.
+    /// The filter refused it; a filter without fixes always does.
     fn observe(&mut self, _fix: &D::Fix) -> Result<bool, Refusal> {
         Err(refusal("it takes no fixes of the pose; core, joint and ekf do"))
     }
 
-    /// Puts the vehicle to a pose that fixes have told, with its covariance; the map stays as it is.
+    /// Sets the pose by fixes, with its covariance; the map is not changed.
     ///
     /// # Errors
-    /// The filter refused, and says why; one that does not know fixes always does.
+    /// The filter refused it; a filter without fixes always does.
     fn relocate(&mut self, _pose: &D::Pose, _covariance: &Covariance<D::Pose>) -> Result<(), Refusal> {
         Err(refusal("it takes no fixes of the pose; core, joint and ekf do"))
     }
 
-    /// Starts anew at a pose that fixes have told, with its covariance and without a map: what was mapped lies in a wrong frame.
+    /// Starts again at a pose by fixes, with its covariance and an empty map, because the map was in a wrong frame.
     ///
     /// # Errors
     /// As for [`relocate`](Self::relocate).
@@ -39,52 +39,53 @@ pub trait Slam<D: Dimensions = Planar> {
         Err(refusal("it takes no fixes of the pose; core, joint and ekf do"))
     }
 
-    /// Takes in a scan of the sensor of this number.
+    /// Processes a scan of the sensor with this index.
     ///
     /// # Errors
-    /// The filter refused, and says why.
+    /// The filter refused it.
     fn scan(&mut self, sensor: usize, detections: &[D::Measurement]) -> Result<ScanOutcome, Refusal>;
 
     /// Estimated pose and its covariance.
     ///
     /// # Errors
-    /// The filter refused, and says why.
+    /// The filter refused it.
     fn pose(&mut self) -> Result<PoseAndCovariance<D>, Refusal>;
 
     /// N̂ and the estimated features.
     ///
     /// # Errors
-    /// The filter refused, and says why.
+    /// The filter refused it.
     fn map(&mut self) -> Result<(f64, Vec<MapFeature<D>>), Refusal>;
 
-    /// The estimated moving features, at the time of the last prediction; none where the filter takes everything for static.
+    /// The estimated moving features, at the time of the last prediction; none for a filter without moving features.
     ///
     /// # Errors
-    /// The filter refused, and says why.
+    /// The filter refused it.
     fn moving(&mut self) -> Result<Vec<MovingFeature<D>>, Refusal> {
         Ok(Vec::new())
     }
 
-    /// Poses and weights of the particles; none where the filter has no such thing.
+    /// Poses and weights of the particles; none for a filter without particles.
     ///
     /// # Errors
-    /// The filter refused, and says why.
+    /// The filter refused it.
     fn particles(&mut self) -> Result<Vec<(D::Pose, f64)>, Refusal> {
         Ok(Vec::new())
     }
 
-    /// From now on works on these threads, where the filter knows how to; its results do not depend on it.
+    /// Uses these threads from now on, if the filter supports it; results do not depend on them.
     fn work_on(&mut self, _threads: &Threads) {}
 
-    /// Starts in a map that [`map_file`](Self::map_file) made: with the pose of the log, or where that is not known, by looking for it.
+    /// Starts in a map made by [`map_file`](Self::map_file): with the pose of the log, or with global localisation if it is not
+    /// known.
     ///
     /// # Errors
-    /// The filter has no such maps, or the file is none of its own.
+    /// The filter has no such maps, or the file is not one of its own.
     fn start_in(&mut self, _file: &[u8], _pose_is_known: bool) -> Result<(), Refusal> {
         Err(refusal("only a joint map in the plane starts in a map"))
     }
 
-    /// The estimated map as bytes, for the next drive.
+    /// The estimated map in bytes, for the next drive.
     ///
     /// # Errors
     /// The filter has no such maps.
@@ -92,30 +93,30 @@ pub trait Slam<D: Dimensions = Planar> {
         Err(refusal("only a joint map in the plane can be saved"))
     }
 
-    /// How the search for the place in the map went; `None` where there was none.
+    /// Result of the global localisation; `None` if there was none.
     fn search(&self) -> Option<Search> {
         None
     }
 
-    /// Hash of the complete state, where the filter has one.
+    /// Hash of the complete state, if the filter has one.
     fn digest(&mut self) -> Option<u64> {
         None
     }
 
-    /// Memory of the state, where it is fixed.
+    /// Size of the state, bytes, if it is fixed.
     fn state_bytes(&self) -> Option<u64> {
         None
     }
 }
 
-/// How the search for a vehicle's place in a map went.
+/// Result of the global localisation of a vehicle in a map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
-    /// Scans that were taken in while it went on.
+    /// Number of scans until its end.
     pub scans: usize,
-    /// The place, once it is found.
+    /// The place, if it was found.
     pub found: Option<FoundPlace>,
-    /// The probability that the vehicle is where the map has nothing, at the end of it.
+    /// Probability at its end that the vehicle is outside the map.
     pub elsewhere: f64,
 }
 
@@ -126,11 +127,11 @@ pub struct FoundPlace {
     pub pose: [f64; 3],
     /// The probability that the vehicle is there.
     pub probability: f64,
-    /// Landmarks that it had found and the map has.
+    /// Number of its landmarks that are in the map.
     pub matched: usize,
 }
 
-/// What was wrong with a prediction that the fixed-capacity filter leaves out.
+/// The reason for which the fixed-capacity filter left out a prediction.
 pub(super) fn left_out(outcome: Result<PredictReport, PredictError>) -> Result<Option<Implausible>, Refusal> {
     match outcome {
         Ok(_) => Ok(None),
@@ -142,28 +143,28 @@ pub(super) fn left_out(outcome: Result<PredictReport, PredictError>) -> Result<O
 /// A pose and its covariance.
 pub type PoseAndCovariance<D = Planar> = (<D as Dimensions>::Pose, Covariance<<D as Dimensions>::Pose>);
 
-/// What a scan did, as far as every filter can tell.
+/// Result of a scan, as far as the filter reports it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScanOutcome {
     /// Effective number of particles before resampling.
     pub n_eff: f64,
     /// Whether the particles were resampled.
     pub resampled: bool,
-    /// ln of the likelihood of the scan given all before, up to a constant; `None` where the filter does not report it.
+    /// Log likelihood of the scan given all before, up to a constant; `None` if the filter does not report it.
     pub ln_evidence: Option<f64>,
-    /// Mean squared innovation over what was expected of it, 1 where the models are right; `None` where nothing was
-    /// detected or the filter does not report it.
+    /// Mean squared innovation divided by its expected value, 1 if the models are right; `None` without detections, or if the
+    /// filter does not report it.
     pub innovation: Option<f64>,
-    /// What the filter did with its memory.
+    /// Use of the filter's memory.
     pub usage: Usage,
-    /// Conditions the filter reported; always good for the reference.
+    /// Reported conditions; always good for the reference.
     pub health: scphd::Health,
-    /// Wall time of every stage, µs, without those inside it; `None` where the filter has no such stages.
+    /// Wall time of every stage, µs, without nested stages; `None` if the filter has no stages.
     pub stages_us: Option<[f64; STAGES]>,
 }
 
 impl ScanOutcome {
-    /// Of a filter that says nothing of itself.
+    /// The outcome of a filter that reports nothing.
     pub const SILENT: Self = Self {
         n_eff: 1.0,
         resampled: false,
@@ -175,17 +176,17 @@ impl ScanOutcome {
     };
 }
 
-/// A step that a filter refused, or settings it cannot work with.
+/// Why a filter refused a step or its settings.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct Refusal(pub String);
 
-/// What was said against it.
+/// A refusal with the text of an error.
 pub fn refusal(error: impl core::fmt::Display) -> Refusal {
     Refusal(error.to_string())
 }
 
-/// A scan of a sensor that the settings do not know.
+/// The refusal of a scan of a sensor without settings.
 pub(crate) fn no_sensor(sensor: usize) -> Refusal {
     Refusal(format!("no settings of sensor {}", sensor + 1))
 }

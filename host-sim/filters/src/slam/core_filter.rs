@@ -18,21 +18,21 @@ use scphd_score::record::{MapFeature, MovingFeature, Usage};
 use std::fmt::Debug;
 use std::marker::PhantomData;
 
-/// Jobs that weighing and updates are divided into: some for each of a few threads, so that none waits long for another.
+/// Number of jobs for weighing and updates: several for each of a few threads, so that none waits long for another.
 const WORKERS: usize = 16;
-/// Survivors whose maps are updated before they are stored in order: some for each of a few threads, too.
+/// Number of survivors whose maps are updated before they are stored in order: several for each of a few threads.
 const DRAFTS: usize = 32;
 
-/// A state of whatever capacities.
+/// A state of any capacities.
 pub(crate) trait Room<M: Motion>: Debug {
-    /// The filter over it, which goes on from where the last one left off. It is borrowed for every step.
+    /// The filter over it, in the state that the last one left. It is borrowed for every step.
     fn filter(&mut self, motion: M, config: Config<ScalarOf<M::Pose>>) -> Result<ScPhd<'_, M>, SetupError>;
 
     /// Scratch for updates of its maps on several threads.
     fn update_memory(&self) -> Box<dyn UpdateRoom<PositionOf<M::Pose>>>;
 }
 
-/// Scratch for the update of several maps, of whatever capacities.
+/// Scratch for the update of several maps, of any capacities.
 pub(crate) trait UpdateRoom<D: Place>: Debug {
     /// The drafts over it.
     fn drafts(&mut self) -> Vec<Draft<'_, D>>;
@@ -61,22 +61,22 @@ where
 
 /// A filter that shows its whole state, for lockstep with the reference.
 pub trait Transparent<D: Dimensions, P, const N: usize, const V: usize>: Slam<D> {
-    /// The state as it stands.
+    /// The present state.
     ///
     /// # Errors
-    /// The filter refused, and says why.
+    /// The filter refused it.
     fn snapshot(&mut self) -> Result<Snapshot<P, N, V>, Refusal>;
 }
 
-/// The state of a filter in the reference's terms: poses `P`, features of `N` and moving ones of `V` numbers.
+/// The state of a filter in the types of the reference: poses `P`, features of `N` and moving ones of `V` numbers.
 pub struct Snapshot<P, const N: usize, const V: usize> {
     /// Candidates, in order; weights sum to one.
     pub candidates: Vec<Candidate<P>>,
     /// The static map of every particle.
     pub maps: Vec<Vec<reference::Component<N>>>,
-    /// The moving part of the map of every particle, as of `waited_s` ago.
+    /// The moving part of the map of every particle, at the time `waited_s` ago.
     pub moving: Vec<Vec<reference::Component<V>>>,
-    /// Summed dt of the predictions since the last scan, s.
+    /// Sum of dt of the predictions since the last scan, s.
     pub waited_s: f64,
     /// The particle whose map is the estimate.
     pub heaviest: usize,
@@ -84,7 +84,7 @@ pub struct Snapshot<P, const N: usize, const V: usize> {
     pub ln_likelihoods: Vec<f64>,
     /// For every particle the candidate of the last scan that it continues.
     pub survivors: Vec<usize>,
-    /// A copy of the random stream: gives the numbers that the filter will draw next.
+    /// A copy of the random number generator: returns the numbers that the filter will draw next.
     pub draws: Box<dyn Draws>,
 }
 
@@ -105,21 +105,21 @@ struct CoreFilter<D: Dimensions, M: Motion<Pose: Fixed<D>>, X: MeasurementModel<
     models: Models<D, M, X>,
     config: Config<ScalarOf<M::Pose>>,
     state: Box<dyn Room<M>>,
-    /// Of every sensor.
+    /// Scratch for every sensor.
     scratch: Vec<DetectorMemory<X::Measurement, MEASUREMENTS, WORKERS>>,
     threads: Threads,
-    /// Scratch for the updates on several threads; none on one.
+    /// Scratch for the updates on several threads; `None` with one thread.
     updates: Option<Box<dyn UpdateRoom<PositionOf<M::Pose>>>>,
 }
 
-/// The filter with that motion, in the reference's terms.
+/// The filter with a motion model, in the types of the reference.
 pub(crate) type Core<D, M, const N: usize, const V: usize> =
     Box<dyn Transparent<D, <<M as Motion>::Pose as Referred>::Reference, N, V>>;
 
-/// The filter at the start of its log.
+/// Starts the filter of a log.
 ///
 /// # Errors
-/// The settings are out of range, and which.
+/// The first setting that is out of range.
 pub(crate) fn start<D, M, X, const N: usize, const V: usize>(
     models: Models<D, M, X>,
     config: Config<ScalarOf<M::Pose>>,
@@ -142,7 +142,7 @@ where
 }
 
 impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose = M::Pose> + Copy> CoreFilter<D, M, X> {
-    /// Works on the filter and one of its detectors. A state goes on from where the last filter over it left off.
+    /// Calls `work` with the filter and one of its detectors, in the state that the last filter left.
     fn with<R>(
         &mut self,
         sensor: usize,
@@ -211,7 +211,7 @@ impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose =
         let mut features = vec![Component::<PositionOf<M::Pose>>::ZERO; held];
         let sensors = self.scratch.len();
         let mut estimate = |sensor| self.with(sensor, |filter, detector| filter.estimate_map(detector, &mut features));
-        // What is confirmed is so as one detector sees it: as that does to which most is.
+        // Whether a component is confirmed depends on the detector: the one with most confirmed components is used.
         let mut most = (0, 0);
         for sensor in (0..sensors).filter(|_| sensors > 1) {
             most = most.max((estimate(sensor)?.features, sensor));
@@ -282,7 +282,7 @@ where
     }
 }
 
-/// A component in the reference's terms.
+/// A component in the types of the reference.
 fn of_core<V: Vector, const N: usize>(component: &Component<V>) -> reference::Component<N> {
     reference::Component {
         ln_weight: component.ln_weight.to_f64(),
@@ -291,7 +291,7 @@ fn of_core<V: Vector, const N: usize>(component: &Component<V>) -> reference::Co
     }
 }
 
-/// A copy of a filter's random stream that runs ahead of it.
+/// A copy of a filter's random number generator that runs ahead of it.
 struct Ahead<T> {
     noise: Noise,
     scalar: PhantomData<T>,

@@ -1,4 +1,4 @@
-//! Which filter a run is by.
+//! Choice of the filter.
 
 use crate::ekf::association::Association;
 use crate::settings::{FilterSettings, Likelihood};
@@ -12,7 +12,7 @@ pub enum Precision {
     F64,
 }
 
-/// Which filter.
+/// The filter of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Filter {
     /// The fixed-capacity filter.
@@ -21,12 +21,12 @@ pub enum Filter {
     Joint(Precision),
     /// The brute-force reference, in double precision.
     Reference,
-    /// EKF SLAM, in double precision: a yardstick.
+    /// EKF SLAM, in double precision: a baseline.
     Ekf(Association),
 }
 
 impl Filter {
-    /// Its name in tables and files: `scphd`, `joint`, `ekf` or `ekf-known`, or that of the reference with this particle likelihood:
+    /// Name in tables and files: `scphd`, `joint`, `ekf` or `ekf-known`, or that of the reference with this particle likelihood:
     /// `reference`, `rb-empty`, `rb-single` or `rb-multi`.
     #[must_use]
     pub fn name(self, likelihood: Likelihood) -> &'static str {
@@ -51,7 +51,7 @@ impl Filter {
         }
     }
 
-    /// Particles that it has with these settings: a single Gaussian is one.
+    /// Number of particles with these settings: one for a single Gaussian.
     pub fn particles(self, settings: &FilterSettings) -> usize {
         match self {
             Self::Core(_) | Self::Reference => settings.particles,

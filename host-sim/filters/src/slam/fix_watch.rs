@@ -1,4 +1,4 @@
-//! Fixes that a filter refuses: left out, until they are taken for right and the filter for wrong.
+//! Monitor of fixes that a filter refuses: they are left out until they show that the filter is wrong.
 
 use super::contract::{Refusal, Slam, refusal};
 use super::fixes::PlanarFixes;
@@ -11,30 +11,30 @@ use scphd_log::dimensions::{Dimensions, Planar, Underwater};
 use scphd_log::log::{FixNoise, PoseFix};
 use std::convert::Infallible;
 
-/// What became of a fix.
+/// Result of a fix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Taken {
-    /// It lay within its gate.
+    /// It was within its gate.
     In,
     /// It was left out.
     LeftOut,
-    /// It was left out as several before it; they agree with each other, and the filter was put where they say.
+    /// It was left out like several before it; they are consistent with each other, and the filter was relocated to them.
     Relocated,
 }
 
-/// Shows fixes to a filter, and watches those that it refuses.
+/// Passes fixes to a filter, and monitors those that it refuses.
 pub trait WatchesFixes<D: Dimensions> {
-    /// So much time has passed, s.
+    /// Adds elapsed time, s.
     fn wait(&mut self, dt_s: f64);
 
-    /// Shows a fix.
+    /// Passes on a fix.
     ///
     /// # Errors
-    /// The filter refused it, and says why.
+    /// The filter refused it with an error.
     fn show(&mut self, slam: &mut dyn Slam<D>, fix: &D::Fix) -> Result<Taken, Refusal>;
 }
 
-/// One kind of fixes: how it is modelled, the watch over it, and the time since the last, s.
+/// A type of fixes: its model, its monitor, and the time since the last, s.
 #[derive(Debug)]
 struct Watched<F, W> {
     fix: F,
@@ -42,14 +42,14 @@ struct Watched<F, W> {
     elapsed_s: f64,
 }
 
-/// Fixes that were taken in over a way of so many standard deviations of theirs have told in which frame the filter is. On a shorter way those of
-/// a filter that took a wrong heading for its first lie within the gate, too.
+/// Distance between accepted fixes, in standard deviations, from which they confirm the frame of the filter. Over a shorter
+/// distance, fixes may also be within the gate of a filter with a wrong initial heading.
 const TOLD_SIGMAS: f64 = 30.0;
 
-/// Of a vehicle in the plane.
+/// The monitor for a vehicle in the plane.
 #[derive(Debug)]
 pub(crate) struct PlanarWatch {
-    /// The first position that was taken in, m, and how far another one was from it, in standard deviations.
+    /// The first accepted position, m, and the greatest distance of another one from it, in standard deviations.
     taken_in: Option<[f64; 2]>,
     told_sigmas: f64,
     position: Option<Watched<PositionFix<f64>, PositionWatch<f64>>>,
@@ -57,7 +57,7 @@ pub(crate) struct PlanarWatch {
 }
 
 impl PlanarWatch {
-    /// Over fixes of this noise.
+    /// Creates the monitor for fixes with this noise.
     pub(crate) fn of(noise: &FixNoise) -> Result<Self, Refusal> {
         let PlanarFixes { position, heading } = PlanarFixes::of(noise)?;
         let of_position = PositionWatch::new(noise.rule()).map_err(refusal)?;
@@ -70,7 +70,7 @@ impl PlanarWatch {
         })
     }
 
-    /// A fix of this kind was taken in.
+    /// Adds an accepted fix.
     fn accepted(&mut self, fix: &PoseFix) {
         match fix {
             PoseFix::Position(place) => {
@@ -115,7 +115,7 @@ impl WatchesFixes<Planar> for PlanarWatch {
         let covariance = std::array::from_fn(|row| std::array::from_fn(|column| covariance.get(row, column)));
         let pose = [mean.x_m, mean.y_m, mean.heading_rad];
         if self.told_sigmas < TOLD_SIGMAS {
-            // The fixes never agreed with the filter: it started wrong, and what it has mapped since lies where it is not.
+            // The fixes were never consistent with the filter: it started wrong, and its map is in a wrong frame.
             (self.taken_in, self.told_sigmas) = (None, 0.0);
             slam.restart(&pose, &covariance)?;
         } else {
@@ -125,7 +125,7 @@ impl WatchesFixes<Planar> for PlanarWatch {
     }
 }
 
-/// Of a vehicle whose logs have no fixes.
+/// The monitor for a vehicle whose logs have no fixes.
 #[derive(Debug)]
 pub(crate) struct NoFixes;
 

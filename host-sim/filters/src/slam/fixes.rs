@@ -1,4 +1,4 @@
-//! Fixes of a log as the core takes them.
+//! Fixes of a log as models of the core.
 
 use super::contract::{Refusal, refusal};
 use nalgebra::{Vector1, Vector2};
@@ -14,29 +14,29 @@ use scphd_log::log::{FixNoise, PoseFix};
 use std::convert::Infallible;
 use std::fmt::Debug;
 
-/// What becomes of the map of a filter that is put somewhere.
+/// What a relocation does with the map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Map {
-    /// It stays as it is.
+    /// Keeps it.
     Kept,
-    /// It is forgotten.
+    /// Removes it.
     Dropped,
 }
 
-/// A filter of the core that takes any fix.
+/// A filter of the core that processes any fix.
 pub(crate) trait Observes<P: Pose> {
-    /// Takes it in, if it lies within its gate.
+    /// Processes a fix. Returns whether it was within its gate.
     fn take<F: Fix<Pose = P> + Copy>(
         &mut self,
         fix: &F,
         measured: &F::Measurement,
     ) -> Result<FixReport<ScalarOf<P>>, ObserveError>;
 
-    /// Puts the vehicle where what is known of its state already makes it, with a covariance; in its map, or without one.
+    /// Sets the estimate that `place` makes of the present one, with or without the map.
     fn put(&mut self, map: Map, place: impl FnOnce(PoseEstimate<P>) -> PoseEstimate<P>) -> Result<(), Refusal>;
 }
 
-/// What relocates a filter that knows its own estimate.
+/// Relocation of a filter with an estimate of its own.
 macro_rules! put {
     ($($seed:expr)?) => {
         fn put(
@@ -55,7 +55,7 @@ macro_rules! put {
     };
 }
 
-/// A filter that starts anew in the middle of a log draws other numbers than it did at its start, the same in every run.
+/// Seed of a filter that starts again in a log: not that of its start, but the same in every run.
 const RESTART_SEED: u64 = 0x5ca7_7e12;
 
 impl<M: Motion> Observes<M::Pose> for ScPhd<'_, M> {
@@ -87,15 +87,15 @@ where
     put!();
 }
 
-/// A pose of which logs of this kind have fixes.
+/// A pose type with fixes in logs of this kind.
 pub(crate) trait Fixed<D: Dimensions>: Pose {
-    /// How they are modelled.
+    /// The models of the fixes.
     type Models: Copy + Debug;
 
-    /// Shows a fix to a filter: whether it was within its gate.
+    /// Passes a fix to a filter. Returns whether it was within its gate.
     fn observe(filter: &mut impl Observes<Self>, models: &Self::Models, fix: &D::Fix) -> Result<bool, Refusal>;
 
-    /// Puts a filter where its fixes say that it is.
+    /// Sets the pose of a filter to that of its fixes.
     fn relocate(
         filter: &mut impl Observes<Self>,
         map: Map,
@@ -104,7 +104,7 @@ pub(crate) trait Fixed<D: Dimensions>: Pose {
     ) -> Result<(), Refusal>;
 }
 
-/// The models of what a log in the plane has fixes of.
+/// The models of the fixes of a log in the plane.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PlanarFixes<T: Real> {
     pub(super) position: Option<PositionFix<T>>,
@@ -112,7 +112,7 @@ pub(crate) struct PlanarFixes<T: Real> {
 }
 
 impl<T: Real> PlanarFixes<T> {
-    /// Of this noise.
+    /// Creates the models for this noise.
     pub(crate) fn of(noise: &FixNoise) -> Result<Self, Refusal> {
         let real = T::from_f64;
         let gate = real(noise.gate());
@@ -178,7 +178,7 @@ impl<T: Real> Fixed<Planar> for CalibratedPose<T> {
     }
 }
 
-/// A filter of a vehicle that learns what its odometry is off by, as one of its pose alone.
+/// A filter with calibration of the odometry, seen as one of the vehicle's pose only.
 struct OfVehicle<'f, F>(&'f mut F);
 
 impl<T: Real, O: Observes<CalibratedPose<T>>> Observes<PlanarPose<T>> for OfVehicle<'_, O> {
@@ -190,7 +190,7 @@ impl<T: Real, O: Observes<CalibratedPose<T>>> Observes<PlanarPose<T>> for OfVehi
         self.0.take(&Calibrated(*fix), measured)
     }
 
-    /// What the odometry is off by stays as it is, and as well known.
+    /// The calibration and its covariance are not changed.
     fn put(
         &mut self,
         map: Map,

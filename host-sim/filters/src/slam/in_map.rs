@@ -1,4 +1,4 @@
-//! The joint filter in a map of an earlier drive, in the plane.
+//! Use of maps of earlier drives by the joint filter, in the plane.
 
 use super::contract::{FoundPlace, Refusal, Search, refusal};
 use super::joint_room::FEATURES;
@@ -10,18 +10,18 @@ use scphd::snapshot::{from_slice, into_slice, restore_map, save_map};
 use scphd::storage::{Movers, NoArchive};
 use scphd::{Component, Detector, JointSlam, PoseEstimate, Real};
 
-/// Places that are weighed against each other.
+/// Number of hypotheses of the global localisation.
 const HYPOTHESES: usize = 32;
-/// Bytes of a map of as many features as there is room for, in double precision, and some for the frame.
+/// Greatest size of a map, bytes: features in double precision, and the header.
 const MAP_BYTES: usize = 64 * FEATURES + 64;
-/// Maps of the simulator are all of one kind: what is theirs tells the scalar.
+/// The type of vehicle in map files: the same for all, because the file itself has its scalar.
 const KIND: u32 = 0;
 
 type Memory<T> = LocatorState<T, FEATURES, HYPOTHESES>;
 
-/// A joint filter, as far as maps of earlier drives go.
+/// The interface of a joint filter for maps of earlier drives.
 pub(crate) trait Mapped<P: Pose> {
-    /// Starts at a pose that is known to a covariance, or for certain, in this map.
+    /// Starts in this map at a pose, with a covariance or certain.
     fn start_at(
         &mut self,
         pose: P,
@@ -29,7 +29,7 @@ pub(crate) trait Mapped<P: Pose> {
         map: &[Component<PositionOf<P>>],
     ) -> Result<(), Refusal>;
 
-    /// The estimated pose, once it is started.
+    /// The estimated pose, if the filter has been started.
     fn here(&self) -> Option<PoseEstimate<P>>;
 
     /// The estimated map.
@@ -65,22 +65,22 @@ where
     }
 }
 
-/// What a joint filter can do with maps of earlier drives.
+/// Operations of a joint filter with maps of earlier drives.
 pub(crate) trait InMap<X: MeasurementModel> {
-    /// Starts in a map: at a pose, or looking for it.
+    /// Starts in a map: at a known pose, or with global localisation.
     fn start(&mut self, slam: &mut dyn Mapped<X::Pose>, file: &[u8], known: Option<X::Pose>) -> Result<(), Refusal>;
 
-    /// After every scan: goes on with the search, and into the map where it has found the place.
+    /// Continues the localisation after a scan, and starts in the map when the place is found.
     fn look(&mut self, slam: &mut dyn Mapped<X::Pose>, detector: &Detector<X>) -> Result<(), Refusal>;
 
-    /// How the search went.
+    /// Result of the localisation.
     fn search(&self) -> Option<Search>;
 
     /// The estimated map as bytes.
     fn file(&self, slam: &dyn Mapped<X::Pose>) -> Result<Vec<u8>, Refusal>;
 }
 
-/// In the plane.
+/// Operations in the plane.
 pub(crate) struct PlanarMap<T: Real> {
     map: Vec<Component<Vector2<T>>>,
     memory: Option<Box<Memory<T>>>,
@@ -111,7 +111,7 @@ impl<T: Real, X: MeasurementModel<Pose = PlanarPose<T>>> InMap<X> for PlanarMap<
         Locator::new(LocatorConfig::default(), &mut memory).map_err(refusal)?.load_map(&self.map).map_err(refusal)?;
         self.memory = Some(memory);
         self.search = Some(Search { scans: 0, found: None, elsewhere: 1.0 });
-        // Until it is found, the vehicle maps in a frame of its own.
+        // Until the place is found, the filter maps in a frame of its own.
         slam.start_at(PlanarPose::ZERO, None, &[])
     }
 

@@ -17,10 +17,10 @@ use std::convert::Infallible;
 
 /// A joint filter that shows its whole state, for lockstep with the reference.
 pub trait OpenJoint<D: Dimensions>: Slam<D> {
-    /// The state as it stands.
+    /// The present state.
     ///
     /// # Errors
-    /// The filter refused, and says why.
+    /// The filter refused it.
     fn snapshot(&mut self) -> Result<joint::State, Refusal>;
 }
 
@@ -33,20 +33,20 @@ where
 {
     motion: M,
     control: fn(D::Control) -> M::Control,
-    /// Of every sensor.
+    /// The detector of every sensor.
     detectors: Vec<Detector<X>>,
     fixes: <M::Pose as Fixed<D>>::Models,
     config: JointConfig<ScalarOf<M::Pose>>,
     state: Box<JointRoom<M, X::Measurement, NUMBERS>>,
     start: M::Pose,
-    /// Maps of earlier drives, where there is a way to have them.
+    /// Maps of earlier drives, if the kind of vehicle supports them.
     maps: Option<Box<dyn InMap<X>>>,
 }
 
-/// The filter at the start of its log, with what is not known of its state there; everything is, unless said otherwise.
+/// Starts the filter of a log, with the covariance of its initial state; `None`: the state is certain.
 ///
 /// # Errors
-/// The settings are out of range, and which.
+/// The first setting that is out of range.
 pub(super) fn start<D, M, X, const NUMBERS: usize>(
     models: &Models<D, M, X>,
     config: JointConfig<ScalarOf<M::Pose>>,
@@ -78,7 +78,7 @@ where
     M: Motion<Pose: Fixed<D>> + Copy,
     X: MeasurementModel<Pose = M::Pose>,
 {
-    /// Works on the filter. A state goes on from where the last filter over it left off.
+    /// Calls `work` with the filter, in the state that the last filter left.
     fn with<Y>(
         &mut self,
         work: impl FnOnce(&mut Joint<'_, M, X::Measurement>, &[Detector<X>]) -> Y,
@@ -87,7 +87,7 @@ where
         Ok(work(&mut filter, &self.detectors))
     }
 
-    /// Works on the filter and its maps of earlier drives, if it can have any.
+    /// Calls `work` with the filter and its maps of earlier drives, if supported.
     fn with_maps<Y>(
         &mut self,
         work: impl FnOnce(&mut dyn InMap<X>, &mut dyn Mapped<M::Pose>, &[Detector<X>]) -> Result<Y, Refusal>,

@@ -8,12 +8,12 @@ use scphd::settings::MovingConfig;
 use scphd::storage::{JointMovers, NoArchive, Tracked};
 use scphd::{JointConfig, JointSlam, JointState};
 
-/// Features that the host's state has room for.
+/// Capacity of the host's state for features.
 pub(super) const FEATURES: usize = 1024;
-/// Moving objects that it has room for.
+/// Capacity for moving objects.
 pub(super) const MOVERS: usize = 256;
 
-/// A joint state, and the moving objects beside it, if there may be any.
+/// A joint state, and optional moving-object tracks.
 pub(super) struct JointRoom<M: Motion, Z: Vector<Scalar = ScalarOf<M::Pose>>, const NUMBERS: usize> {
     state: JointState<M::Pose, Z, FEATURES, NUMBERS, MEASUREMENTS>,
     movers: Option<JointMovers<M::Pose, MOVERS>>,
@@ -24,12 +24,12 @@ pub(super) struct JointRoom<M: Motion, Z: Vector<Scalar = ScalarOf<M::Pose>>, co
 pub(super) type Joint<'s, M, Z> = JointSlam<'s, M, Z, NoArchive, Option<Tracked<'s, <M as Motion>::Pose>>>;
 
 impl<M: Motion, Z: Vector<Scalar = ScalarOf<M::Pose>>, const NUMBERS: usize> JointRoom<M, Z, NUMBERS> {
-    /// Room without moving objects, or with such as move in this way.
+    /// A state without moving-object tracks, or with tracks of this motion model.
     pub(super) fn new(moving: Option<MovingConfig<ScalarOf<M::Pose>>>) -> Self {
         Self { state: JointState::new(), movers: moving.map(|_| JointMovers::new()), moving }
     }
 
-    /// The filter over it, which goes on from where the last one left off.
+    /// The filter over the state that the last filter left.
     pub(super) fn filter(
         &mut self,
         motion: M,

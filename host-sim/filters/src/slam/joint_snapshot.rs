@@ -1,15 +1,15 @@
-//! A snapshot of the joint filter, in the terms of the reference. `core/src/joint/walk.rs` has the order of its values.
+//! A snapshot of the joint filter in the types of the reference. The order of its values is that of `core/src/joint/walk.rs`.
 
 use nalgebra::{DMatrix, DVector};
 use scphd_reference::joint::{Feature, Mover, State};
 
-/// Bytes of the head and its check.
+/// Size of the header and its checksum, bytes.
 const HEAD: usize = 36;
 
-/// Words and numbers, one behind the other.
+/// Reads words and numbers in order.
 struct Reader<'a> {
     rest: &'a [u8],
-    /// Bytes of a number.
+    /// Size of a number, bytes.
     scalar: u8,
 }
 
@@ -33,7 +33,7 @@ impl Reader<'_> {
         (0..count).map(|_| self.number()).collect()
     }
 
-    /// From its lower triangle.
+    /// A symmetric matrix, stored as its lower triangle.
     fn symmetric(&mut self, rows: usize) -> DMatrix<f64> {
         let mut matrix = DMatrix::zeros(rows, rows);
         for row in 0..rows {
@@ -47,7 +47,7 @@ impl Reader<'_> {
     }
 }
 
-/// The state in a whole snapshot of a started filter.
+/// The state in a complete snapshot of a started filter.
 pub(super) fn read(bytes: &[u8]) -> State {
     let [uncertain, each, numbers] = [12, 13, 14].map(|at| usize::from(bytes[at]));
     let mut features = Reader { rest: &bytes[20..], scalar: 4 };
@@ -61,7 +61,7 @@ pub(super) fn read(bytes: &[u8]) -> State {
     state.waited_s = from.number();
     state.next_label = from.word();
     let _refused = from.word();
-    // The watch: four words and six numbers.
+    // The divergence monitor: four words and six numbers.
     let _counts: [u32; 4] = std::array::from_fn(|_| from.word());
     let _watch = from.numbers(6);
     let _moved = from.numbers(2);
@@ -107,7 +107,7 @@ mod tests {
     const NUMBERS: usize = joint_numbers(3, 2, ROOM);
     const BIRTHS: f64 = 1e-3;
 
-    /// The reference with the numbers of the filter below.
+    /// The reference with the parameters of the filter below.
     fn reference(config: &JointConfig<f64>) -> Joint<Planar> {
         let field_of_view = FieldOfView {
             range_min_m: 0.0,
@@ -137,10 +137,10 @@ mod tests {
         Joint { config, models }
     }
 
-    /// Of a circle with a dozen landmarks, of which there is room for half: births go in the place of what is hardly there, and in
-    /// the end the filter and the reference have the same six, each on its own way.
+    /// A circle with a dozen landmarks, with capacity for half of them: births replace features of low existence probability, and
+    /// in the end filter and reference, which run independently, have the same six.
     #[test]
-    fn a_full_state_goes_on_as_the_reference_does() {
+    fn a_full_state_continues_as_the_reference() {
         let window = RangeBearingWindow::full_circle(20.0, 0.9).unwrap();
         let sensing = Sensing {
             sensor: RangeBearing::new(0.1, 0.01).unwrap(),
@@ -201,7 +201,7 @@ mod tests {
         for (a, b) in ours.features.iter().zip(&state.features) {
             assert!((a.in_sight - b.in_sight).abs() + (a.hidden - b.hidden).abs() < 1e-9, "{a:?} {b:?}");
         }
-        // The reader takes what everyone is told.
+        // The features read from the snapshot are those of the public interface.
         for feature in slam.features() {
             let Component { label, mean, covariance, .. } = feature;
             let place = labels(&ours).iter().position(|&other| other == label).unwrap();

@@ -1,5 +1,5 @@
-//! A SLAM filter as the simulator sees it, whichever it is: the fixed-capacity filter in either precision, the filter with a joint
-//! map, or the reference.
+//! SLAM filters with one interface for the simulator: the fixed-capacity filter in either precision, the filter with a joint map,
+//! and the reference.
 
 mod config;
 pub mod contract;
@@ -19,7 +19,7 @@ mod reference_filter;
 mod stage_times;
 mod underwater;
 
-/// Measurements in a scan that every filter of the host has room for, but for the EKF.
+/// Greatest number of measurements in a scan, for all filters of the host except the EKF.
 pub const MEASUREMENTS: usize = 256;
 
 pub use contract::refusal;

@@ -1,4 +1,4 @@
-//! The models of the core that a log's settings describe, and numbers from there in the host's terms.
+//! The core's models for the settings of a log, and conversion of results to the host's types.
 
 use super::contract::{PoseAndCovariance, Refusal, refusal};
 use super::fixes::Fixed;
@@ -9,17 +9,17 @@ use scphd_log::dimensions::{Coordinates, Dimensions};
 use scphd_reference::space;
 use scphd_score::record::{MapFeature, MovingFeature};
 
-/// How a vehicle moves, what its sensors see, and where it starts.
+/// Models of motion and sensors, and the initial pose.
 pub(crate) struct Models<D: Dimensions, M: Motion<Pose: Fixed<D>>, X: MeasurementModel<Pose = M::Pose>> {
     pub(crate) motion: M,
     pub(crate) sensors: Vec<SensorModels<X>>,
     pub(crate) fixes: <M::Pose as Fixed<D>>::Models,
     pub(crate) start: M::Pose,
-    /// The motion's control of the log's.
+    /// Converts a control of the log.
     pub(crate) control: fn(D::Control) -> M::Control,
 }
 
-/// What a sensor sees, where it sits, and what is born of it.
+/// The sensor model, its mounting, and its births.
 #[derive(Clone, Copy)]
 pub(crate) struct SensorModels<X: MeasurementModel> {
     pub(crate) sensing: X,
@@ -28,7 +28,7 @@ pub(crate) struct SensorModels<X: MeasurementModel> {
 }
 
 impl<X: MeasurementModel + Copy> SensorModels<X> {
-    /// The detector that these models are of.
+    /// The detector with these models.
     pub(crate) fn detector(&self) -> Result<Detector<X>, Refusal> {
         let detector = Detector::new(self.sensing, self.births).map_err(refusal)?;
         match self.mounting {
@@ -38,12 +38,12 @@ impl<X: MeasurementModel + Copy> SensorModels<X> {
     }
 }
 
-/// Measurements as the core has them.
+/// Converts measurements to vectors of the core.
 pub(super) fn measured<D: Dimensions, Z: Vector>(detections: &[D::Measurement]) -> Vec<Z> {
     detections.iter().map(|z| Z::with(|k| Z::Scalar::from_f64(z.as_ref()[k]))).collect()
 }
 
-/// The upper left corner of a covariance, or all of it.
+/// The upper left block of a covariance, or all of it.
 pub fn full<V: Vector, const N: usize>(covariance: &Symmetric<V>) -> [[f64; N]; N] {
     std::array::from_fn(|row| std::array::from_fn(|column| covariance.get(row, column).to_f64()))
 }
@@ -80,12 +80,12 @@ pub fn moving_of<D: Dimensions, V: Vector>(feature: &Component<V>) -> MovingFeat
     }
 }
 
-/// A pose that the reference has too.
+/// A pose with a counterpart in the reference.
 pub trait Referred: Pose {
-    /// The reference's.
+    /// The pose type of the reference.
     type Reference: Copy;
 
-    /// It in double precision.
+    /// The pose in double precision.
     fn referred(&self) -> Self::Reference;
 }
 

@@ -1,7 +1,7 @@
-//! A filter in single precision over a log that begins far from the origin of its coordinates.
+//! A filter in single precision over a log far from the origin of its coordinates.
 //!
-//! Single precision tells two places apart that are a hundredth of a millimetre from each other where the vehicle starts, and half a metre at the
-//! northings of a survey grid. So such a filter works in coordinates from a place nearby, and what goes in and comes out is shifted.
+//! The resolution of single precision is a hundredth of a millimetre near the origin, but half a metre at the northings of a
+//! survey grid. Therefore such a filter works in coordinates relative to a nearby origin, and inputs and outputs are shifted.
 
 use super::contract::{PoseAndCovariance, Refusal, ScanOutcome, Search, Slam, refusal};
 use super::filter::Precision;
@@ -10,21 +10,21 @@ use scphd::errors::Implausible;
 use scphd_log::dimensions::PoseFix;
 use scphd_score::record::{MapFeature, MovingFeature};
 
-/// A log that begins so far out along either axis, m, is run in coordinates of its own: from here on single precision rounds to tenths of a
-/// millimetre, which a filter that adds small steps to large numbers would come to feel.
+/// Least coordinate of the initial pose, m, at which a log has coordinates with an own origin. There single precision rounds to
+/// tenths of a millimetre, which affects a filter that adds small steps to large numbers.
 const FAR_M: f64 = 1000.0;
 
-/// The place that coordinates are taken from: whole metres, so that nothing is rounded.
+/// The origin of the coordinates: whole metres, so that shifting does not round.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Origin([f64; 2]);
 
 impl Origin {
-    /// For a log with this initial pose; `None` where that is near enough to its own.
+    /// Chooses the origin for a log with this initial pose; `None` if that is near enough.
     fn of([x, y, _]: [f64; 3]) -> Option<Self> {
         (x.abs().max(y.abs()) >= FAR_M).then(|| Self([x.round(), y.round()]))
     }
 
-    /// A pose as seen from here.
+    /// A pose relative to the origin.
     fn local_pose(self, [x, y, heading]: [f64; 3]) -> [f64; 3] {
         let [x, y] = self.local_place([x, y]);
         [x, y, heading]
@@ -35,7 +35,7 @@ impl Origin {
         [x - origin_x, y - origin_y]
     }
 
-    /// A place of the log's coordinates, of one as seen from here.
+    /// A position relative to the origin in coordinates of the log.
     fn place(self, [x, y]: [f64; 2]) -> [f64; 2] {
         let Self([origin_x, origin_y]) = self;
         [x + origin_x, y + origin_y]
@@ -47,7 +47,7 @@ impl Origin {
     }
 }
 
-/// The filter that `start` makes of an initial pose, of the log's coordinates wherever it begins.
+/// The filter that `start` makes of an initial pose, with coordinates of the log at any distance.
 ///
 /// # Errors
 /// As for `start`.
@@ -62,10 +62,10 @@ pub(crate) fn started_nearby(
     }
 }
 
-/// A filter that works in coordinates from an origin of its own.
+/// A filter with coordinates relative to an own origin.
 struct Nearby {
     origin: Origin,
-    /// Started at the initial pose as seen from there.
+    /// Started at the initial pose relative to the origin.
     filter: Box<dyn Slam>,
 }
 
@@ -120,7 +120,7 @@ impl Slam for Nearby {
         self.filter.work_on(threads);
     }
 
-    /// A map is of the coordinates of its filter, and the next drive may begin elsewhere.
+    /// A map has the coordinates of its filter, and the next drive may have another origin.
     fn start_in(&mut self, _file: &[u8], _pose_is_known: bool) -> Result<(), Refusal> {
         Err(too_far())
     }
@@ -151,7 +151,7 @@ mod tests {
     use super::Origin;
 
     #[test]
-    fn what_goes_in_comes_out() {
+    fn shifted_inputs_and_outputs_are_consistent() {
         assert_eq!(Origin::of([999.0, -20.0, 3.0]), None);
         let origin = Origin::of([500_000.25, 5_500_000.5, 0.5]).unwrap();
         let near = origin.local_pose([500_000.25, 5_500_000.5, 0.5]);

@@ -23,12 +23,12 @@ use scphd::{JointConfig, Real, State};
 use scphd_log::dimensions::Planar;
 use scphd_log::log::Vehicle;
 
-/// Particles that the host's state has room for.
+/// Capacity of the host's state for particles.
 const PARTICLES: usize = 1024;
-/// Components of one map in an update that the host's state has room for.
+/// Capacity for components of one map in an update.
 const VIEW: usize = 4096;
 
-/// Static and moving maps of the same capacities.
+/// A state with equal capacities for static and moving maps.
 type HostState<T> = State<
     PlanarPose<T>,
     PARTICLES,
@@ -37,12 +37,12 @@ type HostState<T> = State<
     MapMemory<Dynamic<Vector2<T>>, PARTICLES, 65_535, 512, VIEW>,
 >;
 
-/// Numbers of a joint state without and with calibration of the odometry.
+/// Capacity for numbers of a joint state without and with calibration of the odometry.
 const NUMBERS: usize = joint_numbers(3, 2, FEATURES);
 const CALIBRATED_NUMBERS: usize = joint_numbers(6, 2, FEATURES);
 
 type PlanarSensing<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
-/// A row of odometry as a control.
+/// Converts a row of odometry to a control.
 type Steered<T> = fn([f64; 3]) -> PlanarControl<T>;
 
 type PlanarModels<T> = Models<Planar, PlanarMotion<T>, PlanarSensing<T>>;
@@ -53,7 +53,7 @@ type Core = Box<dyn Transparent<Planar, [f64; 3], 2, 4>>;
 /// The fixed-capacity filter for a log's vehicle, with its state on the heap.
 ///
 /// # Errors
-/// The settings are out of range, and which.
+/// The first setting that is out of range.
 pub fn core_filter(
     settings: &Settings,
     vehicle: &Vehicle,
@@ -74,7 +74,7 @@ pub fn core_filter(
 /// The joint filter for a log's vehicle.
 ///
 /// # Errors
-/// The settings are out of range, and which.
+/// The first setting that is out of range.
 pub fn joint_filter(
     settings: &Settings,
     vehicle: &Vehicle,
@@ -87,7 +87,7 @@ pub fn joint_filter(
     }
 }
 
-/// Starts the filter with a mixture a particle.
+/// Starts the filter with a mixture for each particle.
 fn core_of_models<T: Real>(models: PlanarModels<T>, settings: &Settings, seed: u64) -> Result<Core, Refusal> {
     core_of(models, planar_config(settings), Box::new(HostState::<T>::new()), seed)
 }
@@ -104,7 +104,7 @@ fn joint_of_models<T: Real>(
     joint_over::<_, _, _, NUMBERS>(&models, settings, maps, None)
 }
 
-/// Starts it with moving objects beside it if any are born.
+/// Starts it with moving-object tracks if they have births.
 fn joint_over<T, M, X, const NUMBERS: usize>(
     models: &Models<Planar, M, X>,
     settings: &Settings,
@@ -121,7 +121,7 @@ where
     joint_of(models, joint_config(&settings.joint), state, maps, prior)
 }
 
-/// Starts the filter with a joint map that learns what the odometry is off by.
+/// Starts the filter with a joint map and calibration of the odometry.
 fn joint_of_calibrated<T: Real>(
     models: PlanarModels<T>,
     settings: &Settings,
@@ -150,7 +150,7 @@ fn joint_of_calibrated<T: Real>(
     joint_over::<_, _, _, CALIBRATED_NUMBERS>(&models, settings, None, Some(motion.prior()))
 }
 
-/// The tuning of the joint filter that the settings describe.
+/// The configuration of the joint filter.
 pub(super) fn joint_config<T: Real>(joint: &JointSettings) -> JointConfig<T> {
     let real = T::from_f64;
     JointConfig {
@@ -165,7 +165,7 @@ pub(super) fn joint_config<T: Real>(joint: &JointSettings) -> JointConfig<T> {
     }
 }
 
-/// The models of these settings for a vehicle, whose odometry errors last so many times as long.
+/// The models of these settings for a vehicle; the correlation time of odometry errors is multiplied by `interval_margin`.
 fn models<T: Real>(
     settings: &Settings,
     interval_margin: f64,
@@ -216,7 +216,7 @@ fn sensor_models<T: Real>(numbers: &SensorNumbers<T>) -> Result<SensorModels<Pla
 /// The sensor of these settings.
 ///
 /// # Errors
-/// The noise is not one the sensor can work with.
+/// The noise is out of range.
 pub fn range_bearing<T: Real>(sensor: &SensorSettings) -> Result<RangeBearing<T>, Refusal> {
     RangeBearing::new(T::from_f64(sensor.range_sigma_m), T::from_f64(sensor.bearing_sigma_rad)).map_err(refusal)
 }

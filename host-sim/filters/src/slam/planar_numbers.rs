@@ -1,4 +1,4 @@
-//! What the settings of a planar log say, as the core's own numbers, before any model is made of them.
+//! The settings of a planar log in the core's types, before models are made of them.
 
 use super::config::config_of;
 use crate::settings::{SensorSettings, Settings};
@@ -7,29 +7,29 @@ use scphd::settings::MovingConfig;
 use scphd::{Births, Config, Real};
 use scphd_log::log::{self, Vehicle};
 
-/// Models and tuning of a filter in the plane, in its scalar.
+/// Parameters of the models and of a filter in the plane, in its scalar.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanarNumbers<T> {
-    /// Which vehicle.
+    /// The vehicle.
     pub vehicle: PlanarVehicle<T>,
     /// Noise of its odometry.
     pub noise: ControlNoise<T>,
-    /// Every sensor.
+    /// The sensors.
     pub sensors: Vec<SensorNumbers<T>>,
     /// The recursion.
     pub config: Config<T>,
-    /// The pose at the start.
+    /// The initial pose.
     pub start: PlanarPose<T>,
 }
 
-/// How a vehicle moves, but for its noise.
+/// Motion model of a vehicle, without noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PlanarVehicle<T> {
     /// A car.
     Ackermann(AckermannGeometry<T>),
     /// A unicycle or a differential drive.
     Unicycle(Step),
-    /// What also moves to the side.
+    /// A vehicle that also moves sideways.
     Holonomic,
 }
 
@@ -40,24 +40,24 @@ pub struct SensorNumbers<T> {
     pub range_sigma_m: T,
     /// Standard deviation of the bearing, rad.
     pub bearing_sigma_rad: T,
-    /// Where it sees, and with what probability.
+    /// The field of view, with the probability of detection.
     pub limits: RangeBearingLimits<T>,
     /// Mean number of false measurements a scan.
     pub clutter_per_scan: T,
-    /// Ahead of where the vehicle's pose is, to its left, m, and turned to the left, rad; `None` where its pose is the vehicle's.
+    /// Mounting: ahead of the vehicle's pose, to its left, m, and turned to the left, rad; `None` if the sensor is at the pose.
     pub mounting: Option<[T; 3]>,
-    /// What is born of it.
+    /// The births of its measurements.
     pub births: Births<T>,
 }
 
 impl<T: Real> PlanarNumbers<T> {
-    /// Those of the filter with a mixture a particle.
+    /// The parameters of the filter with a mixture for each particle.
     #[must_use]
     pub fn of(settings: &Settings, vehicle: &Vehicle, initial_pose: [f64; 3]) -> Self {
         Self::with_margin(settings, settings.filter.interval_margin, vehicle, initial_pose)
     }
 
-    /// Those of a filter that takes errors of the odometry to last so many times as long.
+    /// The parameters of a filter that multiplies the correlation time of odometry errors by `interval_margin`.
     pub(super) fn with_margin(
         settings: &Settings,
         interval_margin: f64,
@@ -98,7 +98,7 @@ fn vehicle_of<T: Real>(vehicle: &Vehicle) -> PlanarVehicle<T> {
     }
 }
 
-/// The recursion, moving features included.
+/// The configuration of the recursion, with moving features.
 pub(super) fn planar_config<T: Real>(settings: &Settings) -> Config<T> {
     let moving = &settings.moving;
     let moving = MovingConfig {

@@ -1,4 +1,4 @@
-//! The reference over a planar log: one with the models of each sensor, over one state.
+//! The reference over a planar log: one reference for each sensor, with a common state.
 
 use super::contract::{PoseAndCovariance, Refusal, ScanOutcome, Slam, no_sensor};
 use super::joint_room::{FEATURES, MOVERS};
@@ -10,17 +10,17 @@ use scphd_reference as reference;
 use scphd_reference::{OwnDraws, Recursion, Reference, joint};
 use scphd_score::record::{MapFeature, MovingFeature};
 
-/// The f64 reference with its state and its own random numbers.
+/// The f64 reference with its state and its random number generator.
 #[derive(Debug)]
 pub struct ReferenceFilter {
-    /// Of every sensor.
+    /// The reference of every sensor.
     references: Vec<Reference>,
     state: reference::State,
     draws: OwnDraws,
 }
 
 impl ReferenceFilter {
-    /// The reference for a log's vehicle, started at `initial_pose`.
+    /// Starts the reference for a log's vehicle at `initial_pose`.
     #[must_use]
     pub fn start(settings: &Settings, vehicle: &Vehicle, initial_pose: [f64; 3], seed: u64) -> Self {
         let references = references_of(settings, vehicle);
@@ -29,13 +29,13 @@ impl ReferenceFilter {
     }
 }
 
-/// The reference with the same models and tuning as the filter that the settings describe, of the sensor or the first of several.
+/// The reference with the models and parameters of the filter with these settings, for the only or the first sensor.
 #[must_use]
 pub fn reference_of(settings: &Settings, vehicle: &Vehicle) -> Reference {
     of_sensor(settings, &settings.sensor, vehicle)
 }
 
-/// The same of every sensor; there is at least one.
+/// The references for all sensors, of which there is at least one.
 pub fn references_of(settings: &Settings, vehicle: &Vehicle) -> Vec<Reference> {
     settings.sensors().map(|sensor| of_sensor(settings, sensor, vehicle)).collect()
 }
@@ -96,7 +96,7 @@ fn of_sensor(settings: &Settings, sensor: &SensorSettings, vehicle: &Vehicle) ->
     }
 }
 
-/// The reference shares nothing with the simulator, and so not its vehicles either.
+/// Converts the vehicle, because the reference shares no type with the simulator.
 fn vehicle_of(vehicle: &Vehicle) -> reference::Vehicle {
     match *vehicle {
         Vehicle::Ackermann { wheelbase_m, encoder_offset_m, sensor_forward_m, sensor_left_m } => {
@@ -108,7 +108,7 @@ fn vehicle_of(vehicle: &Vehicle) -> reference::Vehicle {
     }
 }
 
-/// The references of the joint filter with the models and tuning that the settings describe: one for every sensor.
+/// The references of the joint filter with these settings, one for every sensor.
 pub fn joint_references_of(settings: &Settings, vehicle: &Vehicle) -> Vec<joint::Joint<joint::Planar>> {
     let of = |reference| {
         let Reference { config, mut motion, mounting, sensor, field_of_view } = reference;
@@ -131,7 +131,7 @@ pub fn joint_references_of(settings: &Settings, vehicle: &Vehicle) -> Vec<joint:
     references_of(settings, vehicle).into_iter().map(of).collect()
 }
 
-/// This tuning in the reference's terms, with the room of the host's state.
+/// The configuration for the reference, with the capacity of the host's state.
 pub fn joint_config_of(config: &JointConfig<f64>, birth_intensity: f64) -> joint::Config {
     joint::Config {
         birth_intensity,
@@ -196,7 +196,7 @@ mod tests {
     use scphd_worlds::scenario;
 
     #[test]
-    fn settings_arrive() {
+    fn settings_are_passed_to_the_reference() {
         let mut settings = Settings::for_log(&scenario::survey(1));
         settings.filter.likelihood = Likelihood::RbSingle;
         settings.filter.extraction_weight = 0.4;
@@ -217,13 +217,13 @@ mod tests {
     }
 
     #[test]
-    fn moving_features_are_reported_where_they_are_by_now() {
+    fn moving_features_are_reported_at_the_present_time() {
         let mut settings = Settings::for_log(&scenario::survey(1));
         settings.filter.particles = 1;
         settings.moving.birth_intensity = settings.filter.birth_intensity;
         (settings.vehicle.speed_sigma_mps, settings.vehicle.turn_sigma) = (0.0, 0.0);
         let mut filter = ReferenceFilter::start(&settings, &Vehicle::Unicycle, [0.0; 3], 1);
-        // Straight ahead and away at 1 m/s.
+        // A landmark straight ahead that moves away at 1 m/s.
         for k in 0..14 {
             filter.predict([0.0, 0.0, 0.0], 0.5).unwrap();
             filter.scan(0, &[[3.0 + 0.5 * f64::from(k), 0.0]]).unwrap();

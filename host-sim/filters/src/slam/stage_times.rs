@@ -1,27 +1,27 @@
-//! How long each stage of a scan took, by the clock of this machine: the filter itself has none.
+//! Wall times of the stages of a scan, because the filter itself has no clock.
 
 use scphd::diagnostics::{Probe, Stage};
 use std::time::Instant;
 
-/// The stages in the order of [`Stage::ALL`].
+/// Number of stages, in the order of [`Stage::ALL`].
 pub const STAGES: usize = Stage::ALL.len();
 
-/// Adds up wall times. A stage inside another one is counted there alone.
+/// Sums of wall times. A nested stage is not counted in the outer one.
 #[derive(Debug, Default)]
 pub(super) struct StageTimes {
     spent_us: [f64; STAGES],
-    /// Those that go on, the innermost last, and since when that one has the clock.
+    /// The open stages, the innermost last, and the time since when the innermost one is counted.
     open: Vec<usize>,
     since: Option<Instant>,
 }
 
 impl StageTimes {
-    /// Of every stage, µs.
+    /// Times of all stages, µs.
     pub(super) fn us(&self) -> [f64; STAGES] {
         self.spent_us
     }
 
-    /// Gives the time until now to the innermost stage.
+    /// Adds the time until now to the innermost stage.
     fn charge(&mut self) {
         let now = Instant::now();
         if let (Some(&stage), Some(since)) = (self.open.last(), self.since) {
@@ -50,7 +50,7 @@ mod tests {
     use std::time::Duration;
 
     #[test]
-    fn an_inner_stage_has_its_time_alone() {
+    fn the_time_of_a_nested_stage_is_counted_once() {
         let mut times = StageTimes::default();
         let nap = || sleep(Duration::from_millis(5));
         nap();

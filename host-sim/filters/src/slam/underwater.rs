@@ -19,9 +19,9 @@ use scphd_log::underwater::Log;
 use scphd_reference::space;
 use scphd_stream::underwater::AuvModels;
 
-/// Particles that the state has room for.
+/// Capacity of the state for particles.
 const PARTICLES: usize = 2048;
-/// Components of one map in an update that the state has room for.
+/// Capacity for components of one map in an update.
 const VIEW: usize = 4096;
 
 type HostState<T> = State<
@@ -37,10 +37,10 @@ type AuvSensing<T> = Sensing<StereoCamera<T>, StereoFrustum<T>, UniformClutter<T
 /// The fixed-capacity filter in space.
 type Core = Box<dyn Transparent<Underwater, space::Pose, 3, 6>>;
 
-/// The fixed-capacity filter with the models and tuning that the settings describe.
+/// The fixed-capacity filter with these settings.
 ///
 /// # Errors
-/// The filter cannot work with the settings.
+/// The filter refuses the settings.
 pub fn core_filter(log: &Log, settings: &Settings, precision: Precision, seed: u64) -> Result<Core, Refusal> {
     match precision {
         Precision::F32 => start::<f32>(log, settings, seed),
@@ -52,10 +52,10 @@ fn start<T: Real>(log: &Log, settings: &Settings, seed: u64) -> Result<Core, Ref
     core_of(models_of(log, settings)?, config_of(&settings.filter), Box::new(HostState::<T>::new()), seed)
 }
 
-/// The joint filter with the models that the settings describe. Nothing is hidden and nothing vanishes under water.
+/// The joint filter with these settings. Features are never occluded or removed under water.
 ///
 /// # Errors
-/// The filter cannot work with the settings.
+/// The filter refuses the settings.
 pub fn joint_filter(
     log: &Log,
     settings: &Settings,
@@ -67,8 +67,8 @@ pub fn joint_filter(
     }
 }
 
-/// Most of what a stereo camera measures under water is clutter, which would fill the map. What was there stays there, in sight: a feature
-/// that is missed was not matched, and the next one behind it is seen all the same.
+/// Most measurements of a stereo camera under water are clutter, which would fill the map. Features remain and stay visible: a
+/// missed feature was not matched, and one behind it is visible nevertheless.
 pub fn joint_config<T: Real>() -> JointConfig<T> {
     JointConfig { persistence: Persistence::FOR_EVER, occlusion_factor: T::ONE, ..JointConfig::strict() }
 }

@@ -1,4 +1,4 @@
-//! What an underwater vehicle with a stereo camera is tuned with, and what its computer is told when.
+//! Settings of an underwater vehicle with a stereo camera, and the order of its inputs.
 
 pub mod models;
 pub mod settings;

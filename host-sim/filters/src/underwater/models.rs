@@ -1,11 +1,11 @@
-//! What a filter must be told of an underwater vehicle.
+//! Models of an underwater vehicle for a filter.
 
 use super::settings::Settings;
 use crate::slam::contract::Refusal;
 use scphd_log::underwater::Log;
 use scphd_stream::underwater::Models;
 
-/// Where a log's vehicle starts and what is known of it, its instruments and its camera.
+/// Initial state of a log's vehicle with its uncertainty, instruments and camera.
 ///
 /// # Errors
 /// The log has no instruments.

@@ -1,10 +1,10 @@
-//! What a run over an underwater log can be tuned with.
+//! Settings of a run over an underwater log.
 
 use crate::settings::{Extraction, FileProblem, FilterSettings, Likelihood, Origin, OutOfRange, Proposal, file};
 use scphd_log::underwater::Log;
 use serde::{Deserialize, Serialize};
 
-/// Tuning of a run; every field is required here, the TOML file may leave any out.
+/// Settings of a run; every field is required here, and optional in the TOML file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
@@ -20,7 +20,7 @@ pub struct Settings {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VehicleSettings {
-    /// How much each velocity changes at random, (m/s)/√s.
+    /// Random walk of each velocity, (m/s)/√s.
     pub velocity_walk_mps_rts: f64,
     /// Standard deviation of each velocity of the Doppler log, m/s.
     pub velocity_sigma_mps: f64,
@@ -28,9 +28,9 @@ pub struct VehicleSettings {
     pub z_sigma_m: f64,
     /// Gate of the Doppler log and the pressure sensor, standard deviations.
     pub gate_sigmas: f64,
-    /// Outliers in a row after which the Doppler log is believed again.
+    /// Number of consecutive outliers after which the Doppler log is used again.
     pub outliers_believed: u16,
-    /// How long an error of the filtered velocity lasts, s.
+    /// Correlation time of the error of the filtered velocity, s.
     pub velocity_interval_s: f64,
     /// Standard deviation of the angular acceleration about the vertical, rad/s².
     pub yaw_acceleration_sigma_radps2: f64,
@@ -42,11 +42,11 @@ pub struct VehicleSettings {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraSettings {
-    /// Standard deviations of (u_l, v_l, u_r, v_r), px, each on its own.
+    /// Independent standard deviations of (u_l, v_l, u_r, v_r), px.
     pub pixel_sigmas: [f64; 4],
-    /// Standard deviations of what the columns and the rows of both images have in common, px.
+    /// Standard deviations of the errors that the columns and the rows of both images have in common, px.
     pub common_sigmas: [f64; 2],
-    /// Greatest squared distance, in standard deviations, of what no point can explain of a pair.
+    /// Greatest squared distance of a pair from the epipolar constraint, in standard deviations.
     pub epipolar_gate: f64,
     /// Half width of the soft edge around the images, px.
     pub edge_px: f64,
@@ -62,8 +62,8 @@ pub struct CameraSettings {
     pub clutter_per_scan: f64,
 }
 
-/// The fields that hold what a log folder states, or a scenario: all that is known of its instruments and camera where it says that it is
-/// simulated, otherwise what data sheets say.
+/// The fields with values stated by a log folder or a scenario: all of instruments and camera for a simulated log, otherwise
+/// those of data sheets.
 #[must_use]
 pub fn stated(scenario: bool, log: &Log) -> Vec<(&'static str, Origin)> {
     let by_both =
@@ -135,8 +135,8 @@ impl Settings {
         settings
     }
 
-    /// For a log of a vehicle at sea: one particle whose pose stays the Gaussian that motion and scan agree on. Where little is in
-    /// sight for long, blind particles share out at random what the instruments leave open, and resampling keeps one of
+    /// Default settings for a log of a real vehicle: one particle whose pose is the Gaussian of motion and scan. If few landmarks
+    /// are in view for long, blind particles spread over the uncertainty of the instruments at random and resampling keeps one of
     /// them; the mean of all is nearer the truth.
     #[must_use]
     pub fn for_real_log(log: &Log) -> Self {
@@ -147,8 +147,9 @@ impl Settings {
         settings
     }
 
-    /// How long an error of the velocity lasts, s, as [`scphd::models::Auv::new`] is told: twice the time constant of their filter, σ √Δ / q, where a
-    /// velocity with the noise σ is measured every Δ and changes by q √t; and Δ at least, for which a measurement is used.
+    /// Correlation time of the velocity error, s, for [`scphd::models::Auv::new`]: twice the time constant of the velocity
+    /// filter, σ √Δ / q, for a velocity with noise σ that is measured with the interval Δ and changes by q √t; and at least Δ,
+    /// the time for which a measurement is used.
     fn velocity_error_lasts_s(&self, log: &Log) -> f64 {
         let measured = || log.instruments.iter().filter(|row| row.velocity_mps.is_some()).map(|row| row.t_s);
         let mut intervals: Vec<f64> = measured().zip(measured().skip(1)).map(|(from, to)| to - from).collect();
@@ -159,13 +160,14 @@ impl Settings {
         (2.0 * time_constant_s).max(interval_s)
     }
 
-    /// Disparities at the ends of the range of depths, px, the least first.
+    /// Disparities at the bounds of the depths, px, the smaller first.
     #[must_use]
     pub fn disparities_px(&self, log: &Log) -> [f64; 2] {
         [self.camera.far_m, self.camera.near_m].map(|depth| log.camera.focal_baseline / depth)
     }
 
-    /// κ, 1/px⁴: false pairs are anywhere in the left image, at any disparity and row difference that the matcher lets pass.
+    /// κ, 1/px⁴: false pairs are uniform over the left image, the disparities, and the row differences within the matcher's
+    /// tolerance.
     #[must_use]
     pub fn clutter_intensity(&self, log: &Log) -> f64 {
         let [least, greatest] = self.disparities_px(log);
@@ -173,10 +175,10 @@ impl Settings {
         self.camera.clutter_per_scan / (width * height * (greatest - least) * 2.0 * log.camera.row_tolerance_px)
     }
 
-    /// These settings with the fields in `text` put over them.
+    /// These settings, overridden by the fields in `text`.
     ///
     /// # Errors
-    /// `text` is not TOML, has an unknown key, or a value that is not of its field's type or range.
+    /// `text` is not TOML, has an unknown key, or a value with a wrong type or out of range.
     pub fn with_toml(&self, text: &str) -> Result<Self, FileProblem> {
         let settings: Self = file::laid_over(self, file::parsed(text)?)?;
         settings.check()?;
@@ -186,15 +188,15 @@ impl Settings {
     /// The settings as TOML.
     ///
     /// # Errors
-    /// A count beyond what TOML can hold, which no settings within the limits have.
+    /// A number is greater than TOML permits, which cannot happen within the limits.
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
         toml::to_string(self)
     }
 
-    /// The first field that is out of range, if any.
+    /// Checks that all fields are in range.
     ///
     /// # Errors
-    /// Names the field and its range. NaN is out of every range.
+    /// The first field out of range, with its range. NaN is out of every range.
     pub fn check(&self) -> Result<(), OutOfRange> {
         let Self { filter, vehicle, camera } = self;
         let require = |field: &'static str, found: f64, range, holds: bool| {
@@ -230,10 +232,10 @@ impl Settings {
         positive("camera.clutter_per_scan", camera.clutter_per_scan)
     }
 
-    /// Whether a feature can be born from this log's pairs of keypoints.
+    /// Checks that a feature can be born from this log's pairs of keypoints.
     ///
     /// # Errors
-    /// A pair that nothing explains begets a feature that is pruned at once.
+    /// The birth of an unexplained pair would be pruned immediately.
     pub fn check_births(&self, log: &Log) -> Result<(), OutOfRange> {
         self.filter.check_births(self.clutter_intensity(log), 0.0)
     }

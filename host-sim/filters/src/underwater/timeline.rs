@@ -1,10 +1,10 @@
-//! What a vehicle's computer is told, in the order in which it is.
+//! Inputs of a vehicle's filter in the order of time.
 
 use scphd::models::Reading;
 use scphd_log::underwater::{Instruments, Log};
 use scphd_stream::underwater::Navigation;
 
-/// How far a log's instruments have been read.
+/// Position in a log's instruments.
 #[derive(Debug)]
 pub struct Timeline<'a> {
     instruments: &'a [Instruments],
@@ -13,31 +13,32 @@ pub struct Timeline<'a> {
     yaw_rate_sigma_radps: f64,
 }
 
-/// What a filter is told, and the row of the log that it comes from.
+/// An input of a filter, and its row of the log.
 #[derive(Debug, Clone, Copy)]
 pub struct Step<'a> {
-    /// What a filter is told.
+    /// The input.
     pub navigation: Navigation,
-    /// The row that the step ends with, if it does.
+    /// The row at the end of the step, if there is one.
     pub row: Option<&'a Instruments>,
 }
 
 impl<'a> Timeline<'a> {
-    /// At the first row of the instruments; the yaw rate has this standard deviation, rad/s, where the log says none.
+    /// Starts at the first row of the instruments. The yaw rate has this standard deviation, rad/s, if the log does not state
+    /// one.
     #[must_use]
     pub fn new(log: &'a Log, yaw_rate_sigma_radps: f64) -> Self {
         let now_s = log.instruments.first().map_or(0.0, |row| row.t_s);
         Self { instruments: &log.instruments, next: 0, now_s, yaw_rate_sigma_radps }
     }
 
-    /// The row that was read last.
+    /// Index of the last row that was read.
     #[must_use]
     pub fn row(&self) -> usize {
         self.next.saturating_sub(1)
     }
 
-    /// The steps from here to `t_s`: up to every row of the instruments by then, and from the last one on. The first row
-    /// is there from the start.
+    /// The steps from the present time to `t_s`: one to every row of the instruments until then, and one after the last of them.
+    /// The first row is read at the start.
     pub fn steps_to(&mut self, t_s: f64) -> Vec<Step<'a>> {
         let mut steps = Vec::new();
         while let Some(row) = self.instruments.get(self.next).filter(|row| self.next == 0 || row.t_s <= t_s) {
@@ -73,14 +74,14 @@ mod tests {
     use scphd_worlds::underwater::tank::girona_tank;
 
     #[test]
-    fn every_row_comes_once_and_the_steps_add_up() {
+    fn every_row_occurs_once_and_the_durations_add_up() {
         let mut log = girona_tank(1);
         log.instruments.truncate(4);
         let mut timeline = Timeline::new(&log, 0.02);
         let (rows, start) = (&log.instruments, log.instruments[0].t_s);
         let half = 0.5 * (rows[1].t_s + rows[2].t_s);
         let mut passed = 0.0;
-        // Before the first row, at it, between two rows, there again, at the last, after it.
+        // Before the first row, at it, between two rows, there again, at the last row, after it.
         let ends = [start - 1.0, start, half, half, rows[3].t_s, rows[3].t_s + 0.25];
         let found = ends.map(|t_s| {
             let steps = timeline.steps_to(t_s);

@@ -1,4 +1,4 @@
-//! Random worlds under water as filters see them.
+//! Random worlds under water as seen by filters.
 
 use super::settings::Settings;
 use crate::kind::Kind as _;
@@ -31,9 +31,9 @@ fn keypoints(log: &Log) -> usize {
     log.scans.iter().map(|scan| scan.detections.len()).sum()
 }
 
-/// Most features that were seen in the first third are seen in the last.
+/// Most features detected in the first third are detected in the last.
 #[test]
-fn places_are_seen_again_and_a_frame_shows_some() {
+fn landmarks_are_seen_again_and_a_frame_shows_some() {
     let (mut again, mut shown) = (Vec::new(), Vec::new());
     for seed in 0..30 {
         let log = world(Kind::DataSheet, seed);
@@ -54,7 +54,7 @@ fn places_are_seen_again_and_a_frame_shows_some() {
 }
 
 #[test]
-fn misbehaviour_is_what_dead_reckoning_errs_by() {
+fn instrument_faults_increase_the_error_of_dead_reckoning() {
     let worlds = |misbehaviour| -> f64 {
         median((0..20).map(|seed| dead_reckoning_rmse(&misbehaving(seed, misbehaviour)) / size_m(seed)).collect())
     };

@@ -1,20 +1,20 @@
-//! What can be wrong with a folder, and where.
+//! Errors of a folder, with their places.
 
 use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
-/// Why a folder could not be read; displays as one line.
+/// Why a folder cannot be read; displays as one line.
 #[derive(Debug, thiserror::Error)]
 #[error("{place}: {problem}")]
 pub struct LogError {
-    /// Where.
+    /// The place.
     pub place: Place,
-    /// What.
+    /// The error.
     pub problem: Problem,
 }
 
-/// A place in a folder. Rows are lines of the file, the header being row 1.
+/// A place in a folder. Rows are lines of the file; the header is row 1.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Place {
     /// The folder itself.
@@ -27,7 +27,7 @@ pub enum Place {
     Column(&'static str, &'static str),
     /// A column of a row of a file.
     Cell(&'static str, u64, &'static str),
-    /// A key of `log.toml`, with the section's name in front.
+    /// A key of `log.toml`, after the name of its section.
     Key(String),
 }
 
@@ -38,25 +38,25 @@ impl Place {
     }
 }
 
-/// Everything that is found wrong, in the order in which it is found.
+/// All errors, in the order in which they are found.
 #[derive(Debug, Default)]
 pub(super) struct Faults(pub(super) Vec<LogError>);
 
 impl Faults {
-    /// What was read; `None` where it could not be.
+    /// The value that was read; after an error `None`.
     pub(super) fn take<T>(&mut self, read: Result<T, LogError>) -> Option<T> {
         read.map_err(|error| self.0.push(error)).ok()
     }
 }
 
-/// What is wrong.
+/// An error.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Problem {
-    /// A folder, file, column or key is not there.
+    /// A folder, file, column or key is missing.
     #[error("missing")]
     Missing,
-    /// A file, or a table that needs rows, has nothing in it.
+    /// A file, or a table that needs rows, is empty.
     #[error("empty")]
     Empty,
     /// The file cannot be read.
@@ -77,15 +77,15 @@ pub enum Problem {
         if found > expected { ": commas in numbers?" } else { "" }
     )]
     Fields {
-        /// Fields in this row.
+        /// Number of fields in this row.
         found: u64,
-        /// Fields in the header.
+        /// Number of fields in the header.
         expected: u64,
     },
     /// Not a number, or infinite or NaN.
     #[error("not a finite number: '{}'", Excerpt(.0))]
     NotFinite(String),
-    /// A number (finite) that single precision, in which filters count, does not hold.
+    /// A finite number beyond the range of single precision, which filters use.
     #[error("{0:e}, expected a number of single precision, in which filters count: at most 3.4e38")]
     TooLarge(f64),
     /// Not a whole number.
@@ -94,20 +94,20 @@ pub enum Problem {
     /// A key has a value of another type.
     #[error("not {expected} but {}", Excerpt(.found))]
     Type {
-        /// What it is.
+        /// Its value.
         found: String,
-        /// What it should be.
+        /// The required type.
         expected: &'static str,
     },
-    /// A number that makes no sense here.
+    /// A number out of range.
     #[error("{found}, expected {expected}")]
     Limits {
         /// The number.
         found: f64,
-        /// What is expected of it.
+        /// Its range.
         expected: &'static str,
     },
-    /// A model that is not known, or not supported yet.
+    /// A model that is unknown or not supported.
     #[error("'{}' is not supported yet, only {supported}", Excerpt(.found))]
     Unsupported {
         /// The model.
@@ -115,13 +115,13 @@ pub enum Problem {
         /// The models that are supported.
         supported: &'static str,
     },
-    /// A key that the section does not have: a slip of the pen would leave a number out unseen.
+    /// A key that does not exist in the section, for example a spelling error.
     #[error("unknown, there are {}", .known.join(", "))]
     Unknown {
         /// The keys of the section.
         known: &'static [&'static str],
     },
-    /// A key that another model of the section has, and that decides nothing here.
+    /// A key of another model of the section, which would have no effect.
     #[error("not a key of the model {model}, which has {}", .known.join(", "))]
     Unused {
         /// The model.
@@ -129,16 +129,16 @@ pub enum Problem {
         /// The keys of the section for it.
         known: &'static [&'static str],
     },
-    /// A key that only a folder, with its detections, has a use for.
+    /// A key that is used only when a folder is read with its detections.
     #[error("detections are left out when a folder is read: write the key into its log.toml")]
     OfFolders,
-    /// A `kind` that says neither real nor simulated.
+    /// A `kind` that is neither real nor simulated.
     #[error("'{}' says neither real nor simulated: say simulated = true or simulated = false", Excerpt(.0))]
     Kind(String),
-    /// A name that no line, file or drawing can hold.
+    /// A name that is not suitable for a line, file or plot.
     #[error("a name has 1 to {NAME_CHARS} characters, none of them a control character")]
     Name,
-    /// A camera's rotation that is none.
+    /// A matrix of a camera that is not a rotation.
     #[error("not a rotation: its rows have to be right-angled, of length 1, right-handed")]
     NoRotation,
     /// A time (s) that is earlier than the row before.
@@ -154,23 +154,23 @@ pub enum Problem {
     ScanOrder {
         /// The number.
         found: i64,
-        /// The least that may stand here: one more than any number for the number after the last there is.
+        /// The least valid number: one more than the number before if there is one.
         least: i128,
     },
-    /// Rows that are too far apart, s, for a time in seconds.
+    /// Intervals of rows that are too long for times in seconds, s.
     #[error(
         "rows are {} s apart in the median, expected at most {most_s} s: times are in seconds, these look like {unit}",
         rounded(*.median_s)
     )]
     FarApart {
-        /// The median from row to row, s.
+        /// The median interval, s.
         median_s: f64,
-        /// The most it may be, s.
+        /// Its greatest value, s.
         most_s: f64,
-        /// In which unit it would be plausible.
+        /// The unit in which it would be plausible.
         unit: &'static str,
     },
-    /// Angles that are no angles in radians.
+    /// Angles that are not in radians.
     #[error(
         "{found}, expected -{most:.4} to {most:.4}: angles are in radians, {}",
         if *degrees { "these look like degrees" } else { "take whole turns off, unless these are degrees" }
@@ -178,12 +178,12 @@ pub enum Problem {
     NotRadians {
         /// The first of them.
         found: f64,
-        /// The greatest there may be.
+        /// The greatest valid one.
         most: f64,
-        /// Whether they are so great that they can only be degrees.
+        /// Whether they are so large that they can only be in degrees.
         degrees: bool,
     },
-    /// Most ranges are far beyond what the sensor is said to reach.
+    /// Most ranges are far beyond the stated range of the sensor.
     #[error(
         "{} m in the median, twice the sensor's greatest range is {most_m} m: ranges are in metres",
         rounded(*.median_m)
@@ -194,22 +194,22 @@ pub enum Problem {
         /// Twice the sensor's greatest range, m.
         most_m: f64,
     },
-    /// No two scans can show the same.
+    /// The vehicle drives so far between scans that no two scans can show the same landmarks.
     #[error(
         "the vehicle drives {} m from scan to scan in the median, so that no two scans show the same (twice the \
          sensor's range is {most_m} m): speeds are in metres a second, times in seconds",
         rounded(*.median_m)
     )]
     DrivesTooFar {
-        /// The median of how far the vehicle drives from scan to scan, m.
+        /// The median distance between scans, m.
         median_m: f64,
         /// Twice the sensor's greatest range, m.
         most_m: f64,
     },
-    /// The log has no odometry at all.
+    /// The log has no odometry.
     #[error("no odometry")]
     NoOdometry,
-    /// All odometry comes after the last scan.
+    /// All odometry is after the last scan.
     #[error("the odometry begins at {first_s} s, after the last scan at {last_scan_s} s")]
     LateOdometry {
         /// Time of the first row, s.
@@ -217,7 +217,7 @@ pub enum Problem {
         /// Time of the last scan, s.
         last_scan_s: f64,
     },
-    /// Most scans are not from the time of the odometry.
+    /// Most scans are outside the time of the odometry.
     #[error(
         "a scan at {scan_s} s, and most scans are not between the first row of odometry at {} s and the last at {} s: \
          both need the same clock, in seconds",
@@ -235,16 +235,16 @@ pub enum Problem {
     /// A negative range (m) in a log that is not simulated.
     #[error("negative range {0} in a log that is not simulated")]
     NegativeRange(f64),
-    /// The log has no scan at all.
+    /// The log has no scans.
     #[error("no scans")]
     NoScans,
-    /// `[sensor]` beside `[[sensors]]`.
+    /// `[sensor]` together with `[[sensors]]`.
     #[error("either one [sensor] or several [[sensors]]")]
     SensorAndSensors,
-    /// A sensor's name that settings cannot name.
+    /// A sensor's name that cannot be used in settings.
     #[error("a sensor's name has 1 to {SENSOR_NAME_CHARS} letters, digits, dashes and underscores")]
     SensorName,
-    /// A sensor's name that another has.
+    /// Two sensors have the same name.
     #[error("'{0}' is the name of two sensors")]
     SensorTwice(String),
     /// A scan of a sensor that `log.toml` does not have.
@@ -252,10 +252,10 @@ pub enum Problem {
     NoSuchSensor {
         /// Its name.
         found: String,
-        /// Those that there are.
+        /// The names in `log.toml`.
         known: Vec<String>,
     },
-    /// `fixes.csv` without `[fixes]`, which says how good they are.
+    /// `fixes.csv` without `[fixes]`, which has their noise.
     #[error("missing: it says how good the fixes of fixes.csv are")]
     NoFixNoise,
     /// A row without any fix.
@@ -269,12 +269,12 @@ pub enum Problem {
         /// Time of the first row of odometry, s.
         first_s: f64,
     },
-    /// All fixes come after the last scan.
+    /// All fixes are after the last scan.
     #[error(
         "the first fix is at {first_s} s, after the last scan at {last_scan_s} s: both need the same clock, in seconds"
     )]
     LateFixes {
-        /// Time of the first, s.
+        /// Time of the first fix, s.
         first_s: f64,
         /// Time of the last scan, s.
         last_scan_s: f64,
@@ -294,19 +294,19 @@ impl fmt::Display for Place {
     }
 }
 
-/// Characters of a name, at most.
+/// Greatest number of characters of a name.
 pub(super) const NAME_CHARS: usize = 200;
-/// Characters of a sensor's name, at most.
+/// Greatest number of characters of a sensor's name.
 pub(super) const SENSOR_NAME_CHARS: usize = 32;
-/// Characters of a file's text that a message shows, at most.
+/// Greatest number of characters of a file's text in a message.
 const EXCERPT_CHARS: usize = 120;
 
-/// A measured number with four digits that count.
+/// A measured number with four significant digits.
 fn rounded(number: f64) -> f64 {
     format!("{number:.3e}").parse().unwrap_or(number)
 }
 
-/// A piece of a file's text as part of one line that any terminal can show.
+/// An excerpt of a file's text in one line, printable on any terminal.
 struct Excerpt<'a>(&'a str);
 
 impl fmt::Display for Excerpt<'_> {

@@ -8,26 +8,26 @@ use std::borrow::Cow;
 use std::path::Path;
 use toml::{Table, Value};
 
-/// What `log.toml` says.
+/// Contents of `log.toml`.
 pub(super) struct Head {
     pub(super) name: String,
     pub(super) simulated: bool,
     pub(super) initial_pose: [f64; 3],
-    /// 0 where nothing is said of it.
+    /// 0 if it is not stated.
     pub(super) truth_sigma_m: f64,
     pub(super) vehicle: Vehicle,
-    /// In order of their names; the only one of `[sensor]` has none.
+    /// In order of their names; an only one in `[sensor]` has no name.
     pub(super) sensors: Vec<NamedSensor>,
-    /// Of each of them, which of its detections are none.
+    /// For each of them the detections that are left out.
     pub(super) dropped: Vec<Dropped>,
-    /// `None` where there is no `[fixes]`.
+    /// `None` without `[fixes]`.
     pub(super) fix_noise: Option<FixNoise>,
 }
 
 /// Detections of a sensor that are left out when a folder is read.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Dropped {
-    /// The range that says that nothing came back, m.
+    /// The range that means "no return", m.
     no_return_m: Option<f64>,
     /// Parts of the view in which the sensor sees its own vehicle.
     zones: Vec<Sensor>,
@@ -36,7 +36,7 @@ pub(super) struct Dropped {
 impl Dropped {
     /// Whether this detection is left out.
     pub(super) fn holds(&self, [range_m, bearing_rad]: [f64; 2]) -> bool {
-        // Numbers that went through single precision keep seven digits.
+        // Numbers converted to single precision have seven digits.
         let is_none = |none_m: f64| (range_m - none_m).abs() <= 1e-6 * none_m.abs();
         self.no_return_m.is_some_and(is_none) || self.zones.iter().any(|zone| zone.sees(range_m, bearing_rad))
     }
@@ -46,7 +46,7 @@ impl Dropped {
     }
 }
 
-/// Names of a vehicle's control columns in `odometry.csv`: those of the first two controls, and of the third where it has one.
+/// Names of a vehicle's control columns in `odometry.csv`: those of the first two controls, and of the third if there is one.
 pub(super) fn control_columns(vehicle: &Vehicle) -> ([&'static str; 2], Option<&'static str>) {
     match vehicle {
         Vehicle::Ackermann { .. } => (["speed_mps", "steering_rad"], None),
@@ -69,17 +69,17 @@ impl Head {
         Self::of(&text)
     }
 
-    /// What a text says, or everything that is wrong with it.
+    /// The contents of a text, or all its errors.
     pub(super) fn of(text: &str) -> Result<Self, Vec<LogError>> {
         let table: Table = text.parse().map_err(|error| vec![syntax(text, &error)])?;
         let mut faults = Faults::default();
         Self::of_table(&table, &mut faults).filter(|_| faults.0.is_empty()).ok_or(faults.0)
     }
 
-    /// `None` only with a fault.
+    /// `None` after an error.
     fn of_table(table: &Table, faults: &mut Faults) -> Option<Self> {
         let top = Section { name: "".into(), table };
-        // The sensor first: logs of other sensors lack other things as well, which is not what to report.
+        // The sensor is checked first: logs of other sensors lack other keys as well, which need not be reported.
         let several = table.contains_key("sensors");
         if table.contains_key("camera") && !table.contains_key("sensor") && !several {
             let found = String::from("camera");
@@ -100,7 +100,7 @@ impl Head {
             };
             let sensor = faults.take(sensor(section)).zip(mounting);
             let dropped = faults.take(section.dropped());
-            // Sections of other models have other keys, which is not what to report of them.
+            // Sections of unknown models have other keys, which need not be reported.
             let is_known = sensor.is_some();
             let nominal = if is_known { faults.take(section.nominal(&vehicle)) } else { None };
             if is_known {
@@ -141,7 +141,7 @@ impl Head {
         })
     }
 
-    /// A key that only a folder has a use for, whose detections are read with it.
+    /// A key that is used only when a folder is read with its detections.
     pub(super) fn key_of_folders(&self) -> Option<Place> {
         let of = self.sensors.iter().zip(&self.dropped).find(|(_, dropped)| !dropped.is_empty());
         of.map(|(sensor, dropped)| {
@@ -156,9 +156,9 @@ impl Head {
     }
 }
 
-/// Of the only sensor; where it sits is then a matter of the vehicle.
+/// Keys of an only sensor, whose mounting is in the section of the vehicle.
 const SENSOR_KEYS: &[&str] = MOUNTED_SENSOR_KEYS.split_at(11).0;
-/// Of one of several sensors.
+/// Keys of one of several sensors.
 const MOUNTED_SENSOR_KEYS: &[&str] = &[
     "model",
     "range_min_m",
@@ -176,7 +176,7 @@ const MOUNTED_SENSOR_KEYS: &[&str] = &[
     "left_m",
     "yaw_rad",
 ];
-/// Of a part of its view that is left out.
+/// Keys of a zone that is left out.
 const ZONE_KEYS: [&str; 4] = ["range_min_m", "range_max_m", "bearing_min_rad", "bearing_max_rad"];
 const FIX_KEYS: [&str; 6] = ["position_sigma_m", "heading_sigma_rad", "gate", "patience_s", "forward_m", "left_m"];
 const ACKERMANN_KEYS: [&str; 8] = [
@@ -191,7 +191,7 @@ const ACKERMANN_KEYS: [&str; 8] = [
 ];
 const UNICYCLE_KEYS: [&str; 6] =
     ["model", "sensor_forward_m", "sensor_left_m", "sensor_yaw_rad", "speed_sigma_mps", "rate_sigma_radps"];
-/// The same where `[[sensors]]` say where they sit; the pose of an Ackermann vehicle is of a place that these keys name.
+/// The same if `[[sensors]]` have their mountings; the point of an Ackermann vehicle's pose is given by these keys.
 const BARE_ACKERMANN_KEYS: [&str; 7] = [
     "model",
     "wheelbase_m",
@@ -244,7 +244,8 @@ fn sensor(section: &Section) -> Result<Sensor, LogError> {
     Ok(sensor)
 }
 
-/// Takes a zone off the view where the rest is a view as well: all bearings of the nearest or farthest ranges, or all ranges at an edge.
+/// Removes a zone from the view if the rest is a view as well: all bearings at the nearest or farthest ranges, or all ranges at
+/// an edge.
 fn narrow(sensor: &mut Sensor, zone: &Sensor) {
     let all_ranges = zone.range_min_m <= sensor.range_min_m && zone.range_max_m >= sensor.range_max_m;
     let all_bearings = zone.bearing_min_rad <= sensor.bearing_min_rad && zone.bearing_max_rad >= sensor.bearing_max_rad;
@@ -284,8 +285,8 @@ fn vehicle(section: &Section) -> Result<Vehicle, LogError> {
     }
 }
 
-/// Where the sensor sits: of an Ackermann vehicle the pose is the sensor's, so that only its angle counts here; of all others it is
-/// where the vehicle turns.
+/// Mounting of the sensor: an Ackermann vehicle's pose is that of the sensor, so that only its angle is used here; for other
+/// vehicles it is relative to the centre of rotation.
 fn mounting(section: &Section, vehicle: &Vehicle) -> Result<Mounting, LogError> {
     let at_sensor = section.mounting("sensor_")?;
     match vehicle {
@@ -294,7 +295,7 @@ fn mounting(section: &Section, vehicle: &Vehicle) -> Result<Mounting, LogError> 
     }
 }
 
-/// Keys that the vehicle's model has no use for would be numbers left out unseen.
+/// Checks for keys without effect in the vehicle's model.
 fn check_vehicle_keys(section: &Section, vehicle: &Vehicle, several: bool) -> Result<(), LogError> {
     let (model, known): (_, &'static [&'static str]) = match vehicle {
         Vehicle::Ackermann { .. } if several => ("ackermann", &BARE_ACKERMANN_KEYS),
@@ -312,10 +313,10 @@ fn check_vehicle_keys(section: &Section, vehicle: &Vehicle, several: bool) -> Re
     Err(section.key(key).error(problem))
 }
 
-/// The name. It is drawn into plots and printed in one line.
+/// The name. It is used in plots and in lines of text.
 pub(super) fn name(top: &Section) -> Result<String, LogError> {
     let name = top.string("name")?;
-    // Two of the characters that no XML may hold are not control characters.
+    // Two characters that are not valid in XML are not control characters.
     let good = |c: char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
     if !name.is_empty() && name.chars().count() <= NAME_CHARS && name.chars().all(good) {
         Ok(name.to_owned())
@@ -324,8 +325,7 @@ pub(super) fn name(top: &Section) -> Result<String, LogError> {
     }
 }
 
-/// Whether the log is of a simulation: `simulated`, or, in logs without that key, the first word of `kind`. Without
-/// either it is real.
+/// Whether the log is simulated: `simulated` or, in logs without this key, the first word of `kind`. Without either it is real.
 pub(super) fn simulated(top: &Section) -> Result<bool, LogError> {
     for text in ["kind", "source", "note", "truth"] {
         if top.table.contains_key(text) {
@@ -371,7 +371,7 @@ impl<'a> Section<'a> {
         Ok(Section { name: name.into(), table })
     }
 
-    /// `[[sensors]]`, each with its name.
+    /// The sections `[[sensors]]`, with their names.
     fn sensors(&self) -> Result<Vec<(String, Section<'a>)>, LogError> {
         if self.table.contains_key("sensor") {
             return Err(self.key("sensor").error(Problem::SensorAndSensors));
@@ -385,7 +385,7 @@ impl<'a> Section<'a> {
             let table = value.as_table().ok_or_else(|| self.ill_typed(&unnamed, value, "a section"))?;
             let section = Section { name: unnamed.into(), table };
             let name = section.string("name")?;
-            // What a key of a settings file is written of, without quotes.
+            // The characters of an unquoted key in a settings file.
             let good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
             if name.is_empty() || name.len() > SENSOR_NAME_CHARS || !name.chars().all(good) {
                 return Err(section.key("name").error(Problem::SensorName));
@@ -398,7 +398,7 @@ impl<'a> Section<'a> {
         Ok(found)
     }
 
-    /// Where a sensor sits; what is not said is 0.
+    /// The mounting of a sensor; values that are not stated are 0.
     fn mounting(&self, prefix: &str) -> Result<Mounting, LogError> {
         let offset = |key: &str| {
             Ok(self.limited(&format!("{prefix}{key}"), "-1000 to 1000 m", |m| m.abs() <= 1e3)?.unwrap_or(0.0))
@@ -423,7 +423,7 @@ impl<'a> Section<'a> {
         Ok(Dropped { no_return_m, zones })
     }
 
-    /// A part of a view; an edge that is not said is that of the view.
+    /// A zone of a view; an edge that is not stated is that of the view.
     fn zone(&self) -> Result<Sensor, LogError> {
         self.has_only(&ZONE_KEYS)?;
         let edge = |key: &str, unsaid: f64| if self.table.contains_key(key) { self.number(key) } else { Ok(unsaid) };
@@ -442,10 +442,10 @@ impl<'a> Section<'a> {
         Ok(zone)
     }
 
-    /// The noise that this section of a sensor states, and that of the vehicle.
+    /// The stated noise of this section of a sensor, and that of the vehicle.
     fn nominal(&self, vehicle: &Section) -> Result<Nominal, LogError> {
         Ok(Nominal {
-            // As in settings: a measurement without noise has a density that no filter can weigh.
+            // As in settings: without noise, the density of a measurement would be infinite.
             range_sigma_m: self.limited("range_sigma_m", "1e-6 to 1000 m", |s| (1e-6..=1e3).contains(&s))?,
             bearing_sigma_rad: self.limited("bearing_sigma_rad", "1e-6 to 3 rad", |s| (1e-6..=3.0).contains(&s))?,
             speed_sigma_mps: vehicle.limited("speed_sigma_mps", "0 to 1000 m/s", |s| (0.0..=1e3).contains(&s))?,
@@ -471,7 +471,7 @@ impl<'a> Section<'a> {
         })
     }
 
-    /// A key that is not one of these.
+    /// A key other than the known ones.
     fn stranger(&self, known: &[&str]) -> Option<&'a str> {
         self.table.keys().map(String::as_str).find(|key| !known.contains(key))
     }
@@ -495,7 +495,7 @@ impl<'a> Section<'a> {
         finite(value).ok_or_else(|| self.ill_typed(key, value, "a finite number"))
     }
 
-    /// A list of so many finite numbers.
+    /// A list of N finite numbers.
     pub(super) fn numbers<const N: usize>(&self, key: &str, expected: &'static str) -> Result<[f64; N], LogError> {
         let value = self.get(key)?;
         let numbers = value.as_array().and_then(|list| list.iter().map(finite).collect::<Option<Vec<_>>>());
@@ -517,7 +517,7 @@ impl<'a> Section<'a> {
         if good(found) { Ok(()) } else { Err(self.key(key).error(Problem::Limits { found, expected })) }
     }
 
-    /// A number that may be absent.
+    /// An optional number.
     fn limited(&self, key: &str, expected: &'static str, good: impl Fn(f64) -> bool) -> Result<Option<f64>, LogError> {
         if !self.table.contains_key(key) {
             return Ok(None);
@@ -527,13 +527,13 @@ impl<'a> Section<'a> {
         Ok(Some(number))
     }
 
-    /// A number, 0 or more, that may be absent.
+    /// An optional number of 0 or more.
     fn sigma(&self, key: &str) -> Result<Option<f64>, LogError> {
         self.limited(key, "0 or more", |number| number >= 0.0)
     }
 }
 
-/// A finite number; whole ones may be written without a point.
+/// A finite number; integers are accepted too.
 pub(super) fn finite(value: &Value) -> Option<f64> {
     let number = match value {
         Value::Float(number) => *number,

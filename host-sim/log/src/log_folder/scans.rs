@@ -1,11 +1,11 @@
-//! Scans and what each of them detected, whatever the sensor.
+//! Scans and their detections, for any sensor.
 
 use super::error::{LogError, Place, Problem};
 use super::table::{Row, Table};
 use super::units::{self, SCAN_INTERVAL_S, Stamp};
 use std::path::Path;
 
-/// Checks that times do not go backwards from row to row. Equal times are fine.
+/// Checks that times do not decrease from row to row. Equal times are valid.
 pub(super) struct Clock(f64);
 
 impl Clock {
@@ -14,7 +14,7 @@ impl Clock {
         Self(f64::NEG_INFINITY)
     }
 
-    /// The next row.
+    /// Checks the next row.
     pub(super) fn tick(&mut self, row: &Row, t_s: f64) -> Result<f64, LogError> {
         if t_s < self.0 {
             return Err(row.cell("t_s").error(Problem::Backwards { before: self.0, after: t_s }));
@@ -46,7 +46,7 @@ pub(super) fn scan_times(table: &Table) -> Result<(Vec<i64>, Vec<Stamp>), LogErr
     Ok((numbers, stamps))
 }
 
-/// Calls `add` with the place of the scan, the numbers in `columns` and the label, where there is one, of every detection.
+/// Calls `add` for every detection with the index of the scan, the numbers in `columns` and the label, if there is one.
 pub(super) fn each_detection<const N: usize>(
     dir: &Path,
     numbers: &[i64],

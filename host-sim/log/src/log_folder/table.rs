@@ -1,4 +1,4 @@
-//! A CSV file whose cells know where they are.
+//! A CSV file whose cells have their places, for errors.
 
 use super::error::{LogError, Place, Problem};
 use crate::lines::Lines;
@@ -27,7 +27,7 @@ pub(super) struct Row<'a> {
     fields: &'a StringRecord,
 }
 
-/// The text of a file without its byte order mark, or `None` if it is not there; a file without text is an error.
+/// The text of a file without its byte order mark; `None` if it does not exist. A file without text is an error.
 pub(super) fn text(dir: &Path, file: &'static str) -> Result<Option<String>, LogError> {
     match fs::read(dir.join(file)) {
         Ok(bytes) => match String::from_utf8(bytes) {
@@ -43,12 +43,12 @@ pub(super) fn text(dir: &Path, file: &'static str) -> Result<Option<String>, Log
 }
 
 impl Table {
-    /// Reads a file that must be there.
+    /// Reads a required file.
     pub(super) fn read(dir: &Path, file: &'static str) -> Result<Self, LogError> {
         Self::read_optional(dir, file)?.ok_or_else(|| Place::File(file).error(Problem::Missing))
     }
 
-    /// Reads a file that may be absent.
+    /// Reads an optional file.
     pub(super) fn read_optional(dir: &Path, file: &'static str) -> Result<Option<Self>, LogError> {
         let Some(text) = text(dir, file)? else {
             return Ok(None);
@@ -71,13 +71,13 @@ impl Table {
         Ok(Some(Self { file, header, rows }))
     }
 
-    /// The column of that name.
+    /// The column with this name.
     pub(super) fn column(&self, name: &'static str) -> Result<Column, LogError> {
         let missing = || Place::Cell(self.file, 1, name).error(Problem::Missing);
         self.column_if_any(name)?.ok_or_else(missing)
     }
 
-    /// The column of that name, if there is one.
+    /// The column with this name, if there is one.
     pub(super) fn column_if_any(&self, name: &'static str) -> Result<Option<Column>, LogError> {
         let mut found = self.header.iter().enumerate().filter(|(_, title)| *title == name);
         let column = found.next().map(|(index, _)| Column { name, index });
@@ -94,7 +94,7 @@ impl Table {
 }
 
 impl Row<'_> {
-    /// The place of one of this row's cells.
+    /// The place of a cell in this row.
     pub(super) fn cell(&self, column: &'static str) -> Place {
         Place::Cell(self.file, self.line, column)
     }
@@ -108,14 +108,14 @@ impl Row<'_> {
         }
     }
 
-    /// A number that single precision holds: filters count in it, too.
+    /// A number within the range of single precision, which filters may use.
     pub(super) fn single(&self, column: &Column) -> Result<f64, LogError> {
         let number = self.number(column)?;
         let holds = (number as f32).is_finite();
         if holds { Ok(number) } else { Err(self.cell(column.name).error(Problem::TooLarge(number))) }
     }
 
-    /// A finite number, or nothing if the cell is empty.
+    /// A finite number; `None` for an empty cell.
     pub(super) fn number_if_any(&self, column: &Column) -> Result<Option<f64>, LogError> {
         if self.fields[column.index].is_empty() { Ok(None) } else { self.number(column).map(Some) }
     }

@@ -25,7 +25,7 @@ bearing_max_rad = 1.5
 range_sigma_m = 0.1
 "#;
 
-/// A folder that goes away with the test.
+/// A folder that is removed at the end of the test.
 struct Folder(PathBuf);
 
 impl Folder {
@@ -37,7 +37,7 @@ impl Folder {
         Self(path)
     }
 
-    /// A small sound log.
+    /// A small valid log.
     fn sound() -> Self {
         let folder = Self::empty();
         folder.put("log.toml", HEAD);
@@ -62,7 +62,7 @@ impl Drop for Folder {
     }
 }
 
-/// The message about a sound log in which one file is another.
+/// The error for a valid log with one file replaced.
 fn with(file: &str, text: impl AsRef<[u8]>) -> String {
     let folder = Folder::sound();
     folder.put(file, text);
@@ -71,14 +71,14 @@ fn with(file: &str, text: impl AsRef<[u8]>) -> String {
     message
 }
 
-/// The message about a sound log in which a piece of `log.toml` is another.
+/// The error for a valid log with a part of `log.toml` replaced.
 fn with_head(piece: &str, other: &str) -> String {
     assert!(HEAD.contains(piece));
     with("log.toml", HEAD.replace(piece, other))
 }
 
 #[test]
-fn a_sound_folder() {
+fn a_valid_folder_is_read() {
     let log = read(&Folder::sound().0).unwrap();
     let row = |t_s, speed, steering| Odometry { t_s, control: [speed, steering, 0.0] };
     let expected = Log {
@@ -118,9 +118,9 @@ fn a_sound_folder() {
 }
 
 #[test]
-fn optional_files_and_foreign_columns() {
+fn optional_files_and_other_columns() {
     let folder = Folder::sound();
-    // Another order, a byte order mark, Windows line ends, blanks, a label, and a stray column.
+    // Other order, a byte order mark, Windows line ends, blanks, a label, and an additional column.
     folder.put(
         "detections.csv",
         "\u{feff}label_subject,bearing_rad, range_m ,odd,scan\r\n-1,0.5,1,,0\r\n7,-0.5, 2,nan,3\r\n\r\n8,0.25,3,,3\r\n",
@@ -141,7 +141,7 @@ fn optional_files_and_foreign_columns() {
 }
 
 #[test]
-fn what_is_missing_is_named() {
+fn missing_files_columns_and_keys_are_reported() {
     let folder = Folder::empty();
     assert_eq!(folder.error(), "log.toml: missing");
     let nowhere = folder.0.join("nowhere");
@@ -163,7 +163,7 @@ fn what_is_missing_is_named() {
 }
 
 #[test]
-fn bad_cells_are_named_by_row_and_column() {
+fn invalid_cells_are_reported_with_row_and_column() {
     for bad in ["nan", "inf", "-inf", "1e999", "x", "", "1 2"] {
         let message = with("odometry.csv", format!("t_s,speed_mps,steering_rad\n0,1,0\n1,{bad},0\n"));
         assert_eq!(message, format!("odometry.csv, row 3, column speed_mps: not a finite number: '{bad}'"));
@@ -179,7 +179,7 @@ fn bad_cells_are_named_by_row_and_column() {
 }
 
 #[test]
-fn rows_are_lines_of_the_file_whatever_ends_them() {
+fn rows_are_lines_of_the_file_for_all_line_ends() {
     for (mark, end, blank) in [("", "\n", 0), ("", "\r\n", 0), ("\u{feff}", "\n", 2), ("\u{feff}", "\r\n", 3)] {
         let header = format!("{mark}scan,t_s");
         let blanks = end.repeat(blank);
@@ -214,7 +214,7 @@ fn order_is_checked() {
 }
 
 #[test]
-fn negative_ranges_are_noise_in_a_simulation_and_wrong_elsewhere() {
+fn negative_ranges_are_noise_in_a_simulation_and_errors_otherwise() {
     let negative = "scan,range_m,bearing_rad\n0,-0.5,0\n";
     let message = with("detections.csv", negative);
     let expected = "detections.csv, row 2, column range_m: negative range -0.5 in a log that is not simulated";
@@ -259,7 +259,7 @@ fn the_head_is_checked() {
 }
 
 #[test]
-fn keys_that_decide_nothing_are_refused() {
+fn keys_without_effect_are_refused() {
     let message = with_head("name = \"test\"", "name = \"test\"\nsimulatd = true");
     assert!(message.starts_with("log.toml, key simulatd: unknown, there are name, kind, simulated, "), "{message}");
     let message = with("log.toml", format!("{HEAD}[noise]\nrange_sigma_m = 1\n"));
@@ -283,7 +283,7 @@ fn keys_that_decide_nothing_are_refused() {
 }
 
 #[test]
-fn a_simulation_says_so_by_one_key() {
+fn one_key_states_whether_a_log_is_simulated() {
     let simulated = |kind: &str| {
         let folder = Folder::sound();
         folder.put("log.toml", HEAD.replace("kind = \"real\"", kind));
@@ -330,7 +330,7 @@ fn names_are_one_line_of_characters() {
 
 #[test]
 fn angles_in_degrees_are_refused() {
-    // The first bearing is a small one, the second tells.
+    // The first bearing is small, the second one shows the unit.
     let message = with("detections.csv", "scan,range_m,bearing_rad\n0,1,2.5\n3,2,-3.5\n3,2,40\n");
     let expected = "detections.csv, row 3, column bearing_rad: -3.5, expected -3.1426 to 3.1426: angles are in radians, \
         these look like degrees";
@@ -354,10 +354,10 @@ fn angles_in_degrees_are_refused() {
     assert!(read(&folder.0).is_ok());
 }
 
-/// What is written for a time, s.
+/// The written time for a time, s.
 type Written = fn(f64) -> f64;
 
-/// A log of 10 Hz with other numbers for its times.
+/// A log of 10 Hz with times in other units.
 fn timed(odometry: Written, scans: Written) -> Folder {
     let folder = Folder::sound();
     let times = || (0..40).map(|k| 0.1 * f64::from(k));
@@ -374,7 +374,7 @@ fn times_in_other_units_are_refused() {
         t
     }
     assert!(read(&timed(same, same).0).is_ok());
-    // Seconds of another epoch are seconds.
+    // Seconds since another epoch are valid.
     assert!(read(&timed(|t| t + 1.7e9, |t| t + 1.7e9).0).is_ok());
     let cases: [(Written, &str); 3] =
         [(|t| 1e3 * t, "milliseconds"), (|t| 1e6 * t, "microseconds"), (|t| 1.7e18 + 1e9 * t, "nanoseconds")];
@@ -386,7 +386,7 @@ fn times_in_other_units_are_refused() {
         assert!(message.starts_with("scans.csv, row 3, column t_s: rows are "), "{message}");
         assert!(message.ends_with(unit), "{message}");
     }
-    // Rows a second apart are plausible in seconds and in milliseconds; the scans tell.
+    // Intervals of a second are plausible in seconds and in milliseconds; the scans show the unit.
     let message = timed(|t| 10.0 * t, |t| 1000.0 * t).error();
     assert!(message.starts_with("scans.csv, row 3, column t_s: rows are 100 s apart in the median"), "{message}");
     let folder = timed(same, |t| 50.0 * t);
@@ -395,13 +395,13 @@ fn times_in_other_units_are_refused() {
     let message = folder.error();
     assert!(message.starts_with("odometry.csv, column speed_mps: the vehicle drives 100 m"), "{message}");
     assert!(message.contains("speeds are in metres a second"), "{message}");
-    // Boot time here, the epoch there.
+    // Times since boot and times since the epoch.
     let message = timed(same, |t| t + 1.7e9).error();
     assert!(message.starts_with("scans.csv, row 2, column t_s: a scan at 1700000000 s"), "{message}");
 }
 
 #[test]
-fn odometry_that_says_nothing_of_the_scans_is_refused() {
+fn odometry_outside_the_time_of_the_scans_is_refused() {
     let message = with("odometry.csv", "t_s,speed_mps,steering_rad\n");
     assert_eq!(message, "odometry.csv: no odometry");
     let message = with("odometry.csv", "t_s,speed_mps,steering_rad\n1.5,1,0\n1.6,1,0\n");
@@ -410,7 +410,7 @@ fn odometry_that_says_nothing_of_the_scans_is_refused() {
     let expected = "scans.csv, row 3, column t_s: a scan at 0.5 s, and most scans are not between the first row of \
         odometry at -1 s and the last at 0.1 s: ";
     assert!(message.starts_with(expected), "{message}");
-    // One row holds for ever.
+    // A single row holds for ever.
     let folder = Folder::sound();
     folder.put("odometry.csv", "t_s,speed_mps,steering_rad\n0,0,0\n");
     assert!(read(&folder.0).is_ok());
@@ -424,7 +424,7 @@ fn ranges_in_millimetres_are_refused() {
 }
 
 #[test]
-fn scan_numbers_may_be_any() {
+fn any_scan_numbers_are_read() {
     let greatest = i64::MAX;
     let folder = Folder::sound();
     folder.put("scans.csv", format!("scan,t_s\n0,0\n2,0.5\n{greatest},1\n"));
@@ -439,7 +439,7 @@ fn scan_numbers_may_be_any() {
 }
 
 #[test]
-fn what_messages_show_of_a_file_is_short_and_printable() {
+fn excerpts_in_messages_are_short_and_printable() {
     let message = with("scans.csv", format!("scan,t_s\n0,\"a\n\u{1b}[2J{}\"\n", "x".repeat(10_000)));
     assert!(message.starts_with("scans.csv, row 2, column t_s: not a finite number: 'a\\n\\u{1b}[2Jxxx"), "{message}");
     assert!(message.ends_with("x …'") && message.len() < 250, "{message}");
@@ -448,7 +448,7 @@ fn what_messages_show_of_a_file_is_short_and_printable() {
 }
 
 #[test]
-fn models_that_are_not_supported_are_named() {
+fn unsupported_models_are_reported() {
     let message = with_head("\"ackermann\"", "\"hovercraft\"");
     let expected = "log.toml, key vehicle.model: 'hovercraft' is not supported yet, only ackermann, unicycle, unicycle_arc and holonomic";
     assert_eq!(message, expected);
@@ -462,7 +462,7 @@ fn models_that_are_not_supported_are_named() {
 }
 
 #[test]
-fn what_is_written_reads_back_bit_for_bit() {
+fn written_logs_are_read_bit_for_bit() {
     let third = 1.0 / 3.0;
     let mut log = read(&Folder::sound().0).unwrap();
     log.name = "quotes \" and \\ 'strokes'".into();
@@ -514,7 +514,7 @@ fn what_is_written_reads_back_bit_for_bit() {
     assert!(!fs::read_to_string(inner.join("truth.csv")).unwrap().contains("heading"));
 }
 
-/// Every value of a numeric CSV file, by rows, read without any of the code under test.
+/// Every value of a numeric CSV file, by rows, read without the tested code.
 fn plain(dir: &Path, file: &str) -> Vec<Vec<f64>> {
     let text = fs::read_to_string(dir.join(file)).unwrap();
     text.lines().skip(1).map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect()

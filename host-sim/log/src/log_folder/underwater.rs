@@ -2,20 +2,24 @@
 //!
 //! | file | content |
 //! |---|---|
-//! | `log.toml` | name, whether it is simulated, as of a log in the plane, and `[camera]`: `fu`, `fv`, `cu`, `cv` (px), `baseline_m`, the rotation `C_cv` from the vehicle's directions to the camera's, its place `rho_cv` in the vehicle's frame (m), and the variances of its noise, `pixel_variance` (px²), of the velocities, `velocity_variance` (m²/s²), and of the rates, `rate_variance` (rad²/s²) |
+//! | `log.toml` | name, whether it is simulated, as for a log in the plane, and `[camera]`: see below |
 //! | `odometry.csv` | `t_s,vx_mps,vy_mps,vz_mps,wx_radps,wy_radps,wz_radps`: velocities and rates along the vehicle's axes |
 //! | `scans.csv` | `scan,t_s` |
 //! | `detections.csv` | `scan,ul_px,vl_px,ur_px,vr_px` |
 //! | `truth.csv` | `t_s,x_m,y_m,z_m,rx_rad,ry_rad,rz_rad`: position, and the rotation from the map to the vehicle as axis times angle |
 //! | `landmarks.csv` | optional: `x_m,y_m,z_m` |
 //!
-//! The vehicle's frame here is that of a vehicle whose camera looks 45° down and ahead. The rig looks straight down most of the time
-//! and straight ahead for the first seconds; in its own frame, or in that of a camera that looks down, one of both is where
-//! roll and yaw cannot be told apart. Velocities and rates are turned into it.
+//! `[camera]` has `fu`, `fv`, `cu`, `cv` (px), `baseline_m`, the rotation `C_cv` from the vehicle's axes to the camera's, the
+//! position `rho_cv` of the camera in the vehicle's frame (m), and the variances of the noise: `pixel_variance` (px²), of the
+//! velocities `velocity_variance` (m²/s²), and of the rates `rate_variance` (rad²/s²).
 //!
-//! The inertial unit's **roll and pitch are those of the truth**, for the thesis trusts its unit in both; yaw is the integral of the
-//! measured rates from the true one at the start, and the yaw rate what the measured rates and the two attitudes of a step leave
-//! for the vertical.
+//! The vehicle's frame here is that of a vehicle whose camera looks 45° down and ahead. The rig looks straight down most of the
+//! time and straight ahead for the first seconds; in its own frame, or in that of a camera that looks down, roll and yaw could
+//! not be distinguished in one of the two positions. Velocities and rates are transformed to this frame.
+//!
+//! **Roll and pitch are those of the truth**, because the thesis relies on the inertial unit for both. Yaw is the integral of the
+//! measured rates from the true initial yaw, and the yaw rate is the rotation about the vertical that remains from the measured
+//! rates after the change of roll and pitch in a step.
 
 use super::error::{LogError, Place, Problem};
 use super::head::{Section, name, simulated, syntax};
@@ -31,28 +35,28 @@ use scphd::models::{projection, rotation};
 use std::path::Path;
 use toml::Table;
 
-/// Whether a folder's `log.toml` describes a camera.
+/// Whether a folder's `log.toml` has a camera.
 #[must_use]
 pub fn has_camera(dir: &Path) -> bool {
     let table = text(dir, "log.toml").ok().flatten().and_then(|text| text.parse::<Table>().ok());
     table.is_some_and(|table| table.contains_key("camera") && !table.contains_key("sensor"))
 }
 
-/// Depths between which features are detected reliably, m: found by looking at which of them the real camera missed.
+/// Depths between which features are detected reliably, m, from the features that the real camera missed.
 const DEPTH_M: [f64; 2] = [0.3, 3.5];
-/// Size of the images of all logs there are, px.
+/// Size of the images of all available logs, px.
 const SIZE_PX: [f64; 2] = [640.0, 480.0];
-/// Standard deviations of column and row that an image of the real log has on its own, px: those of the differences between both
-/// images over √2, where the truth is known. The rest of its noise, most of it, is common to both, and to all features of a
-/// frame: it is the attitude that is off, not the pixel.
+/// Independent standard deviations of column and row in an image of the real log, px: those of the differences between both images
+/// divided by √2, with known truth. The rest of the noise, which is the greater part, is common to both images, and to all features
+/// of a frame: it is an error of the attitude, not of the pixels.
 const OWN_PX: [f64; 2] = [2.4, 1.3];
-/// How far the rows of a pair differ at most, px: far less than the noise of either row, most of which both have in common.
+/// Greatest difference of the rows of a pair, px: far less than the noise of each row, most of which is common.
 const ROW_TOLERANCE_PX: f64 = 13.0;
 
 /// Reads a folder.
 ///
 /// # Errors
-/// The first thing wrong with the folder and where it is.
+/// The first error of the folder with its place.
 pub fn read_underwater(dir: &Path) -> Result<Log, LogError> {
     let content = text(dir, "log.toml")?.ok_or_else(|| Place::File("log.toml").error(Problem::Missing))?;
     let table: Table = content.parse().map_err(|error| syntax(&content, &error))?;
@@ -95,7 +99,7 @@ const TOP_KEYS: [&str; 7] = ["name", "kind", "simulated", "source", "note", "tru
 const CAMERA_KEYS: [&str; 10] =
     ["fu", "fv", "cu", "cv", "baseline_m", "C_cv", "rho_cv", "pixel_variance", "velocity_variance", "rate_variance"];
 
-/// Three variances, of which one at least is more than 0.
+/// Three variances, at least one of them above 0.
 fn variances(section: &Section, key: &str) -> Result<[f64; 3], LogError> {
     let variances: [f64; 3] = section.numbers(key, "three variances")?;
     for variance in variances {
@@ -105,21 +109,21 @@ fn variances(section: &Section, key: &str) -> Result<[f64; 3], LogError> {
     Ok(variances)
 }
 
-/// The rotation from the vehicle's directions (x ahead, y to the left, z upwards) to those of the image of a camera that looks
-/// 45° down and ahead.
+/// The rotation from the vehicle's axes (x ahead, y to the left, z upwards) to those of the image of a camera that looks 45° down
+/// and ahead.
 fn to_image() -> Matrix3<f64> {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     Matrix3::new(0.0, -1.0, 0.0, -half, 0.0, -half, half, 0.0, -half)
 }
 
-/// Logs give rotations with a few digits.
+/// Tolerance of rotations, which logs have with few digits.
 const ROTATION_SLACK: f64 = 1e-3;
 
-/// Where the camera is in the rig.
+/// The camera's pose in the rig.
 struct Rig {
-    /// From the rig's directions to those of the vehicle's frame.
+    /// The rotation from the rig's axes to those of the vehicle.
     turn: Matrix3<f64>,
-    /// Place of the left camera in the rig, m.
+    /// Position of the left camera in the rig, m.
     place: Vector3<f64>,
 }
 
@@ -181,8 +185,8 @@ fn camera(section: &Section, rig: &Rig) -> Result<Camera, LogError> {
     })
 }
 
-/// The rotation of an axis times angle. The one from the vehicle to the map, of the axis times angle that `truth.csv` has for
-/// the other way: its sign is turned too.
+/// The rotation by axis times angle. With those of `truth.csv`, which are for the rotation from the map to the vehicle with the
+/// opposite sign convention, it is the rotation from the vehicle to the map.
 fn attitude(axis_angle: Vector3<f64>) -> Matrix3<f64> {
     let angle = axis_angle.norm();
     if angle == 0.0 {
@@ -202,7 +206,7 @@ fn angles(turned: &Matrix3<f64>) -> [f64; 3] {
     ]
 }
 
-/// The true way, and roll and pitch at its rows.
+/// The true trajectory, and roll and pitch at its rows.
 type Way = (Vec<TruePose<Underwater>>, Vec<[f64; 2]>);
 
 fn truth(dir: &Path, rig: &Rig) -> Result<Way, LogError> {
@@ -282,7 +286,7 @@ fn instruments(
     Ok((instruments, stamps))
 }
 
-/// The change of yaw with which the rates of a row lead nearest to the roll and pitch of the next, rad.
+/// The change of yaw for which the rates of a row agree best with roll and pitch of the next row, rad.
 fn about_the_vertical(row: &Row, next: &Row) -> f64 {
     let [from, to]: [Matrix3<f64>; 2] = [row, next].map(|row| rotation(row.tilt[0], row.tilt[1], 0.0));
     let left = from * attitude(row.rates * (next.t_s - row.t_s)) * to.transpose();
@@ -316,8 +320,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn axis_and_angle_turn_as_documented() {
-        // C_vi = cos a I + (1 − cos a) n nᵀ − sin a [n]×, whose transpose is ours.
+    fn axis_and_angle_rotate_as_documented() {
+        // C_vi = cos a I + (1 − cos a) n nᵀ − sin a [n]×, whose transpose is used here.
         let r: Vector3<f64> = Vector3::new(0.3, -1.2, 0.8);
         let (a, n) = (r.norm(), r.normalize());
         let map_to_vehicle =
@@ -328,9 +332,9 @@ mod tests {
         assert_eq!(attitude(Vector3::zeros()), Matrix3::identity());
     }
 
-    /// Features projected through the truth fall on what the camera saw of them, and nothing drifts faster than it should.
+    /// Features projected with the true poses agree with the measured pixels, and the drift has the expected size.
     #[test]
-    fn the_real_log_is_read_in_the_right_directions() {
+    fn the_real_log_is_read_with_the_right_axes() {
         let Some(dir) = scphd_shared_data::find("starry_night") else { return };
         assert!(has_camera(&dir));
         let log = read_underwater(&dir).unwrap();
@@ -358,7 +362,7 @@ mod tests {
                 ((square / count).sqrt(), log.camera.pixel_sigmas[k].hypot(log.camera.common_sigmas[k % 2]));
             assert!((measured / stated - 1.0).abs() < 0.06, "{measured} px, {stated} stated");
         }
-        // Over ten seconds the velocities lead along the truth.
+        // Over ten seconds the integrated velocities agree with the truth.
         let (mut position, rows) = (Vector3::from(log.truth[0].position), &log.instruments[..212]);
         for (pair, truth) in rows.windows(2).zip(&log.truth) {
             let turned: Matrix3<f64> = rotation(pair[0].roll_rad, pair[0].pitch_rad, truth.heading_rad.unwrap());

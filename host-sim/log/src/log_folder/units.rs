@@ -1,50 +1,50 @@
-//! Whether numbers are in the units that the format asks for.
+//! Checks of the units of numbers.
 //!
-//! What no vehicle and no sensor can do is refused, with the unit that would explain it. The bounds are far from any log that a
-//! filter could work on, so that they tell units apart and nothing else:
+//! Numbers that are physically impossible for vehicles or sensors are refused, with the unit that would explain them. The bounds
+//! are far beyond any log that a filter could use, so that they detect only wrong units:
 //!
-//! | what | bound | why |
+//! | quantity | bound | reason |
 //! |---|---|---|
 //! | median time between rows of odometry | 5 s | a row holds until the next one; at walking pace that is the width of a street |
 //! | median time between scans | 60 s | sonars that turn are the slowest sensors, and need a third of that |
-//! | median way between two scans | twice the greatest range | beyond it no two scans show the same |
-//! | most scans | between the first and the last row of odometry | otherwise one of both has another clock or unit |
-//! | median range | twice the greatest range | beyond it the sensor would not reach most of what it measured |
-//! | bearing | π | an angle between two directions is no more |
-//! | edges of the view, heading at the start | 2π | both may count from 0 |
-//! | steering angle | less than π/2 | the wheels would stand across |
+//! | median distance between two scans | twice the greatest range | beyond it no two scans show the same landmarks |
+//! | most scans | between the first and the last row of odometry | otherwise the clocks or units differ |
+//! | median range | twice the greatest range | beyond it most measurements would be out of range |
+//! | bearing | π | the greatest angle between two directions |
+//! | edges of the view, initial heading | 2π | both may be counted from 0 |
+//! | steering angle | less than π/2 | the wheels would be perpendicular to the vehicle |
 
 use super::error::{LogError, Place, Problem};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Logs give π with a few digits, rad.
+/// Tolerance for π with few digits, rad.
 const SLACK_RAD: f64 = 1e-3;
 /// Greatest bearing, rad.
 pub(super) const HALF_TURN_RAD: f64 = PI + SLACK_RAD;
 /// Greatest edge of a view and heading, rad.
 pub(super) const WHOLE_TURN_RAD: f64 = 2.0 * PI + SLACK_RAD;
-/// Headings that are counted on beyond a whole turn are seldom beyond two; degrees are.
+/// Greatest plausible unwrapped angle, rad; beyond, angles are in degrees.
 const COUNTED_RAD: f64 = 4.0 * PI;
-/// Greatest median from one row of odometry to the next, s.
+/// Greatest median interval of odometry rows, s.
 pub(super) const ODOMETRY_INTERVAL_S: f64 = 5.0;
-/// Greatest median from one scan to the next, s.
+/// Greatest median interval of scans, s.
 pub(super) const SCAN_INTERVAL_S: f64 = 60.0;
-/// What rows of any log may be apart, s; among units the one that comes nearest explains a time best.
+/// A common interval of rows, s; the unit that comes nearest to it is reported.
 const COMMON_INTERVAL_S: f64 = 0.1;
 
-/// A time and the row that it stands in.
+/// A time and the place of its row.
 pub(super) struct Stamp {
     pub(super) place: Place,
     pub(super) t_s: f64,
 }
 
-/// The number in the middle; of an even number of them the greater of both.
+/// The median; for an even number of values the greater of the two middle ones.
 fn median(mut numbers: Vec<f64>) -> Option<f64> {
     numbers.sort_by(f64::total_cmp);
     numbers.get(numbers.len() / 2).copied()
 }
 
-/// An angle is at most so large.
+/// Checks that an angle is at most `most`.
 pub(super) fn radians(found: f64, most: f64, place: impl FnOnce() -> Place) -> Result<(), LogError> {
     if found.abs() <= most {
         return Ok(());
@@ -52,7 +52,7 @@ pub(super) fn radians(found: f64, most: f64, place: impl FnOnce() -> Place) -> R
     Err(place().error(Problem::NotRadians { found, most, degrees: found.abs() > COUNTED_RAD }))
 }
 
-/// Bearings or steering angles of a table. One in degrees may be small; the greatest of all tells.
+/// Bearings or steering angles of a table. In degrees some may be small; the greatest decides.
 pub(super) struct Angles {
     most: f64,
     greatest: f64,
@@ -83,7 +83,7 @@ impl Angles {
     }
 }
 
-/// Rows are not farther apart than this in the median.
+/// Checks the median interval of rows.
 pub(super) fn interval(rows: &[Stamp], most_s: f64) -> Result<(), LogError> {
     let Some(median_s) = median(rows.windows(2).map(|pair| pair[1].t_s - pair[0].t_s).collect()) else {
         return Ok(());
@@ -97,14 +97,14 @@ pub(super) fn interval(rows: &[Stamp], most_s: f64) -> Result<(), LogError> {
     }
 }
 
-/// The unit in which rows would be a usual time apart.
+/// The unit in which the interval of rows would be common.
 fn unit_of(median_s: f64) -> &'static str {
     let off = |ticks_a_second: f64| (median_s / ticks_a_second / COMMON_INTERVAL_S).log10().abs();
     let units = [("milliseconds", 1e3), ("microseconds", 1e6), ("nanoseconds", 1e9)];
     units.into_iter().min_by(|a, b| off(a.1).total_cmp(&off(b.1))).map_or("another unit", |(name, _)| name)
 }
 
-/// Odometry is there, begins before the last scan, and lasts while most scans are taken.
+/// Checks that there is odometry, that it begins before the last scan, and that most scans are within its time.
 pub(super) fn common_clock(odometry: &[Stamp], scans: &[Stamp]) -> Result<(), LogError> {
     let [Some(first), Some(last)] = [odometry.first(), odometry.last()] else {
         return Err(Place::File("odometry.csv").error(Problem::NoOdometry));
@@ -114,7 +114,7 @@ pub(super) fn common_clock(odometry: &[Stamp], scans: &[Stamp]) -> Result<(), Lo
         return Err(first.place.clone().error(problem));
     }
     let outside = || scans.iter().filter(|scan| !(first.t_s..=last.t_s).contains(&scan.t_s));
-    // A single row holds for ever, which is how a log says that nothing moves.
+    // A single row holds for ever: it means that nothing moves.
     match outside().next() {
         Some(scan) if odometry.len() > 1 && 2 * outside().count() > scans.len() => {
             let problem = Problem::OtherClock { scan_s: scan.t_s, odometry_s: [first.t_s, last.t_s] };
@@ -124,7 +124,7 @@ pub(super) fn common_clock(odometry: &[Stamp], scans: &[Stamp]) -> Result<(), Lo
     }
 }
 
-/// Half of the ranges are within twice the greatest range.
+/// Checks that half of the ranges are within twice the greatest range.
 pub(super) fn ranges(ranges_m: Vec<f64>, range_max_m: f64) -> Result<(), LogError> {
     let most_m = 2.0 * range_max_m;
     match median(ranges_m) {
@@ -135,8 +135,8 @@ pub(super) fn ranges(ranges_m: Vec<f64>, range_max_m: f64) -> Result<(), LogErro
     }
 }
 
-/// From scan to scan the vehicle, which has `speeds_mps` from the rows of its odometry on, drives no farther than twice the
-/// greatest range in the median.
+/// Checks that the median distance which the vehicle drives between scans, with `speeds_mps` of the rows of odometry, is at most
+/// twice the greatest range.
 pub(super) fn way(
     odometry: &[Stamp],
     speeds_mps: impl Iterator<Item = f64>,

@@ -7,13 +7,12 @@ use std::io;
 use std::path::Path;
 use toml::{Table, Value};
 
-/// Writes `log` to `dir`, which is made if need be and otherwise has to be empty. Numbers are written so that
-/// [`read`](super::read) gives back the same bits; files that would be empty of knowledge (truth, landmarks,
-/// moving landmarks) are left out.
+/// Writes `log` to `dir`, which is created or must be empty. [`read`](super::read) restores the same bits; files without data
+/// (truth, landmarks, moving landmarks) are not written.
 ///
 /// # Errors
 ///
-/// [`io::ErrorKind::AlreadyExists`] if there is anything in `dir`; otherwise what the file system says.
+/// [`io::ErrorKind::AlreadyExists`] if `dir` is not empty; otherwise an error of the file system.
 pub fn write(log: &Log, dir: &Path) -> io::Result<()> {
     fs::create_dir_all(dir)?;
     if fs::read_dir(dir)?.next().is_some() {
@@ -170,7 +169,7 @@ fn sensor(of: &Sensor, nominal: &Nominal) -> Table {
     sensor
 }
 
-/// What is not 0 of where something sits.
+/// Writes the parts of a mounting that are not 0.
 fn put_mounting(table: &mut Table, prefix: &str, mounting: &Mounting) {
     let Mounting { forward_m, left_m, yaw_rad } = *mounting;
     for (key, number) in [("forward_m", forward_m), ("left_m", left_m), ("yaw_rad", yaw_rad)] {

@@ -1,10 +1,10 @@
-//! True tracks of moving landmarks between their rows.
+//! True tracks of moving landmarks, with interpolation.
 
 use crate::dimensions::{Coordinates, Dimensions, Planar};
 use crate::log::MovingLandmark;
 use std::collections::BTreeMap;
 
-/// Greatest gap between two rows of a track that is bridged, s. A track that was lost for longer may have turned.
+/// Greatest interval between two rows of a track for interpolation, s. Over a longer one it may have turned.
 pub const MAX_GAP_S: f64 = 1.0;
 
 /// The tracks of all moving landmarks.
@@ -15,7 +15,7 @@ pub struct Tracks<D: Dimensions = Planar> {
 }
 
 impl<D: Dimensions> Tracks<D> {
-    /// The tracks in the rows of a log, which may come in any order.
+    /// The tracks in the rows of a log, in any order.
     #[must_use]
     pub fn new(moving: &[MovingLandmark<D>]) -> Self {
         let mut rows: BTreeMap<i64, Vec<(f64, D::Position)>> = BTreeMap::new();
@@ -28,8 +28,8 @@ impl<D: Dimensions> Tracks<D> {
         Self { rows }
     }
 
-    /// Subject and position (m) of every landmark whose track covers `t_s`, linear in time between two rows no more
-    /// than [`MAX_GAP_S`] apart.
+    /// Subject and position (m) of every landmark with a track at `t_s`, interpolated linearly between two rows at most
+    /// [`MAX_GAP_S`] apart.
     pub fn at(&self, t_s: f64) -> impl Iterator<Item = (i64, D::Position)> {
         self.rows.iter().filter_map(move |(&subject, track)| Some((subject, position(track, t_s)?)))
     }
@@ -53,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn straight_between_rows_and_nothing_in_gaps() {
+    fn linear_between_rows_and_none_in_gaps() {
         let row = |subject, t_s, x: f64| MovingLandmark { subject, t_s, position: [x, -x] };
         let tracks: Tracks = Tracks::new(&[row(7, 1.0, 4.0), row(2, 0.0, 0.0), row(7, 0.0, 0.0), row(7, 2.5, 9.0)]);
         let at = |t_s| tracks.at(t_s).collect::<Vec<_>>();

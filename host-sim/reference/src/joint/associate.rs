@@ -1,4 +1,4 @@
-//! Who may have caused which measurement: the responsibilities of `docs/joint.md`, with every message written out.
+//! Data association: the association probabilities of `docs/joint.md`, with all messages of belief propagation written out.
 
 use super::Joint;
 use super::models::{Expected, Models};
@@ -7,33 +7,34 @@ use super::state::State;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
-/// Features that share a measurement, at most.
+/// Greatest number of features associated with a measurement.
 const ASSOCIATIONS: usize = 4;
-/// Rounds of messages.
+/// Iterations of belief propagation.
 const ROUNDS: usize = 8;
-/// What is known so many times worse than what is known best, a coordinate of the measurement, is weak.
+/// A feature is weak if its innovation has more than this multiple of the least standard deviation, for each coordinate of the
+/// measurement.
 const WEAK_RATIO: f64 = 3.0;
-/// ln of the largest odds.
+/// Logarithm of the greatest odds.
 const LN_ODDS_MAX: f64 = 40.0;
 
-/// What a scan says of the features, and the features of a scan.
+/// Association of features and measurements of a scan.
 #[derive(Debug, Clone)]
 pub(super) struct Association {
-    /// Features that were set aside.
+    /// Number of weak features that were excluded.
     pub(super) weak: usize,
-    /// p_D of every feature, 0 out of view and of what was set aside.
+    /// p_D of every feature; 0 out of view and for excluded ones.
     pub(super) detection: Vec<f64>,
     /// s_jz, by feature and measurement.
     pub(super) shares: DMatrix<f64>,
-    /// The probability that a feature is not detected, whether it stands or moves.
+    /// The probability that a feature is not detected, whether it is static or moving.
     pub(super) not_detected: Vec<f64>,
-    /// The static feature that a mover may be instead.
+    /// For each moving-object track, the static feature that it may be instead.
     pub(super) rivals: Vec<Option<usize>>,
-    /// p_D of every mover.
+    /// p_D of every moving-object track.
     pub(super) mover_detection: Vec<f64>,
-    /// s_jz of movers.
+    /// s_jz of moving-object tracks.
     pub(super) mover_shares: DMatrix<f64>,
-    /// The probability that a mover is not detected, whether it stands or moves.
+    /// The probability that a moving object is not detected, whether it moves or is static.
     pub(super) mover_not_detected: Vec<f64>,
     /// u_z.
     pub(super) unexplained: Vec<f64>,
@@ -43,7 +44,7 @@ pub(super) struct Association {
     pub(super) ln_evidence: f64,
 }
 
-/// H of a feature over all coordinates.
+/// H of a feature with respect to all coordinates.
 pub(super) fn over_all(state: &State, place: usize, expected: &Expected) -> DMatrix<f64> {
     let mut h = DMatrix::zeros(expected.measurement.len(), state.covariance.nrows());
     h.columns_mut(0, expected.by_pose.ncols()).copy_from(&expected.by_pose);
@@ -76,10 +77,10 @@ impl<M: Models> Joint<M> {
             .map(|mover| state.features.iter().position(|feature| feature.label == mover.label))
             .collect();
         let weak = self.weak(state, &expected, &detection, &mover_detection, &rivals);
-        // They take the places of weaker claims all the same.
+        // Excluded features nevertheless replace features with lower odds.
         let asked = detection.clone();
         weak.iter().for_each(|&place| detection[place] = 0.0);
-        // Causes: every static feature with the mover that it may be instead, then the other movers.
+        // Causes: every static feature together with its alternative moving-object track, then the other tracks.
         let cause_of_mover: Vec<usize> = (0..k).map(|mover| rivals[mover].unwrap_or(n + mover)).collect();
         let mut not_detected = vec![1.0; n + k];
         (0..n).for_each(|place| not_detected[place] -= detection[place] * state.features[place].in_sight);
@@ -87,7 +88,7 @@ impl<M: Models> Joint<M> {
             not_detected[cause_of_mover[mover]] -= mover_detection[mover] * state.movers[mover].weight
         });
 
-        // ln( p_D v N / (1 − p_D v − p_D w) ) within the gate, of static features, then of movers.
+        // ln( p_D v N / (1 − p_D v − p_D w) ) within the gate, for static features, then for moving-object tracks.
         let mut ln_claims = DMatrix::from_element(n + k, m, f64::NEG_INFINITY);
         let mut claim = |row: usize, none: f64, expected: &Expected, s: DMatrix<f64>, probability: f64| {
             let ln_normal = -0.5 * (s.determinant().ln() + s.nrows() as f64 * TAU.ln());
@@ -137,7 +138,7 @@ impl<M: Models> Joint<M> {
             *ln_lambda = ln_lambda.max(ln_claims[(first, z)] - LN_ODDS_MAX);
             likeliest.iter().for_each(|&j| odds[(j, z)] = (ln_claims[(j, z)] - *ln_lambda).exp());
         }
-        // A cause claims as all kinds that it may be, and what it gets is shared out among them.
+        // The odds of a cause are the sum over its alternatives; its association probabilities are divided among them.
         let mut of_causes = odds.clone();
         (0..k).filter(|&mover| rivals[mover].is_some()).for_each(|mover| {
             let own = odds.row(n + mover).clone_owned();
@@ -172,8 +173,8 @@ impl<M: Models> Joint<M> {
 }
 
 impl<M: Models> Joint<M> {
-    /// Features whose innovation is weak beside the most certain one, or what one born of the last scan would have, but for those that
-    /// may move.
+    /// Features with a weak innovation, compared with the most certain one or with one born of the last scan; features with a
+    /// moving alternative are not weak.
     fn weak(
         &self,
         state: &State,
@@ -207,21 +208,21 @@ impl<M: Models> Joint<M> {
     }
 }
 
-/// A sum of shares of a measurement that is rounding above one.
+/// Greatest sum of the association probabilities of a measurement that is a rounding error.
 const SETTLED: f64 = 1.001;
 
-/// Odds after the messages.
+/// Marginal association probabilities.
 struct Marginals {
     shares: DMatrix<f64>,
     unexplained: Vec<f64>,
-    /// Without the parts of what is missed and of clutter.
+    /// Without the parts of missed detections and of clutter.
     ln_evidence: f64,
 }
 
-/// Belief propagation over odds a_jz by feature and measurement.
+/// Belief propagation with the odds a_jz of feature and measurement.
 fn marginals(a: &DMatrix<f64>) -> Marginals {
     let (n, m) = a.shape();
-    // Σ over the others of a row or column, each time anew.
+    // Σ over the other elements of a row or column, computed directly.
     let but = |count: usize, skipped: usize, term: &dyn Fn(usize) -> f64| -> f64 {
         (0..count).filter(|&k| k != skipped).map(term).sum()
     };
@@ -241,7 +242,7 @@ fn marginals(a: &DMatrix<f64>) -> Marginals {
     let ln_sum = |factors: &[f64]| factors.iter().map(|factor| factor.ln()).sum::<f64>();
     let mut shares = DMatrix::from_fn(n, m, |j, z| had[(j, z)] / by_feature[j]);
     for mut of_measurement in shares.column_iter_mut() {
-        // There is one of each, whatever messages that have not settled say.
+        // Each measurement has one cause, also if the messages have not converged.
         let all = of_measurement.sum();
         if all > SETTLED {
             of_measurement /= all;
@@ -258,7 +259,7 @@ fn marginals(a: &DMatrix<f64>) -> Marginals {
 mod tests {
     use super::*;
 
-    /// ln of the sum over all assignments, and the share of each pair in it.
+    /// Logarithm of the sum over all assignments, and the share of each pair in the sum.
     fn enumerated(a: &DMatrix<f64>) -> (f64, DMatrix<f64>) {
         let (n, m) = a.shape();
         let (mut sum, mut shares) = (0.0, DMatrix::zeros(n, m));
@@ -277,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn without_circles_messages_find_the_sum_over_all_assignments() {
+    fn without_cycles_belief_propagation_gives_the_sum_over_all_assignments() {
         let chain = DMatrix::from_row_slice(3, 3, &[40.0, 3.0, 0.0, 0.0, 6.0, 0.5, 0.0, 0.0, 9.0]);
         let star = DMatrix::from_row_slice(3, 1, &[3.0, 4.0, 0.1]);
         let apart = DMatrix::from_row_slice(2, 2, &[5.0, 0.0, 0.0, 0.2]);

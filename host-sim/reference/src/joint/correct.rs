@@ -1,4 +1,4 @@
-//! Corrections by what features have a share of, and what they mean for the heading.
+//! Corrections of pose and features by associated measurements, and the change of the error's frame.
 
 use super::associate::{Association, over_all, squared};
 use super::map_management::LEAST_ABSENT;
@@ -7,13 +7,13 @@ use super::state::{Feature, State};
 use super::{Config, Joint};
 use nalgebra::{DMatrix, DVector};
 
-/// A feature with less of all detections says nothing of the pose.
+/// Least probability of detection of a feature in a scan for a correction.
 const LEAST_DETECTED: f64 = 0.02;
 
-/// A feature whose measurements lie, in the mean, beyond so many gates by then says nothing.
+/// Greatest mean squared distance of a feature's measurements for a correction, in gates, after the corrections before it.
 const GATES: f64 = 4.0;
 
-/// Sums behind the mean squared innovation.
+/// Sums for the mean squared innovation.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Innovations {
     pub(super) squares: f64,
@@ -21,7 +21,7 @@ pub(super) struct Innovations {
 }
 
 impl<M: Models> Joint<M> {
-    /// Corrects pose and features, then says of each whether it is there.
+    /// Corrects pose and features, and updates the existence probabilities.
     pub(super) fn correct(&self, state: &mut State, association: &Association, measurements: &[&[f64]]) -> Innovations {
         let mut innovations = Innovations::default();
         for place in 0..state.features.len() {
@@ -51,12 +51,13 @@ impl<M: Models> Joint<M> {
         innovations
     }
 
-    /// Whether no measurement has half of the shares, and they lie apart by more than three standard deviations of the noise.
+    /// Whether no measurement has half of the association probability, and their scatter exceeds three standard deviations of the
+    /// noise.
     fn is_ambiguous(&self, shares: &[f64], measurements: &[&[f64]]) -> bool {
         let beta: f64 = shares.iter().sum();
         let surest = (0..shares.len()).max_by(|&a, &b| shares[a].total_cmp(&shares[b]));
         let Some(surest) = surest.filter(|&z| shares[z] < 0.5 * beta) else { return false };
-        // As seen from the surest one.
+        // Relative to the likeliest one.
         let from = DVector::from_column_slice(measurements[surest]);
         let apart: Vec<DVector<f64>> = measurements.iter().map(|z| self.models.innovation(z, &from)).collect();
         let mean = shares.iter().zip(&apart).map(|(&share, d)| d * (share / beta)).sum::<DVector<f64>>();
@@ -65,7 +66,7 @@ impl<M: Models> Joint<M> {
         scatter.sum::<f64>() > 9.0
     }
 
-    /// The update of probabilistic data association by one feature.
+    /// The update of probabilistic data association with one feature.
     fn correct_by(
         &self,
         state: &mut State,
@@ -99,7 +100,8 @@ impl<M: Models> Joint<M> {
         self.inject_correction(state, &(gain * mean));
     }
 
-    /// The same update of one feature's place alone: what is not of the pose's share, though it is of the feature, if that stands.
+    /// The same update for the position of the feature only, with the additional association probability given that it exists and
+    /// is static.
     fn correct_position(&self, state: &mut State, place: usize, shares: &[f64], measurements: &[&[f64]]) {
         let Some(expected) = self.models.expected(&state.pose, &state.places[place]) else { return };
         let h = over_all(state, place, &expected);
@@ -139,7 +141,7 @@ impl<M: Models> Joint<M> {
         self.inject_correction(state, &moved);
     }
 
-    /// Moves everything, and turns the covariance with it: P ← (I + c eᵀ) P (I + c eᵀ)ᵀ.
+    /// Applies a correction to all coordinates, and changes the frame of the covariance: P ← (I + c eᵀ) P (I + c eᵀ)ᵀ.
     pub(super) fn inject_correction(&self, state: &mut State, moved: &DVector<f64>) {
         state.inject_correction(moved);
         let mut c = DVector::zeros(moved.len());
@@ -155,7 +157,7 @@ impl<M: Models> Joint<M> {
         state.covariance = turned;
     }
 
-    /// Existence after the time since the last scan.
+    /// Existence probabilities after the time since the last scan.
     pub(super) fn pass_time(&self, state: &mut State) {
         let Config { visible_s, occluded_s, lifetime_s, .. } = self.config;
         let (a, b, c, dt) = (1.0 / visible_s, 1.0 / occluded_s, 1.0 / lifetime_s, state.waited_s);
@@ -172,12 +174,13 @@ impl<M: Models> Joint<M> {
     }
 }
 
-/// Existence by Bayes after a scan in which the feature has β of all detections, and the mover that it may be instead has w, p_D and its own.
+/// Existence probabilities by Bayes' rule after a scan in which the feature was detected with the probability β, and its moving
+/// alternative has weight w, p_D and its own probability of detection.
 fn scanned(feature: &mut Feature, detection: f64, beta: f64, [weight, seen, of_rival]: [f64; 3]) {
     let Feature { in_sight: v, hidden: h, absent: g, .. } = *feature;
     let elsewhere = (g - weight).max(0.0) + weight * (1.0 - seen);
     let not_detected = elsewhere + h + v * (1.0 - detection);
-    // Loopy messages may leave shares that sum to more than one.
+    // Loopy belief propagation may give a sum above one.
     let missed = (1.0 - beta - of_rival).max(0.0) / not_detected;
     feature.in_sight = (beta + missed * v * (1.0 - detection)).min(1.0);
     feature.hidden = missed * h;

@@ -1,25 +1,25 @@
-//! Two features that are one: how far they are apart, and where everything is once they are laid over each other.
+//! The difference of two features that are the same, and the correction that makes their positions equal.
 
 use super::models::Models;
 use super::state::State;
 use nalgebra::{DMatrix, DVector};
 
-/// Rounds of finding the turn.
+/// Iterations for the rotation.
 const ROUNDS: usize = 8;
-/// A turn below which V is the first two terms of its series.
+/// Greatest rotation for which V is computed by the first two terms of its series, rad.
 const SMALL_RAD: f64 = 1e-5;
 
-/// How far the second of two features is from the first.
+/// The position of the second feature relative to the first.
 pub(super) struct Difference {
     /// δ.
     pub(super) difference: DVector<f64>,
-    /// H of e_b − e_a − δθ ê × δ over all coordinates.
+    /// H of e_b − e_a − δθ ê × δ with respect to all coordinates.
     pub(super) h: DMatrix<f64>,
-    /// The coordinates that it depends on, that of the heading first.
+    /// The coordinates on which it depends, the heading first.
     of: Vec<usize>,
 }
 
-/// What lays them over each other.
+/// The innovation of the constraint that makes the positions equal.
 pub(super) struct Closed {
     /// y.
     pub(super) off: DVector<f64>,
@@ -51,7 +51,7 @@ impl Difference {
         h
     }
 
-    /// With that difference, by now, under a covariance of everything.
+    /// The innovation for this difference, with the covariance of all coordinates.
     pub(super) fn closed(&self, difference: &DVector<f64>, all: &DMatrix<f64>) -> Option<Closed> {
         let h = self.h.select_columns(&self.of);
         let common = &h * all.select_rows(&self.of).select_columns(&self.of);
@@ -72,7 +72,7 @@ impl Difference {
 }
 
 impl Closed {
-    /// By how much everything moves.
+    /// The correction of all coordinates.
     pub(super) fn moved(&self, state: &State, apart: &Difference) -> DVector<f64> {
         let inverse = self.covariance.clone().try_inverse().expect("it was factored");
         let mut moved = -&state.covariance * apart.h.transpose() * inverse * &self.off;
@@ -86,7 +86,7 @@ impl Closed {
     }
 }
 
-/// V, the mean of all turns about the vertical from none to that one.
+/// V, the mean of the rotations about the vertical by all angles from zero to `turn`.
 fn mean_turn(turn: f64, dimension: usize) -> DMatrix<f64> {
     let turn = turn.clamp(-std::f64::consts::PI, std::f64::consts::PI);
     let (along, across) = if turn.abs() < SMALL_RAD {

@@ -1,9 +1,9 @@
-//! Numbers that carry their derivatives along, so that a model is written once and no derivative by hand.
+//! Numbers with their derivatives (automatic differentiation), so that no derivative of a model is written by hand.
 
 use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A number and its derivatives by `N` others.
+/// A number and its derivatives with respect to `N` variables.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Dual<const N: usize> {
     pub(super) value: f64,
@@ -11,17 +11,17 @@ pub(super) struct Dual<const N: usize> {
 }
 
 impl<const N: usize> Dual<N> {
-    /// A number that depends on none of them.
+    /// A number that does not depend on the variables.
     pub(super) fn constant(value: f64) -> Self {
         Self { value, by: [0.0; N] }
     }
 
-    /// These numbers, each depending on itself alone.
+    /// The variables with these values.
     pub(super) fn variables(values: [f64; N]) -> [Self; N] {
         from_fn(|k| Self { value: values[k], by: from_fn(|other| if other == k { 1.0 } else { 0.0 }) })
     }
 
-    /// A function of it, of which value and derivative are given.
+    /// A function of the number, with the given value and derivative.
     fn chain(self, value: f64, slope: f64) -> Self {
         Self { value, by: self.by.map(|by| slope * by) }
     }
@@ -49,7 +49,7 @@ impl<const N: usize> Dual<N> {
         self.chain(root, 0.5 / root)
     }
 
-    /// The angle of (x, y), y being this.
+    /// The angle of (x, y), where y is this number.
     pub(super) fn atan2(self, x: Self) -> Self {
         let squared = self.value * self.value + x.value * x.value;
         let by = from_fn(|k| (x.value * self.by[k] - self.value * x.by[k]) / squared);
@@ -123,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn derivatives_agree_with_differences() {
+    fn derivatives_agree_with_finite_differences() {
         type Function = fn([Dual<2>; 2]) -> Dual<2>;
         let functions: [Function; 7] = [
             |[x, y]| x * y + x / y - y * 3.0,
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn the_series_meets_the_quotient() {
+    fn the_series_agrees_with_the_quotient() {
         let at = |a: f64| Dual::variables([a])[0].sinc();
         let (below, above) = (at(0.999_999e-2), at(1.000_001e-2));
         assert!((below.value - above.value).abs() < 1e-9 && (below.by[0] - above.by[0]).abs() < 1e-8);

@@ -6,23 +6,24 @@ use super::models::Models;
 use super::state::State;
 use std::f64::consts::TAU;
 
-/// What was detected less often is not laid over anything.
+/// Least number of detections of a feature that is fused with another one,
 const SEEN: f64 = 3.0;
-/// Nor is what is less likely there.
+/// and its least existence probability.
 const LIKELY: f64 = 0.5;
-/// Share of what is around one that was known and was known too.
+/// Prior probability that a feature around a fused one was mapped before, too.
 const KNOWN: f64 = 0.5;
-/// Probability above which two are one.
+/// Least probability that two features are the same.
 const SURE: f64 = 0.99;
-/// Features that one may be.
+/// Greatest number of candidates for one feature.
 const CHOICES: usize = 8;
-/// Features that each around it may be then.
+/// Greatest number of candidates for each feature around it.
 const NEIGHBOURS: usize = 3;
-/// Features that are tried.
+/// Number of features that are tried.
 const SEEDS: usize = 6;
 
 impl<M: Models> Joint<M> {
-    /// Makes one of the features in view that were detected most often one with what it surely is; how many were.
+    /// Fuses one of the features in view with most detections with the feature that is surely the same. Returns the number of
+    /// fused ones.
     pub(super) fn close_loop(&self, state: &mut State, detection: &mut Vec<f64>) -> usize {
         let Some((one, other)) = self.found(state, detection) else { return 0 };
         if !self.fuse(state, one, other) {
@@ -57,7 +58,7 @@ impl<M: Models> Joint<M> {
         Some((one, other))
     }
 
-    /// What a feature surely is, and what speaks for it.
+    /// The feature that is surely the same, and its evidence.
     fn what_it_is(
         &self,
         state: &State,
@@ -86,7 +87,7 @@ impl<M: Models> Joint<M> {
         (most / all >= SURE).then_some((other, most))
     }
 
-    /// How much likelier all is if these two are one than if nothing in view had been known.
+    /// Evidence that two features are the same: the likelihood ratio to the hypothesis that no feature in view was mapped before.
     fn evidence(
         &self,
         state: &State,
@@ -95,7 +96,7 @@ impl<M: Models> Joint<M> {
         [one, other]: [usize; 2],
         density: f64,
     ) -> f64 {
-        // The whole state, given that the two are one.
+        // The whole state under the condition that the two are the same.
         let apart = Difference::of::<M>(state, one, other);
         let closed = apart.closed(&apart.difference, &state.covariance).expect("two places");
         let inverse = closed.covariance.clone().try_inverse().expect("it was factored");

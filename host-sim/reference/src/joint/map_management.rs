@@ -7,17 +7,18 @@ use super::state::{Feature, State};
 use super::{Config, Joint};
 use nalgebra::{DMatrix, DVector};
 
-/// What was detected less often is tentative.
+/// Least number of detections of a feature that is not tentative.
 const TWICE: f64 = 1.5;
-/// What has been seen is absent with this probability at least.
+/// Least probability that a detected feature does not exist.
 pub(super) const LEAST_ABSENT: f64 = 1e-12;
-/// What is there with a lower probability is no loss.
+/// Greatest existence probability of a feature whose removal is not counted as a loss.
 const HARDLY_THERE: f64 = 0.01;
-/// What is less likely there is not merged.
+/// Least existence probability of a feature that is merged.
 const LIKELY: f64 = 0.5;
 
 impl<M: Models> Joint<M> {
-    /// Adds a feature for every measurement that nothing explains well; how many could not be, for want of room or of an inverse.
+    /// Adds a feature for every unexplained measurement. Returns the numbers of births, of measurements without an inverse, and
+    /// of features lost for lack of capacity.
     pub(super) fn initiate(
         &self,
         state: &mut State,
@@ -28,7 +29,7 @@ impl<M: Models> Joint<M> {
         let (mut births, mut no_birth, mut lost) = (0, 0, 0);
         for (index, z) in measurements.iter().enumerate() {
             let unexplained = association.unexplained[index];
-            // 0 of 0 is not a share.
+            // The case 0/0 is excluded.
             let of = |intensity: f64| (unexplained * intensity / association.ln_lambda[index].exp()).min(1.0);
             let born_of = |intensity: f64| if intensity == 0.0 { 0.0 } else { of(intensity) };
             let v = born_of(birth_intensity);
@@ -78,7 +79,7 @@ impl<M: Models> Joint<M> {
         [births, no_birth, lost]
     }
 
-    /// Makes features one that are; how many.
+    /// Merges features that are the same. Returns their number.
     pub(super) fn merge(&self, state: &mut State, detection: &mut Vec<f64>) -> usize {
         let pose = state.pose.clone();
         let (mut merged, mut one) = (0, 0);
@@ -102,24 +103,24 @@ impl<M: Models> Joint<M> {
         merged
     }
 
-    /// (H* R H*ᵀ)⁻¹ at what one measurement of the place would be.
+    /// (H* R H*ᵀ)⁻¹ for one measurement of the position.
     fn told_by_one(&self, pose: &[f64], place: &[f64]) -> Option<DMatrix<f64>> {
         let expected = self.models.expected(pose, place)?;
         let inverse = self.models.inverse(pose, expected.measurement.as_slice())?;
         (&inverse.by_measurement * self.models.noise() * inverse.by_measurement.transpose()).try_inverse()
     }
 
-    /// Takes in m_one = m_other, if their covariances let it be; whether they did.
+    /// Fuses two features by the constraint m_one = m_other, if their distance is within the gate. Returns whether it did.
     pub(super) fn fuse(&self, state: &mut State, one: usize, other: usize) -> bool {
         let apart = Difference::of::<M>(state, one, other);
         let Some(closed) = apart.closed(&apart.difference, &state.covariance) else { return false };
-        // NaN is not near.
+        // NaN is not within the gate.
         if closed.distance.partial_cmp(&self.config.merge_distance).is_none_or(|order| order.is_gt()) {
             return false;
         }
         let moved = closed.moved(state, &apart);
         self.inject_correction(state, &moved);
-        // Of the places moved to, the two are one whatever turns.
+        // After the correction, the constraint does not depend on a rotation.
         let h = Difference::straight::<M>(state, one, other);
         let s = &h * &state.covariance * h.transpose();
         let Some(factor) = s.clone().cholesky() else { return false };
@@ -132,7 +133,7 @@ impl<M: Models> Joint<M> {
         true
     }
 
-    /// Drops what is hardly there, but for what was born in this scan; how many.
+    /// Removes features with a low existence probability, except births of this scan. Returns their number.
     pub(super) fn drop_unlikely(&self, state: &mut State, detection: &mut Vec<f64>, first_label: u32) -> usize {
         let Config { least_existence, least_tentative, .. } = self.config;
         let mut dropped = 0;
@@ -156,7 +157,7 @@ fn is_established(state: &State, detection: &[f64], place: usize) -> bool {
     detection[place] > 0.0 && feature.detections >= TWICE && feature.total() >= LIKELY
 }
 
-/// Adds a place with P_m· = J P_x· and P_mm = J P_xx Jᵀ + `own`.
+/// Adds a feature with P_m· = J P_x· and P_mm = J P_xx Jᵀ + `own`.
 fn add(state: &mut State, place: &DVector<f64>, by_pose: &DMatrix<f64>, own: &DMatrix<f64>) {
     let (len, each, uncertain) = (state.covariance.nrows(), place.len(), by_pose.ncols());
     let cross = by_pose * state.covariance.rows(0, uncertain);

@@ -1,8 +1,8 @@
-//! The joint filter of `docs/joint.md` in full precision, written from that page as plainly as possible: `f64`, the heap, full
-//! matrices, every feature against every measurement, every message written out, every derivative taken by the numbers themselves.
+//! The joint filter of `docs/joint.md` in double precision, written from that page as simply as possible: on the heap, with full
+//! matrices, all pairs of features and measurements, all messages written out, and automatic differentiation.
 //!
-//! It shares nothing with the filter but that page. What the filter does against rounding and against numbers beyond all maps has
-//! no counterpart.
+//! It shares only that page with the filter. It has no counterpart of the filter's measures against rounding and against numbers
+//! out of range.
 
 mod associate;
 mod correct;
@@ -24,36 +24,36 @@ pub use mover::{Mover, Moving};
 pub use planar::Planar;
 pub use state::{Feature, State};
 
-/// Parameters, with the names of `docs/joint.md` and of the filter's configuration.
+/// Parameters, named as in `docs/joint.md` and in the filter's configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Config {
     /// w_b.
     pub birth_intensity: f64,
-    /// Least share of a measurement that nothing explains and that gives birth.
+    /// Least probability that a measurement is unexplained for a birth.
     pub birth_probability_min: f64,
-    /// Greatest squared Mahalanobis distance of a measurement to what is expected.
+    /// Greatest squared Mahalanobis distance of a measurement from its prediction.
     pub gate: f64,
-    /// Mean time in sight, s.
+    /// Mean time for which a landmark is visible, s.
     pub visible_s: f64,
-    /// Mean time hidden, s.
+    /// Mean time for which it is occluded, s.
     pub occluded_s: f64,
-    /// Mean time until something is taken away, s.
+    /// Mean time until it is removed, s.
     pub lifetime_s: f64,
     /// Share of p_D behind a nearer detection.
     pub occlusion_factor: f64,
-    /// Least probability that a feature is there.
+    /// Least existence probability of a feature.
     pub least_existence: f64,
-    /// The same of a tentative one in view.
+    /// The same for a tentative one in view.
     pub least_tentative: f64,
-    /// Greatest squared Mahalanobis distance of features that are one.
+    /// Greatest squared Mahalanobis distance of features that are merged.
     pub merge_distance: f64,
     /// Greatest number of features.
     pub capacity: usize,
-    /// What moves, if anything may.
+    /// Moving objects, if there may be any.
     pub moving: Option<Moving>,
 }
 
-/// What a scan did.
+/// The result of a scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outcome {
     /// Features in view before the scan.
@@ -62,7 +62,7 @@ pub struct Outcome {
     pub births: usize,
     /// Measurements without an inverse in view.
     pub no_birth: usize,
-    /// Births, or features in whose place they went, for which there was no room.
+    /// Births, or features replaced by them, that were lost for lack of capacity.
     pub lost: usize,
     /// Features merged.
     pub merged: usize,
@@ -70,11 +70,11 @@ pub struct Outcome {
     pub dropped: usize,
     /// ln L.
     pub ln_evidence: f64,
-    /// Mean squared innovation by its dimension; 0 where nothing was detected.
+    /// Mean squared innovation divided by its dimension; 0 without detections.
     pub innovation: f64,
 }
 
-/// The filter: parameters and models. What changes is in [`State`].
+/// The filter: parameters and models. Its state is in [`State`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Joint<M> {
     /// Parameters.
@@ -84,12 +84,12 @@ pub struct Joint<M> {
 }
 
 impl<M: Models> Joint<M> {
-    /// The state before anything happened.
+    /// The initial state.
     pub fn initial(&self, pose: Vec<f64>) -> State {
         State::new(pose, M::POSE)
     }
 
-    /// Moves the vehicle for `dt` seconds.
+    /// Predicts the motion over `dt` seconds.
     pub fn predict(&self, state: &mut State, control: &M::Control, dt: f64) {
         state.waited_s += dt;
         let Moved { pose, transition, noise } = self.models.moved(&state.pose, control, dt);
@@ -103,7 +103,7 @@ impl<M: Models> Joint<M> {
         state.process_noise = &transition * &state.process_noise * transition.transpose() + noise;
     }
 
-    /// Takes in a scan.
+    /// Processes a scan.
     pub fn scan(&self, state: &mut State, measurements: &[&[f64]]) -> Outcome {
         self.advance(state);
         self.pass_time(state);

@@ -1,19 +1,19 @@
-//! What the joint filter must know of a vehicle and its sensor.
+//! The models of a vehicle and its sensor for the joint filter.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Where a vehicle has come to, and what it depends on.
+/// The prediction of a pose, and its derivatives.
 #[derive(Debug, Clone)]
 pub struct Moved {
     /// The pose.
     pub pose: Vec<f64>,
     /// F = ∂f/∂x.
     pub transition: DMatrix<f64>,
-    /// Q, what the noise of the control adds.
+    /// Q, the covariance by the noise of the control.
     pub noise: DMatrix<f64>,
 }
 
-/// What is expected of a feature.
+/// The prediction for a feature.
 #[derive(Debug, Clone)]
 pub struct Expected {
     /// ẑ = h(m, x).
@@ -26,7 +26,7 @@ pub struct Expected {
     pub detection: f64,
 }
 
-/// A feature from a measurement.
+/// The feature of a measurement.
 #[derive(Debug, Clone)]
 pub struct Inverse {
     /// m = h⁻¹(z, x), m.
@@ -35,24 +35,24 @@ pub struct Inverse {
     pub by_measurement: DMatrix<f64>,
 }
 
-/// A vehicle and its sensor. A pose begins with the coordinates that are uncertain: its place, its heading, and whatever else there is;
-/// what is taken as given stands behind them.
+/// A vehicle and its sensor. A pose begins with the uncertain coordinates: position, heading, and possibly others; known
+/// coordinates follow.
 pub trait Models {
-    /// What moves the vehicle.
+    /// The control of the vehicle.
     type Control;
 
-    /// K, coordinates of a pose that are uncertain.
+    /// K, number of uncertain coordinates of a pose.
     const POSE: usize;
-    /// D, coordinates of a feature. The heading is the coordinate of the pose behind as many.
+    /// D, number of coordinates of a feature, and index of the heading in the pose.
     const FEATURE: usize;
 
-    /// The pose after `dt` seconds of a control.
+    /// The pose after a control over `dt` seconds.
     fn moved(&self, pose: &[f64], control: &Self::Control, dt: f64) -> Moved;
 
-    /// What is expected of a feature; `None` where it cannot be measured at all.
+    /// The prediction for a feature; `None` if it cannot be measured.
     fn expected(&self, pose: &[f64], feature: &[f64]) -> Option<Expected>;
 
-    /// The feature that a measurement would be of; `None` where it has no inverse.
+    /// The feature of a measurement; `None` if it has no inverse.
     fn inverse(&self, pose: &[f64], measurement: &[f64]) -> Option<Inverse>;
 
     /// z ⊖ ẑ.
@@ -61,7 +61,7 @@ pub trait Models {
     /// R.
     fn noise(&self) -> DMatrix<f64>;
 
-    /// Whether what was measured stands before a feature of which `expected` is expected.
+    /// Whether the measured object is in front of the feature with the prediction `expected`.
     fn occludes(&self, measurement: &[f64], expected: &DVector<f64>) -> bool;
 
     /// κ.

@@ -1,14 +1,14 @@
-//! A feature that may move, and how it does.
+//! Moving-object tracks and their motion model.
 
 use super::models::Expected;
 use nalgebra::{DMatrix, DVector};
 
-/// Parameters of what moves.
+/// Parameters of moving objects.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moving {
     /// w_m.
     pub birth_intensity: f64,
-    /// σ_v, of each coordinate of a newborn one's velocity, m/s.
+    /// σ_v, standard deviation of each coordinate of a new object's velocity, m/s.
     pub velocity_sigma_mps: f64,
     /// q, spectral density of the acceleration, m²/s³.
     pub acceleration_psd: f64,
@@ -16,20 +16,20 @@ pub struct Moving {
     pub lifetime_s: f64,
     /// Greatest standard deviation of a coordinate of the position, m.
     pub spread_max_m: f64,
-    /// Greatest number of movers.
+    /// Greatest number of tracks.
     pub capacity: usize,
 }
 
-/// A feature that may move.
+/// A moving-object track.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mover {
-    /// That of the static feature that it may be instead.
+    /// Label, shared with the static feature that it may be instead.
     pub label: u32,
-    /// w, the probability that it is there and moves.
+    /// w, the probability that the object exists and moves.
     pub weight: f64,
     /// Position and velocity.
     pub mean: DVector<f64>,
-    /// Their covariance, given the pose of the last scan.
+    /// Their covariance relative to the pose of the last scan.
     pub covariance: DMatrix<f64>,
 }
 
@@ -39,7 +39,7 @@ impl Mover {
         &self.mean.as_slice()[..self.mean.len() / 2]
     }
 
-    /// After `dt` seconds.
+    /// Predicts the motion over `dt` seconds.
     pub(crate) fn advance(&mut self, dt: f64, moving: &Moving) {
         let (all, each) = (self.mean.len(), self.mean.len() / 2);
         let of =
@@ -56,7 +56,7 @@ impl Mover {
         self.weight *= (-dt / moving.lifetime_s).exp();
     }
 
-    /// H over position and velocity.
+    /// H with respect to position and velocity.
     pub(super) fn h(&self, expected: &Expected) -> DMatrix<f64> {
         let mut h = DMatrix::zeros(expected.measurement.len(), self.mean.len());
         h.columns_mut(0, expected.by_feature.ncols()).copy_from(&expected.by_feature);
@@ -64,7 +64,7 @@ impl Mover {
     }
 }
 
-/// A measurement as a mover expects it: H, and R with what is not known of the way since the last scan.
+/// A predicted measurement of a track: H, and R plus the covariance of the vehicle's motion since the last scan.
 pub(super) struct Sight {
     pub(super) expected: Expected,
     pub(super) h: DMatrix<f64>,

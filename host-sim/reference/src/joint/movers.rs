@@ -1,4 +1,4 @@
-//! What moves beside the joint map, as `docs/joint.md` has it.
+//! Moving-object tracks beside the joint map, as in `docs/joint.md`.
 
 use super::Joint;
 use super::associate::{Association, squared};
@@ -8,7 +8,7 @@ use super::state::State;
 use nalgebra::{DMatrix, DVector};
 
 impl<M: Models> Joint<M> {
-    /// Moves all of them on, and drops what has become unlikely or spread out too far.
+    /// Predicts all tracks, and drops those that are unlikely or too uncertain.
     pub(super) fn advance(&self, state: &mut State) {
         let Some(moving) = &self.config.moving else { return };
         if state.waited_s > 0.0 {
@@ -17,7 +17,7 @@ impl<M: Models> Joint<M> {
         self.drop_movers(state);
     }
 
-    /// A feature stands or moves: merging may have made both together more than one.
+    /// Limits the weights of tracks: an object is static or moving, and merging may have raised the sum of both above one.
     pub(super) fn bound_movers(&self, state: &mut State) {
         for mover in &mut state.movers {
             if let Some(rival) = state.features.iter().find(|feature| feature.label == mover.label) {
@@ -43,7 +43,7 @@ impl<M: Models> Joint<M> {
         Some(Sight { h: mover.h(&expected), noise, expected })
     }
 
-    /// Takes in the scan: every mover becomes one Gaussian of all that it may have come to.
+    /// Updates the tracks with a scan: the mixture over all associations is replaced by one Gaussian.
     pub(super) fn correct_movers(&self, state: &mut State, association: &Association, measurements: &[&[f64]]) {
         let mut movers = std::mem::take(&mut state.movers);
         for (place, mover) in movers.iter_mut().enumerate() {
@@ -75,7 +75,7 @@ impl<M: Models> Joint<M> {
         state.process_noise.fill(0.0);
     }
 
-    /// Makes one of every two at one place with one velocity, and drops what is hardly there; how many were made one.
+    /// Merges tracks with equal position and velocity, and drops unlikely ones. Returns the number of merged ones.
     pub(super) fn manage_tracks(&self, state: &mut State) -> usize {
         let (mut united, mut one) = (0, 0);
         while one < state.movers.len() {
@@ -109,7 +109,7 @@ impl<M: Models> Joint<M> {
         united
     }
 
-    /// Adds what a measurement may be the first one of, if it moves; whether something went for want of room.
+    /// Initiates a track with a measurement. Returns the number of tracks lost for lack of capacity.
     pub(super) fn initiate_track(
         &self,
         state: &mut State,

@@ -7,10 +7,11 @@ use crate::angle::wrap;
 use crate::{ControlNoise, FieldOfView, Motion, RangeBearing};
 use nalgebra::{DMatrix, DVector};
 
-/// Below this turn in one step, rad, the first two terms of the series are all that double precision has of sin(a)/a.
+/// Greatest turn in a step for which sin(a)/a is computed by the first two terms of its series, which are then exact in double
+/// precision, rad.
 const SERIES_RAD: f64 = 1e-4;
 
-/// Standard deviations by which something must be nearer, and within which it must be in the same direction, to hide a feature.
+/// Number of standard deviations by which an occluding object must be nearer, and within which its direction must agree.
 const HIDING_SIGMAS: f64 = 3.0;
 
 /// Motion and sensor in the plane. A pose is x m, y m, heading rad.
@@ -18,20 +19,20 @@ const HIDING_SIGMAS: f64 = 3.0;
 pub struct Planar {
     /// Motion of the vehicle.
     pub motion: Motion,
-    /// Where the sensor sits, seen from where the pose is: ahead m, to the left m, turned to the left rad.
+    /// Mounting of the sensor relative to the pose: ahead m, to the left m, turned to the left rad.
     pub mounting: [f64; 3],
     /// Noise of the sensor.
     pub sensor: RangeBearing,
-    /// Where features are detected, and how likely.
+    /// Field of view with the probability of detection.
     pub field_of_view: FieldOfView,
     /// κ, 1/(m·rad).
     pub clutter_intensity: f64,
 }
 
-/// Pose, then three numbers more: the control, or a place or a measurement of two.
+/// The variables: pose, and three others, which are the control, or the two of a position or measurement.
 type Number = Dual<6>;
 
-/// Rows of derivatives by the pose, and by the three numbers.
+/// Derivatives with respect to the pose, and to the three other variables.
 fn derivatives<const R: usize>(of: &[Number; R]) -> (DMatrix<f64>, DMatrix<f64>) {
     let part = |from: usize, count: usize| DMatrix::from_fn(R, count, |row, column| of[row].by[from + column]);
     (part(0, 3), part(3, 3))
@@ -45,7 +46,7 @@ impl Planar {
                 let tangent = second.tan() * (1.0 / wheelbase_m);
                 let centre_speed = speed / (Number::constant(1.0) - tangent * encoder_offset_m);
                 let rate = centre_speed * tangent;
-                // What sits ahead and to the left is carried along and around.
+                // A point ahead and to the left moves with the vehicle and around it.
                 let (forward, left) = (centre_speed - rate * sensor_left_m, rate * sensor_forward_m);
                 let (sine, cosine) = (heading.sin(), heading.cos());
                 let velocity = (forward * cosine - left * sine, forward * sine + left * cosine);
@@ -90,7 +91,7 @@ impl Models for Planar {
         let end = self.step(Dual::variables([pose[0], pose[1], pose[2], control[0], control[1], control[2]]), dt);
         let (transition, by_control) = derivatives(&end);
         let ControlNoise { speed_sigma_mps, second_sigma, speed_ratio, second_ratio, interval_s } = self.motion.noise;
-        // Errors that last are a random walk, whatever the step is.
+        // Errors that last are modelled as a random walk that does not depend on the step.
         let lasting = if interval_s > 0.0 { interval_s / dt } else { 1.0 };
         let variance = |sigma: f64, ratio: f64, control: f64| lasting * (sigma.powi(2) + (ratio * control).powi(2));
         let of_speed = variance(speed_sigma_mps, speed_ratio, control[0].hypot(control[2]));

@@ -6,10 +6,10 @@ use crate::algebra::{apply, product, transformed};
 use crate::space::{Control, Pose, Space, about, rotation};
 use nalgebra::{DMatrix, DVector};
 
-/// Least depth before either camera, m.
+/// Least depth in front of either camera, m.
 const LEAST_DEPTH_M: f64 = 1e-3;
 
-/// Place and yaw, then the place of a feature.
+/// The variables: position and yaw, and the position of a feature.
 type Number = Dual<7>;
 
 /// A pose is x, y, z m, yaw rad, yaw rate rad/s; roll and pitch, rad, are given.
@@ -18,7 +18,7 @@ fn pose_of(pose: &[f64]) -> Pose {
     Pose { position: [x, y, z], yaw, yaw_rate, roll, pitch }
 }
 
-/// Turned by so much about the vertical.
+/// Rotates about the vertical.
 fn turned<const N: usize>([x, y, z]: [Dual<N>; 3], by: Dual<N>) -> [Dual<N>; 3] {
     let (sine, cosine) = (by.sin(), by.cos());
     [x * cosine - y * sine, x * sine + y * cosine, z]
@@ -33,7 +33,7 @@ fn full<const R: usize, const C: usize>(matrix: &[[f64; C]; R]) -> DMatrix<f64> 
 }
 
 impl Space {
-    /// The directions of a vehicle that heads along x, in the map's.
+    /// The axes of a vehicle with yaw 0, in the map.
     fn tilted(pose: &[f64]) -> [[f64; 3]; 3] {
         product(&about(1, pose[6]), &about(0, pose[5]))
     }
@@ -50,12 +50,12 @@ impl Models for Space {
         let tilt = Self::tilted(pose);
         let step = turned(constants(apply(&tilt, control.velocity).map(|v| v * dt)), yaw);
         let mut place = [x + step[0], y + step[1], z + step[2]];
-        // What the velocity's error adds, as it would be for a vehicle that heads along x.
+        // The covariance by the error of the velocity, for a vehicle with yaw 0.
         let raise = (self.velocity_interval_s / dt).max(1.0);
         let ahead = transformed(&tilt, &control.covariance).map(|row| row.map(|c| c * dt * dt * raise));
         let mut spread = transformed(&about(2, pose[3]), &ahead);
         if let Some([reading, sigma]) = control.z {
-            // The place given its third coordinate with an error.
+            // The position conditioned on a measured third coordinate.
             let variance = ahead[2][2] + sigma * sigma;
             let gain = turned(constants(ahead.map(|row| row[2] / variance)), yaw);
             let off = Dual::constant(reading) - place[2];
@@ -77,7 +77,7 @@ impl Models for Space {
         let end = [x, y, z, yaw + rate * dt + acceleration * (share * dt * dt), rate + acceleration * dt];
         let mut noise = DMatrix::zeros(5, 5);
         noise.view_mut((0, 0), (3, 3)).copy_from(&full(&spread));
-        // A draw of the acceleration turns and speeds up the turn.
+        // A random acceleration changes the yaw and the yaw rate.
         let by_draw = DVector::from_vec(vec![0.0, 0.0, 0.0, share * dt * dt, dt]);
         noise += left * &by_draw * by_draw.transpose();
         let transition = DMatrix::from_fn(5, 5, |row, column| end[row].by[column]);
@@ -104,7 +104,7 @@ impl Models for Space {
         let values: [f64; 4] = std::array::from_fn(|k| pixels[k].value);
         Some(Expected {
             measurement: DVector::from_column_slice(&values),
-            // The yaw rate changes no pixel.
+            // The pixels do not depend on the yaw rate.
             by_pose: DMatrix::from_fn(4, 5, |row, column| if column < 4 { pixels[row].by[column] } else { 0.0 }),
             by_feature: DMatrix::from_fn(4, 3, |row, column| pixels[row].by[4 + column]),
             detection: self.detection_probability(values, depths[0]),
@@ -129,7 +129,7 @@ impl Models for Space {
         full(&self.noise)
     }
 
-    /// No camera says so.
+    /// Occlusion is not modelled for cameras.
     fn occludes(&self, _measurement: &[f64], _expected: &DVector<f64>) -> bool {
         false
     }

@@ -1,53 +1,53 @@
-//! What the joint filter knows, and how its places are filled and freed.
+//! The state of the joint filter, and the indices of its coordinates.
 
 use super::mover::Mover;
 use nalgebra::{DMatrix, DVector};
 
-/// One feature, but for where it is.
+/// A feature, without its position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Feature {
-    /// Names it.
+    /// Label.
     pub label: u32,
-    /// v, the probability that it is there and in sight.
+    /// v, the probability that it exists and is visible.
     pub in_sight: f64,
-    /// h, the probability that it is there and hidden.
+    /// h, the probability that it exists and is occluded.
     pub hidden: f64,
-    /// g = 1 − v − h, the probability that it is not there, or moves.
+    /// g = 1 − v − h, the probability that it does not exist, or moves.
     pub absent: f64,
-    /// How often it was detected.
+    /// Expected number of detections.
     pub detections: f64,
 }
 
 impl Feature {
-    /// The probability that it is there.
+    /// The existence probability.
     pub fn total(&self) -> f64 {
         self.in_sight + self.hidden
     }
 }
 
-/// A Gaussian over a pose and features, in the order of their places.
+/// A Gaussian over a pose and features, in the order of their indices.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
-    /// The pose, with what is taken as given behind its uncertain coordinates.
+    /// The pose: the uncertain coordinates, then the known ones.
     pub pose: Vec<f64>,
-    /// Where every feature is, m.
+    /// Position of every feature, m.
     pub places: Vec<Vec<f64>>,
     /// P: the uncertain coordinates of the pose, then those of every feature.
     pub covariance: DMatrix<f64>,
-    /// Whether every feature is there.
+    /// Existence of every feature.
     pub features: Vec<Feature>,
-    /// What may move.
+    /// Moving-object tracks.
     pub movers: Vec<Mover>,
-    /// What the noise of the odometry has added to the covariance of the pose since the last scan.
+    /// Process noise of the odometry in the covariance of the pose since the last scan.
     pub process_noise: DMatrix<f64>,
     /// Time since the last scan, s.
     pub waited_s: f64,
-    /// The next feature's label.
+    /// Label of the next feature.
     pub next_label: u32,
 }
 
 impl State {
-    /// At a pose with so many uncertain coordinates, certain of it, without a feature.
+    /// The state at a certain pose with this number of uncertain coordinates, without features.
     pub fn new(pose: Vec<f64>, uncertain: usize) -> Self {
         let covariance = DMatrix::zeros(uncertain, uncertain);
         let process_noise = covariance.clone();
@@ -55,18 +55,18 @@ impl State {
         Self { pose, places, covariance, features, movers, process_noise, waited_s: 0.0, next_label: 0 }
     }
 
-    /// The first coordinate of a feature, or how many there are before and in so many.
+    /// Index of the first coordinate of a feature; for the number of features, the number of all coordinates.
     pub(super) fn first(&self, feature: usize) -> usize {
         let each = self.places.first().map_or(0, Vec::len);
         self.covariance.nrows() - each * (self.places.len() - feature)
     }
 
-    /// Coordinates of the pose that are uncertain.
+    /// Number of uncertain coordinates of the pose.
     pub(super) fn uncertain(&self) -> usize {
         self.first(0)
     }
 
-    /// Moves everything.
+    /// Applies a correction to all coordinates.
     pub(super) fn inject_correction(&mut self, by: &DVector<f64>) {
         let uncertain = self.uncertain();
         self.pose.iter_mut().zip(by.iter()).take(uncertain).for_each(|(coordinate, by)| *coordinate += by);
@@ -74,7 +74,7 @@ impl State {
         coordinates.zip(by.iter().skip(uncertain)).for_each(|(coordinate, by)| *coordinate += by);
     }
 
-    /// Drops a feature; the last one takes its place.
+    /// Removes a feature; the last one moves to its index.
     pub(super) fn drop_feature(&mut self, place: usize) {
         let (behind, each) = (self.covariance.nrows(), self.places[place].len());
         let (gap, last) = (self.first(place), behind - each);

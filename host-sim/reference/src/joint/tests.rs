@@ -1,4 +1,4 @@
-//! The models of the reference against its other ones, and its parts against closed forms.
+//! The models of the joint reference compared with those of the other reference, and its parts with closed forms.
 
 use super::*;
 use crate::Vehicle;
@@ -29,7 +29,7 @@ pub(super) fn planar(vehicle: Vehicle, mounting: [f64; 3]) -> Planar {
 }
 
 #[test]
-fn it_moves_as_the_other_reference_does() {
+fn its_motion_is_that_of_the_other_reference() {
     let car =
         Vehicle::Ackermann { wheelbase_m: 2.83, encoder_offset_m: 0.76, sensor_forward_m: 3.78, sensor_left_m: 0.5 };
     for vehicle in [car, Vehicle::Unicycle, Vehicle::UnicycleArc, Vehicle::Holonomic] {
@@ -40,7 +40,7 @@ fn it_moves_as_the_other_reference_does() {
             let moved = models.moved(&pose, &control, 0.4);
             let other = models.motion.step(pose, &control, 0.4);
             (0..3).for_each(|k| assert!((moved.pose[k] - other[k]).abs() < 1e-9, "{vehicle:?} {second}: {moved:?}"));
-            // Its transition, by differences.
+            // Its transition matrix by finite differences.
             for k in 0..3 {
                 let at = |by: f64| {
                     let mut pose = pose;
@@ -58,7 +58,7 @@ fn it_moves_as_the_other_reference_does() {
 }
 
 #[test]
-fn it_measures_as_the_other_reference_does() {
+fn its_measurements_are_those_of_the_other_reference() {
     let models = planar(Vehicle::Unicycle, [0.0; 3]);
     let (pose, place) = ([3.0, -2.0, 0.83], [7.0, 1.5]);
     let expected = models.expected(&pose, &place).unwrap();
@@ -72,7 +72,7 @@ fn it_measures_as_the_other_reference_does() {
         for column in 0..2 {
             assert!((expected.by_feature[(row, column)] - jacobian[row][column]).abs() < 1e-14);
             assert!((own_spread[(row, column)] - spread[row][column]).abs() < 1e-14);
-            // Who moves as the landmark does measures the same.
+            // A shift of vehicle and landmark together does not change the measurement.
             assert!((expected.by_pose[(row, column)] + jacobian[row][column]).abs() < 1e-14);
         }
     }
@@ -80,7 +80,7 @@ fn it_measures_as_the_other_reference_does() {
 }
 
 #[test]
-fn a_mounted_sensor_turns_about_the_pose() {
+fn a_mounted_sensor_rotates_about_the_pose() {
     let models = planar(Vehicle::Unicycle, [-1.3, 0.4, 2.6]);
     let (pose, place) = ([3.0, -2.0, 0.83], [7.0, 1.5]);
     let expected = models.expected(&pose, &place).unwrap();
@@ -98,7 +98,7 @@ fn a_mounted_sensor_turns_about_the_pose() {
 }
 
 #[test]
-fn landmarks_are_found_and_clutter_goes() {
+fn landmarks_are_mapped_and_clutter_is_removed() {
     let config = Config {
         birth_intensity: 1e-3,
         birth_probability_min: 0.3,

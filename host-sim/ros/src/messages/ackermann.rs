@@ -5,18 +5,18 @@ use super::standard::{HEADER, Header};
 use crate::definition::Definition;
 use serde::{Deserialize, Serialize};
 
-/// What the wheels of a car do.
+/// Motion of a car by its wheels.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct AckermannDrive {
-    /// Of a wheel between the front wheels, rad, growing to the left.
+    /// Angle of a virtual wheel between the front wheels, rad, positive to the left.
     pub steering_angle: f32,
     /// Its rate, rad/s.
     pub steering_angle_velocity: f32,
-    /// m/s.
+    /// Speed, m/s.
     pub speed: f32,
-    /// m/s².
+    /// Acceleration, m/s².
     pub acceleration: f32,
-    /// m/s³.
+    /// Jerk, m/s³.
     pub jerk: f32,
 }
 
@@ -27,12 +27,12 @@ pub static ACKERMANN_DRIVE: Definition = Definition {
     parts: &[],
 };
 
-/// The same at a time.
+/// The same with a time.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct AckermannDriveStamped {
-    /// When.
+    /// Time.
     pub header: Header,
-    /// What the wheels do.
+    /// The motion.
     pub drive: AckermannDrive,
 }
 

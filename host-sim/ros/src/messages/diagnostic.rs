@@ -17,14 +17,14 @@ pub struct KeyValue {
 pub static KEY_VALUE: Definition =
     Definition { name: "diagnostic_msgs/msg/KeyValue", text: "string key\nstring value\n", parts: &[] };
 
-/// How a part of a vehicle is.
+/// Status of a part of a vehicle.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct DiagnosticStatus {
-    /// 0 where it is well, 1 a warning, 2 an error, 3 where nothing is heard of it.
+    /// 0 good, 1 a warning, 2 an error, 3 no recent message.
     pub level: u8,
-    /// Which part.
+    /// Name of the part.
     pub name: String,
-    /// How it is.
+    /// Description of the status.
     pub message: String,
     /// The device.
     pub hardware_id: String,
@@ -40,12 +40,12 @@ pub static DIAGNOSTIC_STATUS: Definition = Definition {
     parts: &[&KEY_VALUE],
 };
 
-/// How the parts of a vehicle are.
+/// Status of the parts of a vehicle.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct DiagnosticArray {
-    /// When.
+    /// Time.
     pub header: Header,
-    /// One a part.
+    /// One for each part.
     pub status: Vec<DiagnosticStatus>,
 }
 

@@ -5,7 +5,7 @@ use super::standard::{HEADER, Header};
 use crate::definition::Definition;
 use serde::{Deserialize, Serialize};
 
-/// A place, m.
+/// A position, m.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[expect(missing_docs, reason = "the fields are said above")]
 pub struct Point {
@@ -18,7 +18,7 @@ pub struct Point {
 pub static POINT: Definition =
     Definition { name: "geometry_msgs/msg/Point", text: "float64 x\nfloat64 y\nfloat64 z\n", parts: &[] };
 
-/// A direction with a length: a shift (m), a velocity (m/s) or rates of turn (rad/s).
+/// A vector: a shift (m), a velocity (m/s) or an angular velocity (rad/s).
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[expect(missing_docs, reason = "the fields are said above")]
 pub struct Vector3 {
@@ -31,7 +31,7 @@ pub struct Vector3 {
 pub static VECTOR3: Definition =
     Definition { name: "geometry_msgs/msg/Vector3", text: "float64 x\nfloat64 y\nfloat64 z\n", parts: &[] };
 
-/// A turn, as a unit quaternion.
+/// A rotation, as a unit quaternion.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[expect(missing_docs, reason = "the fields are said above")]
 pub struct Quaternion {
@@ -48,21 +48,21 @@ impl Default for Quaternion {
 }
 
 impl Quaternion {
-    /// The turn to the left by `yaw_rad` about the vertical.
+    /// The rotation to the left by `yaw_rad` about the vertical.
     #[must_use]
     pub fn of_yaw(yaw_rad: f64) -> Self {
         let (sine, cosine) = (0.5 * yaw_rad).sin_cos();
         Self { x: 0.0, y: 0.0, z: sine, w: cosine }
     }
 
-    /// The turn about the vertical in it, rad in (−π, π]; that of no turn where the quaternion is 0.
+    /// The yaw of the rotation, rad in (−π, π]; 0 for the quaternion 0.
     #[must_use]
     pub fn yaw_rad(&self) -> f64 {
         let Self { x, y, z, w } = *self;
         f64::atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
     }
 
-    /// The quaternion with the length 1; `None` where it has none, or is no number.
+    /// The normalised quaternion; `None` if its norm is zero or not finite.
     #[must_use]
     pub fn unit(&self) -> Option<Self> {
         let Self { x, y, z, w } = *self;
@@ -79,12 +79,12 @@ pub static QUATERNION: Definition = Definition {
     parts: &[],
 };
 
-/// A place and a turn.
+/// A position and an orientation.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Pose {
-    /// The place, m.
+    /// The position, m.
     pub position: Point,
-    /// The turn.
+    /// The orientation.
     pub orientation: Quaternion,
 }
 
@@ -95,10 +95,10 @@ pub static POSE: Definition = Definition {
     parts: &[&POINT, &QUATERNION],
 };
 
-/// A covariance of x, y, z and the turns about them, row by row: m², m·rad, rad².
+/// A covariance of x, y, z and the rotations about them, row by row: m², m·rad, rad².
 pub type Covariance6 = [[f64; 6]; 6];
 
-/// A pose and how good it is.
+/// A pose with its covariance.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct PoseWithCovariance {
     /// The pose.
@@ -130,7 +130,7 @@ pub static TWIST: Definition = Definition {
     parts: &[&VECTOR3],
 };
 
-/// Velocities and how good they are.
+/// Velocities with their covariance.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct TwistWithCovariance {
     /// The velocities.
@@ -146,10 +146,10 @@ pub static TWIST_WITH_COVARIANCE: Definition = Definition {
     parts: &[&TWIST],
 };
 
-/// A pose at a time.
+/// A pose with a time.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct PoseStamped {
-    /// When, in which frame.
+    /// Time and frame.
     pub header: Header,
     /// The pose.
     pub pose: Pose,
@@ -161,10 +161,10 @@ message!(
     "std_msgs/Header header\ngeometry_msgs/Pose pose\n", [HEADER, POSE]
 );
 
-/// Poses at a time.
+/// Poses with a time.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct PoseArray {
-    /// When, in which frame.
+    /// Time and frame.
     pub header: Header,
     /// The poses.
     pub poses: Vec<Pose>,
@@ -176,10 +176,10 @@ message!(
     "std_msgs/Header header\ngeometry_msgs/Pose[] poses\n", [HEADER, POSE]
 );
 
-/// A pose and how good it is, at a time.
+/// A pose with its covariance and a time.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct PoseWithCovarianceStamped {
-    /// When, in which frame.
+    /// Time and frame.
     pub header: Header,
     /// The pose.
     pub pose: PoseWithCovariance,
@@ -191,12 +191,12 @@ message!(
     "std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose\n", [HEADER, POSE_WITH_COVARIANCE]
 );
 
-/// A shift and a turn.
+/// A shift and a rotation.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Transform {
     /// The shift, m.
     pub translation: Vector3,
-    /// The turn.
+    /// The rotation.
     pub rotation: Quaternion,
 }
 
@@ -207,14 +207,14 @@ pub static TRANSFORM: Definition = Definition {
     parts: &[&VECTOR3, &QUATERNION],
 };
 
-/// Where a frame sits in another.
+/// The transform of a frame into its parent.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct TransformStamped {
-    /// When, and the other frame.
+    /// Time and parent frame.
     pub header: Header,
     /// The frame.
     pub child_frame_id: String,
-    /// Where it sits.
+    /// The transform.
     pub transform: Transform,
 }
 
@@ -230,7 +230,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_yaw_comes_back() {
+    fn the_yaw_is_restored() {
         for k in -31..=31 {
             let yaw_rad = f64::from(k) * 0.1;
             assert!((Quaternion::of_yaw(yaw_rad).yaw_rad() - yaw_rad).abs() < 1e-15);
@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn a_roll_and_a_pitch_leave_the_yaw() {
+    fn roll_and_pitch_do_not_change_the_yaw() {
         // Yaw 0.3, then pitch 0.2, then roll 0.1.
         let half = |angle: f64| (0.5 * angle).sin_cos();
         let ((sy, cy), (sp, cp), (sr, cr)) = (half(0.3), half(0.2), half(0.1));

@@ -24,7 +24,7 @@ pub use visualization::*;
 
 use crate::definition::{Definition, Message};
 
-/// The definitions of all messages that are sent on their own.
+/// The definitions of all messages with topics of their own.
 pub const ALL: [&Definition; 15] = [
     AckermannDriveStamped::DEFINITION,
     Detection3DArray::DEFINITION,
@@ -43,7 +43,7 @@ pub const ALL: [&Definition; 15] = [
     TFMessage::DEFINITION,
 ];
 
-/// Fields of a message as its definition has them, and the definition.
+/// The struct of a message with the fields of its definition, and the definition.
 macro_rules! message {
     ($(#[$about:meta])* $type:ident, $constant:ident = $name:literal, $text:literal, [$($part:path),*]) => {
         $(#[$about])*

@@ -5,16 +5,16 @@ use super::message;
 use super::standard::{HEADER, Header};
 use serde::{Deserialize, Serialize};
 
-/// Where a vehicle is and how it moves.
+/// Pose and velocity of a vehicle.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Odometry {
-    /// When, and the frame of the pose.
+    /// Time, and the frame of the pose.
     pub header: Header,
     /// The frame of the velocities.
     pub child_frame_id: String,
-    /// Where it is.
+    /// The pose.
     pub pose: PoseWithCovariance,
-    /// How it moves.
+    /// The velocity.
     pub twist: TwistWithCovariance,
 }
 

@@ -5,18 +5,18 @@ use super::standard::{HEADER, Header};
 use crate::definition::Definition;
 use serde::{Deserialize, Serialize};
 
-/// What a radar saw of one target, in its own frame.
+/// A radar detection of a target, in the sensor's frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct RadarReturn {
     /// Range, m.
     pub range: f32,
-    /// Bearing, rad, growing to the left.
+    /// Bearing, rad, positive to the left.
     pub azimuth: f32,
-    /// Elevation, rad, growing upwards.
+    /// Elevation, rad, positive upwards.
     pub elevation: f32,
     /// Speed along the ray, m/s.
     pub doppler_velocity: f32,
-    /// Strength, dB.
+    /// Amplitude, dB.
     pub amplitude: f32,
 }
 
@@ -27,12 +27,12 @@ pub static RADAR_RETURN: Definition = Definition {
     parts: &[],
 };
 
-/// All that a radar saw in a scan.
+/// The detections of a radar in a scan.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct RadarScan {
-    /// When, in which frame.
+    /// Time and frame.
     pub header: Header,
-    /// One a target.
+    /// One for each target.
     pub returns: Vec<RadarReturn>,
 }
 

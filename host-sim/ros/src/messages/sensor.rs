@@ -6,16 +6,16 @@ use super::standard::{HEADER, Header};
 use crate::definition::Definition;
 use serde::{Deserialize, Serialize};
 
-/// A number that every point of a cloud has.
+/// A field of the points of a cloud.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct PointField {
     /// Its name.
     pub name: String,
-    /// Where it is in a point, bytes.
+    /// Its offset in a point, bytes.
     pub offset: u32,
     /// Its type: 1 to 6 are whole numbers of 1, 2 and 4 bytes, signed first, 7 is `float32`, 8 `float64`.
     pub datatype: u8,
-    /// How many there are.
+    /// Number of elements.
     pub count: u32,
 }
 
@@ -27,22 +27,22 @@ pub static POINT_FIELD: Definition = Definition {
     parts: &[],
 };
 
-/// Points, each with the same numbers.
+/// Points with the same fields.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct PointCloud2 {
-    /// When, in which frame.
+    /// Time and frame.
     pub header: Header,
-    /// Rows.
+    /// Number of rows.
     pub height: u32,
-    /// Points of a row.
+    /// Number of points in a row.
     pub width: u32,
-    /// What a point has.
+    /// The fields of a point.
     pub fields: Vec<PointField>,
-    /// Whether its numbers begin with the highest byte.
+    /// Whether numbers are big-endian.
     pub is_bigendian: bool,
-    /// Bytes of a point.
+    /// Size of a point, bytes.
     pub point_step: u32,
-    /// Bytes of a row.
+    /// Size of a row, bytes.
     pub row_step: u32,
     /// The points.
     pub data: Vec<u8>,
@@ -58,28 +58,28 @@ message!(
     [HEADER, POINT_FIELD]
 );
 
-/// A turn of a scanner in its plane.
+/// A scan of a planar laser scanner.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct LaserScan {
-    /// When the first beam was measured, in which frame.
+    /// Time of the first beam, and frame.
     pub header: Header,
-    /// The direction of the first beam, rad, growing to the left.
+    /// The direction of the first beam, rad, positive to the left.
     pub angle_min: f32,
-    /// That of the last, rad.
+    /// The direction of the last beam, rad.
     pub angle_max: f32,
-    /// From beam to beam, rad.
+    /// Angle between beams, rad.
     pub angle_increment: f32,
-    /// From beam to beam, s.
+    /// Time between beams, s.
     pub time_increment: f32,
-    /// From scan to scan, s.
+    /// Time between scans, s.
     pub scan_time: f32,
     /// Least range, m.
     pub range_min: f32,
     /// Greatest range, m.
     pub range_max: f32,
-    /// Of each beam, m; what is beyond the limits is none.
+    /// Range of each beam, m; values outside the limits are invalid.
     pub ranges: Vec<f32>,
-    /// How strong each came back; empty where unknown.
+    /// Intensity of each beam; empty if unknown.
     pub intensities: Vec<f32>,
 }
 
@@ -91,18 +91,18 @@ message!(
     [HEADER]
 );
 
-/// What an inertial measurement unit says.
+/// Measurements of an inertial measurement unit.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Imu {
-    /// When, in which frame.
+    /// Time and frame.
     pub header: Header,
-    /// How it is turned.
+    /// Its orientation.
     pub orientation: Quaternion,
-    /// Its covariance, row by row, rad²; the first number is -1 where the turn is unknown.
+    /// Its covariance, row by row, rad²; the first number is -1 if the orientation is unknown.
     pub orientation_covariance: [f64; 9],
-    /// Rates of turn, rad/s.
+    /// Angular velocity, rad/s.
     pub angular_velocity: Vector3,
-    /// Their covariance, likewise.
+    /// Its covariance, likewise.
     pub angular_velocity_covariance: [f64; 9],
     /// Acceleration, m/s².
     pub linear_acceleration: Vector3,
@@ -122,15 +122,15 @@ message!(
 /// Joints of a vehicle.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct JointState {
-    /// When.
+    /// Time.
     pub header: Header,
     /// Their names.
     pub name: Vec<String>,
-    /// Where they are, rad or m; empty where unknown.
+    /// Their positions, rad or m; empty if unknown.
     pub position: Vec<f64>,
-    /// How they move, rad/s or m/s; empty where unknown.
+    /// Their velocities, rad/s or m/s; empty if unknown.
     pub velocity: Vec<f64>,
-    /// What they push with, Nm or N; empty where unknown.
+    /// Their torques or forces, Nm or N; empty if unknown.
     pub effort: Vec<f64>,
 }
 
@@ -140,12 +140,12 @@ message!(
     "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n", [HEADER]
 );
 
-/// Whether a satellite receiver knows where it is.
+/// Status of a satellite receiver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct NavSatStatus {
-    /// Below 0 where it does not.
+    /// Below 0 without a position.
     pub status: i8,
-    /// Which satellites it uses, as bits.
+    /// The used satellite systems, as bits.
     pub service: u16,
 }
 
@@ -157,22 +157,22 @@ pub static NAV_SAT_STATUS: Definition = Definition {
     parts: &[],
 };
 
-/// Where a satellite receiver is, on the WGS 84 ellipsoid.
+/// A position by a satellite receiver, on the WGS 84 ellipsoid.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct NavSatFix {
-    /// When, and the frame of the antenna.
+    /// Time, and the frame of the antenna.
     pub header: Header,
-    /// Whether it knows.
+    /// Status of the receiver.
     pub status: NavSatStatus,
-    /// Degrees, to the north.
+    /// Latitude, degrees north.
     pub latitude: f64,
-    /// Degrees, to the east.
+    /// Longitude, degrees east.
     pub longitude: f64,
-    /// m above the ellipsoid; NaN where unknown.
+    /// Height above the ellipsoid, m; NaN if unknown.
     pub altitude: f64,
-    /// Of east, north and up, m², row by row.
+    /// Covariance of east, north and up, m², row by row.
     pub position_covariance: [f64; 9],
-    /// 0 where it is unknown, 1 a guess, 2 the diagonal alone, 3 whole.
+    /// 0: the covariance is unknown, 1: approximated, 2: only the diagonal is known, 3: all is known.
     pub position_covariance_type: u8,
 }
 
@@ -185,10 +185,10 @@ message!(
     [HEADER, NAV_SAT_STATUS]
 );
 
-/// An image in a common format.
+/// A compressed image.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct CompressedImage {
-    /// When, in which frame.
+    /// Time and frame.
     pub header: Header,
     /// Its format.
     pub format: String,

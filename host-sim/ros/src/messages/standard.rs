@@ -12,17 +12,17 @@ pub static TIME: Definition =
 pub static DURATION: Definition =
     Definition { name: "builtin_interfaces/msg/Duration", text: "int32 sec\nuint32 nanosec\n", parts: &[] };
 
-/// When, and in which frame.
+/// Time and frame.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Header {
-    /// When.
+    /// Time.
     pub stamp: Time,
     /// The frame of the coordinates.
     pub frame_id: String,
 }
 
 impl Header {
-    /// Of this time, in this frame.
+    /// A header with this time and frame.
     #[must_use]
     pub fn new(stamp: Time, frame_id: &str) -> Self {
         Self { stamp, frame_id: frame_id.to_owned() }

@@ -4,10 +4,10 @@ use super::geometry::{TRANSFORM_STAMPED, TransformStamped};
 use super::message;
 use serde::{Deserialize, Serialize};
 
-/// Where frames sit in others.
+/// Transforms between frames.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct TFMessage {
-    /// One each.
+    /// The transforms.
     pub transforms: Vec<TransformStamped>,
 }
 

@@ -6,12 +6,12 @@ use super::standard::{HEADER, Header};
 use crate::definition::Definition;
 use serde::{Deserialize, Serialize};
 
-/// What something may be.
+/// A class of an object with its probability.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct ObjectHypothesis {
-    /// Its kind.
+    /// The class.
     pub class_id: String,
-    /// How likely that is.
+    /// Its probability.
     pub score: f64,
 }
 
@@ -19,12 +19,12 @@ pub struct ObjectHypothesis {
 pub static OBJECT_HYPOTHESIS: Definition =
     Definition { name: "vision_msgs/msg/ObjectHypothesis", text: "string class_id\nfloat64 score\n", parts: &[] };
 
-/// What something may be, and where it then is.
+/// A class of an object with the object's pose.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct ObjectHypothesisWithPose {
-    /// What.
+    /// The class.
     pub hypothesis: ObjectHypothesis,
-    /// Where.
+    /// The pose.
     pub pose: PoseWithCovariance,
 }
 
@@ -35,10 +35,10 @@ pub static OBJECT_HYPOTHESIS_WITH_POSE: Definition = Definition {
     parts: &[&OBJECT_HYPOTHESIS, &POSE_WITH_COVARIANCE],
 };
 
-/// A box around something.
+/// A bounding box.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct BoundingBox3D {
-    /// Its middle.
+    /// Its centre.
     pub center: Pose,
     /// Its edges, m.
     pub size: Vector3,
@@ -51,16 +51,16 @@ pub static BOUNDING_BOX_3D: Definition = Definition {
     parts: &[&POSE, &VECTOR3],
 };
 
-/// One thing that was seen.
+/// A detected object.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Detection3D {
-    /// When, in which frame.
+    /// Time and frame.
     pub header: Header,
-    /// What it may be.
+    /// Its possible classes.
     pub results: Vec<ObjectHypothesisWithPose>,
-    /// Where it is.
+    /// Its bounding box.
     pub bbox: BoundingBox3D,
-    /// Its name from image to image.
+    /// Its name, the same from image to image.
     pub id: String,
 }
 
@@ -71,12 +71,12 @@ pub static DETECTION_3D: Definition = Definition {
     parts: &[&HEADER, &OBJECT_HYPOTHESIS_WITH_POSE, &BOUNDING_BOX_3D],
 };
 
-/// All that was seen at a time.
+/// The detected objects at a time.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Detection3DArray {
-    /// When, in which frame.
+    /// Time and frame.
     pub header: Header,
-    /// One a thing.
+    /// The objects.
     pub detections: Vec<Detection3D>,
 }
 

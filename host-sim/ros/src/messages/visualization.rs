@@ -8,7 +8,7 @@ use crate::definition::Definition;
 use crate::time::Duration;
 use serde::{Deserialize, Serialize};
 
-/// A place in a picture, from 0 to 1.
+/// A position in an image, from 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[expect(missing_docs, reason = "the fields are said above")]
 pub struct UVCoordinate {
@@ -20,7 +20,7 @@ pub struct UVCoordinate {
 pub static UV_COORDINATE: Definition =
     Definition { name: "visualization_msgs/msg/UVCoordinate", text: "float32 u\nfloat32 v\n", parts: &[] };
 
-/// The file of a shape.
+/// The file of a mesh.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct MeshFile {
     /// Its name.
@@ -33,47 +33,47 @@ pub struct MeshFile {
 pub static MESH_FILE: Definition =
     Definition { name: "visualization_msgs/msg/MeshFile", text: "string filename\nuint8[] data\n", parts: &[] };
 
-/// A shape in a picture of the map.
+/// A shape in a display of the map.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Marker {
-    /// When, in which frame.
+    /// Time and frame.
     pub header: Header,
-    /// With `id` its name: a later marker of the same name takes its place.
+    /// Namespace; a later marker with the same namespace and `id` replaces this one.
     pub ns: String,
-    /// See `ns`.
+    /// Identifier in the namespace.
     pub id: i32,
-    /// Which shape: of [`Marker::SPHERE`] and the others of the definition.
+    /// Kind of shape: [`Marker::SPHERE`] or another value of the definition.
     #[serde(rename = "type")]
     pub shape: i32,
     /// [`Marker::ADD`] or [`Marker::DELETE_ALL`].
     pub action: i32,
-    /// Its middle.
+    /// Its centre.
     pub pose: Pose,
     /// Its size along its own axes, m.
     pub scale: Vector3,
     /// Its colour.
     pub color: ColorRGBA,
-    /// For how long; 0 for ever.
+    /// Duration; 0: unlimited.
     pub lifetime: Duration,
     /// Whether it moves with its frame.
     pub frame_locked: bool,
-    /// Corners of lines, m.
+    /// Vertices of lines, m.
     pub points: Vec<Point>,
-    /// Their colours.
+    /// Colours of the vertices.
     pub colors: Vec<ColorRGBA>,
-    /// A picture on it.
+    /// A texture.
     pub texture_resource: String,
-    /// The same, in the message.
+    /// The texture as an image in the message.
     pub texture: CompressedImage,
-    /// Where on it.
+    /// Coordinates in the texture.
     pub uv_coordinates: Vec<UVCoordinate>,
-    /// A word.
+    /// A text.
     pub text: String,
-    /// A shape from elsewhere.
+    /// A mesh by its resource.
     pub mesh_resource: String,
-    /// The same, in the message.
+    /// The mesh in the message.
     pub mesh_file: MeshFile,
-    /// Whether with its own colours.
+    /// Whether the materials of the mesh are used.
     pub mesh_use_embedded_materials: bool,
 }
 
@@ -82,7 +82,7 @@ impl Marker {
     pub const ARROW: i32 = 0;
     /// An ellipsoid.
     pub const SPHERE: i32 = 2;
-    /// Adds the marker, or replaces that of its name.
+    /// Adds the marker, or replaces one with the same namespace and identifier.
     pub const ADD: i32 = 0;
     /// Removes all markers.
     pub const DELETE_ALL: i32 = 3;
@@ -102,10 +102,10 @@ pub static MARKER: Definition = Definition {
     parts: &[&HEADER, &POSE, &VECTOR3, &COLOR, &DURATION, &POINT, &COMPRESSED_IMAGE, &UV_COORDINATE, &MESH_FILE],
 };
 
-/// Shapes in a picture of the map.
+/// Shapes in a display of the map.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct MarkerArray {
-    /// One each.
+    /// The shapes.
     pub markers: Vec<Marker>,
 }
 

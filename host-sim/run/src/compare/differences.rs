@@ -1,55 +1,55 @@
-//! How far apart filter and reference are.
+//! Differences between filter and reference.
 
 use serde::Serialize;
 
-/// Why a log with fixes is refused.
+/// Reason for refusing a log with fixes.
 pub(super) const NO_FIXES: &str = "the reference takes no fixes of the pose";
 
-/// Largest differences between filter and reference, relative unless the name carries a unit.
+/// Largest differences between filter and reference, relative unless the name has a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Differences {
-    /// Scans compared.
+    /// Number of compared scans.
     pub scans: usize,
     /// Position of a candidate after a prediction, m.
     pub predicted_position_m: f64,
     /// Heading of a candidate after a prediction, rad.
     pub predicted_heading_rad: f64,
-    /// Time since the last scan after a prediction, s: what moving features are predicted by.
+    /// Time since the last scan after a prediction, s: moving features are predicted over it.
     pub waited_s: f64,
-    /// ln L of a candidate, relative to its magnitude or to 1, whichever is larger: where ln L passes through zero, this
-    /// is the relative difference of L itself.
+    /// ln L of a candidate, relative to its magnitude or to 1, whichever is greater: near ln L = 0 this is the relative
+    /// difference of L.
     pub ln_likelihood: f64,
     /// Weight of a particle.
     pub particle_weight: f64,
-    /// Weight of a component; here and below, of the static and of the moving ones.
+    /// Weight of a component; here and below, of static and moving ones.
     pub component_weight: f64,
-    /// Mean of a component: distance over distance from the origin; of a moving one also that of the velocity, likewise.
+    /// Mean of a component: distance divided by the distance from the origin; of a moving one also the velocity, likewise.
     pub mean: f64,
-    /// Covariance of a component: Frobenius norm of the difference over that of the covariance.
+    /// Covariance of a component: Frobenius norm of the difference divided by that of the covariance.
     pub covariance: f64,
-    /// N̂ of either part of a map.
+    /// N̂ of the static or the moving part of a map.
     pub mass: f64,
     /// Position of the estimated pose, m.
     pub estimated_position_m: f64,
     /// Heading of the estimated pose, rad.
     pub estimated_heading_rad: f64,
-    /// Scans that selected other survivors, or only one of both resampled (the reference's maps are then updated for the
+    /// Scans with different survivors, or in which only one of the two resampled (the reference's maps are then updated for the
     /// filter's survivors).
     pub other_survivors: usize,
-    /// Static components compared.
+    /// Number of compared static components.
     pub components: usize,
-    /// Moving components compared.
+    /// Number of compared moving components.
     pub moving_components: usize,
-    /// Components of either that have no counterpart: rounding decided otherwise whether to prune or to merge.
+    /// Components without a counterpart: because of rounding, one of the two pruned or merged them.
     pub unmatched: usize,
-    /// Greatest share of the mass of either part of a map in such components.
+    /// Greatest share of the mass in such components, of the static or moving part of a map.
     pub unmatched_mass: f64,
-    /// Scans in which the filter reported a lack of room, and so was not expected to agree.
+    /// Scans in which the filter reported a lack of capacity; differences are expected there.
     pub capacity_events: usize,
 }
 
 impl Differences {
-    /// The larger of both in every field; counts are added.
+    /// The greater value of every field; counts are added.
     pub(super) fn merge(&mut self, other: &Self) {
         let larger = |into: &mut f64, value: f64| *into = larger(*into, value);
         larger(&mut self.predicted_position_m, other.predicted_position_m);
@@ -78,7 +78,7 @@ impl Differences {
 pub struct Comparison<D = Differences> {
     /// One row a scan.
     pub scans: Vec<D>,
-    /// The largest of all.
+    /// The largest differences of all scans.
     pub overall: D,
 }
 
@@ -90,7 +90,7 @@ pub(super) fn norm(a: &[f64]) -> f64 {
     a.iter().map(|x| x.powi(2)).sum::<f64>().sqrt()
 }
 
-/// The larger of two differences; one that is not a number outdoes all.
+/// The greater of two differences; NaN is the greatest.
 pub(super) fn larger(a: f64, b: f64) -> f64 {
     if b > a || b.is_nan() { b } else { a }
 }

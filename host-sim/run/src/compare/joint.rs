@@ -1,5 +1,5 @@
-//! The joint filter and its reference in lockstep: every step of the reference starts from the filter's own state. Beside it another
-//! reference goes its own way from the start.
+//! The joint filter and its reference in lockstep: every step of the reference starts from the filter's state. A second reference
+//! runs independently from the start.
 
 use super::differences::{Comparison, NO_FIXES, larger, norm, relative};
 use nalgebra::DMatrix;
@@ -10,20 +10,20 @@ use scphd_log::events::Event;
 use scphd_reference::joint::{Joint, Models, State};
 use serde::Serialize;
 
-/// Largest differences between the joint filter and its reference, relative unless the name carries a unit.
+/// Largest differences between the joint filter and its reference, relative unless the name has a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct JointDifferences {
-    /// Scans compared.
+    /// Number of compared scans.
     pub scans: usize,
     /// Position of the pose after a prediction, m.
     pub predicted_position_m: f64,
     /// Heading of the pose after a prediction, rad.
     pub predicted_heading_rad: f64,
-    /// Elements of the joint covariance after a prediction, each over the standard deviations of its row and column.
+    /// Elements of the joint covariance after a prediction, each divided by the standard deviations of its row and column.
     pub predicted_covariance: f64,
     /// Time since the last scan after a prediction, s.
     pub waited_s: f64,
-    /// ln of the likelihood of a scan, relative to its magnitude or to 1, whichever is larger.
+    /// Log likelihood of a scan, relative to its magnitude or to 1, whichever is greater.
     pub ln_evidence: f64,
     /// Mean squared innovation of a scan.
     pub innovation: f64,
@@ -31,42 +31,42 @@ pub struct JointDifferences {
     pub estimated_position_m: f64,
     /// Heading of the estimated pose, rad.
     pub estimated_heading_rad: f64,
-    /// Mean of a feature: distance over distance from the origin or 1 m, whichever is larger.
+    /// Mean of a feature: distance divided by the distance from the origin or 1 m, whichever is greater.
     pub mean: f64,
-    /// Covariance of the pose; here and below, elements over the standard deviations of their row and column.
+    /// Covariance of the pose; here and below, elements divided by the standard deviations of their row and column.
     pub pose_covariance: f64,
     /// Covariance of a feature.
     pub feature_covariance: f64,
     /// Covariance of a feature and the pose, or of two features.
     pub cross_covariance: f64,
-    /// Probability that a feature is there and in sight, or hidden: the difference itself.
+    /// Existence probability of a feature, visible or occluded: absolute difference.
     pub existence: f64,
-    /// How often a feature was detected: the difference itself.
+    /// Number of detections of a feature: absolute difference.
     pub detections: f64,
-    /// Probability that a mover is there: the difference itself.
+    /// Existence probability of a moving-object track: absolute difference.
     pub mover_weight: f64,
-    /// Place and velocity of a mover, each as the mean of a feature is compared.
+    /// Position and velocity of a moving-object track, each compared as the mean of a feature.
     pub mover_mean: f64,
-    /// Covariance of a mover.
+    /// Covariance of a moving-object track.
     pub mover_covariance: f64,
-    /// Features compared.
+    /// Number of compared features.
     pub features: usize,
-    /// Movers compared.
+    /// Number of compared moving-object tracks.
     pub movers: usize,
-    /// Features and movers of either that the other does not have: rounding decided otherwise what is born, merged or dropped.
+    /// Features and tracks without a counterpart: because of rounding, only one of the two initiated, merged or dropped them.
     pub unmatched: usize,
-    /// Scans in which either had another number of features in view, or of measurements without an inverse.
+    /// Scans with a different number of features in view, or of measurements without an inverse.
     pub other_views: usize,
-    /// Scans in which the filter was short of room.
+    /// Scans in which the filter lacked capacity.
     pub capacity_events: usize,
-    /// Position of the estimated pose, m, beside that of the reference that goes its own way.
+    /// Position of the estimated pose, m, compared with the reference that runs independently.
     pub own_way_position_m: f64,
-    /// The same of the heading, rad.
+    /// The same for the heading, rad.
     pub own_way_heading_rad: f64,
 }
 
 impl JointDifferences {
-    /// The larger of both in every field; counts are added.
+    /// The greater value of every field; counts are added.
     pub(super) fn merge(&mut self, other: &Self) {
         let larger = |into: &mut f64, value: f64| *into = larger(*into, value);
         larger(&mut self.predicted_position_m, other.predicted_position_m);
@@ -100,7 +100,7 @@ impl JointDifferences {
 /// A comparison of the joint filter and its reference over a whole log.
 pub type JointComparison = Comparison<JointDifferences>;
 
-/// Feeds a log to a joint filter and repeats each step with the reference: one for every sensor.
+/// Processes a log with a joint filter and repeats each step with the reference, of which there is one for every sensor.
 pub(super) fn drive<K: Kind, M: Models>(
     log: &K::Log,
     settings: &K::Settings,
@@ -118,7 +118,7 @@ pub(super) fn drive<K: Kind, M: Models>(
             Event::Predict { control, dt_s, .. } => {
                 let mut state = filter.snapshot()?;
                 if filter.predict(control, dt_s)?.is_some() {
-                    // A step that is left out takes its time all the same.
+                    // The time of a rejected step counts nevertheless.
                     alone.waited_s += dt_s;
                     continue;
                 }
@@ -156,7 +156,7 @@ pub(super) fn drive<K: Kind, M: Models>(
     Ok(comparison)
 }
 
-/// Distance (m) of two poses, and angle (rad) between them, or difference of what is behind the heading where that is more.
+/// Distance (m) and angle (rad) between two poses; or the difference of the coordinates behind the heading if that is greater.
 fn apart(ours: &State, theirs: &State, dimension: usize) -> (f64, f64) {
     let uncertain = uncertain(ours, dimension);
     let off: Vec<f64> = ours.pose.iter().zip(&theirs.pose).take(uncertain).map(|(a, b)| a - b).collect();
@@ -164,14 +164,14 @@ fn apart(ours: &State, theirs: &State, dimension: usize) -> (f64, f64) {
     (norm(position), rest[1..].iter().fold(wrap(rest[0]).abs(), |most, off| larger(most, off.abs())))
 }
 
-/// Coordinates of the pose that are uncertain.
+/// Number of uncertain coordinates of the pose.
 fn uncertain(state: &State, dimension: usize) -> usize {
     state.covariance.nrows() - dimension * state.places.len()
 }
 
 fn predicted(ours: &State, theirs: &State, dimension: usize) -> JointDifferences {
     let (predicted_position_m, predicted_heading_rad) = apart(ours, theirs, dimension);
-    // A prediction leaves every feature in its place.
+    // The prediction keeps the order of the features.
     let same: Vec<usize> = (0..ours.covariance.nrows()).collect();
     let of_all = elements(ours, theirs, &same, &same).fold(0.0, |most, element| larger(most, element.off));
     let predicted_covariance = larger(of_all, scaled_difference(&ours.process_noise, &theirs.process_noise));
@@ -185,14 +185,15 @@ fn predicted(ours: &State, theirs: &State, dimension: usize) -> JointDifferences
     }
 }
 
-/// A difference of an element of the covariance.
+/// The difference of an element of the covariance.
 struct Element {
     row: usize,
     column: usize,
     off: f64,
 }
 
-/// The differences of all elements of the covariance in a row and column of `of_ours`, which in theirs are of `of_theirs`.
+/// The differences of all elements of the covariance in the rows and columns `of_ours`, which correspond to `of_theirs` in the
+/// reference.
 fn elements<'s>(
     ours: &'s State,
     theirs: &'s State,
@@ -210,7 +211,7 @@ fn elements<'s>(
     })
 }
 
-/// The largest difference of two covariances' elements, each over the standard deviations of its row and column.
+/// The largest difference of elements of two covariances, each divided by the standard deviations of its row and column.
 fn scaled_difference(ours: &DMatrix<f64>, theirs: &DMatrix<f64>) -> f64 {
     let of = |(index, (a, b)): (usize, (&f64, &f64))| {
         let (row, column) = (index % theirs.nrows(), index / theirs.nrows());
@@ -220,7 +221,7 @@ fn scaled_difference(ours: &DMatrix<f64>, theirs: &DMatrix<f64>) -> f64 {
     ours.iter().zip(theirs.iter()).enumerate().map(of).fold(0.0, larger)
 }
 
-/// Of what moves, after a scan.
+/// Differences of moving-object tracks after a scan.
 fn movers(ours: &State, theirs: &State, dimension: usize, differences: &mut JointDifferences) {
     let before = differences.movers;
     for mover in &ours.movers {
@@ -242,7 +243,7 @@ fn movers(ours: &State, theirs: &State, dimension: usize, differences: &mut Join
     differences.unmatched += theirs.movers.len() - (differences.movers - before);
 }
 
-/// After a scan.
+/// Differences after a scan.
 fn differences(ours: &State, theirs: &State, dimension: usize) -> JointDifferences {
     let (estimated_position_m, estimated_heading_rad) = apart(ours, theirs, dimension);
     let mut differences = JointDifferences { estimated_position_m, estimated_heading_rad, ..Default::default() };

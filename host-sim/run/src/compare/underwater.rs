@@ -66,7 +66,7 @@ impl Lockstep for Underwater {
     }
 }
 
-/// The reference with the models and tuning that the settings describe.
+/// The reference with the models and settings of the filter.
 fn reference_of(log: &Log, settings: &Settings) -> Space {
     let Settings { filter, vehicle, camera } = settings;
     let mut noise = [[0.0; 4]; 4];
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn a_model_that_differs_shows() {
+    fn a_different_model_is_detected() {
         let log = short(5);
         let mut settings = Settings::for_log(&log);
         (settings.filter.particles, settings.filter.samples) = (2, 1);
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_reference_does_not_have_is_refused() {
+    fn settings_without_a_reference_are_refused() {
         let log = short(1);
         for change in [
             (|filter| filter.proposal = Proposal::Informed) as fn(&mut FilterSettings),

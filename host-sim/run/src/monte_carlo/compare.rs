@@ -1,31 +1,31 @@
-//! One filter against another over the same inputs.
+//! Comparison of two filters over the same inputs.
 
 use super::run::{Curve, RunResult};
 use super::statistics::{mean, whole};
 use super::study::Study;
 use std::fmt;
 
-/// How one filter does against another, run by run; only runs in which both know the figure count.
+/// Comparison of two filters, run by run; only runs in which both have the figure count.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
-    /// The filter looked at.
+    /// The filter.
     pub filter: String,
-    /// The one it is compared with.
+    /// The filter that it is compared with.
     pub against: String,
-    /// By mean position error over a run.
+    /// By the mean position error of a run.
     pub position: Option<Versus>,
-    /// By mean map error (OSPA, order 1, cut-off 10 m) over a run.
+    /// By the mean map error (OSPA, order 1, cut-off 10 m) of a run.
     pub map: Option<Versus>,
 }
 
 /// One figure of two filters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Versus {
-    /// Runs with the figure.
+    /// Number of runs with the figure.
     pub runs: usize,
-    /// Those in which the filter's is the less.
+    /// Number of runs in which the filter's figure is smaller.
     pub better: usize,
-    /// Mean of the filter's over the mean of the other's.
+    /// Mean of the filter's figure divided by that of the other.
     pub ratio: f64,
 }
 
@@ -46,7 +46,7 @@ impl Versus {
     }
 }
 
-/// The study's first filter against each other one.
+/// Compares the study's first filter with each other one.
 #[must_use]
 pub fn comparisons(study: &Study) -> Vec<Comparison> {
     let Some((first, others)) = study.plan.filters.split_first() else { return Vec::new() };
@@ -84,12 +84,12 @@ mod tests {
     use crate::monte_carlo::made_up::{plan, result};
 
     #[test]
-    fn wins_and_ratio() {
+    fn better_runs_are_counted_and_the_ratio_is_of_the_means() {
         let plan = plan(2, 2);
         let mut results: Vec<RunResult> = (0..2).map(|run| result(&plan.job(run), "scphd", 0.0)).collect();
         results.extend((0..2).map(|run| result(&plan.job(run), "rb-single", if run == 0 { 1.0 } else { -0.5 })));
         let comparison = &comparisons(&Study { plan, results })[0];
-        // Means of 1 and 1.1 against 2 and 0.6.
+        // Means of 1 and 1.1, compared with 2 and 0.6.
         let versus = comparison.position.unwrap();
         assert_eq!((versus.runs, versus.better), (2, 1));
         assert!((versus.ratio - 2.1 / 2.6).abs() < 1e-12);

@@ -1,10 +1,10 @@
-//! Made-up studies, for tests of tables and plots.
+//! Artificial studies, for tests of tables and plots.
 
 use super::{Curve, Job, Plan, RunResult, Series, Study};
 use scphd_score::moving::MovingScore;
 use scphd_score::results::json::Format;
 
-/// A result that depends on the run and the filter alone.
+/// A result that depends only on the run and the filter.
 #[must_use]
 pub fn result(job: &Job, filter: &str, offset: f64) -> RunResult {
     let k = job.run as f64;

@@ -1,9 +1,9 @@
-//! Monte Carlo studies: many runs of one filter or several over the same inputs.
+//! Monte Carlo studies: many runs of one or several filters over the same inputs.
 //!
-//! Run k of a study is decided by k alone, whatever the number of threads and the order: its filter seed is the study's
-//! seed plus k, its inputs are set number k / (runs an input set), made with the study's seed plus that number or, for
-//! logs, the log of that number. So a study can be spread over machines ([`Shard`]) and put together again
-//! ([`Study::merge`]), with the same result as in one piece.
+//! Run k of a study depends on k only, not on the number of threads or the order. Its filter seed is the study's seed plus k. Its
+//! input set has the number k / (runs an input set), and is made with the study's seed plus this number or, for logs, is the log
+//! with this number. A study can therefore be divided over machines ([`Shard`]) and merged again ([`Study::merge`]), with the
+//! same result.
 
 pub mod compare;
 pub mod made_up;
@@ -22,11 +22,11 @@ pub use study::{MergeError, Study};
 
 use rayon::prelude::*;
 
-/// Does every job by every filter with `threads` threads: results by filter, then by run. Of several failures that of
-/// the first job is told.
+/// Executes every job with every filter on `threads` threads. Returns results by filter, then by run; of several failures that of
+/// the first job.
 ///
 /// # Errors
-/// A job failed, or the system has no threads.
+/// A job failed, or threads cannot be started.
 pub fn execute<E: Send + From<rayon::ThreadPoolBuildError>>(
     jobs: &[Job],
     filters: usize,
@@ -54,7 +54,7 @@ mod tests {
     }
 
     #[test]
-    fn shards_merge_to_the_whole_through_their_files() {
+    fn shards_merge_to_the_whole_study_through_their_files() {
         let plan = plan(8, 4);
         let whole = study(&plan, None, 1);
         assert_eq!(study(&plan, None, 3), whole);
@@ -72,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_belong_together_is_refused() {
+    fn parts_of_different_studies_are_refused() {
         let plan = plan(8, 4);
         let part = |place| study(&plan, Some(Shard { place, of: 2 }), 1);
         let refused = |parts| Study::merge(parts).unwrap_err().to_string();

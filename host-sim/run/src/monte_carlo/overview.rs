@@ -1,4 +1,4 @@
-//! The figures of a study as one JSON object a filter.
+//! The figures of a study, a JSON object for each filter.
 
 use super::run::{Curve, RunResult};
 use super::statistics::{consistent_share, mean, standard_deviation, whole};
@@ -12,7 +12,7 @@ use serde::Serialize;
 use serde_json::Value;
 use std::path::Path;
 
-/// The figures of one filter in a study; whatever is unknown becomes `null`.
+/// The figures of one filter in a study; unknown ones are `null`.
 ///
 /// Means are over runs and scans: first over the scans of a run, then over the runs. The map error is OSPA of order 1
 /// and cut-off 10 m at every scan, moving features included. Moving figures are over all runs together.
@@ -42,22 +42,23 @@ pub struct Overview {
     pub ospa_first_third_m: Option<f64>,
     /// Mean map error over the last third of the scans, m.
     pub ospa_last_third_m: Option<f64>,
-    /// Share of the spells of ten scans or more of a moving landmark in view in which it was found within the first ten.
+    /// Share of the intervals of ten scans or more with a moving landmark in view in which it was found within the first ten
+    /// scans.
     pub moving_hit_rate: Option<f64>,
-    /// Median distance of a moving landmark to its estimate, m.
+    /// Median distance of a moving landmark from its estimate, m.
     pub moving_position_error_median_m: Option<f64>,
-    /// Moving features estimated where no moving landmark is in view, a scan.
+    /// Number of estimated moving features a scan without a moving landmark in view.
     pub false_moving_tracks_per_scan: Option<f64>,
-    /// Squared position error over the filter's own covariance, by dimension, mean: 1 where the filter knows how wrong it is.
+    /// Mean NEES of the position divided by its dimension: 1 for a consistent filter.
     pub nees_mean: Option<f64>,
-    /// Share of the scans at which its mean over the runs lies within the 95 % bounds of χ² of as many independent runs.
+    /// Share of the scans at which its mean over the runs is within the 95 % bounds of χ² for this number of independent runs.
     pub nees_within_95: Option<f64>,
     /// Mean wall time of a scan step, µs.
     pub scan_us_mean: Option<f64>,
 }
 
 impl Overview {
-    /// Of the runs of one filter; `None` without any.
+    /// Computes the figures of the runs of one filter; `None` without runs.
     #[must_use]
     pub fn of(scenario: &str, results: &[&RunResult]) -> Option<Self> {
         let first = results.first()?;
@@ -107,17 +108,17 @@ pub fn overviews(study: &Study) -> Vec<Overview> {
     filters.filter_map(|filter| Overview::of(&study.plan.scenario, &study.of_filter(filter))).collect()
 }
 
-/// An overview as it is written.
+/// An overview in the format of the file.
 #[derive(Serialize)]
 struct Written {
     format: Format,
     #[serde(flatten)]
     overview: Overview,
-    /// Settings of this filter for the first input.
+    /// Settings of this filter with the first input.
     settings: Value,
 }
 
-/// Writes one object, or a list of them where there are several filters.
+/// Writes one object, or a list for several filters.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -127,7 +128,7 @@ pub fn write_json(path: &Path, study: &Study) -> Result<(), OutputError> {
         if let Some(own) = place.and_then(|place| study.plan.variants.get(place)) {
             return Written { format: Format, overview, settings: toml::from_str(own).unwrap_or_default() };
         }
-        // The plan has them as they are before each filter says its likelihood.
+        // The plan has the settings without each filter's likelihood.
         let mut settings: Value = toml::from_str(&study.plan.settings).unwrap_or_default();
         if let Some(likelihood) = likelihood_of(&overview.filter)
             && let Some(filter) = settings.get_mut("filter").and_then(Value::as_object_mut)
@@ -143,23 +144,23 @@ pub fn write_json(path: &Path, study: &Study) -> Result<(), OutputError> {
     }
 }
 
-/// The likelihood that a filter of that [name](Filter::name) has; `None` for all but the reference.
+/// The likelihood of a filter with this [name](Filter::name); only the reference has one.
 fn likelihood_of(filter: &str) -> Option<Likelihood> {
     let all = [Likelihood::SingleCluster, Likelihood::RbEmpty, Likelihood::RbSingle, Likelihood::RbMulti];
     all.into_iter().find(|&likelihood| Filter::Reference.name(likelihood) == filter)
 }
 
-/// Standard deviations over runs of the mean over a run; unknown for less than two runs.
+/// Standard deviations over runs of the mean of a run; `None` for less than two runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spread {
-    /// Of the position error, m.
+    /// Standard deviation of the position error, m.
     pub position_m: Option<f64>,
-    /// Of the map error over the last third of the scans, m.
+    /// Standard deviation of the map error over the last third of the scans, m.
     pub ospa_m: Option<f64>,
 }
 
 impl Spread {
-    /// Of the runs of one filter.
+    /// Computes the standard deviations over the runs of one filter.
     #[must_use]
     pub fn of(results: &[&RunResult]) -> Self {
         let over = |curve, part: fn(&[Option<f64>]) -> Option<f64>| {
@@ -182,7 +183,7 @@ mod tests {
         let runs: Vec<RunResult> = (0..3).map(|run| result(&plan.job(run), "scphd", 0.0)).collect();
         let overview = Overview::of("made up", &runs.iter().collect::<Vec<_>>()).unwrap();
         let close = |value: Option<f64>, expected: f64| assert!((value.unwrap() - expected).abs() < 1e-12, "{value:?}");
-        // Scans 1 to 5 add a third each; runs 0 to 2 add 0.1 each; a curve adds its place.
+        // Scans 1 to 5 add a third each; runs 0 to 2 add 0.1 each; a curve adds its index.
         close(overview.position_error_mean_m, 1.0 + 0.1);
         close(overview.position_error_final_m, 5.0 / 3.0 + 0.1);
         close(overview.heading_error_mean_deg, 1.0 + 1.1);
@@ -190,7 +191,7 @@ mod tests {
         close(overview.ospa_last_third_m, 1.5 + 6.1);
         close(overview.moving_hit_rate, 0.5);
         close(overview.moving_position_error_median_m, 1.0 / 7.0);
-        // Four scans of 1 and a tenth of the run's number more, and one of 20.
+        // Four scans of 1 plus a tenth of the run's number, and one of 20.
         close(overview.nees_mean, (4.0 * 1.1 + 20.0) / 5.0);
         close(overview.nees_within_95, 0.8);
         close(overview.scan_us_mean, 101.0);
@@ -211,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_says_its_format_and_the_settings_of_each_filter() {
+    fn the_file_has_its_format_and_the_settings_of_each_filter() {
         let folder = Folder::new("overview");
         let path = folder.0.join("study.json");
         let plan = plan(3, 3);

@@ -1,37 +1,37 @@
-//! Which runs a study has.
+//! Runs of a study.
 
 use scphd_score::results::json::Format;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
-/// What a study is, before any run.
+/// Definition of a study, before any run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
-    /// The format of the file that it is written to.
+    /// Format of the file.
     pub format: Format,
     /// Name of the scenario, or of the logs.
     pub scenario: String,
     /// The filters, which all get the same inputs and seeds.
     pub filters: Vec<String>,
-    /// Runs of each filter.
+    /// Number of runs of each filter.
     pub runs: usize,
-    /// Different inputs; divides the runs.
+    /// Number of different inputs; divides the number of runs.
     pub input_sets: usize,
     /// Added to all seeds.
     pub seed: u64,
-    /// Settings of the first input, so that parts made with others are told.
+    /// Settings with the first input; parts with other settings are recognised by them.
     pub settings: String,
-    /// Settings of each filter for the first input, where they differ in more than the likelihood.
+    /// Settings of each filter with the first input, if they differ in more than the likelihood.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub variants: Vec<String>,
 }
 
-/// One run of a study, apart from the filter.
+/// One run of a study, without the filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Job {
-    /// Which run, from 0.
+    /// Number of the run, from 0.
     pub run: usize,
-    /// Which input set, from 0.
+    /// Number of the input set, from 0.
     pub input: usize,
     /// Seed of the scenario.
     pub scenario_seed: u64,
@@ -39,10 +39,10 @@ pub struct Job {
     pub filter_seed: u64,
 }
 
-/// Part `place` (from 1) of `of`: every run whose number leaves the remainder `place` − 1.
+/// Part `place` (from 1) of `of`: the runs whose number modulo `of` is `place` − 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
-    /// Which part, 1 … `of`.
+    /// Number of the part, 1 … `of`.
     pub place: usize,
     /// Number of parts.
     pub of: usize,
@@ -61,7 +61,7 @@ impl FromStr for Shard {
 }
 
 impl Plan {
-    /// Run number `run`.
+    /// The run with this number.
     #[must_use]
     pub fn job(&self, run: usize) -> Job {
         let input = run / (self.runs / self.input_sets.max(1)).max(1);

@@ -1,4 +1,4 @@
-//! What is kept of a run: its errors over time.
+//! Result of a run: its errors over time.
 
 use super::plan::Job;
 use crate::session::Session;
@@ -15,26 +15,26 @@ use serde::{Deserialize, Serialize};
 pub enum Curve {
     /// Distance of the estimated to the true position, m.
     PositionError,
-    /// Size of the heading error, degrees.
+    /// Absolute heading error, degrees.
     HeadingError,
-    /// Distance of dead reckoning to the true position, m.
+    /// Distance of dead reckoning from the true position, m.
     DeadReckoningError,
     /// OSPA of the map, order 1, cut-off 1 m.
     OspaNear,
-    /// Its part due to positions.
+    /// Its localisation part.
     OspaNearLocalization,
-    /// Its part due to the number of features.
+    /// Its cardinality part.
     OspaNearCardinality,
     /// OSPA of the map, order 1, cut-off 10 m.
     OspaFar,
-    /// Its part due to positions.
+    /// Its localisation part.
     OspaFarLocalization,
-    /// Its part due to the number of features.
+    /// Its cardinality part.
     OspaFarCardinality,
 }
 
 impl Curve {
-    /// All, in the order of [`Series::values`].
+    /// All curves, in the order of [`Series::values`].
     pub const ALL: [Self; 9] = [
         Self::PositionError,
         Self::HeadingError,
@@ -63,7 +63,7 @@ impl Curve {
         }
     }
 
-    /// Its value at a scan, where the truth for it is known and it is a number.
+    /// Its value at a scan; `None` if the truth is not known or the value is not finite.
     fn of<D: Dimensions>(self, scan: &ScanRecord<D>) -> Option<f64> {
         let heading = || Some(wrap(D::heading(&scan.pose) - scan.true_heading_rad?));
         let value = match self {
@@ -86,7 +86,7 @@ impl Curve {
 pub struct Series {
     /// Time of every scan since the first, s.
     pub t_s: Vec<f64>,
-    /// For each of [`Curve::ALL`] a value a scan, where it is known.
+    /// For each of [`Curve::ALL`] a value for each scan, if known.
     pub values: [Vec<Option<f64>>; Curve::ALL.len()],
 }
 
@@ -108,7 +108,7 @@ impl Series {
     }
 }
 
-/// What is kept of a run.
+/// The result of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunResult {
     /// Number of the run in its study.
@@ -117,7 +117,7 @@ pub struct RunResult {
     pub log: String,
     /// Name of the filter.
     pub filter: String,
-    /// Seed of the scenario; of no meaning to a log.
+    /// Seed of the scenario; not used for a log.
     pub scenario_seed: u64,
     /// Seed of the filter.
     pub filter_seed: u64,
@@ -127,20 +127,20 @@ pub struct RunResult {
     pub samples: u64,
     /// Errors over time.
     pub series: Series,
-    /// For every scan its squared position error over the filter's own covariance, by dimension, where it is known.
+    /// NEES of the position divided by its dimension, for every scan, if known.
     #[serde(default)]
     pub nees: Vec<Option<f64>>,
     /// Dimensions of a position.
     #[serde(default)]
     pub dimension: usize,
-    /// How moving landmarks were found, where the log knows them.
+    /// Score of the moving landmarks, if the log has them.
     pub moving: Option<MovingScore>,
     /// Mean wall time of a scan step, µs.
     pub scan_us_mean: Option<f64>,
 }
 
 impl RunResult {
-    /// Of a session that did `job` with `samples` samples.
+    /// Collects the result of a session that executed `job` with `samples` samples.
     #[must_use]
     pub fn of<D: Dimensions>(job: &Job, samples: usize, session: Session<D>) -> Self {
         let Session { record, summary, moving, .. } = session;
@@ -160,7 +160,7 @@ impl RunResult {
         }
     }
 
-    /// Whether the estimate is farther off than dead reckoning, in position RMSE; unknown without truth.
+    /// Whether the position RMSE is greater than that of dead reckoning; `None` without truth.
     #[must_use]
     pub fn worse_than_dead_reckoning(&self) -> Option<bool> {
         let rmse = |curve| {
@@ -177,7 +177,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn curves_are_in_their_places_with_distinct_names() {
+    fn curves_are_in_order_with_distinct_names() {
         for (place, curve) in Curve::ALL.into_iter().enumerate() {
             assert_eq!(curve as usize, place);
             assert!(Curve::ALL[..place].iter().all(|other| other.name() != curve.name()));

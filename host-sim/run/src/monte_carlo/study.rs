@@ -1,27 +1,27 @@
-//! Which runs of a study are done.
+//! A study with the results of its runs.
 
 use super::plan::Plan;
 use super::run::RunResult;
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 
-/// A study with the runs that are done.
+/// A study with its finished runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Study {
-    /// All of it.
+    /// The definition of the whole study.
     pub plan: Plan,
-    /// What is done, by filter in the plan's order, then by run.
+    /// The results, by filter in the plan's order, then by run.
     pub results: Vec<RunResult>,
 }
 
-/// Why parts do not make a study; displays as one line.
+/// Why parts cannot be merged; displays as one line.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MergeError {
-    /// Nothing to merge.
+    /// There are no parts.
     #[error("no study")]
     Nothing,
-    /// Another plan than the first part's.
+    /// A part has another plan than the first.
     #[error("part {0} is of another study")]
     Other(usize),
     /// A run is in two parts.
@@ -32,7 +32,7 @@ pub enum MergeError {
         /// Its filter.
         filter: String,
     },
-    /// A run that the plan does not have.
+    /// A run is not in the plan.
     #[error("run {run} by {filter} is not of the study")]
     Stray {
         /// Number of the run.
@@ -40,7 +40,7 @@ pub enum MergeError {
         /// Its filter.
         filter: String,
     },
-    /// A run is in no part.
+    /// A run is missing in all parts.
     #[error("run {run} by {filter} is missing")]
     Missing {
         /// Number of the run.
@@ -51,10 +51,10 @@ pub enum MergeError {
 }
 
 impl Study {
-    /// The study that `parts` are the shards of, in any order.
+    /// Merges the shards of a study, in any order.
     ///
     /// # Errors
-    /// Parts of different studies, a run twice or not at all.
+    /// Parts are of different studies, or a run is missing or there twice.
     pub fn merge(parts: Vec<Self>) -> Result<Self, MergeError> {
         let plan = parts.first().ok_or(MergeError::Nothing)?.plan.clone();
         if let Some(place) = parts.iter().position(|part| part.plan != plan) {

@@ -1,4 +1,4 @@
-//! Settings that are changed on purpose, for a study of what the change does: a file of named variants.
+//! Variants of settings, for studies of the effect of a change: a file of named variants.
 //!
 //! ```toml
 //! [[variant]]
@@ -22,18 +22,18 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
-/// Settings with a name that are those of the log but for some changes.
+/// Named changes of the settings of a log.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Variant {
-    /// What it is called in tables.
+    /// Name in tables.
     pub name: String,
-    /// The filter that it is of; of all that are asked for where it does not say.
+    /// The filter of the variant; all requested filters if absent.
     pub filter: Option<String>,
     /// Values, by section and key as in a settings file.
     #[serde(default)]
     set: Table,
-    /// Factors of what the settings have, likewise.
+    /// Factors for values of the settings, by section and key.
     #[serde(default)]
     times: Table,
 }
@@ -44,7 +44,7 @@ struct File {
     variant: Vec<Variant>,
 }
 
-/// Why a file of variants was not taken; displays as one line.
+/// Why a file of variants cannot be read; displays as one line.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {problem}", path.display())]
 pub struct VariantsError {
@@ -55,7 +55,7 @@ pub struct VariantsError {
 /// The variants in the file at `path`, in its order.
 ///
 /// # Errors
-/// The file cannot be read, or is not one of variants with names of their own.
+/// The file cannot be read, or is not a list of variants with different names.
 pub fn read(path: &Path) -> Result<Vec<Variant>, VariantsError> {
     let bad = |problem: String| {
         let problem = problem.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -71,7 +71,7 @@ fn parse(text: &str) -> Result<Vec<Variant>, String> {
         return Err("there is no variant in it".into());
     }
     for (place, Variant { name, filter, .. }) in variants.iter().enumerate() {
-        // They become parts of the names of files.
+        // Names become parts of file names.
         if name.trim().is_empty() || name.contains(|c: char| c.is_control() || "/\\".contains(c)) {
             return Err(format!("variant {}: a name needs letters, and no slash", place + 1));
         }
@@ -83,10 +83,10 @@ fn parse(text: &str) -> Result<Vec<Variant>, String> {
 }
 
 impl Variant {
-    /// The settings with the changes.
+    /// Applies the changes to settings.
     ///
     /// # Errors
-    /// A field that there is not, a factor of what is no number, or a value out of range.
+    /// A field does not exist, a factor is for a value that is not a number, or a value is out of range.
     pub fn applied<K: Kind>(&self, settings: &K::Settings) -> Result<K::Settings, FileProblem> {
         let base = Table::try_from(settings).map_err(|error| FileProblem::Field(error.to_string()))?;
         let mut over = self.set.clone();
@@ -111,8 +111,8 @@ fn number(value: &Value) -> Option<f64> {
     value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
 }
 
-/// The run with the least error among those of `filters`, world by world, under the name `name`; worlds that one of them has no run
-/// in are left out.
+/// The run with the least error among those of `filters` in each world, under the name `name`; worlds without a run of one of
+/// them are left out.
 #[must_use]
 pub fn best_of(runs: &[WorldRun], filters: &[String], worlds: &[&str], name: &str) -> Vec<WorldRun> {
     let best = |world: &&str| {
@@ -147,7 +147,7 @@ mod tests {
     ";
 
     #[test]
-    fn changes_are_those_that_the_file_says() {
+    fn changes_of_the_file_are_applied() {
         let settings = Settings::for_log(&scenario::survey(1));
         let variants = parse(TEXT).unwrap();
         assert_eq!(variants[0].applied::<Planar>(&settings).unwrap(), settings);
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_sense_is_refused() {
+    fn invalid_variants_are_refused() {
         for (text, part) in [
             ("", "variant"),
             ("variant = []", "no variant"),
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn the_best_is_the_best_in_its_world() {
+    fn the_best_filter_is_chosen_in_each_world() {
         let run = |world: &str, filter: &str, position_rmse_m| WorldRun {
             world: world.into(),
             filter: filter.into(),

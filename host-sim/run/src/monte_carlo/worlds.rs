@@ -1,5 +1,5 @@
-//! Filters over random worlds, one line a world: each world is another place, so that only ratios within a world may be
-//! compared, and only their distribution says how good a filter is.
+//! Filters over random worlds, a line for each world. Worlds differ, so that only ratios within a world can be compared, and only
+//! their distribution rates a filter.
 
 use scphd_score::moving::median;
 use scphd_score::results::OutputError;
@@ -10,24 +10,24 @@ use std::path::Path;
 /// One filter in one world.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WorldRun {
-    /// Name of the world, its seed in it.
+    /// Name of the world, with its seed.
     pub world: String,
     /// Name of the filter.
     pub filter: String,
-    /// What the run was made with: runs with other settings are not put beside it.
+    /// Settings of the run: runs with other settings are not compared with it.
     pub settings: String,
     /// Root mean square distance to the true position, m.
     pub position_rmse_m: f64,
-    /// The same of odometry alone, m.
+    /// The same of dead reckoning, m.
     pub dead_reckoning_rmse_m: f64,
-    /// Median over the scans of eᵀ P⁻¹ e of the position by its dimension, where P is not singular.
+    /// Median over the scans of the NEES of the position divided by its dimension, where P is not singular.
     pub nees_median: Option<f64>,
     /// Mean wall time of a scan step, µs.
     pub scan_us_mean: Option<f64>,
 }
 
 impl WorldRun {
-    /// Of a run with that summary; `None` where its log has no truth.
+    /// Creates the row from the summary of a run; `None` if its log has no truth.
     #[must_use]
     pub fn of(summary: &Summary, settings: &str) -> Option<Self> {
         Some(Self {
@@ -42,20 +42,20 @@ impl WorldRun {
     }
 }
 
-/// How a filter did over all worlds, beside a yardstick.
+/// Figures of a filter over all worlds, compared with a reference filter (the yardstick).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Standing {
-    /// The format of the keys.
+    /// Format of the keys.
     pub format: Format,
     /// The filter.
     pub filter: String,
-    /// What it is compared with.
+    /// The filter that it is compared with.
     pub yardstick: String,
-    /// Worlds in which both ran.
+    /// Number of worlds in which both ran.
     pub worlds: usize,
-    /// Median of its RMSE over the yardstick's.
+    /// Median of its RMSE divided by the yardstick's.
     pub ratio_median: f64,
-    /// The ratio that a tenth of the worlds exceeds.
+    /// The 90 % quantile of this ratio.
     pub ratio_tenth: f64,
     /// Share of the worlds with less error than the yardstick.
     pub better_share: f64,
@@ -63,28 +63,28 @@ pub struct Standing {
     pub above_one_and_a_half_share: f64,
     /// Share of the worlds with a ratio above 3.
     pub above_three_share: f64,
-    /// Worlds in which it is worse than odometry alone.
+    /// Number of worlds in which its RMSE is greater than that of dead reckoning.
     pub above_dead_reckoning: usize,
-    /// Median of its RMSE over that of odometry alone.
+    /// Median of its RMSE divided by that of dead reckoning.
     pub dead_reckoning_ratio_median: f64,
     /// Median of its RMSE, m.
     pub rmse_median_m: f64,
-    /// Median over the worlds of the median of NEES by dimension.
+    /// Median over the worlds of the median NEES divided by the dimension.
     pub nees_median: Option<f64>,
-    /// Share of the worlds whose NEES by dimension has a median between 0.15 and 2; that of a covariance that is right is 0.69 in the plane
-    /// and 0.79 in space.
+    /// Share of the worlds in which the median NEES divided by the dimension is between 0.15 and 2; for a consistent filter it is
+    /// 0.69 in the plane and 0.79 in space.
     pub consistent_share: f64,
 }
 
-/// Bounds of a NEES by dimension that passes for consistent.
+/// Bounds of the median NEES divided by the dimension of a consistent run.
 const CONSISTENT: core::ops::RangeInclusive<f64> = 0.15..=2.0;
 
-/// The runs of one filter, world by world in the order of `worlds`.
+/// The runs of one filter, in the order of `worlds`.
 fn runs_of<'a>(runs: &'a [WorldRun], filter: &str, worlds: &[&str]) -> Vec<Option<&'a WorldRun>> {
     worlds.iter().map(|world| runs.iter().find(|run| run.filter == filter && run.world == *world)).collect()
 }
 
-/// The standing of `filter` beside `yardstick`; `None` where there is no world in which both ran.
+/// The standing of `filter` compared with `yardstick`; `None` without a world in which both ran.
 #[must_use]
 pub fn standing(runs: &[WorldRun], filter: &str, yardstick: &str, worlds: &[&str]) -> Option<Standing> {
     let of = runs_of(runs, filter, worlds);
@@ -114,8 +114,8 @@ pub fn standing(runs: &[WorldRun], filter: &str, yardstick: &str, worlds: &[&str
     })
 }
 
-/// One line a world, in plain digits: dead reckoning, then RMSE and NEES of every filter, by the `dimension` of the position, then the
-/// ratio of the first filter's RMSE to each other one's.
+/// A line for each world: dead reckoning, then RMSE and NEES divided by `dimension` of every filter, then the ratio of the first
+/// filter's RMSE to each other one's.
 #[must_use]
 pub fn lines(dimension: usize, runs: &[WorldRun], filters: &[String], worlds: &[&str]) -> String {
     let width = worlds.iter().map(|world| world.len()).max().unwrap_or(0).max("world".len());
@@ -157,7 +157,7 @@ pub fn write_json(path: &Path, standings: &[Standing]) -> Result<(), OutputError
     json::write(path, standings)
 }
 
-/// A standing in words, where a position has so many dimensions.
+/// A standing as text, for positions of this dimension.
 #[must_use]
 pub fn told(dimension: usize, standing: &Standing) -> String {
     let percent = |share: f64| 100.0 * share;
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn ratios_are_taken_within_a_world_whatever_the_order_of_the_runs() {
+    fn ratios_are_within_a_world_for_any_order_of_the_runs() {
         let mut runs = vec![];
         for (world, ours, other) in [("a", 1.0, 2.0), ("b", 6.0, 1.0), ("c", 1.5, 1.0)] {
             runs.push(run(world, "scphd", ours));
@@ -213,7 +213,7 @@ mod tests {
             (standing.above_three_share - 1.0 / 3.0).abs() < 1e-12 && (standing.better_share - 1.0 / 3.0).abs() < 1e-12
         );
         assert!((standing.consistent_share - 2.0 / 3.0).abs() < 1e-12);
-        // A ratio of 1.5 is not above it.
+        // A ratio of 1.5 is not above 1.5.
         assert!((standing.above_one_and_a_half_share - 1.0 / 3.0).abs() < 1e-12);
         let text = lines(3, &runs, &["scphd".into(), "ekf".into()], &worlds);
         assert_eq!(text.lines().count(), 5);

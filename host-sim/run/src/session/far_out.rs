@@ -6,9 +6,9 @@ use scphd_filters::slam::Precision;
 use scphd_log::dimensions::Planar;
 use scphd_worlds::scenario;
 
-/// A drive somewhere on a survey grid is the drive at the origin, to the millimetre, and its map too.
+/// A drive with large map coordinates has the same errors as at the origin, to the millimetre, and the same map.
 #[test]
-fn a_drive_far_out_is_as_good() {
+fn a_drive_far_from_the_origin_is_as_accurate() {
     let mut log = scenario::by_name("survey", 3).unwrap();
     log.scans.truncate(60);
     let settings = Settings::for_scenario("survey", &log);

@@ -1,4 +1,4 @@
-//! Fixes that a filter refuses, over whole drives.
+//! Fixes that a filter rejects, over whole drives.
 
 use crate::session;
 use scphd_filters::ekf::Association;
@@ -8,9 +8,9 @@ use scphd_log::dimensions::Planar;
 use scphd_log::log::{Fix, FixNoise, PoseFix};
 use scphd_worlds::scenario;
 
-/// A drive with positions once a second, whose head states another heading than the vehicle starts with.
+/// A drive with a position every second and a wrong initial heading in its head.
 #[test]
-fn a_wrong_heading_at_the_start_is_found_from_positions() {
+fn a_wrong_initial_heading_is_corrected_by_positions() {
     for error_rad in [0.5, 1.0, 2.0, std::f64::consts::PI] {
         let mut log = scenario::by_name("worlds", 12).unwrap();
         log.scans.retain(|scan| scan.t_s < 100.0);

@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 const EKF: Filter = Filter::Ekf(Association::NearestNeighbour);
 
-/// The survey as two sensors, which look to the left and to the right, see it at the same times.
+/// The survey with two sensors, which view the left and the right half at the same times.
 fn halved(log: &Log) -> Log {
     let half = |yaw_rad| Sensor {
         bearing_min_rad: -FRAC_PI_2,
@@ -38,12 +38,12 @@ fn halved(log: &Log) -> Log {
     }
 }
 
-/// The log as a filter can take it in: nearest neighbours are lost in clutter, and long.
+/// The log that a filter can process: for the EKF without clutter, in which nearest neighbours diverge and take long.
 fn seen_by(filter: Filter, log: &Log) -> Log {
     if filter == EKF { unclutter(log) } else { log.clone() }
 }
 
-/// What lies within a metre of a landmark, seen from the true poses.
+/// The log with only the detections within a metre of a landmark, as seen from the true poses.
 fn unclutter(log: &Log) -> Log {
     let mut log = log.clone();
     let seats: Vec<Mounting> = log.sensors().map(|(_, sensor, _)| sensor.mounting).collect();
@@ -78,13 +78,13 @@ fn two_half_views_estimate_what_the_full_view_does() {
         let rms = (squares / one.scans.len() as f64).sqrt();
         println!("{filter:?}: {rms} m, {} and {} features", one.map.len(), two.map.len());
         assert!(rms < 0.05, "{filter:?}: {rms} m apart");
-        // Which of its false landmarks it keeps, the order of detections decides for nearest neighbours.
+        // With nearest neighbours, the order of detections decides which false landmarks are kept.
         let alike = one.map.len().abs_diff(two.map.len()) <= 3;
         assert!(alike || filter == EKF, "{} and {}", one.map.len(), two.map.len());
     }
 }
 
-/// What draws little, so that two runs differ by what they are told alone.
+/// Settings with few random numbers, so that two runs differ only by their inputs.
 fn informed(log: &Log) -> Settings {
     let mut settings = Settings::for_log(log);
     (settings.filter.particles, settings.filter.proposal_sampled_fraction) = (1, 0.0);
@@ -108,7 +108,7 @@ fn fixes_are_counted_and_one_far_off_is_left_out() {
     assert!(refused.contains("the reference takes no fixes"), "{refused}");
 }
 
-/// A drive whose start is wrong by 30 m and half a radian, with a fix of 0.5 m a second; nothing is drawn.
+/// A drive whose initial pose is wrong by 30 m and half a radian, with a fix of 0.5 m a second; the fixes have no random noise.
 fn wrong_start() -> Log {
     let mut log = scenario::survey(2);
     log.fixes.clear();
@@ -140,10 +140,10 @@ fn a_filter_that_is_wrong_is_put_to_fixes_that_agree_and_only_if_it_may_be() {
 }
 
 #[test]
-fn positions_that_do_not_agree_put_no_filter_anywhere() {
+fn inconsistent_fixes_do_not_relocate_a_filter() {
     let mut log = wrong_start();
     log.initial_pose = scenario::survey(2).initial_pose;
-    // A receiver that repeats its last place for 20 s, 300 m off.
+    // A receiver repeats its last position for 20 s, 300 m off.
     let held = log.fixes[20].measured;
     let PoseFix::Position([x, y]) = held else { panic!() };
     log.fixes[20..40].iter_mut().for_each(|fix| fix.measured = PoseFix::Position([x + 300.0, y]));
@@ -155,9 +155,9 @@ fn positions_that_do_not_agree_put_no_filter_anywhere() {
     }
 }
 
-/// Where nothing is seen at all, fixes are all there is: they hold what odometry alone loses.
+/// Without detections, fixes bound the drift of the odometry.
 #[test]
-fn fixes_hold_a_filter_that_sees_nothing() {
+fn fixes_bound_the_error_of_a_filter_without_detections() {
     let mut log = scenario::survey_fixes(1);
     log.scans.iter_mut().for_each(|scan| scan.detections.clear());
     for filter in [Filter::Joint(Precision::F32), EKF] {

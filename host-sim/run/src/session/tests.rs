@@ -13,7 +13,7 @@ fn conditions_have_distinct_names() {
     }
 }
 
-/// Knows the truth and refuses its scan number `refuse`.
+/// A filter that returns the truth and refuses the scan number `refuse`.
 struct Oracle {
     log: Log,
     scans: usize,
@@ -57,7 +57,7 @@ fn short_log() -> Log {
 }
 
 #[test]
-fn an_oracle_is_off_by_what_it_lies() {
+fn the_error_of_an_oracle_is_the_added_one() {
     let log = short_log();
     let mut oracle = Oracle { log: log.clone(), scans: 0, refuse: usize::MAX };
     let mut told = Vec::new();
@@ -73,7 +73,7 @@ fn an_oracle_is_off_by_what_it_lies() {
 }
 
 #[test]
-fn a_garbage_row_is_left_out_and_named() {
+fn an_implausible_row_is_left_out_and_reported() {
     let log = short_log();
     let settings = Settings::for_log(&log);
     let with = |row: usize, speed| {
@@ -87,13 +87,13 @@ fn a_garbage_row_is_left_out_and_named() {
     let t_s = log.odometry[20].t_s;
     assert_eq!(spoilt.left_out, [LeftOut { row: 20, t_s, what: Implausible::Speed }]);
     assert!(spoilt.health.contains(&(Health::PREDICTION_REFUSED, 1)), "{:?}", spoilt.health);
-    // One row less is all that it costs.
+    // The error is at most that of one missing row.
     let [whole, spoilt] = [whole, spoilt].map(|session| session.summary.position_rmse_m.unwrap());
     assert!(spoilt < whole + 0.5, "{spoilt} m, and {whole} m without");
 }
 
 #[test]
-fn a_refusal_names_scan_and_time() {
+fn a_refusal_has_scan_and_time() {
     let log = short_log();
     let mut oracle = Oracle { log: log.clone(), scans: 0, refuse: 5 };
     let error = process_log::<Planar>(&log, &Settings::for_log(&log), &mut oracle, None, false, &mut |_| ())
@@ -104,7 +104,7 @@ fn a_refusal_names_scan_and_time() {
 }
 
 #[test]
-fn settings_beyond_the_state_are_refused_at_the_start() {
+fn settings_beyond_the_capacity_are_refused_at_the_start() {
     let log = short_log();
     let mut settings = Settings::for_log(&log);
     settings.filter.particles = 5000;

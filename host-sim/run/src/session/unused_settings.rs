@@ -1,4 +1,4 @@
-//! Settings that a filter is said not to use.
+//! Settings that are declared as unused by a filter.
 
 use crate::session;
 use scphd_filters::ekf::Association;
@@ -15,7 +15,7 @@ const FILTERS: [Filter; 4] = [
     Filter::Ekf(Association::NearestNeighbour),
 ];
 
-/// Another value, within the limits of every field that there is.
+/// Another value, within the limits of any field.
 fn another(value: &Value) -> Option<Value> {
     match value {
         Value::Float(number) => Some(Value::Float(0.9 * number + 1e-4)),
@@ -35,9 +35,9 @@ fn another(value: &Value) -> Option<Value> {
     }
 }
 
-/// What a filter is said not to use changes no bit of its run; so nothing that does something is ever refused.
+/// Settings declared as unused change no bit of a run: a setting with an effect is never refused.
 #[test]
-fn what_is_not_used_changes_nothing() {
+fn unused_settings_change_no_bit_of_a_run() {
     let mut log = scenario::by_name("worlds", 7).unwrap();
     log.scans.truncate(40);
     log.odometry.retain(|row| row.t_s <= log.scans.last().unwrap().t_s);

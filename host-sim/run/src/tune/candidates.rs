@@ -1,16 +1,16 @@
-//! What there is to try.
+//! Candidate settings.
 
 use super::change::{BIRTHS, Candidate, Change, Group, Said, scaled, size_of};
 use super::learn::Learn;
 
-/// Six groups, each in two ways.
+/// Greatest number of candidates: six groups, two each.
 pub(super) const MOST: usize = 12;
 
-/// What there is to try from `settings`: what the innovations say, or half way there, of each group, of all of the sensor's and of
-/// everything.
+/// Candidates from `settings`: the result of the innovations, and half of that change, for each group, for all groups of the
+/// sensor, and for all.
 ///
-/// Of a log that is not a simulation odometry noise is never lowered: what lasts, a scale or an offset, is most of its errors, and
-/// is not seen from one scan to the next.
+/// In a log that is not simulated the odometry noise is never lowered: most of its errors are constant, a scale or an offset, and
+/// corrections from scan to scan do not show them.
 #[must_use]
 pub fn candidates<K: Learn>(log: &K::Log, settings: &K::Settings, said: &[Said]) -> Vec<Candidate> {
     let mut all = Vec::new();
@@ -38,8 +38,8 @@ pub fn candidates<K: Learn>(log: &K::Log, settings: &K::Settings, said: &[Said])
     all
 }
 
-/// What was said of these fields, a share of the way on a logarithmic scale. Births go with clutter: which of them is more likely is
-/// the user's judgement.
+/// Changes of these fields by a share of the result, on a logarithmic scale. Births change in proportion to clutter: their ratio
+/// is the user's judgement.
 fn learnt<K: Learn>(settings: &K::Settings, said: &[Said], fields: &[&'static str], share: f64) -> Vec<Change> {
     let mut changes = Vec::new();
     for said in said.iter().filter(|said| fields.contains(&said.field)) {

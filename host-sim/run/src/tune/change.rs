@@ -1,4 +1,4 @@
-//! Changes of settings by the names of their fields.
+//! Changes of settings by field names.
 
 use scphd_filters::settings::FileProblem;
 use scphd_filters::settings::file::{laid_over, lookup};
@@ -6,10 +6,10 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
-/// Fields that go with clutter, where there are such.
+/// Fields that change in proportion to clutter, if present.
 pub(super) const BIRTHS: &[&str] = &["filter.birth_intensity", "moving.birth_intensity"];
 
-/// A field and what it becomes.
+/// A field and its new value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
     /// `section.field`.
@@ -19,35 +19,35 @@ pub struct Change {
 }
 
 impl Change {
-    /// To a number.
+    /// A change to a number.
     #[must_use]
     pub fn new(field: &'static str, value: f64) -> Self {
         Self { field, value: Value::Float(value) }
     }
 
-    /// What it comes to, as in [`Said::now`].
+    /// The size of the value, as in [`Said::now`].
     #[must_use]
     pub fn size(&self) -> Option<f64> {
         size(&self.value)
     }
 }
 
-/// What the log says about a field.
+/// The result of learning for a field.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Said {
     /// `section.field`.
     pub field: &'static str,
-    /// What it is now; of several numbers, their root mean square.
+    /// The present value; of several numbers, their root mean square.
     pub now: f64,
-    /// What it would have to be; none on too few observations.
+    /// The learnt value; `None` with too few observations.
     pub to: Option<f64>,
-    /// A bound, and not the log, has decided on it.
+    /// Whether a bound limited the value.
     pub clamped: bool,
-    /// Innovations, corrections or measurements behind it.
+    /// Number of innovations, corrections or measurements.
     pub observations: usize,
 }
 
-/// What belongs together and is proposed together.
+/// Fields that are proposed together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Group {
     /// The vehicle's noise.
@@ -58,14 +58,14 @@ pub enum Group {
     Detection,
     /// λ, and births in proportion.
     Clutter,
-    /// The three of the sensor at once.
+    /// Noise, detection and clutter of the sensor.
     Sensor,
-    /// All of them at once.
+    /// All of them.
     Together,
 }
 
 impl Group {
-    /// Its name in tables.
+    /// Name in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -79,18 +79,18 @@ impl Group {
     }
 }
 
-/// Settings that may be better.
+/// Candidate settings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
-    /// What it changes.
+    /// The group that changes.
     pub group: Group,
-    /// Where it is from, in a word or two.
+    /// A short description of their origin.
     pub how: String,
     /// The changes; at least one.
     pub changes: Vec<Change>,
 }
 
-/// What a field comes to, as in [`Said::now`]; `None` for one that the settings do not have.
+/// The size of a field's value, as in [`Said::now`]; `None` if the settings do not have the field.
 pub(super) fn size_of<S: Serialize>(settings: &S, field: &str) -> Option<f64> {
     size(lookup(&Table::try_from(settings).ok()?, field)?)
 }
@@ -101,10 +101,10 @@ fn size(value: &Value) -> Option<f64> {
     Some((squares? / numbers.len() as f64).sqrt())
 }
 
-/// `settings` with the changes in.
+/// Applies changes to `settings`.
 ///
 /// # Errors
-/// A field that the settings do not have.
+/// The settings do not have a field.
 pub(super) fn changed<S: Serialize + DeserializeOwned>(settings: &S, changes: &[Change]) -> Result<S, FileProblem> {
     let mut over = Table::new();
     for Change { field, value } in changes {
@@ -117,7 +117,7 @@ pub(super) fn changed<S: Serialize + DeserializeOwned>(settings: &S, changes: &[
     laid_over(settings, over)
 }
 
-/// The changes of `fields` by a factor; of those that are 0, or that there are not, there is none.
+/// Changes of `fields` by a factor; fields that are 0 or missing are left out.
 pub(super) fn scaled<S: Serialize>(settings: &S, fields: &[&'static str], factor: f64) -> Vec<Change> {
     let table = Table::try_from(settings).unwrap_or_default();
     let change = |&field| {

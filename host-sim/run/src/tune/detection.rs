@@ -1,8 +1,8 @@
-//! How often features in view are detected, and how many detections belong to none.
+//! Estimates of the detection probability and of the number of false detections.
 
 use super::pairs::Expectation;
 
-/// Sums for a straight line of the detection probability over the range.
+/// Sums for a linear regression of the detection probability over the range.
 #[derive(Debug, Default)]
 pub struct Detections {
     range_max_m: f64,
@@ -14,12 +14,12 @@ pub struct Detections {
 }
 
 impl Detections {
-    /// None yet, of a sensor of that greatest range, m.
+    /// No features yet, of a sensor with this greatest range, m.
     pub fn over(range_max_m: f64) -> Self {
         Self { range_max_m, ..Self::default() }
     }
 
-    /// Adds the well known features in view of one scan.
+    /// Adds the well known features in view in one scan.
     pub fn scan(&mut self, expected: &[Expectation]) {
         for &Expectation { range_m, detected, .. } in expected.iter().filter(|expected| expected.well_known) {
             let detected = f64::from(u8::from(detected));
@@ -31,7 +31,7 @@ impl Detections {
         }
     }
 
-    /// The line of least squares through "detected" over range: its values at range 0 and at the greatest.
+    /// The regression line: its values at range 0 and at the greatest range.
     pub fn line(&self) -> Option<[f64; 2]> {
         let count = self.expected as f64;
         let spread = count * self.range_squared - self.range * self.range;
@@ -43,18 +43,18 @@ impl Detections {
         Some([near, near + slope * self.range_max_m])
     }
 
-    /// The share of them that was detected.
+    /// The detected share of the features.
     pub fn share(&self) -> Option<f64> {
         (self.expected > 0).then(|| self.detected / self.expected as f64)
     }
 
-    /// Features that were in view, counted in every scan anew.
+    /// Number of features in view, summed over the scans.
     pub fn expected(&self) -> usize {
         self.expected
     }
 }
 
-/// Detections that belong to no feature, not even to one that was found later.
+/// Detections without a feature, also without one that was initiated later.
 #[derive(Debug, Default)]
 pub struct Clutter {
     scans: usize,
@@ -63,23 +63,23 @@ pub struct Clutter {
 }
 
 impl Clutter {
-    /// Counts a scan of so many detections.
+    /// Adds a scan with this number of detections.
     pub fn scan(&mut self, detections: usize) {
         self.scans += 1;
         self.measurements += detections;
     }
 
-    /// At the end: so many were left unexplained.
+    /// Sets the number of unexplained detections at the end.
     pub fn conclude(&mut self, unexplained: usize) {
         self.unexplained = Some(unexplained);
     }
 
-    /// Detections in all.
+    /// Number of detections.
     pub fn measurements(&self) -> usize {
         self.measurements
     }
 
-    /// Unexplained ones a scan.
+    /// Number of unexplained detections a scan.
     pub fn per_scan(&self) -> Option<f64> {
         Some(self.unexplained? as f64 / self.scans as f64)
     }

@@ -1,17 +1,18 @@
-//! How well what a run has seen says where it sees things again, long after: the measure by which settings are judged.
+//! Prediction of measurements by positions of earlier ones: the score by which settings are judged.
 //!
-//! A run that knows where it is sees a feature at the same place whenever it comes back; one that has lost its way sees it beside
-//! its old place, or smears it. So the places at which a run has put its measurements some time ago, as a density, predict where it
-//! puts those of today, from the pose before the scan is taken in:
+//! With a right trajectory, a feature is measured at the same position whenever it is in view again; with a wrong one, beside or
+//! around its old position. Therefore the positions of earlier measurements, as a density, predict those of later measurements as
+//! seen from the pose before their scan:
 //!
 //! ```text
 //! score = Σ_z ln( ε / A + (1 − ε) / n Σ_i t(y_z; y_i, 2 R*_z) )
 //! ```
 //!
-//! with the place y_z of a measurement, its covariance R*_z by the scheme for the log, the n places y_i of all measurements until
-//! a while ago, Student's t of two degrees of freedom (whose tail still tells a near miss from a far one), and a share ε of false
-//! ones over the view's area, in space volume, A. No setting of the filter is in it: noise, p_D and clutter of a candidate cannot flatter it, only
-//! its trajectory can, and scores of any filters and settings over the same log may be compared.
+//! with the position y_z of a measurement, its covariance R*_z by the default settings for the log, the n positions y_i of all
+//! earlier measurements except recent ones, Student's t of two degrees of freedom (whose tail still distinguishes near from far
+//! misses), and a share ε of false measurements over the area of the view, in space its volume, A. The score has no setting of
+//! the filter: noise, p_D and clutter of a candidate cannot improve it, only its trajectory can, and scores of any filters and
+//! settings over the same log can be compared.
 
 use nalgebra::DMatrix;
 use scphd_log::dimensions::Coordinates;
@@ -19,28 +20,29 @@ use std::f64::consts::TAU;
 
 /// ε.
 const FALSE_SHARE: f64 = 0.1;
-/// Measurements that are older than this share of the log predict. What was in view all the while says nothing of the way.
+/// Least age of the predicting measurements, as a share of the log's duration. Features that stay in view say nothing about the
+/// trajectory.
 const AGO_SHARE: f64 = 0.1;
-/// More places than this are thinned out, scan by scan: the work grows with their square.
+/// Greatest number of positions; more are thinned out by scans, because the time grows with their square.
 const MOST_PLACES: usize = 60_000;
 
-/// A measurement's place from the pose that was predicted, and what its noise makes of that.
+/// The position of a measurement from the predicted pose, and its covariance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sighting<P> {
-    /// Where, m.
+    /// Position, m.
     pub place: P,
     /// R*, m².
     pub covariance: DMatrix<f64>,
 }
 
-/// What a run made of one scan.
+/// The measurements of one scan in a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Look<P> {
     /// Time, s.
     pub t_s: f64,
-    /// Its measurements from the pose before the scan was taken in.
+    /// The measurements from the pose before the scan.
     pub predicted: Vec<Sighting<P>>,
-    /// Their places from the pose after, m.
+    /// Their positions from the pose after the scan, m.
     pub settled: Vec<P>,
 }
 
@@ -68,7 +70,7 @@ pub fn scores<P: Coordinates>(looks: &[Look<P>], view: f64) -> Vec<f64> {
     looks.iter().enumerate().map(scan).collect()
 }
 
-/// ln of the density of a sighting; none where its covariance has no inverse.
+/// Log density of a sighting; `None` if its covariance has no inverse.
 fn ln_density<P: Coordinates>(sighting: &Sighting<P>, places: &[P], view: f64) -> Option<f64> {
     let doubled = (2.0 * &sighting.covariance).cholesky()?;
     let precision = doubled.inverse();
@@ -83,13 +85,13 @@ fn ln_density<P: Coordinates>(sighting: &Sighting<P>, places: &[P], view: f64) -
         power(1.0 + 0.5 * distance, P::COUNT)
     };
     let sum: f64 = places.iter().map(density).sum();
-    // Γ((2 + D)/2) / Γ(1) over (2π)^(D/2) √det.
+    // Γ((2 + D)/2) / Γ(1) divided by (2π)^(D/2) √det.
     let peak = libm::tgamma(1.0 + 0.5 * dimensions) / (TAU.powf(0.5 * dimensions) * doubled.determinant().sqrt());
     let foreseen = if places.is_empty() { 0.0 } else { peak * sum / places.len() as f64 };
     Some((FALSE_SHARE / view + (1.0 - FALSE_SHARE) * foreseen).ln())
 }
 
-/// x to the power of −(2 + D)/2, quickly: it is what most of the time goes into.
+/// x to the power of −(2 + D)/2, optimised: most of the time is spent here.
 fn power(x: f64, dimensions: usize) -> f64 {
     let whole = x.powi(-(1 + dimensions as i32 / 2));
     if dimensions.is_multiple_of(2) { whole } else { whole / x.sqrt() }
@@ -110,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn the_density_is_one_over_the_plane_and_the_view() {
+    fn the_density_integrates_to_one_over_the_plane_and_the_view() {
         let places = [[0.3, -0.2], [-4.0, 1.0]];
         let (step, half) = (0.5, 150.0);
         let steps = (2.0 * half / step) as usize;
@@ -119,27 +121,27 @@ mod tests {
         let area = 4.0 * half * half;
         let mass: f64 = cells.map(|cell| ln_density(&cell, &places, area).unwrap().exp() * step * step).sum();
         assert!((mass - 1.0).abs() < 1e-3, "{mass}");
-        // At a place, closed form: (1 − ε)/n /(2π √det 2R*) and the other's tail.
+        // Closed form at a position: (1 − ε)/n /(2π √det 2R*), plus the tail of the other.
         let one = ln_density(&sighting(1.0, 1.0), &[[1.0, 1.0]], 10.0).unwrap().exp();
         assert!((one - (0.01 + 0.9 / (2.0 * PI * 2.0))).abs() < 1e-12);
     }
 
     #[test]
-    fn in_space_too_the_density_is_one() {
-        // Over shells around the place, as nothing hangs on the direction: 4π r² of them, and the rest beyond the last.
+    fn the_density_integrates_to_one_in_space() {
+        // Integral over spherical shells of area 4π r², as the density does not depend on the direction; the rest is the tail.
         let covariance = DMatrix::identity(3, 3) * 0.5;
         let at = |x: f64| Sighting { place: [x, 0.0, 0.0], covariance: covariance.clone() };
         let (step, last) = (0.01, 400.0);
         let shells = (0..(last / step) as usize).map(|k| step * (k as f64 + 0.5));
-        // With a view beyond measure what is false is nowhere.
+        // With an infinite view the density of false measurements is zero.
         let density = |x: f64| ln_density(&at(x), &[[0.0; 3]], f64::INFINITY).unwrap().exp() / (1.0 - FALSE_SHARE);
         let mass: f64 = shells.map(|radius| 4.0 * PI * radius * radius * density(radius) * step).sum();
         assert!((mass - 1.0).abs() < 1e-4, "{mass}");
     }
 
     #[test]
-    fn only_what_was_seen_a_while_ago_predicts() {
-        // The third look is 1.5 s after the second, and a tenth of the log is 2 s.
+    fn only_old_measurements_predict() {
+        // The third scan is 1.5 s after the second, and a tenth of the log is 2 s.
         let looks = [look(0.0, 0.0), look(8.5, 5.0), look(10.0, 5.0), look(20.0, 5.0)];
         let scores = scores(&looks, 10.0);
         let expected = |x: f64, places: &[f64]| {
@@ -155,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lost_way_scores_less_than_the_right_one_and_farther_is_worse() {
+    fn a_wrong_trajectory_scores_less_the_farther_it_is_off() {
         let round = |drift: f64| {
             let looks: Vec<Look<_>> =
                 (0..40).map(|k| look(f64::from(k), f64::from(k % 10) * 10.0 + drift * f64::from(k / 10))).collect();

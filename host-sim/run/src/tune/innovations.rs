@@ -1,8 +1,8 @@
-//! What the innovations of a run say about noise, detection and clutter.
+//! Estimates of noise, detection and clutter from the innovations of a run.
 //!
-//! Nothing here knows the truth, and nothing here is believed at once: the errors of real detectors repeat from scan to scan, which
-//! innovations take for the feature's place, so that real noise looks smaller than a map can live with. What comes out is a
-//! proposal for [`super::search`].
+//! The truth is not used, and the results are not applied directly: errors of real detectors repeat from scan to scan and are
+//! absorbed by the positions of features, so that the noise appears smaller than the filter needs. The results are candidates for
+//! [`super::search`].
 
 use super::change::{BIRTHS, Said, changed, scaled, size_of};
 use super::detection::{Clutter, Detections};
@@ -15,20 +15,20 @@ use super::plan::Plan;
 use crate::session::{SessionError, with_roomy_stack};
 use scphd_score::record::MapFeature;
 
-/// Fewer observations than this change nothing.
+/// Least number of observations for a change.
 const LEAST_OBSERVATIONS: usize = 50;
-/// No setting changes by more than this factor a round: statistics of a filter that is far off are far off themselves.
+/// Greatest factor of a change in a round: statistics of a filter with wrong settings are wrong too.
 const GREATEST_STEP: f64 = 2.0;
-/// A detector that never fails, or never works, leaves no filter that could find out.
+/// Bounds of p_D: with a detector that never or always detects, a filter could not learn otherwise.
 const DETECTION: [f64; 2] = [0.02, 0.98];
-/// Clutter below this a scan would make every measurement a feature.
+/// Least clutter a scan; with less, every measurement would become a feature.
 const LEAST_CLUTTER: f64 = 0.01;
 
-/// What the innovations of the scans to learn from say in the plan's rounds, each a run with what the round before said. `progress`
-/// is told each round that is done.
+/// Estimates from the innovations of the scans to learn from, over the plan's rounds; each is a run with the results of the round
+/// before. `progress` is called after each round.
 ///
 /// # Errors
-/// The filter refuses the settings or a step, or the system has no thread for it.
+/// The filter refuses the settings or a step, or a thread cannot be started.
 pub fn innovations<K: Learn>(
     log: &K::Log,
     settings: &K::Settings,
@@ -45,7 +45,7 @@ pub fn innovations<K: Learn>(
     Ok(said)
 }
 
-/// What one run over a part of a log left behind.
+/// The statistics of one run over a part of a log.
 #[derive(Debug, Default)]
 struct Statistics {
     noise: MeasurementNoise,
@@ -54,7 +54,7 @@ struct Statistics {
     clutter: Clutter,
 }
 
-/// What is said while it is gathered.
+/// Results while they are collected.
 struct Gathered<S> {
     first: S,
     settings: S,
@@ -62,7 +62,7 @@ struct Gathered<S> {
 }
 
 impl<S: serde::Serialize + serde::de::DeserializeOwned> Gathered<S> {
-    /// A field has been found to be this, from so many observations, and must be within limits.
+    /// Adds a result for a field, from this number of observations, within bounds.
     fn say(&mut self, field: &'static str, found: Option<f64>, [least, greatest]: [f64; 2], observations: usize) {
         let (first, now) = (size_of(&self.first, field), size_of(&self.settings, field));
         let Some((before, now)) = first.zip(now) else { return };
@@ -78,14 +78,14 @@ impl<S: serde::Serialize + serde::de::DeserializeOwned> Gathered<S> {
         self.said.push(said);
     }
 
-    /// What a field is by now.
+    /// The present value of a field.
     fn now(&self, field: &str) -> f64 {
         size_of(&self.settings, field).unwrap_or(0.0)
     }
 }
 
 impl Statistics {
-    /// What there is to say, against what there was at `first`, and the settings of the next round.
+    /// The results relative to `first`, and the settings of the next round.
     fn propose<K: Learn>(&self, log: &K::Log, first: &K::Settings, now: &K::Settings) -> (K::Settings, Vec<Said>) {
         let mut all = Gathered { first: first.clone(), settings: now.clone(), said: Vec::new() };
         for (fields, ratio) in K::ODOMETRY.into_iter().zip(self.odometry.ratios()) {
@@ -99,7 +99,7 @@ impl Statistics {
             let ratio = self.noise.ratio(coordinates);
             for &field in *fields {
                 let found = ratio.map(|ratio| all.now(field) * ratio);
-                // What the scheme adds to a data sheet is for errors that last, and these are in no innovation.
+                // The default settings add noise to a data sheet for lasting errors, which innovations do not show.
                 let bounded = K::states(log, field) && !K::is_simulated(log);
                 let sizes = size_of(&scheme, field).zip(size_of(first, field)).filter(|_| bounded);
                 let least = sizes.map_or(0.0, |(scheme, first)| scheme.min(first));
@@ -113,14 +113,14 @@ impl Statistics {
         }
         let before = all.now(K::CLUTTER);
         all.say(K::CLUTTER, self.clutter.per_scan(), [LEAST_CLUTTER, f64::INFINITY], self.clutter.measurements());
-        // The ratio of births to clutter is the user's judgement of what is more likely; it stays.
+        // The ratio of births to clutter is the user's judgement; it is kept.
         let births = scaled(&all.settings, BIRTHS, all.now(K::CLUTTER) / before);
         let settings = if before > 0.0 { changed(&all.settings, &births).ok() } else { None };
         (settings.unwrap_or(all.settings), all.said)
     }
 }
 
-/// One run over the log up to the end of the part to learn from.
+/// Runs a filter over the log up to the end of the part to learn from.
 fn observe<K: Learn>(log: &K::Log, settings: &K::Settings, plan: &Plan) -> Result<Statistics, SessionError> {
     let eye = K::eye(log, settings).map_err(SessionError::Start)?;
     let (noise, learn) = (eye.noise(), &plan.learn);
@@ -147,7 +147,7 @@ fn observe<K: Learn>(log: &K::Log, settings: &K::Settings, plan: &Plan) -> Resul
             }
         }
     })?;
-    // What began as a measurement that nothing explained may have become a feature since.
+    // A measurement that was unexplained at first may have become a feature since.
     statistics.clutter.conclude(left_over.iter().filter(|place| !is_explained::<K>(place, &map)).count());
     Ok(statistics)
 }

@@ -1,4 +1,4 @@
-//! What a kind of vehicle supplies for its settings to be learnt.
+//! The parts of learning that depend on the kind of vehicle.
 
 use nalgebra::{DMatrix, DVector};
 use scphd::models::{PositionOf, Sensor};
@@ -7,21 +7,21 @@ use scphd_filters::kind::Kind;
 use scphd_filters::slam::Refusal;
 use scphd_log::dimensions::Dimensions;
 
-/// Settings that have one factor in common, and the coordinates of a measurement that it is found from.
+/// Settings with a common factor, and the coordinates of measurements that determine it.
 #[derive(Debug, Clone, Copy)]
 pub struct NoiseOf {
     /// `section.field`.
     pub fields: &'static [&'static str],
-    /// The coordinates whose noise they are.
+    /// The coordinates with this noise.
     pub coordinates: &'static [usize],
 }
 
-/// The variances that the noise of a motion adds.
+/// The variances that the noise of a motion adds to the pose.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Added {
-    /// By the first noise, of the speed, along the vehicle, m².
+    /// Along the vehicle, by the first noise (of the speed), m².
     pub along: f64,
-    /// By the first and by the second noise, of the turn, to the heading, rad².
+    /// To the heading, by the first and by the second noise (of the turn), rad².
     pub turned: [f64; 2],
 }
 
@@ -31,47 +31,47 @@ pub trait Learn: Kind {
     const ODOMETRY: [&'static [&'static str]; 2];
     /// Fields of the measurement noise.
     const NOISE: &'static [NoiseOf];
-    /// Fields of p_D: one for all of the view, or one for each end of it.
+    /// Fields of p_D: one for the whole view, or one for each end of the range.
     const DETECTION: &'static [&'static str];
     /// The field of λ.
     const CLUTTER: &'static str;
 
-    /// Whether the log is simulated, so that its noise is all that there is.
+    /// Whether the log is simulated, so that its noise has no lasting errors.
     fn is_simulated(log: &Self::Log) -> bool;
 
-    /// Why nothing can be learnt from a log, where its measurements are not what a filter takes them for.
+    /// Why nothing can be learnt from a log, if its measurements do not fit the models of a filter.
     fn unfit(_log: &Self::Log) -> Option<String> {
         None
     }
 
-    /// Whether a field of the odometry noise decides on anything in this log.
+    /// Whether a field of the odometry noise has an effect in this log.
     fn decides(_log: &Self::Log, _field: &str) -> bool {
         true
     }
 
-    /// Whether the log states a field of the noise.
+    /// Whether the log states this noise.
     fn states(log: &Self::Log, field: &str) -> bool;
 
-    /// The settings by the scheme for the log, whatever it is run with.
+    /// The default settings for the log.
     fn scheme(log: &Self::Log) -> Self::Settings;
 
     /// Area or volume of the view, m² or m³.
     fn view_measure(log: &Self::Log) -> f64;
 
-    /// The greatest range, m, at which what is seen is expected.
+    /// The greatest range at which detections are expected, m.
     fn reach_m(log: &Self::Log, settings: &Self::Settings) -> f64;
 
-    /// What a motion of `dt_s` seconds adds with the noise of these settings.
+    /// Variances that a motion of `dt_s` seconds adds with the noise of these settings.
     fn added(log: &Self::Log, settings: &Self::Settings, control: &Self::Control, dt_s: f64) -> Added;
 
-    /// The sensor with the noise and the view of these settings.
+    /// The sensor with noise and view of these settings.
     ///
     /// # Errors
-    /// It cannot work with them.
+    /// The settings are not valid for it.
     fn eye<'a>(log: &'a Self::Log, settings: &'a Self::Settings) -> Result<Box<dyn Eye<Self> + 'a>, Refusal>;
 }
 
-/// What is expected of a place.
+/// The prediction for a position.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expected<D: Dimensions> {
     /// ẑ.
@@ -84,7 +84,7 @@ pub struct Expected<D: Dimensions> {
 
 /// The sensor of a log, from the vehicle's pose at a scan.
 pub trait Eye<D: Dimensions> {
-    /// What to measure of a place; `None` where it cannot be measured.
+    /// Predicts the measurement of a position; `None` if it cannot be measured.
     fn expect(&self, scan: usize, pose: &D::Pose, place: &D::Position) -> Option<Expected<D>>;
 
     /// z ⊖ ẑ.
@@ -93,17 +93,17 @@ pub trait Eye<D: Dimensions> {
     /// R.
     fn noise(&self) -> DMatrix<f64>;
 
-    /// The place that would give a measurement, and the covariance that its noise gives it; `None` where there is none.
+    /// The position of a measurement, and the covariance by its noise; `None` if there is none.
     fn place(&self, scan: usize, pose: &D::Pose, measured: &D::Measurement) -> Option<(D::Position, DMatrix<f64>)>;
 
-    /// How far away what is measured so is, m, where it is so far inside of the view that its soft edges do not matter.
+    /// The range of a measurement, m; `None` near the soft edges of the view, or outside.
     fn inside(&self, measured: &D::Measurement) -> Option<f64>;
 }
 
-/// Where the sensor of the core is, and how that changes with the vehicle's pose; `None` where they are the same.
+/// The pose of the sensor model, and its derivative by the vehicle's pose; `None` if they are equal.
 pub(super) type Seat<P> = (P, Option<DMatrix<f64>>);
 
-/// Where the sensor is at a scan, by the vehicle's pose.
+/// Computes the sensor's pose at a scan from the vehicle's pose.
 pub(super) type SeatAt<'a, D, P> = Box<dyn Fn(usize, &<D as Dimensions>::Pose) -> Seat<P> + 'a>;
 
 /// See [`Eye::inside`].
@@ -113,13 +113,13 @@ pub(super) type Inside<'a, D> = Box<dyn Fn(&<D as Dimensions>::Measurement) -> O
 pub(super) struct CoreEye<'a, D: Dimensions, S: Sensor> {
     /// The model.
     pub(super) sensor: S,
-    /// Where it is at a scan, by the vehicle's pose.
+    /// Its pose at a scan, from the vehicle's pose.
     pub(super) seat: SeatAt<'a, D, S::Pose>,
     /// See [`Eye::inside`].
     pub(super) inside: Inside<'a, D>,
 }
 
-/// A matrix of the core.
+/// A matrix of the core as a dynamic one.
 fn full<R: Vector<Scalar = f64>, C: Vector<Scalar = f64>>(matrix: &Linear<R, C>) -> DMatrix<f64> {
     DMatrix::from_fn(R::DIMENSION, C::DIMENSION, |row, column| matrix.at(row, column))
 }

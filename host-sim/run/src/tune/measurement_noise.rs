@@ -1,15 +1,15 @@
-//! The noise of measurements, from what is left of the innovations of one scan once the pose has been fitted to them.
+//! Measurement noise, from the residuals of one scan after fitting the pose.
 
 use super::pairs::Pair;
 use nalgebra::{DMatrix, DVector};
 
-/// Sums over all scans with two well known features or more.
+/// Sums over all scans with at least two well known features.
 ///
-/// The pose that suits prediction and scan best is fitted to the innovations. What remains is free of the pose's error, and of
-/// variance R_kk (1 − h) for a coordinate whose leverage in the fit is h.
+/// The pose is fitted to prediction and innovations. The residuals do not contain the error of the pose, and have the variance
+/// R_kk (1 − h) for a coordinate with the leverage h.
 #[derive(Debug, Default)]
 pub struct MeasurementNoise {
-    /// Σ of squared residuals over R_kk, for every coordinate.
+    /// Σ of squared residuals divided by R_kk, for every coordinate.
     squares: Vec<f64>,
     /// Σ (1 − h).
     freedoms: Vec<f64>,
@@ -17,7 +17,7 @@ pub struct MeasurementNoise {
 }
 
 impl MeasurementNoise {
-    /// Adds the residuals of a scan with that covariance of the pose before it, and noise R.
+    /// Adds the residuals of a scan, with the covariance of the predicted pose, and noise R.
     pub fn scan(&mut self, pairs: &[Pair], predicted: &DMatrix<f64>, noise: &DMatrix<f64>) {
         let known: Vec<&Pair> = pairs.iter().filter(|pair| pair.well_known).collect();
         if known.len() < 2 {
@@ -46,14 +46,14 @@ impl MeasurementNoise {
         }
     }
 
-    /// The factor by which the standard deviations of these coordinates fall short.
+    /// The factor by which the standard deviations of these coordinates are too small.
     pub fn ratio(&self, coordinates: &[usize]) -> Option<f64> {
         let sum = |of: &[f64]| coordinates.iter().filter_map(|&k| of.get(k)).sum::<f64>();
         let freedoms = sum(&self.freedoms);
         (freedoms > 1.0).then(|| (sum(&self.squares) / freedoms).sqrt())
     }
 
-    /// Innovations that went in.
+    /// Number of innovations.
     pub fn residuals(&self) -> usize {
         self.residuals
     }

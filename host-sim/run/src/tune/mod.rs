@@ -1,10 +1,9 @@
-//! Settings learnt from one part of a log and judged by the rest.
+//! Settings that are learnt from one part of a log and judged by the rest.
 //!
-//! The innovations of the part that is learnt from say what noise, detection and clutter look like (`innovations`). Each group of
-//! these settings, and several groups together, are then candidates, as the innovations have it and half way there (`candidates`).
-//! A candidate is proposed only if a run with it foresees better where the vehicle sees things again in the part of the log that it
-//! was not learnt from (`foresight`, `search`). Nothing here knows the truth; where the log does, errors are told beside the
-//! outcome, and no decision asks for them.
+//! The innovations of the part to learn from give estimates of noise, detection and clutter (`innovations`). Each group of these
+//! settings, and several groups together, are candidates, with the whole change and with half of it (`candidates`). A candidate
+//! is proposed only if a run with it predicts measurements better in the rest of the log (`foresight`, `search`). The truth is
+//! not used for any decision; if the log has it, errors are reported too.
 
 mod candidates;
 mod change;
@@ -33,29 +32,29 @@ use crate::session::SessionError;
 use scphd_filters::kind::Kind;
 use std::ops::Range;
 
-/// The outcome.
+/// The result of learning.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tuned<S> {
-    /// What the innovations say, in the order of the settings file.
+    /// The estimates from the innovations, in the order of the settings file.
     pub said: Vec<Said>,
-    /// What became of it.
+    /// The result of the search.
     pub outcome: Outcome<S>,
 }
 
-/// Why nothing came out.
+/// Why learning failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TuneError {
     /// One of the two parts of the log is empty.
     #[error("there must be scans to learn from and others to judge by")]
     EmptyPart,
-    /// The measurements are not what a filter takes them for.
+    /// The measurements do not fit the models of a filter.
     #[error("{0}")]
     Unfit(String),
-    /// The filter cannot run with the settings as they are.
+    /// The filter refuses the present settings or a step.
     #[error(transparent)]
     Session(#[from] SessionError),
-    /// The system has no threads for it.
+    /// Threads cannot be started.
     #[error("cannot start threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
@@ -70,7 +69,7 @@ pub fn scans_between<K: Kind>(log: &K::Log, from_s: f64, until_s: f64) -> Range<
     from..place(until_s).max(from)
 }
 
-/// Learns, tries and judges. `progress` is told each run that is done; there are [`most_runs`] at most.
+/// Learns, tries and judges settings. `progress` is called after each run; there are at most [`most_runs`].
 ///
 /// # Errors
 /// See [`TuneError`].
@@ -98,7 +97,7 @@ pub fn tune<K: Learn>(
     Ok(Tuned { said, outcome })
 }
 
-/// Runs over the log that [`tune`] needs at most.
+/// Greatest number of runs of [`tune`].
 #[must_use]
 pub fn most_runs(plan: &Plan) -> usize {
     plan.rounds + search::most_runs(candidates::MOST, plan.effort.runs as usize)

@@ -1,11 +1,11 @@
-//! The noise of the odometry, from how far the scans move the pose.
+//! Odometry noise, from the corrections of the pose by the scans.
 
 use super::learn::Added;
 use scphd_log::angle::wrap;
 use scphd_log::dimensions::Dimensions;
 
-/// Sums over all scans: in a filter whose noise is right, what the scans correct has the variance that the motion between
-/// them has added.
+/// Sums over all scans: in a filter with the right noise, the corrections by scans have the variance that the motion between them
+/// has added.
 #[derive(Debug, Default)]
 pub struct OdometryNoise {
     added: Added,
@@ -15,7 +15,7 @@ pub struct OdometryNoise {
 }
 
 impl OdometryNoise {
-    /// Adds what a prediction has added.
+    /// Adds the variances of a prediction.
     pub fn predict(&mut self, added: Added) {
         self.added.along += added.along;
         self.added.turned[0] += added.turned[0];
@@ -32,7 +32,7 @@ impl OdometryNoise {
         self.corrections += 1;
     }
 
-    /// Factors by which the standard deviations of the first and of the second noise fall short.
+    /// Factors by which the standard deviations of the first and of the second noise are too small.
     pub fn ratios(&self) -> [Option<f64>; 2] {
         let Added { along, turned: [by_first, by_second] } = self.added;
         let first = (along > 0.0).then(|| self.corrected[0] / along);
@@ -40,7 +40,7 @@ impl OdometryNoise {
         [first, (by_second > 0.0).then(|| rest / by_second)].map(|squared| squared.map(f64::sqrt))
     }
 
-    /// Scans that went in.
+    /// Number of corrections.
     pub fn corrections(&self) -> usize {
         self.corrections
     }

@@ -1,4 +1,4 @@
-//! A run over a log that is watched from scan to scan.
+//! A run over a log, observed step by step.
 
 use crate::session::{Filter, SessionError};
 use scphd_filters::kind::Kind;
@@ -9,20 +9,20 @@ use scphd_score::record::MapFeature;
 
 /// One step of a run.
 pub(super) enum Step<'a, K: Kind> {
-    /// The vehicle moved, as far as the filter believes it.
+    /// A motion that the filter did not reject.
     Moved {
-        /// What is next.
+        /// Index of the next scan.
         scan: usize,
-        /// What moved it.
+        /// The control.
         control: &'a K::Control,
-        /// For how long, s.
+        /// Its duration, s.
         dt_s: f64,
     },
-    /// A scan was taken in.
+    /// A processed scan.
     Seen {
-        /// Its place in the log.
+        /// Its index in the log.
         scan: usize,
-        /// It.
+        /// The scan.
         taken: &'a Scan<K>,
         /// The pose before, and its covariance.
         before: (K::Pose, Covariance<K::Pose>),
@@ -33,7 +33,7 @@ pub(super) enum Step<'a, K: Kind> {
     },
 }
 
-/// Feeds the first `scans` scans of a log to a filter, and tells of each step.
+/// Processes the first `scans` scans of a log with a filter, and passes on each step.
 ///
 /// # Errors
 /// The filter refuses the settings or a step.

@@ -1,36 +1,36 @@
-//! Which detection belongs to which feature, as seen from the predicted pose.
+//! Association of detections with features, as seen from the predicted pose.
 
 use super::learn::Eye;
 use nalgebra::{DMatrix, DVector};
 use scphd_log::dimensions::{Coordinates, Covariance, Dimensions};
 use scphd_score::record::MapFeature;
 
-/// Squared Mahalanobis distance within which a detection may belong to a feature: wide, for the noise is what is sought.
+/// Squared Mahalanobis distance of the gate: wide, because the noise is to be estimated.
 const GATE: f64 = 25.0;
-/// A feature is well known where it adds no more than this share of the measurement's variance.
+/// Greatest share of the measurement's variance that the covariance of a well known feature adds.
 const WELL_KNOWN: f64 = 0.25;
 
-/// A detection and the feature it belongs to.
+/// A detection and its feature.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pair {
-    /// Place of the detection in the scan.
+    /// Index of the detection in the scan.
     pub detection: usize,
     /// z ⊖ ẑ.
     pub innovation: DVector<f64>,
     /// ∂ẑ/∂x.
     pub by_pose: DMatrix<f64>,
-    /// The feature itself hardly adds to the innovation.
+    /// Whether the covariance of the feature is negligible.
     pub well_known: bool,
 }
 
-/// A feature in view: how far away, and whether it was detected.
+/// A feature in view, and whether it was detected.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Expectation {
     /// Expected range, m.
     pub range_m: f64,
-    /// Seen often enough not to be a false measurement that was taken for a feature.
+    /// Whether its covariance is negligible, as after many detections; then it is not clutter.
     pub well_known: bool,
-    /// Whether a detection belongs to it.
+    /// Whether a detection is associated with it.
     pub detected: bool,
 }
 
@@ -39,7 +39,7 @@ pub(super) fn matrix<C: Coordinates>(covariance: &Covariance<C>) -> DMatrix<f64>
     DMatrix::from_fn(C::COUNT, C::COUNT, |row, column| covariance.as_ref()[row].as_ref()[column])
 }
 
-/// Pairs, the nearest first, and what was to be expected well inside of the view.
+/// The pairs, the nearest first, and the features that were expected well inside the view.
 pub fn pairs<D: Dimensions>(
     eye: &dyn Eye<D>,
     scan: usize,
@@ -80,7 +80,7 @@ pub fn pairs<D: Dimensions>(
     (found, expected)
 }
 
-/// Whether a feature of the map may have caused a detection at that place, whose noise gives it this covariance.
+/// Whether a feature of the map may have caused a detection at this position, with this covariance by its noise.
 pub fn is_explained<D: Dimensions>((place, covariance): &(D::Position, DMatrix<f64>), map: &[MapFeature<D>]) -> bool {
     map.iter().any(|feature| {
         let apart = DVector::from_fn(D::Position::COUNT, |k, _| place.as_ref()[k] - feature.mean.as_ref()[k]);

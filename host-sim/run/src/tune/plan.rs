@@ -1,18 +1,18 @@
-//! What there is to do.
+//! Plan of the learning.
 
 use super::search::Effort;
 use crate::session::Filter;
 use std::ops::Range;
 
-/// What is learnt from, and how hard it is tried.
+/// The data to learn from, and the effort.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    /// The filter that is to run with the settings.
+    /// The filter that will run with the settings.
     pub filter: Filter,
-    /// The scans that are learnt from; the others judge.
+    /// The scans to learn from; the others judge.
     pub learn: Range<usize>,
-    /// Runs over them, each with what the one before said.
+    /// Number of runs over them; each uses the results of the one before.
     pub rounds: usize,
-    /// Trials.
+    /// The effort of the search.
     pub effort: Effort,
 }

@@ -1,4 +1,4 @@
-//! What is learnt of vehicles in the plane.
+//! Learning for vehicles in the plane.
 
 use super::learn::{Added, CoreEye, Eye, Learn, NoiseOf};
 use nalgebra::DMatrix;
@@ -10,14 +10,14 @@ use scphd_log::dimensions::Planar;
 use scphd_log::log::{Log, Vehicle};
 use std::f64::consts::PI;
 
-/// More than this share of all detections has one range to the last digit, …
+/// A range means "no return" if more than this share of all detections has it to the last digit, …
 const REPEATED_SHARE: f64 = 0.02;
-/// … so many times as often as any other range, as a sensor with few digits repeats many, …
+/// … at least this many times as often as any other range (a sensor with few digits repeats many), …
 const OFTENER: usize = 10;
-/// … and no more than this share of the detections lies further off.
+/// … and at most this share of the detections is farther.
 const BEYOND_SHARE: f64 = 0.02;
 
-/// The range that stands for no return, if there is one: it, m, how many detections have it, and how many there are.
+/// The range that means "no return", if there is one, m, the number of detections with it, and of all.
 pub(super) fn no_returns(log: &Log) -> Option<(f64, usize, usize)> {
     let mut ranges: Vec<f64> =
         log.scans.iter().flat_map(|scan| scan.detections.iter().map(|[range, _]| *range)).collect();
@@ -80,7 +80,7 @@ impl Learn for Planar {
         let noise = &settings.vehicle;
         let &[ahead, turn, left] = control;
         let speed = ahead.hypot(left).copysign(ahead);
-        // An error that lasts for a while adds up over it.
+        // A lasting error accumulates over its duration.
         let lasts_s = noise.noise_interval_s * settings.filter.interval_margin;
         let lasting = dt_s * if lasts_s > 0.0 { lasts_s } else { dt_s };
         let variance = |constant: f64, ratio: f64, value: f64| constant.powi(2) + (ratio * value).powi(2);
@@ -109,14 +109,14 @@ impl Learn for Planar {
     }
 }
 
-/// The pose of the sensor of a vehicle there, and its derivatives by the vehicle's.
+/// The pose of the sensor from that of the vehicle, and its derivatives by the vehicle's.
 fn seat([x, y, heading]: [f64; 3], view: &SensorSettings) -> (PlanarPose<f64>, Option<DMatrix<f64>>) {
     let [seat_x, seat_y, seat_heading] = view.mounting().seat([x, y, heading]);
     let by_vehicle = [1.0, 0.0, y - seat_y, 0.0, 1.0, seat_x - x, 0.0, 0.0, 1.0];
     (PlanarPose::new(seat_x, seat_y, seat_heading), Some(DMatrix::from_row_slice(3, 3, &by_vehicle)))
 }
 
-/// Whether a feature there is so far inside of the view that its soft edges do not matter.
+/// Whether a measurement is far enough inside the view that its soft edges have no effect.
 fn is_inside(sensor: &SensorSettings, range: f64, bearing: f64) -> bool {
     let edge = sensor.range_edge_m.max(2.0 * sensor.range_sigma_m);
     let full_circle = sensor.bearing_half_width_rad() >= PI;

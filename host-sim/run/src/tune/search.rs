@@ -1,11 +1,11 @@
-//! Which of many candidates is better, by what its runs foresee of a part of the log that it was not learnt from.
+//! Choice among candidate settings, by their prediction of a part of the log that they were not learnt from.
 //!
-//! All candidates run with one seed; the few best of them with some more, and the best of those that are then clearly better than
-//! the settings as they are has to be so again with seeds, and in blocks of time, that had no part in the choice: every second block of the held-out
-//! part chooses, the others confirm. Everything else is refused.
+//! All candidates run with one seed, the best few with more seeds. The best of those that are clearly better than the present
+//! settings must be confirmed with seeds, and in blocks of time, that had no part in the choice: every second block of the
+//! held-out part chooses, the others confirm. Everything else is refused.
 //!
-//! What is compared are the scores of [`super::foresight`]. The likelihood that a filter gives each scan (its evidence) is no judge
-//! here: it looks one scan ahead, where small noise always pays, and asks for settings with which a map cannot live.
+//! The scores of [`super::foresight`] are compared. The filter's likelihood of each scan (its evidence) is not suitable: it
+//! predicts one scan ahead, where small noise is always better, and would choose settings with which maps become inconsistent.
 
 use super::change::{Candidate, changed};
 use rayon::prelude::*;
@@ -13,28 +13,28 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 
-/// Nats a measurement that a gain must be. Smaller ones tell how sharp a map is, not whether the way is right.
+/// Least gain, nats a measurement. Smaller gains show how sharp a map is, not whether the trajectory is right.
 const LEAST_GAIN: f64 = 0.04;
-/// Standard errors by which a gain is clear, when it is the best of many and when it is asked once more.
+/// Least gain in standard errors, for the choice and for the confirmation.
 const LEAST_CERTAINTY: f64 = 2.5;
-/// Candidates that run with more than the first seed.
+/// Number of candidates that run with more than the first seed.
 const SHORTLIST: usize = 3;
-/// Parts of the held-out time that are taken for independent of each other.
+/// Number of blocks of the held-out time, which are assumed to be independent.
 const BLOCKS: usize = 16;
 
-/// What a run has foreseen of the held-out part.
+/// Prediction of the held-out part by a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Foreseen {
-    /// Score, block of time by block, nats.
+    /// Score of each block of time, nats.
     blocks: [f64; BLOCKS],
-    /// Measurements, likewise.
+    /// Number of measurements of each block.
     measurements: [usize; BLOCKS],
-    /// Root mean square distance to the true position there, m, where there is a truth. Told, never asked.
+    /// Root mean square distance to the true position, m, if there is a truth. It is only reported.
     pub position_rmse_m: Option<f64>,
 }
 
 impl Foreseen {
-    /// Of the held-out scans in order, each with its score and its number of measurements, and the error over them.
+    /// Sums over the held-out scans in order, each with its score and its number of measurements, and the position error.
     #[must_use]
     pub fn of(held_out: &[(f64, usize)], position_rmse_m: Option<f64>) -> Self {
         let (mut blocks, mut measurements) = ([0.0; BLOCKS], [0; BLOCKS]);
@@ -47,14 +47,14 @@ impl Foreseen {
     }
 }
 
-/// Score of a measurement in the mean of some runs, nats.
+/// Mean score of a measurement over some runs, nats.
 #[must_use]
 pub fn score(runs: &[Foreseen]) -> f64 {
     let sum: f64 = runs.iter().flat_map(|run| run.blocks).sum();
     sum / runs.iter().flat_map(|run| run.measurements).sum::<usize>().max(1) as f64
 }
 
-/// Root mean square error of all of some runs, m.
+/// Root mean square error over some runs, m.
 #[must_use]
 pub fn position_rmse_m(runs: &[Foreseen]) -> Option<f64> {
     let squares: Option<f64> = runs.iter().map(|run| run.position_rmse_m.map(|error| error * error)).sum();
@@ -64,23 +64,24 @@ pub fn position_rmse_m(runs: &[Foreseen]) -> Option<f64> {
 /// Blocks of the held-out time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
-    /// Every second one, from the first: by them candidates are chosen.
+    /// Every second one, from the first: candidates are chosen by them.
     Choosing,
-    /// The others: they confirm what was chosen, or not.
+    /// The others: they confirm the choice.
     Confirming,
 }
 
 /// A difference of two scores, nats a measurement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gain {
-    /// How much better.
+    /// Mean difference.
     pub mean: f64,
-    /// Standard error, from how much blocks of time differ.
+    /// Standard error, from the differences between blocks of time.
     pub error: f64,
 }
 
 impl Gain {
-    /// By what runs with other settings foresee more than those with the present ones, seed by seed, in the blocks of that part.
+    /// Gain of runs with other settings (`then`) over those with the present ones (`now`), seed by seed, in the blocks of this
+    /// part.
     #[must_use]
     pub fn of(now: &[Foreseen], then: &[Foreseen], part: Part) -> Self {
         let runs = now.len().min(then.len()).max(1) as f64;
@@ -104,72 +105,71 @@ impl Gain {
     }
 }
 
-/// A candidate and what became of it.
+/// A candidate and its result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tried {
     /// The candidate.
     pub candidate: Candidate,
-    /// By what it foresees more than the settings as they are; none where the filter cannot work with it, or the settings are
-    /// out of range.
+    /// Its gain over the present settings; `None` if the filter fails with it, or the settings are out of range.
     pub gain: Option<Gain>,
     /// Its runs.
     pub runs: Vec<Foreseen>,
-    /// Whether the gain is clear, with all seeds.
+    /// Whether the gain is clear with all seeds.
     pub wins: bool,
 }
 
 /// The outcome of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome<S> {
-    /// The settings as proposed, or as they were.
+    /// The proposed settings, or the present ones.
     pub settings: S,
-    /// Runs of the settings as they were, with the first seeds.
+    /// Runs with the present settings and the first seeds.
     pub now: Vec<Foreseen>,
     /// Every candidate.
     pub tried: Vec<Tried>,
-    /// What was confirmed or not, if anything has won.
+    /// The best of the clearly better candidates, if there is one, and its confirmation.
     pub best: Option<Best>,
 }
 
-/// The best of those that won.
+/// The best of the clearly better candidates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Best {
-    /// Its place in [`Outcome::tried`].
+    /// Its index in [`Outcome::tried`].
     pub tried: usize,
-    /// Runs of the settings as they were, with other seeds.
+    /// Runs with the present settings and other seeds.
     pub now: Vec<Foreseen>,
     /// Its runs with those seeds.
     pub then: Vec<Foreseen>,
-    /// By what it foresees more there.
+    /// Its gain in these runs.
     pub gain: Gain,
-    /// Whether that is clear, so that it is proposed.
+    /// Whether the gain is clear, so that it is proposed.
     pub confirmed: bool,
 }
 
 impl<S> Outcome<S> {
-    /// What is proposed, if anything is.
+    /// The proposed candidate, if any.
     #[must_use]
     pub fn proposed(&self) -> Option<&Candidate> {
         self.best.as_ref().filter(|best| best.confirmed).map(|best| &self.tried[best.tried].candidate)
     }
 }
 
-/// How many runs, and with which seeds.
+/// Number of runs, and their seeds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
     /// The first seed.
     pub seed: u64,
-    /// Runs of each candidate, and as many of the best to confirm it.
+    /// Number of runs of each candidate, and of the best one to confirm it.
     pub runs: u64,
-    /// Runs at the same time.
+    /// Number of parallel runs.
     pub jobs: usize,
 }
 
-/// Tries all candidates beside `now`. `trial` runs settings that are within their limits with a seed; `is_valid` says whether
-/// they are.
+/// Compares all candidates with `now`. `trial` runs valid settings with a seed; `is_valid` tells whether settings are within
+/// their limits.
 ///
 /// # Errors
-/// The settings as they are cannot be run, or the system has no threads.
+/// The present settings cannot be run, or threads cannot be started.
 pub fn search<S, E>(
     now: &S,
     candidates: Vec<Candidate>,
@@ -191,7 +191,7 @@ where
         let mut results = results.into_iter();
         let each = (seeds.end - seeds.start) as usize;
         let mut of_one = || results.by_ref().take(each).collect::<Vec<_>>();
-        // All of one candidate's results are taken before a failure among them is looked for: the next ones are another's.
+        // All results of a candidate are taken before looking for failures, because the next results are those of another one.
         all.iter().map(|_| of_one().into_iter().collect()).collect()
     };
 
@@ -246,7 +246,7 @@ where
     Ok(outcome)
 }
 
-/// Runs that [`search`] needs at most.
+/// Greatest number of runs of [`search`].
 pub(super) fn most_runs(candidates: usize, runs: usize) -> usize {
     1 + candidates + (1 + SHORTLIST) * (runs - 1) + 2 * runs
 }
@@ -284,14 +284,14 @@ mod tests {
 
     const NOW: Made = Made { up: Knob { x: 1.0 } };
 
-    /// As many candidates, each with its value.
+    /// A candidate for each of these values.
     fn candidates(values: &[f64]) -> Vec<Candidate> {
         let candidate =
             |&x| Candidate { group: Group::Noise, how: "made up".into(), changes: vec![Change::new("up.x", x)] };
         values.iter().map(candidate).collect()
     }
 
-    /// 32 scans of ten measurements, each with as good a score.
+    /// 32 scans of ten measurements, each with this score.
     fn foreseen(score: f64) -> Foreseen {
         let scans: Vec<_> = (0..32).map(|scan| (10.0 * score + 0.01 * f64::from(scan % 3), 10)).collect();
         Foreseen::of(&scans, None)
@@ -303,25 +303,25 @@ mod tests {
     }
 
     #[test]
-    fn the_best_of_the_winners_is_proposed() {
+    fn the_best_of_the_clearly_better_candidates_is_proposed() {
         let found = outcome(&[2.0, 5.0, 0.5, 4.0, 3.0, 200.0], |made, _| Ok(foreseen(made.up.x)));
         assert_eq!((found.settings.up.x, found.best.as_ref().map(|best| best.tried)), (5.0, Some(1)));
         let gain = found.best.unwrap().gain;
         assert!((gain.mean - 4.0).abs() < 1e-12 && gain.error < 1e-12);
-        // Three of them got all runs; the last is out of its limits.
+        // Three of them had all runs; the last is out of its limits.
         assert_eq!(found.tried.iter().map(|tried| tried.runs.len()).collect::<Vec<_>>(), [1, 3, 1, 3, 3, 0]);
         assert_eq!(found.tried[5].gain, None);
     }
 
     #[test]
-    fn what_loses_gains_little_or_is_unclear_is_refused() {
+    fn losses_small_gains_and_unclear_gains_are_refused() {
         let refused = |found: Outcome<Made>| {
             assert_eq!((found.proposed(), &found.settings), (None, &NOW));
             assert!(!found.tried.iter().any(|tried| tried.wins));
         };
         refused(outcome(&[0.5], |made, _| Ok(foreseen(made.up.x))));
         refused(outcome(&[1.0 + 0.9 * LEAST_GAIN], |made, _| Ok(foreseen(made.up.x))));
-        // Great in one block of time, nothing in the others.
+        // A large gain in one block of time only.
         refused(outcome(&[2.0], |made, _| {
             let lucky = |scan| if scan < 2 { 100.0 * made.up.x } else { 0.0 };
             Ok(Foreseen::of(&(0..32).map(|scan| (lucky(scan), 10)).collect::<Vec<_>>(), None))
@@ -329,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn other_seeds_have_to_confirm_it() {
+    fn a_gain_must_be_confirmed_with_other_seeds() {
         let lucky = |made: &Made, seed: u64| Ok(foreseen(if seed < 13 { made.up.x } else { 1.0 }));
         let found = outcome(&[2.0], lucky);
         let best = found.best.as_ref().unwrap();
@@ -337,9 +337,9 @@ mod tests {
         assert_eq!((found.proposed(), &found.settings), (None, &NOW));
     }
 
-    /// What is better in the blocks that chose it alone was chosen by chance.
+    /// A gain only in the blocks of the choice is due to chance.
     #[test]
-    fn other_blocks_have_to_confirm_it() {
+    fn a_gain_must_be_confirmed_in_other_blocks() {
         let lucky = |made: &Made, _| {
             let scan = |scan: u32| if (scan / 2).is_multiple_of(2) { 10.0 * made.up.x } else { 10.0 };
             Ok(Foreseen::of(&(0..32).map(|k| (scan(k) + 0.01 * f64::from(k % 3), 10)).collect::<Vec<_>>(), None))
@@ -351,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn a_candidate_that_fails_leaves_the_others_alone() {
+    fn a_failing_candidate_does_not_affect_the_others() {
         let fails = |made: &Made, seed: u64| {
             if made.up.x == 5.0 && seed > 10 { Err(Failed) } else { Ok(foreseen(made.up.x)) }
         };
@@ -359,12 +359,12 @@ mod tests {
         assert_eq!((found.tried[0].gain, found.tried[0].wins), (None, false));
         assert_eq!(found.settings.up.x, 3.0);
         assert!((found.tried[2].gain.unwrap().mean - 1.0).abs() < 1e-12);
-        // Only with the last seeds: it has won before.
+        // It fails only with the last seeds, after it has been chosen.
         let late = |made: &Made, seed: u64| {
             if made.up.x == 5.0 && seed > 14 { Err(Failed) } else { Ok(foreseen(made.up.x)) }
         };
         assert_eq!(outcome(&[5.0, 3.0], late).proposed(), None);
-        // The settings as they are have to run.
+        // The present settings must run.
         let effort = Effort { seed: 1, runs: 1, jobs: 1 };
         assert!(search(&NOW, candidates(&[2.0]), effort, |_| true, |_, _| Err::<Foreseen, _>(Failed)).is_err());
     }

@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 const FILTER: Filter = Filter::Core(Precision::F64);
 
-/// Settings with every noise wrong by a factor, up or down.
+/// Settings with every noise wrong by a factor.
 fn misjudged(log: &Log, factor: f64) -> Settings {
     let mut settings = Settings::for_log(log);
     settings.filter.particles = 8;
@@ -29,14 +29,14 @@ fn value<S: serde::Serialize>(settings: &S, field: &str) -> f64 {
     super::change::size_of(settings, field).unwrap()
 }
 
-/// What the innovations of the first scans say in so many rounds.
+/// The estimates from the innovations of the first scans after a number of rounds.
 fn said(log: &Log, settings: &Settings, scans: usize, rounds: usize, count: &(dyn Fn() + Sync)) -> Vec<Said> {
     let plan = Plan { learn: 0..scans, rounds, ..plan(log, 1) };
     innovations::<Planar>(log, settings, &plan, count).unwrap()
 }
 
 #[test]
-fn a_simulations_noise_is_found_from_either_side() {
+fn the_noise_of_a_simulation_is_found_from_smaller_and_greater_values() {
     let log = scenario::survey(3);
     let truth = Settings::for_log(&log);
     for factor in [0.5, 2.0] {
@@ -61,30 +61,30 @@ fn a_simulations_noise_is_found_from_either_side() {
 }
 
 #[test]
-fn a_bound_that_decides_is_named() {
+fn a_limiting_bound_is_reported() {
     let mut log = scenario::survey(3);
     let settings = misjudged(&log, 3.0);
-    // The sensor is better than what the scheme takes it for.
+    // The sensor is better than its default settings.
     log.simulated = false;
     log.nominal.range_sigma_m = Some(0.4);
     let said = said(&log, &settings, log.scans.len(), 1, &|| ());
     let range = said.iter().find(|said| said.field == "sensor.range_sigma_m").unwrap();
     assert!(range.clamped, "{range:#?}");
-    // What the data sheet states, and what the scheme adds to it.
+    // The data sheet's noise, plus that of the default settings.
     let scheme = value(&Settings::for_log(&log), "sensor.range_sigma_m");
     assert!((scheme - 0.6).abs() < 1e-12);
     assert_eq!(range.to, Some(scheme));
-    // Settings that are the scheme's are not changed by it.
+    // Default settings are not changed by the bound.
     let settings = Settings { sensor: Settings::for_log(&log).sensor, ..settings };
     let unchanged = Said { now: scheme, ..range.clone() };
     assert_eq!(candidates::<Planar>(&log, &settings, &[unchanged]), []);
 }
 
 #[test]
-fn too_few_observations_say_nothing() {
+fn too_few_observations_change_nothing() {
     let log = scenario::survey(3);
     let said = said(&log, &Settings::for_log(&log), 2, 1, &|| ());
-    // 60 detections are enough for the clutter, and nothing else.
+    // 60 detections are enough for the clutter only.
     for said in said {
         assert_eq!(said.to.is_some(), said.field == "sensor.clutter_per_scan", "{said:#?}");
     }
@@ -95,9 +95,9 @@ fn plan(log: &Log, runs: u64) -> Plan {
     Plan { filter: FILTER, learn: half, rounds: 2, effort: Effort { seed: 1, runs, jobs: 2 } }
 }
 
-/// The first half of the log is of another sensor than the second: what is learnt there loses here.
+/// The two halves of the log are of different sensors: settings learnt from the first are worse in the second.
 #[test]
-fn what_loses_on_the_rest_is_refused() {
+fn settings_that_are_worse_on_the_rest_are_refused() {
     let log = changing();
     let settings = misjudged(&log, 1.0);
     let tuned = tune::<Planar>(&log, &settings, &plan(&log, 2), &|| ()).unwrap();
@@ -109,7 +109,7 @@ fn what_loses_on_the_rest_is_refused() {
     assert!(of_sensor.gain.is_some_and(|gain| gain.mean < 0.0) && !of_sensor.wins, "{of_sensor:#?}");
 }
 
-/// A survey whose first half has been measured as if by a sensor without noise, misses and clutter.
+/// A survey whose first half is as measured by a sensor without noise, misses and clutter.
 fn changing() -> Log {
     let mut log = scenario::survey(3);
     let half = log.scans.len() / 2;
@@ -131,7 +131,7 @@ fn changing() -> Log {
 }
 
 #[test]
-fn settings_that_are_far_off_are_mended_and_the_truth_has_no_say() {
+fn wrong_settings_are_corrected_without_the_truth() {
     let log = scenario::survey(3);
     let mut far_off = misjudged(&log, 1.0);
     far_off.vehicle.speed_sigma_mps = 0.05;
@@ -148,7 +148,7 @@ fn settings_that_are_far_off_are_mended_and_the_truth_has_no_say() {
 }
 
 #[test]
-fn a_part_is_left_to_judge_by() {
+fn a_part_of_the_log_is_held_out() {
     let log = scenario::survey(3);
     let last = log.scans.last().unwrap().t_s - log.scans[0].t_s;
     assert_eq!(scans_between::<Planar>(&log, 0.0, f64::INFINITY), 0..log.scans.len());
@@ -163,7 +163,7 @@ fn a_part_is_left_to_judge_by() {
 }
 
 #[test]
-fn births_go_with_clutter_and_a_real_logs_odometry_noise_is_not_lowered() {
+fn births_follow_clutter_and_the_odometry_noise_of_a_real_log_is_not_lowered() {
     let mut log = scenario::survey(3);
     let settings = Settings::for_log(&log);
     let says = |field, factor: f64| {
@@ -187,7 +187,7 @@ fn births_go_with_clutter_and_a_real_logs_odometry_noise_is_not_lowered() {
     assert!(groups(&log, &more).contains(&Group::Odometry) && groups(&log, &more).contains(&Group::Together));
 }
 
-/// The tank with pixels twice as noisy as they are, half as many false ones and a detector that sees less.
+/// The tank with twice the pixel noise, half the false measurements and a smaller detection probability than the true ones.
 fn misjudged_tank(log: &scphd_log::underwater::Log) -> scphd_filters::underwater::settings::Settings {
     let mut settings = scphd_filters::underwater::settings::Settings::for_real_log(log);
     settings.camera.pixel_sigmas = log.camera.pixel_sigmas.map(|sigma| 2.0 * sigma);
@@ -198,7 +198,7 @@ fn misjudged_tank(log: &scphd_log::underwater::Log) -> scphd_filters::underwater
     settings
 }
 
-/// What the innovations say of the misjudged tank of a log.
+/// The estimates from the innovations of the tank with wrong settings.
 fn said_of(log: &scphd_log::underwater::Log) -> Vec<Said> {
     let plan = Plan { filter: FILTER, learn: 0..400, rounds: 3, effort: Effort { seed: 1, runs: 1, jobs: 1 } };
     let said = innovations::<Underwater>(log, &misjudged_tank(log), &plan, &|| ()).unwrap();
@@ -211,35 +211,35 @@ fn found(said: &[Said], field: &str) -> f64 {
 }
 
 #[test]
-fn in_space_a_simulations_noise_is_found_too() {
+fn the_noise_of_a_simulation_is_found_in_space() {
     let mut log = scphd_worlds::underwater::tank::girona_tank(1);
     log.scans.truncate(400);
     log.camera.common_sigmas = [0.0; 2];
     let said = said_of(&log);
     assert!((found(&said, "camera.pixel_sigmas") / 3.0 - 1.0).abs() < 0.15);
-    // Half of the features are seldom detected: what is known well is seen more often than the mean of all.
+    // Half of the features are seldom detected: well known ones are detected more often than the mean of all.
     assert!((0.7..0.95).contains(&found(&said, "camera.detection")));
-    // Those seldom seen count as clutter while they are no features.
+    // Seldom detected ones count as clutter until they are features.
     assert!((15.0..40.0).contains(&found(&said, "camera.clutter_per_scan")));
-    // There is nothing in common to scale, and the tank's velocity is as good as it says.
+    // The common noise is zero and cannot be scaled, and the velocity noise of the tank is as stated.
     assert!(said.iter().all(|said| said.field != "camera.common_sigmas" || said.now == 0.0));
 }
 
 #[test]
-fn in_space_what_both_images_share_is_scaled_with_the_rest() {
+fn the_common_noise_of_both_images_is_scaled_with_the_rest() {
     let mut log = scphd_worlds::underwater::tank::girona_tank(1);
     log.scans.truncate(400);
     let said = said_of(&log);
     let over_true = |field: &str, sigma: f64| found(&said, field) / sigma;
-    // A wrong tilt moves all pairs of a frame alike, and the pose goes along with them: innovations show less than all of it.
+    // A wrong tilt moves all pairs of a frame together, and the pose follows: innovations show only a part of it.
     assert!((0.75..1.1).contains(&over_true("camera.pixel_sigmas", log.camera.pixel_sigmas[0])));
     assert!((0.75..1.1).contains(&over_true("camera.common_sigmas", log.camera.common_sigmas[0])));
 }
 
 #[test]
-fn in_space_too_what_loses_on_the_rest_is_refused() {
+fn settings_that_are_worse_on_the_rest_are_refused_in_space() {
     let mut log = scphd_worlds::underwater::tank::girona_tank(1);
-    // The floor is there and back again within the first lawnmower; what is learnt from is a sensor without misses and noise.
+    // The first lawnmower covers the floor out and back; the part to learn from is of a sensor without misses and noise.
     log.scans.truncate(300);
     let settings = scphd_filters::underwater::settings::Settings::for_real_log(&log);
     for scan in &mut log.scans[..100] {
@@ -251,7 +251,7 @@ fn in_space_too_what_loses_on_the_rest_is_refused() {
     assert!(tuned.said.iter().any(|said| said.to.is_some()), "{:#?}", tuned.said);
 }
 
-/// What a sensor writes where nothing came back is no measurement, and what is learnt from it no noise.
+/// Ranges that mean "no return" are not measurements, and no noise can be learnt from them.
 #[test]
 fn a_log_with_ranges_of_no_return_is_refused() {
     let mut log = scenario::survey(3);

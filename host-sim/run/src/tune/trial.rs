@@ -1,4 +1,4 @@
-//! One run over the whole log, and what it foresees.
+//! A run over the whole log, and its prediction of the held-out part.
 
 use super::foresight::{Look, Sighting, scores};
 use super::learn::Learn;
@@ -9,10 +9,10 @@ use scphd_log::dimensions::distance;
 use scphd_log::truth;
 use std::ops::Range;
 
-/// A run over the whole log, and what it foresees of the scans that are not in `learn`.
+/// Runs the whole log. Returns the prediction of the scans that are not in `learn`.
 ///
 /// # Errors
-/// The filter refuses the settings or a step, or the system has no thread for it.
+/// The filter refuses the settings or a step, or a thread cannot be started.
 pub fn trial<K: Learn>(
     log: &K::Log,
     settings: &K::Settings,
@@ -35,14 +35,14 @@ pub fn trial<K: Learn>(
     Ok(Foreseen::of(&rest, (!squares.is_empty()).then_some(rmse)))
 }
 
-/// What a run made of every scan, and where it was.
+/// The measurements and the pose of every scan of a run.
 type Looks<K> = (
     Vec<Look<<K as scphd_log::dimensions::Dimensions>::Position>>,
     Vec<<K as scphd_log::dimensions::Dimensions>::Pose>,
 );
 
 fn run<K: Learn>(log: &K::Log, settings: &K::Settings, filter: (Filter, u64)) -> Result<Looks<K>, SessionError> {
-    // The same for all settings, so that none is flattered.
+    // The noise is the same for all settings, so that none has an advantage.
     let scheme = K::scheme(log);
     let eye = &*K::eye(log, &scheme).map_err(SessionError::Start)?;
     let (mut looks, mut poses) = (Vec::new(), Vec::new());

@@ -1,8 +1,8 @@
-//! What is learnt of underwater vehicles.
+//! Learning for underwater vehicles.
 //!
-//! All pixels have one factor in common, and so have the noises that belong together: of the velocity its walk and the Doppler log's, of
-//! the turn the angular acceleration and the gyroscope's. Nothing is learnt of the pressure sensor, whose readings no scan corrects, nor
-//! of the turn where the log states the gyroscope's noise row by row.
+//! All pixels have a common factor, and so have noises that belong together: the random walk of the velocity and the noise of the
+//! Doppler log; the angular acceleration and the noise of the gyroscope. Nothing is learnt about the pressure sensor, whose
+//! readings scans do not correct, nor about the turn if the log states the gyroscope's noise in each row.
 
 use super::learn::{Added, CoreEye, Eye, Learn, NoiseOf};
 use nalgebra::{Matrix3, Vector3};
@@ -27,7 +27,7 @@ impl Learn for Underwater {
         log.simulated
     }
 
-    /// A gyroscope whose noise the log states row by row leaves nothing to say of the turn.
+    /// If the log states the gyroscope's noise in each row, the noise of the turn has no effect.
     fn decides(log: &Log, field: &str) -> bool {
         let stated = log.instruments.iter().all(|row| row.yaw_rate_sigma_radps.is_some());
         !(stated && Self::ODOMETRY[1].contains(&field))
@@ -41,7 +41,7 @@ impl Learn for Underwater {
         Settings::for_log(log)
     }
 
-    /// The volume between the depths of the left camera's view.
+    /// The volume of the left camera's view between its depths.
     fn view_measure(log: &Log) -> f64 {
         let Camera { projections: [left, _], size_px: [width, height], depth_m: [near, far], .. } = &log.camera;
         let [u, v, ahead] = left.map(|row| Vector3::new(row[0], row[1], row[2]));
@@ -57,7 +57,7 @@ impl Learn for Underwater {
         let noise = &settings.vehicle;
         let level: Matrix3<f64> = rotation(control.roll_rad, control.pitch_rad, 0.0);
         let velocity = level * control.velocity_covariance.to_matrix() * level.transpose();
-        // What is left of the angular acceleration once the gyroscope is read, during the step.
+        // The variance of the turn rate from the angular acceleration after reading the gyroscope, during the step.
         let free = (noise.yaw_acceleration_sigma_radps2 * dt_s).powi(2);
         let read = control.yaw_rate_radps.map_or(f64::INFINITY, |reading| reading.sigma.powi(2));
         let rate = if read.is_finite() { free * read / (free + read) } else { free };
@@ -74,7 +74,7 @@ impl Learn for Underwater {
         Ok(Box::new(CoreEye {
             sensor: sensing.sensor,
             seat: Box::new(|scan: usize, &[x_m, y_m, z_m, yaw_rad, yaw_rate_radps]: &[f64; 5]| {
-                // The tilt is that of the last row of the instruments by then, and of the first before.
+                // The tilt is that of the last row of the instruments until then, or of the first row.
                 let row = log.instruments.partition_point(|row| row.t_s <= log.scans[scan].t_s);
                 let tilt = log.instruments.get(row.saturating_sub(1));
                 let (roll_rad, pitch_rad) = tilt.map_or((0.0, 0.0), |tilt| (tilt.roll_rad, tilt.pitch_rad));
@@ -85,7 +85,7 @@ impl Learn for Underwater {
     }
 }
 
-/// The depth of what is seen at these pixels, m, where it is far enough from the edges of both images and of the range of depths.
+/// The depth at these pixels, m; `None` near the edges of both images and of the range of depths, or outside.
 fn depth_inside(camera: &Camera, settings: &Settings, &[u_l, v_l, u_r, v_r]: &[f64; 4]) -> Option<f64> {
     let own = &settings.camera;
     let edge = own.edge_px.max(2.0 * own.pixel_sigmas[0].hypot(own.common_sigmas[0]));

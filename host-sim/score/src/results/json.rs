@@ -1,15 +1,15 @@
-//! The figures of a run as one JSON object, and of several runs as a list of them. `docs/results.md` says what each key means.
+//! The figures of a run as a JSON object, and of several runs as a list. `docs/results.md` describes each key.
 
 use super::{OutputError, sink};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use serde_json::Value;
 use std::path::Path;
 
-/// The number of the format of all JSON that the program writes, its key `format`. It grows whenever a key goes or changes its
-/// meaning; format 1 had no such key.
+/// The format of all JSON files of the program, key `format`. It is increased when a key is removed or changes its meaning;
+/// format 1 had no such key.
 const FORMAT: u32 = 2;
 
-/// That a JSON object is of the present format: written as its number, read back only if it is that.
+/// The key of the present format: serialised as its number; another number is an error when read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Format;
 
@@ -27,16 +27,16 @@ impl<'de> Deserialize<'de> for Format {
     }
 }
 
-/// The figures of one run of one filter over one log, in the plane or in space: every key has the same meaning in both.
+/// The figures of one run of one filter over one log, in the plane or in space; every key has the same meaning in both.
 ///
-/// Serialised with exactly these keys in this order. Whatever is unknown or not finite becomes `null`.
+/// Serialised with exactly these keys in this order. Values that are unknown or not finite become `null`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
-    /// The format of the keys.
+    /// Format of the keys.
     pub format: Format,
     /// Name of the log.
     pub log: String,
-    /// Which filter: `scphd`, `reference` …
+    /// Name of the filter: `scphd`, `reference` …
     pub filter: String,
     /// Number type of the filter: `f32` or `f64`.
     pub precision: String,
@@ -48,11 +48,11 @@ pub struct Summary {
     pub scans: u64,
     /// Root mean square of the position error over the scans with truth, m.
     pub position_rmse_m: Option<f64>,
-    /// The same after the turn about the vertical and the shift of the whole trajectory that make it least, m.
+    /// The same after the rotation about the vertical and the shift of the whole trajectory that minimise it, m.
     pub position_rmse_aligned_m: Option<f64>,
     /// Root mean square of the error of the heading, in space the yaw, over the scans with truth, degrees.
     pub heading_rmse_deg: Option<f64>,
-    /// Root mean square of the position error of odometry alone, m.
+    /// Root mean square of the position error of dead reckoning, m.
     pub dead_reckoning_rmse_m: Option<f64>,
     /// Position error at the last scan with truth, m.
     pub final_position_error_m: Option<f64>,
@@ -65,62 +65,63 @@ pub struct Summary {
     pub ospa_cardinality_m: Option<f64>,
     /// GOSPA distance of the final static map to the same landmarks, m.
     pub gospa_m: Option<f64>,
-    /// OSPA distance of the final static map to those of these landmarks that have been in view, m.
+    /// OSPA distance of the final static map to the landmarks among these that have been in view, m.
     pub ospa_seen_m: Option<f64>,
     /// GOSPA distance of the final static map to those that have been in view, m.
     pub gospa_seen_m: Option<f64>,
-    /// N̂: mass of the final static map.
+    /// N̂, mass of the final static map.
     pub features_estimated: Option<f64>,
     /// Mean wall time of the scan step, µs.
     pub scan_us_mean: Option<f64>,
-    /// Wall time of the scan step that 99 % of the scans stay under, µs.
+    /// 99 % quantile of the wall time of the scan step, µs.
     pub scan_us_p99: Option<f64>,
-    /// Size of the filter's whole state, bytes; unknown where it is not fixed.
+    /// Size of the filter's whole state, bytes; `None` if it is not fixed.
     pub state_bytes: Option<u64>,
-    /// Digest of the final state, written as `0x` and 16 hexadecimal digits; the reference has none.
+    /// Digest of the final state, serialised as `0x` and 16 hexadecimal digits; the reference has none.
     #[serde(serialize_with = "hexadecimal")]
     pub digest: Option<u64>,
-    /// Share of the spells of ten scans or more of a moving landmark in view in which it was found within the first ten.
+    /// Share of the intervals of ten scans or more with a moving landmark in view in which it was found within the first ten
+    /// scans.
     pub moving_hit_rate: Option<f64>,
     /// Share of the scans after those ten in which it was found.
     pub moving_settled_rate: Option<f64>,
-    /// Median distance of a moving landmark to the estimate that was matched with it, m.
+    /// Median distance of a moving landmark from its matched estimate, m.
     pub moving_position_error_median_m: Option<f64>,
-    /// Moving features estimated where no moving landmark is in view, a scan.
+    /// Number of estimated moving features a scan without a moving landmark in view.
     pub false_moving_tracks_per_scan: Option<f64>,
-    /// Static landmarks with a feature of the final map within 0.5 m, after the map was laid over them by a turn about the
-    /// vertical and a shift.
+    /// Static landmarks with a feature of the final map within 0.5 m, after alignment of the map by a rotation about the vertical
+    /// and a shift.
     pub static_features_matched: Option<u64>,
-    /// Features of the final map left over.
+    /// Features of the final map without a landmark.
     pub static_features_false: Option<u64>,
-    /// Median distance of the matched, m.
+    /// Median distance of the matched features, m.
     pub static_position_error_median_m: Option<f64>,
-    /// ln of the likelihood of all scans under the filter's own models, up to a constant of the log.
+    /// Log likelihood of all scans under the filter's models, up to a constant of the log.
     pub ln_evidence: Option<f64>,
-    /// Squared innovations over what was expected of them (NIS over the measurement's dimension), mean over the scans with
-    /// detections: 1 where noise and map are what the filter believes.
+    /// Squared innovations divided by their expected value (NIS divided by the measurement's dimension), mean over the scans with
+    /// detections: 1 if noise and map are as the filter assumes.
     pub nis_mean: Option<f64>,
-    /// Share of the scans with detections whose squared innovations lie within the two-sided 95 % bounds of χ². The filter
-    /// says their mean alone: as many count as there are measurements, or features in view where that is less.
+    /// Share of the scans with detections whose squared innovations are within the two-sided 95 % bounds of χ². The filter
+    /// reports only their mean; their number is taken as that of the measurements, or of the features in view if that is less.
     pub nis_within_95: Option<f64>,
-    /// Squared position errors over the filter's own covariance (NEES over the dimensions of the position), median over the
-    /// scans with truth: 0.7 in the plane and 0.8 in space where the filter knows how wrong it is.
+    /// Squared position errors relative to the filter's covariance (NEES divided by the dimension of the position), median over
+    /// the scans with truth: 0.7 in the plane and 0.8 in space for a consistent filter.
     pub nees_median: Option<f64>,
-    /// Share of the scans with truth whose squared position error lies within the two-sided 95 % bounds of χ².
+    /// Share of the scans with truth whose squared position error is within the two-sided 95 % bounds of χ².
     pub nees_within_95: Option<f64>,
-    /// The squared position error over the filter's own covariance, by dimension, at the last scan with truth.
+    /// NEES of the position divided by its dimension at the last scan with truth.
     pub nees_final: Option<f64>,
-    /// As the median of the position errors, of position and heading together.
+    /// As `nees_median`, for position and heading together.
     pub nees_pose_median: Option<f64>,
-    /// As the share of the position errors, of position and heading together.
+    /// As `nees_within_95`, for position and heading together.
     pub nees_pose_within_95: Option<f64>,
-    /// Whether the estimate is farther off than dead reckoning, in position RMSE; unknown without truth.
+    /// Whether the position RMSE is greater than that of dead reckoning; `None` without truth.
     pub worse_than_dead_reckoning: Option<bool>,
-    /// Fixes of the pose that the filter was shown.
+    /// Number of fixes given to the filter.
     pub fixes: u64,
-    /// Those of them that it left out, for they lay beyond the gate.
+    /// Number of fixes left out because they were outside the gate.
     pub fixes_left_out: u64,
-    /// How often the filter was put where fixes that it had left out say that it is.
+    /// Number of relocations of the filter by fixes that it had left out.
     pub fix_relocations: u64,
     /// All settings of the run, by section and name as in a settings file.
     pub settings: Value,
@@ -128,17 +129,16 @@ pub struct Summary {
 
 /// Settings as a JSON object.
 pub fn settings<S: Serialize>(settings: &S) -> Value {
-    // They are plain numbers and names, which JSON has all.
+    // They are plain numbers and names, all of which JSON can express.
     serde_json::to_value(settings).unwrap_or_default()
 }
 
-/// Whether the estimate with this position RMSE is farther off than dead reckoning with that one. An error that is no number is
-/// worse than any.
+/// Whether an estimate with this position RMSE is worse than dead reckoning with that one. NaN is worse than any.
 pub fn worse(estimate_m: Option<f64>, dead_reckoning_m: Option<f64>) -> Option<bool> {
     Some(!(estimate_m? <= dead_reckoning_m?))
 }
 
-/// JSON numbers lose bits above 2⁵³ in many readers; a string of digits does not.
+/// Many readers of JSON lose bits of numbers above 2⁵³; therefore a string of digits.
 fn hexadecimal<S: Serializer>(digest: &Option<u64>, serializer: S) -> Result<S::Ok, S::Error> {
     match digest {
         Some(digest) => serializer.collect_str(&format_args!("{digest:#018x}")),
@@ -146,34 +146,34 @@ fn hexadecimal<S: Serializer>(digest: &Option<u64>, serializer: S) -> Result<S::
     }
 }
 
-/// Writes one summary to `path` as one JSON object, all or nothing.
+/// Writes one summary to `path` as a JSON object; the file is complete or not written.
 ///
 /// # Errors
 ///
-/// [`OutputError`] where the file cannot be written.
+/// [`OutputError`] if the file cannot be written.
 pub fn write_summary(path: &Path, summary: &Summary) -> Result<(), OutputError> {
     write(path, summary)
 }
 
-/// Writes summaries to `path` as a JSON list of objects, all or nothing.
+/// Writes summaries to `path` as a JSON list of objects; the file is complete or not written.
 ///
 /// # Errors
 ///
-/// [`OutputError`] where the file cannot be written.
+/// [`OutputError`] if the file cannot be written.
 pub fn write_summaries(path: &Path, summaries: &[Summary]) -> Result<(), OutputError> {
     write(path, summaries)
 }
 
 /// Writes `value` indented, with a newline at the end.
 pub fn write<T: Serialize + ?Sized>(path: &Path, value: &T) -> Result<(), OutputError> {
-    // serde_json itself puts `null` for a number that is not finite.
+    // serde_json writes `null` for a number that is not finite.
     let mut bytes =
         serde_json::to_vec_pretty(value).map_err(|source| OutputError::Json { path: path.into(), source })?;
     bytes.push(b'\n');
     sink::write(path, &bytes).map_err(|source| OutputError::Io { path: path.into(), source })
 }
 
-/// A made-up summary, for tests of what shows one.
+/// An artificial summary, for tests of its display.
 #[must_use]
 pub fn made_up() -> Summary {
     Summary {
@@ -230,7 +230,7 @@ mod tests {
     use scphd_shared_data::Folder;
 
     #[test]
-    fn one_object_with_null_for_what_is_unknown() {
+    fn a_summary_is_one_object_with_null_for_unknown_values() {
         let folder = Folder::new("json");
         let path = folder.0.join("summary.json");
         write_summary(&path, &summary()).unwrap();

@@ -1,4 +1,4 @@
-//! Results on disk: where they go, and the figures of a run as JSON.
+//! Results on disk: writing of files, and the figures of a run as JSON.
 
 pub mod json;
 pub mod sink;
@@ -10,28 +10,28 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
-    /// The file system refused.
+    /// The file system refuses.
     #[error("cannot write {}: {source}", path.display())]
     Io {
-        /// The file that was to be written.
+        /// The file to be written.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: io::Error,
     },
-    /// A row could not be put as CSV.
+    /// A row cannot be converted to CSV.
     #[error("cannot put a row of {}: {source}", path.display())]
     Csv {
-        /// The file that was to be written.
+        /// The file to be written.
         path: PathBuf,
-        /// What the writer said.
+        /// The error of the CSV writer.
         source: ::csv::Error,
     },
-    /// A summary could not be put as JSON.
+    /// A summary cannot be converted to JSON.
     #[error("cannot put {} as JSON: {source}", path.display())]
     Json {
-        /// The file that was to be written.
+        /// The file to be written.
         path: PathBuf,
-        /// What the serializer said.
+        /// The error of the serialiser.
         source: serde_json::Error,
     },
 }

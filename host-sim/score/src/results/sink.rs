@@ -1,18 +1,18 @@
-//! Where results go: every file that the program writes goes through [`write()`].
+//! Output of results: every file that the program writes goes through [`write()`].
 //!
-//! A regular file is replaced whole or not at all: the bytes go to a file beside it, which is renamed when it is complete. What
-//! is not a regular file is never replaced:
+//! A regular file is replaced completely or not at all: the bytes go to a file beside it, which is renamed when it is complete.
+//! Anything but a regular file is never replaced:
 //!
 //! | path | what happens |
 //! |---|---|
-//! | `-`, or whatever the standard output leads to (`/dev/stdout` too) | written to the standard output |
-//! | nothing there | a new file, whole or none |
+//! | `-`, or the target of the standard output (also `/dev/stdout`) | written to the standard output |
+//! | nothing there | a new file, complete or none |
 //! | regular file | replaced by a new one with the same permissions |
-//! | link to a regular file | the file that it leads to is replaced, the link stays |
+//! | link to a regular file | its target is replaced, the link remains |
 //! | FIFO, character device, links to them | written through; a FIFO waits for its reader |
-//! | folder, block device, link that leads nowhere, what has no write permission | refused |
+//! | folder, block device, broken link, no write permission | refused |
 //!
-//! Write permission is what the mode says, also for the superuser, whom the system would let write.
+//! Write permission is that of the mode, also for the superuser, for whom the system does not check it.
 
 use std::ffi::OsString;
 use std::fs::{self, File, Metadata, OpenOptions, Permissions};
@@ -24,10 +24,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// The path that stands for the standard output.
 pub const STDOUT: &str = "-";
 
-/// Distinguishes the temporary files of threads that write into one folder.
+/// Makes the names of temporary files of several threads in one folder unique.
 static NEXT: AtomicU64 = AtomicU64::new(0);
 
-/// How a path is written to.
+/// How a path is written.
 #[derive(Debug)]
 enum Way {
     Stdout,
@@ -35,15 +35,15 @@ enum Way {
     New,
     /// A regular file, without any link in its name, and its permissions.
     Replace(PathBuf, Permissions),
-    /// What can be opened and written to, but not replaced.
+    /// Not a regular file, but one that can be opened and written to.
     Through,
 }
 
-/// Writes `bytes` to `path` as the table above says.
+/// Writes `bytes` to `path` as in the table above.
 ///
 /// # Errors
 ///
-/// Whatever the file system says; a refusal says what is there. Neither changes what was there.
+/// Errors of the file system, or a refusal with its reason. Existing files are not changed in either case.
 pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     match way(path)? {
         Way::Stdout => {
@@ -56,11 +56,11 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     }
 }
 
-/// Whether `path` can be written to, as far as that can be told without doing it.
+/// Whether `path` can be written to, as far as this can be checked without writing.
 ///
 /// # Errors
 ///
-/// Why [`write()`] would refuse it.
+/// The reason why [`write()`] would refuse it.
 pub fn check(path: &Path) -> io::Result<()> {
     if matches!(way(path)?, Way::New) {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -71,7 +71,7 @@ pub fn check(path: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Whether what is written to `path` arrives at the standard output.
+/// Whether `path` is that of the standard output.
 #[must_use]
 pub fn is_stdout(path: &Path) -> bool {
     matches!(way(path), Ok(Way::Stdout))
@@ -109,14 +109,14 @@ fn way(path: &Path) -> io::Result<Way> {
     if !there.is_file() {
         return Ok(Way::Through);
     }
-    // Its folder may let it be replaced where the file itself may not be written to.
+    // The folder may permit a replacement although the file is not writable.
     OpenOptions::new().write(true).open(path)?;
     let file = if itself.is_symlink() { fs::canonicalize(path)? } else { path.to_owned() };
     Ok(Way::Replace(file, there.permissions()))
 }
 
-/// Fills a hidden file of the same folder and renames it: a reader sees the old file or the new one, never a part.
-/// It is removed where anything fails.
+/// Writes a hidden file in the same folder and renames it: a reader sees the old or the new file, never a part. After an error
+/// the hidden file is removed.
 fn replace(path: &Path, bytes: &[u8], permissions: Option<Permissions>) -> io::Result<()> {
     let serial = NEXT.fetch_add(1, Ordering::Relaxed);
     let mut hidden = OsString::from(".");
@@ -126,13 +126,13 @@ fn replace(path: &Path, bytes: &[u8], permissions: Option<Permissions>) -> io::R
 
     let written = fill(&temporary, bytes, permissions).and_then(|()| fs::rename(&temporary, path));
     if written.is_err() {
-        // The first error is the one worth telling; there may be nothing to remove.
+        // The first error is returned; there may be no file to remove.
         let _ = fs::remove_file(&temporary);
     }
     written
 }
 
-/// Makes `path` with `bytes` and waits until they are stored, so that the rename never outruns them.
+/// Creates `path` with `bytes` and waits until they are stored, so that the rename does not come first.
 fn fill(path: &Path, bytes: &[u8], permissions: Option<Permissions>) -> io::Result<()> {
     let mut file = File::create_new(path)?;
     if let Some(permissions) = permissions {
@@ -146,8 +146,8 @@ fn refused(kind: io::ErrorKind, why: &str) -> io::Error {
     io::Error::new(kind, why)
 }
 
-/// Whether it is the file or pipe that the standard output leads to. A terminal or `/dev/null` is written through instead, as
-/// any other device: what else is printed there does no harm.
+/// Whether it is the file or pipe of the standard output. A terminal or `/dev/null` is written through like any other device,
+/// because other output there does no harm.
 #[cfg(unix)]
 fn is_standard_output(there: &Metadata) -> bool {
     use std::os::fd::AsFd;
@@ -185,7 +185,7 @@ mod tests {
     use std::process;
 
     #[test]
-    fn replaces_the_old_file_and_leaves_nothing_beside_it() {
+    fn the_old_file_is_replaced_and_no_other_file_remains() {
         let folder = Folder::new("sink");
         let path = folder.0.join("a.txt");
         write(&path, b"old and longer").unwrap();
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn a_refusal_says_why_and_changes_nothing() {
+    fn a_refusal_has_its_reason_and_changes_nothing() {
         let folder = Folder::new("sink-refused");
         let taken = folder.0.join("taken");
         fs::create_dir(&taken).unwrap();
@@ -216,7 +216,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn links_stay_and_lead_to_the_new_bytes() {
+    fn links_remain_and_their_targets_are_replaced() {
         use std::os::unix::fs::{PermissionsExt, symlink};
 
         let folder = Folder::new("sink-links");
@@ -248,7 +248,7 @@ mod tests {
         assert_eq!(fs::read_dir(at("far")).unwrap().count(), 1);
     }
 
-    /// What `mkfifo` or `mknod` with these arguments did; false where the system does not let us.
+    /// Whether `mkfifo` or `mknod` with these arguments succeeded; the system may not permit it.
     #[cfg(unix)]
     fn made(program: &str, path: &Path, more: &[&str]) -> bool {
         let mut command = process::Command::new(program);
@@ -258,13 +258,13 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_fifo_gets_the_bytes_and_stays() {
+    fn a_fifo_gets_the_bytes_and_remains() {
         use std::os::unix::fs::FileTypeExt;
 
         let folder = Folder::new("sink-fifo");
         let path = folder.0.join("fifo");
         assert!(made("mkfifo", &path, &[]));
-        // Opening it for the test of its permissions would let a reader think that it was all.
+        // The check does not open the FIFO: closing it again would end the data for a reader.
         check(&path).unwrap();
         let reader = {
             let path = path.clone();
@@ -278,12 +278,12 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_device_is_written_through_and_stays() {
+    fn a_device_is_written_through_and_remains() {
         use std::os::unix::fs::{FileTypeExt, symlink};
 
         let folder = Folder::new("sink-device");
-        // One of our own where the system lets us make one (only the superuser may), so that a failure does no harm;
-        // it takes everything and keeps nothing. Elsewhere the system's own, which nobody else may replace.
+        // An own device if the system permits it (only for the superuser), so that a failure does no harm; it discards
+        // everything. Otherwise that of the system, which only the superuser could replace.
         let own = folder.0.join("null");
         let root = made("mknod", &own, &["c", "1", "3"]);
         let device = if root { own } else { PathBuf::from("/dev/null") };
@@ -295,7 +295,7 @@ mod tests {
         }
         assert!(fs::symlink_metadata(&device).unwrap().file_type().is_char_device());
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
-        // A disk: never. Nobody has one of this number.
+        // A block device is never written to. No device has this number.
         let disk = folder.0.join("disk");
         if made("mknod", &disk, &["b", "240", "77"]) {
             assert!(write(&disk, b"x").unwrap_err().to_string().contains("block device"));
@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dash_is_the_standard_output() {
+    fn a_dash_means_the_standard_output() {
         assert!(is_stdout(Path::new(STDOUT)) && !is_stdout(Path::new("./-")));
         check(Path::new(STDOUT)).unwrap();
         write(Path::new(STDOUT), b"").unwrap();

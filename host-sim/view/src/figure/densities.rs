@@ -1,7 +1,7 @@
-//! Figure 5.9: what one update makes of the same predicted particles, by one likelihood and by another.
+//! Figure 5.9: the update of the same predicted particles with different likelihoods.
 //!
-//! The reference runs up to the scan, because its steps can be taken one by one: the state before the update is the
-//! same for all likelihoods, and each weighs it by its own.
+//! The reference runs up to the scan, because its steps can be executed separately: the state before the update is the same for
+//! all likelihoods.
 
 use crate::plot::{Chart, Colour, Figure, Interval, Mark};
 use scphd_filters::settings::{Likelihood, Settings};
@@ -14,19 +14,19 @@ use std::f64::consts::PI;
 
 /// Bandwidth h of the kernel, m (figure 5.9).
 pub const BANDWIDTH_M: f64 = 0.05;
-/// Points a curve is drawn through.
+/// Number of points of a curve.
 const POINTS: usize = 600;
 /// Height of a frame, px.
 const HEIGHT_PX: f64 = 360.0;
 
-/// Which update is shown, and with how many particles.
+/// The update that is shown, and the number of particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Moment {
     /// The scan, from 0.
     pub scan: usize,
-    /// Particles up to then.
+    /// Number of particles until then.
     pub particles: usize,
-    /// Children of each in the last prediction.
+    /// Number of candidates of each in the last prediction.
     pub samples: usize,
 }
 
@@ -43,7 +43,7 @@ pub struct Weighed {
     pub truth: Option<[f64; 2]>,
 }
 
-/// Runs the reference with the single-cluster likelihood up to a scan, and weighs what it predicted by each likelihood.
+/// Runs the reference with the single-cluster likelihood up to a scan, and weighs the candidates with each likelihood.
 #[must_use]
 pub fn weigh(log: &Log, settings: &Settings, moment: &Moment, seed: u64) -> Option<Weighed> {
     let with = |likelihood, samples| {
@@ -109,7 +109,7 @@ pub fn figure(log: &Log, moment: &Moment, weighed: &Weighed) -> Figure {
             weighed.positions.iter().map(|position| position[axis]).zip(weights.iter().copied()).collect()
         };
         let reach = Interval::around(weighed.positions.iter().map(|position| position[axis])).unwrap_or(Interval::UNIT);
-        // The truth is shown where that does not squeeze the particles.
+        // The truth is shown unless it would compress the range of the particles.
         let near = |truth: &f64| reach.padded(0.3).contains(*truth);
         let reach = weighed
             .truth

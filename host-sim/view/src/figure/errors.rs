@@ -4,7 +4,7 @@ use crate::plot::study::{column, curve, parts, position};
 use crate::plot::{Chart, Colour, Figure, Mark};
 use scphd_run::monte_carlo::{Curve, RunResult, Study};
 
-/// The results of every filter of a study under the names of their legends.
+/// The results of every filter of a study with the name for the legend.
 fn named(study: &Study) -> Vec<(&str, Vec<&RunResult>)> {
     let name = |filter: &'_ str| match filter {
         "scphd" => "SC-PHD SLAM",
@@ -16,7 +16,7 @@ fn named(study: &Study) -> Vec<(&str, Vec<&RunResult>)> {
     study.plan.filters.iter().map(|filter| (name(filter), study.of_filter(filter))).collect()
 }
 
-/// 5.5: mean pose error beside dead reckoning, and mean map error.
+/// 5.5: mean pose error and that of dead reckoning, and mean map error.
 #[must_use]
 pub fn mean_errors(study: &Study) -> Figure {
     let filters = named(study);
@@ -28,7 +28,7 @@ pub fn mean_errors(study: &Study) -> Figure {
     column(format!("{}: means of {} runs, ±1σ", study.plan.scenario, study.plan.runs), charts)
 }
 
-/// 5.6b and c: pose error beside dead reckoning, and the map error with its parts, of one long run.
+/// 5.6b and c: pose error and that of dead reckoning, and the map error with its parts, for one long run.
 #[must_use]
 pub fn long_run(name: &str, run: &RunResult) -> Figure {
     let filters = [("estimate", vec![run])];
@@ -51,11 +51,11 @@ pub fn long_run(name: &str, run: &RunResult) -> Figure {
     column(format!("{name}: errors of one run"), vec![pose, alone, ospa])
 }
 
-/// 5.8: pose error and map error with its parts, of every filter, with ±1σ.
+/// 5.8: pose error and map error with its parts, for every filter, with ±1σ.
 #[must_use]
 pub fn comparison(study: &Study) -> Figure {
     let filters = named(study);
-    // The two that the thesis compares by themselves, for the others may dwarf them.
+    // The two filters of the thesis have a chart of their own, because the others may have far larger errors.
     let pair = &filters[..filters.len().min(2)];
     let mut charts = vec![curve(pair, Curve::PositionError, "position error (m)")];
     if filters.len() > pair.len() {

@@ -11,14 +11,14 @@ use scphd_run::map_truth::MapTruth;
 use scphd_score::record::Record;
 use std::collections::BTreeMap;
 
-/// Seen from above.
+/// The axes of a view from above.
 const PLAN: [usize; 2] = [0, 1];
-/// Room around what is shown, as a share of it.
+/// Margin around the data, relative to their extent.
 const AIR: f64 = 0.04;
 /// Least and greatest height of a frame, px.
 const HEIGHT_PX: [f64; 2] = [420.0, 1040.0];
 
-/// 5.3a, 5.7: trajectory and landmarks, without anything that a filter sees.
+/// 5.3a, 5.7: trajectory and landmarks.
 #[must_use]
 pub fn scenario(log: &Log) -> Figure {
     let mut marks = Vec::new();
@@ -31,7 +31,7 @@ pub fn scenario(log: &Log) -> Figure {
     plane(format!("{}: trajectory and landmarks", log.name), marks, &[])
 }
 
-/// 5.3b, 5.7: all measurements, seen from the true poses, and dead reckoning.
+/// 5.3b, 5.7: all measurements, as seen from the true poses, and dead reckoning.
 #[must_use]
 pub fn measurements(log: &Log) -> Figure {
     let reckoned: Vec<[f64; 2]> = dead_reckoning(log).iter().map(|pose| [pose[0], pose[1]]).collect();
@@ -44,7 +44,7 @@ pub fn measurements(log: &Log) -> Figure {
     plane(format!("{}: cumulative measurements and dead reckoning", log.name), marks, &[])
 }
 
-/// 5.4a, 5.6a: the final map and the trajectory over the true ones.
+/// 5.4a, 5.6a: the final map and the trajectory with the true ones.
 #[must_use]
 pub fn estimate(log: &Log, record: &Record) -> Figure {
     let path = record.scans.iter().map(|scan| [scan.pose[0], scan.pose[1]]).collect();
@@ -54,7 +54,7 @@ pub fn estimate(log: &Log, record: &Record) -> Figure {
         weight: feature.weight,
     });
     let marks = vec![
-        // Its rim shows on both sides of an estimate that coincides with it.
+        // A wider line is visible on both sides of an estimate that coincides with it.
         Mark::line("true trajectory", Colour::TRUTH, true_path(PLAN, &log.truth)).wide(3.0),
         Mark::line("estimated trajectory", Colour::of_curve(0), path).wide(1.4),
         Mark::gaussians("estimated static features, 95 %", Colour::of_curve(0), features.collect()),
@@ -64,7 +64,7 @@ pub fn estimate(log: &Log, record: &Record) -> Figure {
     plane(format!("{}: map and trajectory estimate", log.name), marks, &[])
 }
 
-/// 5.4b: what was taken for moving, over the true tracks as far as they are in view.
+/// 5.4b: estimated moving features, and the true tracks while they are in view.
 #[must_use]
 pub fn tracks(log: &Log, settings: &Settings, record: &Record) -> Figure {
     let (all, lone) = estimated_tracks(PLAN, record);
@@ -75,13 +75,13 @@ pub fn tracks(log: &Log, settings: &Settings, record: &Record) -> Figure {
         Mark::line("estimated moving features", Colour::of_curve(1), all),
         Mark::crosses("static landmarks", Colour::GREY, log.landmarks.clone()),
     ];
-    // Estimates gone astray do not shrink the rest.
+    // Estimates far away do not change the scale.
     let mut points = truth;
     points.extend(&log.landmarks);
     plane(format!("{}: tracks of moving features", log.name), marks, &points)
 }
 
-/// Measurements in the frame of the map, from the true poses.
+/// Measurements in the map's frame, from the true poses.
 fn seen(log: &Log) -> Vec<[f64; 2]> {
     let mut points = Vec::new();
     for scan in &log.scans {
@@ -97,7 +97,7 @@ fn seen(log: &Log) -> Vec<[f64; 2]> {
     points
 }
 
-/// The true tracks while they are in view, broken elsewhere.
+/// The true tracks while they are in view, with gaps elsewhere.
 fn in_view(log: &Log, settings: &Settings) -> Vec<[f64; 2]> {
     let mut truth = MapTruth::<Planar>::new(log, settings);
     let mut tracks: BTreeMap<i64, Vec<[f64; 2]>> = BTreeMap::new();
@@ -118,7 +118,7 @@ fn start(log: &Log) -> [f64; 2] {
     [log.initial_pose[0], log.initial_pose[1]]
 }
 
-/// A map at equal scale whose limits hold `points`, or, without any, all marks.
+/// A map with equal scales whose limits contain `points` or, without points, all marks.
 fn plane(title: String, marks: Vec<Mark>, points: &[[f64; 2]]) -> Figure {
     let mut chart =
         Chart { x_label: "x (m)".into(), y_label: "y (m)".into(), equal_scale: true, marks, ..Chart::default() };

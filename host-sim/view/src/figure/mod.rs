@@ -1,4 +1,4 @@
-//! The figures of chapters 5 and 7 of the thesis that show a result, from scenarios and runs of our own.
+//! The figures of chapters 5 and 7 of the thesis that show results, made from scenarios and runs of this program.
 
 pub mod densities;
 mod errors;
@@ -9,7 +9,7 @@ pub use errors::{comparison, long_run, mean_errors};
 pub use maps::{estimate, measurements, scenario, tracks};
 pub use space::{plan_and_section, space_maps, squared_errors, trajectories};
 
-/// Numbers of the figures, each with a line about it.
+/// Numbers of the figures, each with a description.
 pub const FIGURES: &[(&str, &str)] = &[
     ("5.3", "thesis-dynamic: landmarks and trajectory; cumulative measurements and dead reckoning"),
     ("5.4", "thesis-dynamic: map and trajectory estimate; tracks of moving features"),

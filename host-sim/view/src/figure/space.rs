@@ -9,34 +9,34 @@ use scphd_score::record::{Record, ScanRecord};
 /// Height of a chart over time, px.
 const ERRORS_PX: f64 = 300.0;
 
-/// Runs with the names of their legends.
+/// Runs with their names for the legend.
 type Runs<'a> = [(&'a str, &'a Record<Underwater>)];
 
-/// 7.5: the trajectory of each run beside dead reckoning and the truth, one chart a run.
+/// 7.5: the trajectory of each run, dead reckoning and the truth, a chart for each run.
 #[must_use]
 pub fn trajectories(log: &Log, runs: &Runs<'_>) -> Figure {
     each(log, runs, "trajectories", Parts { ways: true, maps: false })
 }
 
-/// 7.5, from above and from the side: trajectory and map of a run.
+/// 7.5, from above and from the side: trajectory and map of each run.
 #[must_use]
 pub fn plan_and_section(log: &Log, runs: &Runs<'_>) -> Figure {
     trajectory::figure::<Underwater>(log, runs)
 }
 
-/// 7.6: the features of each run over the true ones, one chart a run.
+/// 7.6: the features of each run and the true ones, a chart for each run.
 #[must_use]
 pub fn space_maps(log: &Log, runs: &Runs<'_>) -> Figure {
     each(log, runs, "estimated features", Parts { ways: false, maps: true })
 }
 
-/// A plan of each run.
+/// A view from above for each run.
 fn each(log: &Log, runs: &Runs<'_>, what: &str, parts: Parts) -> Figure {
     let plan = |run| trajectory::view::<Underwater>([0, 1], log, std::slice::from_ref(run), parts);
     Figure { title: format!("{}: {what}", log.name), charts: runs.iter().map(plan).collect() }
 }
 
-/// 7.7: squared position error of every run over time.
+/// 7.7: squared position error of each run over time.
 #[must_use]
 pub fn squared_errors(log: &Log, runs: &Runs<'_>) -> Figure {
     let squared = |scan: &ScanRecord<Underwater>| scan.position_error_m().map_or(f64::NAN, |error| error * error);
@@ -50,7 +50,7 @@ pub fn squared_errors(log: &Log, runs: &Runs<'_>) -> Figure {
         marks: marks.collect(),
         ..Chart::default()
     };
-    // From zero, so that heights compare.
+    // From zero, so that heights can be compared.
     chart.y = Interval::new(0.0, chart.limits().1.high());
     Figure { title: format!("{}: squared position error", log.name), charts: vec![(chart, ERRORS_PX)] }
 }
@@ -62,7 +62,7 @@ mod tests {
     use scphd_worlds::underwater::by_name;
 
     #[test]
-    fn the_truth_breaks_over_gaps() {
+    fn the_curve_of_the_truth_has_gaps_where_rows_are_missing() {
         let mut log = by_name("girona-tank", 1).unwrap();
         let drawn = |log: &Log| -> Vec<usize> {
             let record = Record { scans: Vec::new(), map: Vec::new() };

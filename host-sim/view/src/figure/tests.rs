@@ -1,4 +1,4 @@
-//! Figures of short runs.
+//! Tests of figures of short runs.
 
 use super::densities::{BANDWIDTH_M, Moment, density, weigh};
 use super::*;
@@ -11,7 +11,7 @@ use scphd_run::session::{self, Filter};
 use scphd_worlds::scenario;
 
 #[test]
-fn numbers_differ() {
+fn figure_numbers_are_distinct() {
     for (place, (number, about)) in FIGURES.iter().enumerate() {
         assert!(FIGURES[..place].iter().all(|(other, _)| other != number));
         assert!(!about.contains('\n'));
@@ -36,7 +36,7 @@ fn maps_of_a_short_run() {
 }
 
 #[test]
-fn errors_of_made_up_runs() {
+fn errors_of_artificial_runs() {
     let plan = plan(2, 2);
     let results = ["scphd", "rb-single"]
         .iter()
@@ -50,7 +50,7 @@ fn errors_of_made_up_runs() {
 }
 
 #[test]
-fn a_density_is_the_kernel_and_adds_up_to_the_weights() {
+fn a_density_is_the_kernel_and_integrates_to_the_weights() {
     let peak = density([(1.0, 1.0)].into_iter(), 1.0);
     assert!((peak * BANDWIDTH_M * (2.0 * std::f64::consts::PI).sqrt() - 1.0).abs() < 1e-12);
     let points = [(0.0, 0.25), (0.3, 0.5)];
@@ -63,7 +63,7 @@ fn all_likelihoods_weigh_the_same_candidates() {
     let log = scenario::thesis_compare(1);
     let moment = Moment { scan: 5, particles: 6, samples: 4 };
     let weighed = weigh(&log, &Settings::for_log(&log), &moment, 1).unwrap();
-    // Two predictions lead to a scan; each draws the children of every particle anew.
+    // There are two predictions before a scan; the candidates of each are drawn separately.
     assert_eq!((weighed.positions.len(), weighed.predicted.len()), (24, 24));
     assert_eq!(weighed.updated[0].0, Likelihood::SingleCluster);
     for (_, weights) in &weighed.updated {

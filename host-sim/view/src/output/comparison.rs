@@ -11,7 +11,7 @@ use serde_json::Value;
 use std::iter;
 use std::path::Path;
 
-/// The differences over one log in one precision, with what they depend on. Serialised as one object.
+/// The differences over one log in one precision, with their conditions. Serialised as one object.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Compared<D = Differences> {
     /// The format of the keys.
@@ -20,7 +20,7 @@ pub struct Compared<D = Differences> {
     pub log: String,
     /// Number type of the filter: `f32` or `f64`.
     pub precision: String,
-    /// Number of particles N.
+    /// Particles N.
     pub particles: usize,
     /// Samples M of every particle.
     pub samples: usize,
@@ -33,15 +33,15 @@ pub struct Compared<D = Differences> {
     pub settings: Value,
 }
 
-/// A field: its name in files, its name with the unit in the table, and its text there.
+/// A field: its name in files, its name with the unit in the table, and its value as text.
 type Field<D> = (&'static str, &'static str, fn(&D) -> String);
 
-/// Differences of one kind of filter.
+/// Differences for a kind of filter.
 pub trait Fields: Serialize + Sized + 'static {
     /// Its fields in order.
     const FIELDS: &'static [Field<Self>];
 
-    /// Rows of the table that say how the filter ran.
+    /// Rows of the table with the parameters of the filter.
     fn heads(compared: &[Compared<Self>]) -> Vec<Row>;
 }
 
@@ -115,12 +115,12 @@ const JOINT_FIELDS: [Field<JointDifferences>; 25] = [
     ("own_way_heading_rad", "heading, each on its own way (rad)", |d| power(d.own_way_heading_rad)),
 ];
 
-/// A row of the table: a name, and what it is in every precision.
+/// A row of the table: a name, and its value in every precision.
 fn row<D>(name: &str, compared: &[Compared<D>], show: impl Fn(&Compared<D>) -> String) -> Row {
     Row::from(iter::once(name.to_owned()).chain(compared.iter().map(show)).collect::<Vec<_>>())
 }
 
-/// The differences side by side, as text without a newline at the end: one row a field, one column a precision.
+/// The differences as text without a newline at the end: a row for each field, a column for each precision.
 #[must_use]
 pub fn render<D: Fields>(compared: &[Compared<D>]) -> String {
     let precision = row("precision", compared, |c| c.precision.clone());
@@ -129,20 +129,20 @@ pub fn render<D: Fields>(compared: &[Compared<D>]) -> String {
     ruled(row("log", compared, |c| c.log.clone()), rows)
 }
 
-/// Writes a JSON list of objects, all or nothing.
+/// Writes a JSON list of objects; the file is complete or not written.
 ///
 /// # Errors
 ///
-/// [`OutputError`] where the file cannot be written.
+/// [`OutputError`] if the file cannot be written.
 pub fn write_json<D: Fields>(path: &Path, compared: &[Compared<D>]) -> Result<(), OutputError> {
     json::write(path, compared)
 }
 
-/// Writes one row a scan, its time (s) and its differences, all or nothing.
+/// Writes a row for each scan, with its time (s) and its differences; the file is complete or not written.
 ///
 /// # Errors
 ///
-/// [`OutputError`] where the file cannot be written.
+/// [`OutputError`] if the file cannot be written.
 pub fn write_csv<D: Fields>(path: &Path, scans: impl Iterator<Item = (f64, D)>) -> Result<(), OutputError> {
     let header: Vec<&str> = iter::once("t_s").chain(D::FIELDS.iter().map(|&(name, ..)| name)).collect();
     csv::write_rows(path, &header, scans)
@@ -152,7 +152,7 @@ fn count(value: usize) -> String {
     grouped(value as u64)
 }
 
-/// A difference: its order of magnitude is what matters.
+/// A difference with its order of magnitude.
 fn power(value: f64) -> String {
     if value == 0.0 { "0".into() } else { format!("{value:.2e}") }
 }

@@ -1,7 +1,7 @@
-//! A record as CSV: `scans.csv`, one row a scan, `map.csv`, one row a feature of the final map, and `moving.csv`, one
-//! row a moving feature and scan.
+//! A record as CSV: `scans.csv` with a row for each scan, `map.csv` with a row for each feature of the final map, and
+//! `moving.csv` with a row for each moving feature and scan.
 //!
-//! Numbers are printed with as many digits as bring back the same `f64`; an unknown value is an empty cell.
+//! Numbers have as many digits as are needed to restore the same `f64`; an unknown value is an empty cell.
 
 use scphd_log::dimensions::{Coordinates, Dimensions};
 use scphd_score::map_error::MapError;
@@ -10,17 +10,17 @@ use scphd_score::results::{OutputError, sink};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// What a table has in one place.
+/// The content of a cell.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub(crate) enum Cell {
-    /// How many, or which.
+    /// A count or an index.
     Count(usize),
     /// A figure.
     Number(f64),
     /// A name.
     Text(String),
-    /// Nothing.
+    /// An empty cell.
     Unknown,
 }
 
@@ -48,25 +48,25 @@ impl<T: Into<Cell>> From<Option<T>> for Cell {
     }
 }
 
-/// The columns of a table of `R`s: each has a name, and what a row has there.
+/// The columns of a table with rows of type `R`: each has a name and a function of the row.
 pub(crate) struct Columns<R>(Vec<Column<R>>);
 
-/// The name of a column, and what a row has there.
+/// The name of a column, and its function of the row.
 type Column<R> = (String, Box<dyn Fn(&R) -> Cell>);
 
 impl<R> Columns<R> {
-    /// None yet.
+    /// No columns.
     pub(crate) fn new() -> Self {
         Self(Vec::new())
     }
 
-    /// With one more.
+    /// Adds a column.
     pub(crate) fn with<C: Into<Cell>>(mut self, name: impl Into<String>, cell: impl Fn(&R) -> C + 'static) -> Self {
         self.0.push((name.into(), Box::new(move |row| cell(row).into())));
         self
     }
 
-    /// With the first so many coordinates of a pose, or what begins as one.
+    /// Adds columns for the first `count` coordinates of a pose.
     fn with_coordinates<D: Dimensions, C: Into<Cell>>(
         mut self,
         prefix: &str,
@@ -79,7 +79,7 @@ impl<R> Columns<R> {
         self
     }
 
-    /// With the upper triangle, row by row, of the covariance of as many of them.
+    /// Adds columns for the upper triangle, row by row, of the covariance of the first `count` coordinates.
     fn with_covariance<D: Dimensions>(
         mut self,
         count: usize,
@@ -94,7 +94,7 @@ impl<R> Columns<R> {
         self
     }
 
-    /// Writes the table, all or nothing.
+    /// Writes the table; the file is complete or not written.
     pub(crate) fn write<'r>(&self, path: &Path, rows: impl Iterator<Item = &'r R>) -> Result<(), OutputError>
     where
         R: 'r,
@@ -112,7 +112,7 @@ fn squared(unit: &str) -> String {
     }
 }
 
-/// `scans.csv`, one row a scan. Where features may move the movers are in it, where the map is large what it takes.
+/// `scans.csv`, a row for each scan. With figures of moving landmarks if the kind has them, otherwise of memory.
 fn scan_columns<D: Dimensions>() -> Columns<ScanRecord<D>> {
     let (place, pose) = (D::Position::COUNT, D::Pose::COUNT);
     let mut columns = Columns::new()
@@ -152,7 +152,7 @@ fn scan_columns<D: Dimensions>() -> Columns<ScanRecord<D>> {
     columns
 }
 
-/// `map.csv`, one row a feature of the final map.
+/// `map.csv`, a row for each feature of the final map.
 fn map_columns<D: Dimensions>() -> Columns<MapFeature<D>> {
     Columns::new()
         .with("id", |feature: &MapFeature<D>| feature.id as usize)
@@ -161,7 +161,7 @@ fn map_columns<D: Dimensions>() -> Columns<MapFeature<D>> {
         .with_covariance::<D>(D::Position::COUNT, |feature, i, k| feature.covariance.as_ref()[i].as_ref()[k])
 }
 
-/// `moving.csv`, one row a moving feature and scan, with its time.
+/// `moving.csv`, a row for each moving feature and scan, with its time.
 fn moving_columns<D: Dimensions>() -> Columns<(f64, MovingFeature<D>)> {
     let mut columns = Columns::new()
         .with("t_s", |(t_s, _): &(f64, MovingFeature<D>)| *t_s)
@@ -174,11 +174,11 @@ fn moving_columns<D: Dimensions>() -> Columns<(f64, MovingFeature<D>)> {
     columns.with_covariance::<D>(D::Position::COUNT, |(_, feature), i, k| feature.covariance.as_ref()[i].as_ref()[k])
 }
 
-/// Writes `scans.csv`, `map.csv` and, where features may move, `moving.csv` into the existing folder `dir` and returns their paths.
+/// Writes `scans.csv`, `map.csv` and, if features may move, `moving.csv` into the existing folder `dir`. Returns their paths.
 ///
 /// # Errors
 ///
-/// [`OutputError`] where a file cannot be written; files already complete stay.
+/// [`OutputError`] if a file cannot be written; complete files remain.
 pub fn write_record<D: Dimensions>(dir: &Path, record: &Record<D>) -> Result<Vec<PathBuf>, OutputError> {
     let mut paths = vec![dir.join("scans.csv"), dir.join("map.csv")];
     scan_columns().write(&paths[0], record.scans.iter())?;
@@ -192,7 +192,7 @@ pub fn write_record<D: Dimensions>(dir: &Path, record: &Record<D>) -> Result<Vec
     Ok(paths)
 }
 
-/// Writes a header and rows to `path`, all or nothing.
+/// Writes a header and rows to `path`; the file is complete or not written.
 pub(crate) fn write_rows<R: Serialize>(
     path: &Path,
     header: &[&str],
@@ -200,7 +200,7 @@ pub(crate) fn write_rows<R: Serialize>(
 ) -> Result<(), OutputError> {
     let csv_error = |source| OutputError::Csv { path: path.into(), source };
     let io_error = |source| OutputError::Io { path: path.into(), source };
-    // The header is written by name, not by serde, which would write none where there is no row.
+    // The header is written directly, because serde would write none without rows.
     let mut writer = ::csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
     writer.write_record(header).map_err(csv_error)?;
     for row in rows {
@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_come_back_as_they_were() {
+    fn numbers_are_restored_exactly() {
         let folder = Folder::new("csv");
         let record = Record {
             scans: vec![scan(0.1), ScanRecord { moving: vec![moving_feature()], ..scan(2.0_f64.sqrt()) }],
@@ -286,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_record_leaves_headers() {
+    fn an_empty_record_gives_headers_only() {
         let folder = Folder::new("csv-empty");
         let planar: Record = Record { scans: vec![], map: vec![] };
         let header = |path: &Path| std::fs::read_to_string(path).unwrap().trim_end().to_owned();
@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_folder_is_an_error_that_names_the_file() {
+    fn a_missing_folder_is_an_error_with_the_name_of_the_file() {
         let record: Record = Record { scans: vec![], map: vec![] };
         let error = write_record(Path::new("/nonexistent/folder"), &record).unwrap_err();
         assert!(error.to_string().contains("scans.csv"), "{error}");

@@ -1,4 +1,4 @@
-//! Two runs beside each other on a terminal, and as JSON.
+//! The comparison of two runs on a terminal, and as JSON.
 
 use super::table::{decimals, ruled};
 use crate::difference::{Difference, plain};
@@ -7,7 +7,7 @@ use scphd_score::results::{OutputError, json};
 use serde_json::Value;
 use std::path::Path;
 
-/// The settings that differ and all figures as text, without a newline at the end.
+/// The different settings and all figures as text, without a newline at the end.
 #[must_use]
 pub fn render(difference: &Difference) -> String {
     let [a, b] = &difference.runs;
@@ -20,7 +20,7 @@ pub fn render(difference: &Difference) -> String {
         parts.push(ruled(Row::from(vec!["setting", "A", "B"]), rows));
     }
     let rows = difference.figures.iter().map(|one| {
-        // Equal figures need no difference.
+        // Equal figures have an empty difference.
         let digits = if one.a.is_f64() || one.b.is_f64() { 3 } else { 0 };
         let off = one.difference.filter(|off| *off != 0.0).map_or_else(String::new, |off| decimals(Some(off), digits));
         Row::from(vec![one.key.clone(), short(&one.a), short(&one.b), off])
@@ -29,7 +29,7 @@ pub fn render(difference: &Difference) -> String {
     parts.join("\n\n")
 }
 
-/// Whole numbers and names as they are, others with three decimals.
+/// Whole numbers and names as they are, other numbers with three decimals.
 fn short(value: &Value) -> String {
     match value.as_f64() {
         Some(number) if value.is_f64() => decimals(Some(number), 3),
@@ -37,11 +37,11 @@ fn short(value: &Value) -> String {
     }
 }
 
-/// Writes it to `path` as one JSON object, all or nothing.
+/// Writes the comparison to `path` as a JSON object; the file is complete or not written.
 ///
 /// # Errors
 ///
-/// [`OutputError`] where the file cannot be written.
+/// [`OutputError`] if the file cannot be written.
 pub fn write(path: &Path, difference: &Difference) -> Result<(), OutputError> {
     json::write(path, difference)
 }

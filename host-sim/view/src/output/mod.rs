@@ -1,4 +1,4 @@
-//! What a run leaves on disk and on the terminal: CSV rows and tables.
+//! Output of a run on disk and on the terminal: CSV rows and tables.
 
 pub mod comparison;
 pub mod csv;

@@ -5,7 +5,7 @@ use scphd_run::monte_carlo::Study;
 use scphd_run::monte_carlo::compare::comparisons;
 use scphd_run::monte_carlo::overview::{Overview, Spread, overviews};
 
-/// The figures as text, one column a filter, and below them how the first filter compares with each other.
+/// The figures as text, a column for each filter, followed by comparisons of the first filter with each other one.
 #[must_use]
 pub fn render(study: &Study) -> String {
     type Figure = (&'static str, fn(&Overview, &Spread) -> String);
@@ -40,7 +40,7 @@ pub fn render(study: &Study) -> String {
         comfy_table::Row::from(std::iter::once(name.to_owned()).chain(columns).collect::<Vec<String>>())
     };
     let header = row("", &|overview, _| overview.filter.clone());
-    // The names of several logs would make the column as wide as all of them.
+    // The names of several logs would be too long for a column.
     let mut text = format!("{}\n", study.plan.scenario);
     text.push_str(&ruled(header, FIGURES.iter().map(|(name, show)| row(name, show))));
     for comparison in comparisons(study) {

@@ -1,11 +1,11 @@
-//! Many runs on a terminal: one row a log, with what its runs have in common and how they scatter.
+//! Many runs on a terminal: a row for each log, with means and standard deviations over its runs.
 
 use super::table::{decimals, ruled};
 use comfy_table::Row;
 use scphd_score::chi_squared;
 use scphd_score::results::json::Summary;
 
-/// Figures of a row: name with the unit, and decimals.
+/// Figures of a row: name with the unit, and number of decimals.
 const FIGURES: [(&str, usize); 8] = [
     ("dead reckoning\nRMSE (m)", 3),
     ("position RMSE\nmean (m)", 3),
@@ -17,10 +17,10 @@ const FIGURES: [(&str, usize); 8] = [
     ("scan\n(µs)", 1),
 ];
 
-/// The runs of every log as text without a newline at the end. Several logs are followed by the mean of their rows.
+/// The runs of every log as text without a newline at the end. For several logs the mean of their rows follows.
 ///
-/// The standard deviation is that of a sample (divisor one less than the runs). A run that lacks a figure does not
-/// count in it.
+/// The standard deviation is that of a sample (divisor one less than the number of runs). A run without a figure does not count
+/// in it.
 #[must_use]
 pub fn render(logs: &[&[Summary]]) -> String {
     let figures: Vec<_> = logs.iter().map(|runs| figures(runs)).collect();
@@ -37,9 +37,9 @@ pub fn render(logs: &[&[Summary]]) -> String {
     ruled(Row::from(["log", "runs"].map(String::from).into_iter().chain(names).collect::<Vec<_>>()), rows.into_iter())
 }
 
-/// What the runs of a scenario say together of the filter's own covariance, each with noise of its own: the squared position error at the
-/// last scan over that covariance, by dimension, mean over the runs beside the two-sided 95 % bounds of χ² of as many. `None` of fewer
-/// than two runs with truth.
+/// Consistency of the filter's covariance over the runs of a scenario, each with different noise: NEES of the position divided by
+/// its dimension at the last scan, mean over the runs, with the two-sided 95 % bounds of χ² for this number of runs. `None` for
+/// fewer than two runs with truth.
 #[must_use]
 pub fn consistency(runs: &[Summary], dimension: usize) -> Option<String> {
     let last = known(runs, |run| run.nees_final);
@@ -94,9 +94,9 @@ mod tests {
     use scphd_score::results::json::made_up as summary;
 
     #[test]
-    fn runs_are_consistent_together_or_not() {
+    fn consistency_over_runs_is_reported() {
         let run = |nees: f64| Summary { nees_final: Some(nees), ..summary() };
-        // Ten values of two dimensions: 9.59/20 and 34.17/20.
+        // The bounds for ten values in two dimensions are 9.59/20 and 34.17/20.
         let text = |nees: f64| consistency(&[nees; 10].map(run), 2).unwrap();
         let expected = "circle: NEES/dim at the last scan, mean of 10 runs: 1.00, within 0.48 to 1.71 (95 % of χ²)";
         assert_eq!(text(1.0), expected);

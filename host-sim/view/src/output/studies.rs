@@ -1,4 +1,4 @@
-//! A Monte Carlo study on disk: its runs as JSON, its means and spreads as CSV.
+//! A Monte Carlo study on disk: its runs as JSON, its means and standard deviations as CSV.
 
 use super::csv::{Cell, Columns, write_rows};
 use scphd_run::monte_carlo::overview::Overview;
@@ -6,7 +6,7 @@ use scphd_run::monte_carlo::{Band, Curve, RunResult, Study, band};
 use scphd_score::results::{OutputError, json};
 use std::path::Path;
 
-/// Writes all that is kept of every run to `path`, all or nothing; `merge` reads it back to the last bit.
+/// Writes the results of all runs to `path`; the file is complete or not written. `merge` reads them exactly.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -17,7 +17,7 @@ pub fn write(path: &Path, study: &Study) -> Result<(), OutputError> {
 /// A figure of a run.
 type Figure = fn(&Overview) -> Option<f64>;
 
-/// `runs.csv`: a row a run, with its figures.
+/// `runs.csv`: a row for each run, with its figures.
 fn run_columns() -> Columns<(RunResult, Overview)> {
     let mut columns = Columns::new()
         .with("filter", |(run, _): &(RunResult, Overview)| Cell::from(run.filter.as_str()))
@@ -42,8 +42,8 @@ fn run_columns() -> Columns<(RunResult, Overview)> {
     columns
 }
 
-/// Writes `series-FILTER.csv` for each filter (mean and standard deviation over the runs of every curve, a row a
-/// scan) and `runs.csv` (a row a run) into the existing folder `dir`.
+/// Writes into the existing folder `dir`: `series-FILTER.csv` for each filter (mean and standard deviation over the runs of every
+/// curve, a row for each scan), and `runs.csv` (a row for each run).
 ///
 /// # Errors
 /// A file cannot be written.
@@ -77,7 +77,7 @@ mod tests {
     use scphd_shared_data::Folder;
 
     #[test]
-    fn a_row_a_scan_and_a_row_a_run() {
+    fn tables_have_a_row_for_each_scan_and_for_each_run() {
         let folder = Folder::new("studies");
         let mut plan = plan(3, 3);
         plan.filters.truncate(1);

@@ -1,15 +1,15 @@
-//! Summaries side by side on a terminal: one row a figure, one column a run.
+//! Summaries on a terminal: a row for each figure, a column for each run.
 
 use comfy_table::{CellAlignment, ContentLineStyle, LineStyle, Row, Table, TableStyle};
 use scphd_score::results::json::Summary;
 
-/// Runs that stand beside one another before the table goes on below; five fit a terminal of 132 columns.
+/// Greatest number of runs in a table; five fit a terminal of 132 columns.
 const RUNS_PER_TABLE: usize = 5;
 
-/// What stands for an unknown figure.
+/// Text for an unknown figure.
 const UNKNOWN: &str = "–";
 
-/// A rule above, below and under the header; nothing between the figures.
+/// Rules above, below and under the header; none between the figures.
 const STYLE: TableStyle = TableStyle::new()
     .top_border(LineStyle::none().fill('─').junction('─'))
     .header_lines(ContentLineStyle::none().junction(' '))
@@ -17,7 +17,7 @@ const STYLE: TableStyle = TableStyle::new()
     .content_lines(ContentLineStyle::none().junction(' '))
     .bottom_border(LineStyle::none().fill('─').junction('─'));
 
-/// A figure: its name with the unit, and how a summary shows it.
+/// A figure: its name with the unit, and its text for a summary.
 type Figure = (&'static str, fn(&Summary) -> String);
 
 /// The figures in the order of the rows.
@@ -64,21 +64,21 @@ const FIGURES: [Figure; 34] = [
     }),
 ];
 
-/// The summaries as text without a newline at the end; plain UTF-8, no colours, the same on every terminal.
+/// The summaries as text without a newline at the end: plain UTF-8 without colours, the same on every terminal.
 ///
-/// More than five runs go on in further tables below the first.
+/// More than five runs continue in further tables below the first.
 pub fn render(summaries: &[Summary]) -> String {
     let tables: Vec<String> = summaries.chunks(RUNS_PER_TABLE).map(block).collect();
     tables.join("\n\n")
 }
 
-/// One table of a few runs.
+/// One table for a few runs.
 fn block(summaries: &[Summary]) -> String {
     let rows = FIGURES.into_iter().map(|(name, show)| row(name, summaries, show));
     ruled(row("log", summaries, |s| s.log.clone()), rows)
 }
 
-/// A header and rows as text: names on the left, everything else flush right.
+/// A header and rows as text: names aligned left, everything else right.
 pub(crate) fn ruled(header: Row, rows: impl Iterator<Item = Row>) -> String {
     let mut table = Table::new();
     table.load_style(STYLE);
@@ -90,14 +90,14 @@ pub(crate) fn ruled(header: Row, rows: impl Iterator<Item = Row>) -> String {
     table.trim_fmt()
 }
 
-/// The name of a figure and its value in every run.
+/// A row with the name of a figure and its value in every run.
 fn row(name: &str, summaries: &[Summary], show: impl Fn(&Summary) -> String) -> Row {
     let mut cells = vec![name.to_string()];
     cells.extend(summaries.iter().map(show));
     Row::from(cells)
 }
 
-/// A number with fixed decimals and grouped thousands, in powers of ten where it would be long or all zeros.
+/// A number with fixed decimals and grouped thousands; as a power of ten if it would be long or all zeros.
 pub(crate) fn decimals(value: Option<f64>, digits: usize) -> String {
     let Some(value) = value.filter(|v| v.is_finite()) else {
         return UNKNOWN.into();
@@ -113,7 +113,7 @@ pub(crate) fn decimals(value: Option<f64>, digits: usize) -> String {
     format!("{sign}{}{point}{fraction}", group_digits(whole))
 }
 
-/// A share that may be unknown.
+/// A share as a percentage, which may be unknown.
 fn percent(share: Option<f64>) -> String {
     decimals(share.map(|share| 100.0 * share), 1)
 }
@@ -149,7 +149,7 @@ mod tests {
     use scphd_score::results::json::made_up as summary;
 
     #[test]
-    fn numbers_read_well() {
+    fn numbers_are_readable() {
         assert_eq!(decimals(Some(0.1234), 3), "0.123");
         assert_eq!(decimals(Some(-12345.678), 1), "-12 345.7");
         assert_eq!(decimals(Some(0.0), 3), "0.000");
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn one_column_a_run() {
+    fn every_run_has_a_column() {
         let reference = Summary {
             filter: "reference".into(),
             precision: "f64".into(),
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn many_runs_go_on_below_and_none_is_empty() {
+    fn many_runs_continue_in_further_tables_and_no_table_is_empty() {
         let text = render(&vec![summary(); RUNS_PER_TABLE + 1]);
         assert_eq!(text.matches("position RMSE").count(), 2);
         assert!(text.lines().all(|l| l.chars().count() <= 132), "{text}");

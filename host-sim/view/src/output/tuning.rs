@@ -1,4 +1,4 @@
-//! What was learnt, tried and proposed, as tables and sentences.
+//! Results of `tune`, as tables and sentences.
 
 use super::table::{decimals, grouped, ruled};
 use comfy_table::Row;
@@ -7,7 +7,7 @@ use scphd_run::tune::{Gain, Outcome, Said, Tuned, position_rmse_m, score};
 /// Significant digits of a setting.
 const DIGITS: usize = 4;
 
-/// The tables of what the innovations say and of what was tried, and the verdict. `truth`: the errors too.
+/// The tables of the estimates and of the candidates, and the result. `truth`: with the errors.
 #[must_use]
 pub fn render<S>(log: &str, tuned: &Tuned<S>, truth: bool) -> String {
     let Tuned { said, outcome } = tuned;
@@ -38,7 +38,7 @@ fn setting<S>(said: &Said, outcome: &Outcome<S>) -> Row {
     ])
 }
 
-/// Settings are of all sizes: so many digits, not decimals.
+/// A number with a fixed number of significant digits, because settings differ in magnitude.
 fn significant(value: Option<f64>) -> String {
     let whole = value.filter(|value| *value != 0.0).map_or(0, |value| value.abs().log10().floor() as i32 + 1);
     decimals(value, usize::try_from(DIGITS as i32 - whole).unwrap_or(0))
@@ -98,7 +98,7 @@ fn verdict<S>(outcome: &Outcome<S>, truth: bool) -> String {
     text
 }
 
-/// A line of a study over several logs: what was proposed, and the errors with the seeds that confirmed it.
+/// A line of a study over several logs: the proposal, and the errors with the seeds that confirmed it.
 #[must_use]
 pub fn line<S>(log: &str, tuned: &Tuned<S>) -> String {
     let outcome = &tuned.outcome;
@@ -120,7 +120,7 @@ pub fn line<S>(log: &str, tuned: &Tuned<S>) -> String {
     )
 }
 
-/// The ratios of held-out errors, after over before, of what was proposed in several logs.
+/// Ratios of the held-out errors with the proposals to those before, over several logs.
 #[must_use]
 pub fn summary<S>(logs: &[Tuned<S>]) -> String {
     let ratio = |tuned: &Tuned<S>| {

@@ -1,4 +1,4 @@
-//! The numbers along an axis: limits, ticks and their labels.
+//! Axes: limits, ticks and their labels.
 
 /// A closed range of an axis, in the unit of the axis; finite, and `low < high`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -8,17 +8,17 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// From 0 to 1, for axes of which nothing is known.
+    /// From 0 to 1, for axes without data.
     pub const UNIT: Self = Self { low: 0.0, high: 1.0 };
 
-    /// The interval between two numbers, widened where they coincide; `None` if one is not finite or beyond 1e300,
-    /// where the length could overflow.
+    /// The interval between two numbers, widened if they are equal; `None` if one is not finite or beyond 1e300, where the length
+    /// could overflow.
     pub fn new(a: f64, b: f64) -> Option<Self> {
         if !(drawable(a) && drawable(b)) {
             return None;
         }
         let (low, high) = (a.min(b), a.max(b));
-        // Narrower than this, ticks could not be told apart in f64.
+        // Ticks of a narrower interval could not be distinguished in f64.
         let least = (1e-9 * low.abs().max(high.abs())).max(1e-9);
         if high - low >= least {
             Some(Self { low, high })
@@ -29,7 +29,7 @@ impl Interval {
         }
     }
 
-    /// The smallest interval around those of the values that [`Interval::new`] takes; `None` if there is none.
+    /// The smallest interval around all valid values; `None` if there are none.
     pub fn around(values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let mut ends: Option<(f64, f64)> = None;
         for value in values.into_iter().filter(|v| drawable(*v)) {
@@ -54,7 +54,7 @@ impl Interval {
         self.high - self.low
     }
 
-    /// Whether a value lies inside, ends included.
+    /// Whether a value is inside, ends included.
     pub fn contains(self, value: f64) -> bool {
         self.low <= value && value <= self.high
     }
@@ -65,7 +65,7 @@ impl Interval {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    /// What both have in common; `self` where that is nothing.
+    /// The common part of both; `self` if there is none.
     #[must_use]
     pub fn intersection(self, other: Self) -> Self {
         Self::new(self.low.max(other.low), self.high.min(other.high))
@@ -73,20 +73,20 @@ impl Interval {
             .unwrap_or(self)
     }
 
-    /// Longer by `fraction` of its length at both ends.
+    /// The interval extended by `fraction` of its length at both ends.
     #[must_use]
     pub fn padded(self, fraction: f64) -> Self {
         self.with_span(self.span() * (1.0 + 2.0 * fraction))
     }
 
-    /// The same centre, another length.
+    /// The interval with the same centre and this length.
     #[must_use]
     pub fn with_span(self, span: f64) -> Self {
         let centre = 0.5 * (self.low + self.high);
         Self { low: centre - 0.5 * span, high: centre + 0.5 * span }
     }
 
-    /// Round numbers inside the interval, about `wanted` of them, with the labels that belong to them.
+    /// About `wanted` round numbers inside the interval, with their labels.
     pub fn ticks(self, wanted: f64) -> Vec<(f64, String)> {
         let rough = self.span() / wanted.max(1.0);
         let power = rough.log10().floor();
@@ -94,7 +94,7 @@ impl Interval {
         let factor =
             [1.0, 2.0, 2.5, 5.0, 10.0].into_iter().find(|factor| factor * unit >= rough * (1.0 - 1e-9)).unwrap_or(10.0);
         let step = factor * unit;
-        // 2.5 needs one digit more than its power of ten.
+        // 2.5 needs a digit more than its power of ten.
         let digits = (-power + if factor == 2.5 { 1.0 } else { 0.0 } - if factor == 10.0 { 1.0 } else { 0.0 })
             .clamp(0.0, 12.0) as usize;
 
@@ -114,13 +114,13 @@ fn drawable(value: f64) -> bool {
     value.abs() <= 1e300
 }
 
-/// A number as it is written at a tick, with a true minus sign.
+/// The label of a number at a tick, with a true minus sign.
 fn label(value: f64, digits: usize) -> String {
     let text = if value.abs() >= 1e7 { format!("{value:e}") } else { format!("{:.digits$}", value.abs()) };
     if value < 0.0 && value.abs() < 1e7 { format!("\u{2212}{text}") } else { text.replace('-', "\u{2212}") }
 }
 
-/// Both intervals lengthened as little as makes a unit equally long in x and y on `width` × `height` pixels.
+/// Extends both intervals as little as necessary for equal scales in x and y on `width` × `height` pixels.
 pub fn equalised(x: Interval, y: Interval, width: f64, height: f64) -> (Interval, Interval) {
     let units_per_px = (x.span() / width).max(y.span() / height);
     (x.with_span(units_per_px * width), y.with_span(units_per_px * height))

@@ -1,4 +1,4 @@
-//! What a chart shows, apart from how it is drawn: axes and marks.
+//! The content of a chart: axes and marks, without their drawing.
 
 use super::axis::Interval;
 use std::fmt;
@@ -12,12 +12,12 @@ impl Colour {
     pub const TRUTH: Self = Self(0, 0, 0);
     /// Dead reckoning.
     pub const DEAD_RECKONING: Self = Self(214, 39, 40);
-    /// Things beside the matter.
+    /// Secondary data.
     pub const GREY: Self = Self(130, 130, 130);
-    /// What matters less than that.
+    /// Less important data.
     pub const PALE: Self = Self(208, 208, 208);
-    /// Runs and other curves of equal standing, in this order; neighbours differ in brightness too, and the first
-    /// two do not mix to grey where they overlap.
+    /// Colours of runs and other equivalent curves, in this order; neighbours differ in brightness too, and the first two do not
+    /// mix to grey.
     const CURVES: [Self; 6] = [
         Self(0, 92, 200),
         Self(60, 180, 60),
@@ -27,7 +27,7 @@ impl Colour {
         Self(120, 90, 40),
     ];
 
-    /// The colour of curve number `index`; they repeat after six.
+    /// The colour of the curve with this index; colours repeat after six.
     pub fn of_curve(index: usize) -> Self {
         Self::CURVES[index % Self::CURVES.len()]
     }
@@ -50,7 +50,7 @@ pub struct Gaussian {
     pub weight: f64,
 }
 
-/// The form of a mark. A point that is not finite breaks a curve or is left out.
+/// The shape of a mark. A point that is not finite interrupts a curve or is left out.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
     /// A curve through points (x, y).
@@ -59,29 +59,29 @@ pub enum Shape {
         points: Vec<[f64; 2]>,
         /// Width of the stroke, px.
         width_px: f64,
-        /// Whether it is dashed.
+        /// Whether the line is dashed.
         dashed: bool,
     },
     /// The area between two curves: x, lower y, upper y.
     Band(Vec<[f64; 3]>),
     /// Crosses at points (x, y).
     Crosses(Vec<[f64; 2]>),
-    /// Many small points (x, y), pale enough to show where they pile up.
+    /// Many small points (x, y), transparent enough to show their density.
     Dots(Vec<[f64; 2]>),
     /// Circles around points (x, y).
     Rings(Vec<[f64; 2]>),
-    /// Means with the ellipses that 95 % lie within.
+    /// Means with ellipses of 95 % probability.
     Gaussians(Vec<Gaussian>),
 }
 
 /// One series of a chart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mark {
-    /// Its name in the legend; without a name it is not in the legend.
+    /// Its name in the legend; empty: not in the legend.
     pub label: String,
     /// Its colour.
     pub colour: Colour,
-    /// Its form and data.
+    /// Its shape and data.
     pub shape: Shape,
 }
 
@@ -118,7 +118,7 @@ impl Mark {
         Self::new(label, colour, Shape::Rings(points))
     }
 
-    /// Means with the ellipses that 95 % lie within.
+    /// Means with ellipses of 95 % probability.
     pub fn gaussians(label: impl Into<String>, colour: Colour, features: Vec<Gaussian>) -> Self {
         Self::new(label, colour, Shape::Gaussians(features))
     }
@@ -127,7 +127,7 @@ impl Mark {
         Self { label: label.into(), colour, shape }
     }
 
-    /// The same curve with another width, px; nothing else has one.
+    /// The same curve with another width, px; no effect on other shapes.
     #[must_use]
     pub fn wide(mut self, width: f64) -> Self {
         if let Shape::Line { width_px, .. } = &mut self.shape {
@@ -141,7 +141,7 @@ impl Mark {
         self.extent().iter().map(|point| point[1]).reduce(f64::max)
     }
 
-    /// Points the view has to hold; a [`Gaussian`] counts with its mean.
+    /// Points that the limits must contain; for a [`Gaussian`] its mean.
     fn extent(&self) -> Vec<[f64; 2]> {
         let points = match &self.shape {
             Shape::Line { points, .. } | Shape::Crosses(points) | Shape::Dots(points) | Shape::Rings(points) => {
@@ -154,30 +154,30 @@ impl Mark {
     }
 }
 
-/// One pair of axes with its marks; later marks lie over earlier ones.
+/// A pair of axes with its marks; later marks are drawn over earlier ones.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Chart {
     /// Name and unit of the x axis; may be empty.
     pub x_label: String,
     /// Name and unit of the y axis; may be empty.
     pub y_label: String,
-    /// Limits of x; without them those of the marks.
+    /// Limits of x; `None`: those of the marks.
     pub x: Option<Interval>,
-    /// Limits of y; without them those of the marks, with some air.
+    /// Limits of y; `None`: those of the marks with a margin.
     pub y: Option<Interval>,
-    /// Whether a unit is equally long in x and y; the limits are then lengthened as needed.
+    /// Whether the scales of x and y are equal; the limits are then extended as needed.
     pub equal_scale: bool,
     /// The series.
     pub marks: Vec<Mark>,
 }
 
 impl Chart {
-    /// Whether any mark has anything to show.
+    /// Whether any mark has data.
     pub fn has_data(&self) -> bool {
         self.marks.iter().any(|mark| !mark.extent().is_empty())
     }
 
-    /// The limits of x and y, given or found.
+    /// The limits of x and y, given or computed.
     pub fn limits(&self) -> (Interval, Interval) {
         let points: Vec<[f64; 2]> = self.marks.iter().flat_map(Mark::extent).collect();
         let around = |axis: usize| Interval::around(points.iter().map(|p| p[axis]));
@@ -187,7 +187,7 @@ impl Chart {
     }
 }
 
-/// Room above and below; zero is taken in where the values nearly reach it.
+/// A margin above and below; extended to zero if the values nearly reach it.
 fn with_air(y: Interval) -> Interval {
     let padded = y.padded(0.06);
     if y.low() >= 0.0 && y.low() < 0.5 * y.high() {
@@ -201,7 +201,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn limits_come_from_the_marks_unless_given() {
+    fn limits_are_those_of_the_marks_unless_given() {
         let mut chart = Chart {
             marks: vec![
                 Mark::line("a", Colour::of_curve(0), vec![[1.0, 5.0], [f64::NAN, 9.0], [3.0, 1.0]]),
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn a_chart_of_nothing_has_limits() {
+    fn an_empty_chart_has_limits() {
         let chart = Chart::default();
         assert!(!chart.has_data());
         assert_eq!(chart.limits(), (Interval::UNIT, Interval::UNIT));

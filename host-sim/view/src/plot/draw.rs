@@ -15,17 +15,17 @@ pub const LABEL_SIZE_PX: f64 = 17.0;
 const LEGEND_ROW_PX: f64 = 26.0;
 /// Length of the sample of a mark in the legend, px.
 const SAMPLE_PX: f64 = 34.0;
-/// Room between a sample and its name, px.
+/// Distance between a sample and its name, px.
 const SAMPLE_GAP_PX: f64 = 8.0;
-/// Room between the entries of a legend, px.
+/// Distance between the entries of a legend, px.
 const ENTRY_GAP_PX: f64 = 26.0;
-/// Distance of two ticks that reads well along x and along y, px.
+/// Good distance of ticks along x and along y, px.
 const TICK_SPACING_PX: [f64; 2] = [110.0, 48.0];
-/// The same where both scales are equal, so that the grid is square.
+/// The same for equal scales, so that the grid is square.
 const SQUARE_SPACING_PX: f64 = 80.0;
-/// Number of standard deviations an ellipse encloses: √(−2 ln 0.05), so that 95 % lie within.
+/// Size of an ellipse in standard deviations: √(−2 ln 0.05), for a probability of 95 %.
 const SIGMAS: f64 = 2.447_746_830_680_816;
-/// An axis of an ellipse is never drawn longer, px: renderers lose their precision.
+/// Greatest length of an ellipse's axis, px; renderers would lose precision.
 const LARGEST_AXIS_PX: f64 = 20_000.0;
 /// Half the size of a cross, px.
 const CROSS_PX: f64 = 5.5;
@@ -36,7 +36,7 @@ const INK: Colour = Colour(45, 45, 45);
 /// Colour of the grid.
 const GRID: Colour = Colour(228, 228, 228);
 
-/// Where a text stands relative to its point.
+/// Position of a text relative to its point.
 #[derive(Debug, Clone, Copy)]
 pub enum Anchor {
     /// To the right of it.
@@ -47,7 +47,7 @@ pub enum Anchor {
     End,
 }
 
-/// A line of text with its baseline at (x, y), px. Who reads the picture aloud, or searches it, finds the text as its label.
+/// A line of text with its baseline at (x, y), px. Its content is also a label, for screen readers and searching.
 pub fn text(content: &str, [x, y]: [f64; 2], size_px: f64, anchor: Anchor) -> Path {
     let before = match anchor {
         Anchor::Start => 0.0,
@@ -58,12 +58,12 @@ pub fn text(content: &str, [x, y]: [f64; 2], size_px: f64, anchor: Anchor) -> Pa
     Path::new().set("d", outlines(content, [start, y], size_px)).set("fill", INK.to_string()).set("aria-label", content)
 }
 
-/// A pixel coordinate as it is written.
+/// A pixel coordinate as text.
 fn px(value: f64) -> String {
     format!("{value:.2}")
 }
 
-/// A chart laid out on a rectangle: the limits are final, everything has its place.
+/// A chart in a rectangle, with final limits.
 #[derive(Debug)]
 pub struct Panel<'a> {
     chart: &'a Chart,
@@ -90,12 +90,12 @@ impl<'a> Panel<'a> {
         ]
     }
 
-    /// Pixels of one unit along x and along y.
+    /// Pixels for a unit along x and along y.
     pub fn pixels_per_unit(&self) -> [f64; 2] {
         [self.frame.width() / self.x.span(), self.frame.height() / self.y.span()]
     }
 
-    /// Width of the widest number at the y axis, px.
+    /// Width of the widest tick label of the y axis, px.
     pub fn y_numbers_width(&self) -> f64 {
         self.y_ticks().iter().map(|(_, label)| text_width(label, TICK_SIZE_PX)).fold(0.0, f64::max)
     }
@@ -109,7 +109,7 @@ impl<'a> Panel<'a> {
         axis.ticks(length_px / spacing_px)
     }
 
-    /// Everything inside and at the frame; `id` tells this panel's clip path from that of others.
+    /// Everything inside and at the frame; `id` distinguishes its clip path from those of other panels.
     pub fn draw(&self, id: &str) -> Group {
         let frame = self.frame;
         let rectangle = || {
@@ -159,7 +159,7 @@ impl<'a> Panel<'a> {
             let y = self.pixel([0.0, value])[1];
             group.append(stroke([frame.left, y], [frame.right, y], GRID));
             group.append(stroke([frame.left - 6.0, y], [frame.left, y], INK));
-            // A third of the size is about half the height of a digit.
+            // A third of the font size is about half the height of a digit.
             let beside = [frame.left - 10.0, y + 0.36 * TICK_SIZE_PX];
             group.append(text(&label, beside, TICK_SIZE_PX, Anchor::End));
         }
@@ -168,7 +168,7 @@ impl<'a> Panel<'a> {
             group.append(text(&self.chart.x_label, below, LABEL_SIZE_PX, Anchor::Middle));
         }
         if !self.chart.y_label.is_empty() {
-            // All panels of a figure share a left edge, hence this column too.
+            // All panels of a figure have the same left edge, and therefore this column too.
             let (x, y) = (LABEL_SIZE_PX + 8.0, 0.5 * (frame.top + frame.bottom));
             group.append(
                 text(&self.chart.y_label, [x, y], LABEL_SIZE_PX, Anchor::Middle)
@@ -199,7 +199,7 @@ impl<'a> Panel<'a> {
     }
 
     fn line(&self, colour: Colour, points: &[[f64; 2]], width_px: f64, dashed: bool) -> Group {
-        // A margin, so that neither the round caps nor the mitres at the cut show.
+        // A margin hides the ends of lines at the cut.
         let frame = self.frame.grown(10.0);
         let line = polyline(points.iter().map(|&point| self.pixel(point)), frame);
         let mut group = Group::new();
@@ -217,13 +217,13 @@ impl<'a> Panel<'a> {
         let pixels = rows.iter().map(|&[x, low, high]| {
             let [x_px, low_px] = self.pixel([x, low]);
             let high_px = self.pixel([x, high])[1];
-            // `clamp` keeps NaN, which breaks the band.
+            // `clamp` keeps NaN, which interrupts the band.
             let inside = |y: f64| y.clamp(limits.top, limits.bottom);
             [x_px, inside(low_px), inside(high_px)]
         });
         let mut path = String::new();
         for run in thinned_runs(pixels) {
-            // A single row is shown as a bar two pixels wide.
+            // A single row is drawn as a bar of two pixels.
             let half = if run.len() == 1 { 1.0 } else { 0.0 };
             let mut command = 'M';
             for &[x, _, high] in &run {
@@ -252,7 +252,7 @@ impl<'a> Panel<'a> {
         group
     }
 
-    /// One path for all: thousands of circles would make a large file.
+    /// One path for all dots: thousands of circles would make a large file.
     fn dots(&self, colour: Colour, points: &[[f64; 2]]) -> Group {
         let mut path = String::new();
         for pixel in points.iter().map(|&point| self.pixel(point)).filter(|&pixel| self.frame.contains(pixel)) {
@@ -262,13 +262,12 @@ impl<'a> Panel<'a> {
         if path.is_empty() { Group::new() } else { Group::new().add(dotted(path, colour)) }
     }
 
-    /// A mean and its ellipse; nothing where a number is not finite or the ellipse is out of sight.
+    /// A mean and its ellipse; `None` if a number is not finite or the ellipse is out of view.
     fn gaussian(&self, colour: Colour, feature: &Gaussian) -> Option<Group> {
         let centre = self.pixel(feature.mean);
         let [sx, sy] = self.pixels_per_unit();
         let [[xx, xy], [yx, yy]] = feature.covariance;
-        // The covariance in pixels; y grows downwards there. Its eigenvectors are the axes on the screen, whether
-        // or not the scales are equal.
+        // The covariance in pixels, with y downwards. Its eigenvectors are the axes on the screen, also for different scales.
         let (xx, yy, xy) = (xx * sx * sx, yy * sy * sy, -0.5 * (xy + yx) * sx * sy);
         let mean = 0.5 * (xx + yy);
         let spread = (0.5 * (xx - yy)).hypot(xy);
@@ -284,7 +283,7 @@ impl<'a> Panel<'a> {
     }
 }
 
-/// Height of the legend of a chart on `width` px, 0 without named marks.
+/// Height of the legend of a chart with width `width`, px; 0 without named marks.
 pub fn legend_height(chart: &Chart, width: f64) -> f64 {
     let rows = legend_rows(chart, width).len();
     if rows == 0 {
@@ -293,7 +292,7 @@ pub fn legend_height(chart: &Chart, width: f64) -> f64 {
     rows as f64 * LEGEND_ROW_PX + 6.0
 }
 
-/// The legend in rows that end at the right edge, above and outside the frame, where it hides nothing.
+/// The legend in rows, aligned right, above the frame.
 pub fn legend(chart: &Chart, [left, top]: [f64; 2], width: f64) -> Group {
     let mut group = Group::new();
     for (index, row) in legend_rows(chart, width).iter().enumerate() {
@@ -310,7 +309,7 @@ pub fn legend(chart: &Chart, [left, top]: [f64; 2], width: f64) -> Group {
     group
 }
 
-/// The named marks with the widths of their entries, broken into rows.
+/// The named marks with the widths of their entries, divided into rows.
 fn legend_rows(chart: &Chart, width: f64) -> Vec<Vec<(&Mark, f64)>> {
     let mut rows: Vec<Vec<(&Mark, f64)>> = Vec::new();
     let mut used = f64::INFINITY;
@@ -330,7 +329,7 @@ fn legend_rows(chart: &Chart, width: f64) -> Vec<Vec<(&Mark, f64)>> {
     rows
 }
 
-/// What a mark looks like, at the left end of a legend entry.
+/// The sample of a mark, at the left end of a legend entry.
 fn sample(mark: &Mark, [x, y]: [f64; 2]) -> Group {
     let centre = [x + 0.5 * SAMPLE_PX, y];
     match &mark.shape {
@@ -363,7 +362,7 @@ fn stroked(path: String, colour: Colour, width_px: f64, dashed: bool) -> Path {
     if dashed { drawn.set("stroke-dasharray", "8 5") } else { drawn.set("stroke-linecap", "round") }
 }
 
-/// Strokes of no length with round ends: dots.
+/// Strokes of zero length with round ends: dots.
 fn dotted(path: String, colour: Colour) -> Path {
     stroked(path, colour, DOT_PX, false).set("stroke-opacity", 0.5)
 }
@@ -386,7 +385,7 @@ fn ring(colour: Colour, at: [f64; 2]) -> Group {
     Group::new().add(dot(at, 5.5, colour).set("fill", "white").set("stroke", colour.to_string()).set("stroke-width", 2))
 }
 
-/// An ellipse with the semi-axes `axes` (px), the first turned clockwise by `turn_deg`, and its centre.
+/// An ellipse with the semi-axes `axes` (px), the first rotated clockwise by `turn_deg`, and its centre.
 fn gaussian_symbol(colour: Colour, [x, y]: [f64; 2], axes: [f64; 2], turn_deg: f64) -> Group {
     Group::new()
         .add(

@@ -1,21 +1,21 @@
-//! What can go wrong with a picture.
+//! Errors of plots.
 
 use std::io;
 use std::path::PathBuf;
 
-/// Why a picture could not be made.
+/// Why a plot could not be made.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlotError {
-    /// The file system refused.
+    /// The file system refuses.
     #[error("cannot write {}: {source}", path.display())]
     Io {
-        /// The file or folder that was to be written.
+        /// The file or folder to be written.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: io::Error,
     },
-    /// The SVG could not be turned into a PNG.
+    /// The SVG cannot be rendered as PNG.
     #[error("cannot render the picture: {0}")]
     Render(String),
 }

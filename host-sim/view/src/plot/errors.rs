@@ -1,4 +1,4 @@
-//! Errors over time, beside what the filter itself thinks of them, with the size of the map and the particles in use.
+//! Errors over time with the filter's expected errors, the size of the map and the effective number of particles.
 
 use super::axis::Interval;
 use super::chart::{Chart, Colour, Mark};
@@ -10,15 +10,15 @@ use scphd_score::record::{Record, ScanRecord};
 
 /// Height of the frame of an error and of a count, px.
 const HEIGHT_PX: [f64; 2] = [270.0, 170.0];
-/// Multiples of the largest error of an estimate: where the filter's own band is cut off, and beyond which dead
-/// reckoning is not considered for the limits at all.
+/// Multiples of the largest error of an estimate: at the first the filter's band is cut off, beyond the second dead reckoning
+/// does not affect the limits.
 const STRETCH: [f64; 2] = [2.5, 3.5];
 
-/// The picture of errors, number of features and effective number of particles of `runs` over the log of that name.
+/// The plot of errors, number of features and effective number of particles of `runs` over the log with this name.
 ///
-/// Position error: distance of estimate and truth at the scans with truth, under the filter's own 2σ, where
-/// σ² = `P_xx` + `P_yy`, in space + `P_zz`, is the mean square distance it expects, with that of the truth's own noise. Heading error: signed, with ±2σ; only where the
-/// truth has a heading. Dead reckoning may leave the frame; its label then says how far it went.
+/// Position error: distance of estimate and truth at the scans with truth, with the filter's 2σ, where σ² = `P_xx` + `P_yy`, in
+/// space + `P_zz`, plus the noise of the truth, is the expected mean square distance. Heading error: signed, with ±2σ; only if
+/// the truth has a heading. Dead reckoning may leave the frame; its label then has its greatest error.
 pub fn figure<D: Dimensions>(name: &str, runs: &[(&str, &Record<D>)]) -> Figure {
     let start_s =
         runs.iter().filter_map(|(_, record)| record.scans.first().map(|scan| scan.t_s)).fold(f64::INFINITY, f64::min);
@@ -30,7 +30,7 @@ pub fn figure<D: Dimensions>(name: &str, runs: &[(&str, &Record<D>)]) -> Figure 
     charts.push((features_chart(runs, start_s), HEIGHT_PX[1]));
     charts.push((particles_chart(runs, start_s), HEIGHT_PX[1]));
 
-    // One time axis for all, so that they can be read downwards.
+    // A common time axis for all charts.
     let times = runs.iter().flat_map(|(_, record)| &record.scans);
     let time = Interval::around(times.map(|scan| scan.t_s - start_s));
     for (chart, _) in &mut charts {
@@ -42,7 +42,7 @@ pub fn figure<D: Dimensions>(name: &str, runs: &[(&str, &Record<D>)]) -> Figure 
     Figure { title: format!("{name}: errors over time"), charts }
 }
 
-/// A curve over time; what `value` does not know breaks it.
+/// A curve over time, with gaps where `value` is `None`.
 fn curve<D: Dimensions>(
     record: &Record<D>,
     start_s: f64,
@@ -76,7 +76,7 @@ fn heading_chart<D: Dimensions>(runs: &[(&str, &Record<D>)], start_s: f64) -> Ch
     series.chart("heading error (deg)", "±2σ", "deg", Interval::new(-largest, largest))
 }
 
-/// The curves of an error chart before they are drawn.
+/// The curves of an error chart.
 struct Series<'a> {
     labels: Vec<&'a str>,
     errors: Vec<Vec<[f64; 2]>>,
@@ -85,7 +85,7 @@ struct Series<'a> {
 }
 
 impl<'a> Series<'a> {
-    /// `error` is that of the estimate of a scan, `reckoned` that of dead reckoning, `band` what the filter expects of the error.
+    /// `error` is that of the estimate of a scan, `reckoned` that of dead reckoning, `band` the range that the filter expects.
     fn new<D: Dimensions>(
         runs: &[(&'a str, &Record<D>)],
         start_s: f64,
@@ -108,7 +108,7 @@ impl<'a> Series<'a> {
         }
     }
 
-    /// Upper limit of the size of an error: all of the estimates', and of the rest what does not dwarf them.
+    /// Upper limit of the absolute errors: the largest of the estimates, and larger others within the multiples above.
     fn largest(&self) -> f64 {
         let errors = largest(self.errors.iter().flatten().map(|p| p[1]));
         let band = largest(self.bands.iter().flatten().map(|row| row[2]));
@@ -123,7 +123,7 @@ impl<'a> Series<'a> {
         1.06 * size
     }
 
-    /// The chart; `y` without an interval finds its own.
+    /// The chart; with `y` `None` its limits are those of the data.
     fn chart(self, y_label: &str, band_name: &str, unit: &str, y: Option<Interval>) -> Chart {
         let count = self.labels.len();
         let mut marks = Vec::new();
@@ -155,10 +155,10 @@ impl<'a> Series<'a> {
     }
 }
 
-/// Mass of the map over time, beside the number of true landmarks that have been in view, where that is known.
+/// Mass of the map over time, and the number of true landmarks that have been in view, if known.
 fn features_chart<D: Dimensions>(runs: &[(&str, &Record<D>)], start_s: f64) -> Chart {
     let mut marks = Vec::new();
-    // A gap would hide some.
+    // It is not drawn with gaps.
     let known = |scan: &ScanRecord<D>| scan.landmarks_seen.is_some();
     let knows = |record: &Record<D>| !record.scans.is_empty() && record.scans.iter().all(known);
     if let Some((_, record)) = runs.iter().find(|(_, record)| knows(record)) {
@@ -174,7 +174,7 @@ fn particles_chart<D: Dimensions>(runs: &[(&str, &Record<D>)], start_s: f64) -> 
     Chart { y_label: "N_eff".into(), marks: counts(runs, start_s, |scan| scan.n_eff), ..Chart::default() }
 }
 
-/// A thin curve of every run.
+/// A thin curve for every run.
 fn counts<D: Dimensions>(runs: &[(&str, &Record<D>)], start_s: f64, value: fn(&ScanRecord<D>) -> f64) -> Vec<Mark> {
     let marks = runs.iter().enumerate().map(|(index, (label, record))| {
         let points = curve(record, start_s, |scan| Some(value(scan)));
@@ -183,7 +183,7 @@ fn counts<D: Dimensions>(runs: &[(&str, &Record<D>)], start_s: f64, value: fn(&S
     marks.collect()
 }
 
-/// The largest size of the finite ones of the values.
+/// The largest absolute value of the finite ones.
 fn largest(values: impl Iterator<Item = f64>) -> Option<f64> {
     values.filter(|v| v.is_finite()).map(f64::abs).reduce(f64::max)
 }

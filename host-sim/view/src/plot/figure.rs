@@ -1,4 +1,4 @@
-//! A picture of one chart or of several below one another, and its files.
+//! A figure with one or several charts in a column, and its files.
 
 use super::chart::Chart;
 use super::draw::{Anchor, LABEL_SIZE_PX, Panel, TICK_SIZE_PX, legend, legend_height, text};
@@ -11,28 +11,28 @@ use std::path::{Path, PathBuf};
 use svg::Document;
 use svg::node::element::Rectangle;
 
-/// Width of every picture, px.
+/// Width of every figure, px.
 pub const WIDTH_PX: f64 = 1200.0;
 /// Size of the title, px.
 const TITLE_SIZE_PX: f64 = 22.0;
-/// Room above the first chart, with the title, px.
+/// Space above the first chart, with the title, px.
 const HEAD_PX: f64 = 52.0;
-/// Room right of the frames, for half a number, px.
+/// Space right of the frames, for half a tick label, px.
 const RIGHT_PX: f64 = 36.0;
-/// Room below the last chart, px.
+/// Space below the last chart, px.
 const FOOT_PX: f64 = 16.0;
 
-/// A picture.
+/// A figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// Title above everything.
+    /// Title at the top.
     pub title: String,
     /// The charts from top to bottom with the heights of their frames, px.
     pub charts: Vec<(Chart, f64)>,
 }
 
 impl Figure {
-    /// The picture as an SVG document.
+    /// The figure as an SVG document.
     pub fn svg(&self) -> String {
         let left = self.left();
         let right = WIDTH_PX - RIGHT_PX;
@@ -52,7 +52,7 @@ impl Figure {
             .set("viewBox", (0.0, 0.0, WIDTH_PX, height))
             .add(Rectangle::new().set("width", WIDTH_PX).set("height", height).set("fill", "white"));
         if !self.title.is_empty() {
-            // A title too long for its line shrinks rather than being cut.
+            // A title that is too long is drawn smaller.
             let room = WIDTH_PX - 2.0 * RIGHT_PX;
             let size = TITLE_SIZE_PX * (room / text_width(&self.title, TITLE_SIZE_PX)).min(1.0);
             let at = [0.5 * WIDTH_PX, 0.5 * HEAD_PX + 0.36 * TITLE_SIZE_PX];
@@ -64,13 +64,13 @@ impl Figure {
         document.to_string()
     }
 
-    /// The left edge that all frames share, px: room for the name of the axis and its widest number.
+    /// The common left edge of all frames, px: space for the name of the axis and its widest tick label.
     fn left(&self) -> f64 {
         let numbers = self
             .charts
             .iter()
             .map(|(chart, height)| {
-                // The width is not known before this; it matters only to equal scales, and little to their numbers.
+                // The final width is not known yet; it has an effect only for equal scales, and little on their labels.
                 let frame = Rect { left: 0.0, top: 0.0, right: Self::usual_frame_width(), bottom: *height };
                 Panel::new(chart, frame).y_numbers_width()
             })
@@ -78,17 +78,16 @@ impl Figure {
         LABEL_SIZE_PX + 30.0 + numbers
     }
 
-    /// Width of the frames, px; for choosing a height that suits equal scales.
+    /// Usual width of the frames, px, for choosing a height with equal scales.
     pub fn usual_frame_width() -> f64 {
         WIDTH_PX - RIGHT_PX - 95.0
     }
 
-    /// Writes `<stem>.svg` and `<stem>.png` into the existing folder `dir`, each all or nothing.
+    /// Writes `<stem>.svg` and `<stem>.png` into the existing folder `dir`; each file is complete or not written.
     ///
     /// # Errors
     ///
-    /// [`PlotError`] where a file cannot be written or the picture cannot be rendered; then no file is replaced by
-    /// a part of one.
+    /// [`PlotError`] if a file cannot be written or the figure cannot be rendered; then no file is replaced by a part of one.
     pub fn write(&self, dir: &Path, stem: &str) -> Result<[PathBuf; 2], PlotError> {
         let svg = self.svg();
         let png = png(&svg)?;
@@ -100,7 +99,7 @@ impl Figure {
     }
 }
 
-/// Room for the numbers and the name of the x axis, and to the next chart, px.
+/// Space for tick labels and the name of the x axis, and to the next chart, px.
 fn below(chart: &Chart) -> f64 {
     let name = if chart.x_label.is_empty() { 0.0 } else { LABEL_SIZE_PX + 10.0 };
     TICK_SIZE_PX + 18.0 + name

@@ -1,4 +1,4 @@
-//! Text as outlines of one shipped font: a picture is the same in every viewer, and drawing it needs no font.
+//! Text as outlines of one included font: a figure is the same in every viewer, and drawing it needs no installed font.
 
 use std::fmt::Write as _;
 use std::sync::OnceLock;
@@ -10,8 +10,8 @@ fn face() -> Option<&'static Face<'static>> {
     FACE.get_or_init(|| Face::parse(dejavu::sans::regular(), 0).ok()).as_ref()
 }
 
-/// The glyphs of a line of text, each with the distance of its origin from the start of the line, in units of the font; and the
-/// width of the line. A character that the font lacks is its empty box.
+/// The glyphs of a line of text, each with the distance of its origin from the start of the line, and the width of the line, in
+/// units of the font. A missing character has the glyph of an empty box.
 fn glyphs<'t>(face: &'t Face<'_>, text: &'t str) -> (Vec<(GlyphId, f64)>, f64) {
     let mut width = 0.0;
     let glyphs = text.chars().map(|character| {
@@ -28,14 +28,14 @@ pub fn text_width(text: &str, size_px: f64) -> f64 {
     face().map_or(0.0, |face| glyphs(face, text).1 * scale(face, size_px))
 }
 
-/// The outlines of a line of text that starts at (x, y) on its baseline, px, as data of an SVG path.
+/// The outlines of a line of text whose baseline starts at (x, y), px, as data of an SVG path.
 pub fn outlines(text: &str, [x, y]: [f64; 2], size_px: f64) -> String {
     let Some(face) = face() else { return String::new() };
     let scale = scale(face, size_px);
     let mut path = PathData { origin: [x, y], scale, data: String::new() };
     for (glyph, origin) in glyphs(face, text).0 {
         path.origin = [x + origin * scale, y];
-        // Without an outline: a space.
+        // A space has no outline.
         let _bounds = face.outline_glyph(glyph, &mut path);
     }
     path.data
@@ -46,7 +46,7 @@ fn scale(face: &Face<'_>, size_px: f64) -> f64 {
     size_px / f64::from(face.units_per_em())
 }
 
-/// Data of a path as it grows. In a font y points up, in a picture down.
+/// Data of a path under construction. y points up in a font, down in a figure.
 struct PathData {
     origin: [f64; 2],
     scale: f64,
@@ -60,7 +60,7 @@ impl PathData {
             let x = self.origin[0] + f64::from(*x) * self.scale;
             let y = self.origin[1] - f64::from(*y) * self.scale;
             let separator = if index == 0 { "" } else { " " };
-            // Writing into a string does not fail.
+            // Writing into a string cannot fail.
             let _written = write!(self.data, "{separator}{x:.2} {y:.2}");
         }
     }
@@ -93,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn widths_follow_the_font() {
+    fn widths_are_those_of_the_font() {
         let digit = text_width("0", 20.0);
         assert!((digit - 20.0 * 1303.0 / 2048.0).abs() < 1e-9, "{digit}");
         assert!((text_width("0000", 20.0) - 4.0 * digit).abs() < 1e-9);
@@ -102,8 +102,8 @@ mod tests {
     }
 
     #[test]
-    fn a_letter_stands_on_its_baseline() {
-        // The bar of DejaVu's minus goes around four corners: it is as wide as the font says, and above the baseline.
+    fn a_letter_is_on_its_baseline() {
+        // The minus of DejaVu is a rectangle: its width is that of the font, and it is above the baseline.
         let minus = outlines("−", [100.0, 50.0], 2048.0);
         assert_eq!(minus.matches(['M', 'L']).count(), 5, "{minus}");
         let numbers: Vec<f64> = minus.split(['M', 'L', 'Z', ' ']).filter_map(|number| number.parse().ok()).collect();

@@ -1,7 +1,7 @@
-//! Pictures of a run as SVG and PNG.
+//! Plots of a run as SVG and PNG.
 //!
-//! A [`Figure`] is a column of [`Chart`]s, a chart is a pair of axes with [`Mark`]s. [`write_plots`] makes the usual
-//! two pictures of a log and its runs; other figures are built from the same parts:
+//! A [`Figure`] is a column of [`Chart`]s, a chart is a pair of axes with [`Mark`]s. [`write_plots`] makes the usual two figures
+//! of a log and its runs; other figures have the same parts:
 //!
 //! ```
 //! use scphd_view::plot::{Chart, Colour, Figure, Mark};
@@ -43,14 +43,14 @@ use scphd_score::record::Record;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Writes `trajectory.svg`, `trajectory.png`, `error.svg` and `error.png` into `dir`, which is created where it is
-/// missing, and returns their paths.
+/// Writes `trajectory.svg`, `trajectory.png`, `error.svg` and `error.png` into `dir`, which is created if missing. Returns their
+/// paths.
 ///
-/// Every run has a label for the legend: `[("filter f32", &record)]`. Each file is written whole or not at all.
+/// Every run has a label for the legend: `[("filter f32", &record)]`. Each file is complete or not written.
 ///
 /// # Errors
 ///
-/// [`PlotError`] where a file cannot be written or a picture cannot be rendered.
+/// [`PlotError`] if a file cannot be written or a figure cannot be rendered.
 pub fn write_plots<K: Kind>(dir: &Path, log: &K::Log, runs: &[(&str, &Record<K>)]) -> Result<Vec<PathBuf>, PlotError> {
     fs::create_dir_all(dir).map_err(|source| PlotError::Io { path: dir.into(), source })?;
     let mut paths = Vec::new();

@@ -1,8 +1,9 @@
-//! A curve of thousands of points as a short SVG path that stays near its frame.
+//! A curve with thousands of points as a short SVG path near its frame.
 
 use std::fmt::Write;
 
-/// Points nearer to the last one kept than this in every coordinate are left out, px: a picture does not show them.
+/// Points that differ by less than this from the last kept one in every coordinate are left out, px, because they are not
+/// visible.
 const RESOLUTION_PX: f64 = 0.25;
 
 /// An axis-parallel rectangle in pixels, y down.
@@ -29,7 +30,7 @@ impl Rect {
         self.bottom - self.top
     }
 
-    /// Larger by `margin` px on every side.
+    /// Extended by `margin` px on every side.
     #[must_use]
     pub fn grown(self, margin: f64) -> Self {
         Self {
@@ -40,18 +41,18 @@ impl Rect {
         }
     }
 
-    /// Whether a point lies inside, edges included.
+    /// Whether a point is inside, edges included.
     pub fn contains(self, [x, y]: [f64; 2]) -> bool {
         self.left <= x && x <= self.right && self.top <= y && y <= self.bottom
     }
 }
 
-/// A curve ready to be drawn.
+/// A curve for drawing.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Polyline {
     /// Path data of the lines; empty if there are none.
     pub path: String,
-    /// Points that stand alone between breaks, which a path would not show.
+    /// Single points between gaps, which a path would not show.
     pub lone: Vec<[f64; 2]>,
 }
 
@@ -68,7 +69,7 @@ pub fn polyline(points: impl IntoIterator<Item = [f64; 2]>, frame: Rect) -> Poly
     result
 }
 
-/// Unbroken runs of finite points (px), none empty, thinned; the ends of a run are always kept.
+/// Sequences of finite points (px) without gaps, none empty, thinned; the ends of a sequence are kept.
 pub fn thinned_runs<const N: usize>(points: impl IntoIterator<Item = [f64; N]>) -> Vec<Vec<[f64; N]>> {
     let mut runs = Vec::new();
     let mut run: Vec<[f64; N]> = Vec::new();
@@ -98,12 +99,12 @@ pub fn thinned_runs<const N: usize>(points: impl IntoIterator<Item = [f64; N]>) 
     runs
 }
 
-/// Whether no coordinate differs enough to be seen.
+/// Whether no coordinate differs visibly.
 fn near<const N: usize>(a: &[f64; N], b: &[f64; N]) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() < RESOLUTION_PX)
 }
 
-/// Appends the parts of a run that lie in the frame.
+/// Appends the parts of a sequence inside the frame.
 fn append_run(path: &mut String, run: &[[f64; 2]], frame: Rect) {
     let mut pen = None;
     for pair in run.windows(2) {
@@ -119,13 +120,13 @@ fn append_run(path: &mut String, run: &[[f64; 2]], frame: Rect) {
     }
 }
 
-/// Appends one command of path data; a hundredth of a pixel is finer than any screen.
+/// Appends a command of path data with a resolution of 0.01 px.
 pub fn append(path: &mut String, command: char, [x, y]: [f64; 2]) {
     // Writing to a String cannot fail.
     let _ = write!(path, "{command}{x:.2} {y:.2}");
 }
 
-/// The part of a segment inside the frame (Liang and Barsky, 1984), with ends inside left as they are.
+/// The part of a segment inside the frame (Liang and Barsky, 1984); ends inside are not changed.
 fn clipped(from: [f64; 2], to: [f64; 2], frame: Rect) -> Option<([f64; 2], [f64; 2])> {
     let delta = [to[0] - from[0], to[1] - from[1]];
     let mut enter = 0.0_f64;
@@ -163,7 +164,7 @@ mod tests {
     const BREAK: [f64; 2] = [f64::NAN, f64::NAN];
 
     #[test]
-    fn breaks_and_lone_points() {
+    fn gaps_and_single_points() {
         let line =
             polyline([[0.0, 0.0], [10.0, 10.0], BREAK, [20.0, 20.0], BREAK, BREAK, [5.0, 5.0], [6.0, 6.0]], FRAME);
         assert_eq!(line.path, "M0.00 0.00L10.00 10.00M5.00 5.00L6.00 6.00");
@@ -171,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn cut_at_the_frame() {
+    fn curves_are_cut_at_the_frame() {
         let line = polyline([[50.0, 25.0], [150.0, 25.0], [150.0, 40.0], [50.0, 40.0]], FRAME);
         assert_eq!(line.path, "M50.00 25.00L100.00 25.00M100.00 40.00L50.00 40.00");
         let line = polyline([[-10.0, 25.0], [1e300, 25.0]], FRAME);
@@ -181,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn thinned_to_what_shows_with_both_ends() {
+    fn points_are_thinned_to_visible_ones_with_both_ends() {
         let points = (0..=10_000).map(|i| [f64::from(i) * 0.001, 0.0]);
         let runs = thinned_runs(points);
         assert_eq!(runs.len(), 1);

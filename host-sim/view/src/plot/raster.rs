@@ -1,14 +1,14 @@
-//! SVG to PNG. Text is outlines by then, so that a picture is the same on every machine.
+//! SVG to PNG. All text is converted to outlines, so that a figure is the same on every machine.
 
 use super::error::PlotError;
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::{Options, Tree};
 
-/// The SVG as a PNG of its own size, opaque on white.
+/// The SVG as a PNG of the same size, opaque on white.
 ///
 /// # Errors
 ///
-/// [`PlotError::Render`] where the text is not an SVG document or its size is out of reason.
+/// [`PlotError::Render`] if the text is not an SVG document or its size is not plausible.
 pub fn png(svg: &str) -> Result<Vec<u8>, PlotError> {
     let render = |error: &dyn std::fmt::Display| PlotError::Render(error.to_string());
     let tree = Tree::from_str(svg, &Options::default()).map_err(|error| render(&error))?;

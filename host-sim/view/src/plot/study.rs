@@ -8,7 +8,7 @@ use scphd_run::monte_carlo::{Band, Curve, RunResult, Study, band};
 /// Height of a frame, px.
 const HEIGHT_PX: f64 = 300.0;
 
-/// The picture of a study: position and heading error, and the map error with both cut-offs.
+/// The figure of a study: position and heading error, and the map error with both cut-offs.
 #[must_use]
 pub fn figure(study: &Study) -> Figure {
     let filters: Vec<(&str, Vec<&RunResult>)> =
@@ -20,7 +20,7 @@ pub fn figure(study: &Study) -> Figure {
     column(format!("{}: means of {} runs, ±1σ", study.plan.scenario, study.plan.runs), charts)
 }
 
-/// Charts over time below one another.
+/// A column of charts over time.
 #[must_use]
 pub fn column(title: String, mut charts: Vec<Chart>) -> Figure {
     if let Some(last) = charts.last_mut() {
@@ -29,7 +29,7 @@ pub fn column(title: String, mut charts: Vec<Chart>) -> Figure {
     Figure { title, charts: charts.into_iter().map(|chart| (chart, HEIGHT_PX)).collect() }
 }
 
-/// Position error of every filter beside that of dead reckoning, which is the same for all, each with its band.
+/// Position error of every filter, and that of dead reckoning, which is the same for all, each with its band.
 #[must_use]
 pub fn position(filters: &[(&str, Vec<&RunResult>)]) -> Chart {
     let mut chart = curve(filters, Curve::PositionError, "position error (m)");
@@ -55,7 +55,7 @@ pub fn curve(filters: &[(&str, Vec<&RunResult>)], curve: Curve, y_label: &str) -
     spanning(Chart { y_label: y_label.into(), marks, ..Chart::default() })
 }
 
-/// A map error with its parts, for every filter: the whole solid with its band, the parts thin.
+/// A map error with its parts for every filter: the total as a thick line with its band, the parts as thin lines.
 #[must_use]
 pub fn parts(filters: &[(&str, Vec<&RunResult>)]) -> Vec<Chart> {
     vec![
@@ -65,9 +65,9 @@ pub fn parts(filters: &[(&str, Vec<&RunResult>)]) -> Vec<Chart> {
     ]
 }
 
-/// The area within ±1σ, where there is any.
+/// The area within ±1σ; `None` if it is zero.
 fn spread(bands: &[Band], colour: Colour) -> Option<Mark> {
-    // No error is less than 0, whatever the spread.
+    // Errors are not negative, for any σ.
     let rows = bands.iter().map(|band| [band.t_s, (band.mean - band.sigma).max(0.0), band.mean + band.sigma]);
     bands.iter().any(|band| band.sigma > 0.0).then(|| Mark::band("", colour, rows.collect()))
 }
@@ -76,7 +76,7 @@ fn line(bands: &[Band]) -> Vec<[f64; 2]> {
     bands.iter().map(|band| [band.t_s, band.mean]).collect()
 }
 
-/// Starts at zero, so that heights compare.
+/// Limits from zero, so that heights can be compared.
 fn spanning(mut chart: Chart) -> Chart {
     chart.y = None;
     let (_, y) = chart.limits();
@@ -90,7 +90,7 @@ mod tests {
     use scphd_run::monte_carlo::made_up::of_two_filters;
 
     #[test]
-    fn every_filter_has_its_curve_and_band() {
+    fn every_filter_has_a_curve_and_a_band() {
         let figure = figure(&of_two_filters());
         assert_eq!(figure.charts.len(), 4);
         let position = &figure.charts[0].0;

@@ -1,4 +1,4 @@
-//! Whole pictures of made-up runs.
+//! Tests of whole figures of artificial runs.
 
 use super::*;
 use resvg::tiny_skia::Pixmap;
@@ -10,7 +10,7 @@ use std::f64::consts::{PI, TAU};
 use svg::node::element::path::{Command, Data};
 use svg::parser::Event;
 
-/// Deterministic noise in [−1, 1] (the fractional part of a fast sine).
+/// Deterministic noise in [−1, 1] (the fractional part of a sine of high frequency).
 fn noise(index: usize, stream: f64) -> f64 {
     let value = ((index as f64 + 1.0) * 12.9898 + stream * 78.233).sin() * 43_758.545_3;
     2.0 * (value - value.floor()) - 1.0
@@ -48,7 +48,7 @@ fn feature(mean: [f64; 2], sigma: f64, weight: f64) -> MapFeature {
     MapFeature { id: 1, weight, mean, covariance: [[variance, 0.6 * variance], [0.6 * variance, 0.5 * variance]] }
 }
 
-/// A run along `path` (pose at an index), whose error is about `error` m and whose dead reckoning drifts by `drift` m.
+/// A run along `path` (pose at an index), with an error of about `error` m and a drift of dead reckoning of `drift` m.
 fn record(log: &Log, path: impl Fn(usize) -> [f64; 3], error: f64, drift: f64) -> Record {
     let count = log.scans.len();
     let scans = log.scans.iter().enumerate().map(|(i, scan)| {
@@ -88,7 +88,7 @@ fn circle(index: usize) -> [f64; 3] {
     [10.0 * angle.sin(), 10.0 - 10.0 * angle.cos(), angle]
 }
 
-/// One turn on the circle, truth everywhere.
+/// One turn on the circle, with truth at all scans.
 fn circle_log() -> Log {
     let mut log = empty_log();
     log.name = "circle".into();
@@ -108,7 +108,7 @@ fn circle_log() -> Log {
     log
 }
 
-/// Pose on a winding way of about 4 km, 7000 scans.
+/// Pose on a winding trajectory of about 4 km, 7000 scans.
 fn way(index: usize) -> [f64; 3] {
     let angle = 3.0 * TAU * index as f64 / 7000.0;
     let [x, y] =
@@ -116,7 +116,7 @@ fn way(index: usize) -> [f64; 3] {
     [x, y, angle + PI / 2.0]
 }
 
-/// A long drive; the truth is missing in a third of it and never has a heading at the start.
+/// A long drive whose truth has several gaps, a third of it altogether.
 fn long_log() -> Log {
     let mut log = empty_log();
     log.name = "long drive".into();
@@ -137,7 +137,7 @@ fn long_log() -> Log {
     log
 }
 
-/// Where to leave pictures to be looked at; a folder that goes away unless the environment names one.
+/// The folder for figures: a temporary one unless the environment names one.
 fn with_folder(name: &str, check: impl FnOnce(&Path)) {
     match std::env::var_os("SCPHD_PLOTS") {
         Some(dir) => check(&Path::new(&dir).join(name)),
@@ -145,7 +145,7 @@ fn with_folder(name: &str, check: impl FnOnce(&Path)) {
     }
 }
 
-/// The PNG, checked to be of the usual width, opaque and neither blank nor full.
+/// The PNG, after checking that it has the usual width, is opaque, and neither blank nor full.
 fn decoded(path: &Path) -> Pixmap {
     let pixels = Pixmap::decode_png(&fs::read(path).unwrap()).unwrap();
     assert_eq!(f64::from(pixels.width()), figure::WIDTH_PX);
@@ -221,7 +221,7 @@ fn a_circle_with_two_filters() {
             assert!(error.contains(text), "{text}");
         }
 
-        // The true circle is the only large curve in black, and it is round.
+        // The true circle is the only large black curve, and it is round.
         let curves = extents(&trajectory, Colour::TRUTH);
         let round: Vec<_> = curves.iter().filter(|e| e[1] > 100.0).collect();
         assert_eq!(round.len(), 1);
@@ -244,7 +244,7 @@ fn equal_bytes_for_equal_runs() {
 }
 
 #[test]
-fn a_long_drive_with_gaps_and_a_runaway() {
+fn a_long_drive_with_gaps_and_large_drift() {
     let log = long_log();
     let run = record(&log, way, 3.0, 2000.0);
     with_folder("long", |dir| {
@@ -264,7 +264,7 @@ fn a_long_drive_with_gaps_and_a_runaway() {
 }
 
 #[test]
-fn runs_of_almost_nothing() {
+fn nearly_empty_runs() {
     let log = empty_log();
     let empty = Record { scans: vec![], map: vec![] };
     let mut one_log = empty_log();
@@ -301,7 +301,7 @@ fn runs_of_almost_nothing() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_made_is_an_error() {
+fn a_folder_that_cannot_be_created_is_an_error() {
     let folder = Folder::new("plot-error");
     let file = folder.0.join("file");
     fs::write(&file, "").unwrap();

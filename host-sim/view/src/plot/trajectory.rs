@@ -1,4 +1,4 @@
-//! Trajectory and map: what was true, what odometry alone says, what the filters say.
+//! Trajectory and map: truth, dead reckoning, estimates.
 
 use super::axis::Interval;
 use super::chart::{Chart, Colour, Gaussian, Mark};
@@ -9,19 +9,20 @@ use scphd_log::log::{MovingLandmark, TruePose};
 use scphd_score::record::Record;
 use std::collections::BTreeMap;
 
-/// A step in the truth this many times the median step is a gap.
+/// Least step between rows of the truth that is a gap, in median steps.
 const GAP_FACTOR: f64 = 5.0;
-/// How far dead reckoning may push the view beyond everything else, in lengths of the view.
+/// Greatest extension of the view for dead reckoning, relative to its length.
 const DEAD_RECKONING_SHARE: f64 = 0.15;
-/// Least and greatest height of a frame, px, alone and of several; the latter lets a plan of a square have the scale of its section.
+/// Least and greatest height of a frame, px, for one chart and for several; the latter permits the same scale for a square view
+/// from above and from the side.
 const HEIGHT_PX: [f64; 2] = [420.0, 1040.0];
 const HEIGHTS_PX: [f64; 2] = [180.0, 1240.0];
-/// Times at which the uncertainty of the pose is shown; a prime, so that laps do not bring all of them to a few places.
+/// Number of times at which the uncertainty of the pose is shown; a prime, so that they are not at the same places in each lap.
 const POSES: usize = 17;
-/// A point that breaks a curve.
+/// A point that makes a gap in a curve.
 pub(crate) const BREAK: [f64; 2] = [f64::NAN, f64::NAN];
 
-/// What a chart shows beside the truth.
+/// Parts of a chart besides the truth.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Parts {
     /// Trajectories.
@@ -30,16 +31,17 @@ pub(crate) struct Parts {
     pub(crate) maps: bool,
 }
 
-/// The picture of the trajectories and maps of `runs` over `log`, axes in metres at equal scale; in space from above and from the side.
+/// The figure of the trajectories and maps of `runs` over `log`, axes in metres with equal scales; in space from above and from
+/// the side.
 ///
-/// The view holds the truth, the estimates and the landmarks; dead reckoning may leave it. Estimated features, more opaque the more they
-/// weigh, and the pose at a few times are drawn with the ellipses that by the filter's own covariance 95 % lie within.
+/// The view contains the truth, the estimates and the landmarks; dead reckoning may leave it. Estimated features, with their
+/// weight as opacity, and the pose at some times are drawn with ellipses of 95 % probability by the filter's covariance.
 pub fn figure<K: Kind>(log: &K::Log, runs: &[(&str, &Record<K>)]) -> Figure {
     let charts = K::LOOKS.iter().map(|&axes| view(axes, log, runs, Parts { ways: true, maps: true }));
     Figure { title: format!("{}: trajectory and map", K::name(log)), charts: charts.collect() }
 }
 
-/// The coordinates of a place along two axes.
+/// The coordinates of a position along two axes.
 fn along(axes: [usize; 2], place: &impl AsRef<[f64]>) -> [f64; 2] {
     axes.map(|axis| place.as_ref()[axis])
 }
@@ -62,7 +64,7 @@ pub(crate) fn view<K: Kind>(axes: [usize; 2], log: &K::Log, runs: &[(&str, &Reco
     let mut marks = Vec::new();
     let width = |index| run_width(index, runs.len());
     if parts.ways && !truth.is_empty() {
-        // Its rim shows on both sides of an estimate that coincides with it.
+        // A wider line is visible on both sides of an estimate that coincides with it.
         marks.push(Mark::line("truth", Colour::TRUTH, truth).wide(width(0) + 1.0));
     }
     if !reckoned.is_empty() {
@@ -79,7 +81,7 @@ pub(crate) fn view<K: Kind>(axes: [usize; 2], log: &K::Log, runs: &[(&str, &Reco
     for (index, (label, record)) in runs.iter().enumerate().filter(|_| parts.ways) {
         let poses = poses_at_times(axes, record);
         if !poses.is_empty() {
-            // One run has another colour to spare.
+            // For one run a different colour is available.
             let colour = Colour::of_curve(if runs.len() == 1 { 2 } else { index });
             marks.push(Mark::gaussians(format!("{label}: pose at times, 95 %"), colour, poses));
         }
@@ -99,7 +101,7 @@ pub(crate) fn view<K: Kind>(axes: [usize; 2], log: &K::Log, runs: &[(&str, &Reco
     for (index, (label, record)) in runs.iter().enumerate().filter(|_| parts.maps) {
         let (tracks, lone) = estimated_tracks(axes, record);
         if !tracks.is_empty() {
-            // One run has a second colour to spare.
+            // For one run a second colour is available.
             let colour = Colour::of_curve(if runs.len() == 1 { 1 } else { index });
             marks.push(Mark::dots("", colour, lone));
             marks.push(Mark::line(format!("{label}: moving features"), colour, tracks).wide(1.4));
@@ -121,7 +123,7 @@ pub(crate) fn view<K: Kind>(axes: [usize; 2], log: &K::Log, runs: &[(&str, &Reco
     (chart, height.clamp(least, greatest))
 }
 
-/// The estimated place of the vehicle at a few scans, evenly among all, and at the last.
+/// The estimated positions of the vehicle at a few evenly spaced scans, and at the last one.
 fn poses_at_times<D: Dimensions>(axes: [usize; 2], record: &Record<D>) -> Vec<Gaussian> {
     let last = record.scans.len().saturating_sub(1);
     let mut chosen: Vec<usize> = (1..=POSES).map(|k| k * last / POSES).collect();
@@ -135,14 +137,14 @@ fn poses_at_times<D: Dimensions>(axes: [usize; 2], record: &Record<D>) -> Vec<Ga
     poses.collect()
 }
 
-/// Width of the curve of run number `index` of `count`, px: each is thinner than those it is drawn over, so that
-/// coinciding curves all show.
+/// Width of the curve of run number `index` of `count`, px: each is thinner than those below it, so that all of several
+/// coinciding curves are visible.
 pub(super) fn run_width(index: usize, count: usize) -> f64 {
     let over_it = count.saturating_sub(index + 1).min(2);
     1.5 + 1.3 * over_it as f64
 }
 
-/// Limits of an axis: all points, and dead reckoning as far as that does not squeeze them.
+/// Limits of an axis: all points, and dead reckoning up to the share above.
 fn interval(axis: usize, points: &[[f64; 2]], reckoned: &[[f64; 2]]) -> Interval {
     let core = Interval::around(points.iter().map(|p| p[axis])).unwrap_or(Interval::UNIT);
     let astray = Interval::around(reckoned.iter().map(|p| p[axis])).unwrap_or(core);
@@ -150,12 +152,12 @@ fn interval(axis: usize, points: &[[f64; 2]], reckoned: &[[f64; 2]]) -> Interval
     core.union(astray).intersection(allowed).padded(0.04)
 }
 
-/// The true positions, broken where rows are missing.
+/// The true positions, with gaps where rows are missing.
 pub(crate) fn true_path<D: Dimensions>(axes: [usize; 2], truth: &[TruePose<D>]) -> Vec<[f64; 2]> {
     broken(&truth.iter().map(|row| (row.t_s, along(axes, &row.position))).collect::<Vec<_>>())
 }
 
-/// A curve through what is known at some times, s, in their order, broken where rows are missing: nobody knows what was there.
+/// A curve through positions at some times, s, in order, with gaps where rows are missing.
 fn broken(rows: &[(f64, [f64; 2])]) -> Vec<[f64; 2]> {
     let mut steps: Vec<f64> = rows.windows(2).map(|w| w[1].0 - w[0].0).collect();
     steps.sort_by(f64::total_cmp);
@@ -170,8 +172,8 @@ fn broken(rows: &[(f64, [f64; 2])]) -> Vec<[f64; 2]> {
     path
 }
 
-/// One curve through the estimated moving features of every scan, by their names, broken where one is not reported;
-/// and those that are reported for a single scan, which the curve leaves out.
+/// A curve through the estimated moving features of every scan, by label, with gaps where one is not reported; and the features
+/// reported for a single scan only, which the curve does not show.
 pub(crate) fn estimated_tracks<D: Dimensions>(axes: [usize; 2], record: &Record<D>) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
     let mut tracks: BTreeMap<u32, Vec<(usize, [f64; 2])>> = BTreeMap::new();
     for (scan, row) in record.scans.iter().enumerate() {
@@ -191,10 +193,10 @@ pub(crate) fn estimated_tracks<D: Dimensions>(axes: [usize; 2], record: &Record<
     (path, lone)
 }
 
-/// One curve through the tracks of all moving landmarks, broken between them and where rows are missing.
+/// A curve through the tracks of all moving landmarks, with gaps between them and where rows are missing.
 pub(crate) fn moving_tracks<D: Dimensions>(axes: [usize; 2], moving: &[MovingLandmark<D>]) -> Vec<[f64; 2]> {
     let mut rows: Vec<&MovingLandmark<D>> = moving.iter().collect();
-    // Stable: rows of one landmark stay in order of time.
+    // A stable sort: rows of one landmark remain in order of time.
     rows.sort_by_key(|row| row.subject);
     let mut path = Vec::with_capacity(rows.len());
     for track in rows.chunk_by(|before, after| before.subject == after.subject) {
@@ -214,7 +216,7 @@ mod tests {
     const PLAN: [usize; 2] = [0, 1];
 
     #[test]
-    fn the_truth_breaks_over_gaps() {
+    fn the_curve_of_the_truth_has_gaps_where_rows_are_missing() {
         let rows: Vec<TruePose> = [0.0, 0.2, 0.4, 0.6, 5.0, 5.2]
             .map(|t_s| TruePose { t_s, position: [t_s, 0.0], heading_rad: None })
             .to_vec();
@@ -226,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn estimated_tracks_break_where_a_feature_is_not_reported() {
+    fn estimated_tracks_have_gaps_where_a_feature_is_not_reported() {
         let feature = |id, x| scphd_score::record::MovingFeature::<Planar> {
             id,
             weight: 1.0,
@@ -249,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn tracks_are_told_apart() {
+    fn tracks_are_separate() {
         let row = |subject, t_s| MovingLandmark { subject, t_s, position: [t_s, subject as f64] };
         let path = moving_tracks::<Planar>(PLAN, &[row(2, 0.0), row(1, 0.0), row(2, 1.0), row(1, 1.0)]);
         assert_eq!(path[..2], [[0.0, 1.0], [1.0, 1.0]]);

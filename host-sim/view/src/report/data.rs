@@ -14,20 +14,20 @@ use scphd_score::record::ScanRecord;
 use scphd_score::results::json::Summary;
 use serde::Serialize;
 
-/// Points of a curve, at most.
+/// Greatest number of points of a curve.
 const POINTS: usize = 4000;
-/// What 99 % of a squared Mahalanobis distance stay under, of two and three dimensions.
+/// The 99 % quantiles of χ² with two and three degrees of freedom.
 const GATES: [f64; 2] = [9.210, 11.345];
-/// A feature that is less probable than not is not expected to be seen.
+/// Least weight of a feature whose detection is expected.
 const EXPECTED: f64 = 0.5;
 
-/// All of it; `page.js` reads it by these names.
+/// All data of a page; `page.js` uses these names.
 #[derive(Debug, Serialize)]
 pub(super) struct Data<'a> {
     summary: &'a Summary,
     meanings: Vec<(String, String)>,
     settings_text: &'a str,
-    /// Pairs of coordinates that maps are drawn along, and the names of all.
+    /// Pairs of axes for the maps, and the names of all axes.
     looks: Vec<[usize; 2]>,
     axes: Vec<&'static str>,
     notes: Vec<String>,
@@ -37,7 +37,7 @@ pub(super) struct Data<'a> {
     health: Vec<Reported>,
 }
 
-/// Curves: a list a quantity, all of the same length.
+/// Curves: a list for each quantity, all of the same length.
 #[derive(Debug, Serialize)]
 struct Series {
     scan: Vec<usize>,
@@ -64,22 +64,22 @@ struct Series {
     stage_reduce_us: Vec<Option<f64>>,
 }
 
-/// The map at a scan. Coordinates to the millimetre, covariances to the square millimetre.
+/// The map at a scan. Coordinates in steps of a millimetre, covariances of a square millimetre.
 #[derive(Debug, Serialize)]
 struct Picture {
     scan: usize,
     t_s: f64,
-    /// Place, then heading.
+    /// Position, then heading.
     pose: Vec<f64>,
-    /// Of the place: the upper triangle, row by row.
+    /// Covariance of the position: the upper triangle, row by row.
     covariance: Vec<f64>,
     truth: Option<Vec<f64>>,
-    /// Label, weight, place, covariance; the last is 1 where a detection met it, -1 where one was missed, 0 out of view.
+    /// Label, weight, position, covariance; the last number is 1 for a detected feature, -1 for a missed one, 0 out of view.
     features: Vec<Feature>,
     moving: Vec<Mover>,
-    /// Places of particles, weight.
+    /// Position and weight of the particles.
     particles: Vec<Vec<f64>>,
-    /// Place, and whether it met a feature of the map.
+    /// Position, and whether it is near a feature of the map.
     detections: Vec<(Vec<f64>, bool)>,
     movers: Vec<Vec<f64>>,
 }
@@ -90,14 +90,14 @@ struct Feature(u32, f64, Vec<f64>, Vec<f64>, i8);
 #[derive(Debug, Serialize)]
 struct Mover(u32, f64, Vec<f64>, Vec<f64>, Vec<f64>, i8);
 
-/// A condition and when it was reported.
+/// A condition and the scans with it.
 #[derive(Debug, Serialize)]
 struct Reported {
     name: String,
     #[serde(flatten)]
     meaning: Option<meaning::Condition>,
     scans: usize,
-    /// First and last scan of every spell, and their times, s.
+    /// First and last scan of every interval, and their times, s.
     spells: Vec<(usize, usize, f64, f64)>,
 }
 
@@ -152,7 +152,7 @@ impl<'a> Data<'a> {
     }
 }
 
-/// The places of the scans that the curves show.
+/// Indices of the scans for the curves.
 fn thinned<D: Dimensions>(scans: &[ScanRecord<D>]) -> Vec<usize> {
     if scans.len() <= POINTS {
         return (0..scans.len()).collect();
@@ -163,7 +163,7 @@ fn thinned<D: Dimensions>(scans: &[ScanRecord<D>]) -> Vec<usize> {
         match piece {
             0 => from,
             _ if piece + 1 == POINTS => until - 1,
-            // Of several equal ones the first.
+            // Of several equal ones the first is taken.
             _ => (from..until).rev().max_by(|a, b| error(a).total_cmp(&error(b))).unwrap_or(from),
         }
     };
@@ -213,7 +213,7 @@ impl Series {
     }
 }
 
-/// A detection in the map: where, and its standard deviation there, m.
+/// A detection in the map: position and its standard deviation, m.
 type Seen<K> = (<K as Dimensions>::Position, f64);
 
 fn picture<K: Kind>(log: &K::Log, settings: &K::Settings, scan: &ScanRecord<K>, frame: &Frame<K>) -> Picture {
@@ -279,7 +279,7 @@ fn picture<K: Kind>(log: &K::Log, settings: &K::Settings, scan: &ScanRecord<K>, 
     }
 }
 
-/// Which detections lie near a feature.
+/// Gate for detections near a feature.
 struct Gate {
     most: f64,
 }
@@ -295,7 +295,7 @@ impl Gate {
         let near = |(at, sigma_m): &(P, f64)| {
             let off: Vec<f64> = (0..n).map(|k| at.as_ref()[k] - place[k]).collect();
             let square: f64 = off.iter().map(|x| x * x).sum();
-            // No distance within the gate is longer than this: most are, and need no inverse.
+            // Above this bound the distance is always beyond the gate, so that most detections need no inverse.
             if !(square <= self.most * (spread + sigma_m * sigma_m)) {
                 return false;
             }
@@ -332,7 +332,7 @@ fn millimetres(place: &impl AsRef<[f64]>) -> Vec<f64> {
     place.as_ref().iter().map(|x| (x * 1e3).round() / 1e3).collect()
 }
 
-/// The upper triangle, row by row.
+/// The upper triangle, row by row, in steps of 10⁻⁶.
 fn squares(rows: &[&[f64]]) -> Vec<f64> {
     let upper = rows.iter().enumerate().flat_map(|(k, row)| &row[k..]);
     upper.map(|x| (x * 1e6).round() / 1e6).collect()

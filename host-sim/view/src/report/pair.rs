@@ -5,7 +5,7 @@ use crate::meaning;
 use serde::Serialize;
 use serde_json::Value;
 
-/// All of it; `pair.js` reads it by these names.
+/// All data of a page; `pair.js` uses these names.
 #[derive(Debug, Serialize)]
 pub(super) struct Data<'a> {
     difference: &'a Difference,
@@ -13,14 +13,14 @@ pub(super) struct Data<'a> {
     runs: [Run<'a>; 2],
 }
 
-/// What a page of one run has, and this page shows.
+/// The parts of a run's page that this page shows.
 #[derive(Debug, Serialize)]
 struct Run<'a> {
     looks: &'a Value,
     axes: &'a Value,
     series: &'a Value,
     landmarks: &'a Value,
-    /// The last picture: the map at the end.
+    /// The last frame: the final map.
     last: Option<&'a Value>,
 }
 

@@ -1,4 +1,4 @@
-//! The vehicle of section 5.3.1 and the ways it drives.
+//! The vehicle of section 5.3.1 and its trajectories.
 
 use scphd_log::log::Vehicle;
 use std::f64::consts::PI;
@@ -20,15 +20,15 @@ pub(super) const CAR: Vehicle = Vehicle::Ackermann {
     sensor_left_m: SENSOR_LEFT_M,
 };
 
-/// Encoder speed (m/s) and steering angle (rad) that take the middle of the rear axle at `speed_mps` along a
-/// curvature (1/m).
+/// Encoder speed (m/s) and steering angle (rad) for which the centre of the rear axle moves at `speed_mps` with a curvature
+/// (1/m).
 pub(super) fn control(speed_mps: f64, curvature: f64) -> [f64; 2] {
-    // tan α = L κ; the encoder is H left of the axle's middle.
+    // tan α = L κ; the encoder is H left of the centre of the axle.
     let slope = WHEELBASE_M * curvature;
     [speed_mps * (1.0 - slope * ENCODER_OFFSET_M / WHEELBASE_M), libm::atan(slope)]
 }
 
-/// Poses (x m, y m, heading rad) of the sensor at the start of every row and after the last.
+/// Poses (x m, y m, heading rad) of the sensor at the start of every row and after the last row.
 pub(super) fn drive(controls: &[[f64; 2]]) -> Vec<[f64; 3]> {
     let mut path = vec![[0.0; 3]];
     let mut pose = path[0];
@@ -39,17 +39,17 @@ pub(super) fn drive(controls: &[[f64; 2]]) -> Vec<[f64; 3]> {
     path
 }
 
-/// A closed way of `rows` rows whose curvature is a constant and one harmonic.
+/// A closed trajectory of `rows` rows whose curvature is a constant and one harmonic.
 ///
-/// A shape of n-fold symmetry: `turns` times around in `lobes` equal parts. Where `lobes` divides `rows` and does
-/// not divide `turns`, the parts cancel also when summed row by row, so that the way closes.
+/// A shape of n-fold symmetry: `turns` turns in `lobes` equal parts. If `lobes` divides `rows` and does not divide `turns`, the
+/// parts cancel also when summed row by row, so that the trajectory is closed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lobes {
     pub rows: usize,
     pub speed_mps: f64,
     pub turns: f64,
     pub lobes: f64,
-    /// Turns added in the middle of a part and taken away at its ends; negative the other way about.
+    /// Amplitude of the harmonic in turns: added in the middle of a part and subtracted at its ends; negative for the opposite.
     pub depth: f64,
 }
 
@@ -73,13 +73,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_way_of_lobes_closes_and_has_its_length() {
+    fn a_trajectory_of_lobes_is_closed_and_has_its_length() {
         for (turns, lobes, depth) in [(1.0, 3.0, 0.9), (2.0, 3.0, 1.5), (1.0, 2.0, 0.5)] {
             let way = Lobes { rows: 600, speed_mps: 4.0, turns, lobes, depth };
             let path = drive(&way.controls(1));
             let end = path[600];
             assert!(end[0].hypot(end[1]) < 1e-9 && end[2].abs() < 1e-9, "{end:?}");
-            // The axle's middle covers exactly speed times time: chords of the sensor's way come near it.
+            // The centre of the axle moves exactly by speed times time; the chords of the sensor's trajectory are close to that.
             let chords: f64 = path.windows(2).map(|p| (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1])).sum();
             assert!((chords / 120.0 - 1.0).abs() < 0.05, "{chords}");
         }

@@ -1,4 +1,4 @@
-//! The scenario in which one fault follows the other.
+//! The scenario with a sequence of faults.
 
 use super::simulation::{Imperfection, ROWS_PER_SCAN};
 use super::thesis_dynamic::two_laps;
@@ -9,31 +9,31 @@ use scphd_stream::planar::MEASUREMENTS;
 use std::f64::consts::PI;
 use std::ops::Range;
 
-/// False measurements a scan while nothing is wrong: of ten times as many a scan holds nearly all.
+/// Mean number of false measurements a scan without faults: the capacity of a scan suffices for nearly all of ten times as many.
 const CLUTTER_PER_SCAN: f64 = 4.0;
 
-/// What is wrong, by as much as in the sequencer's tests of faults.
+/// Faults, of the same size as in the sequencer's tests of faults.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Fault {
     /// Ten times as many false measurements.
     Clutter,
     /// One landmark in ten is detected.
     Blind,
-    /// The sensor sends its last scan again and again.
+    /// The sensor repeats its last scan.
     StuckScan,
     /// All ranges are a metre too long.
     RangeBias,
-    /// All bearings are ten degrees off.
+    /// All bearings have an error of ten degrees.
     BearingBias,
     /// The wheels turn twice as fast as the vehicle moves.
     Slip,
-    /// The odometry says that the vehicle stands.
+    /// The odometry reports a vehicle at rest.
     StuckOdometry,
-    /// No scan comes.
+    /// There are no scans.
     NoScans,
 }
 
-/// The faults, each with its scans of the 601 at 10 Hz; three seconds and more between them. The last one takes scans away.
+/// The faults, each with its scans among the 601 at 10 Hz, at least three seconds apart. The last one removes scans.
 const PLAN: [(Fault, Range<usize>); 8] = [
     (Fault::Clutter, 60..90),
     (Fault::Blind, 120..150),
@@ -45,13 +45,14 @@ const PLAN: [(Fault, Range<usize>); 8] = [
     (Fault::NoScans, 480..580),
 ];
 
-/// The loop of `thesis-dynamic` twice, with its landmarks and movers, 4 false measurements a scan, and one fault after the other, of 3 s each:
-/// ten times the clutter, p_D 0.1, the last scan again and again, ranges 1 m and bearings 10° off, speeds doubled, controls of
-/// zero; then no scan for 10 s. 501 scans of up to 64 measurements, which is what the sensor sends at most.
+/// The loop of `thesis-dynamic` twice, with its static and moving landmarks, 4 false measurements a scan, and a sequence of
+/// faults of 3 s each: ten times the clutter, p_D 0.1, the last scan repeated, errors of the ranges of 1 m and of the bearings of
+/// 10°, doubled speeds, controls of zero; then no scan for 10 s. 501 scans of up to 64 measurements, the most that the sensor
+/// sends.
 #[must_use]
 pub fn faults(seed: u64) -> Log {
     let mut log = undisturbed(seed);
-    // Numbers of their own, so that all else is as without the faults.
+    // A separate random number generator, so that everything else is as without faults.
     let mut noise = Noise::new(seed ^ 0xfa17_5eed);
     for (fault, during) in PLAN {
         fault.befall(&mut log, during, &mut noise);
@@ -67,7 +68,7 @@ fn undisturbed(seed: u64) -> Log {
 }
 
 impl Fault {
-    /// Changes what sensor and odometry say during these scans.
+    /// Applies the fault to sensor and odometry during these scans.
     fn befall(self, log: &mut Log, during: Range<usize>, noise: &mut Noise) {
         let rows = ROWS_PER_SCAN * during.start..ROWS_PER_SCAN * during.end;
         match self {
@@ -90,7 +91,7 @@ impl Fault {
     }
 }
 
-/// Replaces scans by those that such a sensor takes at the same places.
+/// Replaces scans by those of a sensor with other errors at the same poses.
 fn look_again(log: &mut Log, during: Range<usize>, sight: Imperfection, noise: &mut Noise) {
     let times = log.truth.len();
     for index in during {
@@ -111,7 +112,7 @@ mod tests {
     use super::*;
     use scphd_log::log::Scan;
 
-    /// Where a fault is.
+    /// The scans of a fault.
     fn of(fault: Fault) -> Range<usize> {
         PLAN.into_iter().find(|(other, _)| *other == fault).unwrap().1
     }
@@ -128,7 +129,7 @@ mod tests {
         assert!((log.scans[silent.start].t_s - log.scans[silent.start - 1].t_s - 10.1).abs() < 1e-9);
         let [clutter, blind, stuck, range, bearing] =
             [Fault::Clutter, Fault::Blind, Fault::StuckScan, Fault::RangeBias, Fault::BearingBias].map(of);
-        // Of the sensor.
+        // Faults of the sensor.
         let wrong = [&clutter, &blind, &stuck, &range, &bearing];
         for (index, scan) in log.scans.iter().enumerate().take(silent.start) {
             assert_eq!(*scan != right.scans[index], wrong.iter().any(|during| during.contains(&index)), "{index}");
@@ -148,7 +149,7 @@ mod tests {
         };
         assert!(off(range, 0).iter().all(|off| (off - 1.0).abs() < 1e-12));
         assert!(off(bearing, 1).iter().all(|off| (off - 10_f64.to_radians()).abs() < 1e-12));
-        // Of the wheels.
+        // Faults of the odometry.
         let [slip, standing] = [Fault::Slip, Fault::StuckOdometry].map(of);
         for (row, (says, right)) in log.odometry.iter().zip(&right.odometry).enumerate() {
             let [speed, steering, _] = right.control;

@@ -1,24 +1,24 @@
-//! Static landmarks scattered along a way.
+//! Static landmarks at random positions along a trajectory.
 
 use scphd_log::noise::Noise;
 
-/// How landmarks are scattered.
+/// Distribution of landmarks.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Scatter {
-    /// How many.
+    /// Number of landmarks.
     pub count: usize,
-    /// Seed of the places.
+    /// Seed of the positions.
     pub seed: u64,
     /// Least and greatest distance from the path of the sensor, m.
     pub from_path_m: (f64, f64),
     /// Least distance between two, m.
     pub apart_m: f64,
-    /// Least distance from the tracks of moving landmarks, which drive around what stands, m.
+    /// Least distance from the tracks of moving landmarks, m.
     pub from_tracks_m: f64,
 }
 
 impl Scatter {
-    /// The landmarks (m) on both sides of `path`, beside the positions in `tracks`.
+    /// The landmarks (m) on both sides of `path`, at a distance from the positions in `tracks`.
     pub fn around(&self, path: &[[f64; 3]], tracks: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let mut noise = Noise::new(self.seed);
         let (near, far) = self.from_path_m;

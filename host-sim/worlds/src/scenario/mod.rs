@@ -1,7 +1,8 @@
 //! Built-in simulated scenarios.
 //!
-//! Map, path and tracks of a scenario never change (but for the random `worlds`); its seed changes the noise, the missed detections and
-//! the clutter. The same seed gives the same log, bit for bit, on every machine (see [`scphd_log::noise`]).
+//! The landmarks, the trajectory and the tracks of a scenario never change (except in the random `worlds`); its seed changes the
+//! noise, the missed detections and the clutter. The same seed gives the same log, bit for bit, on every machine (see
+//! [`scphd_log::noise`]).
 
 mod car;
 mod faults;
@@ -25,7 +26,7 @@ pub use two_sensors::two_sensors;
 use scphd_log::log::Log;
 use worlds::{Kind, world};
 
-/// Names of the scenarios, each with a line about it.
+/// Names of the scenarios, each with a description.
 pub const SCENARIOS: &[(&str, &str)] = &[
     (
         "survey",
@@ -61,10 +62,10 @@ pub const SCENARIOS: &[(&str, &str)] = &[
     ("worlds-exact", "a random world for every seed that states all of its noise, 3 to 10 false measurements a scan"),
 ];
 
-/// The scenarios that are another place with every seed.
+/// The scenarios with a different world for every seed.
 pub const WORLDS: [&str; 4] = ["worlds", "worlds-mounted", "worlds-moving", "worlds-exact"];
 
-/// The scenario of that name.
+/// The scenario with this name.
 #[must_use]
 pub fn by_name(name: &str, seed: u64) -> Option<Log> {
     match name {
@@ -83,28 +84,29 @@ pub fn by_name(name: &str, seed: u64) -> Option<Log> {
     }
 }
 
-/// Whether a scenario is one of the thesis's kind, run with its recursion; the others are run as a user's log is.
+/// Whether a scenario is one of the thesis, run with its recursion; the others are run like a user's log.
 #[must_use]
 pub fn is_of_thesis(name: &str) -> bool {
     !WORLDS.contains(&name) && name != "two-sensors"
 }
 
-/// How the thesis runs its filter over a scenario.
+/// Parameters of the thesis for runs of a scenario.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ThesisRun {
     /// Particles N.
     pub particles: usize,
-    /// Samples M of every particle a prediction.
+    /// Samples M of every particle in a prediction.
     pub samples: usize,
     /// Resample below this N_eff / N.
     pub resample_threshold: f64,
     /// Whether features may move.
     pub moving: bool,
-    /// Runs with each input of a Monte Carlo study.
+    /// Number of runs with each input of a Monte Carlo study.
     pub runs_per_input: usize,
 }
 
-/// What the thesis says about running that scenario, where it does (5.3.1); `faults` has the vehicle and the movers of 5.3.1.
+/// The thesis's parameters for runs of this scenario, if there are any (5.3.1); `faults` has the vehicle and the moving landmarks
+/// of 5.3.1.
 #[must_use]
 pub fn thesis_run(name: &str) -> Option<ThesisRun> {
     let as_in_5_3_1 =

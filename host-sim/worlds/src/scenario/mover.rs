@@ -2,7 +2,7 @@
 
 use scphd_log::log::MovingLandmark;
 
-/// A landmark that moves along a circle at constant speed: a smooth track that never leaves the scene.
+/// A landmark that moves on a circle at constant speed: a smooth track that never leaves the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Mover {
     /// Centre of the circle, m.
@@ -23,7 +23,7 @@ impl Mover {
     }
 }
 
-/// The tracks of all, with a row at each of `times`, numbered from 1.
+/// The tracks of all moving landmarks, with a row at each of `times`, numbered from 1.
 pub(super) fn tracks(movers: &[Mover], times: &[f64]) -> Vec<MovingLandmark> {
     let rows = |(index, mover): (usize, &Mover)| {
         let mover = *mover;
@@ -48,7 +48,7 @@ mod tests {
     }
 
     #[test]
-    fn one_row_a_time_for_each() {
+    fn every_track_has_a_row_at_every_time() {
         let mover = Mover { centre_m: [0.0; 2], radius_m: 5.0, speed_mps: 1.0, phase_rad: 1.0 };
         let rows = tracks(&[mover, Mover { speed_mps: 2.0, ..mover }], &[0.0, 0.5, 1.0]);
         assert_eq!(rows.iter().map(|row| row.subject).collect::<Vec<_>>(), [1, 1, 1, 2, 2, 2]);

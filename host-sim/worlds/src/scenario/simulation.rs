@@ -1,4 +1,4 @@
-//! From a way, landmarks and noise to a log.
+//! Simulation of a log from a trajectory, landmarks and noise.
 
 use super::car::{CAR, ROWS_PER_SECOND, drive};
 use super::mover::{Mover, tracks};
@@ -7,17 +7,17 @@ use scphd_log::log::{FixNoise, Log, Mounting, Nominal, Odometry, Scan, Sensor, T
 use scphd_log::noise::Noise;
 use std::f64::consts::PI;
 
-/// Every second odometry row comes with a scan: 10 Hz (5.3.1).
+/// Number of odometry rows for each scan: scans at 10 Hz (5.3.1).
 pub(super) const ROWS_PER_SCAN: usize = 2;
 
-/// What odometry and sensor get wrong. The sensor looks all around.
+/// Errors of odometry and sensor. The view of the sensor is the full circle.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Imperfection {
-    /// Standard deviation of the encoder speed, one draw a row, m/s.
+    /// Standard deviation of the encoder speed, independent in each row, m/s.
     pub speed_sigma_mps: f64,
-    /// Standard deviation of the steering angle, one draw a row, rad.
+    /// Standard deviation of the steering angle, independent in each row, rad.
     pub steering_sigma_rad: f64,
-    /// Range up to which there are detections, true or false, m.
+    /// Range up to which there are detections, m.
     pub range_max_m: f64,
     /// Standard deviation of the range, m.
     pub range_sigma_m: f64,
@@ -30,7 +30,7 @@ pub(super) struct Imperfection {
 }
 
 impl Imperfection {
-    /// The simulations of 5.3.1.
+    /// The errors of section 5.3.1.
     pub const OF_5_3_1: Self = Self {
         speed_sigma_mps: 1.0,
         steering_sigma_rad: 2.0 * PI / 180.0,
@@ -41,7 +41,7 @@ impl Imperfection {
         clutter_per_scan: 20.0,
     };
 
-    /// Range (m) and bearing (rad) of what the sensor reports from `pose`, in an order that tells nothing.
+    /// Range (m) and bearing (rad) of the detections from `pose`, in random order.
     pub fn scan(&self, pose: &[f64; 3], landmarks: impl Iterator<Item = [f64; 2]>, noise: &mut Noise) -> Vec<[f64; 2]> {
         let [x, y, heading] = *pose;
         let mut detections = Vec::new();
@@ -50,7 +50,7 @@ impl Imperfection {
             let range = (dx * dx + dy * dy).sqrt();
             if range <= self.range_max_m && noise.happens(self.detection_probability) {
                 let bearing = libm::atan2(dy, dx) - heading;
-                // A range is a distance, whatever the noise.
+                // A range is not negative.
                 let range = (range + self.range_sigma_m * noise.normal()).abs();
                 detections.push([range, wrap(bearing + self.bearing_sigma_rad * noise.normal())]);
             }
@@ -63,11 +63,11 @@ impl Imperfection {
     }
 }
 
-/// What a simulation is made of.
+/// The parts of a simulation.
 #[derive(Debug)]
 pub(super) struct Simulation {
     pub name: &'static str,
-    /// Controls of the true way, row by row.
+    /// Controls of the true trajectory, row by row.
     pub controls: Vec<[f64; 2]>,
     pub landmarks: Vec<[f64; 2]>,
     pub movers: Vec<Mover>,
@@ -75,7 +75,7 @@ pub(super) struct Simulation {
 }
 
 impl Simulation {
-    /// The log with the noise of `seed`; truth at every scan.
+    /// The log with the noise of `seed`, with truth at every scan.
     pub fn log(self, seed: u64) -> Log {
         let imperfection = self.imperfection;
         let path = drive(&self.controls);

@@ -1,4 +1,4 @@
-//! The scenario of static landmarks alone.
+//! The scenario with static landmarks only.
 
 use super::car::{control as car_control, drive};
 use super::landmarks::Scatter;
@@ -9,23 +9,22 @@ use std::f64::consts::PI;
 
 const SPEED_MPS: f64 = 3.0;
 
-/// The lap in odometry rows: long side, corner, short side, corner, and the same again.
+/// The lap in odometry rows: long side, corner, short side, corner, then the same again.
 const LONG_ROWS: usize = 80;
 const SHORT_ROWS: usize = 40;
 const CORNER_ROWS: usize = 100;
 const LAP_ROWS: usize = 2 * (LONG_ROWS + SHORT_ROWS) + 4 * CORNER_ROWS;
 const LAPS: usize = 2;
 
-/// No landmark is nearer to the path than ten standard deviations of the range, so that no measured range is
-/// negative.
+/// The distance from the path is at least ten standard deviations of the range, so that no measured range is negative.
 const SCATTER: Scatter = Scatter { count: 60, seed: 1, from_path_m: (2.5, 12.0), apart_m: 3.0, from_tracks_m: 0.0 };
 
 /// An Ackermann vehicle with the geometry of 5.3.1 (a 1.890, b 0.250, H 0.380, L 1.415 m) drives two laps of a
 /// rounded rectangle at 3 m/s.
 ///
-/// Odometry at 20 Hz with white noise of 1 m/s and 2°; 641 scans at 10 Hz, all around to 15 m, with 0.25 m and
-/// 0.5° of noise, p_D 0.95 within the true range and 20 false measurements a scan, uniform in range and
-/// bearing. The order of a scan's measurements tells nothing. Truth at every scan.
+/// Odometry at 20 Hz with white noise of 1 m/s and 2°; 641 scans at 10 Hz with a full circle of 15 m, noise of 0.25 m and 0.5°,
+/// p_D 0.95 within the true range, and 20 false measurements a scan, uniform in range and bearing. The measurements of a scan are
+/// in random order. Truth at every scan.
 #[must_use]
 pub fn survey(seed: u64) -> Log {
     let (controls, landmarks) = way();
@@ -33,20 +32,20 @@ pub fn survey(seed: u64) -> Log {
     Simulation { name: "survey", controls, landmarks, movers: Vec::new(), imperfection }.log(seed)
 }
 
-/// Controls of the true way, row by row, and the landmarks, m.
+/// Controls of the true trajectory, row by row, and the landmarks, m.
 pub(super) fn way() -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
     let controls: Vec<[f64; 2]> = (0..LAPS * LAP_ROWS).map(control).collect();
     let landmarks = SCATTER.around(&drive(&controls), &[]);
     (controls, landmarks)
 }
 
-/// The same log with a fix of the position every 10 s, of 1 m along either axis, as of a satellite receiver.
+/// The same log with a position fix every 10 s, with 1 m of noise along each axis, as from a satellite receiver.
 #[must_use]
 pub fn survey_fixes(seed: u64) -> Log {
     const EVERY_SCANS: usize = 100;
     const SIGMA_M: f64 = 1.0;
     let log = survey(seed);
-    // Numbers of their own, so that all else is as without.
+    // A separate random number generator, so that everything else is as without fixes.
     let mut noise = Noise::new(seed ^ 0x5eed_f13e);
     let fixes = log.truth.iter().step_by(EVERY_SCANS).skip(1).map(|truth| {
         let place = truth.position.map(|at| at + SIGMA_M * noise.normal());
@@ -57,10 +56,10 @@ pub fn survey_fixes(seed: u64) -> Log {
     Log { name: "survey-fixes".into(), fixes, fix_noise, ..log }
 }
 
-/// Encoder speed (m/s) and steering angle (rad) that drive row `row` of the path exactly.
+/// Encoder speed (m/s) and steering angle (rad) for exactly row `row` of the path.
 ///
-/// The rear axle's curvature is a raised cosine over each corner: it starts and ends at 0 without a kink and
-/// adds up to a quarter turn, also when summed row by row, so that the lap closes.
+/// The curvature of the rear axle's path is a raised cosine over each corner: it starts and ends smoothly at 0, and its integral
+/// is a quarter turn, also when summed row by row, so that the lap is closed.
 fn control(row: usize) -> [f64; 2] {
     let half = LAP_ROWS / 2;
     let place = row % half;
@@ -82,7 +81,7 @@ mod tests {
     use scphd_log::vehicle::dead_reckoning;
 
     #[test]
-    fn the_lap_closes_and_has_its_size() {
+    fn the_lap_is_closed_and_has_its_size() {
         let log = survey(1);
         assert_eq!((log.odometry.len(), log.scans.len(), log.truth.len()), (1280, 641, 641));
         let lap_scans = LAP_ROWS / 2;
@@ -101,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn without_the_noise_dead_reckoning_is_the_truth() {
+    fn without_noise_dead_reckoning_is_the_truth() {
         let mut log = survey(0);
         for (row, odometry) in log.odometry.iter_mut().enumerate() {
             let [speed, steering] = control(row);
@@ -114,7 +113,7 @@ mod tests {
 
     /// The digests of the filter over this log are committed.
     #[test]
-    fn the_bits_are_fixed() {
+    fn the_log_is_fixed_to_the_bit() {
         let log = survey(1);
         let all = log.scans.iter().flat_map(|scan| scan.detections.as_flattened());
         let hash =

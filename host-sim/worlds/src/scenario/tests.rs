@@ -1,4 +1,4 @@
-//! All scenarios alike.
+//! Tests of all scenarios.
 
 use super::*;
 use scphd_log::angle::wrap;
@@ -8,9 +8,9 @@ use scphd_log::{log_folder, truth};
 use scphd_score::trajectory;
 
 #[test]
-fn names_lead_to_logs() {
+fn every_name_gives_its_log() {
     for (name, about) in SCENARIOS {
-        // Random worlds bear their seed.
+        // The name of a random world ends with its seed.
         let named = by_name(name, 1).unwrap().name;
         assert_eq!(named.strip_suffix("-1").unwrap_or(&named), *name);
         assert!(!about.contains('\n'));
@@ -55,7 +55,7 @@ fn landmarks_keep_their_distance() {
 }
 
 #[test]
-fn movers_cross_the_way_and_stay_in_view_for_long() {
+fn moving_landmarks_cross_the_path_and_stay_in_view_for_long() {
     for (log, share) in [(thesis_dynamic(1), 0.4), (thesis_dynamic_long(1), 0.1)] {
         let movers = log.moving.len() / log.scans.len();
         for track in log.moving.chunks(log.scans.len()) {
@@ -106,7 +106,7 @@ fn detections_are_of_landmarks_or_uniform_clutter_at_the_stated_rates() {
                     else {
                         continue;
                     };
-                    // The gate holds all but 1 in 3000.
+                    // The gate contains all but 1 in 3000.
                     if size(&unexplained[best]) < 16.0 {
                         let [r, b] = off(&unexplained.swap_remove(best));
                         range_squares += r * r;
@@ -122,7 +122,7 @@ fn detections_are_of_landmarks_or_uniform_clutter_at_the_stated_rates() {
         let variances = [range_squares, bearing_squares].map(|sum: f64| sum / f64::from(detected));
         let per_scan = f64::from(in_range) / f64::from(scans);
         println!("{name}: {per_scan} in range, detected {rate}, clutter {false_rate}, variances {variances:?}");
-        // Where the noise is wide, landmarks now and then take each other's detections or false ones.
+        // With large noise, landmarks are sometimes matched with other detections.
         let slack = if name == "thesis-compare" { 4.0 } else { 1.0 };
         assert!((rate - 0.95).abs() < 0.004 * slack);
         assert!((false_rate - nominal.clutter_per_scan.unwrap()).abs() < 0.4);
@@ -132,7 +132,7 @@ fn detections_are_of_landmarks_or_uniform_clutter_at_the_stated_rates() {
 }
 
 #[test]
-fn dead_reckoning_goes_astray_by_metres() {
+fn dead_reckoning_has_errors_of_metres() {
     for (name, _) in SCENARIOS {
         for seed in 0..4 {
             let log = by_name(name, seed).unwrap();
@@ -151,8 +151,8 @@ fn dead_reckoning_goes_astray_by_metres() {
 }
 
 #[test]
-fn the_seed_decides_the_noise_and_nothing_else() {
-    // A random world is another place with every seed.
+fn the_seed_changes_only_the_noise() {
+    // A random world is different for every seed.
     for (name, _) in SCENARIOS.iter().filter(|(name, _)| is_of_thesis(name)) {
         let [log, same, other] = [5, 5, 6].map(|seed| by_name(name, seed).unwrap());
         assert_eq!(log, same);
@@ -162,7 +162,7 @@ fn the_seed_decides_the_noise_and_nothing_else() {
     }
 }
 
-/// Writes it and reads it back.
+/// Checks that a log is the same after writing and reading.
 fn written_and_read(log: &Log) {
     let dir = std::env::temp_dir().join(format!("scphd-{}-{}", log.name, std::process::id()));
     log_folder::write(log, &dir).unwrap();
@@ -184,7 +184,7 @@ fn sensors_and_fixes_are_read_and_written_bit_for_bit() {
     written_and_read(&with_every_fix(survey_fixes(3)));
 }
 
-/// Every key of `[fixes]` and headings too.
+/// With all keys of `[fixes]`, and headings.
 fn with_every_fix(mut log: Log) -> Log {
     log.fixes.push(Fix { t_s: 61.25, measured: PoseFix::Heading(-0.75) });
     let (heading_sigma_rad, gate) = (Some(0.1), Some(25.0));

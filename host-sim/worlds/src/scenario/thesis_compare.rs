@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 /// A trefoil that crosses itself, 44 × 41 m: 200 m in 40 s.
 const WAY: Lobes = Lobes { rows: 800, speed_mps: 5.0, turns: 2.0, lobes: 3.0, depth: 1.5 };
 
-/// Three standard deviations of the range from the path, and as far from each other.
+/// At least three standard deviations of the range from the path, and from each other.
 const SCATTER: Scatter = Scatter { count: 60, seed: 3, from_path_m: (3.0, 12.0), apart_m: 3.0, from_tracks_m: 0.0 };
 
 const IMPERFECTION: Imperfection = Imperfection {
@@ -21,8 +21,8 @@ const IMPERFECTION: Imperfection = Imperfection {
     ..Imperfection::OF_5_3_1
 };
 
-/// The vehicle of 5.3.1 drives a trefoil at 5 m/s among 60 static landmarks, under the noise of 5.3.2: 2 m/s and 5° in
-/// the odometry, 1 m and 2° in the measurements, p_D 0.95, 5 false measurements a scan. 401 scans.
+/// The vehicle of 5.3.1 drives a trefoil at 5 m/s among 60 static landmarks, with the noise of 5.3.2: 2 m/s and 5° in the
+/// odometry, 1 m and 2° in the measurements, p_D 0.95, 5 false measurements a scan. 401 scans.
 #[must_use]
 pub fn thesis_compare(seed: u64) -> Log {
     let controls = WAY.controls(1);

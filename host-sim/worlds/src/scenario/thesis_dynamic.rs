@@ -1,4 +1,4 @@
-//! The scenarios of section 5.3.1: static and moving landmarks, not told apart.
+//! The scenarios of section 5.3.1: static and moving landmarks, which the measurements do not distinguish.
 
 use super::car::{Lobes, ROWS_PER_SECOND, drive};
 use super::landmarks::Scatter;
@@ -12,7 +12,8 @@ const WAY: Lobes = Lobes { rows: 600, speed_mps: 4.0, turns: 1.0, lobes: 3.0, de
 const LONG_WAY: Lobes = Lobes { rows: 1000, speed_mps: 4.0, turns: 1.0, lobes: 3.0, depth: 1.2 };
 const LAPS: usize = 7;
 
-/// Ten standard deviations of the range from the path; as far apart as a moving landmark gets in a second or two.
+/// At least ten standard deviations of the range from the path; distances are those that a moving landmark covers in a second or
+/// two.
 const SCATTER: Scatter = Scatter { count: 45, seed: 2, from_path_m: (2.5, 12.0), apart_m: 3.0, from_tracks_m: 1.5 };
 const LONG_SCATTER: Scatter = Scatter { count: 90, ..SCATTER };
 
@@ -20,7 +21,7 @@ const fn mover(x_m: f64, y_m: f64, radius_m: f64, speed_mps: f64, phase_rad: f64
     Mover { centre_m: [x_m, y_m], radius_m, speed_mps, phase_rad }
 }
 
-/// Each crosses the way, is in view for two fifths of the time or more and keeps some metres from the vehicle.
+/// Each crosses the path, is in view for at least two fifths of the time, and stays some metres from the vehicle.
 const MOVERS: [Mover; 6] = [
     mover(-11.0, 31.0, 12.0, -0.8, 0.4),
     mover(-8.0, 9.0, 24.0, 1.1, 0.6),
@@ -30,7 +31,7 @@ const MOVERS: [Mover; 6] = [
     mover(-6.0, 22.0, 18.0, 2.3, 0.5),
 ];
 
-/// Each crosses the way, meets the vehicle several times and keeps some metres from it.
+/// Each crosses the path, meets the vehicle several times, and stays some metres from it.
 const LONG_MOVERS: [Mover; 9] = [
     mover(10.0, 31.0, 23.0, 0.7, 4.6),
     mover(19.0, 30.0, 14.0, 0.9, 0.9),
@@ -43,8 +44,8 @@ const LONG_MOVERS: [Mover; 9] = [
     mover(-16.0, 2.0, 13.0, -2.4, 6.0),
 ];
 
-/// The vehicle of 5.3.1 drives a loop at 4 m/s among 45 static and 6 moving landmarks (0.8 to 2.3 m/s), under the
-/// noise, the misses and the clutter of 5.3.1. 301 scans.
+/// The vehicle of 5.3.1 drives a loop at 4 m/s among 45 static and 6 moving landmarks (0.8 to 2.3 m/s), with the noise, the
+/// missed detections and the clutter of 5.3.1. 301 scans.
 #[must_use]
 pub fn thesis_dynamic(seed: u64) -> Log {
     simulation("thesis-dynamic", &WAY, 1, &SCATTER, &MOVERS).log(seed)
@@ -56,7 +57,7 @@ pub fn thesis_dynamic_long(seed: u64) -> Log {
     simulation("thesis-dynamic-long", &LONG_WAY, LAPS, &LONG_SCATTER, &LONG_MOVERS).log(seed)
 }
 
-/// The loop of `thesis_dynamic` twice, by whatever odometry and sensor get wrong.
+/// The loop of `thesis_dynamic` twice, with these errors of odometry and sensor.
 pub(super) fn two_laps(name: &'static str, imperfection: Imperfection) -> Simulation {
     Simulation { imperfection, ..simulation(name, &WAY, 2, &SCATTER, &MOVERS) }
 }
@@ -68,7 +69,7 @@ fn simulation(name: &'static str, way: &Lobes, laps: usize, scatter: &Scatter, m
         .step_by(4)
         .flat_map(|row| movers.iter().map(move |mover| mover.at(row as f64 / ROWS_PER_SECOND)))
         .collect();
-    // Every lap is the same way.
+    // All laps are the same.
     let landmarks = scatter.around(&drive(&way.controls(1)), &tracks);
     Simulation { name, controls, landmarks, movers: movers.to_vec(), imperfection: Imperfection::OF_5_3_1 }
 }

@@ -1,4 +1,4 @@
-//! The scenario of two sensors on one car.
+//! The scenario of a car with two sensors.
 
 use super::car::{CAR, ROWS_PER_SECOND, drive};
 use super::survey::way;
@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 const SPEED_SIGMA_MPS: f64 = 0.3;
 const STEERING_SIGMA_RAD: f64 = PI / 180.0;
 
-/// A sensor and its time: a scan every so many rows of odometry, the first at that row.
+/// A sensor with its scan times: index of the first row of odometry with a scan, and number of rows between scans.
 struct Eye {
     name: &'static str,
     sensor: Sensor,
@@ -20,7 +20,7 @@ struct Eye {
     rows: [usize; 2],
 }
 
-/// Where the pose is, at the front.
+/// At the pose, in front.
 const LIDAR: Eye = Eye {
     name: "lidar",
     sensor: Sensor {
@@ -36,7 +36,7 @@ const LIDAR: Eye = Eye {
     rows: [0, 2],
 };
 
-/// At the back, and looks there.
+/// At the back, with the view backwards.
 const RADAR: Eye = Eye {
     name: "radar",
     sensor: Sensor {
@@ -53,12 +53,12 @@ const RADAR: Eye = Eye {
 };
 
 impl Eye {
-    /// Whether it takes a scan at that row.
+    /// Whether there is a scan at this row.
     fn is_due(&self, row: usize) -> bool {
         row.checked_sub(self.rows[0]).is_some_and(|since| since.is_multiple_of(self.rows[1]))
     }
 
-    /// Range (m) and bearing (rad) of what it reports from a vehicle at `pose`, in an order that tells nothing.
+    /// Range (m) and bearing (rad) of the detections from a vehicle at `pose`, in random order.
     fn scan(&self, pose: [f64; 3], landmarks: &[[f64; 2]], noise: &mut Noise) -> Vec<[f64; 2]> {
         let Sensor { range_min_m, range_max_m, bearing_min_rad, bearing_max_rad, mounting } = self.sensor;
         let [x, y, heading] = mounting.seat(pose);
@@ -94,8 +94,9 @@ impl Eye {
     }
 }
 
-/// The car of `survey` on its way, with a lidar in front (10 Hz, 15 m, 92° to either side) and a radar behind that looks back (4 Hz,
-/// 25 m, 52° to either side, four times the noise in range and six in bearing). Truth at every scan of either.
+/// The car of `survey` on its trajectory, with a lidar in front (10 Hz, 15 m, 92° to each side) and a radar at the back with its
+/// view backwards (4 Hz, 25 m, 52° to each side, four times the noise in range and six times in bearing). Truth at every scan of
+/// either.
 #[must_use]
 pub fn two_sensors(seed: u64) -> Log {
     let (controls, landmarks) = way();

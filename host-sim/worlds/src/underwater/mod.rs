@@ -1,5 +1,5 @@
-//! Chapter 7: an underwater vehicle with a stereo camera, in three dimensions: a tank as in the thesis ([`tank`]), and random worlds
-//! ([`worlds`]).
+//! Chapter 7: an underwater vehicle with a stereo camera, in three dimensions: the tank of the thesis ([`tank`]), and random
+//! worlds ([`worlds`]).
 
 mod stereo;
 pub mod tank;
@@ -8,7 +8,7 @@ pub mod worlds;
 use scphd_log::underwater::Log;
 use worlds::{Kind, world};
 
-/// Names of the scenarios, each with a line about it.
+/// Names of the scenarios, each with a description.
 pub const SCENARIOS: &[(&str, &str)] = &[
     (
         "girona-tank",
@@ -24,10 +24,10 @@ pub const SCENARIOS: &[(&str, &str)] = &[
     ),
 ];
 
-/// The scenarios that are another place with every seed.
+/// The scenarios with a different world for every seed.
 pub const WORLDS: [&str; 2] = ["worlds-space", "worlds-space-exact"];
 
-/// The scenario of that name.
+/// The scenario with this name.
 #[must_use]
 pub fn by_name(name: &str, seed: u64) -> Option<Log> {
     match name {

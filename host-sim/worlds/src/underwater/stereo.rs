@@ -1,11 +1,11 @@
-//! What a rectified pair of cameras makes of a point.
+//! Projection of points into a rectified pair of cameras.
 
 use nalgebra::{SMatrix, Vector3, Vector4};
 
 /// Projection matrices of the left and the right camera, from the vehicle's frame to homogeneous pixels.
 pub(super) type Projections = [SMatrix<f64, 3, 4>; 2];
 
-/// (u_l, v_l, u_r, v_r) of a point of the vehicle's frame; `None` where it is not in both images, or too near or too far.
+/// (u_l, v_l, u_r, v_r) of a point in the vehicle's frame; `None` if it is not in both images, or out of the range of depths.
 pub(super) fn pair(
     projections: &Projections,
     [width, height]: [f64; 2],
@@ -22,7 +22,7 @@ pub(super) fn pair(
     shown.then_some([ul, vl, ur, vr])
 }
 
-/// The projections as a log has them, row by row.
+/// The projections in the format of a log, row by row.
 pub(super) fn rows(projections: &Projections) -> [[[f64; 4]; 3]; 2] {
     projections.map(|p| std::array::from_fn(|row| std::array::from_fn(|column| p[(row, column)])))
 }

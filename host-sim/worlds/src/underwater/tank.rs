@@ -1,16 +1,16 @@
 //! The scenario `girona-tank`: a survey of a test tank's floor, as in section 7.2.4.
 //!
-//! A tank of 8 × 8 × 5 m. The vehicle surveys the floor from about two metres above in two crossed lawnmowers, so that every
-//! strip of the second crosses all of the first. What was chosen beside what the thesis and its Table 7.1 state:
+//! A tank of 8 × 8 × 5 m. The vehicle surveys the floor from a height of about two metres with two crossed lawnmowers, so that
+//! every strip of the second crosses all of the first. Parameters beyond those of the thesis and its Table 7.1:
 //!
 //! * camera: 800 × 600 px, focal length 890 px, baseline 0.2 m, 0.3 m ahead of the vehicle's origin, looking down;
-//! * floor: 800 point features on relief of up to half a metre; half of them are stable (detected in 85 to 95 % of the frames that
-//!   show them), the others anything from 20 to 70 %;
-//! * false keypoints are pairs of a matcher, which lets disparities of depths from 0.8 to 3.5 m and rows that differ by up to 13 px
-//!   pass;
+//! * floor: 800 point features on relief of up to half a metre; half of them are stable (detected in 85 to 95 % of the frames
+//!   that show them), the others are detected in 20 to 70 %;
+//! * false keypoints are pairs of a matcher, which accepts disparities of depths from 0.8 to 3.5 m and row differences of up to
+//!   13 px;
 //! * Doppler log: five readings a second, one in a hundred an outlier of a metre a second or so, no bottom lock between 40 and
 //!   43 s and between 85 and 88 s; pressure sensor: σ 0.02 m; gyroscope: σ 0.02 rad/s; roll and pitch: σ 0.2°;
-//! * compass: the walls pull it by up to 15° to the side that a magnet in them would, on top of 1° of noise.
+//! * compass: walls with magnets deflect it by up to 15°, in addition to 1° of noise.
 
 use super::stereo::{self, Projections};
 use nalgebra::{Matrix3, Vector3};
@@ -27,18 +27,18 @@ pub const SIDE_M: f64 = 8.0;
 pub const FLOOR_M: f64 = -5.0;
 /// z of the vehicle, m.
 const CRUISE_M: f64 = -2.9;
-/// Frames, and rows of the instruments, a second.
+/// Rate of the frames, and of the rows of the instruments, Hz.
 const RATE_HZ: f64 = 10.0;
-/// Greatest and least speed, m/s, and how fast it changes, m/s².
+/// Least and greatest speed, m/s, and acceleration, m/s².
 const SPEED_MPS: [f64; 2] = [0.08, 0.6];
 const ACCELERATION_MPS2: f64 = 0.2;
-/// Greatest yaw rate, rad/s, and how fast it changes, rad/s².
+/// Greatest yaw rate, rad/s, and angular acceleration, rad/s².
 const TURN_RADPS: f64 = 0.6;
 const ANGULAR_ACCELERATION_RADPS2: f64 = 0.6;
-/// Places of the lines of a lawnmower, m, and their ends.
+/// Coordinates of the lines of a lawnmower, m, and of their ends.
 const LINES_M: [f64; 5] = [1.6, 2.8, 4.0, 5.2, 6.4];
 const ENDS_M: [f64; 2] = [1.5, 6.5];
-/// A way point counts as reached within this distance, m.
+/// Distance within which a way point is reached, m.
 const REACHED_M: f64 = 0.15;
 
 const LANDMARKS: usize = 800;
@@ -53,13 +53,13 @@ const CLUTTER: f64 = 20.0;
 const DVL_SIGMA_MPS: f64 = 0.1;
 const DVL_ROWS: usize = 2;
 const DVL_OUTLIER_SHARE: f64 = 0.01;
-/// Times at which the log loses the bottom and finds it again, s.
+/// Intervals without bottom lock of the Doppler log, s.
 const UNLOCKED_S: [[f64; 2]; 2] = [[40.0, 43.0], [85.0, 88.0]];
 const Z_SIGMA_M: f64 = 0.02;
 const GYRO_SIGMA_RADPS: f64 = 0.02;
 const TILT_SIGMA_RAD: f64 = 0.2 * PI / 180.0;
 const COMPASS_SIGMA_RAD: f64 = PI / 180.0;
-/// Pull of a wall on the compass where the vehicle is nearest to it, rad, and the distance over which it fades, m.
+/// Deflection of the compass by a wall where the vehicle is nearest to it, rad, and the distance over which it decays, m.
 const PULL_RAD: f64 = 15.0 * PI / 180.0;
 const PULL_NEAR_M: f64 = 1.4;
 const PULL_FADE_M: f64 = 0.8;
@@ -71,7 +71,7 @@ struct Vehicle {
     yaw_rad: f64,
     roll_rad: f64,
     pitch_rad: f64,
-    /// What moves it on until the next row.
+    /// Velocity and yaw rate until the next row.
     velocity_mps: Vector3<f64>,
     yaw_rate_radps: f64,
 }
@@ -89,12 +89,12 @@ fn way_points() -> Vec<[f64; 2]> {
         if index % 2 == 0 { [[near, place], [far, place]] } else { [[far, place], [near, place]] }
     };
     let along: Vec<[f64; 2]> = LINES_M.iter().enumerate().flat_map(line).collect();
-    // It ends in a far corner; from there across, back to the first.
+    // It ends in a far corner; from there a second one crosses it, back to the first corner.
     let across = along.iter().map(|&[x, y]| [SIDE_M - y, SIDE_M - x]);
     along.iter().copied().chain(across).collect()
 }
 
-/// The true way, row by row: the same for all seeds.
+/// The true trajectory, row by row, which is the same for all seeds.
 fn way() -> Vec<Vehicle> {
     let points = way_points();
     let dt = 1.0 / RATE_HZ;
@@ -111,7 +111,7 @@ fn way() -> Vec<Vehicle> {
         let t = way.len() as f64 * dt;
         let [dx, dy] = [points[next][0] - vehicle.position.x, points[next][1] - vehicle.position.y];
         let (turn, distance) = (wrap(libm::atan2(dy, dx) - vehicle.yaw_rad), libm::hypot(dx, dy));
-        // As fast as it can still be stopped, by half of what it is able to.
+        // The speed from which the vehicle can stop in time with half of its deceleration.
         let wanted = libm::copysign(libm::sqrt(ANGULAR_ACCELERATION_RADPS2 * turn.abs()).min(TURN_RADPS), turn);
         let change = ANGULAR_ACCELERATION_RADPS2 * dt;
         let next_rate = rate + (wanted - rate).clamp(-change, change);
@@ -124,7 +124,7 @@ fn way() -> Vec<Vehicle> {
         let climb = 0.3 * (CRUISE_M + 0.15 * libm::sin(0.11 * t) - vehicle.position.z);
         vehicle.roll_rad = 0.03 * libm::sin(1.1 * t);
         vehicle.pitch_rad = 0.03 * libm::sin(0.9 * t + 1.0);
-        // The climb is that of the map; what the vehicle feels of it is turned into its frame.
+        // The climb is in the map's frame; the velocity is converted to the vehicle's frame.
         let level = rotation(vehicle.roll_rad, vehicle.pitch_rad, 0.0);
         vehicle.velocity_mps = level.transpose() * Vector3::new(speed, sway, climb);
         way.push(vehicle);
@@ -138,7 +138,7 @@ fn way() -> Vec<Vehicle> {
     way
 }
 
-/// The features of the floor: the same for all seeds.
+/// The features of the floor, which are the same for all seeds.
 fn landmarks() -> Vec<Landmark> {
     let mut noise = Noise::new(7007);
     let height = |x: f64, y: f64| {
@@ -156,8 +156,8 @@ fn landmarks() -> Vec<Landmark> {
         .collect()
 }
 
-/// How far the walls turn the compass, rad. A wall draws the needle towards itself, so that the error changes its sign with the
-/// side on which the wall is.
+/// Deflection of the compass by the walls, rad. A wall attracts the needle, so that the error changes its sign with the side of
+/// the wall.
 fn pull(vehicle: &Vehicle) -> f64 {
     let (x, y) = (vehicle.position.x, vehicle.position.y);
     let walls = [(x, PI), (SIDE_M - x, 0.0), (y, -0.5 * PI), (SIDE_M - y, 0.5 * PI)];
@@ -187,7 +187,7 @@ fn keypoints(vehicle: &Vehicle, landmarks: &[Landmark], noise: &mut Noise) -> Ve
         let shown = stereo::pair(&cameras, SIZE_PX, DEPTH_M, &point);
         if let Some(shown) = shown.filter(|_| noise.happens(landmark.detectability)) {
             let pair = shown.map(|pixel| pixel + PIXEL_SIGMA * noise.normal());
-            // The matcher does not report what it would not take for a pair.
+            // The matcher does not accept a greater row difference.
             if (pair[1] - pair[3]).abs() <= ROW_TOLERANCE_PX {
                 keypoints.push(pair);
             }
@@ -233,7 +233,7 @@ pub fn girona_tank(seed: u64) -> Log {
             projections: stereo::rows(&camera()),
             size_px: SIZE_PX,
             pixel_sigmas: [PIXEL_SIGMA; 4],
-            // A wrong tilt moves what both images show alike.
+            // A wrong tilt moves the pixels of both images together.
             common_sigmas: [FOCAL_PX * TILT_SIGMA_RAD; 2],
             depth_m: DEPTH_M,
             focal_baseline: FOCAL_PX * BASELINE_M,
@@ -275,7 +275,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_survey_stays_in_the_tank_above_the_floor_and_comes_back() {
+    fn the_survey_stays_in_the_tank_above_the_floor_and_returns() {
         let way = way();
         assert!(way.len() > 900 && way.len() < 2500, "{}", way.len());
         for vehicle in &way {
@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_log_holds_is_what_was_chosen() {
+    fn the_log_has_the_chosen_parameters() {
         let (log, same) = (girona_tank(3), girona_tank(3));
         assert_eq!(log, same);
         assert_ne!(log.scans, girona_tank(4).scans);
@@ -300,7 +300,7 @@ mod tests {
         assert!((LANDMARKS * 6 / 10..LANDMARKS * 8 / 10).contains(&stable), "{stable}");
         let bottom = log.instruments.iter().filter(|row| row.velocity_mps.is_some()).count();
         assert!(bottom * 2 < log.instruments.len() && bottom * 5 > log.instruments.len() * 2);
-        // The compass is off by up to 15°, and by more than 5° in a good part of the survey.
+        // The error of the compass is up to 15°, and more than 5° in much of the survey.
         let truth = log.truth.iter().map(|row| row.heading_rad.unwrap());
         let off = |(row, yaw_rad): (&Instruments, f64)| wrap(row.yaw_rad - yaw_rad).abs().to_degrees();
         let errors: Vec<f64> = log.instruments.iter().zip(truth).map(off).collect();
@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn the_rows_of_the_instruments_lead_along_the_way() {
+    fn the_rows_of_the_instruments_give_the_trajectory() {
         let way = way();
         for pair in way.windows(2) {
             let moved = pair[0].position + pair[0].rotation() * pair[0].velocity_mps / RATE_HZ;

@@ -1,20 +1,20 @@
-//! Where times of a recording go back.
+//! Detection of times that go back in a recording.
 //!
-//! A few messages may come out of order; a clock that is set back, or a recording that was played twice, goes on from an earlier time. The
-//! former are sorted, the latter are pieces, of which one can be a log.
+//! A few messages may be out of order: they are sorted. After a clock was set back, or a recording was repeated, times continue
+//! from an earlier one: the recording is divided into pieces, and a log has one of them.
 
 use crate::calendar;
 
-/// Messages in a row that come late, at most,
+/// Greatest number of consecutive late messages,
 const LATE: usize = 2;
-/// and by how much, ns: more is another time.
+/// and greatest delay of a late message, ns; a longer one begins a new piece.
 const LATE_NS: u64 = 1_000_000_000;
-/// Stamps that go on by more than this, ns, are of a clock that was set: no recorder waits for so long.
+/// A step forward by more than this, ns, means that the clock was set: no recorder waits for a day.
 const AHEAD_NS: u64 = 86_400_000_000_000;
-/// Topics that a message names, at most.
+/// Greatest number of topics that a text lists.
 const NAMED: usize = 4;
 
-/// Times of messages, topic by topic, in the order of the recording.
+/// Times of messages by topic, in the order of the recording.
 #[derive(Debug, Default)]
 pub(super) struct Clocks {
     topics: Vec<Topic>,
@@ -27,7 +27,7 @@ struct Topic {
     messages: Vec<Noted>,
 }
 
-/// A message: its place among all, its time, and when it was recorded, ns.
+/// A message: its index among all, its time and the time of recording, ns.
 #[derive(Debug, Clone, Copy)]
 struct Noted {
     place: usize,
@@ -35,25 +35,25 @@ struct Noted {
     recorded_ns: u64,
 }
 
-/// Which messages belong to which piece, and what has to be told.
+/// The assignment of messages to pieces, and messages to the user.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Pieces {
-    /// Topic by topic, message by message; `None` for one that is left out.
+    /// By topic and message; `None` for a message that is left out.
     of: Vec<(String, Vec<Option<usize>>)>,
-    /// Where the pieces begin among all messages.
+    /// Index of the first message of each piece but the first.
     begins: Vec<usize>,
-    /// How long each lasts, s.
+    /// Duration of each piece, s.
     lasts_s: Vec<f64>,
-    /// A sentence for every clock that goes back.
+    /// A sentence for every step of a clock.
     steps: Vec<String>,
-    /// A sentence for what was mended.
+    /// A sentence for every correction.
     pub(super) told: Vec<String>,
-    /// Whether the times of the recording do not go back.
+    /// Whether the times of recording do not decrease.
     recorder_is_sound: bool,
 }
 
 impl Clocks {
-    /// Notes a message; its place among all.
+    /// Adds a message. Returns its index among all.
     pub(super) fn note(&mut self, topic: &str, ns: u64, recorded_ns: u64) -> usize {
         let noted = Noted { place: self.count, ns, recorded_ns };
         self.count += 1;
@@ -64,7 +64,7 @@ impl Clocks {
         noted.place
     }
 
-    /// How many messages have been noted.
+    /// Number of added messages.
     pub(super) fn count(&self) -> usize {
         self.count
     }
@@ -84,7 +84,7 @@ impl Clocks {
         let mut of = Vec::new();
         let mut spans = vec![(u64::MAX, 0_u64); most + 1];
         for (topic, cuts) in self.topics.iter().zip(&cuts) {
-            // A topic too slow to show every step is cut where the others are.
+            // In a topic too slow for all steps, the cuts of the topic with most steps apply.
             let piece = |k: usize, place: usize| match cuts.at.len() == most {
                 true => cuts.at.partition_point(|at| *at <= k),
                 false => begins.partition_point(|begin| *begin <= place),
@@ -107,7 +107,7 @@ impl Clocks {
     }
 }
 
-/// Where a topic begins anew, and which messages are alone with their time.
+/// Indices of messages at which a topic starts a new piece, and of messages with a wrong time.
 #[derive(Debug, Default)]
 struct Cuts {
     at: Vec<usize>,
@@ -118,7 +118,7 @@ impl Topic {
     fn cuts(&self, told: &mut Vec<String>) -> Cuts {
         let (mut cuts, mut late, mut most_ns, mut first) = (Cuts::default(), 0, 0, None);
         let ns = |k: usize| self.messages.get(k).map(|message| message.ns);
-        // The latest time of this piece so far, and of the message before it.
+        // The latest time of this piece so far, and that of the message before it, ns.
         let (mut latest, mut before) = (0_u64, 0_u64);
         let mut k = 0;
         while let Some(now) = ns(k) {
@@ -135,7 +135,7 @@ impl Topic {
                 before = if begins { now } else { latest };
                 latest = now;
             } else if back_ns >= LATE_NS && now >= before && k > 0 && ns(k - 1) == Some(latest) {
-                // The message before was ahead of its time, alone.
+                // Only the message before had a wrong time, too late.
                 cuts.alone.push(k - 1);
                 latest = now;
             } else {
@@ -192,10 +192,10 @@ impl Topic {
 }
 
 impl Pieces {
-    /// The piece that is asked for, where there are several.
+    /// The requested piece, if there are several.
     ///
     /// # Errors
-    /// Clocks go back, and no piece is asked for, or one that there is not.
+    /// Clocks go back, and no piece or one that does not exist is requested.
     pub(super) fn chosen(&self, part: Option<usize>, header: bool) -> Result<usize, String> {
         let count = self.lasts_s.len().max(1);
         let seconds: Vec<String> = self.lasts_s.iter().map(|lasts_s| format!("{lasts_s:.1} s")).collect();
@@ -220,18 +220,18 @@ impl Pieces {
         }
     }
 
-    /// Whether a message, counted from 0 in its topic, belongs to a piece.
+    /// Whether a message, by its index in the topic, belongs to a piece.
     pub(super) fn has(&self, piece: usize, topic: &str, message: usize) -> bool {
         let of = self.of.iter().find(|(name, _)| name == topic);
         of.and_then(|(_, pieces)| pieces.get(message)).is_some_and(|of| *of == Some(piece))
     }
 
-    /// Whether a place among all messages does.
+    /// The same by the index among all messages.
     pub(super) fn has_place(&self, piece: usize, place: usize) -> bool {
         self.begins.partition_point(|begin| *begin <= place) == piece
     }
 
-    /// How many there are.
+    /// Number of pieces.
     pub(super) fn count(&self) -> usize {
         self.lasts_s.len()
     }
@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_is_set_back_divides_the_recording() {
+    fn a_clock_set_back_divides_the_recording() {
         let fast: Vec<f64> = (0..40).map(|k| 100.0 + 0.1 * f64::from(k) - if k < 20 { 0.0 } else { 3.0 }).collect();
         let slow: Vec<f64> = (0..40).map(|k| 100.0 + 10.0 * f64::from(k)).collect();
         let found = pieces(&[("/odom", &fast), ("/fix", &slow)]);
@@ -268,13 +268,13 @@ mod tests {
         assert!(found.chosen(Some(3), true).unwrap_err().contains("into 2 parts"));
         let kept = |piece| (0..40).filter(|k| found.has(piece, "/odom", *k)).collect::<Vec<_>>();
         assert_eq!((kept(0), kept(1)), ((0..20).collect(), (20..40).collect()));
-        // The slow topic shows nothing of it, and is cut at the same place of the recording.
+        // The slow topic has no step, and is cut at the same place of the recording.
         assert!(found.has(0, "/fix", 19) && found.has(1, "/fix", 20) && !found.has(1, "/fix", 19));
         assert!(found.told.is_empty());
     }
 
     #[test]
-    fn late_messages_are_sorted_and_said_and_a_wrong_stamp_is_left_out() {
+    fn late_messages_are_sorted_and_reported_and_a_wrong_stamp_is_left_out() {
         let times = [1.0, 1.2, 1.1, 1.3, 10.3, 1.4, 1.5];
         let found = pieces(&[("/odom", &times)]);
         assert_eq!((found.count(), found.chosen(None, true)), (1, Ok(0)));
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_is_set_to_the_calendar_divides_the_recording() {
+    fn a_clock_set_forward_to_calendar_time_divides_the_recording() {
         let times: Vec<f64> = (0..10).map(|k| f64::from(k) + if k < 4 { 5.0 } else { 1.7e9 }).collect();
         let found = pieces(&[("/odom", &times)]);
         let error = found.chosen(None, true).unwrap_err();

@@ -1,4 +1,4 @@
-//! The files of a recording: one, or those of the folder that `ros2 bag record` leaves.
+//! The files of a recording: one file, or those of a folder of `ros2 bag record`.
 
 use crate::import::ImportError;
 use scphd_ros::{ReadError, Reader, Record, unpacked};
@@ -7,16 +7,16 @@ use std::fs::{self, File};
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
-/// What a folder of `ros2 bag record` says of itself.
+/// The description in a folder of `ros2 bag record`.
 const METADATA: &str = "metadata.yaml";
-/// How files of recordings begin that are none of MCAP, and what they are.
+/// First bytes of recordings in other formats than MCAP, and the names of the formats.
 const STRANGERS: [(&[u8], &str); 3] = [
     (b"SQLite format 3\0", "a recording in SQLite (.db3)"),
     (b"#ROSBAG V", "a recording of ROS 1 (.bag)"),
     (b"\x1f\x8b", "a file compressed by gzip"),
 ];
 
-/// Whether a folder has a recording of ROS 2 in it.
+/// Whether a folder contains a recording of ROS 2.
 #[must_use]
 pub fn is_bag(dir: &Path) -> bool {
     dir.join(METADATA).is_file() || names(dir).is_ok_and(|names| names.iter().any(|name| is_recording(name)))
@@ -31,8 +31,8 @@ fn names(dir: &Path) -> std::io::Result<Vec<String>> {
     Ok(entries.iter().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect())
 }
 
-/// The files in their order: as `metadata.yaml` lists them, or by the numbers in their names where a recorder that lost its power left no
-/// list.
+/// The files in order: as listed in `metadata.yaml`, or by the numbers in their names if a recorder lost power before it wrote
+/// the list.
 pub(super) fn of(source: &Path) -> Result<Vec<PathBuf>, ImportError> {
     if !source.is_dir() {
         return Ok(vec![source.to_path_buf()]);
@@ -68,7 +68,7 @@ fn files_in(text: &str) -> Vec<String> {
     items.map(|name| name.trim().trim_matches(['"', '\'']).to_owned()).collect()
 }
 
-/// `x_10` is after `x_9`.
+/// Compares names by their numbers: `x_10` is after `x_9`.
 fn by_numbers(a: &str, b: &str) -> Ordering {
     let key = |text: &str| {
         let mut parts: Vec<(u64, String)> = Vec::new();
@@ -89,7 +89,7 @@ fn by_numbers(a: &str, b: &str) -> Ordering {
 
 type Source = Box<dyn Read>;
 
-/// Shows every record of the files; what cut them short, if anything did.
+/// Passes on every record of the files. Returns the error that ended the reading, if any.
 pub(super) fn each(
     files: &[PathBuf],
     mut show: impl FnMut(&Reader<Source>, Record),
@@ -125,7 +125,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_come_as_they_are_listed_and_otherwise_by_their_numbers() {
+    fn files_are_in_the_listed_order_or_else_by_their_numbers() {
         let text = "rosbag2_bagfile_information:\n  version: 5\n  relative_file_paths:\n    - b_1.mcap\n    - \"b_0.mcap\"\n  duration:\n    - 3\n";
         assert_eq!(files_in(text), ["b_1.mcap", "b_0.mcap"]);
         assert!(files_in("no list").is_empty());

@@ -1,15 +1,15 @@
-//! Logs of MCAP files with messages of ROS 2; docs/logs.md lists what is understood.
+//! Logs of MCAP files with messages of ROS 2; docs/logs.md lists the supported types.
 //!
 //! | file | |
 //! |---|---|
-//! | `options.rs` | what is asked for |
+//! | `options.rs` | options |
 //! | `files.rs` | files, and folders of them |
-//! | `topics.rs` | what there is, and which of it is meant |
-//! | `told.rs` | a message, and where it is |
-//! | `clocks.rs` | where stamps go back |
+//! | `topics.rs` | choice of the topics |
+//! | `told.rs` | a message, and its place in the file |
+//! | `clocks.rs` | times that go back |
 //! | `sight.rs` | detections of messages |
-//! | `seat.rs` | frames, and how points of them are seen from the vehicle |
-//! | `motion.rs`, `twist.rs` | odometry of messages; speeds beside poses |
+//! | `seat.rs` | frames, and transformation of their points into the view from the vehicle |
+//! | `motion.rs`, `twist.rs` | odometry of messages; comparison of speeds and poses |
 //! | `place.rs` | fixes and true poses of messages |
 
 mod clocks;
@@ -46,17 +46,17 @@ use std::path::Path;
 use topics::{Chosen, Content};
 use twist::Rows;
 
-/// The type of messages that say where frames sit.
+/// The type of messages with transforms between frames.
 const TF_MESSAGE: &str = "tf2_msgs/msg/TFMessage";
-/// What frames are called that stand still (REP 105, and what simulators have).
+/// Names of world frames (REP 105, and those of simulators).
 const WORLDS: [&str; 7] = ["map", "odom", "world", "earth", "utm", "global", "local_origin"];
-/// Beyond so many nanoseconds not every number is one of double precision: times are counted from the first message on.
+/// Beyond this number of nanoseconds double precision is not exact: times are relative to the first message.
 const EXACT_NS: u64 = 1 << 53;
 
 /// Reads the log in a file, or in a folder of `ros2 bag record`.
 ///
 /// # Errors
-/// A file is damaged, something is missing in it, stamps go back, or a message cannot be read: see [`ImportError`].
+/// A file is damaged, data are missing, stamps go back, or a message cannot be read: see [`ImportError`].
 pub fn read(path: &Path, options: &Options) -> Result<Imported, ImportError> {
     let files = files::of(path)?;
     let mut told = Vec::new();
@@ -94,17 +94,17 @@ pub fn read(path: &Path, options: &Options) -> Result<Imported, ImportError> {
         return Err(ImportError::at(format_args!("{}, {place}", path.display()), what));
     }
     let name = path.file_stem().map_or_else(|| "log".to_owned(), |name| name.to_string_lossy().into_owned());
-    // Of `drive.mcap.zstd`.
+    // Of a name such as `drive.mcap.zstd`.
     let name = name.strip_suffix(".mcap").unwrap_or(&name).to_owned();
     let draft = gathered.draft(name, head, options.part, told);
     let draft = draft.map_err(|what| ImportError::at(path.display(), what))?;
     Draft { range_below_m: options.range_below_m, ..draft }.finish()
 }
 
-/// A scan as its message has it.
+/// A scan as in its message.
 struct Raw {
     ns: u64,
-    /// The message, counted from 0 in its topic.
+    /// Index of the message in its topic.
     message: usize,
     sensor: usize,
     frame: String,
@@ -112,12 +112,12 @@ struct Raw {
     labels: Vec<i64>,
 }
 
-/// What is read of the chosen topics; times are in nanoseconds.
+/// Data of the chosen topics; times are in nanoseconds.
 struct Gathered<'c> {
     chosen: &'c Chosen,
     clock: Clock,
     counts: Vec<(String, usize)>,
-    /// Topics whose headers have no time.
+    /// Topics without time stamps in the headers.
     unstamped: Vec<String>,
     clocks: Clocks,
     motion: Motion,
@@ -160,7 +160,7 @@ impl<'c> Gathered<'c> {
             }
         };
         let told = Told { channel, data, log_time_ns, number };
-        // A topic may be read for several things.
+        // A topic may have several roles.
         let mut time = None;
         if *topic == self.chosen.odometry {
             let stamp = self.motion.take(&told)?;
@@ -194,7 +194,7 @@ impl<'c> Gathered<'c> {
         Ok(())
     }
 
-    /// The time that counts of a message, ns; `known` where it was asked for before.
+    /// The time of a message, ns, by the chosen clock; `known` if it was computed before.
     fn time(&mut self, told: &Told, stamp: Time, known: &mut Option<u64>) -> u64 {
         if let Some(ns) = *known {
             return ns;
@@ -210,7 +210,7 @@ impl<'c> Gathered<'c> {
         ns
     }
 
-    /// Leaves out what does not belong to the part that is asked for, and puts the rest in order of time.
+    /// Keeps the requested piece, in order of time.
     fn keep(&mut self, part: Option<usize>, told: &mut Vec<String>) -> Result<(), String> {
         let pieces = self.clocks.pieces();
         let piece = pieces.chosen(part, self.clock == Clock::Header)?;
@@ -254,7 +254,7 @@ impl<'c> Gathered<'c> {
             let date = calendar::utc(zero_s as f64).map_or_else(String::new, |date| format!(" ({date})"));
             told.push(format!("times are counted from {zero_s} s on{date}"));
         }
-        // Whole nanoseconds that double precision has, over 10⁹: the nearest number to the decimal.
+        // Whole nanoseconds, exact in double precision, divided by 10⁹ give the number nearest to the decimal.
         let seconds = |ns: u64| if ns < zero { -((zero - ns) as f64 / 1e9) } else { (ns - zero) as f64 / 1e9 };
         if self.left_out > 0 {
             told.push(format!("{} points without a place are left out", self.left_out));
@@ -358,7 +358,7 @@ impl<'c> Gathered<'c> {
         Ok((sensors, scans.into_iter().map(|(_, scan)| scan).collect()))
     }
 
-    /// What a frame of detections is.
+    /// The axes of a frame of detections.
     fn axes(
         &self,
         topic: &str,
@@ -372,7 +372,7 @@ impl<'c> Gathered<'c> {
         if found.is_none() && self.is_world(frame) {
             return self.world(topic, frame, told).map(Axes::OfWorld);
         }
-        // A vehicle may have two names; the links of the sensor end at one of them.
+        // The vehicle may have two frame names; the transforms of the sensor end at one of them.
         let above = || self.seats.above(frame).filter(|(top, _)| !self.is_world(top));
         let Some((top, place)) = found.or_else(above) else {
             if head.is_none() {
@@ -402,7 +402,7 @@ impl<'c> Gathered<'c> {
         Ok(Axes::OfSensor(if several { view.relative_to_pose() } else { view }))
     }
 
-    /// Whether a frame stands still while the vehicle moves.
+    /// Whether a frame is a world frame.
     fn is_world(&self, frame: &str) -> bool {
         let Some(odometry) = self.motion.world() else { return WORLDS.contains(&frame) };
         frame == odometry
@@ -430,7 +430,7 @@ impl<'c> Gathered<'c> {
         Ok(frame.to_owned())
     }
 
-    /// The vehicle's pose in a frame that stands still.
+    /// The vehicle's pose in a world frame.
     fn pose_in(&self, world: &str, ns: u64) -> Option<[f64; 3]> {
         let [x, y, turn] = self.motion.pose(ns)?;
         let [east, north, more] = self.seats.world(world, self.motion.world()?, ns)?;
@@ -439,19 +439,19 @@ impl<'c> Gathered<'c> {
     }
 }
 
-/// The axes that points are in.
+/// The axes of points.
 enum Axes {
     OfSensor(View),
-    /// Of a frame that stands still, of this name.
+    /// The axes of a world frame with this name.
     OfWorld(String),
 }
 
-/// The way by rows of odometry alone.
+/// Dead reckoning by rows of odometry.
 struct Reckoned<'r> {
     vehicle: Vehicle,
     rows: &'r [Odometry],
     start: [f64; 3],
-    /// At each row: the pose, and the way to there, m.
+    /// At each row: the pose, and the distance driven until then, m.
     at: Vec<([f64; 3], f64)>,
 }
 
@@ -467,7 +467,7 @@ impl<'r> Reckoned<'r> {
         Self { vehicle, rows, start, at }
     }
 
-    /// The pose, and the way to there, m; the vehicle stands before the first row.
+    /// The pose and the distance driven, m; the vehicle stands before the first row.
     fn at(&self, t_s: f64) -> ([f64; 3], f64) {
         let after = self.rows.partition_point(|row| row.t_s <= t_s);
         let Some(k) = after.checked_sub(1) else { return (self.start, 0.0) };
@@ -477,7 +477,7 @@ impl<'r> Reckoned<'r> {
     }
 }
 
-/// The true pose at the first row of odometry. Where the truth begins later, odometry leads back from there.
+/// The true pose at the first row of odometry. If the truth begins later, it is extrapolated back by odometry.
 fn start_of(first: &TruePose, truth: &[TruePose], odometry: &[Odometry], reckoned: &Reckoned) -> [f64; 3] {
     let begin_s = odometry.first().map_or(first.t_s, |row| row.t_s);
     let pose = |row: &TruePose| [row.position[0], row.position[1], row.heading_rad.unwrap_or(0.0)];
@@ -489,14 +489,14 @@ fn start_of(first: &TruePose, truth: &[TruePose], odometry: &[Odometry], reckone
     if way_m == 0.0 && turn == start {
         return [fx, fy, heading];
     }
-    // What the odometry has done since then, from the first true pose back.
+    // The motion by odometry since then, reversed from the first true pose.
     let began = heading - (turn - start);
     let (s, c) = (libm::sin(began - start), libm::cos(began - start));
     let (dx, dy) = (x - sx, y - sy);
     [fx - (c * dx - s * dy), fy - (s * dx + c * dy), wrap(began)]
 }
 
-/// True landmarks, as an exported run has them.
+/// True landmarks in the format of an exported run.
 fn landmarks(told: &Told) -> Result<Vec<[f64; 2]>, ImportError> {
     let message: PointCloud2 = told.decode()?;
     let cloud = Cloud::of(&message).map_err(|error| told.error(error))?;

@@ -10,7 +10,7 @@ use scphd_log::log::Vehicle;
 use scphd_ros::Time;
 use scphd_ros::messages::{AckermannDriveStamped, JointState, Odometry};
 
-/// Rows as they come; times are put to them afterwards.
+/// Rows in the order of the recording; their times are set afterwards.
 #[derive(Debug, Default)]
 pub(super) struct Motion {
     rows: Vec<(u64, Sample)>,
@@ -21,13 +21,13 @@ pub(super) struct Motion {
 /// A message of odometry.
 #[derive(Debug, Default)]
 pub struct Moved {
-    /// When.
+    /// Time stamp.
     pub stamp: Time,
-    /// What it says.
+    /// Its data.
     pub sample: Sample,
-    /// The frame of the vehicle; empty where the message does not name it.
+    /// The frame of the vehicle; empty if the message does not name it.
     pub base: String,
-    /// The frame of the pose, likewise.
+    /// The frame of the pose; empty if the message does not name it.
     pub world: String,
     /// Whether the covariance says that the pose is unknown.
     pub unplaced: bool,
@@ -36,14 +36,14 @@ pub struct Moved {
 /// Reads a message of odometry: `Odometry`, `JointState` or `AckermannDriveStamped`.
 ///
 /// # Errors
-/// The bytes are no such message, or a number in it is none.
+/// The bytes are not such a message, or a number is not finite.
 pub fn moved(told: &Told) -> Result<Moved, ImportError> {
     match told.channel.kind.as_str() {
         "nav_msgs/msg/Odometry" => {
             let message: Odometry = told.decode()?;
             let (twist, pose) = (message.twist.twist, message.pose.pose);
             let speed = told.finite("twist.linear.x", twist.linear.x)?;
-            // Most vehicles have none, and some drivers then write what is no number.
+            // Most vehicles have no sideways speed, and some drivers then write NaN.
             let left_mps = if twist.linear.y.is_finite() { twist.linear.y } else { 0.0 };
             let rate = told.finite("twist.angular.z", twist.angular.z)?;
             let turn = pose.orientation.unit().map(|turn| turn.yaw_rad());
@@ -82,7 +82,7 @@ pub fn moved(told: &Told) -> Result<Moved, ImportError> {
 }
 
 impl Motion {
-    /// Takes a message; its time is told by [`at`](Self::at).
+    /// Adds a message; [`at`](Self::at) sets its time.
     pub(super) fn take(&mut self, told: &Told) -> Result<Time, ImportError> {
         let Moved { stamp, sample, base, world, .. } = moved(told)?;
         let named = |known: &mut Option<String>, name: String| {
@@ -96,7 +96,7 @@ impl Motion {
         Ok(stamp)
     }
 
-    /// The time of the last message, ns.
+    /// Sets the time of the last message, ns.
     pub(super) fn at(&mut self, ns: u64) {
         self.rows.iter_mut().last().into_iter().for_each(|(at, _)| *at = ns);
     }
@@ -110,19 +110,19 @@ impl Motion {
         self.base.as_deref().unwrap_or(BASE)
     }
 
-    /// The frame of the poses, where they have one.
+    /// The frame of the poses, if they have one.
     pub(super) fn world(&self) -> Option<&str> {
         self.world.as_deref()
     }
 
-    /// Leaves out messages, counted from 0, that are not kept, and puts the others in order of time.
+    /// Keeps some of the messages, by index, in order of time.
     pub(super) fn keep(&mut self, kept: impl Fn(usize) -> bool) {
         let rows = std::mem::take(&mut self.rows).into_iter().enumerate();
         self.rows = rows.filter(|(k, _)| kept(*k)).map(|(_, row)| row).collect();
         self.rows.sort_by_key(|(ns, _)| *ns);
     }
 
-    /// The pose at a time, ns, as the messages have it, between two of them by a straight line; `None` where they have none.
+    /// The pose of the messages at a time, ns, linearly interpolated; `None` without poses.
     pub(super) fn pose(&self, ns: u64) -> Option<[f64; 3]> {
         let after = self.rows.partition_point(|(at, _)| *at <= ns);
         let (from_ns, from) = self.rows.get(after.saturating_sub(1))?;
@@ -135,14 +135,14 @@ impl Motion {
         Some([from[0] + share * (to[0] - from[0]), from[1] + share * (to[1] - from[1]), turn])
     }
 
-    /// Whether the messages have poses that move.
+    /// Whether the messages have poses that change.
     pub(super) fn has_poses(&self) -> bool {
         let poses: Option<Vec<_>> =
             self.rows.iter().map(|(ns, sample)| Some((*ns as f64 / 1e9, sample.pose?))).collect();
         poses.is_some_and(|poses| twist::moves(&poses))
     }
 
-    /// The rows and what has to be told, of a vehicle that is known or may be any; messages are in order of time.
+    /// The rows and messages to the user, for a given vehicle or any; messages are in order of time.
     pub(super) fn rows(&self, topic: &str, seconds: &dyn Fn(u64) -> f64, vehicle: Option<Vehicle>) -> twist::Rows {
         let samples: Vec<(f64, Sample)> = self.rows.iter().map(|(ns, sample)| (seconds(*ns), *sample)).collect();
         twist::rows(topic, &samples, vehicle)

@@ -1,19 +1,19 @@
-//! What is asked for.
+//! Options of the import.
 
-/// Which time of a message counts.
+/// Which time of a message is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Clock {
-    /// That of its header.
+    /// The time stamp of its header.
     #[default]
     Header,
-    /// That at which it was recorded.
+    /// The time of recording.
     Log,
 }
 
-/// What is asked for; topics that are not named are guessed.
+/// Options; topics that are not named are chosen automatically.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
-    /// The text of a `log.toml`, and where it is from.
+    /// The text of a `log.toml`, and its source.
     pub head: Option<(String, String)>,
     /// The topic of the odometry.
     pub odometry: Option<String>,
@@ -23,12 +23,12 @@ pub struct Options {
     pub fixes: Option<String>,
     /// The topic of the true pose, or `none`.
     pub truth: Option<String>,
-    /// Which time counts.
+    /// The clock.
     pub clock: Clock,
-    /// Whether what lies before a damage is taken.
+    /// Whether the data before a damaged part are imported.
     pub partial: bool,
-    /// Which part is taken of a recording whose stamps go back, from 1 on.
+    /// The piece to import of a recording whose stamps go back, from 1.
     pub part: Option<usize>,
-    /// Detections whose range, m, is not less are left out.
+    /// Detections with this range, m, or more are left out.
     pub range_below_m: Option<f64>,
 }

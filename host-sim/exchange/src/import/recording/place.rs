@@ -13,21 +13,23 @@ use scphd_ros::messages::{NavSatFix, Odometry, Pose, PoseStamped, PoseWithCovari
 /// Semi-major axis, m, and flattening of the WGS 84 ellipsoid (NGA.STND.0036).
 const AXIS_M: f64 = 6_378_137.0;
 const FLATTENING: f64 = 1.0 / 298.257_223_563;
-/// Least standard deviations of a fix that a log may state.
+/// Least standard deviations of a fix in a log, m and rad.
 const LEAST: [f64; 2] = [1e-3, 1e-4];
 
-/// Degrees from 0° within which a place is no place: a tenth of a metre in the Gulf of Guinea.
+/// Distance from latitude and longitude 0° below which a position means "unknown", degrees: a tenth of a metre in the Gulf of
+/// Guinea.
 const ZERO_DEG: f64 = 1e-6;
-/// So far, m, from the others any fix may be.
+/// Least distance from the other fixes at which one is an outlier, m.
 const NEAR_M: f64 = 50_000.0;
-/// A fix is off the initial pose by more than so many standard deviations and this share of the way.
+/// Greatest distance of the first fix from the initial pose, in standard deviations, plus a share of the distance driven.
 const FAR_SIGMAS: f64 = 5.0;
 const FAR_SHARE: f64 = 0.1;
-/// Ways lie on each other if they are within so many standard deviations in the median, which is 1.2 of right ones.
+/// Trajectories agree if their median distance is below this number of standard deviations; for right ones it is 1.2,
 const NEAR_SIGMAS: f64 = 2.5;
-/// And within this share of a way by odometry.
+/// plus this share of a distance by odometry.
 const WAY_SHARE: f64 = 0.03;
-/// A way that tells its direction to a twentieth of a radian is so long, m, or so many standard deviations of a fix, and has so many fixes.
+/// A trajectory determines its direction to a twentieth of a radian from this length on, m, or in standard deviations of a fix,
+/// and with this number of fixes.
 const LONG_M: f64 = 5.0;
 const LONG_SIGMAS: f64 = 20.0;
 const FIXES: usize = 5;
@@ -57,7 +59,7 @@ impl True {
         };
         self.world.get_or_insert_with(|| frame(&header.frame_id).to_owned());
         let place = [told.finite("x", pose.position.x)?, told.finite("y", pose.position.y)?];
-        // No turn at all is what is written where it is not known.
+        // The identity is written for an unknown orientation.
         let turn = Some(pose.orientation).filter(|turn| *turn != Quaternion::default());
         self.rows.push((0, place, turn.and_then(|turn| turn.unit()).map(|turn| turn.yaw_rad())));
         Ok(header.stamp)
@@ -67,19 +69,19 @@ impl True {
         self.rows.iter_mut().last().into_iter().for_each(|(at, ..)| *at = ns);
     }
 
-    /// Leaves out messages, counted from 0, that are not kept, and puts the others in order of time.
+    /// Keeps some of the messages, by index, in order of time.
     pub(super) fn keep(&mut self, kept: impl Fn(usize) -> bool) {
         let mut place = 0..;
         self.rows.retain(|_| place.next().is_some_and(&kept));
         self.rows.sort_by_key(|(ns, ..)| *ns);
     }
 
-    /// The frame that they are in.
+    /// Their frame.
     pub(super) fn world(&self) -> Option<&str> {
         self.world.as_deref()
     }
 
-    /// The rows; where any has a turn, those without one have the heading 0.
+    /// The rows; if any has a heading, rows without one have the heading 0.
     pub(super) fn rows(&self, seconds: &dyn Fn(u64) -> f64) -> Vec<TruePose> {
         let known = self.rows.iter().any(|(.., turn)| turn.is_some());
         let row = |&(ns, position, turn): &(u64, _, Option<f64>)| TruePose {
@@ -91,20 +93,20 @@ impl True {
     }
 }
 
-/// Fixes as they come.
+/// Fixes in the order of the recording.
 #[derive(Debug, Default)]
 pub(super) struct Fixes {
     found: Vec<Found>,
-    /// Messages of a receiver that did not know where it was, and of one that said 0°, 0° for that.
+    /// Numbers of messages of a receiver without a position, and with 0°, 0° instead.
     without: usize,
     at_zero: usize,
-    /// The last height that was known, m.
+    /// The last known height, m.
     altitude: f64,
 }
 
-/// A place, m or on the ellipsoid, and its variance, m², where that is known.
+/// A position, m or on the ellipsoid, and its variance, m², if known.
 type Place = (Where, Option<f64>);
-/// A heading, rad, and its variance, rad², likewise.
+/// A heading, rad, and its variance, rad², if known.
 type Heading = (f64, Option<f64>);
 
 #[derive(Debug, Clone, Copy)]
@@ -114,7 +116,7 @@ enum Where {
     Earth([f64; 3]),
 }
 
-/// A message: its number, and what it measures.
+/// A message: its number and its measurement.
 #[derive(Debug)]
 struct Found {
     ns: u64,
@@ -123,22 +125,22 @@ struct Found {
     heading: Option<Heading>,
 }
 
-/// What is known of the vehicle, for fixes whose frame has to fit.
+/// Data of the vehicle to which the frame of fixes is aligned.
 pub(super) struct Known<'k> {
-    /// What a head says of fixes, and of the pose at the start.
+    /// Noise of fixes and initial pose, as a head states them.
     pub(super) stated: Option<(FixNoise, [f64; 3])>,
     /// The true position at a time, s.
     pub(super) truth: &'k dyn Fn(f64) -> Option<[f64; 2]>,
-    /// By odometry alone, from the pose at the start where that is stated and otherwise from 0: position and way at a time, s.
+    /// Dead reckoning from the stated initial pose, or else from 0: position and distance driven at a time, s.
     pub(super) reckoned: &'k dyn Fn(f64) -> ([f64; 2], f64),
 }
 
-/// What is read of fixes.
+/// The imported fixes.
 #[derive(Debug, Default)]
 pub(super) struct OfFixes {
     pub(super) fixes: Vec<Fix>,
     pub(super) noise: FixNoise,
-    /// The pose at the start in their frame, where the way by odometry tells it.
+    /// The initial pose in their frame, if dead reckoning determines it.
     pub(super) start: Option<[f64; 3]>,
     pub(super) told: Vec<String>,
 }
@@ -183,14 +185,14 @@ impl Fixes {
         self.found.iter_mut().last().into_iter().for_each(|found| found.ns = ns);
     }
 
-    /// Leaves out messages, counted from 0, that are not kept, and puts the others in order of time.
+    /// Keeps some of the messages, by index, in order of time.
     pub(super) fn keep(&mut self, kept: impl Fn(usize) -> bool) {
         let mut place = 0..;
         self.found.retain(|_| place.next().is_some_and(&kept));
         self.found.sort_by_key(|found| found.ns);
     }
 
-    /// The fixes and how good they are.
+    /// The fixes and their noise.
     pub(super) fn rows(mut self, seconds: &dyn Fn(u64) -> f64, known: &Known) -> Result<OfFixes, String> {
         let mut told = Vec::new();
         if self.without > 0 {
@@ -237,7 +239,7 @@ impl Fixes {
         Ok(of)
     }
 
-    /// Leaves out places that are farther from most than the vehicle can have come.
+    /// Removes positions that are farther from most others than the vehicle can have driven.
     fn leave_far(&mut self, told: &mut Vec<String>) {
         let earth = |found: &Found| match found.place {
             Some((Where::Earth(place), _)) => Some(place),
@@ -247,7 +249,7 @@ impl Fixes {
         let [Some(first), Some(last)] = [self.found.first(), self.found.last()] else { return };
         let lasts_s = last.ns.saturating_sub(first.ns) as f64 / 1e9;
         let reach_m = NEAR_M.max(FASTEST_MPS * lasts_s);
-        // The place that most are near to: a coordinate by itself may be nowhere.
+        // The median position. A single coordinate may be of an outlier.
         let middle = |of: usize| median(places.iter().map(|place| place[of]).collect());
         let [Some(latitude), Some(longitude), Some(height)] = [0, 1, 2].map(middle) else { return };
         let middle = cartesian([latitude, longitude, height]);
@@ -269,7 +271,7 @@ impl Fixes {
 }
 
 impl OfFixes {
-    /// Puts the frame of satellite fixes and the vehicle together.
+    /// Aligns the frame of satellite fixes with that of the vehicle.
     fn fit(&mut self, known: &Known) {
         let sigma_m = self.noise.position_sigma_m.unwrap_or(1.0);
         let places: Vec<(f64, [f64; 2])> = self
@@ -297,7 +299,7 @@ impl OfFixes {
             self.fit_truth(&beside, sigma_m);
             return;
         }
-        // The begin of the way, long enough to tell its direction, before odometry goes astray.
+        // The beginning of the trajectory: long enough to determine its direction, short enough for little drift of the odometry.
         let least_m = LONG_M.max(LONG_SIGMAS * sigma_m);
         let mut begin = Vec::new();
         let mut long_m = 0.0;
@@ -353,7 +355,7 @@ impl OfFixes {
     }
 }
 
-/// A turn, rad, and a shift, m.
+/// An alignment: a rotation, rad, and a shift, m.
 #[derive(Debug, Clone, Copy)]
 struct Laid {
     turn_rad: f64,
@@ -361,7 +363,7 @@ struct Laid {
 }
 
 impl Laid {
-    /// That lays the first of each pair on the second, by least squares.
+    /// Aligns the first positions of the pairs with the second ones, by least squares.
     fn of(pairs: &[[[f64; 2]; 2]]) -> Self {
         let mean = |of: usize, k: usize| pairs.iter().map(|pair| pair[of][k]).sum::<f64>() / pairs.len() as f64;
         let (from, to) = ([mean(0, 0), mean(0, 1)], [mean(1, 0), mean(1, 1)]);
@@ -376,7 +378,7 @@ impl Laid {
         Self { shift: [to[0] - x, to[1] - y], ..turned }
     }
 
-    /// A shift alone, by medians.
+    /// A shift without rotation, by medians.
     fn shift(pairs: &[[[f64; 2]; 2]]) -> Self {
         let shift = [0, 1].map(|k| median(pairs.iter().map(|[a, b]| b[k] - a[k]).collect()).unwrap_or(0.0));
         Self { turn_rad: 0.0, shift }
@@ -387,7 +389,7 @@ impl Laid {
         [c * x - s * y + self.shift[0], s * x + c * y + self.shift[1]]
     }
 
-    /// How far they then are apart, m, in the median.
+    /// The median distance after alignment, m.
     fn residual(&self, pairs: &[[[f64; 2]; 2]]) -> f64 {
         let apart = pairs.iter().map(|[a, b]| {
             let [x, y] = self.place(*a);
@@ -402,7 +404,8 @@ fn median(mut numbers: Vec<f64>) -> Option<f64> {
     numbers.get(numbers.len() / 2).copied()
 }
 
-/// A pose with covariance measures what has a variance of less than [`UNKNOWN`]; 0 says that the variance is not known.
+/// The measurements of a pose with covariance: quantities with a variance below [`UNKNOWN`]; 0 means that the variance is not
+/// known.
 fn measured(
     told: &Told,
     pose: &Pose,
@@ -422,7 +425,7 @@ fn measured(
     Ok((place, heading))
 }
 
-/// What is stated, or the median of what the messages say.
+/// The stated standard deviation, or else that of the median variance of the messages.
 fn sigma(name: &str, variances: Vec<Option<f64>>, stated: Option<f64>, least: f64) -> Result<Option<f64>, String> {
     if variances.is_empty() || stated.is_some() {
         return Ok(stated);
@@ -446,7 +449,7 @@ pub fn east_north(origin: [f64; 3], place: [f64; 3]) -> [f64; 2] {
     [co * y - so * x, cl * z - sl * (co * x + so * y)]
 }
 
-/// From the middle of the earth, m.
+/// Position relative to the centre of the earth, m.
 fn cartesian([latitude, longitude, height]: [f64; 3]) -> [f64; 3] {
     let square = FLATTENING * (2.0 - FLATTENING);
     let across = AXIS_M / (1.0 - square * latitude.sin().powi(2)).sqrt();
@@ -459,8 +462,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn degrees_are_as_long_as_tables_say() {
-        // Snyder, Map Projections (USGS 1395), table 6, in its ellipsoids to 5 digits: a degree of latitude is 110.574 km at the
+    fn lengths_of_degrees_agree_with_tables() {
+        // Snyder, Map Projections (USGS 1395), table 6, of its ellipsoids to 5 digits: a degree of latitude is 110.574 km at the
         // equator and 111.694 km at the poles, a degree of longitude 111.320 km at the equator and 78.847 km at 45°.
         let small = 1e-4_f64.to_radians();
         let degree = |latitude: f64, to: [f64; 2]| {
@@ -475,7 +478,7 @@ mod tests {
     }
 
     #[test]
-    fn the_median_counts_and_what_is_not_known_is_asked_for() {
+    fn sigma_is_from_the_median_variance_and_an_unknown_one_is_an_error() {
         assert_eq!(sigma("s", vec![Some(4.0), None, Some(9.0), Some(1.0)], None, 1e-3), Ok(Some(2.0)));
         assert_eq!(sigma("s", vec![Some(1e-12)], None, 1e-3), Ok(Some(1e-3)));
         assert_eq!(sigma("s", vec![None], Some(0.5), 1e-3), Ok(Some(0.5)));

@@ -1,4 +1,4 @@
-//! Frames: where they sit in each other, and how points of one are seen from the vehicle.
+//! Frames: transforms between them, and points as seen from the vehicle.
 
 use super::sight::{Seen, frame};
 use nalgebra::{Isometry3, Point3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
@@ -7,43 +7,43 @@ use scphd_log::log::Mounting;
 use scphd_ros::messages::TFMessage;
 use std::collections::BTreeMap;
 
-/// Frames between a sensor and its vehicle, at most.
+/// Greatest number of frames between a sensor and its vehicle.
 const DEPTH: usize = 16;
-/// A sine: what is turned by less is not turned. A calibration gives more digits than count.
+/// A rotation with a smaller sine counts as none: a calibration has rounding errors.
 const UPRIGHT: f64 = 1e-9;
-/// Links that differ by less, m and rad, are the same link.
+/// Transforms that differ by less, m and rad, are equal.
 const SAME: f64 = 1e-6;
 
-/// A frame in another.
+/// The transform of a frame into its parent.
 #[derive(Debug, Clone, PartialEq)]
 struct Link {
     parent: String,
     place: Isometry3<f64>,
 }
 
-/// By frame: the frame that it sits in, and how.
+/// Transforms by frame.
 #[derive(Debug, Default)]
 pub struct Seats {
     fixed: BTreeMap<String, Link>,
-    /// Links of `/tf`, with the places of their messages among all, and their times, ns.
+    /// Transforms of `/tf`, with the indices of their messages among all, and their times, ns.
     moving: BTreeMap<String, Vec<(usize, u64, Link)>>,
 }
 
 impl Seats {
-    /// Takes links that hold for ever.
+    /// Adds static transforms.
     pub fn take(&mut self, message: &TFMessage) {
         links(message).for_each(|(child, _, link)| {
             self.fixed.insert(child, link);
         });
     }
 
-    /// Takes links that hold for their time.
+    /// Adds transforms with a time.
     pub(super) fn take_moving(&mut self, place: usize, message: &TFMessage) {
         links(message).for_each(|(child, ns, link)| self.moving.entry(child).or_default().push((place, ns, link)));
     }
 
-    /// Counts what never moves among what holds for ever, and leaves out what does not belong to the piece; `in_piece` says of a message's
-    /// place whether it does.
+    /// Keeps the transforms of the piece, and makes those static that never change; `in_piece` tells from a message's index
+    /// whether it belongs to the piece.
     pub(super) fn settle(&mut self, in_piece: impl Fn(usize) -> bool) {
         for (child, links) in &mut self.moving {
             links.retain(|(place, ..)| in_piece(*place));
@@ -59,7 +59,7 @@ impl Seats {
         }
     }
 
-    /// The last frame above this one that holds for ever, and where this one sits there.
+    /// The last parent by static transforms, and the transform into it.
     fn root(&self, from: &str) -> Option<(String, Isometry3<f64>)> {
         let (mut at, mut place) = (from.to_owned(), Isometry3::identity());
         for _ in 0..DEPTH {
@@ -70,19 +70,19 @@ impl Seats {
         None
     }
 
-    /// Where a frame sits in another; `None` where links that hold for ever do not say.
+    /// The transform of `frame` into `base`; `None` unless static transforms connect them.
     pub fn between(&self, base: &str, frame: &str) -> Option<Isometry3<f64>> {
         let ((top, base), (other, frame)) = (self.root(base)?, self.root(frame)?);
         let place = if base == Isometry3::identity() { frame } else { base.inv_mul(&frame) };
         (top == other && place.to_homogeneous().iter().all(|number| number.is_finite())).then_some(place)
     }
 
-    /// The frame at the end of a sensor's links, and where the sensor sits there, for vehicles that call themselves by another name.
+    /// The last parent of a sensor by static transforms, and the transform into it, for vehicles with another frame name.
     pub fn above(&self, frame: &str) -> Option<(String, Isometry3<f64>)> {
         self.root(frame).filter(|(top, _)| top != frame)
     }
 
-    /// Whether a frame is that of a world: what moves, or what the odometry is in, sits in it.
+    /// Whether `below` is a descendant of `world`, by static transforms or those of `/tf`.
     pub(super) fn is_above(&self, world: &str, below: &str) -> bool {
         let mut at = below.to_owned();
         for _ in 0..DEPTH {
@@ -96,7 +96,7 @@ impl Seats {
         false
     }
 
-    /// Where the odometry's frame sits in another one at a time, ns: x m, y m, turn rad.
+    /// The odometry's frame in another one at a time, ns: x m, y m, heading rad.
     pub(super) fn world(&self, world: &str, odometry: &str, ns: u64) -> Option<[f64; 3]> {
         let place = self.between(world, odometry).or_else(|| {
             let links = self.moving.get(odometry)?;
@@ -119,39 +119,41 @@ fn links(message: &TFMessage) -> impl Iterator<Item = (String, u64, Link)> + '_ 
     })
 }
 
-/// How points of a frame are seen from above, from a place on the vehicle.
+/// The view of a frame's points from above, from a place on the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
-    /// From where, and which direction is ahead.
+    /// The place, and the direction of bearing 0.
     pub mounting: Mounting,
-    /// From the axes of the frame to ahead, left and up; `None` where these are the frame's own.
+    /// The rotation from the axes of the frame to forward, left and up; `None` if they are equal.
     turn: Option<Rotation3<f64>>,
-    /// Where the frame's origin is from there, m.
+    /// Position of the frame's origin relative to the place, m.
     origin: Vector3<f64>,
 }
 
-/// Whether the name of a frame says that its axes are those of an image: z ahead, x to the right, y down (REP 103).
+/// Whether a frame name has the suffix of image axes: z ahead, x to the right, y down (REP 103).
 pub(super) fn is_optical(frame: &str) -> bool {
     frame.ends_with("_optical_frame") || frame.ends_with("_optical")
 }
 
-/// From the axes of an image to those of a body.
+/// The rotation from the axes of an image to those of a body.
 fn image() -> Rotation3<f64> {
     let columns = [-Vector3::y(), -Vector3::z(), Vector3::x()];
     Rotation3::from_matrix_unchecked(nalgebra::Matrix3::from_columns(&columns))
 }
 
 impl View {
-    /// Points in axes of the vehicle, or of a sensor that nobody says anything of; by the name of the frame alone.
+    /// Creates the view of points in axes of the vehicle, or of a sensor without a transform, from the name of the frame only.
     pub fn unknown(frame: &str) -> Self {
         let turn = is_optical(frame).then(image);
         Self { mounting: Mounting::NONE, turn, origin: Vector3::zeros() }
     }
 
-    /// From where the frame sits on the vehicle. Whether the name of the frame says other axes than its place.
+    /// Creates the view from the transform into the vehicle's frame. Returns also whether the frame's name contradicts the
+    /// transform.
     pub fn of(frame: &str, place: &Isometry3<f64>) -> (Self, bool) {
         let mut turn = place.rotation.to_rotation_matrix();
-        // Of a body z is upright, of an image y is: one that is called optical and is not turned has points of an image all the same.
+        // In a body frame z is vertical, in an image frame y. A frame with an optical name but without the rotation still has
+        // points in axes of an image.
         let unlike = is_optical(frame) && turn[(2, 1)].abs() < turn[(2, 2)].abs();
         if unlike {
             turn *= image();
@@ -165,22 +167,22 @@ impl View {
         (Self { mounting, turn: (!upright).then_some(level), origin: Vector3::zeros() }, unlike)
     }
 
-    /// The same seen from where the vehicle's pose is.
+    /// The same view from the origin of the vehicle's frame.
     pub(super) fn relative_to_pose(self) -> Self {
         let Mounting { forward_m, left_m, yaw_rad } = self.mounting;
         let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), yaw_rad) * self.turn.unwrap_or_default();
         Self { mounting: Mounting::NONE, turn: Some(turn), origin: Vector3::new(forward_m, left_m, 0.0) }
     }
 
-    /// Whether points are turned by more than about the vertical.
+    /// Whether the frame is rotated about more than the vertical.
     pub fn is_tilted(&self) -> bool {
         self.turn.is_some()
     }
 
-    /// Range, m, and bearing, rad, over ground.
+    /// Horizontal range, m, and bearing, rad.
     pub fn see(&self, seen: Seen) -> [f64; 2] {
         match (seen, &self.turn) {
-            // The way over ground.
+            // The horizontal range.
             (Seen::Ray([range, bearing, elevation]), None) => [range * elevation.cos(), bearing],
             (Seen::Place([x, y, _]), None) => [x.hypot(y), y.atan2(x)],
             (Seen::Ray([range, bearing, elevation]), Some(_)) => {
@@ -197,7 +199,7 @@ impl View {
     }
 }
 
-/// Range and bearing, from a vehicle at this pose, of what is seen in the frame of the pose.
+/// Range and bearing, from a vehicle at this pose, of a point in the frame of the pose.
 pub(super) fn from(pose: [f64; 3], seen: Seen) -> [f64; 2] {
     let [x, y] = match seen {
         Seen::Place([x, y, _]) => [x, y],
@@ -236,7 +238,7 @@ mod tests {
     const OVER: Turn = Turn { x: 1.0, y: 0.0, z: 0.0, w: 0.0 };
 
     #[test]
-    fn seats_add_up_and_circles_end() {
+    fn transforms_are_composed_and_cycles_end() {
         let quarter = Turn::of_yaw(FRAC_PI_2);
         let seats = seats(vec![
             link("/base", "mast", [1.0, 2.0], quarter),
@@ -251,7 +253,7 @@ mod tests {
             assert!(!unlike && (forward_m - 1.0).abs() < 1e-12 && (left_m - 2.5).abs() < 1e-12, "{frame}");
             assert!((yaw_rad.abs() - PI).abs() < 1e-12, "{frame}: {yaw_rad}");
         }
-        // From a frame that sits beside the sensor's, or below.
+        // From a frame beside the sensor's, or below it.
         let down = seats.between("camera", "base").unwrap();
         assert!((down.translation.x - 1.0).abs() < 1e-12 && (down.translation.y - 2.5).abs() < 1e-12, "{down}");
         assert_eq!(seats.between("base", "base"), Some(Isometry3::identity()));
@@ -260,9 +262,9 @@ mod tests {
         assert_eq!(seats.above("camera").unwrap().0, "base");
     }
 
-    /// Points 3 m ahead, 1 m to the left and 0.5 m up of a vehicle, in the axes of sensors that are turned in all ways.
+    /// Points 3 m ahead, 1 m to the left and 0.5 m up of a vehicle, in the axes of sensors with various rotations.
     #[test]
-    fn points_are_carried_through_the_whole_rotation() {
+    fn points_are_transformed_by_the_full_rotation() {
         let half = |angle: f64| (0.5 * angle).sin_cos();
         let about = |axis: usize, angle: f64| {
             let (s, c) = half(angle);
@@ -302,7 +304,7 @@ mod tests {
             }
             assert_eq!(view.is_tilted(), !["body", "left"].contains(&name), "{name}");
         }
-        // A frame that is called optical, but whose place does not turn it.
+        // A frame with an optical name, but without the rotation.
         let seats = seats(vec![link("base", "cam_optical", [0.0, 0.0], Turn::default())]);
         let (view, unlike) = View::of("cam_optical", &seats.between("base", "cam_optical").unwrap());
         let [range, bearing] = view.see(Seen::Place([-1.0, -0.5, 3.0]));
@@ -310,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn the_odometry_sits_in_the_map_as_tf_says_at_that_time() {
+    fn the_frame_of_odometry_in_the_map_is_that_of_tf_at_the_time() {
         let mut seats = Seats::default();
         for k in 0..3_u32 {
             let mut moved = link("map", "odom", [f64::from(k), 0.0], Turn::of_yaw(0.5));
@@ -324,7 +326,7 @@ mod tests {
         let at = |ns| seats.world("map", "odom", ns).unwrap();
         assert_eq!((at(500_000_000)[0], at(1_000_000_000)[0], at(9_000_000_000)[0]), (0.0, 1.0, 1.0));
         assert!((at(0)[2] - 0.5).abs() < 1e-12 && seats.is_above("map", "odom") && !seats.is_above("odom", "map"));
-        // What never moves is fixed, whatever topic says it.
+        // A transform that never changes is static, on any topic.
         assert!(seats.between("mast", "lamp").is_some() && seats.between("map", "odom").is_none());
         let [range, bearing] = from([1.0, 1.0, FRAC_PI_2], Seen::Place([1.0, 3.0, 9.0]));
         assert!((range - 2.0).abs() < 1e-12 && bearing.abs() < 1e-12);

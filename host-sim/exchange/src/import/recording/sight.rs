@@ -1,4 +1,4 @@
-//! Detections of messages, as they are in the frame of their message.
+//! Detections of messages, in the frame of their message.
 
 use super::told::Told;
 use crate::import::ImportError;
@@ -8,28 +8,28 @@ use scphd_ros::{Cloud, Time};
 /// A scan.
 #[derive(Debug)]
 pub struct Sight {
-    /// When it was taken.
+    /// Time stamp.
     pub stamp: Time,
     /// The frame of its detections.
     pub frame: String,
     /// Its detections.
     pub seen: Vec<Seen>,
-    /// What each is of, where the message says so.
+    /// Labels of the detections, if the message has them.
     pub labels: Vec<i64>,
-    /// Points that are nowhere.
+    /// Number of points without a valid position.
     pub left_out: usize,
 }
 
 /// A detection.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Seen {
-    /// A place, m.
+    /// A position, m.
     Place([f64; 3]),
     /// Range, m, bearing to the left and elevation, rad.
     Ray([f64; 3]),
 }
 
-/// The name of a frame; those of ROS 1 began with a slash.
+/// The name of a frame; names of ROS 1 began with a slash.
 pub fn frame(name: &str) -> &str {
     name.trim_start_matches('/')
 }
@@ -39,13 +39,13 @@ impl Sight {
         Self { stamp, frame: frame(name).to_owned(), seen: Vec::new(), labels: Vec::new(), left_out: 0 }
     }
 
-    /// A place, which counts if it is one.
+    /// Adds a position if it is valid.
     fn place(&mut self, place: [f64; 3]) {
         let somewhere = place.iter().all(|number| number.is_finite()) && place != [0.0; 3];
         self.told(Seen::Place(place), somewhere);
     }
 
-    /// A detection, which counts if it is kept.
+    /// Adds a detection if `kept`.
     fn told(&mut self, seen: Seen, kept: bool) {
         if kept {
             self.seen.push(seen);
@@ -58,7 +58,7 @@ impl Sight {
 /// The scan in a message.
 ///
 /// # Errors
-/// The bytes are no such message, or points have no place.
+/// The bytes are not such a message, or points have no position.
 pub fn of(told: &Told) -> Result<Sight, ImportError> {
     match told.channel.kind.as_str() {
         "radar_msgs/msg/RadarScan" => {
@@ -66,7 +66,7 @@ pub fn of(told: &Told) -> Result<Sight, ImportError> {
             let mut sight = Sight::new(message.header.stamp, &message.header.frame_id);
             for seen in &message.returns {
                 let ray = [seen.range, seen.azimuth, seen.elevation].map(f64::from);
-                // What has no range has no bearing.
+                // Without a range there is no bearing.
                 sight.told(Seen::Ray(ray), ray.iter().all(|number| number.is_finite()) && ray[0] > 0.0);
             }
             Ok(sight)
@@ -89,7 +89,7 @@ pub fn of(told: &Told) -> Result<Sight, ImportError> {
     }
 }
 
-/// Fields `range` and `bearing` (or `azimuth`) where there are such, otherwise x, y and z.
+/// Fields `range` and `bearing` (or `azimuth`) if present, otherwise x, y and z.
 fn cloud(told: &Told) -> Result<Sight, ImportError> {
     let message: PointCloud2 = told.decode()?;
     let mut sight = Sight::new(message.header.stamp, &message.header.frame_id);
@@ -107,7 +107,7 @@ fn cloud(told: &Told) -> Result<Sight, ImportError> {
             let kept = ray.iter().all(|number| number.is_finite());
             // Simulated noise may make a short range negative.
             sight.told(Seen::Ray(ray), kept);
-            // A whole number in double precision; what is none counts as unknown.
+            // A whole number in double precision; other values mean "unknown".
             let label = label.map(|label| cloud.number(point, label));
             sight.labels.extend(label.filter(|_| kept).map(|label| if label.is_finite() { label as i64 } else { -1 }));
         }

@@ -1,38 +1,38 @@
-//! A message, and where it is.
+//! A message and its place in the file.
 
 use crate::import::ImportError;
 use scphd_ros::{Channel, Message};
 use std::fmt::Display;
 
-/// A message and where it is, for errors.
+/// A message and its place, for errors.
 #[derive(Debug)]
 pub struct Told<'m> {
     /// Its topic and its type.
     pub channel: &'m Channel,
     /// Its bytes.
     pub data: &'m [u8],
-    /// When it was recorded, ns.
+    /// Time of recording, ns.
     pub log_time_ns: u64,
-    /// Which of its topic, from 1.
+    /// Number of the message in its topic, from 1.
     pub number: usize,
 }
 
 impl Told<'_> {
-    /// The message.
+    /// Decodes the message.
     ///
     /// # Errors
-    /// The bytes are none of this type.
+    /// The bytes are not of this type.
     pub fn decode<M: Message>(&self) -> Result<M, ImportError> {
         self.channel.decode(self.data).map_err(|error| self.error(error))
     }
 
-    /// An error that names the place.
+    /// An error with the place.
     #[must_use]
     pub fn error(&self, what: impl Display) -> ImportError {
         ImportError::at(format_args!("{}, message {}", self.channel.topic, self.number), what)
     }
 
-    /// A number that has to be one.
+    /// Checks that a number is finite.
     ///
     /// # Errors
     /// It is infinite or NaN.

@@ -1,4 +1,4 @@
-//! What a file has, and which of it is meant.
+//! Contents of a file, and the choice of topics.
 
 use super::options::Options;
 use crate::mcap::topic;
@@ -14,15 +14,15 @@ const DETECTIONS: &[&str] =
 const FIXES: &[&str] = &["sensor_msgs/msg/NavSatFix", "geometry_msgs/msg/PoseWithCovarianceStamped"];
 const TRUTH: &[&str] =
     &["geometry_msgs/msg/PoseStamped", "nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseWithCovarianceStamped"];
-/// Words in the name of a topic of points that are landmarks, not a whole scan of a laser.
+/// Words in the name of a topic of points that are landmarks, not a whole laser scan.
 const OF_LANDMARKS: [&str; 5] = ["detection", "landmark", "cluster", "reflector", "feature"];
-/// Leaves a role out.
+/// The name that switches a role off.
 const NONE: &str = "none";
 
-/// What a file has.
+/// Contents of a file.
 #[derive(Debug, Default)]
 pub(super) struct Content {
-    /// By topic its type and how many messages it has.
+    /// For each topic, its type and number of messages.
     topics: BTreeMap<String, (String, usize)>,
     attached: BTreeMap<String, Vec<u8>>,
 }
@@ -50,7 +50,7 @@ impl Content {
         self.attached.get(name).and_then(|data| std::str::from_utf8(data).ok())
     }
 
-    /// Topics of these types, but those that say what the filter made of it.
+    /// Topics of these types, without the results of the filter.
     fn of(&self, kinds: &[&str]) -> Vec<&str> {
         const MADE: [&str; 5] = [topic::ESTIMATE, topic::ODOMETRY, topic::FEATURES, topic::MAP, topic::LANDMARKS];
         let fits = |(name, (kind, _)): &(&String, &(String, usize))| {
@@ -59,7 +59,7 @@ impl Content {
         self.topics.iter().filter(fits).map(|(name, _)| name.as_str()).collect()
     }
 
-    /// Checks that a topic is there, of a type that is understood.
+    /// Checks that a topic exists and has a supported type.
     fn named(&self, role: &str, name: &str, kinds: &[&str]) -> Result<String, String> {
         match self.topics.get(name) {
             None => Err(format!("no topic '{name}' for {role}; there are {}", self.listed())),
@@ -90,7 +90,7 @@ pub(super) struct Chosen {
     pub(super) truth: Option<String>,
 }
 
-/// The only one; of several that with the word in its name.
+/// The only topic, or else the only one with the word in its name.
 fn only<'t>(role: &str, option: &str, found: Vec<&'t str>, word: &str) -> Result<Option<&'t str>, String> {
     let with_word: Vec<&str> = found.iter().copied().filter(|name| name.to_lowercase().contains(word)).collect();
     match (&found[..], &with_word[..]) {
@@ -154,7 +154,7 @@ impl Chosen {
         Ok(Self { odometry, detections, fixes, truth })
     }
 
-    /// Those of an exported run, or the only one.
+    /// Chooses the topics of an exported run, or the only one.
     fn guessed(content: &Content) -> Result<Vec<(String, String)>, String> {
         let found = content.of(DETECTIONS);
         let own: Vec<(String, String)> = found
@@ -184,7 +184,7 @@ impl Chosen {
         }
     }
 
-    /// What was chosen, a sentence each.
+    /// The choices, a sentence each.
     pub(super) fn told(&self, content: &Content) -> Vec<String> {
         let of = |role: &str, name: &str| {
             let (kind, count) = content.topics.get(name).cloned().unwrap_or_default();

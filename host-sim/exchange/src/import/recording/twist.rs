@@ -1,47 +1,48 @@
-//! Speed and turn rate beside the poses of the same messages.
+//! Comparison of speed and turn rate with the poses of the same messages.
 //!
-//! Many drivers fill only one of both rightly: a twist of zeros or of rounding leftovers, one without the sign of a vehicle that drives back,
-//! one in the axes of the odometry's frame, one without a turn rate; poses that stand still. Over pieces of a second both have to tell the
-//! same motion. Where they do not, the poses count if they move as a vehicle does.
+//! Many drivers fill only one of them correctly. Wrong twists are zero or rounding errors, have no sign when the vehicle
+//! reverses, are in the axes of the odometry's frame, or have no turn rate; wrong poses stand still. Over segments of a second
+//! both must agree on the motion. If they do not, the poses are used, provided they move as a vehicle does.
 
 use scphd_log::angle::wrap;
 use scphd_log::log::{Odometry as Row, Vehicle};
 
-/// A share of the speed ahead: what goes to the side faster is no car and no unicycle.
+/// A sideways speed above this share of the forward speed means a holonomic vehicle.
 const SIDEWAYS: f64 = 0.1;
-/// Way, m, and turn, rad, beyond which a vehicle has moved.
+/// Distance, m, and turn, rad, above which a vehicle has moved.
 const MOVED: f64 = 1e-3;
-/// How long a piece lasts, s: shorter ones are noise, in longer ones ways cancel out.
+/// Duration of a segment, s: shorter ones are noise, in longer ones motions cancel out.
 const PIECE_S: f64 = 1.0;
-/// Share of the way, or of the turns, by which both may differ: wheels and filters account for less, no mistake does.
+/// Greatest relative difference of distances and of turns: wheels and filters cause less, errors cause more.
 const DIFFER: f64 = 0.25;
-/// A piece differs in itself where this share of its way does; so many, and this share of all, are a mistake that comes and goes.
+/// A segment differs by itself above this relative difference; at least this number of them, and this share of all, mean an
+/// intermittent error.
 const PIECE_DIFFERS: f64 = 0.5;
 const PIECES: usize = 3;
 const PIECES_SHARE: f64 = 0.01;
-/// A piece counts with at least this share of the usual way of one, or with this turn, rad.
+/// A segment counts with at least this share of the usual distance, or with this turn, rad.
 const COUNTS: f64 = 0.25;
 const TURNS_RAD: f64 = 0.05;
-/// All turns together, rad, below which they tell nothing.
+/// Least sum of turns that is compared, rad.
 const TURNED_RAD: f64 = 0.5;
-/// A step between two poses that is so many times as fast as most of them, and faster by this, m/s, is a jump: poses were corrected or
-/// set anew.
+/// A step between two poses is a jump if its speed exceeds this multiple of the quantile of most steps by this, m/s: poses were
+/// corrected or set.
 const JUMP: f64 = 3.0;
 const JUMP_MPS: f64 = 1.0;
-/// What most steps, and pieces, stay under.
+/// The quantile of most steps, and segments.
 const MOST: f64 = 0.75;
-/// More of them, or more of the way to the side, and poses are none of a vehicle.
+/// With a greater share of jumps, or of sideways motion, the poses are not those of a vehicle.
 const JUMPS_SHARE: f64 = 0.02;
 const ACROSS_SHARE: f64 = 0.3;
-/// A way by the twist of less than this share of that by the poses is nothing, and the other way round.
+/// A distance by the twist below this share of that by the poses counts as none, and vice versa.
 const NOTHING: f64 = 0.01;
 
-/// What a message says.
+/// Data of a message.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Sample {
     /// Speed, m/s, turn rate, rad/s, or steering angle, rad, and speed to the left, m/s.
     pub control: [f64; 3],
-    /// x m, y m, heading rad, where the message has a pose.
+    /// x m, y m, heading rad, if the message has a pose.
     pub pose: Option<[f64; 3]>,
 }
 
@@ -49,13 +50,13 @@ pub struct Sample {
 #[derive(Debug)]
 pub(super) struct Rows {
     pub(super) rows: Vec<Row>,
-    /// Whether the vehicle moves to the side too.
+    /// Whether the vehicle also moves sideways.
     pub(super) aside: bool,
-    /// What has to be told.
+    /// Messages to the user.
     pub(super) told: Vec<String>,
 }
 
-/// The rows of messages in order of time, of a vehicle that is known or may be any.
+/// The rows of messages in order of time, for a given vehicle or any.
 pub(super) fn rows(topic: &str, samples: &[(f64, Sample)], vehicle: Option<Vehicle>) -> Rows {
     let mut told = Vec::new();
     let may = vehicle.is_none_or(|vehicle| vehicle == Vehicle::Holonomic);
@@ -98,18 +99,18 @@ pub(super) fn moves(poses: &[(f64, [f64; 3])]) -> bool {
     })
 }
 
-/// Which of both is right.
+/// The result of the comparison.
 enum Verdict {
     Same,
-    /// Both tell the same, but for a speed to the side that the poses do not have.
+    /// They agree, except for a sideways speed that the poses do not have.
     AheadAlone,
-    /// And what is wrong with the velocities; whether the poses go to the side.
+    /// The poses are right: the error of the velocities, and whether the poses move sideways.
     Poses(String, bool),
-    /// And what is wrong with the poses.
+    /// The velocities are right: the error of the poses.
     Twist(String),
 }
 
-/// A motion, seen from where it began: m ahead, m to the left, rad.
+/// A motion relative to its start: m ahead, m to the left, rad.
 type Moved = [f64; 3];
 
 fn then([x, y, turn]: Moved, [ahead, left, more]: Moved) -> Moved {
@@ -122,23 +123,23 @@ fn between(from: [f64; 3], to: [f64; 3]) -> Moved {
     [c * dx + s * dy, -s * dx + c * dy, wrap(to[2] - from[2])]
 }
 
-/// A steady motion for so long.
+/// The motion with constant speeds and turn rate over a time, s.
 fn driven([ahead, left]: [f64; 2], rate: f64, dt_s: f64) -> Moved {
     let turn = rate * dt_s;
     let (s, c) = (0.5 * turn).sin_cos();
-    // The chord of the arc, which points half way of the turn.
+    // The chord of the arc; its direction is the heading after half of the turn.
     let chord = if turn.abs() < 1e-6 { 1.0 } else { s / (0.5 * turn) };
     let (ahead, left) = (ahead * dt_s * chord, left * dt_s * chord);
     [c * ahead - s * left, s * ahead + c * left, turn]
 }
 
-/// How far two tellings of the same motion differ.
+/// Difference between two descriptions of the same motion.
 #[derive(Debug, Clone, Copy, Default)]
 struct Differ {
-    /// Shares of the way and of the turns.
+    /// Relative differences of the distances and of the turns.
     way: f64,
     turns: f64,
-    /// Pieces that differ in themselves, and those that count.
+    /// Number of segments that differ by themselves, and of those that count.
     pieces: [usize; 2],
 }
 
@@ -174,7 +175,7 @@ impl Differ {
     }
 }
 
-/// How a sample is read: the speeds along x and y, m/s, and the turn rate, rad/s.
+/// A reading of a sample: the speeds along x and y, m/s, and the turn rate, rad/s.
 type Reading<'a> = &'a dyn Fn(usize, &Sample) -> ([f64; 2], f64);
 
 fn verdict(samples: &[(f64, Sample)], poses: &[(f64, [f64; 3])]) -> Verdict {
@@ -188,7 +189,7 @@ fn verdict(samples: &[(f64, Sample)], poses: &[(f64, [f64; 3])]) -> Verdict {
     if jumped as f64 > JUMPS_SHARE * steps.len() as f64 && by_twist > NOTHING * by_poses {
         return Verdict::Twist(format!("{jumped} of {} steps of the poses are jumps", steps.len()));
     }
-    // Both motions over pieces without a jump; the twist as it is, and read in other ways.
+    // Both motions over segments without a jump, for the twist as written and for other readings.
     let told = |of: Reading| -> Vec<[Moved; 2]> {
         let mut pieces = Vec::new();
         let (mut lasts_s, mut broken, mut piece) = (0.0, false, [[0.0; 3]; 2]);
@@ -262,13 +263,13 @@ fn verdict(samples: &[(f64, Sample)], poses: &[(f64, [f64; 3])]) -> Verdict {
     Verdict::Poses(format!("has velocities that contradict its poses: {why}"), goes_across)
 }
 
-/// How far a motion goes to the side of the heading half way.
+/// Sideways distance of a motion, relative to the heading after half of the turn.
 fn across([ahead, left, turn]: &Moved) -> f64 {
     let (s, c) = (0.5 * turn).sin_cos();
     (c * left - s * ahead).abs()
 }
 
-/// Which steps are jumps.
+/// For each step, whether it is a jump.
 fn jumps(steps: &[(f64, Moved)]) -> Vec<bool> {
     let speed = |(dt_s, moved): &(f64, Moved)| if *dt_s > 0.0 { moved[0].hypot(moved[1]) / dt_s } else { 0.0 };
     let mut speeds: Vec<f64> = steps.iter().map(speed).filter(|speed| *speed > 0.0).collect();
@@ -280,7 +281,7 @@ fn jumps(steps: &[(f64, Moved)]) -> Vec<bool> {
     steps.iter().map(is_jump).collect()
 }
 
-/// Speeds and turn rate of the arcs from pose to pose; over a jump those of the message.
+/// Speeds and turn rates of the arcs between poses; at a jump those of the message.
 fn of_poses(samples: &[(f64, Sample)], poses: &[(f64, [f64; 3])]) -> Vec<Row> {
     let steps: Vec<(f64, Moved)> =
         poses.windows(2).map(|pair| (pair[1].0 - pair[0].0, between(pair[0].1, pair[1].1))).collect();
@@ -289,7 +290,7 @@ fn of_poses(samples: &[(f64, Sample)], poses: &[(f64, [f64; 3])]) -> Vec<Row> {
         if jump {
             return Row { t_s: *t_s, control: sample.control };
         }
-        // The chord lies along the heading half way.
+        // The direction of the chord is the heading after half of the turn.
         let half = 0.5 * turn;
         let (s, c) = (libm::sin(half), libm::cos(half));
         let longer = if half.abs() < 1e-6 { 1.0 } else { half / s };
@@ -304,7 +305,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn arcs_lead_from_pose_to_pose() {
+    fn arcs_connect_the_poses() {
         let of = |poses: &[(f64, [f64; 3])]| of_poses(&vec![(0.0, Sample::default()); poses.len()], poses);
         let driven = Vehicle::UnicycleArc.step([0.0, 0.0, 3.0], [2.0, 0.5, 0.0], 0.4);
         let poses = [(1.0, [0.0, 0.0, 3.0]), (1.4, driven), (1.4, driven), (2.0, driven)];
@@ -314,7 +315,7 @@ mod tests {
         assert_eq!(controls[1..], [[0.0; 3]]);
     }
 
-    /// Two minutes of a vehicle that drives curves, goes back now and then and stands; messages as a driver should write them.
+    /// Two minutes of a vehicle that drives curves, reverses now and then and stands; correct messages.
     fn drive() -> Vec<(f64, Sample)> {
         let mut pose = [1.0, 2.0, 0.5];
         let row = |k: u32| {
@@ -345,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn velocities_that_contradict_poses_are_made_of_them() {
+    fn velocities_that_contradict_the_poses_are_replaced_by_theirs() {
         let (right, told) = changed(|_, _| {});
         assert!(told.is_empty() && right.len() == 2400, "{told:?}");
         let noise = |k: usize| (k as f64 * 12.9898).sin();
@@ -362,7 +363,7 @@ mod tests {
             ("contradict", &|_, sample| sample.control[1] *= 57.3),
             ("contradict", &|_, sample| sample.control[0] *= 100.0),
             ("contradict", &|_, sample| sample.control[1] *= -1.0),
-            // A mistake that comes and goes.
+            // An intermittent error.
             ("contradict", &|k, sample| {
                 if (1000..1100).contains(&k) {
                     sample.control = [0.0; 3];
@@ -383,10 +384,10 @@ mod tests {
     }
 
     #[test]
-    fn poses_that_are_none_of_a_vehicle_do_not_count() {
+    fn poses_that_do_not_move_as_a_vehicle_are_not_used() {
         let noise = |k: usize| 0.2 * (k as f64 * 12.9898).sin();
         let kept: [(&str, Change); 6] = [
-            // Noise, wheels that are worn by a tenth, a correction now and then: both tell the same.
+            // Noise, wheels worn by a tenth, a correction now and then: both agree.
             ("", &|k, sample| {
                 sample.control[0] += noise(k);
                 sample.control[1] += noise(k + 7);
@@ -407,7 +408,7 @@ mod tests {
                 _ => assert!(told[0].contains(words) && told[0].contains("velocities are taken"), "{words}: {told:?}"),
             }
         }
-        // A jump among poses that count stays out of the way.
+        // A jump of poses that are used has no effect.
         let (found, _) = changed(|k, sample| {
             sample.control[0] = sample.control[0].abs();
             sample.pose.as_mut().unwrap()[0] += if k >= 1200 { 30.0 } else { 0.0 };
@@ -416,7 +417,7 @@ mod tests {
     }
 
     #[test]
-    fn what_moves_to_the_side_is_holonomic() {
+    fn a_vehicle_that_moves_sideways_is_holonomic() {
         let mut pose = [1.0, 2.0, 0.5];
         let samples: Vec<(f64, Sample)> = (0..600_u32)
             .map(|k| {
@@ -443,7 +444,7 @@ mod tests {
         }
         let of_a_car = with(&|_| {}, Some(Vehicle::UnicycleArc));
         assert!(!of_a_car.aside && of_a_car.told[0].contains("left out") && of_a_car.rows[0].control[2] == 0.0);
-        // A speed to the side that the poses do not have.
+        // A sideways speed that the poses do not have.
         let (drift, told) = changed(|_, sample| sample.control[2] = 1.2 * sample.control[0].abs());
         assert!(drift.iter().all(|row| row.control[2] == 0.0), "{told:?}");
     }

@@ -3,14 +3,14 @@
 use super::*;
 use crate::log::{Fix, PoseFix};
 
-/// What follows `[sensor]` in the head of a sound log, as that of two sensors.
+/// The head of a valid log with its `[sensor]` as two sensors.
 fn of_two() -> String {
     let (before, sensor) = HEAD.split_once("[sensor]").unwrap();
     let named = |name: &str, more: &str| format!("[[sensors]]\nname = \"{name}\"\n{more}{}\n", sensor.trim());
     format!("{before}{}{}", named("rear", "yaw_rad = 3.1\nforward_m = -1\n"), named("front", ""))
 }
 
-/// A sound log of two sensors with fixes.
+/// A valid log of two sensors with fixes.
 fn sound_of_two() -> Folder {
     let folder = Folder::sound();
     folder.put("log.toml", of_two() + "[fixes]\nposition_sigma_m = 2\nheading_sigma_rad = 0.1\n");
@@ -23,7 +23,7 @@ fn sound_of_two() -> Folder {
 fn two_sensors_and_fixes() {
     let log = read(&sound_of_two().0).unwrap();
     let names: Vec<&str> = log.sensors().map(|(name, ..)| name).collect();
-    // In order of their names, whatever that of the sections.
+    // In order of the names, not of the sections.
     assert_eq!(names, ["front", "rear"]);
     assert_eq!(log.scans.iter().map(|scan| scan.sensor).collect::<Vec<_>>(), [1, 0, 1]);
     let at = Mounting { forward_m: -1.0, left_m: 0.0, yaw_rad: 3.1 };
@@ -41,7 +41,7 @@ fn two_sensors_and_fixes() {
 }
 
 #[test]
-fn what_is_wrong_with_sensors_and_fixes_is_named() {
+fn errors_of_sensors_and_fixes_are_reported() {
     let refused = |file: &str, text: &str, expected: &str| {
         let folder = sound_of_two();
         folder.put(file, text);
@@ -54,7 +54,7 @@ fn what_is_wrong_with_sensors_and_fixes_is_named() {
     };
     let fixes = "[fixes]\nposition_sigma_m = 2\nheading_sigma_rad = 0.1\n";
     let head = of_two() + fixes;
-    // A piece of the head, and what stands in its place.
+    // A part of the head, and its replacement.
     for (piece, other, expected) in [
         ("name = \"rear\"", "name = \"front\"", "key sensors[2].name: 'front' is the name of two sensors"),
         ("name = \"rear\"", "name = \"my radar\"", "key sensors[1].name: a sensor's name has"),

@@ -1,4 +1,4 @@
-//! What the sensor makes of a world, scan by scan.
+//! Simulation of the detections in a world, scan by scan.
 
 use super::misbehaviour::Misbehaviour;
 use super::plan::Plan;
@@ -8,18 +8,18 @@ use libm::{asin, atan2, cos, sin};
 use scphd_log::angle::wrap;
 use scphd_log::noise::Noise;
 
-/// Radius of a landmark as a share of the world.
+/// Radius of a landmark relative to the size of the world.
 const RADIUS_SHARE: f64 = 0.012;
-/// How long a spell is in which a landmark is hidden, s.
+/// Duration of an interval in which a landmark is not detected, s.
 const SPELL_S: f64 = 2.0;
-/// Share of the detections that are far off, and their noise in standard deviations.
+/// Share of outliers among the detections, and their noise in standard deviations.
 const OUTLIER_SHARE: f64 = 0.02;
 const OUTLIER_SIGMAS: f64 = 3.0;
-/// False returns that stand still: how many turn up a second, and for how long, s.
+/// Persistent false detections: number of new ones a second, and duration, s.
 const STANDING_PER_SECOND: f64 = 0.15;
 const STANDING_S: f64 = 3.0;
 
-/// A false return that stands still.
+/// A persistent false detection.
 #[derive(Debug, Clone, Copy)]
 struct Ghost {
     place: [f64; 2],
@@ -55,8 +55,7 @@ impl<'a> Detector<'a> {
         }
     }
 
-    /// Range and bearing of what the sensor of a vehicle at `pose` reports, with the landmark each is of or −1, in an order that tells
-    /// nothing.
+    /// Range and bearing of the detections of a vehicle at `pose`, each with the label of its landmark, or −1, in random order.
     pub fn scan(&mut self, t_s: f64, pose: [f64; 3]) -> Vec<([f64; 2], i64)> {
         let pose = self.plan.sensor.mounting.seat(pose);
         let passed_s = self.last_s.map_or(0.0, |last_s| t_s - last_s);
@@ -110,7 +109,7 @@ impl<'a> Detector<'a> {
         [range, self.clutter.between(sensor.bearing_min_rad, sensor.bearing_max_rad)]
     }
 
-    /// Whether a landmark nearer to the sensor stands before this one.
+    /// Whether a nearer landmark occludes this one.
     fn is_behind_another(&self, [x, y, _]: [f64; 3], label: usize) -> bool {
         let radius = RADIUS_SHARE * self.plan.extent_m;
         let polar = |place: [f64; 2]| {
@@ -125,7 +124,7 @@ impl<'a> Detector<'a> {
         self.misbehaviour.occlusion && self.plan.landmarks.iter().any(hides)
     }
 
-    /// The place as it is measured; `None` out of view. Draws the same random numbers either way.
+    /// The measurement of a position; `None` out of view. Uses the same number of random numbers in both cases.
     fn measure(&mut self, pose: [f64; 3], place: [f64; 2]) -> Option<[f64; 2]> {
         let far_off = self.far_off.happens(OUTLIER_SHARE) && self.misbehaviour.outliers;
         let sigmas = if far_off { OUTLIER_SIGMAS } else { 1.0 };
@@ -133,7 +132,7 @@ impl<'a> Detector<'a> {
         self.with_noise(pose, place, sigmas, noise)
     }
 
-    /// The place as it is measured with that noise, in units of so many standard deviations; `None` out of view.
+    /// The measurement of a position with this noise, multiplied by `sigmas` standard deviations; `None` out of view.
     fn with_noise(&self, [x, y, heading]: [f64; 3], place: [f64; 2], sigmas: f64, noise: [f64; 2]) -> Option<[f64; 2]> {
         let (plan, sensor) = (self.plan, self.plan.sensor);
         let (dx, dy) = (place[0] - x, place[1] - y);

@@ -1,26 +1,26 @@
-//! What real sensors and vehicles do beyond white noise.
+//! Errors of real sensors and vehicles beyond white noise.
 
-/// What is wrong in a world, each with its own switch.
+/// The errors in a world, each with its own switch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Misbehaviour {
-    /// Landmarks have a width, 1.2 % of the world's, and hide what is behind.
+    /// Landmarks have a width, 1.2 % of the world's size, and occlude others behind them.
     pub occlusion: bool,
-    /// A landmark is hidden by something that is no landmark for 2 s, once in 100 s.
+    /// A landmark is occluded for 2 s, once in 100 s, by something that is not a landmark.
     pub hidden_spells: bool,
-    /// Two detections in a hundred have three times the noise.
+    /// Two detections in a hundred are outliers with three times the noise.
     pub outliers: bool,
-    /// Odometry's scale is off by 2 % (standard deviation), for either control.
+    /// The odometry has a scale error of 2 % (standard deviation) for each control.
     pub odometry_scale: bool,
-    /// The second control is off by 0.004 rad or rad/s (standard deviation).
+    /// The second control has an offset of 0.004 rad or rad/s (standard deviation).
     pub odometry_offset: bool,
-    /// In one row of a hundred the wheels slip: they tell of up to twice the way.
+    /// In one row of a hundred the wheels slip, and the reported distance is up to twice the true one.
     pub slip: bool,
-    /// False returns stand still for 3 s.
+    /// False detections persist for 3 s.
     pub standing_clutter: bool,
 }
 
 impl Misbehaviour {
-    /// Everything.
+    /// All errors.
     pub const ALL: Self = Self {
         occlusion: true,
         hidden_spells: true,
@@ -30,7 +30,7 @@ impl Misbehaviour {
         slip: true,
         standing_clutter: true,
     };
-    /// Nothing.
+    /// No errors.
     pub const NONE: Self = Self {
         occlusion: false,
         hidden_spells: false,

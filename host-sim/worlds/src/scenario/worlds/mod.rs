@@ -1,13 +1,13 @@
-//! Random worlds, a new one for every seed: the test bed of default settings.
+//! Random worlds, a different one for every seed: the test set for default settings.
 //!
 //! A world of the kind *data sheet* states what a data sheet states, the noise of range and bearing and the field of view, and
-//! behaves as real ones do: landmarks have a width and hide each other, are missed for seconds, odometry has a scale error, an
-//! offset and slip, false returns stand still for a while, some measurements are far off ([`Misbehaviour`], each with its own
-//! switch and its own random numbers). A world of the kind *exact* states all of its noise, and that is all that is wrong with
-//! it. A *mounted* one is that of the data sheet with its sensor elsewhere on the vehicle, and turned; in a *moving* one others move
-//! among the landmarks.
+//! has the errors of real ones: landmarks have a width and occlude each other, are not detected for seconds, odometry has a scale
+//! error, an offset and slip, false detections persist for a while, some measurements are outliers ([`Misbehaviour`], each with
+//! its own switch and its own random numbers). A world of the kind *exact* states all of its noise, and has no other errors. In a
+//! *mounted* world the sensor of a data sheet world is at another place on the vehicle, and rotated; in a *moving* one there are
+//! also moving objects.
 //!
-//! Three sizes (12, 36 and 96 m, speed in proportion), a car with its sensor ahead or a robot that turns on arcs, 15 to 45
+//! Three sizes (12, 36 and 96 m, with speed in proportion), a car with its sensor ahead or a robot that moves on arcs, 15 to 45
 //! landmarks, a view from 2.4 rad to the full circle, 240 to 300 s.
 
 mod detector;
@@ -28,20 +28,20 @@ use detector::Detector;
 use plan::Plan;
 use scphd_log::log::{FixNoise, Log, Nominal, Scan, TruePose};
 
-/// What a world states of itself, and so what may be wrong with it.
+/// Statements of a world about itself, and therefore its possible errors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Range and bearing noise and the view; all misbehaviour is there.
+    /// Noise of range and bearing, and the view; all errors are present.
     DataSheet,
-    /// Everything; nothing else is wrong.
+    /// All of its noise; there are no other errors.
     Exact,
-    /// As a data sheet, and where the sensor sits: elsewhere than where the vehicle's pose is, and turned.
+    /// As a data sheet, and the mounting of the sensor, which is not at the vehicle's pose, and rotated.
     Mounted,
-    /// As a data sheet, and others move among the landmarks.
+    /// As a data sheet; there are moving objects among the landmarks.
     Moving,
 }
 
-/// The world of a seed.
+/// The world with this seed.
 #[must_use]
 pub fn world(kind: Kind, seed: u64) -> Log {
     match kind {
@@ -58,7 +58,7 @@ pub fn world(kind: Kind, seed: u64) -> Log {
     }
 }
 
-/// The world of the kind data sheet with that seed, of which only `misbehaviour` is wrong.
+/// The data sheet world with this seed, with only the errors in `misbehaviour`.
 #[must_use]
 pub fn misbehaving(seed: u64, misbehaviour: Misbehaviour) -> Log {
     of_plan(&Plan::data_sheet(seed), misbehaviour, seed, "worlds", by_data_sheet)

@@ -1,4 +1,4 @@
-//! What a world is made of before anything is measured in it.
+//! Plan of a world, before measurements are simulated.
 
 use super::stream::stream;
 use crate::scenario::mover::Mover;
@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 
 /// Odometry rows a second.
 const ROWS_PER_SECOND: f64 = 10.0;
-/// Side of the square that a world lies in, m.
+/// Side of the square that contains a world, m.
 const EXTENTS_M: [f64; 3] = [12.0, 36.0, 96.0];
 
 /// A world.
@@ -22,22 +22,22 @@ pub(super) struct Plan {
     /// True controls, row by row.
     pub controls: Vec<[f64; 2]>,
     pub landmarks: Vec<[f64; 2]>,
-    /// What moves among them.
+    /// Moving objects.
     pub movers: Vec<Mover>,
     pub rows_per_scan: usize,
     pub start: [f64; 3],
     pub range_sigma_m: f64,
     pub bearing_sigma_rad: f64,
     pub detection_probability: f64,
-    /// False measurements a scan that have nothing to do with each other.
+    /// Mean number of independent false measurements a scan.
     pub clutter_per_scan: f64,
-    /// White noise of the two controls, one draw a row.
+    /// White noise of the two controls, independent in each row.
     pub speed_sigma_mps: f64,
     pub turn_sigma: f64,
 }
 
 impl Plan {
-    /// A world of good sensors: misses are rare, false returns few, odometry white to some per cent.
+    /// A world with good sensors: few misses, few false detections, white odometry noise of some per cent.
     pub fn data_sheet(seed: u64) -> Self {
         let mut noise = stream(seed, 1);
         let mut plan = Self::drawn(&mut noise);
@@ -48,7 +48,7 @@ impl Plan {
         plan
     }
 
-    /// A world of poor sensors, all of which is stated.
+    /// A world with poor sensors and all errors stated.
     pub fn exact(seed: u64) -> Self {
         let mut noise = stream(seed, 2);
         let mut plan = Self::drawn(&mut noise);
@@ -59,8 +59,8 @@ impl Plan {
         plan
     }
 
-    /// The same world, the sensor within 5 % of its size ahead of or behind where the pose is, a little to a side, and turned by up to a right
-    /// angle.
+    /// The same world with the sensor ahead of or behind the pose, within 5 % of the world's size, a little to a side, and
+    /// rotated by up to a right angle.
     pub fn mounted(mut self, seed: u64) -> Self {
         let mut noise = stream(seed, 11);
         self.sensor.mounting = Mounting {
@@ -71,7 +71,7 @@ impl Plan {
         self
     }
 
-    /// The same world with three to seven others that go round in circles, from a tenth of the vehicle's speed to half as fast again.
+    /// The same world with three to seven objects that move on circles, at 0.1 to 1.5 times the vehicle's speed.
     pub fn with_movers(mut self, seed: u64) -> Self {
         let mut noise = stream(seed, 12);
         let count = 3 + (noise.uniform() * 5.0) as usize;
@@ -89,7 +89,7 @@ impl Plan {
         self
     }
 
-    /// Mean speed, m/s: the vehicle crosses its world in 24 s.
+    /// Mean speed, m/s: the size of the world in 24 s.
     fn speed(&self) -> f64 {
         self.extent_m / 24.0
     }
@@ -135,7 +135,7 @@ impl Plan {
         plan
     }
 
-    /// Rounds through six to nine corners, some laps of them, at a speed that varies by a fifth.
+    /// Some laps through six to nine corners, with a speed that varies by a fifth.
     fn drive(&mut self, noise: &mut Noise) {
         let corners = 6 + (noise.uniform() * 4.0) as usize;
         let places: Vec<[f64; 2]> = (0..corners)
@@ -149,7 +149,7 @@ impl Plan {
         self.start = [places[0][0], places[0][1], towards(places[0], places[1])];
         let rows = (noise.between(240.0, 300.0) * ROWS_PER_SECOND) as usize;
         let (speed, sway) = (self.speed(), noise.between(20.0, 60.0));
-        // A turn no sharper than a circle of 6 % of the world.
+        // The least radius of turns is 6 % of the world's size.
         let sharpest = 1.0 / (0.06 * self.extent_m);
         let (mut pose, mut next) = (self.start, 1);
         for row in 0..rows {
@@ -166,7 +166,7 @@ impl Plan {
         }
     }
 
-    /// The control that takes the vehicle at `speed` along a curvature, 1/m.
+    /// The control for `speed` and a curvature, 1/m.
     fn control(&self, speed: f64, curvature: f64) -> [f64; 2] {
         match self.vehicle {
             Vehicle::Ackermann { wheelbase_m, encoder_offset_m, .. } => {
@@ -176,7 +176,7 @@ impl Plan {
         }
     }
 
-    /// Landmarks apart from each other and from the way.
+    /// Adds landmarks at a distance from each other and from the path.
     fn plant(&mut self, noise: &mut Noise) {
         let wanted = 15 + (noise.uniform() * 31.0) as usize;
         let path = self.path();
@@ -185,7 +185,7 @@ impl Plan {
             (place[0] - from[0]).hypot(place[1] - from[1]) > share * self.extent_m
         };
         let mut landmarks: Vec<[f64; 2]> = Vec::new();
-        // There is room for far more; the bound is for whoever changes the shares.
+        // There is space for far more; the bound limits the time after a change of the shares.
         for _ in 0..10_000 {
             if landmarks.len() == wanted {
                 break;
@@ -205,7 +205,7 @@ impl Plan {
         row as f64 / ROWS_PER_SECOND
     }
 
-    /// Poses of the sensor at the start of every row and after the last.
+    /// Poses of the sensor at the start of every row and after the last row.
     pub fn path(&self) -> Vec<[f64; 3]> {
         let mut pose = self.start;
         let mut path = vec![pose];

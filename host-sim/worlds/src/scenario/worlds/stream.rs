@@ -2,7 +2,7 @@
 
 use scphd_log::noise::Noise;
 
-/// One stream of random numbers for each purpose, so that a switch of one leaves the others as they are.
+/// A separate random number generator for each purpose, so that switching one error does not change the others.
 pub(crate) fn stream(seed: u64, purpose: u64) -> Noise {
     Noise::new(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ purpose.wrapping_mul(0xd1b5_4a32_d192_ed03))
 }

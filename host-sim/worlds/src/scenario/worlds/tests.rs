@@ -9,7 +9,7 @@ fn dead_reckoning_rmse(log: &scphd_log::log::Log) -> f64 {
 }
 
 #[test]
-fn a_world_is_its_seed_and_another_seed_is_another_world() {
+fn the_seed_determines_the_world_and_another_seed_gives_another_one() {
     for kind in [Kind::DataSheet, Kind::Exact, Kind::Mounted, Kind::Moving] {
         assert_eq!(world(kind, 5), world(kind, 5));
         assert_ne!(world(kind, 5).landmarks, world(kind, 6).landmarks);
@@ -17,7 +17,7 @@ fn a_world_is_its_seed_and_another_seed_is_another_world() {
 }
 
 #[test]
-fn worlds_are_as_large_as_they_say() {
+fn worlds_have_the_stated_size() {
     for seed in 0..30 {
         let log = world(Kind::DataSheet, seed);
         assert!((15..=45).contains(&log.landmarks.len()), "{}", log.landmarks.len());
@@ -26,14 +26,14 @@ fn worlds_are_as_large_as_they_say() {
         let view = log.sensor.bearing_max_rad - log.sensor.bearing_min_rad;
         assert!((2.4..6.284).contains(&view));
         assert_eq!(log.truth.len(), log.scans.len());
-        // Every landmark is seen in some scan of most worlds, and there is clutter.
+        // Every landmark is detected in some scan of most worlds, and there is clutter.
         assert!(log.scans.iter().any(|scan| scan.labels.contains(&-1)));
     }
 }
 
-/// Without white noise and without what is switched off, nothing else is wrong with odometry.
+/// Without white noise and with all switches off, odometry has no error.
 #[test]
-fn misbehaviour_is_what_dead_reckoning_errs_by() {
+fn the_switched_errors_are_those_of_dead_reckoning() {
     let (mut with, mut without) = (Vec::new(), Vec::new());
     for seed in 0..20 {
         let extent = |log: &scphd_log::log::Log| log.landmarks.iter().map(|m| m[0].abs()).fold(0.0, f64::max);
@@ -52,7 +52,7 @@ fn misbehaviour_is_what_dead_reckoning_errs_by() {
 }
 
 #[test]
-fn a_switch_changes_what_it_says_and_nothing_else() {
+fn a_switch_changes_only_its_error() {
     let none = misbehaving(3, Misbehaviour::NONE);
     let slip = misbehaving(3, Misbehaviour { slip: true, ..Misbehaviour::NONE });
     assert_eq!(slip.scans, none.scans);
@@ -67,7 +67,7 @@ fn a_switch_changes_what_it_says_and_nothing_else() {
 }
 
 #[test]
-fn an_exact_world_states_all_and_a_data_sheet_but_range_and_bearing() {
+fn an_exact_world_states_all_noise_and_a_data_sheet_only_range_and_bearing() {
     let exact = world(Kind::Exact, 1);
     assert!(exact.simulated && exact.nominal.clutter_per_scan.is_some_and(|clutter| (3.0..=10.0).contains(&clutter)));
     let sheet = world(Kind::DataSheet, 1);
@@ -75,9 +75,9 @@ fn an_exact_world_states_all_and_a_data_sheet_but_range_and_bearing() {
     assert!(sheet.nominal.speed_sigma_mps.is_none() && sheet.nominal.range_sigma_m.is_some());
 }
 
-/// Every filter knows where the sensor sits: what is seen is of landmarks that stand still.
+/// The mounting of the sensor is known: detections are of static landmarks.
 #[test]
-fn a_mounted_sensor_sees_the_same_world() {
+fn a_mounted_sensor_detects_the_same_world() {
     let (plain, mounted) = (world(Kind::DataSheet, 4), world(Kind::Mounted, 4));
     assert_eq!(
         (&plain.odometry, &plain.truth, &plain.landmarks),
@@ -98,9 +98,9 @@ fn a_mounted_sensor_sees_the_same_world() {
     assert!(off.len() > 1000 && off[off.len() / 2] < 0.03, "{} {}", off.len(), off[off.len() / 2]);
 }
 
-/// Others move among the landmarks, and nothing else is different.
+/// With moving objects, nothing else changes.
 #[test]
-fn movers_come_on_top() {
+fn moving_objects_are_added_to_the_same_world() {
     for seed in 0..10 {
         let (plain, moving) = (world(Kind::DataSheet, seed), world(Kind::Moving, seed));
         assert_eq!(

@@ -1,11 +1,11 @@
-//! What odometry says of the true way.
+//! Simulation of the odometry for the true trajectory.
 
 use super::misbehaviour::Misbehaviour;
 use super::plan::Plan;
 use super::stream::stream;
 use scphd_log::log::Odometry;
 
-/// Standard deviation of the scale of either control.
+/// Standard deviation of the scale error of each control.
 const SCALE_SIGMA: f64 = 0.02;
 /// Standard deviation of the offset of the second control, rad or rad/s.
 const OFFSET_SIGMA: f64 = 0.004;

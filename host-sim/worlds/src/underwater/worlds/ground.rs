@@ -1,4 +1,4 @@
-//! What the features are on.
+//! The surfaces with features.
 
 use libm::{cos, sin};
 use nalgebra::Vector3;
@@ -8,26 +8,26 @@ use std::f64::consts::PI;
 /// Share of the features around a structure that are on the floor.
 const ON_THE_FLOOR: f64 = 0.25;
 
-/// Waves of the floor, each with its size (m), its numbers along x and y (rad/m) and its phase (rad).
+/// Waves of the floor, each with its height (m), its wave numbers along x and y (rad/m) and its phase (rad).
 type Waves = [(f64, [f64; 2], f64); 3];
 
 /// A true feature.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Feature {
     pub position: Vector3<f64>,
-    /// Which way it faces: it is hidden from behind.
+    /// Normal of the surface: the feature is not visible from behind.
     pub normal: Vector3<f64>,
-    /// Its own probability of detection, where every feature has one.
+    /// Its probability of detection, if these differ between features.
     pub detectability: f64,
 }
 
-/// The floor, and what stands on it.
+/// The floor, and a structure on it.
 #[derive(Debug, Clone)]
 pub(super) struct Ground {
     size_m: f64,
     floor_m: f64,
     waves: Waves,
-    /// Radius and height of a structure in the middle, m.
+    /// Radius and height of a structure at the centre, m.
     structure: Option<[f64; 2]>,
 }
 
@@ -43,12 +43,12 @@ impl Ground {
         Self { size_m, floor_m, waves, structure: None }
     }
 
-    /// A structure in the middle of a floor that is nearly even.
+    /// A structure at the centre of a nearly flat floor.
     pub fn structure(size_m: f64, floor_m: f64, radius_m: f64, tall_m: f64, noise: &mut Noise) -> Self {
         Self { structure: Some([radius_m, tall_m]), ..Self::relief(size_m, floor_m, 0.02 * size_m, noise) }
     }
 
-    /// A feature somewhere on it.
+    /// A feature at a random position.
     pub fn feature(&self, noise: &mut Noise) -> Feature {
         match self.structure {
             Some([radius_m, tall_m]) if !noise.happens(ON_THE_FLOOR) => {
@@ -77,7 +77,7 @@ impl Ground {
     }
 }
 
-/// A probability of detection of a feature of its own: a fifth of them are seldom detected.
+/// A probability of detection for a feature: a fifth of the features are seldom detected.
 fn detectability(noise: &mut Noise) -> f64 {
     if noise.happens(0.2) { noise.between(0.2, 0.5) } else { noise.between(0.6, 0.98) }
 }

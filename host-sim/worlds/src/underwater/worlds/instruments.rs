@@ -1,4 +1,4 @@
-//! What the instruments say of the true way.
+//! Simulation of the instruments for the true trajectory.
 
 use super::misbehaviour::Misbehaviour;
 use super::plan::Plan;
@@ -11,25 +11,25 @@ use scphd_log::noise::Noise;
 use scphd_log::underwater::Instruments;
 use std::f64::consts::PI;
 
-/// Bias of the gyroscope at the start, rad/s, and how it wanders, (rad/s)/√s: standard deviations.
+/// Initial bias of the gyroscope, rad/s, and its random walk, (rad/s)/√s: standard deviations.
 const BIAS_RADPS: f64 = 0.001;
 const BIAS_WALK: f64 = 0.0002;
-/// Standard deviation of the scale of a velocity.
+/// Standard deviation of the scale error of a velocity.
 const SCALE_SIGMA: f64 = 0.01;
-/// Share of the velocities that are far off.
+/// Share of outliers among the velocities.
 const OUTLIER_SHARE: f64 = 0.01;
-/// Times a second that the Doppler log loses the bottom, and for how long, s.
+/// Rate at which the Doppler log loses the bottom, 1/s, and the duration, s.
 const OUTAGES_PER_SECOND: f64 = 1.0 / 60.0;
 const OUTAGE_S: [f64; 2] = [2.0, 5.0];
-/// How long an error of roll or pitch lasts, s.
+/// Correlation time of errors of roll and pitch, s.
 const TILT_S: f64 = 30.0;
-/// White noise of the compass, and what it is off by throughout, rad.
+/// White noise of the compass, and its constant error, rad.
 const COMPASS_SIGMA_RAD: f64 = PI / 180.0;
 const DEVIATION_RAD: f64 = 2.0 * PI / 180.0;
-/// Share of the world over which the pull of iron fades.
+/// Distance over which the deflection by iron decays, relative to the size of the world.
 const PULL_FADE_SHARE: f64 = 0.15;
 
-/// What goes on from row to row.
+/// State of the errors that continue from row to row.
 struct Errors {
     bias_radps: f64,
     tilt_rad: [f64; 2],
@@ -81,13 +81,13 @@ pub(super) fn instruments(plan: &Plan, misbehaviour: Misbehaviour, seed: u64) ->
 impl Errors {
     fn step(&mut self, plan: &Plan, drift: &mut Noise, lean: &mut Noise) {
         self.bias_radps += BIAS_WALK * sqrt(plan.row_s) * drift.normal();
-        // A standard deviation of 1 at all times.
+        // The standard deviation is 1 at all times.
         let kept = exp(-plan.row_s / TILT_S);
         self.tilt_rad = self.tilt_rad.map(|tilt| kept * tilt + sqrt(1.0 - kept * kept) * lean.normal());
     }
 }
 
-/// How far iron turns the compass, rad: it draws the needle towards itself.
+/// Deflection of the compass by iron, rad: it attracts the needle.
 fn pull(plan: &Plan, vehicle: &Vehicle) -> f64 {
     let pulls = plan.irons.iter().map(|iron| {
         let (dx, dy) = (iron.place[0] - vehicle.position.x, iron.place[1] - vehicle.position.y);

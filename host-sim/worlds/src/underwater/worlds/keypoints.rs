@@ -1,4 +1,4 @@
-//! What the stereo camera makes of a world, frame by frame.
+//! Simulation of the stereo keypoints of a world, frame by frame.
 
 use super::misbehaviour::Misbehaviour;
 use super::plan::Plan;
@@ -8,16 +8,16 @@ use crate::underwater::stereo::Projections;
 use nalgebra::{Matrix3, Vector3};
 use scphd_log::noise::Noise;
 
-/// How long a spell is in which a feature is missed, s.
+/// Duration of an interval in which a feature is not detected, s.
 const SPELL_S: f64 = 3.0;
-/// Share of the keypoints that are far off, and their noise in standard deviations.
+/// Share of outliers among the keypoints, and their noise in standard deviations.
 const OUTLIER_SHARE: f64 = 0.02;
 const OUTLIER_SIGMAS: f64 = 4.0;
-/// False matches that stand still: how many turn up a second, and for how long, s.
+/// Persistent false matches: number of new ones a second, and duration, s.
 const STANDING_PER_SECOND: f64 = 0.15;
 const STANDING_S: f64 = 3.0;
 
-/// A false match that stands still in the map.
+/// A persistent false match at a fixed position in the map.
 #[derive(Debug, Clone, Copy)]
 struct Ghost {
     place: Vector3<f64>,
@@ -54,7 +54,7 @@ impl<'a> Matcher<'a> {
         }
     }
 
-    /// (u_l, v_l, u_r, v_r) of all pairs that the matcher reports from there, in an order that tells nothing.
+    /// (u_l, v_l, u_r, v_r) of all pairs of the matcher at this state, in random order.
     pub fn frame(&mut self, t_s: f64, vehicle: &Vehicle) -> Vec<[f64; 4]> {
         let plan = self.plan;
         let passed_s = self.last_s.map_or(0.0, |last_s| t_s - last_s);
@@ -82,7 +82,7 @@ impl<'a> Matcher<'a> {
         pairs
     }
 
-    /// False matches begin where the left camera looks, at any depth.
+    /// Adds persistent false matches in the view of the left camera, at any depth.
     fn raise_ghosts(&mut self, t_s: f64, passed_s: f64, vehicle: &Vehicle, turned: &Matrix3<f64>) {
         self.ghosts.retain(|ghost| ghost.until_s > t_s);
         let optics = &self.plan.optics;
@@ -91,7 +91,7 @@ impl<'a> Matcher<'a> {
             let depth = self.standing.between(optics.depth_m[0], optics.depth_m[1]);
             let left = &self.projections[0];
             let ray = depth * Vector3::new(u, v, 1.0) - left.column(3);
-            // The calibration times a rotation: it has an inverse.
+            // The calibration times a rotation: it is invertible.
             let Some(inverse) = left.fixed_view::<3, 3>(0, 0).try_inverse() else { continue };
             if self.misbehaviour.standing_clutter {
                 let place = vehicle.position + turned * (inverse * ray);
@@ -109,14 +109,15 @@ impl<'a> Matcher<'a> {
         [u, v, u - noise.between(least, greatest), row]
     }
 
-    /// The point of the vehicle's frame as it is measured; `None` out of view. Draws the same random numbers either way.
+    /// The measurement of a point in the vehicle's frame; `None` out of view. Uses the same number of random numbers in both
+    /// cases.
     fn measured(&mut self, point: &Vector3<f64>) -> Option<[f64; 4]> {
         let far_off = self.far_off.happens(OUTLIER_SHARE) && self.misbehaviour.outliers;
         let sigma = self.plan.pixel_sigma * if far_off { OUTLIER_SIGMAS } else { 1.0 };
         let noise = [(); 4].map(|()| sigma * self.detection.normal());
         let true_pair = self.plan.optics.pair(&self.projections, point)?;
         let measured: [f64; 4] = std::array::from_fn(|k| true_pair[k] + noise[k]);
-        // The matcher does not report what it would not take for a pair.
+        // The matcher does not accept a greater row difference.
         ((measured[1] - measured[3]).abs() <= self.plan.optics.row_tolerance_px).then_some(measured)
     }
 }

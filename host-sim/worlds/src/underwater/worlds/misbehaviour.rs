@@ -1,34 +1,34 @@
-//! What real instruments and cameras under water do beyond white noise.
+//! Errors of real instruments and cameras under water beyond white noise.
 
-/// What is wrong in a world, each with its own switch.
+/// The errors in a world, each with its own switch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Misbehaviour {
-    /// The gyroscope has a bias of 0.001 rad/s (standard deviation), which wanders by 0.0002 (rad/s)/√s.
+    /// The gyroscope has a bias of 0.001 rad/s (standard deviation) with a random walk of 0.0002 (rad/s)/√s.
     pub gyroscope_bias: bool,
-    /// The Doppler log's scale is off by 1 % (standard deviation), for each axis.
+    /// The Doppler log has a scale error of 1 % (standard deviation) for each axis.
     pub velocity_scale: bool,
-    /// One velocity in a hundred is off by as much as the vehicle's speed.
+    /// One velocity in a hundred is an outlier, with an error of the size of the vehicle's speed.
     pub velocity_outliers: bool,
     /// The Doppler log loses the bottom once a minute, for 2 to 5 s.
     pub velocity_outages: bool,
-    /// Roll and pitch are off by what the data sheet says, but for half a minute at a time.
+    /// Roll and pitch have errors of the size in the data sheet, with a correlation time of half a minute.
     pub tilt: bool,
-    /// The compass is off by 2° (standard deviation), and iron pulls it by up to 15°.
+    /// The compass has a constant error of 2° (standard deviation), and iron deflects it by up to 15°.
     pub compass: bool,
-    /// A structure hides what is behind it.
+    /// A structure occludes features behind it.
     pub occlusion: bool,
-    /// Every feature has a probability of detection of its own, a fifth of them a low one.
+    /// Every feature has its own probability of detection, which is low for a fifth of them.
     pub uneven_detection: bool,
-    /// A feature is missed for 3 s, once in 100 s.
+    /// A feature is not detected for 3 s, once in 100 s.
     pub hidden_spells: bool,
-    /// Two keypoints in a hundred have four times the noise.
+    /// Two keypoints in a hundred are outliers with four times the noise.
     pub outliers: bool,
-    /// False matches stand still in the map for 3 s.
+    /// False matches persist at fixed positions of the map for 3 s.
     pub standing_clutter: bool,
 }
 
 impl Misbehaviour {
-    /// Everything.
+    /// All errors.
     pub const ALL: Self = Self {
         gyroscope_bias: true,
         velocity_scale: true,
@@ -42,7 +42,7 @@ impl Misbehaviour {
         outliers: true,
         standing_clutter: true,
     };
-    /// Nothing.
+    /// No errors.
     pub const NONE: Self = Self {
         gyroscope_bias: false,
         velocity_scale: false,

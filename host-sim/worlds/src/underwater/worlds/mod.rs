@@ -1,12 +1,14 @@
-//! Random worlds under water, a new one for every seed: the test bed of default settings in space.
+//! Random worlds under water, a different one for every seed: the test set for default settings in space.
 //!
-//! A world of the kind *data sheet* states what data sheets state: the camera's geometry and the noise of its pixels, of the Doppler
-//! log, the gyroscope, the pressure sensor, and of roll and pitch, and how fast the vehicle changes its velocity; of all else it states what is
-//! taken for granted of any log ([`Nominal::of_instruments`]). It behaves as real ones do ([`Misbehaviour`], each with its own switch and its own random
-//! numbers). A world of the kind *exact* states all of its noise, and that is all that is wrong with it.
+//! A world of the kind *data sheet* states what data sheets state: the camera's geometry and the noise of its pixels, of the
+//! Doppler log, the gyroscope, the pressure sensor, and of roll and pitch, and the rate at which the vehicle changes its
+//! velocity; for all else it states the defaults for any log ([`Nominal::of_instruments`]). It has the errors of real ones
+//! ([`Misbehaviour`], each with its own switch and its own random numbers). A world of the kind *exact* states all of its noise,
+//! and has no other errors.
 //!
-//! 4 to 40 m, in 150 to 240 s: two crossed lawnmowers over relief, rounds about a structure, or loops over relief, up and down.
-//! The camera looks down, down and ahead, or ahead; features, baseline and speed are in proportion to the size. Places are seen again.
+//! 4 to 40 m, in 150 to 240 s: two crossed lawnmowers over relief, circles around a structure, or loops over relief, up and down.
+//! The camera looks down, down and ahead, or ahead; features, baseline and speed are in proportion to the size. Places are
+//! revisited.
 
 mod ground;
 mod instruments;
@@ -26,16 +28,16 @@ use plan::Plan;
 use scphd_log::log::{Scan, TruePose};
 use scphd_log::underwater::{Camera, Landmark, Log, Nominal};
 
-/// What a world states of itself, and so what may be wrong with it.
+/// Statements of a world about itself, and therefore its possible errors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// The data sheets; all misbehaviour is there.
+    /// The data sheets; all errors are present.
     DataSheet,
-    /// Everything; nothing else is wrong.
+    /// All of its noise; there are no other errors.
     Exact,
 }
 
-/// The world of a seed.
+/// The world with this seed.
 #[must_use]
 pub fn world(kind: Kind, seed: u64) -> Log {
     match kind {
@@ -47,14 +49,14 @@ pub fn world(kind: Kind, seed: u64) -> Log {
     }
 }
 
-/// The world of the kind data sheet with that seed, of which only `misbehaviour` is wrong.
+/// The data sheet world with this seed, with only the errors in `misbehaviour`.
 #[must_use]
 pub fn misbehaving(seed: u64, misbehaviour: Misbehaviour) -> Log {
     let plan = Plan::data_sheet(seed);
     of_plan(&plan, misbehaviour, seed, "worlds-space", by_data_sheet(&plan))
 }
 
-/// The size of that world, m.
+/// The size of this world, m.
 #[must_use]
 pub fn size_m(seed: u64) -> f64 {
     Plan::data_sheet(seed).size_m
@@ -86,7 +88,7 @@ fn of_plan(plan: &Plan, misbehaviour: Misbehaviour, seed: u64, name: &str, nomin
             projections: stereo::rows(&optics.projections()),
             size_px: optics.size_px,
             pixel_sigmas: [plan.pixel_sigma; 4],
-            // What roll and pitch are off by moves all pixels.
+            // Errors of roll and pitch move all pixels together.
             common_sigmas: [optics.focal_px * plan.tilt_sigma_rad; 2],
             depth_m: optics.depth_m,
             focal_baseline: optics.focal_px * optics.baseline_m,
@@ -102,7 +104,7 @@ fn of_plan(plan: &Plan, misbehaviour: Misbehaviour, seed: u64, name: &str, nomin
     }
 }
 
-/// The noise of the instruments, and how nimble the vehicle is. What its yaw rate does, the gyroscope says.
+/// The noise of the instruments, and the greatest change of velocity. The yaw rate is that of the gyroscope.
 fn by_data_sheet(plan: &Plan) -> Nominal {
     Nominal {
         velocity_walk_mps_rts: plan.velocity_walk(),

@@ -4,22 +4,22 @@ use crate::underwater::stereo::{self, Projections};
 use nalgebra::{Matrix3, Vector3};
 use scphd::models::projection;
 
-/// A rectified pair of cameras, one beside the other, fixed to the vehicle.
+/// A rectified pair of cameras side by side, fixed to the vehicle.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Optics {
     /// Focal length, px.
     pub focal_px: f64,
-    /// From the left to the right camera, m.
+    /// Distance of the two cameras, m.
     pub baseline_m: f64,
     /// Width and height of an image, px.
     pub size_px: [f64; 2],
     /// Depths between which keypoints are matched, m.
     pub depth_m: [f64; 2],
-    /// How far the rows of a pair may differ either way, px.
+    /// Greatest row difference of a pair, px.
     pub row_tolerance_px: f64,
-    /// How far down the camera looks, rad: 0 ahead, π/2 straight down with the top of the image ahead.
+    /// Downward angle of the camera, rad: 0 ahead, π/2 straight down with the top of the image ahead.
     pub down_rad: f64,
-    /// Middle of both cameras in the vehicle's frame, m.
+    /// Centre between both cameras in the vehicle's frame, m.
     pub place_m: Vector3<f64>,
 }
 
@@ -43,7 +43,7 @@ impl Optics {
         [far, near].map(|depth| self.focal_px * self.baseline_m / depth)
     }
 
-    /// A point of the vehicle's frame as a pair of pixels, where these projections show it.
+    /// The pair of pixels of a point in the vehicle's frame; `None` out of view.
     pub fn pair(&self, projections: &Projections, point: &Vector3<f64>) -> Option<[f64; 4]> {
         stereo::pair(projections, self.size_px, self.depth_m, point)
     }

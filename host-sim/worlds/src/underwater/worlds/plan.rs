@@ -1,4 +1,4 @@
-//! What a world is made of before anything is measured in it.
+//! Plan of a world, before measurements are simulated.
 
 use super::ground::{Feature, Ground};
 use super::optics::Optics;
@@ -11,27 +11,27 @@ use std::f64::consts::PI;
 
 /// Least and greatest size of a world, m.
 const SIZES_M: [f64; 2] = [4.0, 40.0];
-/// How long the vehicle drives, s.
+/// Range of durations of the drive, s.
 const DURATION_S: [f64; 2] = [150.0, 240.0];
-/// Features that a frame shows in the mean, and how many there are at most.
+/// Range of the mean number of features in a frame; greatest and least number of features.
 const SHOWN: [f64; 2] = [6.0, 14.0];
 const MOST_FEATURES: usize = 160;
 const LEAST_FEATURES: usize = 30;
 /// Widths and heights of images, px.
 const SIZES_PX: [[f64; 2]; 4] = [[640.0, 480.0], [800.0, 600.0], [1024.0, 768.0], [1280.0, 960.0]];
 
-/// What the vehicle does in a world.
+/// Task of the vehicle in a world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Task {
     /// Two crossed lawnmowers over relief.
     Lawnmower,
-    /// Rounds about a structure.
+    /// Circles around a structure.
     Orbit,
     /// Loops over relief, up and down.
     Loops,
 }
 
-/// Iron that pulls the compass.
+/// Iron that deflects the compass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Iron {
     pub place: [f64; 2],
@@ -56,11 +56,11 @@ pub(super) struct Plan {
     pub z_sigma_m: f64,
     pub tilt_sigma_rad: f64,
     pub detection_probability: f64,
-    /// False pairs a frame that have nothing to do with each other.
+    /// Mean number of independent false pairs a frame.
     pub clutter_per_scan: f64,
 }
 
-/// What is drawn of a world's ways and camera before the features.
+/// Trajectory, ground and camera of a world, before features are added.
 struct Drive {
     course: Course,
     ground: Ground,
@@ -68,7 +68,7 @@ struct Drive {
 }
 
 impl Plan {
-    /// A world of good instruments: the log states their data sheets.
+    /// A world with good instruments, whose log has their data sheets.
     pub fn data_sheet(seed: u64) -> Self {
         let mut plan = Self::drawn(&mut stream(seed, 21));
         let mut noise = stream(seed, 22);
@@ -81,7 +81,7 @@ impl Plan {
         plan
     }
 
-    /// A world of poor instruments, all of which is stated.
+    /// A world with poor instruments and all errors stated.
     pub fn exact(seed: u64) -> Self {
         let mut plan = Self::drawn(&mut stream(seed, 23));
         let mut noise = stream(seed, 24);
@@ -100,7 +100,8 @@ impl Plan {
             share if share < 0.7 => Task::Orbit,
             _ => Task::Loops,
         };
-        // 5 to 20 rows a second, 1 to 10 frames, 2 to 5 velocities: every so many rows, up to twice as often.
+        // 5 to 20 rows a second, 1 to 10 frames, 2 to 5 velocities: intervals are rounded down to rows, so that rates may be up
+        // to twice as high.
         let rows_per_second = exp(noise.between(log(5.0), log(20.0)));
         let frames = exp(noise.between(0.0, log(rows_per_second.min(10.0))));
         let velocities = noise.between(2.0, 5.0);
@@ -145,7 +146,7 @@ impl Plan {
         row as f64 * self.row_s
     }
 
-    /// How much a velocity changes at most in a second, along any axis, as what it changes at random, (m/s)/√s.
+    /// Greatest change of a velocity in a second, along any axis, as a random walk, (m/s)/√s.
     pub fn velocity_walk(&self) -> f64 {
         let second = (1.0 / self.row_s) as usize;
         let changes = self.way.iter().zip(self.way.iter().skip(second));
@@ -173,11 +174,11 @@ impl Drive {
             let course = way::orbit(clock, radius_m, heights, noise);
             let ground = Ground::structure(size_m, floor_m, inner, tall_m, noise);
             let mut optics = optics_of(radius_m - inner, down_rad, pixel_sigma, size_m, noise);
-            // No farther than the middle of the structure.
+            // At most the distance of the centre of the structure.
             optics.depth_m[1] = optics.depth_m[1].min(radius_m);
             return Self { course, ground, optics };
         }
-        // As high above the floor as brings it into view within half of the world.
+        // A height above the floor at which the camera sees it within half of the world.
         let above_m = (noise.between(0.15, 0.3) * size_m).min(0.5 * size_m * sin(down_rad));
         let ground = Ground::relief(size_m, floor_m, 0.15 * above_m, noise);
         let (places, times, swing) = if task == Task::Lawnmower {
@@ -211,7 +212,7 @@ fn optics_of(depth_m: f64, down_rad: f64, pixel_sigma: f64, size_m: f64, noise: 
     }
 }
 
-/// As many features as make a frame show enough of them.
+/// Enough features for the wanted number in a frame.
 fn planted(ground: &Ground, optics: &Optics, way: &[Vehicle], noise: &mut Noise) -> Vec<Feature> {
     let mut features: Vec<Feature> = (0..MOST_FEATURES).map(|_| ground.feature(noise)).collect();
     let projections = optics.projections();

@@ -8,7 +8,7 @@ fn keypoints(log: &Log) -> usize {
 }
 
 #[test]
-fn a_world_is_its_seed_and_another_seed_is_another_world() {
+fn the_seed_determines_the_world_and_another_seed_gives_another_one() {
     for kind in [Kind::DataSheet, Kind::Exact] {
         assert_eq!(world(kind, 5), world(kind, 5));
         assert_ne!(world(kind, 5).landmarks, world(kind, 6).landmarks);
@@ -16,7 +16,7 @@ fn a_world_is_its_seed_and_another_seed_is_another_world() {
 }
 
 #[test]
-fn worlds_are_as_large_as_they_say_and_the_rows_lead_along_the_way() {
+fn worlds_have_the_stated_size_and_the_rows_give_the_trajectory() {
     for seed in 0..30 {
         let plan = Plan::data_sheet(seed);
         assert!((4.0..=40.0).contains(&plan.size_m));
@@ -39,7 +39,7 @@ fn worlds_are_as_large_as_they_say_and_the_rows_lead_along_the_way() {
 }
 
 #[test]
-fn a_switch_changes_what_it_says_and_nothing_else() {
+fn a_switch_changes_only_its_error() {
     let only = |change: fn(&mut Misbehaviour)| {
         let mut misbehaviour = Misbehaviour::NONE;
         change(&mut misbehaviour);
@@ -87,7 +87,7 @@ fn a_switch_changes_what_it_says_and_nothing_else() {
         assert_eq!(keypoints(&log) > keypoints(&none), more, "{} {}", keypoints(&log), keypoints(&none));
     }
     assert_ne!(only(|m| m.outliers = true).scans, none.scans);
-    // Some world of the first has a structure.
+    // One of the first worlds has a structure.
     let hides = |seed| {
         let occlusion = Misbehaviour { occlusion: true, ..Misbehaviour::NONE };
         let (with, without) =
@@ -99,7 +99,7 @@ fn a_switch_changes_what_it_says_and_nothing_else() {
 }
 
 #[test]
-fn an_exact_world_states_all_and_a_data_sheet_its_instruments() {
+fn an_exact_world_states_all_noise_and_a_data_sheet_its_instruments() {
     for seed in 0..10 {
         let (exact, sheet) = (world(Kind::Exact, seed), world(Kind::DataSheet, seed));
         assert!(exact.simulated && (3.0..=10.0).contains(&exact.nominal.clutter_per_scan));

@@ -1,4 +1,4 @@
-//! The true way of the vehicle.
+//! The true trajectory of the vehicle.
 
 use libm::{atan2, cos, sin};
 use nalgebra::{Matrix3, Vector3};
@@ -14,22 +14,22 @@ pub(super) struct Vehicle {
     pub roll_rad: f64,
     pub pitch_rad: f64,
     pub yaw_rad: f64,
-    /// What moves it on until the next row, along its own axes, m/s.
+    /// Velocity along its axes until the next row, m/s.
     pub velocity_mps: Vector3<f64>,
     pub yaw_rate_radps: f64,
 }
 
 impl Vehicle {
-    /// From its own directions to those of the map.
+    /// The rotation from its axes to those of the map.
     pub fn rotation(&self) -> Matrix3<f64> {
         rotation(self.roll_rad, self.pitch_rad, self.yaw_rad)
     }
 }
 
-/// Where the vehicle is and where it looks, row by row.
+/// Position and yaw of the vehicle, row by row.
 pub(super) type Course = Vec<(Vector3<f64>, f64)>;
 
-/// How fast a way is driven, and how it is sampled.
+/// Size and sampling of a trajectory.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Clock {
     pub rows: usize,
@@ -37,7 +37,7 @@ pub(super) struct Clock {
     pub size_m: f64,
 }
 
-/// The corners of `lines` lines over a rectangle, there and back.
+/// The corners of `lines` parallel lines over a rectangle, in alternating directions.
 fn lines([length, width]: [f64; 2], lines: usize) -> Vec<[f64; 2]> {
     let line = |index: usize| {
         let across = width * (index as f64 / (lines - 1) as f64 - 0.5);
@@ -53,7 +53,7 @@ pub(super) fn lawnmower(size_m: f64, noise: &mut Noise) -> Vec<[f64; 2]> {
     let along = 3 + usize::from(noise.happens(0.5));
     let across = lines([width, length], 3 + usize::from(noise.happens(0.5)));
     let first = lines([length, width], along);
-    // From the last corner of the first on to the nearest of the second.
+    // From the last corner of the first to the nearest one of the second.
     let end = first[first.len() - 1];
     let sign = |far: f64, at: f64| if far * at < 0.0 { -1.0 } else { 1.0 };
     let [cx, cy] = [across[0][1], across[0][0]];
@@ -61,7 +61,7 @@ pub(super) fn lawnmower(size_m: f64, noise: &mut Noise) -> Vec<[f64; 2]> {
     first.into_iter().chain(across.into_iter().map(|[a, b]| [sx * b, sy * a])).collect()
 }
 
-/// Five to seven places around the middle, gone round in a random order.
+/// Five to seven positions around the centre, in a random order.
 pub(super) fn loops(size_m: f64, noise: &mut Noise) -> Vec<[f64; 2]> {
     let count = 5 + (noise.uniform() * 3.0) as usize;
     let mut places: Vec<[f64; 2]> = (0..count)
@@ -75,14 +75,13 @@ pub(super) fn loops(size_m: f64, noise: &mut Noise) -> Vec<[f64; 2]> {
     places
 }
 
-/// Length of a closed way, m.
+/// Length of a closed path, m.
 pub(super) fn length_m(places: &[[f64; 2]]) -> f64 {
     let next = places.iter().cycle().skip(1);
     places.iter().zip(next).map(|(a, b)| libm::hypot(b[0] - a[0], b[1] - a[1])).sum()
 }
 
-/// Steers from place to place, round and round, as fast as `speed_mps`, at the height that `height_m` says of the time (s) and the
-/// place.
+/// Steers along the positions repeatedly with up to `speed_mps`, at the height `height_m` of time (s) and position.
 pub(super) fn steered(
     clock: Clock,
     places: &[[f64; 2]],
@@ -93,7 +92,7 @@ pub(super) fn steered(
     let (mut place, mut next, mut rate) = (places[0], 1, 0.0_f64);
     let mut yaw = towards(places[0], places[1]);
     let mut z = height_m(0.0, place);
-    // No sharper than a circle of 6 % of the world, and half a second to begin a turn.
+    // The least radius of turns is 6 % of the world's size; a turn begins within half a second.
     let sharpest = speed_mps / (0.06 * clock.size_m);
     let change = sharpest * clock.row_s / 0.5;
     let mut course = Vec::with_capacity(clock.rows);
@@ -110,14 +109,14 @@ pub(super) fn steered(
         let speed = speed_mps * (1.0 + 0.15 * sin(0.2 * t_s));
         place = [place[0] + speed * cos(yaw) * clock.row_s, place[1] + speed * sin(yaw) * clock.row_s];
         yaw = wrap(yaw + rate * clock.row_s);
-        // It climbs no steeper than half as fast as it goes.
+        // The climb rate is at most half of the speed.
         let climb = 0.5 * speed_mps * clock.row_s;
         z += (height_m(t_s, place) - z).clamp(-climb, climb);
     }
     course
 }
 
-/// Rounds around the middle, which the vehicle faces, up and down between two heights.
+/// Circles around the centre, which the vehicle faces, up and down between two heights.
 pub(super) fn orbit(clock: Clock, radius_m: f64, heights_m: [f64; 2], noise: &mut Noise) -> Course {
     let duration = clock.rows as f64 * clock.row_s;
     let rounds = noise.between(2.2, 3.5);
@@ -137,7 +136,7 @@ pub(super) fn orbit(clock: Clock, radius_m: f64, heights_m: [f64; 2], noise: &mu
     (0..clock.rows).map(at).collect()
 }
 
-/// The states along a course: rolling and pitching, and as fast as the next row says. The last row is where the others lead.
+/// The states along a course: with roll and pitch, and the velocity to the next row. The last row is the end of the course.
 pub(super) fn driven(course: &Course, row_s: f64, noise: &mut Noise) -> Vec<Vehicle> {
     let mut sway = || (noise.between(0.01, 0.04), noise.between(0.5, 1.2), noise.between(0.0, 2.0 * PI));
     let (roll, pitch) = (sway(), sway());
