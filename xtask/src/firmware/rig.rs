@@ -8,8 +8,12 @@ use super::precision::Precision;
 pub struct Rig {
     /// What the names of its images have after `replay-` and before the precision.
     vehicle: &'static str,
+    /// What the replay on the host is told before the precision: which filter.
+    filter: &'static str,
     /// The features of `proof` that choose it.
     features: &'static [&'static str],
+    /// The features of its images and of `proof` that choose what the filter has room for; the host is told by `filter`.
+    choice: &'static [&'static str],
     /// The features that choose how much room there is, in every image and on the host.
     pub room: &'static [&'static str],
     /// Particles and samples of its streams: those that the firmware has room for.
@@ -26,7 +30,9 @@ pub struct Rig {
 /// A vehicle in the plane.
 pub const PLANAR: Rig = Rig {
     vehicle: "",
+    filter: "",
     features: &[],
+    choice: &[],
     room: &[],
     particles: 32,
     samples: 2,
@@ -48,6 +54,7 @@ pub const FEW: Rig = Rig {
 /// A vehicle in the plane with a joint map.
 pub const JOINT: Rig = Rig {
     vehicle: "joint-",
+    filter: "joint-",
     features: &["joint"],
     particles: 1,
     samples: 1,
@@ -55,6 +62,14 @@ pub const JOINT: Rig = Rig {
     precisions: &[Precision::F32],
     ..PLANAR
 };
+
+/// The same with room for moving-object tracks.
+pub const JOINT_MOVERS: Rig = Rig { filter: "joint-movers-", choice: &["movers"], ..JOINT };
+
+/// Joint maps of fewer features, without and with them: their code is that of the others, so that one board says what they do.
+pub const JOINT_40: Rig =
+    Rig { filter: "joint-40-", choice: &["forty-features"], boards: EMULATED.split_at(1).0, ..JOINT };
+pub const JOINT_40_MOVERS: Rig = Rig { filter: "joint-40-movers-", choice: &["forty-features", "movers"], ..JOINT_40 };
 
 /// The two with a quarter of the room, to see what they do without the rest: one board says it.
 pub const SMALL: Rig =
@@ -65,14 +80,17 @@ pub const SMALL_JOINT: Rig = Rig { room: &["small-pools"], boards: EMULATED.spli
 pub const UNDERWATER: Rig = Rig {
     vehicle: "underwater-",
     features: &["underwater"],
-    room: &[],
     particles: 64,
     samples: 1,
     settings: Some("firmware/girona-tank.toml"),
     precisions: &[Precision::F32],
     // The others compute what they compute for a planar vehicle; they would take minutes to say so again.
     boards: EMULATED.split_at(1).0,
+    ..PLANAR
 };
+
+/// The same with a joint map.
+pub const UNDERWATER_JOINT: Rig = Rig { vehicle: "underwater-joint-", features: &["underwater", "joint"], ..JOINT };
 
 /// The black boxes of the three, in `proof`.
 pub const BLACK_BOXES: [&[&str]; 3] = [&["black-box"], &["black-box", "joint"], &["black-box", "underwater"]];
@@ -89,10 +107,14 @@ impl Rig {
         if DIVES.contains(&source) { UNDERWATER } else { PLANAR }
     }
 
+    /// The same with a joint map.
+    pub fn joint(source: &str) -> Self {
+        if DIVES.contains(&source) { UNDERWATER_JOINT } else { JOINT }
+    }
+
     /// What the replay on the host is told: which filter, and its precision.
     pub fn replay(&self, precision: Precision) -> String {
-        let filter = if self.vehicle == JOINT.vehicle { self.vehicle } else { "" };
-        format!("{filter}{}", precision.name())
+        format!("{}{}", self.filter, precision.name())
     }
 
     /// The image that replays its streams.
@@ -100,10 +122,15 @@ impl Rig {
         format!("replay-{}{}", self.vehicle, precision.name())
     }
 
+    /// The features of that image.
+    pub fn image_features(&self) -> Vec<&'static str> {
+        self.choice.iter().chain(self.room).copied().collect()
+    }
+
     /// The features of `proof` for it.
     pub fn proof_features(&self, precision: Precision) -> Vec<&'static str> {
         let double = (precision == Precision::F64).then_some("double");
-        self.features.iter().chain(self.room).copied().chain(double).collect()
+        self.features.iter().chain(self.choice).chain(self.room).copied().chain(double).collect()
     }
 
     /// As `64x1-f32`.

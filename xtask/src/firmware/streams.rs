@@ -7,7 +7,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 
 use super::output::Replay;
 use super::precision::Precision;
-use super::rig::{FEW, JOINT, Rig, SMALL, SMALL_JOINT};
+use super::rig::{FEW, JOINT_40, JOINT_40_MOVERS, JOINT_MOVERS, Rig, SMALL, SMALL_JOINT};
 use crate::process;
 use crate::unit;
 
@@ -20,8 +20,14 @@ pub enum Variant {
     Static,
     /// By few informed particles in place of many blind ones.
     Informed,
-    /// By a joint map.
+    /// By a joint map, for which everything is static.
     Joint,
+    /// By a joint map with moving-object tracks.
+    JointMovers,
+    /// By a joint map of fewer features.
+    Joint40,
+    /// By such a one with moving-object tracks.
+    Joint40Movers,
     /// With a quarter of the room.
     Small,
     /// By a joint map with a quarter of the room.
@@ -30,7 +36,16 @@ pub enum Variant {
 
 impl Variant {
     /// Those that a configuration names.
-    pub const NAMED: [Self; 5] = [Self::Static, Self::Informed, Self::Joint, Self::Small, Self::SmallJoint];
+    pub const NAMED: [Self; 8] = [
+        Self::Static,
+        Self::Informed,
+        Self::Joint,
+        Self::JointMovers,
+        Self::Joint40,
+        Self::Joint40Movers,
+        Self::Small,
+        Self::SmallJoint,
+    ];
 
     /// What marks it in the name of a configuration, and of a stream.
     pub fn mark(self) -> &'static str {
@@ -39,8 +54,20 @@ impl Variant {
             Self::Static => "-static",
             Self::Informed => "-informed",
             Self::Joint => "-joint",
+            Self::JointMovers => "-joint-movers",
+            Self::Joint40 => "-joint-40",
+            Self::Joint40Movers => "-joint-40-movers",
             Self::Small => "-small",
             Self::SmallJoint => "-few-features",
+        }
+    }
+
+    /// Whether its filter takes things to move, where that is not left to the source.
+    fn moving(self) -> Option<&'static str> {
+        match self {
+            Self::Plain | Self::Informed | Self::Small => None,
+            Self::JointMovers | Self::Joint40Movers => Some("on"),
+            Self::Static | Self::Joint | Self::Joint40 | Self::SmallJoint => Some("off"),
         }
     }
 }
@@ -61,7 +88,10 @@ impl Source<'_> {
     pub fn rig(&self) -> Rig {
         match self.variant {
             Variant::Informed => FEW,
-            Variant::Joint => JOINT,
+            Variant::Joint => Rig::joint(self.what),
+            Variant::JointMovers => JOINT_MOVERS,
+            Variant::Joint40 => JOINT_40,
+            Variant::Joint40Movers => JOINT_40_MOVERS,
             Variant::Small => SMALL,
             Variant::SmallJoint => SMALL_JOINT,
             Variant::Plain | Variant::Static => Rig::of(self.what),
@@ -109,9 +139,7 @@ fn write(source: Source<'_>, precision: Precision, suffix: &str, more: &[&str]) 
     let rig = source.rig();
     simulator.args(["--particles", &rig.particles.to_string(), "--samples", &rig.samples.to_string()]);
     simulator.args(rig.settings.map(|settings| ["--settings", settings]).into_iter().flatten());
-    if source.variant == Variant::Static {
-        simulator.args(["--moving", "off"]);
-    }
+    simulator.args(source.variant.moving().map(|moving| ["--moving", moving]).into_iter().flatten());
     process::run(simulator.args(more))?;
     written.insert(path.clone());
     Ok(path)
