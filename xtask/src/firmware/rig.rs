@@ -12,7 +12,7 @@ pub struct Rig {
     filter: &'static str,
     /// The features of `proof` that choose it.
     features: &'static [&'static str],
-    /// The features of its images and of `proof` that choose what the filter has room for; the host is told by `filter`.
+    /// The features of its images that choose what a joint map has room for; the host is told by `filter`.
     choice: &'static [&'static str],
     /// The features that choose how much room there is, in every image and on the host.
     pub room: &'static [&'static str],
@@ -64,12 +64,18 @@ pub const JOINT: Rig = Rig {
 };
 
 /// The same with room for moving-object tracks.
-pub const JOINT_MOVERS: Rig = Rig { filter: "joint-movers-", choice: &["movers"], ..JOINT };
+pub const JOINT_MOVERS: Rig =
+    Rig { filter: "joint-movers-", features: &["joint", "movers"], choice: &["movers"], ..JOINT };
 
-/// Joint maps of fewer features, without and with them: their code is that of the others, so that one board says what they do.
+/// The two with room for fewer features, of the same code, so that one board says what they do.
 pub const JOINT_40: Rig =
     Rig { filter: "joint-40-", choice: &["forty-features"], boards: EMULATED.split_at(1).0, ..JOINT };
-pub const JOINT_40_MOVERS: Rig = Rig { filter: "joint-40-movers-", choice: &["forty-features", "movers"], ..JOINT_40 };
+pub const JOINT_40_MOVERS: Rig = Rig {
+    filter: "joint-40-movers-",
+    choice: &["forty-features", "movers"],
+    boards: EMULATED.split_at(1).0,
+    ..JOINT_MOVERS
+};
 
 /// The two with a quarter of the room, to see what they do without the rest: one board says it.
 pub const SMALL: Rig =
@@ -130,7 +136,7 @@ impl Rig {
     /// The features of `proof` for it.
     pub fn proof_features(&self, precision: Precision) -> Vec<&'static str> {
         let double = (precision == Precision::F64).then_some("double");
-        self.features.iter().chain(self.choice).chain(self.room).copied().chain(double).collect()
+        self.features.iter().chain(self.room).copied().chain(double).collect()
     }
 
     /// As `64x1-f32`.
@@ -150,6 +156,16 @@ mod tests {
         assert_eq!(dive.configuration(Precision::F32), "64x1-f32");
         assert_eq!(dive.proof_features(Precision::F64), ["underwater", "double"]);
         assert_eq!(FEW.configuration(Precision::F32), "4x1-f32");
+        let small = JOINT_40_MOVERS;
+        assert_eq!(
+            (small.image(Precision::F32), small.replay(Precision::F32)),
+            ("replay-joint-f32".into(), "joint-40-movers-f32".into())
+        );
+        // The code does not depend on how many features there are.
+        assert_eq!(small.image_features(), ["forty-features", "movers"]);
+        assert_eq!(small.proof_features(Precision::F32), JOINT_MOVERS.proof_features(Precision::F32));
+        assert_eq!(Rig::joint("girona-tank").image(Precision::F32), "replay-underwater-joint-f32");
+        assert_eq!(Rig::joint("girona-tank").replay(Precision::F32), "joint-f32");
         assert_eq!((Rig::of("survey"), PLANAR.image(Precision::F64).as_str()), (PLANAR, "replay-f64"));
     }
 }

@@ -61,15 +61,6 @@ impl Variant {
             Self::SmallJoint => "-few-features",
         }
     }
-
-    /// Whether its filter takes things to move, where that is not left to the source.
-    fn moving(self) -> Option<&'static str> {
-        match self {
-            Self::Plain | Self::Informed | Self::Small => None,
-            Self::JointMovers | Self::Joint40Movers => Some("on"),
-            Self::Static | Self::Joint | Self::Joint40 | Self::SmallJoint => Some("off"),
-        }
-    }
 }
 
 /// A stream to make: what it is of, and how much of it.
@@ -83,7 +74,19 @@ pub struct Source<'a> {
     pub variant: Variant,
 }
 
+/// The worst case of a joint map, which says itself how often things begin to move.
+const WORST_CASE_JOINT: &str = "worst-case-joint";
+
 impl Source<'_> {
+    /// Whether its filter takes things to move, where that is not left to the source.
+    fn moving(&self) -> Option<&'static str> {
+        match self.variant {
+            Variant::JointMovers | Variant::Joint40Movers if self.what != WORST_CASE_JOINT => Some("on"),
+            Variant::Static | Variant::Joint | Variant::Joint40 | Variant::SmallJoint => Some("off"),
+            _ => None,
+        }
+    }
+
     /// The filter that it is fed to.
     pub fn rig(&self) -> Rig {
         match self.variant {
@@ -139,7 +142,7 @@ fn write(source: Source<'_>, precision: Precision, suffix: &str, more: &[&str]) 
     let rig = source.rig();
     simulator.args(["--particles", &rig.particles.to_string(), "--samples", &rig.samples.to_string()]);
     simulator.args(rig.settings.map(|settings| ["--settings", settings]).into_iter().flatten());
-    simulator.args(source.variant.moving().map(|moving| ["--moving", moving]).into_iter().flatten());
+    simulator.args(source.moving().map(|moving| ["--moving", moving]).into_iter().flatten());
     process::run(simulator.args(more))?;
     written.insert(path.clone());
     Ok(path)

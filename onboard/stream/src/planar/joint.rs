@@ -18,7 +18,7 @@ pub(super) const FEATURES: usize = if cfg!(feature = "small-pools") { 16 } else 
 /// Features of the smaller one.
 const FEW: usize = 40;
 /// Moving-object tracks beside either.
-const MOVERS: usize = 32;
+const MOVERS: usize = 64;
 
 /// The filter with a joint map, for streams of vehicles in the plane: room for `ROOM` features, and `V` beside them.
 #[derive(Debug, Clone, Copy)]
