@@ -4,14 +4,15 @@
 use std::path::PathBuf;
 use std::{env, fs};
 
-/// Images that use defmt.
-const LOGGING: [&str; 8] = [
+/// Images that log with defmt.
+const LOGGING: [&str; 9] = [
     "black-box",
     "flips",
     "replay-f32",
     "replay-f64",
     "replay-joint-f32",
     "replay-underwater-f32",
+    "replay-underwater-joint-f32",
     "robot",
     "vehicle-loop",
 ];

@@ -1,8 +1,9 @@
-//! Code shared by the images: clock, stack paint, stream region, report, serial port.
+//! What the images share: the joint map, the clock, the stack's paint, the place of the stream, the report, the serial port.
 #![no_std]
 
 pub mod board;
 pub mod clock;
 pub mod images;
+pub mod joint;
 pub mod report;
 pub mod uart;

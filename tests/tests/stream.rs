@@ -7,9 +7,11 @@ use scphd_filters::slam::Precision;
 use scphd_log::dimensions;
 use scphd_log::log::Log;
 use scphd_run::session::{self, Filter};
-use scphd_stream::planar::{Planar, PlanarJoint};
-use scphd_stream::underwater::Underwater;
-use scphd_stream::{Aboard, Monitor, Reader, ReplayError, Scalar, ScanCost, Seen, StreamError, planar, replay};
+use scphd_stream::planar::{Planar, PlanarJoint, PlanarJoint40, PlanarJoint40Movers, PlanarJointMovers};
+use scphd_stream::underwater::{Underwater, UnderwaterJoint};
+use scphd_stream::{
+    Aboard, Filter as _, Monitor, Reader, Record, ReplayError, Scalar, ScanCost, Seen, StreamError, planar, replay,
+};
 use scphd_tests::with_roomy_stack;
 use scphd_worlds::scenario;
 use scphd_worlds::underwater::tank;
@@ -92,8 +94,80 @@ fn a_replay_ends_in_the_state_of_the_session() {
     }
 }
 
-/// An odometry row beyond the speed limit that moves the vehicle little in its short time: only the check of the speed can refuse
-/// it.
+/// A joint map that fits every room has one state in all of them, and another one where things may move.
+#[test]
+fn a_joint_map_ends_where_its_session_ends() {
+    let mut log = scenario::faults(1);
+    log.scans.truncate(12);
+    let mut settings = Settings::for_log(&log);
+    let mut ended = |moving: bool| {
+        settings.set_moving(moving);
+        let filter = Filter::Joint(Precision::F32);
+        let session = session::run::<dimensions::Planar>(&log, &settings, filter, SEED, &mut |_| ()).unwrap();
+        let bytes = stream::write(&log, &settings, SEED, Scalar::F32, usize::MAX).unwrap().bytes;
+        let replays = if moving {
+            [
+                replayed_as::<PlanarJointMovers, f32>(&bytes, u32::MAX),
+                replayed_as::<PlanarJoint40Movers, f32>(&bytes, u32::MAX),
+            ]
+        } else {
+            [replayed_as::<PlanarJoint, f32>(&bytes, u32::MAX), replayed_as::<PlanarJoint40, f32>(&bytes, u32::MAX)]
+        };
+        for digests in replays.map(Result::unwrap) {
+            assert!(!digests.full);
+            assert_eq!(digests.all.last().copied(), session.summary.digest, "moving {moving}");
+        }
+        session.summary.digest
+    };
+    assert_ne!(ended(false), ended(true));
+}
+
+/// The mean error of the position, m, of a replay, whose log has a true pose for every scan.
+fn position_error_m<A: Aboard<f32, Kind = Planar>>(log: &Log, bytes: &[u8]) -> f64 {
+    with_roomy_stack(|| {
+        let (mut reader, mut memory) = (Reader::<Planar>::open(bytes).unwrap(), Box::new(A::MEMORY));
+        let mut filter = A::start(&reader.header(), &mut memory).unwrap();
+        let (mut sum_m, mut truth) = (0.0, log.truth.iter());
+        while let Some(record) = reader.read().unwrap() {
+            match record {
+                Record::Predict(odometry) => filter.predict(&odometry).unwrap(),
+                Record::Scan(measurements) => {
+                    let scan = filter.receive(measurements);
+                    filter.scan(scan).unwrap();
+                    let ([x_m, y_m, _], _) = filter.estimate_pose();
+                    let [true_x_m, true_y_m] = truth.next().unwrap().position;
+                    sum_m += (x_m - true_x_m).hypot(y_m - true_y_m);
+                }
+                record => panic!("{record:?}"),
+            }
+        }
+        sum_m / log.scans.len() as f64
+    })
+}
+
+/// Far more is born in a scan than there is room for; what is kept is what matters.
+#[test]
+fn on_board_there_is_room_for_what_moves_in_the_thesis() {
+    let log = scenario::thesis_dynamic(900_000);
+    let mut settings = Settings::for_log(&log);
+    settings.set_moving(true);
+    let bytes = stream::write(&log, &settings, SEED, Scalar::F32, usize::MAX).unwrap().bytes;
+    let error_m = position_error_m::<PlanarJointMovers>(&log, &bytes);
+    assert!(error_m < 0.15, "{error_m} m");
+}
+
+#[test]
+fn a_dive_with_a_joint_map_ends_where_its_session_ends() {
+    let (log, settings) = short_dive();
+    let filter = Filter::Joint(Precision::F32);
+    let session = session::run::<dimensions::Underwater>(&log, &settings, filter, SEED, &mut |_| ()).unwrap();
+    let bytes = stream::write_underwater(&log, &settings, SEED, Scalar::F32, usize::MAX).unwrap().bytes;
+    let digests = replayed_as::<UnderwaterJoint, f32>(&bytes, u32::MAX).unwrap();
+    assert!(!digests.full);
+    assert_eq!((digests.all.len(), digests.all.last().copied()), (log.scans.len(), session.summary.digest));
+}
+
+/// A row beyond the limits of a vehicle that takes it nowhere far in its time: only speed tells, which the models on board have to say.
 #[test]
 fn an_implausible_row_is_refused_on_board_and_in_the_session() {
     let drive = |speed: f64| {

@@ -1,8 +1,8 @@
-//! Links only if no panic is reachable from setup, prediction, scan and estimate: a panic would call a function that nobody
-//! defines. In single precision, or in double precision with the feature `double`; for a planar vehicle, for an underwater
-//! vehicle with the feature `underwater`, or for a planar vehicle with a joint map with the feature `joint`. With the feature
-//! `black-box` the remaining records of a black box are replayed and recorded again. With the feature `sensors` posts are found,
-//! and messages of flight stacks are read and written.
+//! Links only if no panic can be reached from setting up, predicting, scanning and estimating: whoever panics calls a function that
+//! does not exist. In single precision or, with the feature `double`, in double; for a planar vehicle or, with the feature
+//! `underwater`, for an underwater one; with the feature `joint`, with a joint map. With the feature `black-box` what is
+//! left of a black box is replayed, and recorded once more. With the feature `sensors` posts are found, and messages of flight stacks read and
+//! written.
 #![no_std]
 #![no_main]
 
@@ -13,18 +13,20 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use scphd_firmware::board;
+#[cfg(all(not(feature = "black-box"), not(feature = "underwater"), feature = "joint"))]
+use scphd_firmware::joint::Joint as Kind;
 #[cfg(all(feature = "black-box", not(any(feature = "underwater", feature = "joint"))))]
 use scphd_stream::planar::BlackBox as Kind;
 #[cfg(all(feature = "black-box", feature = "joint"))]
 use scphd_stream::planar::BlackBoxJoint as Kind;
 #[cfg(all(not(feature = "black-box"), not(any(feature = "underwater", feature = "joint"))))]
 use scphd_stream::planar::Planar as Kind;
-#[cfg(all(not(feature = "black-box"), feature = "joint"))]
-use scphd_stream::planar::PlanarJoint as Kind;
 #[cfg(all(feature = "black-box", feature = "underwater"))]
 use scphd_stream::underwater::BlackBox as Kind;
-#[cfg(all(not(feature = "black-box"), feature = "underwater"))]
+#[cfg(all(not(feature = "black-box"), feature = "underwater", not(feature = "joint")))]
 use scphd_stream::underwater::Underwater as Kind;
+#[cfg(all(not(feature = "black-box"), feature = "underwater", feature = "joint"))]
+use scphd_stream::underwater::UnderwaterJoint as Kind;
 use scphd_stream::{Aboard, Monitor, ScanCost, Seen, replay};
 use static_cell::ConstStaticCell;
 

@@ -2,4 +2,4 @@
 #![no_std]
 #![no_main]
 
-scphd_firmware::replay_image!(scphd_stream::planar::PlanarJoint, f32);
+scphd_firmware::replay_image!(scphd_firmware::joint::Joint, f32);

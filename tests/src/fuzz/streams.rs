@@ -11,8 +11,8 @@ use scphd::models::{PlanarPose, Reading};
 use scphd::navigation::Instruments;
 use scphd::numerics::Symmetric;
 use scphd::{Component, Real};
-use scphd_stream::planar::{self, BlackBox, BlackBoxJoint, Odometry, Planar, PlanarJoint};
-use scphd_stream::underwater::{self, Navigation, Underwater};
+use scphd_stream::planar::{self, BlackBox, BlackBoxJoint, Odometry, Planar, PlanarJoint, PlanarJointMovers};
+use scphd_stream::underwater::{self, Navigation, Underwater, UnderwaterJoint};
 use scphd_stream::{
     Aboard, Extraction, Header, How, Kind, Monitor, Numbers, Proposal, Refusal, ReplayError, Saves, Scalar, ScanCost,
     Seen, Which, Writer, recover, replay, rerecord,
@@ -96,9 +96,11 @@ macro_rules! vessels {
 vessels! {
     Planar: "in the plane", drive, bare;
     PlanarJoint: "joint map", drive, bare;
+    PlanarJointMovers: "joint map with movers", drive, bare;
     BlackBox: "black box", drive, keeps;
     BlackBoxJoint: "black box of a joint map", drive, keeps;
     Underwater: "under water", dive, bare;
+    UnderwaterJoint: "joint map under water", dive, bare;
     underwater::BlackBox: "black box under water", dive, keeps;
 }
 
@@ -421,11 +423,13 @@ pub(super) fn kind_of(seed: u64) -> (String, Run) {
     let kinds = [
         of::<Planar, f32>(),
         of::<PlanarJoint, f32>(),
+        of::<PlanarJointMovers, f32>(),
         of::<BlackBox, f32>(),
         of::<BlackBox, f64>(),
         of::<BlackBoxJoint, f32>(),
         of::<BlackBoxJoint, f64>(),
         of::<Underwater, f32>(),
+        of::<UnderwaterJoint, f32>(),
         of::<underwater::BlackBox, f32>(),
     ];
     let (name, run) = kinds[draw.below(kinds.len())];

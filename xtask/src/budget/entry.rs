@@ -34,8 +34,9 @@ impl Budget {
     }
 
     fn variant(&self) -> Variant {
-        let named = Variant::NAMED.into_iter().find(|variant| self.configuration.contains(variant.mark()));
-        named.unwrap_or(Variant::Plain)
+        let named = Variant::NAMED.into_iter().filter(|variant| self.configuration.contains(variant.mark()));
+        // One mark may be the beginning of another.
+        named.max_by_key(|variant| variant.mark().len()).unwrap_or(Variant::Plain)
     }
 
     /// The number type that the configuration ends with.

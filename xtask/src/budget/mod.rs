@@ -97,11 +97,11 @@ pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, Stop> {
     Ok(measured.into_iter().collect::<Result<_, String>>()?)
 }
 
-/// What tells images apart: board, name, features for the room.
-type Key = (&'static str, String, &'static [&'static str]);
+/// What tells images apart: board, name, features.
+type Key = (&'static str, String, Vec<&'static str>);
 
 fn key(board: &'static Board, rig: Rig, precision: Precision) -> Key {
-    (board.name, rig.image(precision), rig.room)
+    (board.name, rig.image(precision), rig.image_features())
 }
 
 /// One entry, ready to be run on its board.

@@ -10,7 +10,7 @@ use super::hil;
 use super::image::{self, Extra};
 use super::output::{self, Replay};
 use super::precision::Precision;
-use super::rig::{JOINT, PLANAR, Rig, UNDERWATER};
+use super::rig::{JOINT, JOINT_MOVERS, PLANAR, Rig, UNDERWATER, UNDERWATER_JOINT};
 use super::rtos;
 use super::streams::{self, Source, Variant};
 use crate::outcome::{Outcome, Stop};
@@ -20,13 +20,15 @@ use crate::tools::Tool;
 
 /// A scenario without moving features.
 const SURVEY: Source<'_> = Source { what: "survey", scans: 200, variant: Variant::Plain };
-/// Scenarios, which are always available: without moving features, with a mixture and with a joint map; all scans of one with
-/// moving features; and a dive, each of whose frames takes as long as several scans.
-const SCENARIOS: [Source<'_>; 4] = [
+/// Scenarios, which are always there: nothing moves, all scans of one in which something does, and a dive, of whose frames each takes as
+/// long as several scans; by particles and by a joint map.
+const SCENARIOS: [Source<'_>; 6] = [
     SURVEY,
     Source { what: "survey", scans: 200, variant: Variant::Joint },
     Source { what: "thesis-dynamic", scans: 301, variant: Variant::Plain },
+    Source { what: "thesis-dynamic", scans: 301, variant: Variant::JointMovers },
     Source { what: "girona-tank", scans: 40, variant: Variant::Plain },
+    Source { what: "girona-tank", scans: 40, variant: Variant::Joint },
 ];
 /// Number of scans of a log; emulated double precision takes ten times as long.
 const LOG_SCANS: usize = 200;
@@ -59,7 +61,7 @@ fn compare() -> Result<Outcome, Stop> {
     let (qemu, toolchain, sources) = (&qemu, &toolchain, &sources[..]);
     let one = |failure: Option<String>| (0, Vec::from_iter(failure));
     let mut checks: Vec<Check<'_>> = Vec::new();
-    for rig in [PLANAR, JOINT, UNDERWATER] {
+    for rig in [PLANAR, JOINT, JOINT_MOVERS, UNDERWATER, UNDERWATER_JOINT] {
         checks.extend(
             rig.precisions
                 .iter()

@@ -46,7 +46,7 @@ pub struct Extra<'a> {
 
 /// Builds the image that replays the streams of a rig, with its capacities.
 pub fn build_replay(toolchain: &Toolchain, board: &Board, rig: Rig, precision: Precision) -> Result<Image, String> {
-    build(toolchain, board, &rig.image(precision), &Extra { features: rig.room, flags: &[] })
+    build(toolchain, board, &rig.image(precision), &Extra { features: &rig.image_features(), flags: &[] })
 }
 
 /// The workspace of most images.

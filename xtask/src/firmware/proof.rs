@@ -6,7 +6,7 @@ use super::guide;
 use super::hil;
 use super::image::{self, Extra, Image};
 use super::precision::Precision;
-use super::rig::{BLACK_BOXES, JOINT, PLANAR, Rig, SENSORS, UNDERWATER};
+use super::rig::{BLACK_BOXES, JOINT, JOINT_MOVERS, PLANAR, Rig, SENSORS, UNDERWATER, UNDERWATER_JOINT};
 use crate::noalloc;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
@@ -39,10 +39,9 @@ fn prove() -> Result<Outcome, Stop> {
             Precision::ALL.into_iter().try_for_each(|precision| proves(toolchain, board, PLANAR, precision))
         }));
     }
-    // The code is the same for all boards with this type of processor.
-    let of_reference =
-        [(PLANAR, Precision::F32), (PLANAR, Precision::F64), (UNDERWATER, Precision::F32), (JOINT, Precision::F32)];
-    for (rig, precision) in of_reference {
+    // The code for these is the same for every board with a processor of this kind.
+    let in_single = [PLANAR, JOINT, JOINT_MOVERS, UNDERWATER, UNDERWATER_JOINT].map(|rig| (rig, Precision::F32));
+    for (rig, precision) in in_single.into_iter().chain([(PLANAR, Precision::F64)]) {
         checks.push(Box::new(move || proves(toolchain, &REFERENCE, rig, precision)));
     }
     for features in BLACK_BOXES.into_iter().chain([SENSORS]) {

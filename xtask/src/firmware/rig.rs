@@ -8,9 +8,13 @@ use super::precision::Precision;
 pub struct Rig {
     /// Part of the names of its images between `replay-` and the precision.
     vehicle: &'static str,
-    /// Features of `proof` that select it.
+    /// What the replay on the host is told before the precision: which filter.
+    filter: &'static str,
+    /// The features of `proof` that choose it.
     features: &'static [&'static str],
-    /// Features that select the capacities, in every image and on the host.
+    /// The features of its images that choose what a joint map has room for; the host is told by `filter`.
+    choice: &'static [&'static str],
+    /// The features that choose how much room there is, in every image and on the host.
     pub room: &'static [&'static str],
     /// Particles and samples of its streams; the firmware has memory for these.
     pub particles: usize,
@@ -26,7 +30,9 @@ pub struct Rig {
 /// A vehicle in the plane.
 pub const PLANAR: Rig = Rig {
     vehicle: "",
+    filter: "",
     features: &[],
+    choice: &[],
     room: &[],
     particles: 32,
     samples: 2,
@@ -48,6 +54,7 @@ pub const FEW: Rig = Rig {
 /// A vehicle in the plane with a joint map.
 pub const JOINT: Rig = Rig {
     vehicle: "joint-",
+    filter: "joint-",
     features: &["joint"],
     particles: 1,
     samples: 1,
@@ -56,7 +63,21 @@ pub const JOINT: Rig = Rig {
     ..PLANAR
 };
 
-/// Both with a quarter of the capacities, to test a lack of memory; on one board.
+/// The same with room for moving-object tracks.
+pub const JOINT_MOVERS: Rig =
+    Rig { filter: "joint-movers-", features: &["joint", "movers"], choice: &["movers"], ..JOINT };
+
+/// The two with room for fewer features, of the same code, so that one board says what they do.
+pub const JOINT_40: Rig =
+    Rig { filter: "joint-40-", choice: &["forty-features"], boards: EMULATED.split_at(1).0, ..JOINT };
+pub const JOINT_40_MOVERS: Rig = Rig {
+    filter: "joint-40-movers-",
+    choice: &["forty-features", "movers"],
+    boards: EMULATED.split_at(1).0,
+    ..JOINT_MOVERS
+};
+
+/// The two with a quarter of the room, to see what they do without the rest: one board says it.
 pub const SMALL: Rig =
     Rig { room: &["small-pools"], precisions: &[Precision::F32], boards: EMULATED.split_at(1).0, ..PLANAR };
 pub const SMALL_JOINT: Rig = Rig { room: &["small-pools"], boards: EMULATED.split_at(1).0, ..JOINT };
@@ -65,16 +86,19 @@ pub const SMALL_JOINT: Rig = Rig { room: &["small-pools"], boards: EMULATED.spli
 pub const UNDERWATER: Rig = Rig {
     vehicle: "underwater-",
     features: &["underwater"],
-    room: &[],
     particles: 64,
     samples: 1,
     settings: Some("firmware/girona-tank.toml"),
     precisions: &[Precision::F32],
     // On one board only, to save minutes: the others are tested with a planar vehicle.
     boards: EMULATED.split_at(1).0,
+    ..PLANAR
 };
 
-/// Features of `proof` for the black boxes of the three vehicles.
+/// The same with a joint map.
+pub const UNDERWATER_JOINT: Rig = Rig { vehicle: "underwater-joint-", features: &["underwater", "joint"], ..JOINT };
+
+/// The black boxes of the three, in `proof`.
 pub const BLACK_BOXES: [&[&str]; 3] = [&["black-box"], &["black-box", "joint"], &["black-box", "underwater"]];
 
 /// Features of `proof` for the crates beside the filters.
@@ -89,10 +113,14 @@ impl Rig {
         if DIVES.contains(&source) { UNDERWATER } else { PLANAR }
     }
 
-    /// The argument of the replay on the host: filter and precision.
+    /// The same with a joint map.
+    pub fn joint(source: &str) -> Self {
+        if DIVES.contains(&source) { UNDERWATER_JOINT } else { JOINT }
+    }
+
+    /// What the replay on the host is told: which filter, and its precision.
     pub fn replay(&self, precision: Precision) -> String {
-        let filter = if self.vehicle == JOINT.vehicle { self.vehicle } else { "" };
-        format!("{filter}{}", precision.name())
+        format!("{}{}", self.filter, precision.name())
     }
 
     /// Name of the image that replays its streams.
@@ -100,7 +128,12 @@ impl Rig {
         format!("replay-{}{}", self.vehicle, precision.name())
     }
 
-    /// Features of `proof` for it.
+    /// The features of that image.
+    pub fn image_features(&self) -> Vec<&'static str> {
+        self.choice.iter().chain(self.room).copied().collect()
+    }
+
+    /// The features of `proof` for it.
     pub fn proof_features(&self, precision: Precision) -> Vec<&'static str> {
         let double = (precision == Precision::F64).then_some("double");
         self.features.iter().chain(self.room).copied().chain(double).collect()
@@ -123,6 +156,16 @@ mod tests {
         assert_eq!(dive.configuration(Precision::F32), "64x1-f32");
         assert_eq!(dive.proof_features(Precision::F64), ["underwater", "double"]);
         assert_eq!(FEW.configuration(Precision::F32), "4x1-f32");
+        let small = JOINT_40_MOVERS;
+        assert_eq!(
+            (small.image(Precision::F32), small.replay(Precision::F32)),
+            ("replay-joint-f32".into(), "joint-40-movers-f32".into())
+        );
+        // The code does not depend on how many features there are.
+        assert_eq!(small.image_features(), ["forty-features", "movers"]);
+        assert_eq!(small.proof_features(Precision::F32), JOINT_MOVERS.proof_features(Precision::F32));
+        assert_eq!(Rig::joint("girona-tank").image(Precision::F32), "replay-underwater-joint-f32");
+        assert_eq!(Rig::joint("girona-tank").replay(Precision::F32), "joint-f32");
         assert_eq!((Rig::of("survey"), PLANAR.image(Precision::F64).as_str()), (PLANAR, "replay-f64"));
     }
 }

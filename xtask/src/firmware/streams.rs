@@ -7,7 +7,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 
 use super::output::Replay;
 use super::precision::Precision;
-use super::rig::{FEW, JOINT, Rig, SMALL, SMALL_JOINT};
+use super::rig::{FEW, JOINT_40, JOINT_40_MOVERS, JOINT_MOVERS, Rig, SMALL, SMALL_JOINT};
 use crate::process;
 use crate::unit;
 
@@ -20,17 +20,32 @@ pub enum Variant {
     Static,
     /// Few informed particles instead of many blind ones.
     Informed,
-    /// A joint map.
+    /// By a joint map, for which everything is static.
     Joint,
-    /// A quarter of the capacities.
+    /// By a joint map with moving-object tracks.
+    JointMovers,
+    /// By a joint map of fewer features.
+    Joint40,
+    /// By such a one with moving-object tracks.
+    Joint40Movers,
+    /// With a quarter of the room.
     Small,
     /// A joint map with a quarter of the capacities.
     SmallJoint,
 }
 
 impl Variant {
-    /// The variants that appear in names of configurations.
-    pub const NAMED: [Self; 5] = [Self::Static, Self::Informed, Self::Joint, Self::Small, Self::SmallJoint];
+    /// Those that a configuration names.
+    pub const NAMED: [Self; 8] = [
+        Self::Static,
+        Self::Informed,
+        Self::Joint,
+        Self::JointMovers,
+        Self::Joint40,
+        Self::Joint40Movers,
+        Self::Small,
+        Self::SmallJoint,
+    ];
 
     /// Suffix for names of configurations and streams.
     pub fn mark(self) -> &'static str {
@@ -39,6 +54,9 @@ impl Variant {
             Self::Static => "-static",
             Self::Informed => "-informed",
             Self::Joint => "-joint",
+            Self::JointMovers => "-joint-movers",
+            Self::Joint40 => "-joint-40",
+            Self::Joint40Movers => "-joint-40-movers",
             Self::Small => "-small",
             Self::SmallJoint => "-few-features",
         }
@@ -56,12 +74,27 @@ pub struct Source<'a> {
     pub variant: Variant,
 }
 
+/// The worst case of a joint map, which says itself how often things begin to move.
+const WORST_CASE_JOINT: &str = "worst-case-joint";
+
 impl Source<'_> {
-    /// The rig that replays it.
+    /// Whether its filter takes things to move, where that is not left to the source.
+    fn moving(&self) -> Option<&'static str> {
+        match self.variant {
+            Variant::JointMovers | Variant::Joint40Movers if self.what != WORST_CASE_JOINT => Some("on"),
+            Variant::Static | Variant::Joint | Variant::Joint40 | Variant::SmallJoint => Some("off"),
+            _ => None,
+        }
+    }
+
+    /// The filter that it is fed to.
     pub fn rig(&self) -> Rig {
         match self.variant {
             Variant::Informed => FEW,
-            Variant::Joint => JOINT,
+            Variant::Joint => Rig::joint(self.what),
+            Variant::JointMovers => JOINT_MOVERS,
+            Variant::Joint40 => JOINT_40,
+            Variant::Joint40Movers => JOINT_40_MOVERS,
             Variant::Small => SMALL,
             Variant::SmallJoint => SMALL_JOINT,
             Variant::Plain | Variant::Static => Rig::of(self.what),
@@ -109,9 +142,7 @@ fn write(source: Source<'_>, precision: Precision, suffix: &str, more: &[&str]) 
     let rig = source.rig();
     simulator.args(["--particles", &rig.particles.to_string(), "--samples", &rig.samples.to_string()]);
     simulator.args(rig.settings.map(|settings| ["--settings", settings]).into_iter().flatten());
-    if source.variant == Variant::Static {
-        simulator.args(["--moving", "off"]);
-    }
+    simulator.args(source.moving().map(|moving| ["--moving", moving]).into_iter().flatten());
     process::run(simulator.args(more))?;
     written.insert(path.clone());
     Ok(path)

@@ -36,6 +36,6 @@ pub use planar::{core_filter, joint_filter};
 pub use planar_numbers::{PlanarNumbers, PlanarVehicle, SensorNumbers};
 pub use reference_filter::{ReferenceFilter, reference_of};
 pub use reference_filter::{joint_config_of, joint_references_of, references_of};
+pub use scphd_stream::underwater::joint_config as underwater_joint_config;
 pub use stage_times::STAGES;
-pub use underwater::joint_config as underwater_joint_config;
 pub use underwater::{core_filter as underwater_core_filter, joint_filter as underwater_joint_filter};

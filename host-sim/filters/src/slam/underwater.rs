@@ -11,13 +11,12 @@ use crate::underwater::models::models;
 use crate::underwater::settings::Settings;
 use nalgebra::Vector3;
 use scphd::models::{Auv, AuvControl, AuvPose, Sensing, StereoCamera, StereoFrustum, UniformClutter};
-use scphd::settings::Persistence;
 use scphd::storage::{MapMemory, NoMoving, Static, joint_numbers};
-use scphd::{Births, JointConfig, Real, State};
+use scphd::{Births, Real, State};
 use scphd_log::dimensions::Underwater;
 use scphd_log::underwater::Log;
 use scphd_reference::space;
-use scphd_stream::underwater::AuvModels;
+use scphd_stream::underwater::{AuvModels, joint_config};
 
 /// Capacity of the state for particles.
 const PARTICLES: usize = 2048;
@@ -65,12 +64,6 @@ pub fn joint_filter(
         Precision::F32 => start_joint::<f32>(log, settings),
         Precision::F64 => start_joint::<f64>(log, settings),
     }
-}
-
-/// Most measurements of a stereo camera under water are clutter, which would fill the map. Features remain and stay visible: a
-/// missed feature was not matched, and one behind it is visible nevertheless.
-pub fn joint_config<T: Real>() -> JointConfig<T> {
-    JointConfig { persistence: Persistence::FOR_EVER, occlusion_factor: T::ONE, ..JointConfig::strict() }
 }
 
 fn start_joint<T: Real>(log: &Log, settings: &Settings) -> Result<Box<dyn OpenJoint<Underwater>>, Refusal> {

@@ -1,12 +1,15 @@
 //! Replays a stream on the host, and prints the digest after every scan in the same format as the firmware.
 //!
-//! `scphd-replay f32|f64|joint-f32|joint-f64 FILE [SCANS]` replays a stream; with `box-` or `box-joint-` before the precision,
-//! all records of a black box, also if it is incomplete. `scphd-replay list FILE` lists the snapshots of a black box, and
-//! `scphd-replay cut FILE SCANS OUT` writes the part from the snapshot after that number of scans on.
+//! `scphd-replay f32|f64|joint-f32|joint-f64 FILE [SCANS]` replays a stream; `joint-40-f32` has room for 40 features, `joint-movers-f32` and
+//! `joint-40-movers-f32` for moving-object tracks too. With `box-` before the precision, or `box-joint-`, it takes in
+//! all that a black box holds, what is left of one too. `scphd-replay list FILE` lists the snapshots of a black box, and
+//! `scphd-replay cut FILE SCANS OUT` writes what it holds from the snapshot after so many scans on.
 
 use scphd::Real;
-use scphd_stream::planar::{BlackBox, BlackBoxJoint, Planar, PlanarJoint};
-use scphd_stream::underwater::{self, Underwater};
+use scphd_stream::planar::{
+    BlackBox, BlackBoxJoint, Planar, PlanarJoint, PlanarJoint40, PlanarJoint40Movers, PlanarJointMovers,
+};
+use scphd_stream::underwater::{self, Underwater, UnderwaterJoint};
 use scphd_stream::{
     Aboard, Kind, Monitor, Numbers, Reader, Refusal, ScanCost, Seen, Snapshot, find_snapshot, find_whole_snapshot,
     recover, replay,
@@ -20,8 +23,7 @@ use std::time::Instant;
 const STACK_BYTES: usize = 64 << 20;
 
 /// The command line.
-const USAGE: &str =
-    "usage: scphd-replay [box-][joint-]f32|f64 FILE [SCANS], scphd-replay list FILE, scphd-replay cut FILE SCANS OUT";
+const USAGE: &str = "usage: scphd-replay [box-][joint-[40-][movers-]]f32|f64 FILE [SCANS], scphd-replay list FILE, scphd-replay cut FILE SCANS OUT";
 
 /// Prints every scan; its clock counts nanoseconds.
 struct Printer<W> {
@@ -93,6 +95,10 @@ fn of_either<R>(bytes: &[u8], planar: impl FnOnce() -> R, underwater: impl FnOnc
 
 fn run<T: Real>(bytes: &[u8], scans: u32) -> Result<(), String> {
     of_either(bytes, || run_kind::<Planar, T>(bytes, scans), || run_kind::<Underwater, T>(bytes, scans))
+}
+
+fn run_joint<T: Real>(bytes: &[u8], scans: u32) -> Result<(), String> {
+    of_either(bytes, || run_kind::<PlanarJoint, T>(bytes, scans), || run_kind::<UnderwaterJoint, T>(bytes, scans))
 }
 
 fn run_kind<K: Aboard<T>, T: Real>(bytes: &[u8], scans: u32) -> Result<(), String> {
@@ -189,8 +195,11 @@ fn execute() -> Result<(), String> {
             let work: fn(&[u8], u32) -> Result<(), String> = match filter {
                 "f32" => run::<f32>,
                 "f64" => run::<f64>,
-                "joint-f32" => run_kind::<PlanarJoint, f32>,
-                "joint-f64" => run_kind::<PlanarJoint, f64>,
+                "joint-f32" => run_joint::<f32>,
+                "joint-f64" => run_joint::<f64>,
+                "joint-40-f32" => run_kind::<PlanarJoint40, f32>,
+                "joint-movers-f32" => run_kind::<PlanarJointMovers, f32>,
+                "joint-40-movers-f32" => run_kind::<PlanarJoint40Movers, f32>,
                 "box-f32" => |bytes, _| run_box::<f32>(bytes),
                 "box-f64" => |bytes, _| run_box::<f64>(bytes),
                 "box-joint-f32" => |bytes, _| run_box_kind::<BlackBoxJoint, f32>(bytes),

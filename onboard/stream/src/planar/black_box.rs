@@ -1,6 +1,6 @@
 //! The filters of a planar vehicle that process all records of a black box.
 
-use super::joint::{self, FEATURES, OnboardJoint, PlanarJoint};
+use super::joint::{self, FEATURES, OnboardPlanar, PlanarJoint};
 use super::onboard::{self, Direct, Drive, MEASUREMENTS, PlanarSensing, detector, margin, motion};
 use super::{Fix, Odometry, Planar, Sensor};
 use crate::black_box::{
@@ -86,14 +86,14 @@ pub struct BlackBoxJoint;
 /// All memory of the joint map.
 #[derive(Debug)]
 pub struct JointMemory<T: Real> {
-    aboard: joint::Memory<T>,
+    aboard: <PlanarJoint as Aboard<T>>::Memory,
     features: [Component<Vector2<T>>; FEATURES],
 }
 
 /// The joint map with all records of a black box.
 #[derive(Debug)]
 pub struct BlackBoxJointFilter<'m, T: Real> {
-    first: OnboardJoint<'m, T>,
+    first: OnboardPlanar<'m, T>,
     others: [Option<Detector<PlanarSensing<T>>>; OTHERS],
     features: &'m mut [Component<Vector2<T>>],
 }
@@ -162,7 +162,7 @@ impl<T: Real> Filter<Planar> for BlackBoxJointFilter<'_, T> {
     }
 
     fn scan_with(&mut self, scan: Scan, probe: &mut impl Probe) -> Result<Seen, Refusal> {
-        let OnboardJoint { filter, detector, measurements } = &mut self.first;
+        let OnboardPlanar { filter, detector, measurements, .. } = &mut self.first;
         let detector = match scan.beyond_first {
             None => detector,
             Some(place) => self.others.get_mut(place).and_then(Option::as_mut).ok_or(Refusal::NotAboard)?,

@@ -1,7 +1,7 @@
 //! The filters of a planar vehicle with simulated memory faults, in single precision.
 
 use super::Planar;
-use super::joint::OnboardJoint;
+use super::joint::OnboardPlanar;
 use super::onboard::{Direct, Drive};
 use crate::black_box::KIND;
 use crate::flips::Failing;
@@ -41,6 +41,6 @@ where
     failing!();
 }
 
-impl Failing<Planar> for OnboardJoint<'_, f32> {
+impl Failing<Planar> for OnboardPlanar<'_, f32> {
     failing!();
 }

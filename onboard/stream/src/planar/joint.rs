@@ -1,90 +1,73 @@
 //! The joint map of a planar vehicle on board.
 
 use super::onboard::{Direct, Drive, MEASUREMENTS, PlanarSensing, detector, motion, start};
-use super::{Odometry, Planar, Sensor};
+use super::{Planar, Sensor};
 use crate::header::Header;
-use crate::onboard::{Aboard, Capacities, Filter, Helm, Ram, RamPart, Refusal, Scan, Seen, lower, moved};
-use crate::record::Measurements;
+use crate::joint::{self, Beside, JointMemory, OnboardJoint, Tracks};
+use crate::onboard::{Aboard, Capacities, RamPart, Refusal};
+use core::marker::PhantomData;
 use nalgebra::Vector2;
-use scphd::diagnostics::{Probe, Stage};
-use scphd::models::{PlanarPose, Pose};
+use scphd::models::PlanarPose;
 use scphd::settings::Persistence;
-use scphd::storage::joint_numbers;
-use scphd::{Detector, JointConfig, JointReport, JointSlam, JointState, Real};
+use scphd::storage::{NoMovers, joint_numbers};
+use scphd::{JointConfig, JointSlam, JointState, Real};
 
 /// Capacity of the joint map, features.
 pub(super) const FEATURES: usize = if cfg!(feature = "small-pools") { 16 } else { 64 };
 
-type OnboardState<T> = JointState<PlanarPose<T>, Vector2<T>, FEATURES, { joint_numbers(3, 2, FEATURES) }, MEASUREMENTS>;
+/// Features of the smaller one.
+const FEW: usize = 40;
+/// Moving-object tracks beside either.
+const MOVERS: usize = 64;
 
-/// The filter with a joint map, for streams of planar vehicles.
+/// The filter with a joint map, for streams of vehicles in the plane: room for `ROOM` features, and `V` beside them.
 #[derive(Debug, Clone, Copy)]
-pub struct PlanarJoint;
+pub struct PlanarJoint<
+    const ROOM: usize = FEATURES,
+    const NUMBERS: usize = { joint_numbers(3, 2, FEATURES) },
+    V = NoMovers,
+>(PhantomData<V>);
 
-/// All memory of the joint map on board, with a received scan.
-#[derive(Debug)]
-pub struct Memory<T: Real> {
-    state: OnboardState<T>,
-    measurements: [Vector2<T>; MEASUREMENTS],
-}
+/// The same with room for moving-object tracks.
+pub type PlanarJointMovers = PlanarJoint<FEATURES, { joint_numbers(3, 2, FEATURES) }, Tracks<MOVERS>>;
+/// A joint map of fewer features.
+pub type PlanarJoint40 = PlanarJoint<FEW, { joint_numbers(3, 2, FEW) }>;
+/// The same with room for moving-object tracks.
+pub type PlanarJoint40Movers = PlanarJoint<FEW, { joint_numbers(3, 2, FEW) }, Tracks<MOVERS>>;
 
-/// The joint map, with the memory of its inputs.
-#[derive(Debug)]
-pub struct OnboardJoint<'m, T: Real> {
-    pub(super) filter: JointSlam<'m, Drive<T>, Vector2<T>>,
-    pub(super) detector: Detector<PlanarSensing<T>>,
-    pub(super) measurements: &'m mut [Vector2<T>],
-}
+/// All memory of it.
+pub type Memory<T, const ROOM: usize, const NUMBERS: usize, V> = JointMemory<
+    JointState<PlanarPose<T>, Vector2<T>, ROOM, NUMBERS, MEASUREMENTS>,
+    <V as Beside<PlanarPose<T>>>::Memory,
+    Vector2<T>,
+    MEASUREMENTS,
+>;
 
-impl<T: Real> Aboard<T> for PlanarJoint {
+/// The joint map, with movers `V`.
+pub(super) type OnboardPlanar<'m, T, V = NoMovers> = OnboardJoint<'m, Planar, Direct, Drive<T>, PlanarSensing<T>, V>;
+
+impl<T: Real, V: Beside<PlanarPose<T>>, const ROOM: usize, const NUMBERS: usize> Aboard<T>
+    for PlanarJoint<ROOM, NUMBERS, V>
+{
     type Kind = Planar;
-    type Memory = Memory<T>;
+    type Memory = Memory<T, ROOM, NUMBERS, V>;
     type Filter<'m>
-        = OnboardJoint<'m, T>
+        = OnboardPlanar<'m, T, V::Movers<'m>>
     where
         T: 'm;
 
-    const MEMORY: Memory<T> =
-        Memory { state: JointState::new(), measurements: [Vector2::new(T::ZERO, T::ZERO); MEASUREMENTS] };
-    const CAPACITIES: Capacities = Capacities {
-        candidates: 1,
-        particles: 1,
-        components: FEATURES,
-        components_in_all: FEATURES,
-        measurements: MEASUREMENTS,
-    };
-    const RAM_PARTS: [RamPart; 6] = Ram {
-        total: size_of::<Memory<T>>(),
-        state: size_of::<OnboardState<T>>(),
-        particles: 0,
-        pages: 0,
-        moving_pages: 0,
-        scratch: 0,
-    }
-    .parts();
+    const MEMORY: Self::Memory = JointMemory::with(JointState::new(), V::MEMORY);
+    const CAPACITIES: Capacities = joint::capacities(ROOM, MEASUREMENTS);
+    const RAM_PARTS: [RamPart; 6] = <Self::Memory>::RAM_PARTS;
 
-    fn start<'m>(header: &Header<Planar>, memory: &'m mut Memory<T>) -> Result<OnboardJoint<'m, T>, Refusal>
+    fn start<'m>(header: &Header<Planar>, memory: &'m mut Self::Memory) -> Result<Self::Filter<'m>, Refusal>
     where
         T: 'm,
     {
-        let Memory { state, measurements } = memory;
-        let mut filter = JointSlam::new(motion(header, 1.0)?, config(header), state)?;
+        let JointMemory { state, movers, measurements } = memory;
+        let map = JointSlam::new(motion(header, 1.0)?, config(header), state)?;
         let detector = detector(&Sensor::first(header))?;
-        filter.reset(start(header))?;
-        Ok(OnboardJoint { filter, detector, measurements })
-    }
-}
-
-impl<T: Real> OnboardJoint<'_, T> {
-    /// The results of a scan.
-    pub(super) fn seen(&self, report: &JointReport<T>) -> Seen {
-        Seen {
-            health: report.health.bits(),
-            in_view: report.in_view as u32,
-            maps_updated: 1,
-            pages_used: self.filter.held() as u32,
-            pages: FEATURES as u32,
-        }
+        OnboardJoint::start::<_, V>(map, (movers, header), (detector, Direct), (measurements, ROOM), start(header))
     }
 }
 
@@ -99,45 +82,5 @@ pub(super) fn config<T: Real>(header: &Header<Planar>) -> JointConfig<T> {
         occlusion_factor: T::from_f64(joint.occlusion_factor),
         merge_distance: T::from_f64(joint.merge_distance),
         ..JointConfig::default()
-    }
-}
-
-impl<T: Real> Filter<Planar> for OnboardJoint<'_, T> {
-    fn predict(&mut self, odometry: &Odometry) -> Result<(), Refusal> {
-        if let Some((control, dt)) = Direct.control(odometry).map_err(Refusal::Predict)? {
-            moved(self.filter.predict(&control, dt))?;
-        }
-        Ok(())
-    }
-
-    fn receive(&mut self, measurements: Measurements<'_, Planar>) -> Scan {
-        Scan::received(measurements, self.measurements)
-    }
-
-    fn scan_with(&mut self, scan: Scan, probe: &mut impl Probe) -> Result<Seen, Refusal> {
-        if !scan.is_plain() {
-            return Err(Refusal::NotAboard);
-        }
-        let measurements = scan.of(self.measurements).map_err(Refusal::Scan)?;
-        // A joint map has only one stage.
-        probe.enter(Stage::Update);
-        let report = self.filter.scan(&self.detector, measurements);
-        probe.leave(Stage::Update);
-        Ok(self.seen(&report.map_err(Refusal::Scan)?))
-    }
-
-    fn estimate(&mut self) -> ([f64; 3], usize) {
-        let pose = self.filter.estimate_pose().map_or(PlanarPose::ZERO, |pose| pose.mean);
-        ([pose.x_m, pose.y_m, pose.heading_rad].map(T::to_f64), self.filter.features().count())
-    }
-
-    fn estimate_pose(&self) -> ([f64; 3], [f64; 6]) {
-        let Some(pose) = self.filter.estimate_pose() else { return ([0.0; 3], [0.0; 6]) };
-        let PlanarPose { x_m, y_m, heading_rad } = pose.mean;
-        ([x_m, y_m, heading_rad].map(T::to_f64), lower::<Planar, _>(pose.covariance.as_lower()))
-    }
-
-    fn digest(&self) -> u64 {
-        self.filter.digest()
     }
 }

@@ -11,7 +11,7 @@ mod vehicle;
 
 pub use black_box::{BlackBox, BlackBoxJoint};
 pub use fix::Fix;
-pub use joint::PlanarJoint;
+pub use joint::{PlanarJoint, PlanarJoint40, PlanarJoint40Movers, PlanarJointMovers};
 pub use models::{Models, Sensor, SensorModels};
 pub use onboard::{MEASUREMENTS, Memory};
 pub use vehicle::{Odometry, Planar, Vehicle};

@@ -2,11 +2,13 @@
 
 mod black_box;
 mod fix;
+mod joint;
 mod models;
 mod onboard;
 
 pub use black_box::BlackBox;
 pub use fix::{Fix, Of};
+pub use joint::{UnderwaterJoint, joint_config};
 pub use models::{AuvModels, Models};
 pub use onboard::{MEASUREMENTS, Memory};
 

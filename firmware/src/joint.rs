@@ -1,0 +1,10 @@
+//! The joint map in the plane that the features of an image choose.
+
+#[cfg(not(any(feature = "forty-features", feature = "movers")))]
+pub use scphd_stream::planar::PlanarJoint as Joint;
+#[cfg(all(feature = "forty-features", not(feature = "movers")))]
+pub use scphd_stream::planar::PlanarJoint40 as Joint;
+#[cfg(all(feature = "forty-features", feature = "movers"))]
+pub use scphd_stream::planar::PlanarJoint40Movers as Joint;
+#[cfg(all(not(feature = "forty-features"), feature = "movers"))]
+pub use scphd_stream::planar::PlanarJointMovers as Joint;
