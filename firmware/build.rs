@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::{env, fs};
 
-/// Images that log with defmt.
+/// Images that use defmt.
 const LOGGING: [&str; 9] = [
     "black-box",
     "flips",

@@ -1,4 +1,4 @@
-//! The joint map in the plane that the features of an image choose.
+//! The planar joint map that the features of an image select.
 
 #[cfg(not(any(feature = "forty-features", feature = "movers")))]
 pub use scphd_stream::planar::PlanarJoint as Joint;

@@ -1,4 +1,4 @@
-//! What the images share: the joint map, the clock, the stack's paint, the place of the stream, the report, the serial port.
+//! Code shared by the images: joint map, clock, stack paint, stream region, report, serial port.
 #![no_std]
 
 pub mod board;

@@ -94,7 +94,7 @@ fn a_replay_ends_in_the_state_of_the_session() {
     }
 }
 
-/// A joint map that fits every room has one state in all of them, and another one where things may move.
+/// A joint map has the same state with every sufficient capacity, and another one with moving-object tracks.
 #[test]
 fn a_joint_map_ends_where_its_session_ends() {
     let mut log = scenario::faults(1);
@@ -122,7 +122,7 @@ fn a_joint_map_ends_where_its_session_ends() {
     assert_ne!(ended(false), ended(true));
 }
 
-/// The mean error of the position, m, of a replay, whose log has a true pose for every scan.
+/// Mean position error of a replay, m. The log has a true pose for every scan.
 fn position_error_m<A: Aboard<f32, Kind = Planar>>(log: &Log, bytes: &[u8]) -> f64 {
     with_roomy_stack(|| {
         let (mut reader, mut memory) = (Reader::<Planar>::open(bytes).unwrap(), Box::new(A::MEMORY));
@@ -145,7 +145,7 @@ fn position_error_m<A: Aboard<f32, Kind = Planar>>(log: &Log, bytes: &[u8]) -> f
     })
 }
 
-/// Far more is born in a scan than there is room for; what is kept is what matters.
+/// A scan has far more births than the capacity; those that matter are kept.
 #[test]
 fn on_board_there_is_room_for_what_moves_in_the_thesis() {
     let log = scenario::thesis_dynamic(900_000);

@@ -1,8 +1,8 @@
-//! Links only if no panic can be reached from setting up, predicting, scanning and estimating: whoever panics calls a function that
-//! does not exist. In single precision or, with the feature `double`, in double; for a planar vehicle or, with the feature
-//! `underwater`, for an underwater one; with the feature `joint`, with a joint map. With the feature `black-box` what is
-//! left of a black box is replayed, and recorded once more. With the feature `sensors` posts are found, and messages of flight stacks read and
-//! written.
+//! Links only if no panic is reachable from setup, prediction, scan and estimate: a panic would call a function that nobody
+//! defines. In single precision, or in double precision with the feature `double`; for a planar vehicle, for an underwater
+//! vehicle with the feature `underwater`; with a joint map with the feature `joint`. With the feature `black-box` the remaining
+//! records of a black box are replayed and recorded again. With the feature `sensors` posts are found, and messages of flight
+//! stacks are read and written.
 #![no_std]
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! The joint map on board, whatever vehicle it is of.
+//! The joint map on board, for all vehicles.
 
 use crate::header::{Header, Moving};
 use crate::kind::Kind;
@@ -13,26 +13,26 @@ use scphd::numerics::Vector;
 use scphd::storage::{JointMovers, Movers, NoMovers, Tracked};
 use scphd::{Detector, JointReport, JointSlam, Real};
 
-/// Room for so many moving-object tracks beside a joint map.
+/// Capacity for moving-object tracks of a joint map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Tracks<const CAPACITY: usize>;
 
-/// What a joint map on board has beside it: [`Tracks`] of moving objects, or [`NoMovers`], and then nothing of them is linked.
+/// Moving-object tracks of a joint map on board: [`Tracks`], or [`NoMovers`] without any, which links no code for them.
 pub trait Beside<P: Pose> {
     /// Their memory.
     type Memory;
-    /// The tracks over it.
+    /// The tracks in that memory.
     type Movers<'m>: Movers<P>
     where
         P: 'm;
 
-    /// Fresh memory, all zero.
+    /// New memory, all zero.
     const MEMORY: Self::Memory;
 
-    /// The map with them, as the head of a stream says.
+    /// Adds them to the map, with the settings in the header of a stream.
     ///
     /// # Errors
-    /// A number of the head is out of range.
+    /// A number of the header is out of range.
     fn beside<'m, M: Motion<Pose = P>, Z: Vector<Scalar = ScalarOf<P>>>(
         map: JointSlam<'m, M, Z>,
         memory: &'m mut Self::Memory,
@@ -79,7 +79,7 @@ impl<P: Pose, const CAPACITY: usize> Beside<P> for Tracks<CAPACITY> {
     }
 }
 
-/// All memory of a joint map on board: its state, what is beside it, a scan on its way in.
+/// All memory of a joint map on board: state, tracks, and the received scan.
 #[derive(Debug)]
 pub struct JointMemory<S, V, Z, const MEASUREMENTS: usize> {
     pub(crate) state: S,
@@ -88,7 +88,7 @@ pub struct JointMemory<S, V, Z, const MEASUREMENTS: usize> {
 }
 
 impl<S, V, Z: Vector, const MEASUREMENTS: usize> JointMemory<S, V, Z, MEASUREMENTS> {
-    /// Where the RAM goes.
+    /// RAM by part.
     pub(crate) const RAM_PARTS: [RamPart; 6] = Ram {
         total: size_of::<Self>(),
         state: size_of::<S>() + size_of::<V>(),
@@ -99,18 +99,18 @@ impl<S, V, Z: Vector, const MEASUREMENTS: usize> JointMemory<S, V, Z, MEASUREMEN
     }
     .parts();
 
-    /// Memory with this content, and no scan on its way.
+    /// Memory with this state and these tracks, without a scan.
     pub(crate) const fn with(state: S, movers: V) -> Self {
         Self { state, movers, measurements: [Z::ZERO; MEASUREMENTS] }
     }
 }
 
-/// What bounds the work of a scan with so many features and measurements.
+/// The capacities that bound the work of a scan.
 pub(crate) const fn capacities(features: usize, measurements: usize) -> Capacities {
     Capacities { candidates: 1, particles: 1, components: features, components_in_all: features, measurements }
 }
 
-/// A joint map for streams of kind `G`, with the memory of what comes in, and whatever makes its controls.
+/// A joint map for streams of kind `G`, with the memory of received measurements and the conversion of controls.
 #[derive(Debug)]
 pub struct OnboardJoint<'m, G, N, M: Motion, X: MeasurementModel, V = NoMovers> {
     pub(crate) filter: JointMap<'m, M, X::Measurement, V>,
@@ -118,7 +118,7 @@ pub struct OnboardJoint<'m, G, N, M: Motion, X: MeasurementModel, V = NoMovers> 
     pub(crate) helm: N,
     pub(crate) kind: PhantomData<G>,
     pub(crate) measurements: &'m mut [X::Measurement],
-    /// Features that there is room for.
+    /// Capacity for features.
     pub(crate) room: usize,
 }
 
@@ -129,7 +129,7 @@ where
     X: MeasurementModel<Pose = M::Pose>,
     V: Movers<M::Pose>,
 {
-    /// The map with what a head says of what moves, at its start.
+    /// The map with the tracks that the header asks for, at its initial pose.
     pub(crate) fn start<K: Kind, B: Beside<M::Pose, Movers<'m> = V>>(
         map: JointSlam<'m, M, X::Measurement>,
         (movers, header): (&'m mut B::Memory, &Header<K>),
@@ -142,7 +142,7 @@ where
         Ok(Self { filter, detector, helm, kind: PhantomData, measurements, room })
     }
 
-    /// What a scan left behind.
+    /// The results of a scan.
     pub(crate) fn seen(&self, report: &JointReport<T>) -> Seen {
         Seen {
             health: report.health.bits(),
@@ -180,7 +180,7 @@ where
             return Err(Refusal::NotAboard);
         }
         let measurements = scan.of(self.measurements).map_err(Refusal::Scan)?;
-        // A joint map is updated as one; there is nothing to be told apart.
+        // A joint map has only one stage.
         probe.enter(Stage::Update);
         let report = self.filter.scan(&self.detector, measurements);
         probe.leave(Stage::Update);

@@ -466,7 +466,7 @@ pub(crate) fn births<K: Kind, T: Real>(header: &Header<K>) -> Births<T> {
     }
 }
 
-/// The tuning for moving features; where none are born, the other numbers mean nothing and may be zero.
+/// The tuning for moving features; without births of moving features the other numbers are not used and may be zero.
 pub(crate) fn moving_config<T: Real>(moving: &Moving) -> MovingConfig<T> {
     if moving.birth_intensity == 0.0 {
         return MovingConfig::walkers();

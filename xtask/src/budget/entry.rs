@@ -35,7 +35,7 @@ impl Budget {
 
     fn variant(&self) -> Variant {
         let named = Variant::NAMED.into_iter().filter(|variant| self.configuration.contains(variant.mark()));
-        // One mark may be the beginning of another.
+        // A marker may be a prefix of another one.
         named.max_by_key(|variant| variant.mark().len()).unwrap_or(Variant::Plain)
     }
 

@@ -97,7 +97,7 @@ pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, Stop> {
     Ok(measured.into_iter().collect::<Result<_, String>>()?)
 }
 
-/// What tells images apart: board, name, features.
+/// Key of an image: board, name, features.
 type Key = (&'static str, String, Vec<&'static str>);
 
 fn key(board: &'static Board, rig: Rig, precision: Precision) -> Key {

@@ -20,8 +20,8 @@ use crate::tools::Tool;
 
 /// A scenario without moving features.
 const SURVEY: Source<'_> = Source { what: "survey", scans: 200, variant: Variant::Plain };
-/// Scenarios, which are always there: nothing moves, all scans of one in which something does, and a dive, of whose frames each takes as
-/// long as several scans; by particles and by a joint map.
+/// Scenarios, which are always available: without moving features; all scans of one with moving features; and a dive, each of whose
+/// frames takes as long as several scans. With a mixture and with a joint map.
 const SCENARIOS: [Source<'_>; 6] = [
     SURVEY,
     Source { what: "survey", scans: 200, variant: Variant::Joint },

@@ -17,13 +17,13 @@ const SCANS: usize = 501;
 /// Warnings of too little memory: pruning tightened, map not updated, components lost.
 const WANT_OF_ROOM: u16 = 0b1_1100;
 
-/// How the drive is taken, with the configuration whose worst case bounds it.
+/// The filters for the drive, and the configurations whose worst cases are their limits.
 const TAKEN: [(Variant, &str); 6] = [
     (Variant::Plain, "32x2-f32"),
     (Variant::Informed, "4x1-informed-f32"),
     (Variant::Joint, "1x1-joint-f32"),
     (Variant::JointMovers, "1x1-joint-movers-f32"),
-    // With less room a scan takes no longer than with all of it.
+    // With less memory a scan must not exceed the worst case with all of it.
     (Variant::Small, "32x2-f32"),
     (Variant::SmallJoint, "1x1-joint-f32"),
 ];

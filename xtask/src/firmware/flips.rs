@@ -17,8 +17,8 @@ const FEATURES: [&str; 2] = ["few-particles", "flips"];
 /// 60 scans without a flip and 20 rounds of 10.
 const DRIVE: Source<'_> = Source { what: "survey", scans: 260, variant: Variant::Informed };
 const ROUNDS: usize = 20;
-/// Its filters, with the configurations whose worst cases bound them, and the instructions of the longest scan that `docs/performance.md`
-/// states.
+/// Its filters, the configurations whose worst cases are their limits, and the instructions of the longest scan as stated in
+/// `docs/performance.md`.
 const FILTERS: [(&str, &str, u64); 2] =
     [("mixture", "4x1-informed-f32", 1_340_000), ("joint", "1x1-joint-f32", 2_090_000)];
 
@@ -93,7 +93,7 @@ pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
     Ok(())
 }
 
-/// Whether a figure is within a fifth of what is stated.
+/// Whether a figure is within a fifth of the stated one.
 fn is_near(figure: u64, stated: u64) -> bool {
     5 * figure <= 6 * stated && 5 * stated <= 6 * figure
 }

@@ -39,7 +39,7 @@ fn prove() -> Result<Outcome, Stop> {
             Precision::ALL.into_iter().try_for_each(|precision| proves(toolchain, board, PLANAR, precision))
         }));
     }
-    // The code for these is the same for every board with a processor of this kind.
+    // The code is the same for all boards with this type of processor.
     let in_single = [PLANAR, JOINT, JOINT_MOVERS, UNDERWATER, UNDERWATER_JOINT].map(|rig| (rig, Precision::F32));
     for (rig, precision) in in_single.into_iter().chain([(PLANAR, Precision::F64)]) {
         checks.push(Box::new(move || proves(toolchain, &REFERENCE, rig, precision)));

@@ -8,13 +8,13 @@ use super::precision::Precision;
 pub struct Rig {
     /// Part of the names of its images between `replay-` and the precision.
     vehicle: &'static str,
-    /// What the replay on the host is told before the precision: which filter.
+    /// The filter in the argument of the replay on the host, before the precision.
     filter: &'static str,
-    /// The features of `proof` that choose it.
+    /// Features of `proof` that select it.
     features: &'static [&'static str],
-    /// The features of its images that choose what a joint map has room for; the host is told by `filter`.
+    /// Features of its images that select the capacities of a joint map; on the host `filter` does.
     choice: &'static [&'static str],
-    /// The features that choose how much room there is, in every image and on the host.
+    /// Features that select the capacities, in every image and on the host.
     pub room: &'static [&'static str],
     /// Particles and samples of its streams; the firmware has memory for these.
     pub particles: usize,
@@ -63,11 +63,11 @@ pub const JOINT: Rig = Rig {
     ..PLANAR
 };
 
-/// The same with room for moving-object tracks.
+/// [`JOINT`] with moving-object tracks.
 pub const JOINT_MOVERS: Rig =
     Rig { filter: "joint-movers-", features: &["joint", "movers"], choice: &["movers"], ..JOINT };
 
-/// The two with room for fewer features, of the same code, so that one board says what they do.
+/// Both with capacity for 40 features; the code is the same, so that one board is enough.
 pub const JOINT_40: Rig =
     Rig { filter: "joint-40-", choice: &["forty-features"], boards: EMULATED.split_at(1).0, ..JOINT };
 pub const JOINT_40_MOVERS: Rig = Rig {
@@ -77,7 +77,7 @@ pub const JOINT_40_MOVERS: Rig = Rig {
     ..JOINT_MOVERS
 };
 
-/// The two with a quarter of the room, to see what they do without the rest: one board says it.
+/// Mixture and joint map with a quarter of the capacities, to test a lack of memory; on one board.
 pub const SMALL: Rig =
     Rig { room: &["small-pools"], precisions: &[Precision::F32], boards: EMULATED.split_at(1).0, ..PLANAR };
 pub const SMALL_JOINT: Rig = Rig { room: &["small-pools"], boards: EMULATED.split_at(1).0, ..JOINT };
@@ -95,10 +95,10 @@ pub const UNDERWATER: Rig = Rig {
     ..PLANAR
 };
 
-/// The same with a joint map.
+/// [`UNDERWATER`] with a joint map.
 pub const UNDERWATER_JOINT: Rig = Rig { vehicle: "underwater-joint-", features: &["underwater", "joint"], ..JOINT };
 
-/// The black boxes of the three, in `proof`.
+/// Features of `proof` for the black boxes of the three vehicles.
 pub const BLACK_BOXES: [&[&str]; 3] = [&["black-box"], &["black-box", "joint"], &["black-box", "underwater"]];
 
 /// Features of `proof` for the crates beside the filters.
@@ -113,12 +113,12 @@ impl Rig {
         if DIVES.contains(&source) { UNDERWATER } else { PLANAR }
     }
 
-    /// The same with a joint map.
+    /// The rig for a source with a joint map.
     pub fn joint(source: &str) -> Self {
         if DIVES.contains(&source) { UNDERWATER_JOINT } else { JOINT }
     }
 
-    /// What the replay on the host is told: which filter, and its precision.
+    /// The argument of the replay on the host: filter and precision.
     pub fn replay(&self, precision: Precision) -> String {
         format!("{}{}", self.filter, precision.name())
     }
@@ -128,12 +128,12 @@ impl Rig {
         format!("replay-{}{}", self.vehicle, precision.name())
     }
 
-    /// The features of that image.
+    /// Features of the image that replays its streams.
     pub fn image_features(&self) -> Vec<&'static str> {
         self.choice.iter().chain(self.room).copied().collect()
     }
 
-    /// The features of `proof` for it.
+    /// Features of `proof` for it.
     pub fn proof_features(&self, precision: Precision) -> Vec<&'static str> {
         let double = (precision == Precision::F64).then_some("double");
         self.features.iter().chain(self.room).copied().chain(double).collect()
@@ -161,7 +161,7 @@ mod tests {
             (small.image(Precision::F32), small.replay(Precision::F32)),
             ("replay-joint-f32".into(), "joint-40-movers-f32".into())
         );
-        // The code does not depend on how many features there are.
+        // The code does not depend on the capacity for features.
         assert_eq!(small.image_features(), ["forty-features", "movers"]);
         assert_eq!(small.proof_features(Precision::F32), JOINT_MOVERS.proof_features(Precision::F32));
         assert_eq!(Rig::joint("girona-tank").image(Precision::F32), "replay-underwater-joint-f32");

@@ -20,22 +20,22 @@ pub enum Variant {
     Static,
     /// Few informed particles instead of many blind ones.
     Informed,
-    /// By a joint map, for which everything is static.
+    /// A joint map without moving-object tracks.
     Joint,
-    /// By a joint map with moving-object tracks.
+    /// A joint map with moving-object tracks.
     JointMovers,
-    /// By a joint map of fewer features.
+    /// A joint map with capacity for 40 features.
     Joint40,
-    /// By such a one with moving-object tracks.
+    /// The same with moving-object tracks.
     Joint40Movers,
-    /// With a quarter of the room.
+    /// With a quarter of the capacities.
     Small,
     /// A joint map with a quarter of the capacities.
     SmallJoint,
 }
 
 impl Variant {
-    /// Those that a configuration names.
+    /// The variants that a configuration can name.
     pub const NAMED: [Self; 8] = [
         Self::Static,
         Self::Informed,
@@ -74,11 +74,11 @@ pub struct Source<'a> {
     pub variant: Variant,
 }
 
-/// The worst case of a joint map, which says itself how often things begin to move.
+/// The worst case of a joint map, which has its own birth intensity of moving objects.
 const WORST_CASE_JOINT: &str = "worst-case-joint";
 
 impl Source<'_> {
-    /// Whether its filter takes things to move, where that is not left to the source.
+    /// Whether its filter has moving-object tracks; `None` if the source decides.
     fn moving(&self) -> Option<&'static str> {
         match self.variant {
             Variant::JointMovers | Variant::Joint40Movers if self.what != WORST_CASE_JOINT => Some("on"),
@@ -87,7 +87,7 @@ impl Source<'_> {
         }
     }
 
-    /// The filter that it is fed to.
+    /// The filter that replays it.
     pub fn rig(&self) -> Rig {
         match self.variant {
             Variant::Informed => FEW,

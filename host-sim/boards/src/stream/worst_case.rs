@@ -79,11 +79,12 @@ pub fn worst_case(particles: usize, samples: usize, measurements: usize) -> (Log
     (log, settings)
 }
 
-/// A vehicle that stands still among `measurements` landmarks, all of which it sees in every scan, with settings under which a joint map does
-/// all that it can do in one scan: every measurement may be of several features, so that all features are corrected by all, some give birth
-/// all the same, and features are merged. Wider gates explain less by each feature, narrower ones leave nothing to merge: the noise was
-/// chosen among a few that were tried, for the longest scan on a Cortex-M7. Where things may move, every birth is a track too, which is never
-/// given up for want of knowledge; more frequent births of such would leave less to the features.
+/// A vehicle at rest among `measurements` landmarks, all of which are detected in every scan, with settings for the greatest cost
+/// of a joint map in a scan: every measurement is associated with several features, so that all features are corrected by all
+/// measurements, nevertheless there are some births, and features are merged. With wider gates a feature has a smaller share of
+/// each measurement, with narrower ones nothing is merged: the noise was chosen by trials, for the longest scan on a Cortex-M7.
+/// With moving-object tracks every birth also starts a track, and tracks are never removed for their uncertainty; with a higher
+/// birth intensity of moving objects the features would have a smaller share.
 #[must_use]
 pub fn worst_case_joint(measurements: usize) -> (Log, Settings) {
     let (mut log, _) = worst_case(1, 1, measurements);

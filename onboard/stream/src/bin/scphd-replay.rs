@@ -1,9 +1,9 @@
 //! Replays a stream on the host, and prints the digest after every scan in the same format as the firmware.
 //!
-//! `scphd-replay f32|f64|joint-f32|joint-f64 FILE [SCANS]` replays a stream; `joint-40-f32` has room for 40 features, `joint-movers-f32` and
-//! `joint-40-movers-f32` for moving-object tracks too. With `box-` before the precision, or `box-joint-`, it takes in
-//! all that a black box holds, what is left of one too. `scphd-replay list FILE` lists the snapshots of a black box, and
-//! `scphd-replay cut FILE SCANS OUT` writes what it holds from the snapshot after so many scans on.
+//! `scphd-replay f32|f64|joint-f32|joint-f64 FILE [SCANS]` replays a stream; `joint-40-f32` has capacity for 40 features,
+//! `joint-movers-f32` and `joint-40-movers-f32` have moving-object tracks. With `box-` or `box-joint-` before the precision it
+//! replays all records of a black box, also if it is incomplete. `scphd-replay list FILE` lists the snapshots of a black box, and
+//! `scphd-replay cut FILE SCANS OUT` writes the part from the snapshot after that number of scans on.
 
 use scphd::Real;
 use scphd_stream::planar::{

@@ -15,12 +15,12 @@ use scphd::{JointConfig, JointSlam, JointState, Real};
 /// Capacity of the joint map, features.
 pub(super) const FEATURES: usize = if cfg!(feature = "small-pools") { 16 } else { 64 };
 
-/// Features of the smaller one.
+/// Capacity of the smaller map, features.
 const FEW: usize = 40;
-/// Moving-object tracks beside either.
+/// Capacity for moving-object tracks of both.
 const MOVERS: usize = 64;
 
-/// The filter with a joint map, for streams of vehicles in the plane: room for `ROOM` features, and `V` beside them.
+/// The filter with a joint map, for streams of planar vehicles: with capacity for `ROOM` features and tracks `V`.
 #[derive(Debug, Clone, Copy)]
 pub struct PlanarJoint<
     const ROOM: usize = FEATURES,
@@ -28,14 +28,14 @@ pub struct PlanarJoint<
     V = NoMovers,
 >(PhantomData<V>);
 
-/// The same with room for moving-object tracks.
+/// [`PlanarJoint`] with moving-object tracks.
 pub type PlanarJointMovers = PlanarJoint<FEATURES, { joint_numbers(3, 2, FEATURES) }, Tracks<MOVERS>>;
-/// A joint map of fewer features.
+/// [`PlanarJoint`] with capacity for 40 features.
 pub type PlanarJoint40 = PlanarJoint<FEW, { joint_numbers(3, 2, FEW) }>;
-/// The same with room for moving-object tracks.
+/// [`PlanarJoint40`] with moving-object tracks.
 pub type PlanarJoint40Movers = PlanarJoint<FEW, { joint_numbers(3, 2, FEW) }, Tracks<MOVERS>>;
 
-/// All memory of it.
+/// Its memory.
 pub type Memory<T, const ROOM: usize, const NUMBERS: usize, V> = JointMemory<
     JointState<PlanarPose<T>, Vector2<T>, ROOM, NUMBERS, MEASUREMENTS>,
     <V as Beside<PlanarPose<T>>>::Memory,

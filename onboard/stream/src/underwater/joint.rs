@@ -12,15 +12,15 @@ use scphd::settings::Persistence;
 use scphd::storage::{NoMovers, joint_numbers};
 use scphd::{Detector, JointConfig, JointSlam, JointState, Real};
 
-/// Features of the joint map.
+/// Capacity of the joint map, features.
 const FEATURES: usize = 128;
 
-/// The filter with a joint map, for streams of vehicles under water.
+/// The filter with a joint map, for streams of underwater vehicles.
 #[derive(Debug, Clone, Copy)]
 pub struct UnderwaterJoint;
 
-/// Most of what a stereo camera measures under water is clutter, which would fill the map. What was there stays there, in sight: a feature
-/// that is missed was not matched, and the next one behind it is seen all the same.
+/// Most measurements of a stereo camera under water are clutter, which would fill the map. Features remain and stay visible: a
+/// missed feature was not matched, and one behind it is visible nevertheless.
 #[must_use]
 pub fn joint_config<T: Real>() -> JointConfig<T> {
     JointConfig { persistence: Persistence::FOR_EVER, occlusion_factor: T::ONE, ..JointConfig::strict() }
