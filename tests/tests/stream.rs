@@ -167,7 +167,8 @@ fn a_dive_with_a_joint_map_ends_where_its_session_ends() {
     assert_eq!((digests.all.len(), digests.all.last().copied()), (log.scans.len(), session.summary.digest));
 }
 
-/// A row beyond the limits of a vehicle that takes it nowhere far in its time: only speed tells, which the models on board have to say.
+/// An odometry row beyond the speed limit that moves the vehicle little in its short time: only the check of the speed can refuse
+/// it.
 #[test]
 fn an_implausible_row_is_refused_on_board_and_in_the_session() {
     let drive = |speed: f64| {
