@@ -213,9 +213,8 @@ impl Ekf {
 /// stays unobserved after every step; a plain EKF takes each step for information on the heading.
 fn turned(step: &[f64]) -> Vec<f64> {
     let mut by = vec![0.0; step.len()];
-    (by[0], by[1]) = (-step[1], step[0]);
-    for (by, step) in by[POSE..].chunks_exact_mut(2).zip(step[POSE..].chunks_exact(2)) {
-        (by[0], by[1]) = (-step[1], step[0]);
+    for x in std::iter::once(0).chain((POSE..step.len()).step_by(2)) {
+        (by[x], by[x + 1]) = (-step[x + 1], step[x]);
     }
     by
 }
