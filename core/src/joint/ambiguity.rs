@@ -1,17 +1,19 @@
-//! Ambiguity of the association of a feature with several measurements.
+//! Ambiguity test: whether the measurements that are associated with a feature contradict each other.
 
 use super::associations::{AssociationRow, probabilities};
 use crate::models::noise_at;
 use crate::{Pose, Real, Sensor, Zero};
 
-/// No measurement has as much of a feature's detections.
+/// An association is unambiguous if one measurement has at least this share of the feature's detections.
 const SURE: f64 = 0.5;
-/// Mean squared Mahalanobis distance of measurements to their mean, by the noise: three standard deviations.
+/// Greatest mean squared Mahalanobis distance of the measurements from their mean, with the covariance of the sensor
+/// noise: three standard deviations.
 const APART: f64 = 9.0;
 
-/// Whether the measurements that a feature has a share of lie apart by more than noise, and none is its own. Their mean, which is what it
-/// would be corrected to, is then the place of none of them; and scan after scan of such means are no independent errors. After a
-/// time without a detection, many landmarks are within the gate of each.
+/// Whether the association of a feature is ambiguous: no measurement has at least half of its detections, and the
+/// measurements differ by more than noise. A correction would move the feature to the mean of the measurements, where
+/// none of them is, and the errors of such means are correlated from scan to scan. This happens after a time without
+/// detections, when the gates are so large that they contain many landmarks.
 pub(super) fn is_ambiguous<T, S>(
     sensor: &S,
     table: &[AssociationRow<T>],
@@ -41,7 +43,8 @@ where
         mean += apart * probability;
         squares += probability * noise.mahalanobis(&apart);
     }
-    // Σ s · Σ s dᵀ R⁻¹ d − d̄ᵀ R⁻¹ d̄, with d from the surest one.
+    // (Σ s)² times the mean squared distance from the mean: Σ s · Σ s dᵀ R⁻¹ d − d̄ᵀ R⁻¹ d̄ with d̄ = Σ s d, and d the
+    // difference from the most probable measurement.
     detected * squares - noise.mahalanobis(&mean) > detected * detected * T::from_f64(APART)
 }
 
@@ -53,7 +56,8 @@ mod tests {
     use nalgebra::Vector2;
     use std::vec::Vec;
 
-    /// With σ = 0.1 m and 0.01 rad, of measurements with these ranges and bearings and the shares that one feature has of them.
+    /// Whether the association is ambiguous for measurements with these ranges and bearings, σ = 0.1 m and 0.01 rad,
+    /// and with these association probabilities of one feature.
     fn ambiguous(measurements: &[([f64; 2], f64)]) -> bool {
         let sensor = RangeBearing::new(0.1, 0.01).unwrap();
         let z: Vec<Vector2<f64>> = measurements.iter().map(|&(z, _)| Vector2::from(z)).collect();
@@ -70,19 +74,19 @@ mod tests {
     }
 
     #[test]
-    fn three_far_apart_are_two_near_or_with_a_sure_one_are_not() {
+    fn distant_measurements_without_a_dominant_one_are_ambiguous() {
         let thirds = |apart: f64| [([5.0 - apart, 1.0], 0.3), ([5.0, 1.0], 0.3), ([5.0 + apart, 1.0], 0.3)];
-        // Their variance is 2/3 of the squared distance: 9 σ² at 0.367 m.
+        // The variance of the ranges is 2/3 of the squared distance: 9 σ² at 0.367 m.
         assert!(ambiguous(&thirds(0.37)) && !ambiguous(&thirds(0.36)));
-        // One that has half of what there is.
+        // One measurement has half of all detections.
         assert!(!ambiguous(&[([4.0, 1.0], 0.2), ([5.0, 1.0], 0.4), ([6.0, 1.0], 0.2)]));
         assert!(ambiguous(&[([4.0, 1.0], 0.2), ([5.0, 1.0], 0.39), ([6.0, 1.0], 0.2)]));
-        // Two have half each at least, one of them: never.
+        // One of two measurements always has at least half of all detections.
         assert!(!ambiguous(&[([4.0, 1.0], 0.5), ([6.0, 1.0], 0.5)]));
     }
 
     #[test]
-    fn bearings_across_the_seam_are_near_each_other() {
+    fn bearings_on_both_sides_of_pi_are_near_each_other() {
         let pi = core::f64::consts::PI;
         let around = |turn: f64| [([5.0, pi - turn], 0.3), ([5.0, turn - pi], 0.3), ([5.0, pi], 0.3)];
         assert!(!ambiguous(&around(0.036)) && ambiguous(&around(0.037)));

@@ -1,17 +1,17 @@
-//! The archive of features outside the window, and what it stores of each.
+//! The archive of features outside the window, and the data of an archived feature.
 
 use super::existence::Existence;
 use crate::numerics::range::is_within_range;
 use crate::{Linear, Matrix, Pose, PositionOf, Real, ScalarOf, Symmetric, TangentOf, Vector, Zero};
 
-/// Features that go into the archive together, at most.
+/// Maximum number of features of a submap. They are archived together.
 pub(super) const SUBMAP_LEN: usize = 8;
 
-/// Landmarks of the window that a page is conditioned on, at most.
+/// Maximum number of anchors of a submap: landmarks of the window on which its distribution is conditioned.
 pub(super) const ANCHORS: usize = 8;
 
-/// An archive of up to `CAPACITY` distant features, for a [`JointSlam`](super::JointSlam) whose map has more features than its
-/// state can store: [`with_archive`](super::JointSlam::with_archive).
+/// An archive of up to `CAPACITY` distant features, for a [`JointSlam`](super::JointSlam) whose map has more features
+/// than its state can store: [`with_archive`](super::JointSlam::with_archive).
 ///
 /// A feature in the plane takes 344 bytes in single precision. Meant to be a `static`: a new archive is all zero.
 #[derive(Debug)]
@@ -20,57 +20,58 @@ pub struct JointArchive<P: Pose, const CAPACITY: usize> {
     entries: [Entry<P>; CAPACITY],
 }
 
-/// The data of an archive beside its features.
+/// The data of an archive in addition to its features.
 #[derive(Debug, Clone, Copy)]
 pub struct Index {
-    /// Features there are.
+    /// Number of archived features.
     pub(super) len: usize,
-    /// The name of the next page.
+    /// Identifier of the next submap.
     pub(super) next_submap: u32,
-    /// The page that was looked for last.
+    /// Identifier of the submap that was last proposed for re-activation.
     pub(super) tried: u32,
-    /// Time that has passed since the reset, µs.
+    /// Time since the reset, µs.
     pub(super) clock_us: u64,
 }
 
-/// An archived feature, given the anchors s of its page: m = mean + Σ_k G_k (s_k − s̄_k) + A u + e, with u ~ N(0, I) shared by all of its page, and
-/// e ~ N(0, R) its own.
+/// An archived feature, given the anchors s of its submap: m = mean + Σ_k G_k (s_k − s̄_k) + A u + e, with u ~ N(0, I)
+/// common to all features of the submap, and e ~ N(0, R) of this feature alone.
 #[derive(Debug, Clone, Copy)]
 pub struct Entry<P: Pose> {
     pub(super) label: u32,
     pub(super) submap: u32,
-    /// Where it was when it left the window.
+    /// Mean of the position when the feature was archived, m.
     pub(super) mean: PositionOf<P>,
-    /// Its covariance at that time, as A and R without the anchors.
+    /// A and R of the covariance at that time, without conditioning on the anchors.
     pub(super) alone: Split<P>,
-    /// Anchors that its page has.
+    /// Number of anchors of the submap.
     pub(super) anchored: usize,
-    /// Those of them that there are.
+    /// The anchors, of which the first `anchored` are valid.
     pub(super) anchors: [Anchor<P>; ANCHORS],
-    /// The same given the anchors; without anchors as it was.
+    /// A and R of the covariance given the anchors. They equal `alone` if there are no anchors.
     pub(super) given: Split<P>,
     pub(super) existence: Existence<ScalarOf<P>>,
     pub(super) detections: ScalarOf<P>,
-    /// When it came.
+    /// Time at which the feature was archived, µs since the reset.
     pub(super) since_us: u64,
 }
 
-/// A covariance within a page: A_i A_jᵀ of two features, and R_i more of one with itself.
+/// The covariance of the features of a submap: A_i A_jᵀ for the features i and j, plus R_i if i = j.
 #[derive(Debug, Clone, Copy)]
 pub struct Split<P: Pose> {
-    /// A.
+    /// A: the part that is correlated with the other features of the submap.
     pub(super) common: Linear<PositionOf<P>, TangentOf<P>>,
-    /// R.
+    /// R: the part of this feature alone.
     pub(super) own: Symmetric<PositionOf<P>>,
 }
 
-/// A landmark that remains in the window as long as the archive has pages that are conditioned on it.
+/// A landmark of the window on which the distributions of submaps are conditioned. It is archived itself only if no
+/// other landmark may be.
 #[derive(Debug, Clone, Copy)]
 pub struct Anchor<P: Pose> {
     pub(super) label: u32,
-    /// s̄, where it was when the page left the window.
+    /// s̄: mean of its position when the submap was archived, m.
     pub(super) mean: PositionOf<P>,
-    /// G.
+    /// G: gain from the displacement of the anchor to that of the feature.
     pub(super) gain: Linear<PositionOf<P>, PositionOf<P>>,
 }
 
@@ -79,7 +80,7 @@ pub struct Anchor<P: Pose> {
 pub struct ArchiveView<'s, P: Pose> {
     pub(super) index: &'s mut Index,
     pub(super) entries: &'s mut [Entry<P>],
-    /// How far the vehicle sees, m.
+    /// Greatest horizontal range of all detectors, m.
     pub(super) reach_m: ScalarOf<P>,
 }
 
@@ -100,7 +101,7 @@ pub trait Archive<P: Pose>: sealed::Sealed {
     fn index(&self) -> Option<&Index>;
 }
 
-/// No archive: features are discarded if the state is full.
+/// No archive: if the state is full, the least likely feature is discarded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NoArchive;
 
@@ -173,23 +174,23 @@ impl<T: Real, P: Pose<Scalar = T>> Entry<P> {
         since_us: 0,
     };
 
-    /// The anchors of its page.
+    /// The anchors of its submap.
     pub(super) fn anchors(&self) -> &[Anchor<P>] {
         self.anchors.get(..self.anchored).unwrap_or(&[])
     }
 
-    /// Its covariance when it left the window.
+    /// The covariance of the position when the feature was archived.
     pub(super) fn covariance(&self) -> Symmetric<PositionOf<P>> {
         Symmetric::from_fn(|row, column| self.alone.with(&self.alone, true, row, column))
     }
 
-    /// The trace of that.
+    /// The trace of that covariance.
     fn variance(&self) -> T {
         let covariance = self.covariance();
         (0..PositionOf::<P>::DIMENSION).fold(T::ZERO, |sum, k| sum + covariance.get(k, k))
     }
 
-    /// Whether it is what a filter may have put there.
+    /// Whether all numbers are valid, so that a filter can have stored them.
     pub(super) fn is_sound(&self) -> bool {
         let Existence { visible, occluded, absent } = self.existence;
         let numbers = [visible, occluded, absent, self.detections];
@@ -205,7 +206,7 @@ impl<T: Real, P: Pose<Scalar = T>> Entry<P> {
 impl<T: Real, P: Pose<Scalar = T>> Split<P> {
     pub(super) const ZERO: Self = Self { common: Zero::ZERO, own: Symmetric::ZERO };
 
-    /// An element of the block of two features of a page.
+    /// Element (`row`, `column`) of the covariance of two features of a submap; `is_same` if both are the same feature.
     pub(super) fn with(&self, other: &Self, is_same: bool, row: usize, column: usize) -> T {
         let shared = (0..TangentOf::<P>::DIMENSION)
             .fold(T::ZERO, |sum, k| sum + self.common.at(row, k) * other.common.at(column, k));
@@ -224,19 +225,20 @@ impl<T: Real, P: Pose<Scalar = T>> Anchor<P> {
 }
 
 impl<T: Real, P: Pose<Scalar = T>> ArchiveView<'_, P> {
-    /// Forgets everything.
+    /// Removes all features.
     pub(super) fn clear(&mut self) {
         *self.index = Index { len: 0, next_submap: 0, tried: 0, clock_us: 0 };
     }
 
-    /// Lets time pass. A count of features that no room is for is taken as what there is room for.
+    /// Advances the clock by the time since the last scan. An invalid number of features is limited to the capacity.
     pub(super) fn pass(&mut self, waited_s: T) {
         self.index.len = self.index.len.min(self.entries.len());
-        // A number of microseconds that is no number, or negative, is none.
+        // NaN and negative times convert to zero.
         self.index.clock_us = self.index.clock_us.saturating_add((waited_s.to_f64() * 1e6) as u64);
     }
 
-    /// Puts a feature there. Where there is no room, the least certain goes, or this one does; how many went.
+    /// Adds a feature. In a full archive it replaces the least certain feature, or is discarded if no feature is less
+    /// certain. Returns the number of features that were lost.
     pub(super) fn put(&mut self, entry: Entry<P>) -> usize {
         if let Some(slot) = self.entries.get_mut(self.index.len) {
             *slot = entry;
@@ -259,7 +261,7 @@ impl<T: Real, P: Pose<Scalar = T>> ArchiveView<'_, P> {
         1
     }
 
-    /// Drops a feature if it cannot be: the last one takes its place. Whether it did.
+    /// Removes a feature with invalid numbers; the last feature gets its index. Returns whether it was removed.
     pub(super) fn drop_unsound(&mut self, index: usize) -> bool {
         let known = self.entries.get(..self.index.len).unwrap_or(&[]);
         let (Some(entry), Some(&last)) = (known.get(index), known.last()) else { return false };
@@ -273,7 +275,7 @@ impl<T: Real, P: Pose<Scalar = T>> ArchiveView<'_, P> {
         true
     }
 
-    /// Takes a page out; the last ones take their places.
+    /// Removes the features of a submap; the last features get their indices.
     pub(super) fn take_submap(&mut self, submap: u32) {
         let mut at = 0;
         while at < self.index.len {

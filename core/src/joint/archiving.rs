@@ -1,4 +1,4 @@
-//! Archiving of distant landmarks: they leave the window for the archive in submaps (pages).
+//! Archiving of distant landmarks: they are moved from the window to the archive in submaps.
 
 use super::archive::{ANCHORS, Anchor, ArchiveView, Entry, SUBMAP_LEN, Split};
 use super::conditioning::Conditioning;
@@ -7,44 +7,46 @@ use super::map_management::TENTATIVE_BELOW;
 use super::state::{Landmark, Memory};
 use crate::{Linear, Matrix, Pose, PositionOf, Real, Symmetric, TangentOf, Vector, Zero};
 
-/// Only what is farther off than this many times the vehicle sees may go.
+/// Least distance of a feature that may be archived, divided by the reach of the detectors.
 const BEYOND: f64 = 1.25;
 
-/// A window has room for one anchor in so many features.
+/// Capacity of the window divided by the maximum number of anchors.
 const WINDOW_PER_ANCHOR: usize = 3;
 
-/// Free places of the window below which anchors go.
+/// Anchors are archived too if fewer slots than this are free and no other feature may be archived.
 const SPARE: usize = 2;
 
-/// Anchors within reach of a page that are enough.
+/// Sufficient number of anchors within reach of a submap: if there are fewer, landmarks become anchors.
 const NEAR_ANCHORS: usize = 4;
 
-/// What archiving did.
+/// Counts of archiving.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Archiving {
-    /// Features that went into the archive.
+    /// Features that were moved to the archive.
     pub(super) archived: usize,
-    /// Features that the archive has no room for: those, or others in their place.
+    /// Features that were lost because the archive was full: the moved ones, or others that they replaced.
     pub(super) evicted: usize,
-    /// Features that were hardly there and far away.
+    /// Distant features that were dropped because they were detected less than twice.
     pub(super) dropped: usize,
-    /// Features whose covariance rounding had spoilt.
+    /// Features that were lost because rounding errors had made their covariance invalid.
     pub(super) degenerate: usize,
 }
 
-/// Features of a page in a window of so many: a page and as many births must find room at once.
+/// Number of features of a submap for this capacity of the window. A submap on trial and as many new features must have
+/// free slots at the same time.
 pub(super) fn submap_len(window: usize) -> usize {
     SUBMAP_LEN.min(window / 5)
 }
 
-/// How far from there a feature is on the ground, squared, m².
+/// Squared horizontal distance of a feature from a position, m².
 pub(super) fn squared_m<T: Real, D: Vector<Scalar = T>>(from: [T; 2], mean: &D) -> T {
     let [x, y] = from;
     let (dx, dy) = (mean.at(0) - x, mean.at(1) - y);
     dx * dx + dy * dy
 }
 
-/// Makes room where there is little: first of what was seen once and is far away, then by pages of what is farthest.
+/// Archives features if the window has few free slots. First it drops distant features that were detected less than
+/// twice; then it archives up to two submaps, each around the most distant feature.
 pub(super) fn archive_distant<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     view: &mut ArchiveView<'_, P>,
     memory: &mut Memory<'_, P, Z>,
@@ -71,7 +73,7 @@ pub(super) fn archive_distant<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T
             break;
         }
         let far = |landmark: &Landmark<P::Position>| squared_m([x, y], &landmark.mean);
-        // Where nothing else may go, anchors go.
+        // Anchors are archived only if no other feature may be.
         let others =
             memory.landmarks.iter().take(memory.header.len).any(|landmark| beyond(landmark) && !landmark.is_anchor);
         if !others && window - memory.header.len.min(window) >= SPARE {
@@ -120,7 +122,7 @@ pub(super) fn archive_distant<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T
     archived
 }
 
-/// Places of the window.
+/// Indices of the landmarks that are the anchors of a submap.
 struct Chosen {
     indices: [usize; ANCHORS],
     len: usize,
@@ -139,8 +141,9 @@ impl Chosen {
     }
 }
 
-/// The anchors of a page around a feature: those that there are nearest to it. Where few are within reach, as long as the window has room for more,
-/// what is known best there becomes one.
+/// The anchors of a submap around the landmark `seed`: those nearest to it, or none if the nearest is more distant than
+/// `far`. If there are few anchors within reach, the landmarks there with the most detections become anchors, up to the
+/// maximum number.
 fn anchors<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     memory: &mut Memory<'_, P, Z>,
     seed: usize,
@@ -177,7 +180,7 @@ fn anchors<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     chosen
 }
 
-/// Marks the features of the window that pages are conditioned on.
+/// Marks the landmarks of the window that are anchors of archived submaps.
 pub(super) fn mark_anchors<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     view: &ArchiveView<'_, P>,
     memory: &mut Memory<'_, P, Z>,
@@ -186,7 +189,7 @@ pub(super) fn mark_anchors<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     landmarks.iter_mut().for_each(|landmark| landmark.is_anchor = false);
     let mut last = None;
     for entry in view.entries.iter().take(view.index.len) {
-        // The features of a page have the same anchors, and mostly follow each other.
+        // The features of a submap have the same anchors, and are mostly stored one after the other.
         if last.replace(entry.submap) == Some(entry.submap) {
             continue;
         }
@@ -197,7 +200,7 @@ pub(super) fn mark_anchors<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     }
 }
 
-/// The feature with the most of something.
+/// The index of the landmark with the greatest value of `of`.
 fn most<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     memory: &Memory<'_, P, Z>,
     of: impl Fn(usize, &Landmark<P::Position>) -> Option<T>,
@@ -213,7 +216,8 @@ fn most<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     best.map(|(index, _)| index)
 }
 
-/// A page that leaves the window.
+/// A submap that is moved to the archive: its anchors, and the common part of its covariance with and without
+/// conditioning on them.
 struct Leaving<P: Pose> {
     anchors: [Anchor<P>; ANCHORS],
     anchored: usize,
@@ -221,11 +225,12 @@ struct Leaving<P: Pose> {
     alone: Common<P>,
 }
 
-/// What a page has in common: its seed's position and the heading, given some features.
+/// The common coordinates y of a submap, given some landmarks: those of the pose, with its position replaced by that of
+/// the seed.
 struct Common<P: Pose> {
     given: Conditioning<P>,
     seed: usize,
-    /// A root of their covariance.
+    /// L, a root of the conditional covariance of y, L Lᵀ.
     root: Linear<TangentOf<P>, TangentOf<P>>,
 }
 
@@ -237,12 +242,12 @@ impl<T: Real, P: Pose<Scalar = T>> Common<P> {
         Self { given, seed, root }
     }
 
-    /// The rows of the joint covariance that make it up.
+    /// The row of the joint covariance for coordinate `k` of y.
     fn row(seed: usize, k: usize) -> usize {
         if k < P::Position::DIMENSION { first::<P>(seed) + k } else { k }
     }
 
-    /// The covariance of a feature; `None` where rounding has spoilt it.
+    /// A and R of a feature; `None` if rounding errors have made its covariance invalid.
     fn split(&self, joint: &Joint<'_, P>, index: usize) -> Option<Split<P>> {
         let (given, at) = (&self.given, first::<P>(index));
         let mut rows = <PositionOf<P> as Vector>::Array::<TangentOf<P>>::ZERO;
@@ -276,7 +281,7 @@ impl<T: Real, P: Pose<Scalar = T>> Leaving<P> {
         Self { anchors, anchored, given, alone }
     }
 
-    /// Puts one of its features into the archive.
+    /// Adds one of its features to the archive.
     fn put<Z: Vector<Scalar = T>>(
         &self,
         view: &mut ArchiveView<'_, P>,
@@ -301,7 +306,7 @@ impl<T: Real, P: Pose<Scalar = T>> Leaving<P> {
     }
 }
 
-/// L⁻¹ v for a [root](Symmetric::root), whose columns of zeros give zero.
+/// L⁻¹ v for a [root](Symmetric::root) L. Columns of zeros give zeros.
 pub(super) fn whitened<T: Real, V: Vector<Scalar = T>>(root: &Linear<V, V>, v: &V) -> V {
     let mut y = V::ZERO;
     for k in 0..V::DIMENSION {
@@ -321,13 +326,14 @@ mod tests {
     use crate::{JointState, PlanarPose, joint_numbers};
     use nalgebra::Vector2;
 
-    /// A feature that differs from its seed by rounding alone keeps a variance: a share of its own, that rounding may have taken.
+    /// If a feature differs from the seed only by rounding errors, its R is an allowance for rounding relative to its
+    /// variance.
     #[test]
-    fn rounding_is_relative_to_the_own_variance() {
+    fn the_allowance_for_rounding_is_relative_to_the_variance() {
         let mut state = JointState::<PlanarPose<f64>, Vector2<f64>, 3, { joint_numbers(3, 2, 3) }, 8>::new();
         let memory = state.memory();
         let mut joint = memory.joint;
-        // Of heading, seed, an anchor, and a feature with the errors of the seed.
+        // Variances of the pose (x, y, heading), the seed, an anchor, and a feature with the same errors as the seed.
         let variances = [0.01, 0.01, 0.001, 0.02, 0.03, 0.5, 0.5, 0.02, 0.03];
         for (row, variance) in variances.into_iter().enumerate() {
             (0..=row).for_each(|column| joint.set(row, column, if column == row { variance } else { 0.0 }));

@@ -1,5 +1,5 @@
-//! Gating: which landmarks may have caused which measurement, and with what likelihood. The association probabilities s_jz follow by
-//! [loopy belief propagation](super::data_association).
+//! Gating: which landmarks may have caused which measurement, and with which likelihood. [Loopy belief
+//! propagation](super::data_association) then computes the association probabilities s_jz.
 
 use super::associations::Association;
 use super::config::JointConfig;
@@ -14,7 +14,7 @@ use crate::{
     Symmetric, TangentOf, Vector,
 };
 
-/// What is expected of a feature, and how the innovation depends on pose and feature.
+/// The predicted measurement of a feature, and its derivatives by pose and feature.
 pub(super) struct Predicted<P: Pose, Y: Vector> {
     /// ẑ.
     pub(super) measurement: Y,
@@ -25,7 +25,8 @@ pub(super) struct Predicted<P: Pose, Y: Vector> {
 }
 
 impl<T: Real, P: Pose<Scalar = T>, Y: Vector<Scalar = T>> Predicted<P, Y> {
-    /// Of a feature from there; `None` where it cannot be measured, or nothing finite is expected.
+    /// The prediction for a feature in a frame of the sensor; `None` if the feature cannot be measured, or if a number
+    /// is not finite.
     pub(super) fn of<S>(sensor: &S, frame: &S::Frame, feature: &P::Position) -> Option<Self>
     where
         S: Sensor<Pose = P, Measurement = Y>,
@@ -52,7 +53,7 @@ impl<T: Real, P: Pose<Scalar = T>, Y: Vector<Scalar = T>> Predicted<P, Y> {
 /// Results of the data association of a scan.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Associated<T> {
-    /// Features in view.
+    /// Features in view, without the excluded landmarks.
     pub(super) in_view: usize,
     /// Landmarks that were excluded because they are weakly determined.
     pub(super) weak: usize,
@@ -62,8 +63,8 @@ pub(super) struct Associated<T> {
     pub(super) ln_evidence: T,
 }
 
-/// Computes p_D of every landmark, and the associations of every measurement. Weakly determined landmarks among the first `window` are
-/// excluded.
+/// Computes p_D of every landmark, and the associations of every measurement. Weakly determined landmarks among the
+/// first `window` are excluded.
 pub(super) fn associate<T, X, Z, V>(
     models: &X,
     births: &Births<T>,
@@ -85,7 +86,7 @@ where
     let ln_birth = births.of_static.ln();
     for (row, z) in association_table.iter_mut().zip(measurements) {
         let ln_clutter = models.clutter().ln_intensity(z);
-        // Written so that NaN is no clutter too.
+        // The comparison is written so that NaN means no clutter.
         let ln_clutter = if ln_clutter < T::INFINITY { ln_clutter } else { T::NEG_INFINITY };
         let mut lambda = LnSum::of(ln_clutter);
         lambda.add(ln_birth);
@@ -99,8 +100,8 @@ where
         let landmarks = landmarks.get(..header.len).unwrap_or(&[]);
         tracks.look(models, &frame, measurements, config.occlusion_factor, landmarks);
     }
-    // The innovation of a landmark that the last scan initiated would have the covariance 2 R + Hx W Hxᵀ. It does not count if no landmark
-    // can be initiated.
+    // The innovation of a landmark that the last scan initiated would have the covariance 2 R + Hx W Hxᵀ. It does not
+    // count if no landmark can be initiated.
     let may_be_born = births.of_static > T::ZERO && header.len < landmarks.len();
     let newborn = sensor.noise().plus(sensor.noise());
     let ln_newborn = newborn.factor().filter(|_| may_be_born).map_or(T::NEG_INFINITY, |factor| factor.ln_peak());
@@ -112,7 +113,7 @@ where
         landmark.detection = seen.as_ref().map_or(T::ZERO, |&(_, detection)| detection);
         in_view += usize::from(seen.is_some());
         let expected = landmark.detection * landmark.existence.visible;
-        // What it may be instead, if it moves, may be detected too.
+        // A moving-object track of the same object may be detected instead of the landmark.
         let neither = |beside: T| (T::ONE - expected - beside).at_least(T::EPSILON);
         let beside = tracks.as_mut().map_or(T::ZERO, |tracks| tracks.beside(index, neither));
         if !(expected + beside > T::ZERO) {
@@ -125,7 +126,7 @@ where
         let noise = own.as_ref().map_or(sensor.noise(), |own| &own.covariance);
         let covariance = predicted.covariance(&joint.blocks(index));
         let Some(factor) = covariance.plus(noise).factor() else { continue };
-        // How well it is determined is compared with others of another noise by what it adds to that.
+        // Landmarks with different noise R are compared by the ratio of the determinants of S and R.
         let beside_noise = |ln_peak: T| own.as_ref().map_or(ln_peak, |own| ln_peak - own.factor.ln_peak() + ln_usual);
         ln_highest = ln_highest.at_least(beside_noise(factor.ln_peak()));
         if index < window {
@@ -163,18 +164,19 @@ where
         ln_missed += tracks.associate(models, &frame, measurements, config.gate, table);
     }
     let ln_evidence = marginals::<T, X::Pose, V>(landmarks, table, movers, ln_missed);
-    // Σ −ln(1 − p_D v) is Σ p_D v where that is small, and no landmark is detected more than once.
+    // Σ p_D v is approximated by Σ −ln(1 − p_D v), which is accurate for small terms. No landmark is detected more than
+    // once.
     let expected_of_weak = (-ln_missed_weak).at_most(T::from_usize(weak));
     Associated { in_view: in_view - weak, weak, expected_of_weak, ln_evidence }
 }
 
-/// What is expected of a feature, and p_D.
+/// The predicted measurement of a feature in view, and p_D.
 type Seen<X> = (
     Predicted<<X as MeasurementModel>::Pose, <X as MeasurementModel>::Measurement>,
     ScalarOf<<X as MeasurementModel>::Pose>,
 );
 
-/// What is expected of a feature from there, and p_D; `None` where it is not in view.
+/// The predicted measurement of a feature, and p_D; `None` if the feature is not in view.
 pub(super) fn in_view_of<T, X>(
     models: &X,
     frame: &X::Frame,
@@ -189,7 +191,7 @@ where
     let sensor = models.sensor();
     let predicted = Predicted::of(sensor, frame, feature)?;
     let in_window = models.field_of_view().detection_probability(frame, feature, &predicted.measurement);
-    // Written so that NaN is out of view.
+    // The comparison is written so that NaN is out of view.
     if !(in_window > T::ZERO) {
         return None;
     }

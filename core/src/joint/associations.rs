@@ -1,15 +1,17 @@
-//! The association table of a scan: for each measurement, the landmarks that may have caused it, with their probabilities.
+//! The association table of a scan: for each measurement, the landmarks that may have caused it, with their
+//! probabilities.
 
 use crate::Real;
 
-/// One entry: a landmark that may have caused a measurement.
+/// One entry: a landmark or a moving-object track that may have caused a measurement.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Association<T> {
     /// Index of the landmark, or that of a moving-object track with the bit [`MOVES`](super::movers::MOVES).
     pub(super) feature: u16,
-    /// ln( p_D v N(z; ẑ, S) / (1 − p_D v) ).
+    /// ln( p_D v N(z; ẑ, S) / (1 − p_D v) ). If the same object has a moving-object track of probability w, the
+    /// denominator is 1 − p_D v − p_D w.
     pub(super) ln_likelihood: T,
-    /// a: the same, divided by λ = κ + w_b.
+    /// a: the odds exp(`ln_likelihood`)/λ.
     pub(super) odds: T,
     /// ν: the message from the measurement to the landmark.
     pub(super) nu: T,
@@ -19,19 +21,19 @@ pub(super) struct Association<T> {
     pub(super) probability: T,
 }
 
-/// Most associations of one measurement: the likeliest ones. More than four hardly change the result.
+/// Maximum number of associations of a measurement: the likeliest ones. More than four hardly change the result.
 pub(super) const ASSOCIATIONS: usize = 4;
 
 /// A row of the association table: one measurement.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct AssociationRow<T> {
-    /// ln λ = ln( κ + w_b ).
+    /// ln λ: the intensity of clutter and births, λ = κ + w_b, plus w_m with moving-object tracks.
     pub(super) ln_lambda: T,
     /// u: the probability that no landmark caused the measurement.
     pub(super) no_feature_probability: T,
     /// The likeliest associations. If the row is full, the least likely one is the first.
     associations: [Association<T>; ASSOCIATIONS],
-    /// How many there are.
+    /// Number of associations.
     len: usize,
 }
 
@@ -63,7 +65,7 @@ impl<T: Real> AssociationRow<T> {
         (self.ln_lambda, self.len) = (ln_lambda, 0);
     }
 
-    /// All but the associations, to be damaged.
+    /// All data except the associations, for fault injection.
     #[cfg(any(test, feature = "flips"))]
     pub(super) fn parts(&mut self) -> ([&mut T; 2], &mut usize) {
         ([&mut self.ln_lambda, &mut self.no_feature_probability], &mut self.len)
@@ -77,7 +79,7 @@ impl<T: Real> AssociationRow<T> {
         self.associations.get_mut(..self.len).unwrap_or(&mut [])
     }
 
-    /// Adds an association, in place of the least likely where the row is full.
+    /// Adds an association. In a full row it replaces the least likely one, if that is less likely.
     pub(super) fn associate(&mut self, association: Association<T>) {
         if let Some(slot) = self.associations.get_mut(self.len) {
             *slot = association;
@@ -92,7 +94,7 @@ impl<T: Real> AssociationRow<T> {
         }
     }
 
-    /// Removes the associations of some landmarks.
+    /// Removes the associations of the landmarks for which `of` is true.
     pub(super) fn retract(&mut self, of: impl Fn(u16) -> bool) {
         let mut kept = 0;
         for index in 0..self.len {

@@ -1,18 +1,18 @@
-//! The distribution of features given some others, the anchors.
+//! The conditional distribution of landmarks, given some others: the anchors.
 
 use super::archive::{ANCHORS, Anchor};
 use super::covariance::{Joint, first};
 use crate::{Matrix, Pose, PositionOf, Real, ScalarOf, Vector, Zero};
 
-/// Coordinates of all anchors together, at most.
+/// Maximum number of coordinates of all anchors together.
 const SIDE: usize = 3 * ANCHORS;
 
-/// Some coordinates of the joint covariance that others are conditioned on.
+/// The coordinates s of the anchors in the joint covariance, for conditioning others on them.
 pub(super) struct Conditioning<P: Pose> {
-    /// Which rows of the joint covariance they are.
+    /// Their rows in the joint covariance.
     rows: [usize; SIDE],
     len: usize,
-    /// L of their covariance, L Lᵀ; a coordinate without a variance beyond rounding has a column of zeros.
+    /// L of P_ss = L Lᵀ. A coordinate without a variance beyond rounding errors has a column of zeros.
     root: [[ScalarOf<P>; SIDE]; SIDE],
 }
 
@@ -20,7 +20,7 @@ pub(super) struct Conditioning<P: Pose> {
 pub(super) type Whitened<P> = [ScalarOf<P>; SIDE];
 
 impl<T: Real, P: Pose<Scalar = T>> Conditioning<P> {
-    /// On the features of these places.
+    /// Conditioning on the landmarks with these indices.
     pub(super) fn on(joint: &Joint<'_, P>, indices: &[usize]) -> Self {
         let mut rows = [0; SIDE];
         let of_indices = indices.iter().flat_map(|&index| first::<P>(index)..first::<P>(index + 1));
@@ -30,7 +30,7 @@ impl<T: Real, P: Pose<Scalar = T>> Conditioning<P> {
             let Some(&of_column) = rows.get(column) else { break };
             let variance = joint.get(of_column, of_column);
             let pivot = variance - products(row_of(&root, column), row_of(&root, column), column);
-            // Written so that NaN is no pivot.
+            // The comparison is written so that NaN is not a pivot.
             if !(pivot > T::EPSILON * T::from_f64(64.0) * variance && pivot.is_finite()) {
                 continue;
             }
@@ -45,7 +45,7 @@ impl<T: Real, P: Pose<Scalar = T>> Conditioning<P> {
         Self { rows, len, root }
     }
 
-    /// What a coordinate has in common with them.
+    /// L⁻¹ P_sc of a coordinate c.
     pub(super) fn whitened(&self, joint: &Joint<'_, P>, coordinate: usize) -> Whitened<P> {
         let mut whitened = [T::ZERO; SIDE];
         for (k, &row) in self.rows.iter().enumerate().take(self.len) {
@@ -61,12 +61,12 @@ impl<T: Real, P: Pose<Scalar = T>> Conditioning<P> {
         whitened
     }
 
-    /// The covariance of two coordinates, given them.
+    /// The covariance of two coordinates, given s.
     pub(super) fn covariance(&self, joint: &Joint<'_, P>, one: usize, other: usize) -> T {
         joint.get(one, other) - products(&self.whitened(joint, one), &self.whitened(joint, other), self.len)
     }
 
-    /// How a coordinate goes with each of them: P_cs P_ss⁻¹.
+    /// The gain P_cs P_ss⁻¹ of a coordinate c.
     fn gain(&self, joint: &Joint<'_, P>, coordinate: usize) -> Whitened<P> {
         let whitened = self.whitened(joint, coordinate);
         let mut gain = [T::ZERO; SIDE];
@@ -86,7 +86,7 @@ impl<T: Real, P: Pose<Scalar = T>> Conditioning<P> {
         gain
     }
 
-    /// Fills in the gains of a feature by its anchors.
+    /// Sets the gains of a feature with respect to its anchors.
     pub(super) fn fill(&self, joint: &Joint<'_, P>, index: usize, anchors: &mut [Anchor<P>]) {
         let mut gains = <PositionOf<P> as Vector>::Array::<[T; SIDE]>::ZERO;
         for (d, row) in gains.as_mut().iter_mut().enumerate() {
@@ -105,7 +105,7 @@ fn row_of<T>(root: &[[T; SIDE]; SIDE], row: usize) -> &[T] {
     root.get(row).map_or(&[], |row| row)
 }
 
-/// The inner product of the first `len` coordinates.
+/// The inner product of the first `len` elements.
 fn products<T: Real>(one: &[T], other: &[T], len: usize) -> T {
     one.iter().zip(other).take(len).fold(T::ZERO, |sum, (&a, &b)| sum + a * b)
 }

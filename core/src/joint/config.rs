@@ -3,31 +3,32 @@
 use super::Persistence;
 use crate::{ConfigError, Plausible, Real};
 
-/// Tuning of a [`JointSlam`](super::JointSlam). The default is that of the simulator for a recorded log without information on its
-/// landmarks.
+/// Tuning of a [`JointSlam`](super::JointSlam). The default is that of the simulator for a recorded log without
+/// information on its landmarks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct JointConfig<T> {
-    /// A measurement becomes a new feature if the probability that it comes from clutter or a new feature is at least this.
+    /// A measurement becomes a new feature if the probability that it comes from clutter or a new feature is at least
+    /// this.
     pub birth_probability_min: T,
     /// Association gate: a squared Mahalanobis distance beyond which a measurement cannot come from a feature.
     pub gate: T,
     /// Occlusion and survival of landmarks: by default those of [posts](Persistence::posts).
     pub persistence: Persistence<T>,
-    /// Factor of p_D of a feature behind a nearer detection ([`Sensor::occludes`](crate::Sensor::occludes)). It is above 0 because
-    /// posts are narrow and do not occlude everything behind them.
+    /// Factor of p_D of a feature behind a nearer detection ([`Sensor::occludes`](crate::Sensor::occludes)). It is
+    /// above 0 because posts are narrow and do not occlude everything behind them.
     pub occlusion_factor: T,
     /// A feature is removed when its existence probability falls below this.
     pub least_existence: T,
-    /// The same for a feature in view that was detected less than twice. Most new features are clutter; but the first detection of
-    /// a landmark ties it to the pose of the vehicle at that time, which is lost if a miss or two removes the feature. See
-    /// [`strict`](Self::strict).
+    /// The same for a feature in view that was detected less than twice. Most new features are clutter; but the first
+    /// detection of a landmark correlates it with the pose of the vehicle at that time, and this information is lost if
+    /// one or two misses remove the feature. See [`strict`](Self::strict).
     pub least_tentative: T,
-    /// A feature is part of the estimated map if its existence probability, visible or occluded, is at least this, and if it was
-    /// detected twice.
+    /// A feature is part of the estimated map if its existence probability, visible or occluded, is at least this, and
+    /// if it was detected twice.
     pub extraction_existence: T,
-    /// A squared Mahalanobis distance: two features are merged if they are closer than this, and so close that one measurement
-    /// could not distinguish them.
+    /// A squared Mahalanobis distance: two features are merged if they are closer than this, and so close that one
+    /// measurement could not distinguish them.
     pub merge_distance: T,
     /// Limits of the motion, beyond which a prediction is refused.
     pub plausible: Plausible<T>,
@@ -51,9 +52,9 @@ impl<T: Real> Default for JointConfig<T> {
 }
 
 impl<T: Real> JointConfig<T> {
-    /// The default, but missed features are removed sooner, and a feature that was detected once and is then missed is removed at
-    /// once. For clutter so dense that it would fill the map, and for the map that a [`Locator`](crate::locate::Locator) matches
-    /// with another one.
+    /// The default, but missed features are removed sooner, and a feature that was detected once and is then missed is
+    /// removed at once. For clutter so dense that it would fill the map, and for the map that a
+    /// [`Locator`](crate::locate::Locator) matches with another one.
     #[must_use]
     pub fn strict() -> Self {
         Self { least_existence: T::from_f64(0.01), least_tentative: T::from_f64(0.1), ..Self::default() }
@@ -62,7 +63,7 @@ impl<T: Real> JointConfig<T> {
     /// The field that is out of range, if any.
     ///
     /// # Errors
-    /// Distances must be finite and not negative, probabilities and shares between 0 and 1, times and limits of
+    /// Distances must be finite and not negative, probabilities and factors between 0 and 1, times and limits of
     /// plausibility positive.
     pub fn check(&self) -> Result<(), ConfigError> {
         let amounts = [(self.gate, "gate"), (self.merge_distance, "merge_distance")];

@@ -1,4 +1,5 @@
-//! The update of the joint Gaussian: feature by feature, with all measurements that are associated with it.
+//! Correction of the joint Gaussian: one feature after the other, each with all measurements that are associated with
+//! it.
 
 use super::associations::detected;
 use super::covariance::symmetric;
@@ -11,8 +12,9 @@ use super::track::beside;
 use crate::report::watch::Recognised;
 use crate::{Matrix, Pose, Real, Sensor, Vector};
 
-/// Takes in the scan, feature by feature in the order of their places, each linearised at what the ones before have left; then
-/// whether each is there.
+/// Corrects pose and map with a scan: one feature after the other in the order of their indices, each linearised at the
+/// mean that the corrections before it have left. The existence probabilities of a feature are updated after its
+/// correction.
 pub(super) fn correct<T, S, Z, V>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
@@ -54,7 +56,7 @@ where
     tally
 }
 
-/// Moves pose and features by one feature's shares, where they can be.
+/// Corrects pose and map with the measurements that are associated with one feature, if the result is valid.
 fn move_by<T, S, Z>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
@@ -79,7 +81,7 @@ fn move_by<T, S, Z>(
         return;
     }
     let Memory { header, joint, pending, .. } = memory;
-    // Among as many coordinates as the widest measurement has; the others are zero.
+    // Both are padded with zeros to the dimension of `Z`, the measurement with the most dimensions.
     let by = Matrix::with(|row, column| by.get(row, column));
     let step = Z::with(|z| step.at(z));
     if !(pending.may_push(joint, &by) && header.may_move::<Z>(&pose, &step)) {

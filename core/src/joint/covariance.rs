@@ -1,11 +1,11 @@
-//! The joint covariance of a pose and its features, as a lower triangle by rows: the pose's coordinates first, then those of
-//! one feature after the other.
+//! The joint covariance of a pose and its features, stored as a lower triangle row by row: first the coordinates of the
+//! pose, then those of one feature after the other.
 
 use crate::numerics::vector::{applied, product};
 use crate::{Linear, Matrix, Pose, PositionOf, Real, ScalarOf, Symmetric, TangentOf, Vector, Zero};
 
-/// Numbers in the lower triangle of the joint covariance of a pose of `pose` coordinates and `features` features of `dimension`
-/// coordinates each: the `NUMBERS` of a [`JointState`](super::JointState).
+/// Number of elements in the lower triangle of the joint covariance of a pose with `pose` coordinates and of `features`
+/// features with `dimension` coordinates each: the `NUMBERS` of a [`JointState`](super::JointState).
 ///
 /// ```
 /// // Forty features in the plane: 83 coordinates, 3486 numbers, 14 KB in single precision.
@@ -16,18 +16,18 @@ pub const fn joint_numbers(pose: usize, dimension: usize, features: usize) -> us
     row_start(pose + dimension * features)
 }
 
-/// Where a row of the triangle starts.
+/// Index of the first element of a row of the triangle.
 pub(super) const fn row_start(row: usize) -> usize {
     row * (row + 1) / 2
 }
 
-/// A joint covariance over borrowed numbers.
+/// A joint covariance in borrowed memory.
 #[derive(Debug)]
 pub(super) struct Joint<'s, P: Pose> {
     pub(super) numbers: &'s mut [ScalarOf<P>],
 }
 
-/// The covariances of a pose and one feature.
+/// The covariances of the pose and one feature.
 pub(super) struct Blocks<P: Pose> {
     /// P_xx.
     pub(super) pose: Linear<TangentOf<P>, TangentOf<P>>,
@@ -37,26 +37,26 @@ pub(super) struct Blocks<P: Pose> {
     pub(super) feature: Linear<PositionOf<P>, PositionOf<P>>,
 }
 
-/// A row for every coordinate of an `N`.
+/// A row of type `Z` for every coordinate of an `N`.
 pub(super) type RowsOf<N, Z> = <N as Vector>::Array<Z>;
 
-/// The first coordinate of a feature; of one behind so many, how many coordinates there are.
+/// The first coordinate of a feature; for the number of features, the total number of coordinates.
 pub(super) const fn first<P: Pose>(feature: usize) -> usize {
     P::Tangent::DIMENSION + P::Position::DIMENSION * feature
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
-    /// Coordinates of the pose, and of a feature.
+    /// Number of coordinates of the pose; `D` is that of a feature.
     const K: usize = P::Tangent::DIMENSION;
     const D: usize = P::Position::DIMENSION;
 
-    /// The element of that row and column, in any order.
+    /// The element of two coordinates, in any order.
     pub(super) fn get(&self, row: usize, column: usize) -> T {
         let (row, column) = if row >= column { (row, column) } else { (column, row) };
         self.numbers.get(row_start(row) + column).copied().unwrap_or(T::ZERO)
     }
 
-    /// The covariances of a coordinate with some that follow each other: mostly a piece of one row.
+    /// The covariances of a coordinate with consecutive other coordinates, in most cases a part of one stored row.
     #[inline]
     pub(super) fn run<N: Vector<Scalar = T>>(&self, row: usize, column: usize) -> N {
         let start = row_start(row) + column;
@@ -73,22 +73,22 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         }
     }
 
-    /// All numbers of so many features.
+    /// The elements for this number of features.
     pub(super) fn used(&self, features: usize) -> &[T] {
         self.numbers.get(..row_start(first::<P>(features))).unwrap_or(&[])
     }
 
-    /// The same, to be changed.
+    /// The same, mutable.
     pub(super) fn used_mut(&mut self, features: usize) -> &mut [T] {
         self.numbers.get_mut(..row_start(first::<P>(features))).unwrap_or(&mut [])
     }
 
-    /// The pose's own block.
+    /// P_xx: the covariance of the pose.
     pub(super) fn pose(&self) -> Linear<P::Tangent, P::Tangent> {
         Matrix::with(|row, column| self.get(row, column))
     }
 
-    /// The covariance of a feature with another, or with itself.
+    /// The covariance of a feature with another one, or with itself.
     pub(super) fn between(&self, one: usize, other: usize) -> Linear<P::Position, P::Position> {
         Matrix::with(|row, column| self.get(first::<P>(one) + row, first::<P>(other) + column))
     }
@@ -98,17 +98,17 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         Matrix::with(|row, column| self.get(first::<P>(feature) + row, column))
     }
 
-    /// Those of the pose and a feature.
+    /// The covariances of the pose and a feature.
     pub(super) fn blocks(&self, feature: usize) -> Blocks<P> {
         Blocks { pose: self.pose(), cross: self.with_pose(feature), feature: self.between(feature, feature) }
     }
 
-    /// Takes the pose as certain, without features.
+    /// Sets the covariance of the pose to zero.
     pub(super) fn clear(&mut self) {
         self.numbers.iter_mut().take(row_start(Self::K)).for_each(|number| *number = T::ZERO);
     }
 
-    /// P_xx ← F P_xx Fᵀ + Q, P_mx ← P_mx Fᵀ, of so many features.
+    /// P_xx ← `pose` = F P_xx Fᵀ + Q and P_mx ← P_mx Fᵀ for this number of features, with F = `transition`.
     pub(super) fn propagate(
         &mut self,
         transition: &Linear<P::Tangent, P::Tangent>,
@@ -129,7 +129,7 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         }
     }
 
-    /// Adds a feature behind so many, independent of everything, and so far without a covariance.
+    /// Adds a feature behind this number of features, with zero covariance. The caller adds its variance.
     pub(super) fn put_alone(&mut self, features: usize) {
         let (first, behind) = (first::<P>(features), first::<P>(features + 1));
         for row in first..behind {
@@ -137,7 +137,8 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         }
     }
 
-    /// Adds a feature behind so many: m = Σ_k G_k s_k of features s_k, by their places, so far without a part of its own.
+    /// Adds a feature m = Σ_k G_k s_k behind this number of features. `of` has the indices of the features s_k and
+    /// their gains G_k. The caller adds the part of the covariance that is independent of them.
     pub(super) fn add_of(
         &mut self,
         of: impl Iterator<Item = (usize, Linear<P::Position, P::Position>)> + Clone,
@@ -160,7 +161,7 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         }
     }
 
-    /// Adds to the covariance of a feature with another, or with itself.
+    /// Adds to the covariance of a feature with another one, or with itself.
     pub(super) fn add_block(&mut self, one: usize, other: usize, of: impl Fn(usize, usize) -> T) {
         let (first_of_one, first_of_other) = (first::<P>(one), first::<P>(other));
         for row in 0..Self::D {
@@ -172,7 +173,7 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         }
     }
 
-    /// Sets the covariance of a feature with another, or with itself.
+    /// Sets the covariance of a feature with another one, or with itself.
     pub(super) fn put_block(&mut self, one: usize, other: usize, of: impl Fn(usize, usize) -> T) {
         let (one, other) = (first::<P>(one), first::<P>(other));
         for row in 0..P::Position::DIMENSION {
@@ -180,8 +181,8 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         }
     }
 
-    /// Takes a coordinate of the pose whose variance rounding has made negative, or no number at all, for certain and for
-    /// independent of the rest; how many.
+    /// Sets the variance and all covariances of a coordinate of the pose to zero if rounding errors have made its
+    /// variance negative or not finite. Returns the number of such coordinates.
     pub(super) fn repair_pose(&mut self, features: usize) -> usize {
         let mut mended = 0;
         for row in 0..Self::K {
@@ -194,7 +195,8 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         mended
     }
 
-    /// Adds a feature behind so many: m = g(x, z) with J = ∂g/∂x, and the covariance `own` that z brings.
+    /// Adds a feature m = g(x, z) behind this number of features, with J = ∂g/∂x = `by_pose` and the covariance `own`
+    /// from the noise of z.
     pub(super) fn add(
         &mut self,
         by_pose: &Linear<P::Position, P::Tangent>,
@@ -220,7 +222,7 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         }
     }
 
-    /// Puts the last of so many features in the place of another.
+    /// Gives the last of this number of features the index of another feature, which is removed.
     pub(super) fn replace_by_last(&mut self, feature: usize, features: usize) {
         let last = features.saturating_sub(1);
         if feature >= last {
@@ -232,7 +234,7 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
             let moved = last.get(row_start(from + d) - row_start(from)..).unwrap_or(&[]);
             let row = before.get_mut(row_start(to + d)..).unwrap_or(&mut []);
             row.iter_mut().zip(moved).take(to).for_each(|(slot, &number)| *slot = number);
-            // With what is between the two: one number a row.
+            // The covariances with the features between the two: one number in each of their rows.
             let mut index = row_start(to + Self::D) + to + d;
             for (other, &number) in moved.iter().enumerate().take(from).skip(to + Self::D) {
                 if let Some(slot) = before.get_mut(index) {
@@ -257,7 +259,7 @@ where
     product::<R, B, R>(&product::<R, A, B>(a, x), &Matrix::with(|row, column| b.at(column, row)))
 }
 
-/// The lower triangle of what is symmetric but for rounding.
+/// The symmetric part of a matrix that is symmetric except for rounding errors.
 pub(super) fn symmetric<N: Vector>(full: &Linear<N, N>) -> Symmetric<N> {
     Symmetric::from_fn(|row, column| (full.at(row, column) + full.at(column, row)) * N::Scalar::from_f64(0.5))
 }
