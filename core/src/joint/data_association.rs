@@ -1,31 +1,33 @@
-//! Probabilistic data association by loopy belief propagation on the graph of landmarks and measurements (Williams & Lau 2014). A
-//! measurement has exactly one origin, and a landmark causes at most one measurement.
+//! Probabilistic data association by loopy belief propagation on the graph of landmarks and measurements (Williams &
+//! Lau 2014). A measurement has exactly one origin, and a landmark causes at most one measurement.
 //!
-//! With the odds a_jz = p_D v_j N(z; ẑ_j, S_j) / ((1 − p_D v_j) λ_z), λ_z = κ + w_b, the messages are
-//! μ_jz = a_jz / (1 + Σ_{z'≠z} a_jz' ν_z'j) and ν_zj = 1 / (1 + Σ_{j'≠j} μ_j'z). If no two landmarks are candidates for the same two
-//! measurements, the graph has no cycle, and the association probabilities are exact.
+//! With the odds a_jz = p_D v_j N(z; ẑ_j, S_j) / ((1 − p_D v_j) λ_z), λ_z = κ + w_b (plus w_m with moving-object
+//! tracks), the messages are μ_jz = a_jz / (1 + Σ_{z'≠z} a_jz' ν_z'j) and ν_zj = 1 / (1 + Σ_{j'≠j} μ_j'z). If no two
+//! landmarks are candidates for the same two measurements, the graph has no cycle, and the association probabilities
+//! are exact.
 
 use super::associations::{Association, AssociationRow};
 use super::movers::{MOVES, Movers, Tracks};
 use super::state::Landmark;
 use crate::{Pose, PositionOf, Real};
 
-/// Iterations of belief propagation. A graph without cycles has converged after as many iterations as its longest path has landmarks;
-/// landmarks farther away on the graph hardly influence a message.
+/// Iterations of belief propagation. A graph without cycles has converged after as many iterations as its longest path
+/// has landmarks; landmarks farther away on the graph hardly influence a message.
 const ITERATIONS: usize = 8;
 
 /// Association probabilities of a measurement are normalised if their sum is greater than this.
 const MAX_SUM: f64 = 1.001;
 
-/// ln of the largest odds of an association. Clutter then has practically no probability, and sums of odds stay finite in single
-/// precision.
+/// ln of the largest odds of an association. Clutter then has practically no probability, and sums of odds stay finite
+/// in single precision.
 const LN_ODDS_MAX: f64 = 40.0;
 
-/// Computes the probability of every association, and for every measurement the probability that no landmark caused it. Returns ln of
-/// the likelihood of the scan by Bethe's approximation, which is exact without cycles; `ln_missed` is Σ ln(1 − p_D v), that of no
-/// detection at all.
+/// Computes the probability of every association, and for every measurement the probability that no landmark caused it.
+/// Returns ln of the likelihood of the scan by Bethe's approximation, which is exact without cycles; `ln_missed` is Σ
+/// ln(1 − p_D v), that of no detection at all.
 ///
-/// A moving-object track and the static landmark of the same object have one origin: at most one of them causes a measurement.
+/// A moving-object track and the static landmark of the same object have one origin: at most one of them causes a
+/// measurement.
 pub(super) fn marginals<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
     landmarks: &mut [Landmark<PositionOf<P>>],
     table: &mut [AssociationRow<T>],
@@ -64,7 +66,8 @@ pub(super) fn marginals<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
     movers.kept().iter().fold(ln_evidence, |sum, mover| sum + ln_1p(mover.message_sum))
 }
 
-/// The origin of an association. For a moving-object track this is the static landmark of the same object, if there is one.
+/// The origin of an association. For a moving-object track this is the static landmark of the same object, if there is
+/// one.
 fn origin<P: Pose, V: Movers<P>>(movers: &V, claimant: u16) -> u16 {
     if !movers.are_tracked() || claimant & MOVES == 0 {
         return claimant;
@@ -112,8 +115,8 @@ fn message_sum<'c, T: Real, P: Pose<Scalar = T>>(
     landmarks.get_mut(usize::from(origin)).map(|landmark| &mut landmark.scratch)
 }
 
-/// Normalises the association probabilities of a measurement if their sum is above one, because the messages have not converged. The sum
-/// of each landmark is at most one before, and decreases.
+/// Normalises the association probabilities of a measurement if their sum is above one, because the messages have not
+/// converged. The sum of each landmark is at most one before, and decreases.
 fn normalise<T: Real>(row: &mut AssociationRow<T>) {
     let all = row.associations().iter().fold(T::ZERO, |sum, association| sum + association.probability);
     if all > T::from_f64(MAX_SUM) {
@@ -121,7 +124,8 @@ fn normalise<T: Real>(row: &mut AssociationRow<T>) {
     }
 }
 
-/// Computes the odds of a measurement's associations and initialises the messages. If the odds were too large, λ is increased.
+/// Computes the odds of a measurement's associations and initialises the messages. If the odds were too large, λ is
+/// increased.
 fn set_odds<T: Real>(row: &mut AssociationRow<T>) {
     let most =
         row.associations().iter().fold(T::NEG_INFINITY, |most, association| most.at_least(association.ln_likelihood));
@@ -133,8 +137,9 @@ fn set_odds<T: Real>(row: &mut AssociationRow<T>) {
     }
 }
 
-/// Sums a ν for every origin, and for every association the cavity sum: the same sum without this measurement. The cavity sum is added up
-/// from the measurements before and those after, because the difference of two large sums would lose its digits.
+/// Sums a ν for every origin, and for every association the cavity sum: the same sum without this measurement. The
+/// cavity sum is added up from the measurements before and those after, because the difference of two large sums would
+/// lose its digits.
 fn update_cavity_sums<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
     landmarks: &mut [Landmark<PositionOf<P>>],
     table: &mut [AssociationRow<T>],
@@ -160,7 +165,8 @@ fn clear_message_sums<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
     }
 }
 
-/// Calls `set` with every association of a measurement and the sum Σ a ν of its origin so far, then adds its own a ν to that sum.
+/// Calls `set` with every association of a measurement and the sum Σ a ν of its origin so far, then adds its own a ν to
+/// that sum.
 fn add_messages<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
     landmarks: &mut [Landmark<PositionOf<P>>],
     row: &mut AssociationRow<T>,
@@ -238,7 +244,8 @@ mod tests {
         (probabilities, ln_evidence)
     }
 
-    /// With many landmarks that compete for few measurements the messages do not converge in these iterations.
+    /// With many landmarks that compete for few measurements, the messages do not converge in the given number of
+    /// iterations.
     #[test]
     fn probabilities_of_a_measurement_sum_to_at_most_one() {
         let mut draws = Noise::seeded(5);
@@ -300,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn without_cycles_it_is_the_sum_over_all_assignments() {
+    fn without_cycles_the_result_is_exact() {
         let cases: [&[&[f64]]; 4] = [
             &[&[5.0]],
             &[&[5.0, 0.3, 0.0], &[0.0, 2.0, 0.7]],
@@ -314,13 +321,13 @@ mod tests {
     }
 
     #[test]
-    fn with_cycles_it_is_near() {
+    fn with_cycles_the_result_is_approximate() {
         let (probabilities, ln_evidence) = largest_difference(&[&[8.0, 3.0], &[2.0, 6.0]]);
         assert!(probabilities < 0.06 && ln_evidence < 0.2, "{probabilities} {ln_evidence}");
     }
 
     #[test]
-    fn one_feature_has_one_measurement() {
+    fn a_feature_causes_at_most_one_measurement() {
         // Both measurements fit the landmark, and clutter is a thousand times less likely.
         let (probabilities, _) = associated(&[&[1000.0, 1000.0]]);
         assert!((probabilities[0][0] - 1000.0 / 2001.0).abs() < 1e-12);

@@ -1,33 +1,34 @@
 //! The difference of two features, and the equality constraint that merges them.
 //!
-//! That two features are the same is a measurement without noise, and exact at any distance: a rotation of the vehicle and the new
-//! features by δθ moves the position p by V(δθ) e, with e its first-order displacement and V the mean of all rotations from 0 to
-//! δθ, so that the shape of features that were seen together is kept. As everywhere ([`invariant_error`](super::invariant_error)),
-//! errors refer to the corrected positions: the error of the difference δ of two features that become one is e_b − e_a − δθ ê × δ.
+//! That two features are the same landmark is used as a measurement without noise. The constraint holds at any
+//! distance: a rotation of vehicle and map by δθ moves a position p by V(δθ) e, with e its displacement to first order
+//! and V the mean of all rotations from 0 to δθ. Features that were measured together thus keep their relative
+//! positions. As in [`invariant_error`](super::invariant_error), errors refer to the corrected positions: the error of
+//! the difference δ of two features that become one is e_b − e_a − δθ ê × δ.
 
 use super::covariance::{Joint, first, symmetric};
 use super::invariant_error::lever;
 use super::state::Memory;
 use crate::{Factor, Linear, Matrix, Pose, PositionOf, Real, Vector, Zero};
 
-/// Rounds of finding by how much a step turns that itself depends on the turn.
+/// Maximum number of iterations for δθ, which depends on itself.
 const ROUNDS: usize = 8;
 
-/// How far two features are apart.
+/// The difference of two features.
 pub(super) struct Difference<P: Pose> {
     pub(super) indices: [usize; 2],
     /// ê × δ of the difference δ; 0 without a heading.
     across: PositionOf<P>,
     /// δ.
     pub(super) difference: PositionOf<P>,
-    /// C, the covariance of e_b − e_a − δθ ê × δ, with what rounding may have taken of it.
+    /// C: the covariance of e_b − e_a − δθ ê × δ, with an allowance for rounding errors.
     pub(super) covariance: Linear<PositionOf<P>, PositionOf<P>>,
-    /// What that has in common with the heading.
+    /// h: the covariance of the same with the heading.
     pub(super) heading: PositionOf<P>,
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Difference<P> {
-    /// Of two features that there are.
+    /// The difference of two features; `None` if there is no feature with one of the indices.
     pub(super) fn of<Z: Vector<Scalar = T>>(memory: &Memory<'_, P, Z>, [one, other]: [usize; 2]) -> Option<Self> {
         let difference = memory.landmarks.get(other)?.mean - memory.landmarks.get(one)?.mean;
         let (of_one, of_other) = (memory.joint.between(one, one), memory.joint.between(other, other));
@@ -50,14 +51,14 @@ impl<T: Real, P: Pose<Scalar = T>> Difference<P> {
         Some(apart)
     }
 
-    /// What a coordinate of the pose and the features has in common with it.
+    /// The covariance of the difference with a coordinate of the pose or of a feature.
     pub(super) fn with_row(&self, joint: &Joint<'_, P>, row: usize) -> P::Position {
         let [one, other] = self.indices.map(first::<P>);
         let turned = P::HEADING.map_or(T::ZERO, |heading| joint.get(row, heading));
         P::Position::with(|k| joint.get(row, other + k) - joint.get(row, one + k) - turned * self.across.at(k))
     }
 
-    /// What another difference has in common with it, row by row.
+    /// The covariance of another difference (rows) with this one (columns).
     pub(super) fn with_other(&self, joint: &Joint<'_, P>, other: &Self) -> Linear<P::Position, P::Position> {
         let [from, to] = other.indices.map(first::<P>);
         let turned = P::HEADING.map_or(Zero::ZERO, |heading| self.with_row(joint, heading));
@@ -68,31 +69,31 @@ impl<T: Real, P: Pose<Scalar = T>> Difference<P> {
         Matrix::with(|row, column| rows.as_ref().get(row).map_or(T::ZERO, |row| row.at(column)))
     }
 
-    /// Whether it is beyond so many squared standard deviations, whatever turns: of the sum of all variances.
+    /// Whether |δ|² is above this multiple of the trace of C. As |y| ≥ |δ| at any δθ, yᵀ C⁻¹ y is then above it too.
     pub(super) fn is_beyond(&self, squared: T) -> bool {
         let variances = (0..P::Position::DIMENSION).fold(T::ZERO, |sum, k| sum + self.covariance.at(k, k));
         // Written so that NaN is beyond.
         !(self.difference.dot(&self.difference) <= variances * squared)
     }
 
-    /// C, factored; `None` where it is not positive definite.
+    /// The factor of C; `None` if it is not positive definite.
     pub(super) fn factor(&self) -> Option<Factor<P::Position>> {
         symmetric::<P::Position>(&self.covariance).factor()
     }
 }
 
-/// What makes two features one that are δ apart.
+/// The equality constraint of two features with the difference δ.
 pub(super) struct Fusion<D: Vector> {
     /// C⁻¹ y, with y = V(δθ)⁻¹ δ + δθ ê × δ.
     pub(super) step: D,
     /// yᵀ C⁻¹ y.
     pub(super) distance: D::Scalar,
-    /// δθ, what it turns the heading by.
+    /// δθ: the correction of the heading.
     pub(super) turn: D::Scalar,
 }
 
 impl<T: Real, D: Vector<Scalar = T>> Fusion<D> {
-    /// Of their difference, the factor of its covariance, and what it has in common with the heading.
+    /// The constraint for a difference δ, the factor of its covariance C, and its covariance h with the heading.
     pub(super) fn of<P: Pose<Scalar = T, Position = D>>(difference: &D, factor: &Factor<D>, heading: &D) -> Self {
         let (gain, across) = (factor.solve(heading), across::<P>(difference));
         let (mut turn, mut off) = (T::ZERO, *difference);
@@ -108,7 +109,7 @@ impl<T: Real, D: Vector<Scalar = T>> Fusion<D> {
         Self { distance: step.dot(&off), step, turn }
     }
 
-    /// By how much it moves what begins at that coordinate: the pose, or a feature.
+    /// The displacement V(δθ) e of the pose or of a feature, the coordinates of which start at `first`.
     pub(super) fn moves<P: Pose<Scalar = T, Position = D>, V: Vector<Scalar = T>>(
         &self,
         joint: &Joint<'_, P>,
@@ -119,7 +120,7 @@ impl<T: Real, D: Vector<Scalar = T>> Fusion<D> {
     }
 }
 
-/// ê × δ in the place of a feature; 0 without a heading.
+/// ê × δ, as a position; 0 without a heading.
 fn across<P: Pose>(difference: &PositionOf<P>) -> PositionOf<P> {
     let lever = P::HEADING.map(|_| lever(difference.as_slice()));
     Vector::with(|k| lever.and_then(|lever| lever.get(k).copied()).unwrap_or(Zero::ZERO))
@@ -146,7 +147,7 @@ fn unbent<T: Real, V: Vector<Scalar = T>>(turn: T, by: &V) -> V {
     })
 }
 
-/// sin δθ/δθ and (1 − cos δθ)/δθ, of half a turn at most.
+/// sin δθ/δθ and (1 − cos δθ)/δθ, with δθ limited to half a turn.
 fn mean_turn<T: Real>(turn: T) -> (T, T) {
     let half = turn.at_most(T::PI).at_least(-T::PI) * T::from_f64(0.5);
     if half * half < T::EPSILON {

@@ -1,7 +1,8 @@
-//! Existence and visibility of a landmark: a Markov chain, so that misses may be consecutive.
+//! Existence and visibility of a landmark as a Markov chain, so that consecutive misses are possible.
 //!
-//! A landmark that exists is visible or occluded, and changes between the two with constant rates. Only a visible one can be detected.
-//! A missed landmark is therefore first assumed to be occluded, and only after some time to be gone.
+//! A landmark that exists is visible or occluded, and changes between the two with constant rates. Only a visible
+//! landmark can be detected. A missed landmark is therefore first assumed to be occluded, and only after some time to
+//! be removed.
 
 use crate::{ConfigError, Real};
 
@@ -9,22 +10,22 @@ use crate::{ConfigError, Real};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Persistence<T> {
-    /// Mean time that a landmark is visible until something occludes it, s; infinite: nothing ever does.
+    /// Mean time until a visible landmark is occluded, s; infinite: never.
     pub visible_s: T,
-    /// Mean time that it is occluded, s.
+    /// Mean time for which it is occluded, s.
     pub occluded_s: T,
-    /// Mean time until it is removed from the world, s; infinite: never.
+    /// Mean time until a landmark is removed from the world, s; infinite: never.
     pub lifetime_s: T,
 }
 
 impl<T: Real> Persistence<T> {
-    /// Landmarks are never occluded and never removed: every missed detection is missed by chance, and a feature that is missed about ten
-    /// times in a row never existed.
+    /// Landmarks are never occluded and never removed: every missed detection is missed by chance, and a feature that
+    /// is missed about ten times in a row never existed.
     pub const FOR_EVER: Self = Self { visible_s: T::INFINITY, occluded_s: T::ONE, lifetime_s: T::INFINITY };
 
-    /// Posts, trees and similar landmarks, where people and cars pass, leaves move, and not every beam hits: 20 s visible, 10 s occluded,
-    /// removed after some hours. The visible time has little effect in random worlds; if landmarks are occluded for long, a short
-    /// occluded time makes the filter remove them.
+    /// Posts, trees and similar landmarks, where people and cars pass, leaves move, and not every beam hits: 20 s
+    /// visible, 10 s occluded, removed after some hours. The visible time has little effect in random worlds; if
+    /// landmarks are occluded for long, a short occluded time makes the filter remove them.
     #[must_use]
     pub fn posts() -> Self {
         let of = T::from_f64;
@@ -44,12 +45,12 @@ impl<T: Real> Persistence<T> {
         }
     }
 
-    /// What becomes of all landmarks in a time of `dt` seconds.
+    /// The transition probabilities over `dt` seconds.
     pub(super) fn over(&self, dt: T) -> Passage<T> {
         let (hide, show) = (T::ONE / self.visible_s, T::ONE / self.occluded_s);
         let both = hide + show;
         let survives = (-(dt / self.lifetime_s)).exp();
-        // 1 − exp(−x) without the loss of digits of small x (Kahan): what rounds exp(−x) rounds its logarithm too.
+        // 1 − exp(−x) without cancellation for small x (Kahan): the rounding error of exp(−x) is also in its logarithm.
         let lived = -survives.ln();
         let vanishes =
             if lived > T::ZERO { (T::ONE - survives) * (dt / self.lifetime_s / lived) } else { dt / self.lifetime_s };
@@ -62,84 +63,85 @@ impl<T: Real> Persistence<T> {
     }
 }
 
-/// What the same feature may be instead, if it moves, in a scan.
+/// The hypothesis that the object moves: probabilities of its moving-object track in a scan.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Beside<T> {
-    /// The probability that it is there, moves and is detected.
+    /// p_D w: the probability that it exists, moves and is detected.
     pub(super) expected: T,
-    /// And is not detected.
+    /// (1 − p_D) w: the probability that it exists, moves and is not detected.
     pub(super) left: T,
-    /// Its share of the detections.
+    /// Σ s: the sum of the association probabilities of the track.
     pub(super) detected: T,
 }
 
 impl<T: Real> Beside<T> {
-    /// It stands, if it is there.
+    /// There is no such track.
     pub(super) const NOTHING: Self = Self { expected: T::ZERO, left: T::ZERO, detected: T::ZERO };
 }
 
-/// What becomes of landmarks in one step of time.
+/// Transition of the Markov chain over a step of time.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Passage<T> {
-    /// Share of the time that a landmark is hidden, in the long run.
+    /// Stationary probability that an existing landmark is occluded.
     occluded_fraction: T,
-    /// What is left of the difference from it.
+    /// Factor by which the deviation from the stationary probability decays.
     kept: T,
-    /// Probability that it is not taken away.
+    /// Probability that a landmark is not removed.
     survives: T,
-    /// Probability that it is: 1 − `survives`, which single precision would round to 0 in a scan of a long life.
+    /// Probability that it is removed: 1 − `survives`, which single precision would round to 0 if the lifetime is long.
     vanishes: T,
 }
 
-/// The least probability that a landmark is not there: whatever has been seen of it, no model is surer than that.
+/// Least probability that a landmark does not exist, after any number of detections.
 const LEAST_ABSENT: f64 = 1e-12;
 
-/// The probability that a landmark is there, and that it is not; the sum is 1.
+/// The probabilities that a landmark exists and that it does not. Their sum is 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Existence<T> {
-    /// It is there and in sight.
+    /// v: it exists and is visible.
     pub(super) visible: T,
-    /// It is there and hidden.
+    /// h: it exists and is occluded.
     pub(super) occluded: T,
-    /// It is not there, or moves. Kept beside the other two, because one minus their sum would be rounded to 0 after a few detections, and
-    /// what has gone away would then stay for ever.
+    /// g: it does not exist, or it moves. It is stored in addition to the other two, because one minus their sum would
+    /// be rounded to 0 after a few detections, and a removed landmark would then remain in the map for ever.
     pub(super) absent: T,
 }
 
 impl<T: Real> Existence<T> {
-    /// Of a slot that is not in use. All zeros, so that a static state takes no flash.
+    /// Value of an unused slot. It is all zero, so that a static state takes no flash.
     pub(super) const NONE: Self = Self { visible: T::ZERO, occluded: T::ZERO, absent: T::ZERO };
 
-    /// It is in sight with this probability, or not there.
+    /// A landmark that is visible with this probability, and otherwise does not exist.
     pub(super) fn of(visible: T) -> Self {
         let absent = (T::ONE - visible).at_least(T::from_f64(LEAST_ABSENT));
         Self { visible, occluded: T::ZERO, absent }
     }
 
-    /// That it is there at all.
+    /// v + h: the probability that it exists.
     pub(super) fn total(self) -> T {
         self.visible + self.occluded
     }
 
-    /// After the time of `passage`.
+    /// The prediction over the time of `passage`.
     pub(super) fn after(self, passage: &Passage<T>) -> Self {
         let total = self.total();
         let settled = total * passage.occluded_fraction;
         let occluded = (settled + (self.occluded - settled) * passage.kept) * passage.survives;
         let (there, absent) = (total * passage.survives, self.absent + total * passage.vanishes);
-        // Kept at one, which rounding would leave in the course of a million scans.
+        // The sum is normalised to one, from which rounding errors would move it in a million scans.
         let all = there + absent;
         Self { visible: (there - occluded).at_least(T::ZERO) / all, occluded: occluded / all, absent: absent / all }
     }
 
-    /// After a scan that expected to detect it with probability p_D where it is in sight, and in which it has, in all, that
-    /// share of the detections, beside what it may be instead.
+    /// The update with a scan, by Bayes: `detection` is p_D of a visible landmark, `detected` the sum β of its
+    /// association probabilities, and `beside` the hypothesis that the object moves.
     pub(super) fn scanned(self, detection: T, detected: T, beside: &Beside<T>) -> Self {
         let visible = self.visible * (T::ONE - detection);
         let gone = (self.absent - beside.expected - beside.left).at_least(T::ZERO);
-        // 1 − p_D v − p_D w, as a sum of what is not negative: a difference would lose what is left beside a landmark that is sure.
+        // 1 − p_D v − p_D w as a sum of terms that are not negative: a difference would lose the digits of the small
+        // terms.
         let not_detected = visible + self.occluded + gone + beside.left;
-        // Messages that have not settled leave shares that sum to a little more than one.
+        // If the messages have not converged, the association probabilities sum to slightly more than one.
         let missed = (T::ONE - detected - beside.detected).at_least(T::ZERO);
         if !(not_detected > T::ZERO) {
             return Self::of(T::ONE);
@@ -159,11 +161,11 @@ mod tests {
     use crate::Real;
 
     #[test]
-    fn without_hiding_it_is_the_bernoulli_update() {
+    fn without_occlusion_it_is_the_bernoulli_update() {
         let before = Existence::of(0.8_f64);
         let after = before.after(&Persistence::FOR_EVER.over(3.0)).scanned(0.7, 0.0, &Beside::NOTHING);
         assert!((after.total() - 0.8 * 0.3 / (1.0 - 0.8 * 0.7)).abs() < 1e-15);
-        // A weight that is small falls as that of an intensity does.
+        // A small existence probability decreases as the weight of a component of an intensity does.
         let light = Existence::of(1e-6_f64).scanned(0.7, 0.0, &Beside::NOTHING);
         assert!((light.visible / 3e-7 - 1.0).abs() < 1e-5);
     }
@@ -179,9 +181,10 @@ mod tests {
         assert!((after.absent - (1.0 - seen) * 0.2 / evidence).abs() < 1e-15);
     }
 
-    /// Shares that sum to more than one, and probabilities that rounding has taken above it, leave a probability.
+    /// The probabilities remain valid if association probabilities sum to more than one, or if rounding errors have
+    /// made the existence probability greater than one.
     #[test]
-    fn a_probability_stays_one() {
+    fn probabilities_sum_to_at_most_one() {
         let eps = f32::EPSILON;
         for occluded in [0.0, 1e-12, eps, 0.25, 0.5 + eps] {
             for detection in [0.3, 0.9, 1.0 - eps] {
@@ -199,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn time_is_taken_in_one_step_as_in_many() {
+    fn one_time_step_equals_many_short_ones() {
         let chain = Persistence { visible_s: 20.0_f64, occluded_s: 2.0, lifetime_s: 300.0 };
         let start = Existence { visible: 0.9, occluded: 0.05, absent: 0.05 };
         let at_once = start.after(&chain.over(5.0));
@@ -210,9 +213,9 @@ mod tests {
         assert!((at_once.total() + at_once.absent - 1.0).abs() < 1e-12);
     }
 
-    /// Three years of life, at 10 Hz: a scan takes 1e-9 of it.
+    /// A lifetime of three years at 10 Hz: the time between scans is 1e-9 of it.
     #[test]
-    fn a_long_life_ends_in_single_precision_too() {
+    fn a_long_lifetime_has_an_effect_in_single_precision() {
         fn an_hour<T: Real>() -> f64 {
             let chain = Persistence { lifetime_s: T::from_f64(1e8), ..Persistence::FOR_EVER }.over(T::from_f64(0.1));
             let there = (0..36_000).fold(Existence::of(T::ONE), |now, _| now.after(&chain));
@@ -223,9 +226,10 @@ mod tests {
         assert!((an_hour::<f32>() / exact - 1.0).abs() < 5e-3, "{}", an_hour::<f32>());
     }
 
-    /// What has been detected for however long goes after as few misses as its model takes for impossible.
+    /// A landmark that is no longer detected is dropped after the number of misses that follows from the model, however
+    /// often it was detected before.
     #[test]
-    fn what_is_missed_goes_however_sure_it_was() {
+    fn a_missed_landmark_is_dropped_however_certain_it_was() {
         fn misses<T: Real>(chain: Persistence<T>, detection: f64) -> usize {
             let (passage, detection) = (chain.over(T::from_f64(0.1)), T::from_f64(detection));
             let mut now = Existence::of(T::ONE);
@@ -240,14 +244,14 @@ mod tests {
                 .count()
         }
         for detection in [0.5, 0.9, 1.0 - 1e-6] {
-            // Where nothing hides: 10⁻¹² of absence against 10³ of presence.
+            // Without occlusion: until the odds of existence have decreased from 10¹² to 10⁻³.
             let expected = (1e-15_f64.ln() / (1.0 - detection).ln()).floor();
             let [single, double] = [
                 misses::<f32>(Persistence::FOR_EVER, detection) as f64,
                 misses::<f64>(Persistence::FOR_EVER, detection) as f64,
             ];
             assert!((single - expected).abs() <= 1.0 && (double - expected).abs() <= 1.0, "{single} {double}");
-            // What may hide stays for tens of seconds, for as long in both precisions.
+            // With occlusion it remains in the map for at least 30 s, equally long in both precisions.
             let [single, double] = [
                 misses(Persistence { visible_s: 20.0_f32, occluded_s: 10.0, lifetime_s: 1e4 }, detection) as f64,
                 misses(Persistence { visible_s: 20.0_f64, occluded_s: 10.0, lifetime_s: 1e4 }, detection) as f64,

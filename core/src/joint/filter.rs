@@ -22,8 +22,8 @@ use crate::{
 /// SLAM with a joint map: a motion model and a tuning, with the estimate in a [`JointState`]. The sensors are
 /// [detectors](crate::Detector), which are passed with every scan.
 ///
-/// `M` is the motion model, `Z` the measurement with the most dimensions, `A` the archive of distant features, if there is one, `V`
-/// the tracks of moving objects, if there are any.
+/// `M` is the motion model, `Z` the measurement with the most dimensions, `A` the archive of distant features, if there
+/// is one, `V` the tracks of moving objects, if there are any.
 ///
 /// ```
 /// use nalgebra::Vector2;
@@ -138,10 +138,10 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> Join
 }
 
 impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V> JointSlam<'s, M, Z, NoArchive, V> {
-    /// This filter with an archive, for a map with more features than the state can store: if the state has little free memory,
-    /// features farther than `reach_m` from the vehicle are moved to the archive, and moved back when they may be in view again.
-    /// `reach_m` is the greatest horizontal range of all detectors, m. The archive belongs to the state: pass both from the start,
-    /// and again whenever the filter is constructed anew.
+    /// This filter with an archive, for a map with more features than the state can store: if the state has little free
+    /// memory, features farther than `reach_m` from the vehicle are moved to the archive, and moved back when they may
+    /// be in view again. `reach_m` is the greatest horizontal range of all detectors, m. The archive belongs to the
+    /// state: pass both from the start, and again whenever the filter is constructed anew.
     ///
     /// # Errors
     /// The reach is not finite or not positive.
@@ -157,11 +157,11 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V> J
 }
 
 impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A> JointSlam<'s, M, Z, A> {
-    /// This filter with tracks of moving objects. A new feature may be static or moving, and both hypotheses are kept until the
-    /// scans decide. Moving objects are not part of the map: measurements that they cause are not associated with static features,
-    /// and do not correct the pose. Detectors need a birth intensity of moving objects
-    /// ([`Births::of_moving`](crate::Births::of_moving)). The movers belong to the state: pass both from the start, and again
-    /// whenever the filter is constructed anew.
+    /// This filter with tracks of moving objects. A new feature may be static or moving, and both hypotheses are kept
+    /// until the scans decide. Moving objects are not part of the map: measurements that they cause are not associated
+    /// with static features, and do not correct the pose. Detectors need a birth intensity of moving objects
+    /// ([`Births::of_moving`](crate::Births::of_moving)). The movers belong to the state: pass both from the start, and
+    /// again whenever the filter is constructed anew.
     ///
     /// # Errors
     /// The configuration is out of range, or the state has room for more than 32768 features.
@@ -174,8 +174,8 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A> J
         self.beside(movers.tracked(moving))
     }
 
-    /// [`with_movers`](Self::with_movers) if `movers` is `Some`, for a program that decides at run time whether to track moving
-    /// objects.
+    /// [`with_movers`](Self::with_movers) if `movers` is `Some`, for a program that decides at run time whether to
+    /// track moving objects.
     ///
     /// # Errors
     /// As for [`with_movers`](Self::with_movers).
@@ -230,8 +230,8 @@ where
 
     /// Starts or restarts the filter at `pose`, with zero covariance and an empty map.
     ///
-    /// In single precision, coordinates have a resolution of about 0.01 mm at 100 m from the origin, 1 mm at 10 km, and 0.5 m at
-    /// the northings of a survey grid: give poses and fixes relative to a nearby origin.
+    /// In single precision, coordinates have a resolution of about 0.01 mm at 100 m from the origin, 1 mm at 10 km, and
+    /// 0.5 m at the northings of a survey grid: give poses and fixes relative to a nearby origin.
     ///
     /// # Errors
     /// The pose is not finite, or a coordinate is above 1e8; the state is unchanged.
@@ -323,11 +323,11 @@ where
         })
     }
 
-    /// The estimated map: the features whose existence probability, visible or occluded, is at least `extraction_existence`, and
-    /// which were detected at least twice. The weight of a component is this probability. A missed feature is first assumed to be
-    /// occluded and remains in the map; its existence probability then decreases with time, until the feature leaves the estimate
-    /// and finally, if it is not detected again, the state. Features in the archive are included, as they were when they were
-    /// archived.
+    /// The estimated map: the features whose existence probability, visible or occluded, is at least
+    /// `extraction_existence`, and which were detected at least twice. The weight of a component is this probability. A
+    /// missed feature is first assumed to be occluded and remains in the map; its existence probability then decreases
+    /// with time, until the feature leaves the estimate and finally, if it is not detected again, the state. Features
+    /// in the archive are included, as they were when they were archived.
     pub fn features(&self) -> impl Iterator<Item = Component<PositionOf<M::Pose>>> + '_ {
         let Memory { header, landmarks, joint, .. } = &self.memory;
         let twice = T::from_f64(TENTATIVE_BELOW);
@@ -352,9 +352,10 @@ where
         near.chain(far)
     }
 
-    /// The estimated moving objects, with position and velocity predicted to the present: those that exist and move with a
-    /// probability of at least [`extraction_weight`](MovingConfig::extraction_weight). The weight of a component is this
-    /// probability. Its label is that of the static feature that is the alternative hypothesis for the same object.
+    /// The estimated moving objects, with position and velocity predicted to the present: those that exist and move
+    /// with a probability of at least [`extraction_weight`](MovingConfig::extraction_weight). The weight of a component
+    /// is this probability. Its label is that of the static feature that is the alternative hypothesis for the same
+    /// object.
     pub fn moving(&self) -> impl Iterator<Item = Component<MovingOf<M::Pose>>> + '_ {
         let waited_s = self.memory.header.waited_s;
         let config = self.movers.common().map(|(_, config)| config);
@@ -369,8 +370,8 @@ where
         })
     }
 
-    /// N̂: the expected number of features, the sum of their existence probabilities; for features in the archive, as they were
-    /// when they were archived.
+    /// N̂: the expected number of features, the sum of their existence probabilities; for features in the archive, as
+    /// they were when they were archived.
     #[must_use]
     pub fn expected_features(&self) -> T {
         let near = self.memory.landmarks.iter().take(self.memory.header.len).map(|landmark| landmark.existence);

@@ -11,14 +11,15 @@ use crate::models::OwnNoise;
 use crate::numerics::vector::{applied, product};
 use crate::{Linear, Matrix, Pose, PositionOf, Real, Sensor, Symmetric, TangentOf, Vector, Zero};
 
-/// A feature that has less than this share of all detections together says nothing of the pose.
+/// Least Σ s with which a feature corrects the pose.
 pub(super) const LEAST_DETECTED: f64 = 0.02;
 
-/// A feature whose measurements lie further than this many gates from where the features before it have left pose and map says nothing in
-/// this scan: it was within the gate before them, so that one of both is wrong, and what is linear in small errors is no more.
+/// A feature corrects nothing if the mean squared Mahalanobis distance of its measurements is above this multiple of
+/// the gate. They were within the gate before the corrections by other features: these corrections or the association
+/// must be wrong, and the linearisation for small errors no longer holds.
 const GATES: f64 = 4.0;
 
-/// Whether the pose is corrected by a landmark with so much of all detections.
+/// Whether a landmark corrects the pose: Σ s = `detected` is large enough, and the association is not ambiguous.
 pub(super) fn is_informative_for_pose<T, S>(
     sensor: &S,
     table: &[AssociationRow<T>],
@@ -35,20 +36,21 @@ where
 
 /// The terms of the update by one landmark.
 pub(super) struct InnovationStatistics<P: Pose, Y: Vector, Z: Vector> {
-    /// The rows of P Hᵀ that are the pose's; the features' are in the memory.
+    /// The rows of P Hᵀ of the pose. Those of the features are in the memory of the pending terms.
     pub(super) pose: RowsOf<TangentOf<P>, Z>,
     /// S⁻¹.
     pub(super) inverse: Linear<Y, Y>,
     /// S⁻¹ ν̄.
     pub(super) step: Y,
-    /// S⁻¹ (Σ s ν νᵀ − ν̄ ν̄ᵀ) S⁻¹: what not knowing the cause leaves open.
+    /// S⁻¹ (Σ s ν νᵀ − ν̄ ν̄ᵀ) S⁻¹: the uncertainty of the association.
     pub(super) spread: Linear<Y, Y>,
     /// Σ s.
     pub(super) detected: Y::Scalar,
 }
 
-/// What `times` a feature's shares tell, linearised at the means as they are; `None` where it cannot be measured from here, what was taken in before
-/// contradicts it, or rounding has spoilt the covariance of its innovation.
+/// The terms of the update by one landmark, linearised at the present means, with its association probabilities
+/// multiplied by `times`. `None` if the landmark cannot be measured from here, if its measurements contradict the
+/// corrections before, or if rounding errors have made the covariance of the innovation invalid.
 pub(super) fn innovation_statistics<T, S, Z>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
@@ -73,7 +75,7 @@ where
     let (pose, own) = (pending.pose(), pending.feature(index).map_or(&[][..], |rows| rows.as_ref()));
     let full = h_times::<S::Measurement, TangentOf<S::Pose>, Z>(&by_pose, pose.as_ref())
         + h_times::<S::Measurement, PositionOf<S::Pose>, Z>(&by_feature, own);
-    // Among as many coordinates as the measurement has; the others are zero.
+    // Only the columns within the dimension of the measurement; the others are zero.
     let full = Matrix::with(|row, column| full.at(row, column));
     let noise = mean_noise(sensor, &measurement, probabilities(association_table, index, measurements));
     let Some(factor) = symmetric::<S::Measurement>(&full).plus(&noise).factor() else {
@@ -104,7 +106,8 @@ where
     Some(InnovationStatistics { pose, inverse, step, spread, detected })
 }
 
-/// R in the mean over measurements with these association probabilities, where it is not the same for all.
+/// The mean of R over the associated measurements, weighted with their association probabilities; R of the sensor if it
+/// is the same for all.
 fn mean_noise<'m, T: Real, S: Sensor<Pose: Pose<Scalar = T>, Measurement: 'm>>(
     sensor: &S,
     expected: &S::Measurement,

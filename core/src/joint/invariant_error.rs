@@ -1,12 +1,12 @@
 //! The invariant error state, in which the covariance is stored.
 //!
-//! A small rotation δθ of vehicle and map together about the origin moves a position p by δθ × p, and no measurement can observe
-//! it. The covariance must keep this unobservable direction, independent of the linearisation point: an error e of a position that
-//! corrections have moved by Δ is therefore expressed as ξ = e − δθ × Δ, with δθ the error of the heading. Without this, every
-//! update gains information on the heading that was not measured (Huang, Mourikis & Roumeliotis 2010); with it the errors are those
-//! of the invariant filter (Barrau & Bonnabel 2015). Within a scan Δ is stored with every position, and derivatives and corrections
-//! are transformed; at its end [`reset_error_frame`](Memory::reset_error_frame) transforms the covariance to that of the actual
-//! errors, with Δ = 0.
+//! A small rotation δθ of vehicle and map together about the origin moves a position p by δθ × p, and no measurement
+//! can observe it. The covariance must keep this unobservable direction, independent of the linearisation point: an
+//! error e of a position that corrections have moved by Δ is therefore expressed as ξ = e − δθ × Δ, with δθ the error
+//! of the heading. Without this, every update gains information on the heading that was not measured (Huang, Mourikis &
+//! Roumeliotis 2010); with it the errors are those of the invariant filter (Barrau & Bonnabel 2015). Within a scan Δ is
+//! stored with every position, and derivatives and corrections are transformed; at its end
+//! [`reset_error_frame`](Memory::reset_error_frame) transforms the covariance to that of the actual errors, with Δ = 0.
 
 use super::covariance::RowsOf;
 use super::state::{Header, Landmark, Memory};
@@ -14,7 +14,8 @@ use crate::numerics::range::is_within_range;
 use crate::{Linear, Matrix, Pose, PositionOf, Real, TangentOf, Vector, Zero};
 
 impl<T: Real, P: Pose<Scalar = T>> Header<P> {
-    /// ∂h/∂ξ of the pose, of Hx = ∂h/∂x and Hm = ∂h/∂m: the heading's column is Hx + Hx (ê × Δx) + Hm (ê × Δm), the others stay.
+    /// ∂h/∂ξ with respect to the pose, from Hx = ∂h/∂x and Hm = ∂h/∂m: the column of the heading becomes Hx,θ + Hx (ê ×
+    /// Δx) + Hm (ê × Δm), the others are unchanged.
     pub(super) fn in_invariant_error<Y: Vector<Scalar = T>>(
         &self,
         by_pose: &Linear<Y, TangentOf<P>>,
@@ -33,12 +34,12 @@ impl<T: Real, P: Pose<Scalar = T>> Header<P> {
         })
     }
 
-    /// Where its rows of P Hᵀ, times `step`, move the pose.
+    /// The pose after the correction by its rows of P Hᵀ times `step`.
     pub(super) fn moved_by<Z: Vector<Scalar = T>>(&self, pose: &RowsOf<P::Tangent, Z>, step: &Z) -> P {
         self.pose.displaced(&self.step_of(pose, step, turn_of::<P, Z>(pose, step)))
     }
 
-    /// Whether that is in range.
+    /// Whether that pose is finite and in range.
     pub(super) fn may_move<Z: Vector<Scalar = T>>(&self, pose: &RowsOf<P::Tangent, Z>, step: &Z) -> bool {
         let moved = self.moved_by(pose, step);
         moved.is_finite() && is_within_range(&moved.coordinates())
@@ -50,7 +51,8 @@ impl<T: Real, P: Pose<Scalar = T>> Header<P> {
 }
 
 impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
-    /// Moves pose and features by their rows of P Hᵀ, times `step`: of a measurement of which all was taken in at once.
+    /// Corrects pose and features by their rows of P Hᵀ times `step`. The rows of the features are those of the next
+    /// pending term.
     pub(super) fn inject_correction(&mut self, pose: &RowsOf<P::Tangent, Z>, step: &Z) {
         let turn = turn_of::<P, Z>(pose, step);
         let Self { header, landmarks, pending, .. } = self;
@@ -65,14 +67,15 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         }
     }
 
-    /// Applies the pending terms of the covariance if there is no room for another.
+    /// Applies the pending terms to the covariance if there is no room for another one.
     pub(super) fn make_room(&mut self) {
         if self.pending.is_full() {
             self.joint.apply(&mut self.pending, self.header.len);
         }
     }
 
-    /// Applies what is pending, and makes the covariance one of errors as they are, where corrections have moved pose and features.
+    /// Applies the pending terms and, if corrections have moved pose or features, transforms the covariance to that of
+    /// the actual errors, with Δ = 0.
     pub(super) fn reset_error_frame(&mut self) {
         self.make_room();
         let Self { header, landmarks, joint, pending, .. } = self;
@@ -97,7 +100,7 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     }
 }
 
-/// ê × Δ of the unit vector upwards: its first two coordinates, the third one is 0.
+/// ê × Δ with the vertical unit vector ê: the first two coordinates; the third one is 0.
 pub(super) fn lever<T: Real>(moved: &[T]) -> [T; 2] {
     match *moved {
         [x, y, ..] => [-y, x],
@@ -105,7 +108,7 @@ pub(super) fn lever<T: Real>(moved: &[T]) -> [T; 2] {
     }
 }
 
-/// δθ of a step.
+/// δθ of a correction.
 fn turn_of<P: Pose, Z: Vector<Scalar = P::Scalar>>(pose: &RowsOf<P::Tangent, Z>, step: &Z) -> P::Scalar {
     let row = P::HEADING.and_then(|heading| pose.as_ref().get(heading));
     row.map_or(P::Scalar::ZERO, |row| row.dot(step))
@@ -126,8 +129,8 @@ mod tests {
     use nalgebra::Vector2;
 
     #[test]
-    fn what_turns_vehicle_and_map_together_changes_no_measurement() {
-        // Where they were before the scan, and how far corrections have moved them since.
+    fn a_common_rotation_of_vehicle_and_map_changes_no_measurement() {
+        // Positions before the scan, and their displacement by corrections since then.
         let (at, by) = ([3.0, -2.0], [0.4, 0.7]);
         let (feature_at, feature_by) = ([40.0, 15.0], [-1.1, 0.3]);
         let mut state = JointState::<PlanarPose<f64>, Vector2<f64>, 1, { joint_numbers(3, 2, 1) }, 1>::new();
@@ -140,7 +143,7 @@ mod tests {
         let frame = sensor.frame(&memory.header.pose);
         let Predicted { by_pose, by_feature, .. } = Predicted::of(&sensor, &frame, &landmark.mean).unwrap();
         let counted = memory.header.in_invariant_error::<Vector2<f64>>(&by_pose, &by_feature, &landmark);
-        // Of the errors as they are counted, a turn is δθ and δθ × p at the places from before.
+        // In the invariant error, a common rotation is δθ and δθ × p, with the positions p before the scan.
         let (turn, feature_turn) = (lever(&at), lever(&feature_at));
         for row in 0..2 {
             let change = |by_pose: &Linear<Vector2<f64>, TangentOf<PlanarPose<f64>>>| {

@@ -1,4 +1,4 @@
-//! Twenty-four laps of one course: an archive must not count what it knows again in every lap.
+//! Twenty-four laps of one course: an archive must not count the same information again in every lap.
 
 use super::*;
 use crate::*;
@@ -16,11 +16,12 @@ const DT_S: f64 = 0.1;
 const SPEED_MPS: f64 = 2.0;
 const STRAIGHT_M: f64 = 80.0;
 const RADIUS_M: f64 = 3.0;
-/// Standard deviations of the odometry, m/√s and rad/√s, and of the sensor, m and rad.
+/// Standard deviations of the odometry, m/s and rad/s in every step, and of the sensor, m and rad.
 const ODOMETRY: [f64; 2] = [0.05, 0.01];
 const SENSOR: [f64; 2] = [0.1, 0.02];
 
-/// Of every lap, the mean of NEES/3 with an archive, and of the ratio of its variance of the position to that with room for everything.
+/// For every lap, the mean of NEES/3 with an archive, and the mean ratio of the variance of its position to that with a
+/// window for all features.
 fn run(seed: u64) -> [[f64; 2]; LAPS] {
     let mut draws = Noise::seeded(77 + seed);
     let mut landmarks: Vec<[f64; 2]> = Vec::new();
@@ -89,7 +90,7 @@ fn run(seed: u64) -> [[f64; 2]; LAPS] {
             wrap(ours.mean.heading_rad - pose.heading_rad),
         );
         let [of_ours, of_best] = [&ours, &best].map(|pose| pose.covariance.get(0, 0) + pose.covariance.get(1, 1));
-        // Within a micrometre, for the first steps.
+        // With a standard deviation of one micrometre more, because the covariance is zero at the start.
         let certain = ours.covariance.plus(&Symmetric::from_diagonal([1e-12; 3]));
         let [nees, ratio] = &mut figures[step / lap];
         *nees += certain.factor().unwrap().mahalanobis(&off) / 3.0 / lap as f64;
@@ -99,8 +100,8 @@ fn run(seed: u64) -> [[f64; 2]; LAPS] {
 }
 
 #[test]
-fn what_the_archive_knows_counts_once_in_twenty_four_laps() {
-    // The constants of the archive were chosen on the courses 0 to 7.
+fn archived_information_is_counted_once_in_twenty_four_laps() {
+    // The settings of the archive were chosen on the courses 0 to 7.
     let runs: Vec<_> = (100..116).map(run).collect();
     let figures = core::array::from_fn::<_, LAPS, _>(|lap| {
         [0, 1].map(|which| {
@@ -115,9 +116,10 @@ fn what_the_archive_knows_counts_once_in_twenty_four_laps() {
     }
 }
 
-/// A page that comes near, of which one landmark is left: what that causes is not lost.
+/// Only one landmark of a submap within reach is left, so that the submap is not confirmed. The measurements of this
+/// landmark initiate a new one.
 #[test]
-fn a_page_that_is_refused_gives_its_measurements_back() {
+fn measurements_are_not_lost_to_a_submap_that_is_not_confirmed() {
     let window = RangeBearingWindow::full_circle(REACH_M, 0.9).unwrap();
     let sensing = Sensing {
         sensor: RangeBearing::new(SENSOR[0], SENSOR[1]).unwrap(),

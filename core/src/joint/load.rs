@@ -20,14 +20,15 @@ where
     /// The greatest label that a loaded feature may have.
     pub const GREATEST_LOADED_LABEL: u32 = u32::MAX / 2;
 
-    /// Replaces the map by these features, from an earlier drive or a survey. Their errors have the given covariances and are
-    /// independent of each other and of the pose, which is unchanged. The weight of a feature is its existence probability. Labels
-    /// are kept; if several features have the same label, the first keeps it and the others get new ones. Tracks of moving objects
-    /// are removed.
+    /// Replaces the map by these features, from an earlier drive or a survey. Their errors have the given covariances
+    /// and are independent of each other and of the pose, which is unchanged. The weight of a feature is its existence
+    /// probability. Labels are kept; if several features have the same label, the first keeps it and the others get new
+    /// ones. Tracks of moving objects are removed.
     ///
     /// # Errors
-    /// The filter has not been reset; a feature is not finite, beyond 1e8 m, heavier than a million, or its covariance is not
-    /// positive definite; its label is too great; or there are more features than the state can store. The state is unchanged.
+    /// The filter has not been reset; a feature is not finite, beyond 1e8 m, heavier than a million, or its covariance
+    /// is not positive definite; its label is too great; or there are more features than the state can store. The state
+    /// is unchanged.
     pub fn load_map(&mut self, features: &[Component<PositionOf<M::Pose>>]) -> Result<(), LoadMapError> {
         let Memory { header, landmarks, joint, .. } = &mut self.memory;
         if !header.started {
@@ -46,7 +47,7 @@ where
         let mut next_label = header.next_label.max(greatest.map_or(0, |label| label.saturating_add(1)));
         for (index, (feature, landmark)) in features.iter().zip(landmarks.iter_mut()).enumerate() {
             let mut label = feature.label;
-            // Compares at most half as many pairs as the square of the capacity.
+            // This compares at most half as many pairs as the square of the capacity.
             if features.iter().take(index).any(|before| before.label == label) {
                 label = next_label;
                 next_label = next_label.wrapping_add(1);

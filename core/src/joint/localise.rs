@@ -1,8 +1,8 @@
 //! Localisation in a map that is not changed.
 //!
-//! The map has errors, which stay the same from scan to scan. The features therefore remain in the joint Gaussian with their
-//! covariances and their cross-covariances with the pose; only their gain is zero (Schmidt 1966). The error of a feature is thus
-//! counted once, however often it is measured.
+//! The map has errors, which stay the same from scan to scan. The features therefore remain in the joint Gaussian with
+//! their covariances and their cross-covariances with the pose; only their gain is zero (Schmidt 1966). The error of a
+//! feature is thus counted once, however often it is measured.
 
 use super::archive::NoArchive;
 use super::associate::{Associated, associate};
@@ -28,10 +28,10 @@ where
     Z: Vector<Scalar = T>,
     V: Movers<M::Pose>,
 {
-    /// Updates only the pose with one scan: static features are not corrected, initiated or removed, and their existence
-    /// probabilities are unchanged. Use it instead of [`scan`](Self::scan) with a map that was [loaded](Self::load_map) or is good
-    /// enough. The covariance of the pose includes the errors of the map, which are counted once, however often the features are
-    /// measured.
+    /// Updates only the pose with one scan: static features are not corrected, initiated or removed, and their
+    /// existence probabilities are unchanged. Use it instead of [`scan`](Self::scan) with a map that was
+    /// [loaded](Self::load_map) or is good enough. The covariance of the pose includes the errors of the map, which are
+    /// counted once, however often the features are measured.
     ///
     /// # Errors
     /// As for `scan`; the state is unchanged.
@@ -47,7 +47,8 @@ where
         if let Some(mut tracks) = movers.tracks() {
             tracks.advance(memory.header.waited_s, config.least_existence);
         }
-        // Nothing is born that they could be known from later.
+        // With a window of 0 no landmark is excluded as weakly determined: no new landmarks are initiated that could be
+        // matched with the map later.
         let Associated { in_view, ln_evidence, .. } =
             associate(&models, births, config, memory, movers, measurements, 0);
         let mut tally = Tally::NOTHING;
@@ -61,7 +62,7 @@ where
             if tells {
                 move_pose_by(sensor, memory, index, measurements, config.gate, &mut tally);
             }
-            // None is given up: the map stays.
+            // Existence probabilities do not decrease, because the map is unchanged.
             let seen =
                 Recognised { expected: landmark.detection * landmark.existence.visible, detected, given_up: T::ZERO };
             tally.count(memory.header.watch.knows(landmark.label, memory.header.next_label), seen);
@@ -105,7 +106,7 @@ fn move_pose_by<T, S, Z>(
         return;
     }
     let Memory { header, joint, pending, .. } = memory;
-    // Among as many coordinates as the widest measurement has; the others are zero.
+    // All are padded with zeros to the dimension of `Z`, the measurement with the most dimensions.
     let learnt = Matrix::with(|row, column| -inverse.at(row, column) * detected);
     let spread = Matrix::with(|row, column| spread.get(row, column));
     let step = Z::with(|z| step.at(z));
@@ -118,8 +119,9 @@ fn move_pose_by<T, S, Z>(
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
-    /// P_xx ← P_xx + (P Hᵀ)_x (L + V) (P Hᵀ)_xᵀ and P_mx ← P_mx + (P Hᵀ)_m L (P Hᵀ)_xᵀ over so many features, with L = `learnt`, what is
-    /// known better, and V = `spread`, what not knowing the cause leaves open. Features do not move, and so all of it is the pose's.
+    /// P_xx ← P_xx + (P Hᵀ)_x (L + V) (P Hᵀ)_xᵀ and P_mx ← P_mx + (P Hᵀ)_m L (P Hᵀ)_xᵀ for this number of features,
+    /// with L = `learnt`, the decrease by the measurement, and V = `spread`, the uncertainty of the association.
+    /// Features are not corrected, so that V is added to the pose alone.
     fn tell_pose<Z: Vector<Scalar = T>>(
         &mut self,
         common: &Pending<'_, P, Z>,
@@ -170,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn with_all_linear_it_is_schmidts_filter() {
+    fn with_linear_models_it_is_the_schmidt_kalman_filter() {
         let noise = Symmetric::from_diagonal([0.09, 0.16]);
         let sensing = Sensing {
             sensor: Offset { noise },
@@ -188,7 +190,7 @@ mod tests {
         slam.reset_within(PlanarPose::new(1.0, -2.0, 0.3), &known).unwrap();
         slam.load_map(&map).unwrap();
 
-        // The same by full matrices; the heading never enters.
+        // The same with full matrices; the heading has no effect.
         let r = Matrix2::new(0.09, 0.0, 0.0, 0.16);
         let mut x = SVector::<f64, 2>::new(1.0, -2.0);
         let mut p = SMatrix::<f64, 8, 8>::identity() * 0.49;
@@ -229,7 +231,8 @@ mod tests {
         assert_eq!(slam.audit(), Ok(()));
     }
 
-    /// Forty maps that are off by what they say: the pose is off by what it says, after a hundred scans of the same eight posts.
+    /// Forty maps with errors of the given covariance: after a hundred scans of the same eight posts, the error of the
+    /// pose agrees with its covariance.
     #[test]
     fn the_error_of_a_surveyed_map_is_counted_once() {
         let window = RangeBearingWindow::full_circle(30.0, 0.9).unwrap();
@@ -258,7 +261,7 @@ mod tests {
             slam.load_map(&surveyed(&off, 0.3)).unwrap();
             for _ in 0..100 {
                 truth = exact.propagate(&truth, &UnicycleControl { speed_mps: 1.0, rate_radps: 0.3 }, 0.1);
-                // White noise of 0.1 m/√s and 0.05 rad/√s, over 0.1 s.
+                // White noise of 0.1 m/√s and 0.05 rad/√s: over 0.1 s about three times what the filter assumes.
                 let [speed, rate] = [0.1, 0.05].map(|sigma| sigma * draws.normal::<f64>() / 0.1_f64.sqrt());
                 slam.predict(&UnicycleControl { speed_mps: 1.0 + speed, rate_radps: 0.3 + rate }, 0.1).unwrap();
                 let mut seen = Vec::new();
@@ -275,7 +278,7 @@ mod tests {
             let pose = slam.estimate_pose().unwrap();
             squares += pose.covariance.factor().unwrap().mahalanobis(&truth.difference(&pose.mean)) / 3.0;
         }
-        // Mean of 120 squares of standard normal numbers: five standard deviations.
+        // Mean of 120 squared standard normal numbers: within five standard deviations.
         let nees = squares / 40.0;
         assert!((0.4..1.65).contains(&nees), "{nees}");
     }

@@ -1,9 +1,11 @@
-//! Loop closure: finds landmarks that were initiated twice, and merges them, by the joint consistency of the landmarks around them.
+//! Loop closure: finds landmarks that were initiated twice, and merges them, by the joint consistency of the landmarks
+//! around them.
 //!
-//! After a section of the trajectory without landmarks the pose is so uncertain that many landmarks are in the gate of a measurement, and a
-//! wrong association cannot be undone. Single measurements therefore do not decide: landmarks that are much less certain than others in view
-//! are excluded from the association ([`exclude_weakly_determined`]), and the measurements initiate new landmarks. The new landmarks are
-//! accurate relative to each other, and are matched with the old map as a whole ([`close_loop`]).
+//! After a section of the trajectory without landmarks the pose is so uncertain that many landmarks are in the gate of
+//! a measurement, and a wrong association cannot be undone. Single measurements therefore do not decide: landmarks that
+//! are much less certain than others in view are excluded from the association ([`exclude_weakly_determined`]), and the
+//! measurements initiate new landmarks. The new landmarks are accurate relative to each other, and are matched with the
+//! old map as a whole ([`close_loop`]).
 
 use super::associations::AssociationRow;
 use super::config::JointConfig;
@@ -14,8 +16,8 @@ use super::state::{Landmark, Memory};
 use crate::numerics::vector::{applied, product, transposed};
 use crate::{Linear, LnSum, Matrix, Pose, PositionOf, Real, Vector};
 
-/// A landmark is weakly determined if the standard deviation of its innovation, per coordinate, is more than this many times the smallest
-/// one of the scan.
+/// A landmark is weakly determined if the standard deviation of its innovation, per coordinate, is more than this many
+/// times the smallest one of the scan.
 const WEAK_RATIO: f64 = 3.0;
 /// Detections of an established landmark, at least. Only established landmarks are matched.
 const ESTABLISHED_DETECTIONS: f64 = 3.0;
@@ -27,16 +29,18 @@ const LEAST_PROBABILITY: f64 = 0.99;
 const CANDIDATES: usize = 8;
 /// Most candidates, after the alignment, for each of the other landmarks in view: the nearest ones.
 const NEIGHBOURS: usize = 3;
-/// Most landmarks in view that are tried: those detected most often. The first of them is often a truly new landmark without a match.
+/// Most landmarks in view that are tried: those detected most often. The first of them is often a truly new landmark
+/// without a match.
 const SEEDS: usize = 6;
 
-/// A landmark is weakly determined if ln of the peak of its innovation's density is below this; `ln_peak` is the highest of the scan.
+/// A landmark is weakly determined if ln of the peak of its innovation's density is below this; `ln_peak` is the
+/// highest of the scan.
 pub(super) fn least_of<Y: Vector>(ln_peak: Y::Scalar) -> Y::Scalar {
     ln_peak - Y::Scalar::from_f64(WEAK_RATIO).ln() * Y::Scalar::from_usize(Y::DIMENSION)
 }
 
-/// Removes the associations of weakly determined landmarks, which then count as out of view: those whose `scratch`, ln of the peak of the
-/// innovation's density, is below `least`. Returns their number, and Σ ln(1 − p_D v) over them.
+/// Removes the associations of weakly determined landmarks, which then count as out of view: those whose `scratch`, ln
+/// of the peak of the innovation's density, is below `least`. Returns their number, and Σ ln(1 − p_D v) over them.
 pub(super) fn exclude_weakly_determined<T: Real, D: Vector<Scalar = T>>(
     landmarks: &mut [Landmark<D>],
     table: &mut [AssociationRow<T>],
@@ -58,8 +62,8 @@ pub(super) fn exclude_weakly_determined<T: Real, D: Vector<Scalar = T>>(
     (weak, ln_missed)
 }
 
-/// Fuses the pair of landmarks with the greatest evidence that they are duplicates, if one is certain enough. One of a pair is among the
-/// landmarks in view that were detected most often. Returns the number of fused pairs.
+/// Fuses the pair of landmarks with the greatest evidence that they are duplicates, if one is certain enough. One of a
+/// pair is among the landmarks in view that were detected most often. Returns the number of fused pairs.
 pub(super) fn close_loop<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     config: &JointConfig<T>,
     memory: &mut Memory<'_, P, Z>,
@@ -113,7 +117,7 @@ fn match_of<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     best.filter(|&(_, ln_evidence)| ln_evidence - all.ln() >= T::from_f64(LEAST_PROBABILITY).ln())
 }
 
-/// ln ρ: the density of established landmarks, their number per unit of the box around them.
+/// ln ρ: the density of established landmarks, their number divided by the volume of their bounding box.
 fn ln_density<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(memory: &Memory<'_, P, Z>) -> Option<T> {
     let established = || {
         memory
@@ -129,7 +133,7 @@ fn ln_density<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(memory: &Memo
         let (least, most) = established().fold((T::INFINITY, T::NEG_INFINITY), ends);
         ln_density -= (most - least).ln();
     }
-    // It does not exist without landmarks, or if all are on a line.
+    // The density is undefined without landmarks, or if all are on a line.
     ln_density.is_finite().then_some(ln_density)
 }
 
@@ -139,7 +143,7 @@ struct Pair<P: Pose> {
     /// C⁻¹.
     inverse: Linear<PositionOf<P>, PositionOf<P>>,
     fusion: Fusion<PositionOf<P>>,
-    /// ln v + ln N(y; 0, C).
+    /// ln e + ln N(y; 0, C), with e the existence probability of the other landmark.
     ln_pair: P::Scalar,
 }
 
@@ -282,13 +286,15 @@ mod tests {
     type Room<T, const N: usize, const L: usize> = JointState<PlanarPose<T>, Vector2<T>, N, L, 16>;
     type Six = Room<f64, 6, { joint_numbers(3, 2, 6) }>;
 
-    /// Variances of each coordinate, m²: of the common displacement of all new landmarks, and of each landmark's own error.
+    /// Variances of each coordinate, m²: of the common displacement of all new landmarks, and of each landmark's own
+    /// error.
     const COMMON: f64 = 4.0;
     const OWN: f64 = 0.01;
     /// Positions of the old landmarks, m.
     const OLD: [[f64; 2]; 3] = [[0.0, 0.0], [30.0, 0.0], [0.0, 50.0]];
 
-    /// Three old landmarks out of view, and three new ones in view. `apart` has the differences of the old ones from the new ones.
+    /// Three old landmarks out of view, and three new ones in view. `apart` has the differences of the old ones from
+    /// the new ones.
     fn map(apart: [[f64; 2]; 3]) -> Box<Six> {
         let mut state = Box::new(Six::new());
         let memory = state.memory();
@@ -317,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn the_evidence_is_that_of_the_differences_given_the_first() {
+    fn the_evidence_is_that_of_the_differences_given_the_first_match() {
         let apart = [[1.0, -0.5], [1.1, -0.4], [0.8, -0.6]];
         let mut state = map(apart);
         let mut memory = state.memory();
@@ -327,7 +333,8 @@ mod tests {
         assert!((pair.fusion.distance - 1.25 / one).abs() < 1e-9);
         let found = pair.ln_evidence(&mut memory, ln_density);
         let mut ln_evidence = OLD_FRACTION.ln() + of_old + ln_normal(apart[0], one) - ln_density;
-        // For each other new landmark: its differences from the old ones and from the other new one, given the first match.
+        // For each other new landmark: its differences from the old ones and from the other new one, given the first
+        // match.
         let left = one - COMMON * COMMON / one;
         let moved = |[x, y]: [f64; 2]| {
             let probability = COMMON / one;
@@ -365,7 +372,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_come_first() {
+    fn the_nearest_are_in_ascending_order() {
         let mut nearest = Nearest::<f64, 3>::NONE;
         for (index, distance) in [(0, 4.0), (1, f64::NAN), (2, 1.0), (3, 4.0), (4, 0.5), (5, 9.0)] {
             nearest.take(index, distance);
@@ -373,8 +380,9 @@ mod tests {
         assert_eq!(nearest.indices().collect::<Vec<_>>(), [4, 2, 0]);
     }
 
-    /// Two and a half rounds of a circle with landmarks along half of it, with odometry that is much better than it is taken for: RMSE of the
-    /// position, m, and features in the end, of twenty landmarks.
+    /// Two and a half laps of a circle with landmarks along half of it, and odometry with a fifth of the noise that the
+    /// filter assumes. Returns the RMSE of the position, m, and the number of features at the end; there are twenty
+    /// landmarks.
     fn rounds(seed: u64) -> (f64, usize) {
         let mut draws = Noise::seeded(seed);
         let radius = 20.0;
@@ -392,7 +400,7 @@ mod tests {
             clutter: UniformClutter::of_scan(0.2, window.measure()).unwrap(),
         };
         let lidar = Detector::new(sensing, Births::of_static(2e-4)).unwrap();
-        // Five times the noise that it has.
+        // Five times the actual noise.
         let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.25, 0.1)).unwrap();
         let real = Unicycle::<f64>::new(Step::Arc, ControlNoise::NONE).unwrap();
         let mut state = Box::new(Room::<f32, 100, { joint_numbers(3, 2, 100) }>::new());
@@ -427,9 +435,9 @@ mod tests {
         ((squares / f64::from(steps)).sqrt(), slam.features().count())
     }
 
-    /// Where single measurements decide, the map doubles.
+    /// If single measurements decided the association, most landmarks would be in the map twice.
     #[test]
-    fn a_loop_is_closed_though_odometry_is_taken_for_much_worse_than_it_is() {
+    fn loops_are_closed_with_overestimated_odometry_noise() {
         let mut runs: Vec<(f64, usize)> = (40..49).map(rounds).collect();
         runs.sort_by(|a, b| a.0.total_cmp(&b.0));
         assert!(runs[4].0 < 2.0, "{runs:?}");
