@@ -13,8 +13,8 @@ use crate::{Births, FieldOfView, Linear, Matrix, MeasurementModel, Pose, Positio
 
 /// A landmark with fewer detections than this is tentative.
 pub(super) const TENTATIVE_BELOW: f64 = 1.5;
-/// Dropping a landmark with a lower probability of existence is not reported as a loss: clutter stays in the map for a while as a landmark
-/// that may be occluded.
+/// Dropping a landmark with a lower probability of existence is not reported as a loss: clutter stays in the map for a
+/// while as a landmark that may be occluded.
 const NEGLIGIBLE_EXISTENCE: f64 = 0.01;
 
 /// Counts of landmark initiation.
@@ -28,7 +28,8 @@ pub(super) struct Initiated {
     pub(super) lost: usize,
 }
 
-/// Initiates a landmark from every measurement that no landmark caused with a probability of at least `birth_probability_min`.
+/// Initiates a landmark from every measurement that no landmark caused with a probability of at least
+/// `birth_probability_min`.
 pub(super) fn initiate<T, X, Z, V>(
     models: &X,
     births: &Births<T>,
@@ -124,8 +125,8 @@ fn least_likely<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(memory: &Me
     })
 }
 
-/// Repairs the variances of the pose, and drops landmarks whose position or variance is invalid by rounding or by a model. Returns the
-/// number of both.
+/// Repairs the variances of the pose, and drops landmarks whose position or variance is invalid by rounding or by a
+/// model. Returns the number of both.
 pub(super) fn drop_degenerate<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     memory: &mut Memory<'_, P, Z>,
 ) -> usize {
@@ -143,7 +144,8 @@ pub(super) fn drop_degenerate<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T
     invalid
 }
 
-/// Drops landmarks with a low probability of existence, except those of this scan, whose labels begin with `first_label`.
+/// Drops landmarks with a low probability of existence, except those of this scan, whose labels begin with
+/// `first_label`.
 pub(super) fn drop_unlikely<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     config: &JointConfig<T>,
     memory: &mut Memory<'_, P, Z>,
@@ -167,9 +169,10 @@ pub(super) fn drop_unlikely<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>
     dropped
 }
 
-/// Fuses every two landmarks in view that one measurement and their covariances could not distinguish. Their equality is a measurement
-/// m_i − m_j = 0 without noise, which corrects the whole state. Tentative landmarks may be clutter and are not fused; a tentative duplicate
-/// is dropped later, because the other landmark has the greater association probabilities.
+/// Fuses every two landmarks in view that one measurement and their covariances could not distinguish. Their equality
+/// is a measurement m_i − m_j = 0 without noise, which corrects the whole state. Tentative landmarks may be clutter and
+/// are not fused; a tentative duplicate is dropped later, because the other landmark has the greater association
+/// probabilities.
 pub(super) fn merge<T, S, Z>(sensor: &S, config: &JointConfig<T>, memory: &mut Memory<'_, S::Pose, Z>) -> usize
 where
     T: Real,
@@ -260,7 +263,8 @@ pub(super) fn fuse<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     true
 }
 
-/// Updates the covariance with the constraint that coordinate `of` of two landmarks is equal. Their means are equal already.
+/// Updates the covariance with the constraint that coordinate `of` of two landmarks is equal. Their means are equal
+/// already.
 fn constrain_equal<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     memory: &mut Memory<'_, P, Z>,
     indices: [usize; 2],

@@ -4,7 +4,7 @@ use crate::numerics::range::is_within_square;
 use crate::settings::config::MovingConfig;
 use crate::{Component, Linear, MovingOf, Pose, Real, ScalarOf, Symmetric, TangentOf, Vector};
 
-/// Storage of up to `CAPACITY` moving-object tracks beside a joint map: for [`with_movers`](super::JointSlam::with_movers).
+/// Storage of up to `CAPACITY` moving-object tracks of a joint map, for [`with_movers`](super::JointSlam::with_movers).
 ///
 /// A track in the plane takes 80 bytes in single precision. Meant to be a `static`: a new one is all zero.
 #[derive(Debug)]
@@ -16,32 +16,34 @@ pub struct JointMovers<P: Pose, const CAPACITY: usize> {
 /// The data that all tracks share.
 #[derive(Debug, Clone, Copy)]
 pub struct Common<P: Pose> {
-    /// How many there are.
+    /// Number of tracks.
     pub(super) len: usize,
-    /// What the noise of the odometry has added to the covariance of the pose since the last scan: as much is not known of where the
-    /// vehicle is, seen from where it saw them last.
+    /// Q: the covariance that the noise of the odometry has added to that of the pose since the last scan. The tracks
+    /// are given the pose of that scan, so that Q is the uncertainty of the vehicle relative to them.
     pub(super) process_noise: Symmetric<TangentOf<P>>,
 }
 
 /// A moving-object track.
 #[derive(Debug, Clone, Copy)]
 pub struct Mover<P: Pose> {
-    /// How likely it is that it is there and moves; where it is and how it moves, given the pose of the last scan. The label is that of the static
-    /// feature that it may be instead, as long as there is such a one.
+    /// Probability w that the object exists and moves, and position and velocity given the pose of the last scan. The
+    /// label is that of the static feature that is the alternative hypothesis for the same object.
     pub(super) component: Component<MovingOf<P>>,
-    /// p_D in the scan at hand, 0 out of view.
+    /// p_D in the present scan, 0 out of view.
     pub(super) detection: ScalarOf<P>,
-    /// The probability that the scan at hand does not detect it, whichever kind of feature it is.
+    /// The probability that the present scan detects neither the track nor the static feature of the same object.
     pub(super) not_detected: ScalarOf<P>,
-    /// Σ a ν over the measurements of the scan at hand that it may have caused; nothing where there is a static feature that it may be instead.
+    /// Σ a ν over the measurements of the present scan. If there is a static feature of the same object, its sum is
+    /// used instead.
     pub(super) message_sum: ScalarOf<P>,
-    /// The place of the static feature that it may be instead, or [`NONE`].
+    /// Index of the static feature of the same object, or [`NONE`].
     pub(super) rival: u16,
 }
 
-/// No place.
+/// The value of `rival` without such a feature.
 pub(super) const NONE: u16 = u16::MAX;
-/// This bit of the number in an association tells a moving track from a static landmark.
+/// The bit that marks the index of a moving-object track in an association. Without it, the index is that of a
+/// landmark.
 pub(super) const MOVES: u16 = 1 << 15;
 
 /// Borrowed tracks, of any capacity.
@@ -162,7 +164,7 @@ impl<P: Pose, const CAPACITY: usize> Default for JointMovers<P, CAPACITY> {
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Common<P> {
-    /// Whether it may be a covariance.
+    /// Whether the process noise can be a covariance.
     pub(super) fn is_sound(&self) -> bool {
         is_within_square(&self.process_noise)
             && (0..TangentOf::<P>::DIMENSION).all(|k| self.process_noise.get(k, k) >= T::ZERO)
@@ -173,52 +175,52 @@ impl<T: Real, P: Pose<Scalar = T>> Mover<P> {
     pub(super) const ZERO: Self =
         Self { component: Component::ZERO, detection: T::ZERO, not_detected: T::ZERO, message_sum: T::ZERO, rival: 0 };
 
-    /// Of a component, not yet looked at.
+    /// A new track, without the data of a scan.
     pub(super) fn new(component: Component<MovingOf<P>>) -> Self {
         Self { component, rival: NONE, ..Self::ZERO }
     }
 
-    /// The static feature that it may be instead.
+    /// Index of the static feature of the same object.
     pub(super) fn static_index(&self) -> Option<u16> {
         Some(self.rival).filter(|&index| index != NONE)
     }
 
-    /// The probability that it is there and moves.
+    /// w: the probability that the object exists and moves.
     pub(super) fn weight(&self) -> T {
         self.component.ln_weight.exp()
     }
 
-    /// Whether it is what a filter may have put there.
+    /// Whether all numbers are valid, so that a filter can have stored them.
     pub(super) fn is_sound(&self) -> bool {
         self.component.is_usable() && self.component.ln_weight <= T::from_f64(LN_GREATEST)
     }
 }
 
-/// ln of how far rounding may take a probability.
+/// Greatest ln of a probability, with an allowance for rounding errors.
 const LN_GREATEST: f64 = 1e-3;
 
 impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
-    /// Forgets all of them.
+    /// Removes all tracks.
     pub(super) fn clear(&mut self) {
         *self.common = Common { len: 0, process_noise: Symmetric::ZERO };
     }
 
-    /// Takes a count that no room is for as what there is room for.
+    /// Limits an invalid number of tracks to the capacity.
     pub(super) fn clamp(&mut self) {
         self.common.len = self.common.len.min(self.movers.len());
     }
 
-    /// Those there are.
+    /// The tracks in use.
     pub(super) fn kept(&self) -> &[Mover<P>] {
         self.movers.get(..self.common.len).unwrap_or(&[])
     }
 
-    /// The same, to be changed.
+    /// The same, mutable.
     pub(super) fn kept_mut(&mut self) -> &mut [Mover<P>] {
         self.movers.get_mut(..self.common.len).unwrap_or(&mut [])
     }
 
-    /// Drops one: the last one takes its place.
+    /// Drops a track; the last track gets its index.
     pub(super) fn drop_at(&mut self, index: usize) {
         let last = self.common.len.saturating_sub(1);
         if let Some(mover) = self.movers.get(last).copied()
@@ -229,7 +231,7 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
         self.common.len = last;
     }
 
-    /// Keeps those that satisfy `keep`; how many went.
+    /// Keeps the tracks for which `keep` is true. Returns the number of dropped tracks.
     pub(super) fn retain(&mut self, keep: impl Fn(&Mover<P>) -> bool) -> usize {
         let before = self.common.len;
         for index in (0..before).rev() {
@@ -240,7 +242,8 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
         before - self.common.len
     }
 
-    /// Adds one. Where there is no room, the least likely one goes, or this one does; how many went.
+    /// Adds a track. If there is no room, it replaces the least likely track, or is discarded if no track is less
+    /// likely. Returns the number of tracks that were lost.
     pub(super) fn put(&mut self, component: Component<MovingOf<P>>) -> usize {
         if let Some(slot) = self.movers.get_mut(self.common.len) {
             *slot = Mover::new(component);
@@ -261,10 +264,10 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
         1
     }
 
-    /// Takes note of a step of the vehicle.
+    /// Adds a step of the vehicle to the process noise: Q ← F Q Fᵀ + `noise`, with F = `transition`.
     pub(super) fn carried(&mut self, transition: &Linear<TangentOf<P>, TangentOf<P>>, noise: &Symmetric<TangentOf<P>>) {
         let process_noise = self.common.process_noise.congruence::<TangentOf<P>>(transition).plus(noise);
-        // Where steps are beyond all vehicles, rounding may leave less than nothing.
+        // With implausibly large steps, rounding errors may make a variance negative.
         let process_noise = Symmetric::from_fn(|row, column| {
             let element = process_noise.get(row, column);
             if row == column { element.at_least(T::ZERO) } else { element }
@@ -274,7 +277,7 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
         }
     }
 
-    /// Drops one if it cannot be; whether it did.
+    /// Drops a track with invalid numbers. Returns whether it was dropped.
     pub(super) fn drop_unsound(&mut self, index: usize) -> bool {
         let unsound = self.kept().get(index).is_some_and(|mover| !mover.is_sound());
         if unsound {

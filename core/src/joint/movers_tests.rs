@@ -1,4 +1,4 @@
-//! What moves beside a joint map, against closed forms.
+//! Moving-object tracks of a joint map, against closed forms.
 
 use super::associations::{Association, AssociationRow};
 use super::data_association::marginals;
@@ -23,7 +23,7 @@ const R: [f64; 2] = [0.09, 0.16];
 
 type LinearSensing = Sensing<Offset, Everywhere, UniformClutter<f64>>;
 
-/// All linear, with this p_D and this clutter, and births that stand and such that move.
+/// Linear models with this p_D, clutter, and birth intensities of static features and of tracks.
 fn linear(detection: f64, clutter: f64, of_static: f64, of_moving: f64) -> Detector<LinearSensing> {
     let sensing = Sensing {
         sensor: Offset { noise: Symmetric::from_diagonal(R) },
@@ -33,7 +33,7 @@ fn linear(detection: f64, clutter: f64, of_static: f64, of_moving: f64) -> Detec
     Detector::new(sensing, Births { of_static, of_moving }).unwrap()
 }
 
-/// The prior of a mover after a time.
+/// The prediction of a track over a time.
 fn advanced(x: Vector4<f64>, p: Matrix4<f64>, dt: f64) -> (Vector4<f64>, Matrix4<f64>) {
     let (mut f, mut q) = (Matrix4::identity(), Matrix4::zeros());
     for axis in 0..2 {
@@ -45,7 +45,7 @@ fn advanced(x: Vector4<f64>, p: Matrix4<f64>, dt: f64) -> (Vector4<f64>, Matrix4
     (f * x, f * p * f.transpose() + q * MOVING.motion.acceleration_psd)
 }
 
-/// The prior of a newborn one at a place.
+/// A new track at a position.
 fn newborn(at: Vector2<f64>) -> (Vector4<f64>, Matrix4<f64>) {
     let velocity = MOVING.velocity_sigma_mps * MOVING.velocity_sigma_mps;
     (Vector4::new(at.x, at.y, 0.0, 0.0), Matrix4::from_diagonal(&Vector4::new(R[0], R[1], velocity, velocity)))
@@ -55,7 +55,7 @@ const H: SMatrix<f64, 2, 4> =
     SMatrix::from_array_storage(nalgebra::ArrayStorage([[1.0, 0.0], [0.0, 1.0], [0.0; 2], [0.0; 2]]));
 
 #[test]
-fn one_mover_and_a_vehicle_that_knows_its_way_or_not_is_the_kalman_filter() {
+fn one_track_is_the_kalman_filter_with_exact_or_noisy_odometry() {
     for sigmas in [[0.0, 0.0], [0.5, 0.2]] {
         let detector = linear(1.0 - 1e-15, 1e-60, 0.0, 1e-16);
         let (mut state, mut movers) =
@@ -69,14 +69,15 @@ fn one_mover_and_a_vehicle_that_knows_its_way_or_not_is_the_kalman_filter() {
         let mut known: Option<(Vector4<f64>, Matrix4<f64>)> = None;
         for step in 0..60 {
             let dt = 0.2 + 0.1 * f64::from(step % 3);
-            // In two pieces, as odometry comes.
+            // In two steps, because odometry is more frequent than scans.
             for _ in 0..2 {
                 slam.predict(&Vector2::new(0.7, 0.1), dt / 2.0).unwrap();
             }
             vehicle += Vector2::new(0.7, 0.1) * dt;
             velocity += Vector2::new(draws.normal::<f64>(), draws.normal()) * (0.3 * dt).sqrt();
             at += velocity * dt;
-            // What the odometry is wrong by shows in what is measured from there.
+            // The error of the odometry is added to the noise of the measurement, relative to the pose of the last
+            // scan.
             let slip = |sigma: f64| sigma * dt.sqrt();
             let noise = [(R[0] + slip(sigmas[0]).powi(2)).sqrt(), (R[1] + slip(sigmas[1]).powi(2)).sqrt()];
             let z = at - vehicle + Vector2::new(noise[0] * draws.normal::<f64>(), noise[1] * draws.normal::<f64>());
@@ -98,18 +99,18 @@ fn one_mover_and_a_vehicle_that_knows_its_way_or_not_is_the_kalman_filter() {
             assert!((mover.covariance.to_matrix() - p).norm() < 1e-9, "{step}");
             assert!(mover.ln_weight.abs() < 1e-9, "{step}: {}", mover.ln_weight);
         }
-        // Between scans it is where it is by now.
+        // Between scans, the track is predicted to the present.
         let (x, p) = known.unwrap();
         slam.predict(&Vector2::zeros(), 0.4).unwrap();
         let (mover, (x, p)) = (slam.moving().next().unwrap(), advanced(x, p, 0.4));
         assert!((mover.mean - x).norm() < 1e-9 && (mover.covariance.to_matrix() - p).norm() < 1e-9);
-        // The vehicle has learnt nothing of it.
+        // The track has not corrected the pose of the vehicle.
         let pose = slam.estimate_pose().unwrap();
         assert!((pose.mean.x_m - vehicle.x).abs() < 1e-9 && (pose.mean.y_m - vehicle.y).abs() < 1e-9);
     }
 }
 
-/// The static feature and the mover of a single birth: (v, w).
+/// The existence probability of the static feature and that of the track of a single birth: (v, w).
 fn kinds<M: Motion<Pose = Pose64>>(slam: &Moved<'_, M>) -> (f64, f64) {
     let of_static =
         slam.memory.landmarks.iter().take(slam.memory.header.len).map(|landmark| landmark.existence.total());
@@ -122,7 +123,7 @@ fn density(off: Vector2<f64>, s: Matrix2<f64>) -> f64 {
 }
 
 #[test]
-fn whether_it_stands_or_moves_is_bayes() {
+fn the_static_and_the_moving_hypothesis_follow_bayes() {
     let (clutter, births, p) = (2e-3, [4e-3, 3e-3], 0.8);
     let detector = linear(p, clutter, births[0], births[1]);
     let (mut state, mut movers) = (Box::new(State::<4, { joint_numbers(3, 2, 4) }>::new()), JointMovers::<_, 8>::new());
@@ -139,7 +140,8 @@ fn whether_it_stands_or_moves_is_bayes() {
         assert!((ours_v - v).abs() < 1e-12 && (ours_w - w).abs() < 1e-12, "{ours_v} {v}, {ours_w} {w}");
     };
     statistics(&slam, v, w);
-    // A second later, 0.8 m off: it may have moved, or be one measurement and clutter; or it stands, and the noise was large.
+    // A second later, 0.8 m away: the object has moved, or it is static and the noise was large, or this measurement is
+    // clutter.
     let dt = 1.0;
     slam.predict(&Vector2::zeros(), dt).unwrap();
     w *= (-dt / MOVING.motion.lifetime_s).exp();
@@ -157,7 +159,7 @@ fn whether_it_stands_or_moves_is_bayes() {
     let after = |detected: f64, before: f64| (detected + (1.0 - p) * before * lambda) / all;
     (v, w) = (after(stands, v), after(moves, w));
     statistics(&slam, v, w);
-    // The mover is one Gaussian of both ways to have come about.
+    // The track is one Gaussian for both outcomes, detected and missed.
     let gain = mover * H.transpose() * (H * mover * H.transpose() + r).try_inverse().unwrap();
     let probability = moves / (moves + (1.0 - p) * w_before(births[1] / lambda, dt) * lambda);
     let mean = Vector4::new(first.x, first.y, 0.0, 0.0) + gain * off * probability;
@@ -177,9 +179,10 @@ fn w_before(w: f64, dt: f64) -> f64 {
     w * (-dt / MOVING.motion.lifetime_s).exp()
 }
 
-/// A mover and the static feature that it may be instead association measurements as one feature whose odds are their sum.
+/// A track and the static feature of the same object are associated with measurements as one feature, whose odds are
+/// the sum of theirs.
 #[test]
-fn two_kinds_of_one_feature_are_one_cause() {
+fn a_static_feature_and_its_track_have_one_origin() {
     let (of_static, of_moving, other) = ([5.0_f64, 0.3], [2.0_f64, 4.0], [0.7_f64, 3.0]);
     let mut table = [AssociationRow::ZERO; 2];
     let mut landmarks = [Landmark::<Vector2<f64>>::ZERO; 2];
@@ -220,7 +223,7 @@ fn two_kinds_of_one_feature_are_one_cause() {
 }
 
 #[test]
-fn what_cannot_be_is_refused() {
+fn invalid_configurations_are_refused() {
     let mut movers = JointMovers::<Pose64, 2>::new();
     for (field, config) in [
         ("moving.velocity_sigma_mps", MovingConfig { velocity_sigma_mps: 0.0, ..MOVING }),

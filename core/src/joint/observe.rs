@@ -17,11 +17,13 @@ where
     A: Archive<M::Pose>,
     V: Movers<M::Pose>,
 {
-    /// Corrects pose and features with a measurement of the pose itself (Kalman update), between any two steps. It may have at most
-    /// as many dimensions as the state's `Z`. A correction that would move the pose out of range is left out.
+    /// Corrects pose and features with a measurement of the pose itself (Kalman update), between any two steps. It may
+    /// have at most as many dimensions as the state's `Z`. A correction that would move the pose out of range is left
+    /// out.
     ///
     /// # Errors
-    /// The measurement is not finite, its noise is not positive definite, or the filter has not been reset; the state is unchanged.
+    /// The measurement is not finite, its noise is not positive definite, or the filter has not been reset; the state
+    /// is unchanged.
     pub fn observe<F: Fix<Pose = M::Pose>>(
         &mut self,
         fix: &F,
@@ -52,7 +54,7 @@ where
         let step = Z::with(|z| fix_innovation.weighed.at(z));
         let by: Linear<F::Measurement, F::Measurement> =
             Matrix::with(|row, column| -fix_innovation.information.at(row, column));
-        // Among as many coordinates as the widest measurement has; the others are zero.
+        // The matrix is padded with zeros to the dimension of `Z`, the measurement with the most dimensions.
         let by = Matrix::with(|row, column| by.at(row, column));
         if !(pending.may_push(joint, &by) && header.may_move::<Z>(&pose, &step)) {
             return Ok(FixReport::left_out(fix_innovation.distance, T::ONE));
@@ -60,7 +62,7 @@ where
         self.memory.inject_correction(&pose, &step);
         self.memory.pending.push(&by);
         self.memory.reset_error_frame();
-        // A feature may have been taken farther than the pose.
+        // The correction may have moved a feature out of range.
         drop_degenerate(&mut self.memory);
         let FixInnovation { distance, ln_likelihood, .. } = fix_innovation;
         Ok(FixReport { accepted: true, distance, ln_evidence: ln_likelihood, n_eff: T::ONE })

@@ -1,28 +1,28 @@
 //! Corrections of the joint covariance that are not applied yet: P + Σ_t C_t B_t C_tᵀ, with C_t = P Hᵀ.
 //!
-//! A correction reads few columns of P and changes all of it. Several corrections are therefore applied in one pass, and columns that
-//! are read before it are corrected as they are read. The terms of an element are summed before they are added to it, so that it is
-//! rounded once for all of them.
+//! A correction reads few columns of P and changes all of it. Several corrections are therefore applied in one pass,
+//! and columns that are read before it are corrected as they are read. The terms of an element are summed before they
+//! are added to it, so that it is rounded once for all of them.
 
 use super::covariance::{Joint, RowsOf, first, row_start};
 use crate::numerics::vector::applied;
 use crate::{Linear, Matrix, Pose, PositionOf, Real, ScalarOf, TangentOf, Vector, Zero};
 
-/// Terms of one pass, at most: a Cortex-M has registers for the weights that four of them have for two rows.
+/// Maximum number of terms of one pass: a Cortex-M has registers for the weights of four terms for two rows.
 pub(super) const TERMS: usize = 4;
 
-/// A feature's rows of C_t for every term.
+/// The rows of C_t for one feature, for every term.
 pub(super) type FeatureRows<P, Z> = [RowsOf<PositionOf<P>, Z>; TERMS];
 
-/// A matrix for every term.
+/// A matrix B_t for every term.
 type EachBy<Z> = [Linear<Z, Z>; TERMS];
 
-/// The terms that are pending, and the next one.
+/// The pending terms, and the rows of the next one.
 #[derive(Debug)]
 pub(super) struct Pending<'s, P: Pose, Z: Vector> {
-    /// The features' rows of C_t.
+    /// The rows of C_t for the features.
     pub(super) features: &'s mut [FeatureRows<P, Z>],
-    /// The pose's rows.
+    /// The rows of C_t for the pose.
     pose: [RowsOf<TangentOf<P>, Z>; TERMS],
     /// B_t.
     by: EachBy<Z>,
@@ -30,7 +30,7 @@ pub(super) struct Pending<'s, P: Pose, Z: Vector> {
 }
 
 impl<'s, T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Pending<'s, P, Z> {
-    /// None, over borrowed rows.
+    /// No terms, with borrowed memory for the rows of the features.
     pub(super) fn over(features: &'s mut [FeatureRows<P, Z>]) -> Self {
         Self { features, pose: Zero::ZERO, by: [Zero::ZERO; TERMS], count: 0 }
     }
@@ -39,27 +39,27 @@ impl<'s, T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Pending<'s, P, Z> 
         self.count == TERMS
     }
 
-    /// The pose's rows of the next term.
+    /// The rows of the next term for the pose.
     pub(super) fn pose(&self) -> RowsOf<P::Tangent, Z> {
         self.pose.get(self.count).copied().unwrap_or(Zero::ZERO)
     }
 
-    /// The features' rows of the next term.
+    /// The rows of the next term for the features.
     pub(super) fn features(&self) -> impl Iterator<Item = &RowsOf<P::Position, Z>> + Clone {
         self.features.iter().filter_map(|rows| rows.get(self.count))
     }
 
-    /// The rows of one feature of the next term.
+    /// The rows of the next term for one feature.
     pub(super) fn feature(&self, index: usize) -> Option<&RowsOf<P::Position, Z>> {
         self.features.get(index)?.get(self.count)
     }
 
-    /// Sets the next term's rows of the pose and of so many features.
+    /// Sets the rows of the next term, for the pose and this number of features.
     pub(super) fn fill(&mut self, features: usize, of: impl Fn(usize) -> Z) {
         self.fill_with(features, &[], of);
     }
 
-    /// The same with the rows of the first terms times `gains` added.
+    /// The same, with the rows of the pending terms times `gains` added.
     fn fill_with(&mut self, features: usize, gains: &[Linear<Z, Z>], of: impl Fn(usize) -> Z) {
         set_rows(&mut self.pose, self.count, gains, &of);
         for (feature, rows) in self.features.iter_mut().take(features).enumerate() {
@@ -68,7 +68,8 @@ impl<'s, T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Pending<'s, P, Z> 
         }
     }
 
-    /// Sets the next term's rows to P Hᵀ for a feature's Hx = ∂h/∂x and Hm = ∂h/∂m, over so many features.
+    /// Sets the rows of the next term to P Hᵀ, for the pose and this number of features. H consists of Hx = ∂h/∂x and
+    /// Hm = ∂h/∂m of the feature `index`; P includes the pending terms.
     pub(super) fn measure<Y: Vector<Scalar = T>>(
         &mut self,
         joint: &Joint<'_, P>,
@@ -94,9 +95,10 @@ impl<'s, T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Pending<'s, P, Z> 
         });
     }
 
-    /// Adds the next term for P ← (I + c eᵀ) P (I + c eᵀ)ᵀ over so many features, with e the direction of the coordinate `heading`
-    /// and c the `levers` of the pose's other coordinates (0 of the heading itself) and of each feature's: what an uncertain heading
-    /// means where things have been moved to. With w = P e + c eᵀ P e/2 that is P + c wᵀ + w cᵀ.
+    /// Adds the next term for P ← (I + c eᵀ) P (I + c eᵀ)ᵀ, for the pose and this number of features. It accounts for
+    /// an uncertain heading at positions that corrections have moved. e is the direction of the coordinate `heading`; c
+    /// has the levers of the other coordinates of the pose (0 of the heading itself) and those of each feature. With
+    /// w = P e + c eᵀ P e/2 the result is P + c wᵀ + w cᵀ.
     pub(super) fn push_turn(
         &mut self,
         joint: &Joint<'_, P>,
@@ -123,8 +125,8 @@ impl<'s, T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Pending<'s, P, Z> 
         self.push(&Matrix::with(|row, column| if row + column == 1 { T::ONE } else { T::ZERO }));
     }
 
-    /// Whether the pose has variances that can be after the next term, with B = `by`. Where rounding has spoilt the covariance they
-    /// may come out below zero, and all that follows would be worse.
+    /// Whether all variances of the pose are valid after the next term, with B = `by`. If rounding errors have made the
+    /// covariance invalid, they may become negative, and all later corrections would be wrong.
     pub(super) fn may_push(&self, joint: &Joint<'_, P>, by: &Linear<Z, Z>) -> bool {
         (0..P::Tangent::DIMENSION).all(|k| {
             let by = self.by.iter().take(self.count).chain(core::iter::once(by));
@@ -135,7 +137,7 @@ impl<'s, T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Pending<'s, P, Z> 
         })
     }
 
-    /// Adds the next term, with B = `by`, symmetric.
+    /// Adds the next term, with a symmetric B = `by`.
     pub(super) fn push(&mut self, by: &Linear<Z, Z>) {
         if let Some(slot) = self.by.get_mut(self.count) {
             *slot = *by;
@@ -143,7 +145,7 @@ impl<'s, T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Pending<'s, P, Z> 
         }
     }
 
-    /// The first terms' rows of a coordinate.
+    /// The rows of the first `N` terms for one coordinate.
     fn rows_of<const N: usize>(&self, coordinate: usize) -> [Z; N] {
         core::array::from_fn(|term| {
             let row = match coordinate.checked_sub(P::Tangent::DIMENSION) {
@@ -173,7 +175,7 @@ fn set_rows<Z: Vector, R: AsRef<[Z]> + AsMut<[Z]>>(
     }
 }
 
-/// H times the rows of (P Hᵀ) of what it is by.
+/// H times the rows of P Hᵀ for the coordinates that H refers to.
 pub(super) fn h_times<Y, N, Z>(h: &Linear<Y, N>, rows: &[Z]) -> Linear<Y, Z>
 where
     Y: Vector,
@@ -185,8 +187,9 @@ where
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
-    /// Applies the pending terms over so many features, so that none is pending. A variance keeps what rounding may have taken from
-    /// it: without that the matrix would lose its definiteness in the course of a hundred thousand updates.
+    /// Applies the pending terms for this number of features; none is pending afterwards. Every variance is increased
+    /// by 4 ε of its value for rounding errors: otherwise the matrix would lose its definiteness in a hundred thousand
+    /// updates.
     pub(super) fn apply<Z: Vector<Scalar = T>>(&mut self, pending: &mut Pending<'_, P, Z>, features: usize) {
         match pending.count {
             0 => {}
@@ -209,7 +212,8 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
             core::array::from_fn(|_| parts.next().map_or(Z::ZERO, |(by, row)| applied::<Z, Z>(by, row)))
         };
         let (mut row, behind) = (0, first::<P>(features));
-        // Two rows at a time, so that what goes with a column is fetched once for both; of an odd number, the first one is the shortest.
+        // Two rows at a time, so that the rows of C_t for a column are loaded once for both. If the number of rows is
+        // odd, the first one, which is the shortest, is done alone.
         if behind % 2 == 1
             && let Some(variance) = self.numbers.first_mut()
         {
@@ -237,7 +241,8 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
     }
 }
 
-/// Adds to two rows of the triangle, of the same length, the products of their weights with what goes with every column.
+/// Adds to two rows of the triangle, of the same length, the products of their weights with the rows of C_t for every
+/// column.
 #[inline]
 fn add_columns<P: Pose, Z: Vector<Scalar = ScalarOf<P>>, const N: usize>(
     weights: &[[Z; N]; 2],
@@ -248,7 +253,7 @@ fn add_columns<P: Pose, Z: Vector<Scalar = ScalarOf<P>>, const N: usize>(
     let (pose_upper, upper) = upper.split_at_mut(of_pose);
     let (pose_lower, lower) = lower.split_at_mut(of_pose.min(lower.len()));
     add_block(weights, &pending.pose, pose_upper, pose_lower);
-    // Two features at a time, for the sake of the loop's own instructions.
+    // Two features at a time, which halves the instructions of the loop itself.
     let (pairs, _) = pending.features.as_chunks::<2>();
     let pair = 2 * P::Position::DIMENSION;
     let rest = pending.features.get(upper.len() / pair * 2..).unwrap_or(&[]);
@@ -259,14 +264,14 @@ fn add_columns<P: Pose, Z: Vector<Scalar = ScalarOf<P>>, const N: usize>(
         add_block(weights, one, upper_one, lower_one);
         add_block(weights, other, upper_other, lower_other);
     }
-    // The last ones, and of the rows' own feature the columns before their own.
+    // The last features, and of the feature to which the rows belong the columns before the diagonal.
     let upper = upper.into_remainder().chunks_mut(P::Position::DIMENSION);
     for ((upper, lower), columns) in upper.zip(lower.into_remainder().chunks_mut(P::Position::DIMENSION)).zip(rest) {
         add_block(weights, columns, upper, lower);
     }
 }
 
-/// The part of it that goes with some columns.
+/// The part of this for the columns of the pose, or of one feature.
 #[inline]
 fn add_block<Z: Vector, R: AsRef<[Z]>, const N: usize>(
     [of_upper, of_lower]: &[[Z; N]; 2],
@@ -278,14 +283,15 @@ fn add_block<Z: Vector, R: AsRef<[Z]>, const N: usize>(
         let mut terms = columns.iter();
         let of_column: [Z; N] =
             core::array::from_fn(|_| terms.next().and_then(|rows| rows.as_ref().get(k)).copied().unwrap_or(Z::ZERO));
-        // Both before either is written, which for all that the compiler knows could change the column's part.
+        // Both products are computed before one is added: otherwise the compiler must assume that this changes the
+        // column.
         let (to_upper, to_lower) = (products(of_upper, &of_column), products(of_lower, &of_column));
         *upper += to_upper;
         *lower += to_lower;
     }
 }
 
-/// Σ_t w_tᵀ c_t, product by product.
+/// Σ_t w_tᵀ c_t, one product after the other.
 #[inline]
 fn products<Z: Vector, const N: usize>(weights: &[Z; N], of_column: &[Z; N]) -> Z::Scalar {
     let pairs =

@@ -1,8 +1,9 @@
 //! Second correction of a static landmark that may be a moving object instead.
 //!
-//! Pose and map are corrected with the association probabilities s of the static hypothesis. The position of the landmark itself is
-//! conditional on that hypothesis, so that it is corrected with the greater weights s/e, e the probability of the hypothesis: the remaining
-//! weights s (1/e − 1) are applied with a gain for this position only (Schmidt 1966).
+//! Pose and map are corrected with the association probabilities s of the static hypothesis. The position of the
+//! landmark itself is conditional on that hypothesis, so that it is corrected with the greater weights s/e, e the
+//! probability of the hypothesis: the remaining weights s (1/e − 1) are applied with a gain for this position only
+//! (Schmidt 1966).
 
 use super::ambiguity::is_ambiguous;
 use super::covariance::{Joint, first, symmetric};
@@ -34,7 +35,7 @@ pub(super) fn correct_position<T, S, Z>(
     }
     // Only this position may change, so that the error frame must be the present one.
     memory.reset_error_frame();
-    // The first correction has counted the innovations.
+    // The innovations were counted with the first correction.
     let mut counted = Tally::NOTHING;
     let statistics = innovation_statistics(sensor, memory, index, measurements, rest, gate, &mut counted);
     let Some(InnovationStatistics { inverse, step, spread, detected, .. }) = statistics else { return };
@@ -44,7 +45,7 @@ pub(super) fn correct_position<T, S, Z>(
     }
     let Memory { header, landmarks, joint, pending, .. } = memory;
     let Some((landmark, rows)) = landmarks.get_mut(index).zip(pending.feature(index).copied()) else { return };
-    // Among as many coordinates as the widest measurement has; the others are zero.
+    // All are padded with zeros to the dimension of `Z`, the measurement with the most dimensions.
     let learnt = Matrix::with(|row, column| -inverse.at(row, column) * detected);
     let spread = Matrix::with(|row, column| spread.get(row, column));
     let step = Z::with(|z| step.at(z));
@@ -58,8 +59,9 @@ pub(super) fn correct_position<T, S, Z>(
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
-    /// P_mm ← P_mm + (P Hᵀ)_m (L + V) (P Hᵀ)_mᵀ and P_m· ← P_m· + (P Hᵀ)_m L (P Hᵀ)_·ᵀ of one of so many features, with L = `learnt`, what is
-    /// known better, and V = `spread`, what not knowing the cause leaves open.
+    /// P_mm ← P_mm + (P Hᵀ)_m (L + V) (P Hᵀ)_mᵀ and P_m· ← P_m· + (P Hᵀ)_m L (P Hᵀ)_·ᵀ of one feature, for this number
+    /// of features in all, with L = `learnt`, the decrease by the measurement, and V = `spread`, the uncertainty of the
+    /// association.
     fn tell_place<Z: Vector<Scalar = T>>(
         &mut self,
         index: usize,

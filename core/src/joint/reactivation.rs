@@ -1,4 +1,5 @@
-//! Re-activation of submaps: pages of the archive that may be in view are candidates, and the scan decides which of them join the window.
+//! Re-activation of submaps: archived submaps that may be in view are put on trial, and the scan decides which of them
+//! return to the window.
 
 use super::archive::{ArchiveView, Entry, SUBMAP_LEN};
 use super::archiving::{squared_m, whitened};
@@ -8,35 +9,35 @@ use super::state::{Landmark, Memory};
 use crate::numerics::vector::applied;
 use crate::{Linear, Matrix, Pose, PositionOf, Real, Symmetric, TangentOf, Vector, Zero};
 
-/// ω of covariance intersection: the pose becomes uncertain by a factor 1/ω, and what a page has in common by 1/(1 − ω). Chosen on
-/// worlds that the tests do not have.
+/// ω of covariance intersection: the covariance of the pose is multiplied by 1/ω, and the common part of the covariance
+/// of a submap by 1/(1 − ω). The value was chosen on worlds that the tests do not use.
 const SHARE: f64 = 0.95;
 
-/// Pages on trial in one scan, at most.
+/// Maximum number of submaps on trial in a scan.
 const CANDIDATES: usize = 2;
 
-/// Pages of the archive in the window, for the scan to tell whether the vehicle sees them.
+/// Submaps on trial: their features are in the window, and the scan decides whether the vehicle detects them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Candidates {
     candidates: [Candidate; CANDIDATES],
     count: usize,
 }
 
-/// A candidate page.
+/// A submap on trial.
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
     submap: u32,
-    /// Where its features are in the archive.
+    /// Indices of its features in the archive.
     entries: [usize; SUBMAP_LEN],
     count: usize,
-    /// Features of the window before them.
+    /// Number of features of the window before them.
     before: usize,
-    /// Whether the scan has seen something of it.
+    /// Whether the scan has confirmed it.
     seen: bool,
 }
 
-/// Puts pages that the vehicle may see behind the window's features, as far as there is room for them: independent of everything but
-/// themselves.
+/// Appends submaps that may be in view to the features of the window, as far as there is room. Their covariances follow
+/// from those of their anchors; if an anchor is not in the window, they are independent of it.
 pub(super) fn propose<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     view: &mut ArchiveView<'_, P>,
     persistence: &Persistence<T>,
@@ -77,8 +78,9 @@ pub(super) fn propose<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
 }
 
 impl Candidates {
-    /// Takes the pages that the scan of so many measurements has seen into the window for good, and sends the others away: how many features came, and
-    /// whether a page went.
+    /// Keeps the submaps in the window that the scan, with this number of measurements, has confirmed, and removes them
+    /// from the archive. Removes the others from the window. Returns the number of re-activated features, and whether a
+    /// submap was removed.
     pub(super) fn accept<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
         &mut self,
         view: &mut ArchiveView<'_, P>,
@@ -105,7 +107,8 @@ impl Candidates {
 }
 
 impl Candidate {
-    /// Whether its features have half the detections that were expected of them, and half a detection in all.
+    /// Whether the scan confirms the submap: Σ s over its features is at least ½, and at least half of the expected
+    /// detections Σ p_D v.
     fn is_seen<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
         &self,
         memory: &Memory<'_, P, Z>,
@@ -123,8 +126,9 @@ impl Candidate {
         seen >= expected.at_least(T::ONE) * half
     }
 
-    /// The pages whose anchors are all in the window have their covariances with everything. What another page and the pose have in common is not
-    /// known: both are made as uncertain as it takes for that not to matter.
+    /// Completes the covariances of a confirmed submap. With all anchors in the window they are complete. Without them,
+    /// the correlation with the pose is unknown: split covariance intersection makes both uncertain enough for every
+    /// correlation.
     fn insert<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
         &self,
         view: &ArchiveView<'_, P>,
@@ -147,7 +151,8 @@ impl Candidate {
         }
     }
 
-    /// Sets the covariances of a feature of the page with all that there is before it.
+    /// Sets the covariances of a feature of the submap with all features before it, and corrects its mean by the
+    /// displacement of the anchors.
     fn put<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
         &self,
         view: &ArchiveView<'_, P>,
@@ -187,7 +192,7 @@ impl Candidate {
     }
 }
 
-/// Whether all anchors of a page are among the first features of the window.
+/// Whether all anchors of a submap are among the first `window` landmarks.
 fn is_anchored<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     entry: &Entry<P>,
     memory: &Memory<'_, P, Z>,
@@ -197,7 +202,8 @@ fn is_anchored<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     entry.anchors().iter().all(|anchor| is_known(anchor.label))
 }
 
-/// The next page in turn, from behind `first` on, that has a feature in reach, and comes after the `last` one of this scan.
+/// The next submap with a feature within reach, in the cyclic order of identifiers that starts after `first`. It comes
+/// after `last`, the submap that this scan has tried before.
 fn next<T: Real, P: Pose<Scalar = T>>(
     view: &ArchiveView<'_, P>,
     pose: &P,
@@ -218,8 +224,8 @@ fn next<T: Real, P: Pose<Scalar = T>>(
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
-    /// Makes the pose more uncertain by a factor, and with it what the features have in common with it, and nothing else:
-    /// P ← P + (factor − 1) P_·x P_xx⁻¹ P_x·.
+    /// Multiplies the covariance of the pose by a factor, and increases that of the features by the part that follows
+    /// from it: P ← P + (factor − 1) P_·x P_xx⁻¹ P_x·.
     pub(super) fn inflate_pose(&mut self, factor: T, features: usize) {
         let root = Symmetric::<TangentOf<P>>::from_fn(|row, column| self.get(row, column)).root();
         let with_pose = |joint: &Self, row: usize| TangentOf::<P>::with(|k| joint.get(row, k));
@@ -238,7 +244,7 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
     }
 }
 
-/// L⁻ᵀ y for a [root](Symmetric::root), whose columns of zeros give zero.
+/// L⁻ᵀ y for a [root](Symmetric::root) L. Columns of zeros give zeros.
 fn back_substituted<T: Real, V: Vector<Scalar = T>>(root: &Linear<V, V>, y: &V) -> V {
     let mut w: V = Zero::ZERO;
     for k in (0..V::DIMENSION).rev() {

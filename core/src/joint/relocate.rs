@@ -29,8 +29,8 @@ where
         self.scatter(covariance)
     }
 
-    /// Sets the pose and its covariance, independent of the map, which is unchanged: for a vehicle that was carried to another
-    /// place in its map. Tracks of moving objects are removed, because they were near the previous pose.
+    /// Sets the pose and its covariance, independent of the map, which is unchanged: for a vehicle that was carried to
+    /// another place in its map. Tracks of moving objects are removed, because they were near the previous pose.
     ///
     /// # Errors
     /// The pose or the covariance is out of range, or the filter has not been reset; the state is unchanged.
@@ -51,10 +51,11 @@ where
         Ok(())
     }
 
-    /// Adds a covariance to that of the pose, for a vehicle that has reason to doubt its pose.
+    /// Adds a covariance to that of the pose, if the pose is less certain than the filter assumes.
     ///
     /// # Errors
-    /// The covariance is not finite or a variance is negative, or the filter has not been reset; the state is unchanged.
+    /// The covariance is not finite or a variance is negative, or the filter has not been reset; the state is
+    /// unchanged.
     pub fn scatter(&mut self, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
         ResetError::check_covariance(covariance)?;
         self.memory.clamp();

@@ -11,7 +11,7 @@ use crate::{Health, Pose, Real, Symmetric};
 pub struct JointReport<T> {
     /// Measurements in the scan.
     pub measurements: usize,
-    /// Features in view before the scan, except those that are too uncertain to take part in it.
+    /// Features in view before the scan, except weakly determined ones, which take no part in it.
     pub in_view: usize,
     /// Predictions that were refused since the last scan.
     pub refused: usize,
@@ -25,7 +25,8 @@ pub struct JointReport<T> {
     pub merged: usize,
     /// New features for which there was no room, or features that they replaced.
     pub lost: usize,
-    /// Corrections that were left out, and features that were removed, because a covariance was no longer positive definite.
+    /// Corrections that were left out, and features that were removed, because a covariance was no longer positive
+    /// definite.
     pub degenerate: usize,
     /// Features far from the vehicle that were moved to the archive.
     pub archived: usize,
@@ -39,31 +40,32 @@ pub struct JointReport<T> {
     pub features: usize,
     /// ln of the likelihood of the scan given all previous inputs, up to a constant.
     pub ln_evidence: T,
-    /// Expected number of detections of the features in view: Σ p_D v, with v the probability that a feature exists and is visible.
+    /// Expected number of detections of the features in view: Σ p_D v, with v the probability that a feature exists and
+    /// is visible.
     pub expected_detections: T,
-    /// Expected number of measurements that come from features in view: the sum of their association probabilities. If it is far
-    /// below `expected_detections` in scan after scan in a well-known map, the estimated pose is wrong.
+    /// Expected number of measurements that come from features in view: the sum of their association probabilities. If
+    /// it is far below `expected_detections` in scan after scan in a well-known map, the estimated pose is wrong.
     pub detections: T,
-    /// Normalised innovation squared per dimension of the measurement: the mean of νᵀ S⁻¹ ν, weighted with the association
-    /// probabilities. About 1 in a consistent filter, 0 without detections.
+    /// Normalised innovation squared per dimension of the measurement: the mean of νᵀ S⁻¹ ν, weighted with the
+    /// association probabilities. About 1 in a consistent filter, 0 without detections.
     pub innovation: T,
     /// Warnings.
     pub health: Health,
 }
 
-/// What is summed over the features in view.
+/// Sums over the features in view.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Tally<T> {
-    /// Σ s νᵀ S⁻¹ ν, and Σ s.
+    /// Σ s νᵀ S⁻¹ ν; `probabilities` is Σ s.
     pub(super) squares: T,
     pub(super) probabilities: T,
-    /// Corrections left out because the covariance of their innovation was not positive definite.
+    /// Corrections that were left out because a covariance or the result was invalid.
     pub(super) left_out: usize,
-    /// Detections to be expected of features in view that had no part in the scan.
+    /// Expected detections of weakly determined features, which took no part in the scan.
     pub(super) expected_of_weak: T,
-    /// What became of all features in view.
+    /// Sums over all features in view.
     all: Recognised<T>,
-    /// What became of those that the watch knows.
+    /// Sums over those that the divergence monitor knows.
     known: Recognised<T>,
 }
 
@@ -85,8 +87,9 @@ impl<T: Real> Tally<T> {
         }
     }
 
-    /// Ends a scan of so many measurements of a dimension, of which the detector states so many to be false: the report without
-    /// births and what goes, which the caller adds.
+    /// The report of a scan with this number of measurements of this dimension; `stated` is the expected number of
+    /// false measurements. The counts of new and removed features are zero, and are added by the caller. Sums since the
+    /// last scan are set to zero.
     pub(super) fn report<P: Pose<Scalar = T>>(
         &self,
         header: &mut Header<P>,
