@@ -1,5 +1,5 @@
-//! The update of the joint map with one scan: prediction of existence, data association, correction of the Gaussian, map
-//! management.
+//! The update of the joint map with one scan: prediction of existence, data association, correction of the Gaussian,
+//! map management.
 
 use super::archive::Archive;
 use super::archiving::{Archiving, archive_distant, mark_anchors};
@@ -22,12 +22,13 @@ where
     A: Archive<M::Pose>,
     V: Movers<M::Pose>,
 {
-    /// Updates pose and map with one scan of one of the vehicle's sensors. Its measurements may have at most as many dimensions as
-    /// the state's `Z`. Moving objects are tracked only [with movers](Self::with_movers); otherwise all landmarks are static.
+    /// Updates pose and map with one scan of one of the vehicle's sensors. Its measurements may have at most as many
+    /// dimensions as the state's `Z`. Moving objects are tracked only [with movers](Self::with_movers); otherwise all
+    /// landmarks are static.
     ///
     /// # Errors
-    /// A measurement is not finite, there are more measurements than the state has room for, the covariance of the sensor's noise
-    /// is not positive definite, or the filter has not been reset. The state is then unchanged.
+    /// A measurement is not finite, there are more measurements than the state has room for, the covariance of the
+    /// sensor's noise is not positive definite, or the filter has not been reset. The state is then unchanged.
     pub fn scan<X: MeasurementModel<Pose = M::Pose>, R>(
         &mut self,
         detector: &Detector<X, R>,

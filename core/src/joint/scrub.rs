@@ -1,8 +1,10 @@
-//! Memory scrubbing of a joint map: a check of the state in slices between steps, which repairs damage by memory faults.
+//! Memory scrubbing of a joint map: a check of the state in slices between steps, which repairs damage by memory
+//! faults.
 //!
-//! Every covariance is limited by its two variances: |P_ab|² ≤ P_aa P_bb (Cauchy and Schwarz). If one number breaks this, either it
-//! was damaged or one of the two variances; a damaged variance breaks it with many numbers. A damaged feature is removed, which
-//! leaves the covariances of all others unchanged. The pose cannot be removed: its variances are increased, which is conservative.
+//! Every covariance is limited by its two variances: |P_ab|² ≤ P_aa P_bb (Cauchy and Schwarz). If one covariance
+//! violates this bound, it was damaged, or one of the two variances; a damaged variance violates the bound with many
+//! covariances. A damaged feature is removed, which leaves the covariances of all others unchanged. The pose cannot be
+//! removed: its variances are increased, which is conservative.
 
 use super::archive::{Archive, ArchiveView};
 use super::covariance::{Joint, first};
@@ -14,9 +16,9 @@ use crate::numerics::range::is_within_range;
 use crate::snapshot::visit::{Sealing, Visit};
 use crate::{Flaw, Motion, Pose, Real, Symmetric, TangentOf, Vector};
 
-/// How far beyond what two variances allow rounding may take the square of a covariance.
+/// Factor by which rounding errors may make the square of a covariance greater than the product of its variances.
 const ROUNDING: f64 = 1.05;
-/// The same of a probability.
+/// Factor by which rounding errors may change the sum of the existence probabilities of a feature.
 const GREATEST_PROBABILITY: f64 = 1.001;
 
 impl<T, M, Z, A, V> JointSlam<'_, M, Z, A, V>
@@ -28,18 +30,19 @@ where
     V: Movers<M::Pose>,
 {
     /// Checks `parts` parts of the state and repairs values that the filter cannot have produced, as
-    /// [`ScPhd::scrub`](crate::ScPhd::scrub) does: for memory without error correction, between steps, when there is time. One part
-    /// is the pose with its covariance, or a feature with its row of the joint covariance, or an archived feature, or a mover.
-    /// Valid data is unchanged to the bit. With n features, one feature takes about 2 n (3 + 2 n) comparisons in the worst case,
-    /// and in the plane 6 + 4 n if it is valid.
+    /// [`ScPhd::scrub`](crate::ScPhd::scrub) does: for memory without error correction, between steps, when there is
+    /// time. One part is the pose with its covariance, or a feature with its row of the joint covariance, or an
+    /// archived feature, or a moving-object track. Valid data is unchanged to the bit. With n features, one feature
+    /// takes about 2 n (3 + 2 n) comparisons in the worst case, and in the plane 6 + 4 n if it is valid.
     ///
-    /// An invalid feature is removed, and is initiated again when it is detected again. A variance of the pose that contradicts its
-    /// covariances is increased until it agrees. A value that was changed to another valid value is not found; to find it, compare
-    /// [seals](Self::seal) or [digests](Self::digest), or go back to a [snapshot](Self::save).
+    /// An invalid feature is removed, and is initiated again when it is detected again. A variance of the pose that
+    /// contradicts its covariances is increased until it agrees. A value that was changed to another valid value is not
+    /// found; to find it, compare [seals](Self::seal) or [digests](Self::digest), or go back to a
+    /// [snapshot](Self::save).
     ///
     /// # Errors
-    /// Damage that cannot be repaired: invalid counts or times, or a pose out of range. [Restore](Self::restore) a snapshot, or
-    /// [reset](Self::reset).
+    /// Damage that cannot be repaired: invalid counts or times, or a pose out of range. [Restore](Self::restore) a
+    /// snapshot, or [reset](Self::reset).
     pub fn scrub(&mut self, scrubber: &mut Scrubber, parts: usize) -> Result<Scrubbed, Flaw> {
         let memory = &mut self.memory;
         let mut scrubbed = Scrubbed::default();
@@ -87,9 +90,9 @@ where
         Ok(scrubbed)
     }
 
-    /// A hash of the data that is small and vital: the pose with its covariance, the counts, the time since the last scan, the next
-    /// label and the divergence monitor. If a vehicle computes it after a step and gets another value before the next step, memory
-    /// has failed in between, even where scrubbing cannot find it.
+    /// A hash of the data that is small and vital: the pose with its covariance, the counts, the time since the last
+    /// scan, the next label and the divergence monitor. If a vehicle computes it after a step and gets another value
+    /// before the next step, memory has failed in between, even where scrubbing cannot find it.
     #[must_use]
     pub fn seal(&self) -> u64 {
         let mut seal = Sealing::EMPTY;
@@ -110,12 +113,12 @@ where
 }
 
 impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
-    /// Takes a count of features that no room is for as what there is room for: a step must end, whatever has become of memory.
+    /// Limits an invalid number of features to the capacity: every step must end, even with damaged memory.
     pub(super) fn clamp(&mut self) {
         self.header.len = self.header.len.min(self.landmarks.len());
     }
 
-    /// Whether counts, times and the pose may be such.
+    /// Checks the number of features, the time since the last scan, and the pose.
     fn check_known(&self) -> Result<(), Flaw> {
         let header = &*self.header;
         if header.len > self.landmarks.len() || !(header.waited_s >= T::ZERO && header.waited_s.is_finite()) {
@@ -126,8 +129,8 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         if moved && pose { Ok(()) } else { Err(Flaw::Pose) }
     }
 
-    /// Raises the variances of the pose where they are less than its covariances say, and takes its coordinates for independent of
-    /// each other where they cannot be what they are said to be; whether it had to.
+    /// Increases the variances of the pose that contradict its covariances with the features, and sets the covariances
+    /// of its coordinates to zero if they are invalid. Returns whether the covariance was changed.
     fn mend_pose_block(&mut self) -> Result<bool, Flaw> {
         let Self { header, joint, .. } = self;
         let mut widened = false;
@@ -137,7 +140,8 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         Ok(joint.part_pose_coordinates() || widened)
     }
 
-    /// Drops a feature that cannot be, or those with which it has more in common than can be; how many.
+    /// Drops a feature with invalid numbers, or the features whose covariances with it violate the bound. Returns the
+    /// number of dropped features.
     fn mend_feature(&mut self, index: usize) -> usize {
         let sound = self.landmarks.get(index).is_some_and(Landmark::is_sound) && self.joint.block_is_sound(index);
         if !sound {
@@ -145,13 +149,14 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
             return 1;
         }
         let mut dropped = 0;
-        // Each turn drops a feature, or is the last.
+        // Each iteration drops a feature, or is the last one.
         for _ in 0..self.header.len {
             let features = self.header.len;
             let Some(other) = (0..features).find(|&other| other != index && self.joint.is_torn(index, other)) else {
                 break;
             };
-            // The one that is at odds with more of them; of two that are with each other alone, the one that is known less.
+            // The feature that violates the bound with more of the others is dropped; of two with equal numbers, the
+            // one with fewer detections.
             let [here, there] = [index, other].map(|of| (self.joint.torn_from(of, features), self.detections(of)));
             let at_fault = if here.0 > there.0 || here.0 == there.0 && here.1 < there.1 { index } else { other };
             self.drop_feature(at_fault);
@@ -159,7 +164,7 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
             if at_fault == index {
                 return dropped;
             }
-            // The last feature has gone to another place.
+            // This feature was the last one, and now has the index of the dropped one.
             if index == self.header.len {
                 return dropped;
             }
@@ -177,8 +182,8 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
-    /// Takes all that is unknown of the pose for unknown of the way since the last scan, where what is kept of that cannot be; whether it had
-    /// to.
+    /// Replaces an invalid process noise of the tracks by the covariance of the pose, of which it is a part. Returns
+    /// whether it was replaced.
     fn mend_doubt<Z: Vector<Scalar = T>>(&mut self, memory: &Memory<'_, P, Z>) -> bool {
         if self.common.is_sound() {
             return false;
@@ -189,7 +194,7 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
 }
 
 impl<T: Real, D: Vector<Scalar = T>> Landmark<D> {
-    /// Whether probabilities are such, and every number may be one.
+    /// Whether the probabilities sum to one, and all numbers are valid.
     fn is_sound(&self) -> bool {
         let all = self.existence.total() + self.existence.absent;
         let greatest = T::from_f64(GREATEST_PROBABILITY);
@@ -198,7 +203,8 @@ impl<T: Real, D: Vector<Scalar = T>> Landmark<D> {
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
-    /// Whether two coordinates have no more in common than their variances allow. Written so that what is no number has.
+    /// Whether two coordinates satisfy |P_ab|² ≤ P_aa P_bb, with an allowance for rounding errors. The comparison is
+    /// written so that NaN does not.
     fn may_share(&self, one: usize, other: usize) -> bool {
         let common = self.get(one, other);
         common * common <= self.get(one, one) * self.get(other, other) * T::from_f64(ROUNDING)
@@ -209,30 +215,31 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         first::<P>(feature)..first::<P>(feature + 1)
     }
 
-    /// Whether the covariance of a feature may be one.
+    /// Whether the covariance of a feature with itself is valid.
     fn block_is_sound(&self, feature: usize) -> bool {
         let usable = |variance: T| variance > T::ZERO && variance < T::INFINITY;
         Self::of(feature).all(|coordinate| usable(self.get(coordinate, coordinate)))
             && Self::of(feature).all(|one| Self::of(feature).all(|other| self.may_share(one, other)))
     }
 
-    /// Whether two features have more in common than can be.
+    /// Whether the covariance of two features violates the bound.
     fn is_torn(&self, feature: usize, other: usize) -> bool {
         Self::of(feature).any(|one| Self::of(other).any(|two| !self.may_share(one, two)))
     }
 
-    /// With how many others a feature has.
+    /// The number of other features with which a feature violates the bound.
     fn torn_from(&self, feature: usize, features: usize) -> usize {
         (0..features).filter(|&other| other != feature && self.is_torn(feature, other)).count()
     }
 
-    /// Whether a feature has more in common with a coordinate of the pose than can be.
+    /// Whether the covariance of a feature with coordinate `k` of the pose violates the bound.
     fn is_torn_from_pose(&self, feature: usize, k: usize) -> bool {
         Self::of(feature).any(|coordinate| !self.may_share(coordinate, k))
     }
 
-    /// Raises the variance of a coordinate of the pose to twice the least that it can be by its covariances with the features, where that is less than what
-    /// most of them say; whether it had to.
+    /// Sets the variance of coordinate `k` of the pose to twice the least value that its covariances with the features
+    /// allow, if it is invalid, or if it violates the bound with at least two features and with more than half of them.
+    /// Returns whether it was changed; an error if no covariance gives a positive value.
     fn mend_pose_variance(&mut self, k: usize, features: usize) -> Result<bool, Flaw> {
         let variance = self.get(k, k);
         let torn = (0..features).filter(|&feature| self.is_torn_from_pose(feature, k)).count();
@@ -255,8 +262,9 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         Ok(true)
     }
 
-    /// Where the coordinates of the pose have more in common than can be, takes that away and raises their variances to as many times as there are
-    /// coordinates: D n − P is positive definite, whatever correlations there were. Whether it had to.
+    /// If the covariance of the pose is invalid, sets the covariances of its coordinates to zero and multiplies their
+    /// variances by the number n of coordinates: n D − P is positive semidefinite for every P with the diagonal D.
+    /// Returns whether the covariance was changed.
     fn part_pose_coordinates(&mut self) -> bool {
         let coordinates = || 0..TangentOf::<P>::DIMENSION;
         let may_be = coordinates().all(|row| coordinates().take(row).all(|column| self.may_share(row, column)));

@@ -1,4 +1,4 @@
-//! Memory that fails under a joint map: what is found is mended, and what is sound is left.
+//! Memory faults under a joint map: detected damage is repaired, and valid data is unchanged.
 
 use super::archive::{Entry, Split};
 use crate::*;
@@ -54,11 +54,12 @@ fn what_is_sound_is_left_to_the_bit_and_all_of_it_is_looked_at() {
         drive(&mut left, &mut draws[1], 1);
         assert_eq!((scrubbed.digest(), scrubbed.seal()), (left.digest(), left.seal()));
     }
-    // A pose and ten features at four parts a scan.
+    // A pose and ten features, at four parts a scan.
     assert!((15..=60).contains(&rounds), "{rounds}");
 }
 
-/// Everything is looked at and mended in one round; the filter goes on.
+/// Damages the state, repairs it in one round of scrubbing, and continues the filter. Returns the result of scrubbing,
+/// and the error of the position, m.
 fn mended(damage: impl Fn(&mut Slam<'_>)) -> (Scrubbed, f32) {
     let mut state = Box::new(Memory::new());
     let (mut slam, mut draws) = (slam(&mut state), Noise::seeded(2));
@@ -77,13 +78,13 @@ fn mended(damage: impl Fn(&mut Slam<'_>)) -> (Scrubbed, f32) {
 }
 
 #[test]
-fn a_feature_that_cannot_be_is_dropped_and_the_others_stay() {
+fn an_invalid_feature_is_dropped_and_the_others_stay() {
     let damages: [fn(&mut Slam<'_>); 6] = [
         |slam| slam.memory.landmarks[3].mean.x = f32::NAN,
         |slam| slam.memory.landmarks[3].existence.visible = 2.0,
         |slam| slam.memory.landmarks[3].existence.visible = 0.5,
         |slam| slam.memory.joint.set(9, 9, -1.0),
-        // A variance far too small is at odds with all others, a covariance with one.
+        // A variance that is far too small violates the bound with all features, a covariance with one.
         |slam| slam.memory.joint.set(9, 9, 1e-12),
         |slam| slam.memory.joint.set(9, 5, 1e20),
     ];
@@ -95,7 +96,7 @@ fn a_feature_that_cannot_be_is_dropped_and_the_others_stay() {
 }
 
 #[test]
-fn a_pose_whose_covariance_cannot_be_becomes_less_certain() {
+fn an_invalid_covariance_of_the_pose_is_increased() {
     let damages: [fn(&mut Slam<'_>); 3] = [
         |slam| slam.memory.joint.set(2, 2, 1e-12),
         |slam| slam.memory.joint.set(2, 2, f32::NAN),
@@ -109,7 +110,7 @@ fn a_pose_whose_covariance_cannot_be_becomes_less_certain() {
 }
 
 #[test]
-fn what_cannot_be_mended_is_told_and_the_seal_tells_what_might_be() {
+fn irreparable_damage_is_an_error_and_valid_numbers_change_the_seal() {
     type Damage = fn(&mut Slam<'_>);
     let damages: [(Damage, Flaw); 4] = [
         (|slam| slam.memory.header.len = usize::MAX, Flaw::Cursor),
@@ -140,7 +141,7 @@ fn what_cannot_be_mended_is_told_and_the_seal_tells_what_might_be() {
     }
 }
 
-/// More features than there is room for: every step ends, and uses what there is room for.
+/// A number of features above the capacity: every step ends, and uses the capacity.
 #[test]
 fn a_count_that_cannot_be_is_clamped_by_every_step() {
     let mut state = Box::new(Memory::new());
@@ -157,7 +158,7 @@ fn a_count_that_cannot_be_is_clamped_by_every_step() {
 }
 
 #[test]
-fn the_archive_is_looked_at_too() {
+fn the_archive_is_scrubbed_too() {
     let mut state = Box::new(Memory::new());
     let mut archive = Box::new(JointArchive::<PlanarPose<f32>, 8>::new());
     let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.05)).unwrap();

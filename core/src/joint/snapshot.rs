@@ -11,10 +11,10 @@ use crate::snapshot::visit::{Visit, Walk};
 use crate::snapshot::write::write;
 use crate::{Flaw, Motion, Pose, Real, RestoreError, SaveError, TangentOf, Vector};
 
-/// How far up in the third size of a head the number of movers is, and one more; 0 without movers.
+/// The third size of a head has the number of moving-object tracks plus one from this bit on; 0 without tracks.
 const MOVERS_AT: u32 = 16;
 
-/// What snapshots of such a filter have in common.
+/// The shape of a snapshot of this filter.
 fn shape<P: Pose>(kind: u32) -> Shape {
     Shape {
         content: Content::Joint,
@@ -32,12 +32,12 @@ where
     A: Archive<M::Pose>,
     V: Movers<M::Pose>,
 {
-    /// Checks the complete filter state: the pose, every feature, every number of the covariance. The cost is linear in the size of
-    /// the state; no step calls it.
+    /// Checks the complete filter state: the pose, every feature, every number of the covariance. The cost is linear in
+    /// the size of the state; no step calls it.
     ///
     /// # Errors
-    /// The first flaw that is found. A variance that rounding has made invalid is not a flaw: the next scan repairs it or removes
-    /// the feature.
+    /// The first flaw that is found. A variance that rounding has made invalid is not a flaw: the next scan repairs it
+    /// or removes the feature.
     pub fn audit(&self) -> Result<(), Flaw> {
         if self.memory.header.started {
             self.memory.audit()?;
@@ -70,9 +70,9 @@ where
     /// [`ScPhd::restore`](crate::ScPhd::restore) does.
     ///
     /// # Errors
-    /// As for [`ScPhd::restore`](crate::ScPhd::restore): an error that is found in the first pass over the bytes leaves the state
-    /// unchanged. If the source gives other bytes in the second pass, or a snapshot with correct checksums was not written by a
-    /// filter, the filter is left not started.
+    /// As for [`ScPhd::restore`](crate::ScPhd::restore): an error that is found in the first pass over the bytes leaves
+    /// the state unchanged. If the source gives other bytes in the second pass, or a snapshot with correct checksums
+    /// was not written by a filter, the filter is left not started.
     pub fn restore<E>(
         &mut self,
         kind: u32,
@@ -118,7 +118,7 @@ where
     }
 }
 
-/// The state, and the archive and the movers if there are any.
+/// The state, and the archive and the tracks if there are any.
 impl<T, M, Z, A, V> Walk for JointSlam<'_, M, Z, A, V>
 where
     T: Real,

@@ -30,9 +30,9 @@ pub(super) struct Landmark<D: Vector> {
 
 /// The state of a [`JointSlam`](super::JointSlam): one Gaussian over the pose and up to `FEATURES` features.
 ///
-/// `P` is the pose, `Z` the measurement with the most dimensions. `NUMBERS` must be [`joint_numbers`] of the dimensions of the pose and of a
-/// feature, and of `FEATURES`, which the build checks. A scan has at most `MEASUREMENTS` measurements. The state may be large and is meant
-/// to be a `static`.
+/// `P` is the pose, `Z` the measurement with the most dimensions. `NUMBERS` must be [`joint_numbers`] of the dimensions
+/// of the pose and of a feature, and of `FEATURES`, which the build checks. A scan has at most `MEASUREMENTS`
+/// measurements. The state may be large and is meant to be a `static`.
 #[derive(Debug)]
 pub struct JointState<P: Pose, Z: Vector, const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize> {
     header: Header<P>,
@@ -47,7 +47,8 @@ pub struct JointState<P: Pose, Z: Vector, const FEATURES: usize, const NUMBERS: 
 pub(super) struct Header<P: Pose> {
     pub(super) started: bool,
     pub(super) pose: P,
-    /// Rounding errors of x and y in the last [short](crate::particles::short) step, which the next step adds (compensated summation), m.
+    /// Rounding errors of x and y in the last [short](crate::particles::short) step, which the next step adds
+    /// (compensated summation), m.
     pub(super) remainder: [ScalarOf<P>; 2],
     /// Sum of the corrections of x and y since the covariance was last transformed to the present error frame, m.
     pub(super) moved: [ScalarOf<P>; 2],
@@ -55,7 +56,7 @@ pub(super) struct Header<P: Pose> {
     pub(super) len: usize,
     /// Time since the last scan, s.
     pub(super) waited_s: ScalarOf<P>,
-    /// W: what the noise of the steps since the last scan has added to the covariance of the pose.
+    /// W: the covariance that the noise of the steps since the last scan has added to that of the pose.
     pub(super) motion_noise: Symmetric<TangentOf<P>>,
     /// Predictions refused since the last scan.
     pub(super) refused: usize,

@@ -1,4 +1,4 @@
-//! The joint filter against closed forms, and where it must not break.
+//! The joint filter against closed forms, and with extreme and invalid input.
 
 use super::*;
 use crate::tests::linear::{Drift, Everywhere, Offset};
@@ -9,11 +9,11 @@ use std::vec::Vec;
 
 type Linear<const N: usize, const L: usize> = JointState<PlanarPose<f64>, Vector2<f64>, N, L, 16>;
 
-/// Far apart, so that every measurement has one cause.
+/// Positions of landmarks, m. They are so far apart that every measurement has one possible origin.
 const LANDMARKS: [[f64; 2]; 4] = [[300.0, 0.0], [0.0, 400.0], [-500.0, 20.0], [40.0, -600.0]];
 
 #[test]
-fn with_known_association_and_all_linear_it_is_the_kalman_filter() {
+fn with_linear_models_and_known_association_it_is_the_kalman_filter() {
     let noise = Symmetric::from_diagonal([0.09, 0.16]);
     let sensing = Sensing {
         sensor: Offset { noise },
@@ -27,7 +27,7 @@ fn with_known_association_and_all_linear_it_is_the_kalman_filter() {
     slam.reset(PlanarPose::new(1.0, -2.0, 0.3)).unwrap();
     let mut draws = Noise::seeded(4);
 
-    // The same by full matrices; the heading never enters.
+    // The same with full matrices; the heading has no effect.
     let r = Matrix2::new(0.09, 0.0, 0.0, 0.16);
     let (mut x, mut p) = (SVector::<f64, 10>::zeros(), SMatrix::<f64, 10, 10>::zeros());
     (x[0], x[1]) = (1.0, -2.0);
@@ -41,7 +41,7 @@ fn with_known_association_and_all_linear_it_is_the_kalman_filter() {
         x[1] += control.y * 0.5;
         p[(0, 0)] += 0.125;
         p[(1, 1)] += 0.02;
-        // The last one comes later, and the first is out of sight for a while.
+        // The last landmark is detected only later, and the first one is out of view for a while.
         let seen = |k: usize| (k < 3 || step > 10) && (k > 0 || !(15..25).contains(&step));
         let kept: Vec<usize> = (0..4).filter(|&k| seen(k)).collect();
         let z: Vec<Vector2<f64>> = kept
@@ -57,7 +57,7 @@ fn with_known_association_and_all_linear_it_is_the_kalman_filter() {
             let Some(index) = *index else { continue };
             let at = 2 + 2 * k;
             if n <= at {
-                // Born: the position of the vehicle and the measurement.
+                // A new landmark: the position of the vehicle plus the measurement.
                 for d in 0..2 {
                     x[n + d] = x[d] + z[index][d];
                     for column in 0..n {
@@ -90,7 +90,8 @@ fn with_known_association_and_all_linear_it_is_the_kalman_filter() {
             }
         }
         assert_eq!(slam.held(), (n - 2) / 2);
-        // Places, and all that they have in common with each other and with the pose; the heading stands between.
+        // Means of the features, and all covariances of features and pose. The filter has the heading at index 2 in
+        // addition.
         let with_heading = |index: usize| if index < 2 { index } else { index + 1 };
         for (at, off) in (2..n).map(|at| (at, slam.memory.landmarks[(at - 2) / 2].mean[at % 2] - x[at])) {
             assert!(off.abs() < 1e-9, "{step}, {at}: {off}");
@@ -103,7 +104,7 @@ fn with_known_association_and_all_linear_it_is_the_kalman_filter() {
 }
 
 #[test]
-fn what_the_features_before_it_contradict_says_nothing() {
+fn a_feature_that_contradicts_those_before_it_corrects_nothing() {
     let sensing = Sensing {
         sensor: Offset { noise: Symmetric::from_diagonal([0.09, 0.16]) },
         field_of_view: Everywhere(0.999),
@@ -127,7 +128,7 @@ fn what_the_features_before_it_contradict_says_nothing() {
     assert!((alone.0.mean.x_m + 4.0).abs() < 0.5, "{:?}", alone.0);
     assert_eq!(both.0, alone.0);
     assert!(both.1.innovation > 4.0 * alone.1.innovation, "{:?} {:?}", both.1, alone.1);
-    // Where they disagree by less, both are heard.
+    // If the two disagree by less, both correct the pose.
     let (alone, both) = (told_by(&[1.0]), told_by(&[1.0, -1.0]));
     assert!(both.0.mean.x_m > alone.0.mean.x_m + 0.5, "{:?} {:?}", both.0, alone.0);
 }
@@ -154,7 +155,7 @@ fn lidar_of<T: Real>(births: T) -> Lidar<T> {
     Detector::new(sensing, Births::of_static(births)).unwrap()
 }
 
-/// Landmarks around a circle of 8 m that the vehicle drives, and a truth to score against.
+/// Landmarks around a circle of 8 m radius on which the vehicle drives, and its true pose.
 struct Course {
     pose: PlanarPose<f64>,
     draws: Noise,
@@ -165,7 +166,7 @@ impl Course {
         Self { pose: PlanarPose::new(8.0, 0.0, core::f64::consts::FRAC_PI_2), draws: Noise::seeded(seed) }
     }
 
-    /// The odometry of the next step of 0.1 s, and what is seen after it.
+    /// The odometry of the next step of 0.1 s, and the scan after it.
     fn step(&mut self, hidden: impl Fn(usize) -> bool) -> ([f64; 2], Vec<[f64; 2]>) {
         let (speed, rate) = (2.0, 0.25);
         let real = Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap();
@@ -212,7 +213,7 @@ fn run<T: Real>(
 const ROOM: usize = 48;
 
 #[test]
-fn a_round_trip_is_right_and_its_covariance_true() {
+fn a_round_trip_is_accurate_and_consistent() {
     let mut squares = 0.0;
     let runs = 20;
     for seed in 0..runs {
@@ -229,7 +230,7 @@ fn a_round_trip_is_right_and_its_covariance_true() {
         squares += covariance.factor().unwrap().mahalanobis(&off) / 2.0;
         assert_eq!(slam.features().count(), 12, "seed {seed}");
     }
-    // Mean of 40 squares of standard normal numbers: five standard deviations.
+    // Mean of 40 squared standard normal numbers: within five standard deviations.
     let nees = squares / runs as f64;
     assert!((0.3..2.2).contains(&nees), "{nees}");
 }
@@ -246,7 +247,7 @@ fn both_precisions_agree_and_a_full_state_goes_on() {
     run(&mut slam64, &mut Course::new(3), 200, |_| false);
     let (a, b) = (slam32.estimate_pose().unwrap().mean, slam64.estimate_pose().unwrap().mean);
     assert!((f64::from(a.x_m) - b.x_m).abs() < 2e-3 && (f64::from(a.y_m) - b.y_m).abs() < 2e-3, "{a:?} {b:?}");
-    // Room for a third of what is there.
+    // Capacity for a third of the landmarks.
     let mut small = Box::new(Car::<f32, 4, { joint_numbers(3, 2, 4) }, 32>::new());
     let mut slam = JointSlam::new(motion(), JointConfig::default(), &mut *small).unwrap();
     slam.reset(PlanarPose::new(8.0, 0.0, core::f32::consts::FRAC_PI_2)).unwrap();
@@ -254,15 +255,15 @@ fn both_precisions_agree_and_a_full_state_goes_on() {
     assert!(report.lost > 0 && report.health.contains(Health::COMPONENTS_LOST) && slam.held() <= 4);
 }
 
-/// Lets a landmark be seen for 60 s, then be missing for 10 s, then come back or not; whether the map has it, under the same label,
-/// before, at the end of the 10 s, a second later, and after three minutes more of the same.
+/// A landmark is detected for 60 s, then missed for 10 s, and then detected again or not. Returns whether the map has
+/// it with the same label: before, after the 10 s, a second later, and three minutes after that.
 fn missing_for_a_while<T: Real>(seed: u64, comes_back: bool) -> [bool; 4] {
     let mut state = Box::new(Car::<T, ROOM, { joint_numbers(3, 2, ROOM) }, 32>::new());
     let mut slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
     let mut course = Course::new(seed);
     slam.reset(PlanarPose::new(T::from_f64(8.0), T::ZERO, T::PI / T::from_f64(2.0))).unwrap();
     run(&mut slam, &mut course, 600, |_| false);
-    // The first stands at (12, 0).
+    // The first landmark is at (12, 0).
     let near = |feature: &Component<Vector2<T>>| (feature.mean.x.to_f64() - 12.0).hypot(feature.mean.y.to_f64()) < 0.5;
     let known = slam.features().find(near).map(|feature| feature.label);
     let has = |slam: &CarSlam<'_, T>| slam.features().any(|feature| near(&feature) && Some(feature.label) == known);
@@ -275,9 +276,10 @@ fn missing_for_a_while<T: Real>(seed: u64, comes_back: bool) -> [bool; 4] {
     [before, missing, soon, has(&slam)]
 }
 
-/// What is missed is hidden at first, and part of the map; in minutes it is gone. By default, in both precisions.
+/// A missed landmark is first assumed to be occluded and stays in the map; within minutes it is dropped. With the
+/// default configuration, in both precisions.
 #[test]
-fn what_is_hidden_stays_and_what_is_gone_goes() {
+fn an_occluded_landmark_stays_and_a_removed_one_is_dropped() {
     fn of<T: Real>() {
         for seed in 0..10 {
             assert_eq!(missing_for_a_while::<T>(seed, true), [true; 4], "seed {seed}");
@@ -289,7 +291,7 @@ fn what_is_hidden_stays_and_what_is_gone_goes() {
 }
 
 #[test]
-fn whatever_comes_the_state_stays_finite_and_definite() {
+fn with_any_input_the_state_stays_finite_and_definite() {
     let mut draws = Noise::seeded(11);
     for seed in 0..60 {
         let mut state = Box::new(Car::<f32, 12, { joint_numbers(3, 2, 12) }, 8>::new());
@@ -334,7 +336,7 @@ fn whatever_comes_the_state_stays_finite_and_definite() {
 }
 
 #[test]
-fn nonsense_is_refused_and_leaves_all_as_it_was() {
+fn invalid_input_is_refused_and_leaves_the_state_unchanged() {
     let mut state = Box::new(Car::<f32, 4, { joint_numbers(3, 2, 4) }, 2>::new());
     let mut slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
     let ahead = UnicycleControl { speed_mps: 1.0, rate_radps: 0.0 };
@@ -371,16 +373,16 @@ fn nonsense_is_refused_and_leaves_all_as_it_was() {
 }
 
 #[test]
-fn nothing_that_nobody_measured_is_learnt_of_the_heading() {
-    // Odometry that is sure of where it goes but for the share of its turns.
+fn unknown_landmarks_give_no_information_on_the_heading() {
+    // Odometry with an error proportional to its controls: 2 % of the speed, 30 % of the turn rate.
     let noise = ControlNoise { speed_sigma_ratio: 0.02, turn_sigma_ratio: 0.3, ..ControlNoise::white(0.0, 0.0) };
     let motion = Unicycle::new(Step::Arc, noise).unwrap();
     let mut state = Box::new(Car::<f64, 40, { joint_numbers(3, 2, 40) }, 32>::new());
     let mut slam = JointSlam::new(motion, JointConfig::default(), &mut *state).unwrap();
     slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
     let mut draws = Noise::seeded(7);
-    // Blind turns, so that the heading is in doubt by half a radian; then landmarks that nobody knew before, and only straight
-    // ways, back and forth.
+    // Turns without landmarks, until the standard deviation of the heading is about 0.2 rad; then unknown landmarks,
+    // and only straight motion, forwards and backwards.
     let mut truth = PlanarPose::new(0.0, 0.0, 0.0);
     let mut drive = |slam: &mut CarSlam<'_, f64>, truth: &mut PlanarPose<f64>, v: f64, w: f64| {
         let u = UnicycleControl { speed_mps: v, rate_radps: w };
@@ -412,8 +414,9 @@ fn nothing_that_nobody_measured_is_learnt_of_the_heading() {
 }
 
 #[test]
-fn what_is_rarely_born_is_found_all_the_same() {
-    // A thousand times less than clutter: a single detection is hardly a landmark, two at one place are.
+fn a_landmark_is_found_at_a_low_birth_intensity() {
+    // A birth intensity of a thousandth of the clutter intensity: one detection hardly gives a landmark, two at one
+    // position do.
     let clutter = lidar::<f64>().sensing().clutter.intensity();
     let detector = lidar_of(clutter / 1000.0);
     let mut state = Box::new(Car::<f64, 8, { joint_numbers(3, 2, 8) }, 4>::new());
@@ -423,7 +426,7 @@ fn what_is_rarely_born_is_found_all_the_same() {
     for step in 0..10 {
         slam.predict(&UnicycleControl { speed_mps: 0.0, rate_radps: 0.0 }, 0.1).unwrap();
         let noise = Vector2::new(0.1 * draws.normal::<f64>(), 0.01 * draws.normal::<f64>());
-        // And one false measurement, always elsewhere.
+        // One false measurement, at another position in every scan.
         let elsewhere = Vector2::new(4.0 + f64::from(step), -2.0 + 0.3 * f64::from(step));
         slam.scan(&detector, &[Vector2::new(7.0, 0.5) + noise, elsewhere]).unwrap();
     }
@@ -433,7 +436,7 @@ fn what_is_rarely_born_is_found_all_the_same() {
 }
 
 #[test]
-fn nothing_is_born_where_neither_clutter_nor_births_are_expected() {
+fn without_clutter_and_births_nothing_is_initiated() {
     let Sensing { sensor, field_of_view, .. } = *lidar::<f32>().sensing();
     let clutter = UniformClutter::of_scan(0.0, field_of_view.measure()).unwrap();
     let detector = Detector::new(Sensing { sensor, field_of_view, clutter }, Births::NONE).unwrap();
@@ -445,9 +448,9 @@ fn nothing_is_born_where_neither_clutter_nor_births_are_expected() {
     assert!(report.health.contains(Health::UNEXPLAINED_SCAN));
 }
 
-/// The labels of a map may be any, and births count on from the greatest.
+/// The features of a loaded map may have any label; births continue from the greatest one.
 #[test]
-fn what_was_loaded_goes_whatever_its_label_is() {
+fn missed_features_of_a_loaded_map_are_dropped_at_any_label() {
     let index = |label: u32, x: f32| Component {
         label,
         ln_weight: -0.01,
@@ -472,7 +475,7 @@ fn what_was_loaded_goes_whatever_its_label_is() {
 }
 
 #[test]
-fn who_is_carried_away_soon_after_the_start_is_told() {
+fn a_vehicle_displaced_soon_after_the_start_is_reported_as_lost() {
     let carried = |known_scans: usize| {
         let mut draws = Noise::seeded(1);
         type State = JointState<PlanarPose<f64>, Vector2<f64>, 40, { joint_numbers(3, 2, 40) }, 16>;

@@ -1,7 +1,9 @@
-//! Moving-object tracks in a scan: they are associated with measurements beside the static landmarks, and corrected.
+//! Moving-object tracks in a scan: they are associated with measurements together with the static landmarks, and
+//! corrected.
 //!
-//! Every birth may be static or moving: it is both a static feature of the joint map and a mover with the same label, of which at
-//! most one exists. Later scans decide which; until then both are associated with measurements as one object.
+//! Every birth may be static or moving: it is both a static feature of the joint map and a track with the same label,
+//! of which at most one exists. Later scans decide which; until then both are associated with measurements as one
+//! object.
 
 use super::associate::{Predicted, in_view_of};
 use super::associations::{Association, AssociationRow, detected, probabilities};
@@ -17,17 +19,17 @@ use crate::{
     Symmetric, TangentOf, Vector,
 };
 
-/// A measurement as a mover expects it.
+/// The predicted measurement of a track.
 struct Sight<P: Pose, Y: Vector> {
     predicted: Predicted<P, Y>,
-    /// R + Hx Q Hxᵀ with Q of the way since the last scan.
+    /// R + Hx Q Hxᵀ, with Q the process noise of the vehicle since the last scan.
     noise: Symmetric<Y>,
-    /// That of S = Hm P Hmᵀ + R + Hx Q Hxᵀ.
+    /// The factor of S = Hm P Hmᵀ + R + Hx Q Hxᵀ.
     factor: Factor<Y>,
 }
 
 impl<T: Real, P: Pose<Scalar = T>, Y: Vector<Scalar = T>> Sight<P, Y> {
-    /// `None` where it cannot be measured, or rounding has spoilt its covariance.
+    /// `None` if the track cannot be measured, or if rounding errors have made S invalid.
     fn of<S>(
         sensor: &S,
         frame: &S::Frame,
@@ -46,7 +48,8 @@ impl<T: Real, P: Pose<Scalar = T>, Y: Vector<Scalar = T>> Sight<P, Y> {
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
-    /// Moves all of them on by the time since the last scan, and drops what has become unlikely or spread out too far.
+    /// Predicts all tracks over the time since the last scan, and drops those that are then unlikely or too uncertain.
+    /// Returns the number of dropped tracks.
     pub(super) fn advance(&mut self, waited_s: T, least: T) -> usize {
         self.clamp();
         let motion = self.config.motion;
@@ -61,7 +64,7 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
         self.drop_unlikely(least)
     }
 
-    /// Drops what is hardly there, spread out too far or out of range; how many.
+    /// Drops the tracks that are unlikely, too uncertain or out of range. Returns the number of dropped tracks.
     fn drop_unlikely(&mut self, least: T) -> usize {
         let spread = self.config.spread_max_m * self.config.spread_max_m;
         self.retain(|mover| {
@@ -71,7 +74,7 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
         })
     }
 
-    /// Fills in p_D of every mover, and which static feature it may be instead.
+    /// Sets p_D of every track, and the index of the static feature of the same object.
     pub(super) fn look<X: MeasurementModel<Pose = P>>(
         &mut self,
         models: &X,
@@ -85,7 +88,7 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
             let rival = landmarks.iter().position(|landmark| landmark.label == mover.component.label);
             mover.rival = rival.map_or(NONE, |index| index as u16);
             if let Some(landmark) = rival.and_then(|index| landmarks.get(index)) {
-                // Merging may have made them more than one feature together.
+                // Merging may have made the sum of both probabilities greater than one.
                 mover.component.ln_weight = mover.component.ln_weight.at_most(landmark.existence.absent.ln());
             }
             let seen = in_view_of(models, frame, &mover.component.position(), measurements, occlusion_factor);
@@ -96,8 +99,8 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
         }
     }
 
-    /// Σ p_D w of what a static feature may be instead; and from then on, that the scan detects neither has the probability `of`
-    /// that sum.
+    /// p_D w of the track of the same object as the static feature `index`; 0 without one. Sets the probability that
+    /// the scan detects neither of the two to `of` this value.
     pub(super) fn beside(&mut self, index: usize, of: impl Fn(T) -> T) -> T {
         let mut rivals = self.kept_mut().iter_mut().filter(|mover| usize::from(mover.rival) == index);
         let Some(mover) = rivals.next() else { return T::ZERO };
@@ -106,7 +109,7 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
         expected
     }
 
-    /// Claims measurements for all movers in view; Σ ln(1 − p_D w) of those that are nothing else.
+    /// Adds the associations of all tracks in view. Returns Σ ln(1 − p_D w) over the tracks without a static feature.
     pub(super) fn associate<X: MeasurementModel<Pose = P>>(
         &mut self,
         models: &X,
@@ -140,8 +143,8 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
         ln_missed
     }
 
-    /// Takes in the scan: of every mover in view, one Gaussian of what the measurements that it has a share of, and that it was missed, make
-    /// of it; and how likely it is now.
+    /// Corrects the tracks in view with a scan: a track becomes one Gaussian for all outcomes, corrected by each
+    /// associated measurement or missed, and its probability w is updated. The process noise is then zero.
     pub(super) fn correct<S: Sensor<Pose = P>>(
         &mut self,
         sensor: &S,
@@ -168,7 +171,8 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
         self.common.process_noise = Symmetric::ZERO;
     }
 
-    /// Adds the mover that a measurement may be the first one of, at rest but for σ_v; how many went for want of room.
+    /// Adds a track for a measurement, at rest with the standard deviation σ_v of the velocity. Returns the number of
+    /// tracks that were lost because there was no room.
     pub(super) fn initiate(
         &mut self,
         label: u32,
@@ -188,8 +192,8 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
         self.put(Component { label, ln_weight: weight.ln(), mean, covariance })
     }
 
-    /// Makes one of every two that are at one place with one velocity, as each of them sees it, and drops what is hardly there; how many
-    /// were made one.
+    /// Merges every two tracks that are within the merging distance in position and velocity, by the covariance of each
+    /// of the two, and drops unlikely tracks. Returns the number of merged pairs.
     pub(super) fn merge_and_prune(&mut self, config: &JointConfig<T>) -> usize {
         let mut united = 0;
         let mut one = 0;
@@ -221,7 +225,8 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
     }
 }
 
-/// One Gaussian with the mean and the spread of a mover as it is, with its weight, and of what each of its shares makes of it.
+/// One Gaussian with the mean and covariance of all outcomes of a scan: the track `unseen`, which was missed, with its
+/// weight, and its correction by each associated measurement, with the association probability as weight.
 fn corrected<'m, T, S, I>(
     sensor: &S,
     frame: &S::Frame,
@@ -256,7 +261,7 @@ where
     moment_match(&head, core::iter::once(unseen).chain(others))
 }
 
-/// What a static feature may be instead, after the scan.
+/// The hypothesis that the object of a static feature moves, after the association of a scan.
 pub(super) fn beside<T, P, V, Y>(movers: &V, index: usize, table: &[AssociationRow<T>], measurements: &[Y]) -> Beside<T>
 where
     T: Real,

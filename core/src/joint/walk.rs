@@ -11,7 +11,7 @@ use crate::snapshot::visit::Visit;
 use crate::{Component, Flaw, Linear, Matrix, Pose, Real, Symmetric, Vector, Zero};
 
 impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
-    /// Walks through the state.
+    /// Visits the state.
     pub(super) fn walk(&self, visit: &mut impl Visit) {
         let Self { header, landmarks, joint, .. } = self;
         self.walk_known(visit);
@@ -25,7 +25,7 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         joint.used(header.len).iter().for_each(|&number| visit.scalar(number));
     }
 
-    /// Walks through the pose and all that there is one of.
+    /// Visits the pose, and all other data of the header.
     pub(super) fn walk_known(&self, visit: &mut impl Visit) {
         let header = &*self.header;
         visit.word(u32::from(header.started));
@@ -38,7 +38,7 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         header.moved.iter().chain(header.motion_noise.as_lower()).for_each(|&number| visit.beside_scalar(number));
     }
 
-    /// Fills the state with what a walk through so many features has written. What comes of it is to be audited.
+    /// Reads the state from a snapshot with this number of features. The caller must audit the result.
     pub(super) fn fill<S, E>(&mut self, features: usize, from: &mut Reader<'_, S, E>)
     where
         S: FnMut(usize, &mut [u8]) -> Result<(), E>,
@@ -63,7 +63,8 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         joint.used_mut(header.len).iter_mut().for_each(|number| *number = from.scalar());
     }
 
-    /// Looks over everything: the first flaw, if any. Linear in the state.
+    /// Checks all numbers of the state, at a cost that is linear in its size. The error is the first flaw that is
+    /// found.
     pub(super) fn audit(&self) -> Result<(), Flaw> {
         let Self { header, landmarks, joint, .. } = self;
         let landmarks = landmarks.get(..header.len).ok_or(Flaw::Cursor)?;
@@ -87,7 +88,7 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
 }
 
 impl<T: Real, D: Vector<Scalar = T>> Landmark<D> {
-    /// Whether every number may be one.
+    /// Whether all numbers are valid.
     pub(super) fn may_be(&self) -> bool {
         let Existence { visible, occluded, absent } = self.existence;
         let numbers = [visible, occluded, absent, self.detections];
@@ -97,7 +98,7 @@ impl<T: Real, D: Vector<Scalar = T>> Landmark<D> {
     }
 }
 
-/// Walks through an archive.
+/// Visits an archive.
 pub(super) fn walk_archive<P: Pose>(entries: &[Entry<P>], index: &Index, visit: &mut impl Visit) {
     visit.word(index.next_submap);
     visit.word(index.tried);
@@ -120,7 +121,7 @@ pub(super) fn walk_archive<P: Pose>(entries: &[Entry<P>], index: &Index, visit: 
     }
 }
 
-/// Fills an archive with what a walk through so many features has written. What comes of it is to be audited.
+/// Reads an archive from a snapshot with this number of features. The caller must audit the result.
 pub(super) fn fill_archive<T, P, S, E>(view: &mut ArchiveView<'_, P>, features: usize, from: &mut Reader<'_, S, E>)
 where
     T: Real,
@@ -152,19 +153,19 @@ where
     }
 }
 
-/// A matrix column by column, as it lies.
+/// A matrix that is stored column by column.
 fn by_columns<C: Vector, R: Vector<Scalar = C::Scalar>>(mut next: impl FnMut() -> R) -> Linear<R, C> {
     let mut columns = C::Array::<R>::ZERO;
     columns.as_mut().iter_mut().for_each(|column| *column = next());
     Matrix::with(|row, column| columns.as_ref().get(column).map_or(R::Scalar::ZERO, |column| column.at(row)))
 }
 
-/// Looks over an archive: the first flaw, if any. Linear in it.
+/// Checks all numbers of an archive, at a cost that is linear in its size.
 pub(super) fn audit_archive<P: Pose>(entries: &[Entry<P>]) -> Result<(), Flaw> {
     if entries.iter().all(Entry::is_sound) { Ok(()) } else { Err(Flaw::Component) }
 }
 
-/// Walks through what moves.
+/// Visits the tracks.
 pub(super) fn walk_movers<P: Pose>(movers: &[Mover<P>], common: &Common<P>, visit: &mut impl Visit) {
     common.process_noise.as_lower().iter().for_each(|&number| visit.scalar(number));
     for Mover { component: Component { label, ln_weight, mean, covariance, .. }, .. } in movers {
@@ -174,7 +175,7 @@ pub(super) fn walk_movers<P: Pose>(movers: &[Mover<P>], common: &Common<P>, visi
     }
 }
 
-/// Fills the memory of what moves with what a walk through so many has written. What comes of it is to be audited.
+/// Reads the tracks from a snapshot with this number of tracks. The caller must audit the result.
 pub(super) fn fill_movers<T, P, S, E>(tracks: &mut Tracks<'_, P>, movers: usize, from: &mut Reader<'_, S, E>)
 where
     T: Real,
@@ -190,7 +191,7 @@ where
     }
 }
 
-/// Looks over what moves: the first flaw, if any. Linear in it.
+/// Checks all numbers of the tracks, at a cost that is linear in their number.
 pub(super) fn audit_movers<T: Real, P: Pose<Scalar = T>>(movers: &impl Movers<P>) -> Result<(), Flaw> {
     if movers.common().is_some_and(|(common, _)| !common.is_sound()) {
         return Err(Flaw::Pose);
@@ -198,7 +199,7 @@ pub(super) fn audit_movers<T: Real, P: Pose<Scalar = T>>(movers: &impl Movers<P>
     if movers.kept().iter().all(Mover::is_sound) { Ok(()) } else { Err(Flaw::Component) }
 }
 
-/// The lower and the upper half.
+/// The lower and the upper half of a number.
 fn halves(whole: u64) -> [u32; 2] {
     [whole as u32, (whole >> 32) as u32]
 }

@@ -1,4 +1,5 @@
-//! One that walks among landmarks: what it must not do to a joint map, and the life of what is kept of it.
+//! A person who walks among landmarks: the effect on a joint map, and the moving-object tracks in every operation of
+//! the filter.
 
 use super::movers::{Mover, Movers};
 use crate::*;
@@ -28,7 +29,7 @@ fn motion() -> Unicycle<f64> {
     Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.05)).unwrap()
 }
 
-/// A vehicle on a circle of 8 m among twelve landmarks, and one that walks to and fro over the places of two of them.
+/// A vehicle on a circle of 8 m radius among twelve landmarks, and a person who walks back and forth over two of them.
 struct Place {
     pose: Pose64,
     draws: Noise,
@@ -51,7 +52,8 @@ impl Place {
         Vector2::new(angle.cos(), angle.sin()) * if k.is_multiple_of(2) { 12.0 } else { 4.0 }
     }
 
-    /// From landmark 3, at (0, 4), to landmark 9, at (0, −4), and beyond, in 12 s.
+    /// Position of the walker: from (0, 6) over landmark 3 at (0, 4) and landmark 9 at (0, −4) to (0, −6) in 12 s, and
+    /// back.
     fn walker(&self) -> Vector2<f64> {
         let phase = (self.t_s / 12.0).rem_euclid(2.0);
         Vector2::new(0.0, 6.0 - 12.0 * if phase < 1.0 { phase } else { 2.0 - phase })
@@ -78,19 +80,19 @@ impl Place {
     }
 }
 
-/// Scans after which it counts how well the walker is known.
+/// Number of scans after which the tracks are scored.
 const SETTLED: usize = 50;
 
 #[derive(Debug, Default)]
 struct Score {
-    /// Scans with an estimate within half a metre of the walker, and such scans in all.
+    /// Scans with an estimated track within half a metre of the walker; `scans` is the number of scored scans.
     found: usize,
     scans: usize,
-    /// Estimated movers that are none.
+    /// Estimated tracks at other positions.
     wrong: usize,
-    /// Static features that the estimated map has too much, at the end.
+    /// Number of features of the estimated map beyond the twelve landmarks, at the end.
     ghosts: usize,
-    /// Greatest distance of an estimated landmark from where it stands, m.
+    /// Greatest distance of a landmark from the nearest estimated feature, m.
     off_m: f64,
     /// Root mean square error of the pose, m.
     pose_m: f64,
@@ -128,26 +130,26 @@ fn drive(seed: u64, walks: bool, of_moving: f64) -> Score {
 }
 
 #[test]
-fn who_walks_is_found_and_what_stands_stays_a_landmark() {
+fn a_walker_is_tracked_and_landmarks_stay_in_the_map() {
     let (mut found, mut scans, mut wrong, mut ghosts) = (0, 0, 0, 0);
     for seed in 0..6 {
         let score = drive(seed, true, 5e-4);
-        // Over the places of two landmarks and back, twice.
+        // The walker passes over two landmarks and back, twice.
         assert!(score.off_m < 0.25 && score.pose_m < 0.15, "{seed}: {score:?}");
         (found, scans, wrong) = (found + score.found, scans + score.scans, wrong + score.wrong);
         ghosts += score.ghosts;
     }
     assert!(found * 10 > scans * 8, "{found} of {scans}");
-    // What stands may be taken for a slow walker at first.
+    // A landmark may be taken for a slow object at first.
     assert!(wrong * 5 < scans, "{wrong} of {scans}");
     assert!(ghosts <= 1, "{ghosts}");
-    // Without births that move the way of the walker is left in the map, or pulls at the landmarks that it passes.
+    // Without births of tracks, the path of the walker remains in the map, or the landmarks on it are displaced.
     let ghosts: usize = (0..6).map(|seed| drive(seed, true, 0.0).ghosts).sum();
     assert!(ghosts >= 2, "{ghosts}: this shows nothing");
 }
 
 #[test]
-fn where_nothing_moves_the_map_is_what_it_was() {
+fn tracks_do_not_degrade_a_static_map() {
     let (mut wrong, mut scans, mut poses) = (0, 0, [0.0; 2]);
     for seed in 10..18 {
         let (with, without) = (drive(seed, false, 5e-4), drive(seed, false, 0.0));
@@ -156,14 +158,14 @@ fn where_nothing_moves_the_map_is_what_it_was() {
         (wrong, scans) = (wrong + with.wrong, scans + with.scans);
         poses = [poses[0] + with.pose_m, poses[1] + without.pose_m];
     }
-    // Of twelve landmarks, at first.
+    // Some of the twelve landmarks may be taken for slow objects at first.
     assert!(wrong * 5 < scans, "{wrong} of {scans}");
     assert!(poses[0] < 1.05 * poses[1], "{poses:?}");
 }
 
-/// With no births that move the filter with movers is the one without, to the bit.
+/// Without births of tracks, the filter with tracks gives the same bits as the filter without.
 #[test]
-fn movers_that_are_never_born_change_nothing() {
+fn without_births_of_tracks_the_result_is_the_same() {
     let (mut state, mut alone, mut movers) = (Box::new(Car::new()), Box::new(Car::new()), JointMovers::<_, 8>::new());
     let slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
     let mut slam = slam.with_movers(&mut movers, MovingConfig::walkers()).unwrap();
@@ -201,7 +203,7 @@ fn go(slam: &mut Moved<'_, Unicycle<f64>>, place: &mut Place) {
 }
 
 #[test]
-fn a_snapshot_has_what_moves_and_the_filter_goes_on_to_the_bit() {
+fn a_snapshot_contains_the_tracks_and_the_filter_continues_with_the_same_bits() {
     with_a_walker(|slam, place| {
         slam.predict(&UnicycleControl { speed_mps: 1.0, rate_radps: 0.0 }, 0.05).unwrap();
         let mut bytes = std::vec![0; 40_000];
@@ -219,7 +221,7 @@ fn a_snapshot_has_what_moves_and_the_filter_goes_on_to_the_bit() {
             assert_eq!(slam.scan(&lidar(5e-4), &seen), other.scan(&lidar(5e-4), &seen));
             assert_eq!(other.digest(), slam.digest());
         }
-        // One without movers, or with too little room, does not take it, and is as it was.
+        // A filter without tracks refuses it, and is unchanged.
         let mut state = Box::new(Car::new());
         let mut without = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
         without.reset(PlanarPose::ZERO).unwrap();
@@ -229,14 +231,14 @@ fn a_snapshot_has_what_moves_and_the_filter_goes_on_to_the_bit() {
         assert_eq!(without.digest(), digest);
         let mut plain = std::vec![0; 40_000];
         let len = without.save(7, into_slice(&mut plain)).unwrap();
-        // The other way around nothing moves afterwards.
+        // A snapshot without tracks removes those of the filter.
         assert_eq!(other.restore(7, from_slice(&plain[..len])), Ok(len));
         assert_eq!((other.moving().count(), other.movers.kept().len()), (0, 0));
     });
 }
 
 #[test]
-fn what_is_set_from_outside_forgets_what_moves_or_doubts_it() {
+fn reset_relocate_and_load_map_remove_tracks_and_scatter_adds_process_noise() {
     let few = Symmetric::from_diagonal([0.01; 3]);
     with_a_walker(|slam, _| {
         let before = slam.moving().next();
@@ -259,7 +261,7 @@ fn what_is_set_from_outside_forgets_what_moves_or_doubts_it() {
 }
 
 #[test]
-fn localising_tracks_what_moves_and_leaves_the_map() {
+fn localise_updates_tracks_and_leaves_the_map_unchanged() {
     with_a_walker(|slam, place| {
         let map: Vec<_> = slam.features().collect();
         slam.load_map(&map).unwrap();
@@ -279,7 +281,7 @@ fn localising_tracks_what_moves_and_leaves_the_map() {
 }
 
 #[test]
-fn memory_that_fails_is_mended() {
+fn damaged_tracks_are_repaired() {
     let damages: [fn(&mut Mover<Pose64>); 4] = [
         |mover| mover.component.mean.x = f64::NAN,
         |mover| mover.component.ln_weight = 3.0,
@@ -305,14 +307,14 @@ fn memory_that_fails_is_mended() {
         assert_eq!(slam.audit(), Ok(()));
         slam.movers.tracks().unwrap().common.len = 99;
         assert_eq!(slam.scrub(&mut Scrubber::new(), 1), Err(Flaw::Cursor));
-        // A scan takes it as what there is room for.
+        // A scan limits an invalid number of tracks to the capacity.
         go(slam, place);
         assert!(slam.movers.kept().len() <= 32);
     });
 }
 
 #[test]
-fn a_full_room_keeps_the_likeliest_and_says_so() {
+fn tracks_without_room_are_reported_as_lost() {
     let (mut state, mut movers) = (Box::new(Car::new()), JointMovers::<_, 2>::new());
     let slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
     let mut slam = slam.with_movers(&mut movers, MovingConfig::walkers()).unwrap();

@@ -1,4 +1,4 @@
-//! The window over a map that is larger than its room.
+//! The window of a joint map with an archive, in a world with more landmarks than the window can store.
 
 use super::archive::{Archive, Entry, Split};
 use super::*;
@@ -15,7 +15,7 @@ type Lidar<T> = Detector<Sensing<RangeBearing<T>, RangeBearingWindow<T>, Uniform
 
 const REACH_M: f64 = 12.0;
 const DT_S: f64 = 0.25;
-/// Standard deviations of the odometry, m/s and rad/s.
+/// Standard deviations of the odometry, m/s and rad/s in every step.
 const SIGMAS: [f64; 2] = [0.2, 0.04];
 
 fn motion<T: Real>() -> Unicycle<T> {
@@ -34,7 +34,7 @@ fn lidar<T: Real>() -> Lidar<T> {
     Detector::new(sensing, Births::of_static(real(1e-3))).unwrap()
 }
 
-/// Landmarks, and a vehicle that drives circles among them.
+/// Landmarks, and a vehicle that drives in a circle among them.
 struct World {
     landmarks: Vec<[f64; 2]>,
     pose: PlanarPose<f64>,
@@ -43,8 +43,7 @@ struct World {
 }
 
 impl World {
-    /// Two hundred and fifty landmarks in a square of a hundred metres, 1.5 m apart or more, of which the vehicle comes to see about
-    /// a hundred and forty.
+    /// 250 landmarks in a square with sides of 100 m, at least 1.5 m apart. About 140 of them come into view.
     fn new(seed: u64) -> Self {
         let mut draws = Noise::seeded(seed);
         let mut landmarks: Vec<[f64; 2]> = Vec::new();
@@ -58,7 +57,7 @@ impl World {
         Self { landmarks, pose: PlanarPose::new(radius_m, 0.0, core::f64::consts::FRAC_PI_2), radius_m, draws }
     }
 
-    /// What odometry tells of the next step, and what is seen after it.
+    /// The odometry of the next step, and the scan after it.
     fn step<T: Real>(&mut self) -> (UnicycleControl<T>, Vec<Vector2<T>>) {
         let control = UnicycleControl { speed_mps: 2.0, rate_radps: 2.0 / self.radius_m };
         let real = Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap();
@@ -89,7 +88,7 @@ impl World {
     }
 }
 
-/// What runs came to, step by step, and all counts together.
+/// The errors of several runs, step by step, and the sums of their counts.
 #[derive(Debug, Default)]
 struct Score {
     squares: Vec<f64>,
@@ -101,7 +100,7 @@ struct Score {
 }
 
 impl Score {
-    /// Three rounds.
+    /// Drives about three laps.
     fn take<T: Real, A: Archive<PlanarPose<T>>>(
         &mut self,
         slam: &mut JointSlam<'_, Unicycle<T>, Vector2<T>, A>,
@@ -148,7 +147,7 @@ fn with_window<T: Real>(seeds: core::ops::Range<u64>) -> Score {
     score
 }
 
-/// What was chosen was chosen on the seeds from 0 to 15.
+/// The settings were chosen on the seeds 0 to 15.
 #[test]
 fn a_window_of_forty_is_consistent_over_three_rounds() {
     let mut score = with_window::<f32>(100..110);
@@ -168,10 +167,10 @@ fn a_window_of_forty_is_consistent_over_three_rounds() {
     );
 }
 
-/// For the table of docs/joint.md.
+/// For the figures of docs/joint.md.
 #[test]
 #[ignore = "minutes"]
-fn a_window_beside_room_for_everything_and_beside_none() {
+fn a_window_with_an_archive_with_none_and_with_room_for_all() {
     let seeds = 100..120;
     let [mut drop, mut all] = [(); 2].map(|()| Score::default());
     for seed in seeds.clone() {
@@ -186,7 +185,7 @@ fn a_window_beside_room_for_everything_and_beside_none() {
     }
 }
 
-/// A feature far away.
+/// An archived feature far away.
 fn far_away(label: u32) -> Entry<PlanarPose<f32>> {
     let existence = existence::Existence::of(1.0);
     let mean = Vector2::new(1000.0 + label as f32, -500.0);
@@ -194,7 +193,7 @@ fn far_away(label: u32) -> Entry<PlanarPose<f32>> {
 }
 
 #[test]
-fn the_time_of_a_scan_does_not_depend_on_the_map() {
+fn the_time_of_a_scan_does_not_depend_on_the_size_of_the_archive() {
     let mut least = [[f64::INFINITY; 150]; 2];
     for round in 0..6 {
         let mut states = [(); 2].map(|()| Box::new(Window::<f32>::new()));
@@ -206,13 +205,13 @@ fn the_time_of_a_scan_does_not_depend_on_the_map() {
             let mut slam = slam.with_archive(archive, REACH_M as f32).unwrap();
             slam.reset(worlds[0].start()).unwrap();
             let mut view = slam.archive.view().unwrap();
-            // Under names of their own.
+            // New submaps get identifiers that these features do not have.
             view.index.next_submap = 1_000;
             (0..features).for_each(|label| assert_eq!(view.put(far_away(label)), 0));
             slams.push(slam);
         }
         for step in 0..150 {
-            // Each is the first as often as the other: the second finds everything in the cache.
+            // Each filter is first in every second round, because the second one finds all data in the cache.
             for turn in 0..2 {
                 let which = (round + turn) % 2;
                 let (slam, world, least) = (&mut slams[which], &mut worlds[which], &mut least[which]);
@@ -225,14 +224,14 @@ fn the_time_of_a_scan_does_not_depend_on_the_map() {
         }
         assert!(slams[1].held() > slams[0].held() + 800);
     }
-    // From when the window is full.
+    // From the step on in which the window is full.
     let [few, many] = least.map(|of| of[70..].iter().sum::<f64>());
     std::println!("{:.3} times as long", many / few);
     assert!(many < 1.2 * few, "{few} s with a hundred features, {many} s with a thousand");
 }
 
 #[test]
-fn what_was_left_behind_has_its_name_when_it_is_found_again() {
+fn archived_features_keep_their_labels() {
     let (mut state, mut archive) = (Box::new(Window::<f64>::new()), Box::new(JointArchive::<_, 300>::new()));
     let slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
     let mut slam = slam.with_archive(&mut archive, REACH_M).unwrap();
@@ -247,7 +246,7 @@ fn what_was_left_behind_has_its_name_when_it_is_found_again() {
     };
     drive(&mut slam, 30);
     let early: Vec<_> = slam.features().map(|feature| feature.label).collect();
-    // Half a round farther on they are in the archive, but for those that it is conditioned on, and still in the map.
+    // Half a lap later these features are in the archive, except the anchors, and still in the map.
     drive(&mut slam, 200);
     let archived = |slam: &JointSlam<'_, _, _, Archived<'_, _>>| {
         let kept: Vec<_> = slam.archive.kept().iter().map(|entry: &Entry<PlanarPose<f64>>| entry.label).collect();
@@ -260,7 +259,7 @@ fn what_was_left_behind_has_its_name_when_it_is_found_again() {
     let in_map = slam.features().filter(|feature| early.contains(&feature.label)).count();
     assert!(in_map + 1 >= early.len() && early.iter().all(|&label| slam.existence(label).is_some()));
     assert_eq!(slam.held(), slam.memory.header.len + slam.archive.kept().len());
-    // And after the whole round they are in the window again, by the same names.
+    // After the whole lap they are in the window again, with the same labels.
     drive(&mut slam, 240);
     let found = early.iter().filter(|&&label| slam.existence(label).is_some()).count();
     assert!(
@@ -271,9 +270,10 @@ fn what_was_left_behind_has_its_name_when_it_is_found_again() {
     );
 }
 
-/// The only page in reach is the one that was tried last: it comes back once, and no feature twice.
+/// The only submap within reach is the one that was tried last: it is re-activated once, and none of its features
+/// twice.
 #[test]
-fn a_page_is_tried_once_in_a_scan() {
+fn a_submap_is_tried_once_in_a_scan() {
     let (mut state, mut archive) = (Box::new(Window::<f32>::new()), Box::new(JointArchive::<_, 300>::new()));
     let slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
     let mut slam = slam.with_archive(&mut archive, REACH_M as f32).unwrap();
@@ -286,7 +286,7 @@ fn a_page_is_tried_once_in_a_scan() {
         let mean = Vector2::from(place);
         view.put(Entry { label, submap: 0, mean, alone: known, given: known, ..far_away(label) });
     }
-    // Nothing is seen of it, twice; then all of it.
+    // Two scans detect none of its features, the third one all of them.
     for _ in 0..2 {
         let report = slam.scan(&lidar(), &[]).unwrap();
         assert_eq!((report.reactivated, slam.held()), (0, 3));
@@ -297,7 +297,7 @@ fn a_page_is_tried_once_in_a_scan() {
 }
 
 #[test]
-fn a_full_archive_forgets_the_least_certain() {
+fn a_full_archive_loses_the_least_certain_features() {
     let mut archive = Box::new(JointArchive::<PlanarPose<f32>, 3>::new());
     let mut archived = archive.archived(1.0);
     let mut view = archived.view().unwrap();
@@ -322,7 +322,7 @@ fn go<A: Archive<PlanarPose<f32>>>(
 }
 
 #[test]
-fn a_snapshot_has_the_archive() {
+fn a_snapshot_contains_the_archive() {
     let (mut state, mut archive) = (Box::new(Window::<f32>::new()), Box::new(JointArchive::<_, 200>::new()));
     let slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
     let mut slam = slam.with_archive(&mut archive, REACH_M as f32).unwrap();
@@ -355,7 +355,7 @@ fn a_snapshot_has_the_archive() {
 }
 
 #[test]
-fn whatever_comes_window_and_archive_stay_finite() {
+fn with_any_input_window_and_archive_stay_finite() {
     let mut draws = Noise::seeded(12);
     let mut moved = [0, 0, 0];
     for _ in 0..40 {
@@ -391,7 +391,7 @@ fn whatever_comes_window_and_archive_stay_finite() {
 }
 
 #[test]
-fn a_reach_that_is_none_is_refused() {
+fn an_invalid_reach_is_refused() {
     for reach_m in [0.0, -1.0, f32::NAN, f32::INFINITY] {
         let (mut state, mut archive) = (Box::new(Window::<f32>::new()), JointArchive::<_, 2>::new());
         let slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();

@@ -41,7 +41,7 @@ impl<M: Motion<Pose = PlanarPose<f32>>> JointSlam<'_, M, Vector2<f32>> {
             }
             [detection, scratch].into_iter().for_each(|number| each("scratch", Word::Real(number)));
         }
-        // The first six are those of the pose.
+        // The first six elements are the covariance of the pose.
         for (index, number) in joint.used_mut(features).iter_mut().enumerate() {
             each(if index < 6 { "pose covariance" } else { "covariance" }, Word::Real(number));
         }
