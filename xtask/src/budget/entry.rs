@@ -5,12 +5,13 @@ use serde::Deserialize;
 use crate::firmware::precision::Precision;
 use crate::firmware::streams::{Source, Variant};
 
-/// The scenario in which nothing is cheap.
+/// The scenario with the greatest cost of a scan: every page in use, every gate open, the maximum number of
+/// measurements.
 pub const WORST_CASE: &str = "worst-case";
-/// The scenario of faults, no scan of which may take longer than the worst case.
+/// The scenario of faults. None of its scans may take longer than the worst case.
 pub const FAULTS: &str = "faults";
 
-/// What to measure, and what it may take.
+/// A configuration and scenario to measure, and its limits.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Budget {
@@ -28,18 +29,18 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// What to replay.
+    /// The stream to replay.
     pub fn source(&self) -> Source<'_> {
         Source { what: &self.scenario, scans: self.scans, variant: self.variant() }
     }
 
     fn variant(&self) -> Variant {
         let named = Variant::NAMED.into_iter().filter(|variant| self.configuration.contains(variant.mark()));
-        // A marker may be a prefix of another one.
+        // A mark may be part of another one, so that the longest is taken.
         named.max_by_key(|variant| variant.mark().len()).unwrap_or(Variant::Plain)
     }
 
-    /// The number type that the configuration ends with.
+    /// The number type in the name of the configuration.
     pub fn precision(&self) -> Result<Precision, String> {
         let rig = self.source().rig();
         let configuration = self.configuration.replace(self.variant().mark(), "");
@@ -49,7 +50,7 @@ impl Budget {
             .ok_or_else(|| format!("budgets.toml: no configuration `{}` of {}", self.configuration, self.scenario))
     }
 
-    /// How it is named where a limit of it is broken.
+    /// The name of the entry in messages.
     pub fn what(&self) -> String {
         format!("{} {} {}", self.board, self.configuration, self.scenario)
     }

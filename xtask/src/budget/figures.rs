@@ -1,4 +1,4 @@
-//! What was measured, from a replay and its image.
+//! Figures of one entry, from a replay and its image.
 
 use std::array;
 
@@ -10,14 +10,14 @@ use crate::firmware::board::Board;
 use crate::firmware::image::Sizes;
 use crate::firmware::output::{Replay, STAGES, Scan};
 
-/// What the code of a configuration says, without running it.
+/// Figures of a configuration that follow from its code, without a run.
 #[derive(Debug, Clone, Copy)]
 pub struct Code {
-    /// The image that runs.
+    /// Sizes of the image that runs.
     pub image: Sizes,
-    /// The deepest stack that it can have.
+    /// Bound of its stack, bytes.
     pub stack_bound: u64,
-    /// The library in the image that does nothing but run the filter.
+    /// Flash of the library in the image that only runs the filter, bytes.
     pub library: u64,
 }
 
@@ -30,18 +30,18 @@ pub struct Figures {
     pub scenario: String,
     pub scans: usize,
     pub scans_per_second: f64,
-    /// Code and constants of the whole image, with its startup code and output.
+    /// Code and constants of the whole image, with startup code and output.
     pub flash_bytes: u64,
     pub text_bytes: u64,
     pub rodata_bytes: u64,
-    /// Code and constants of the library alone, and of what it computes with.
+    /// Code and constants of the library alone, and of the crates that it computes with.
     pub library_flash_bytes: u64,
     /// All RAM of the filter.
     pub state_bytes: u64,
     pub state_parts: Vec<(String, u64)>,
-    /// The deepest stack of the run, by its paint.
+    /// Deepest stack of the run, from the stack paint.
     pub stack_bytes: u64,
-    /// The deepest stack that the code allows.
+    /// Bound of the stack, from the code.
     pub stack_bound_bytes: u64,
     pub instructions_per_predict_mean: u64,
     pub instructions_per_predict_worst: u64,
@@ -51,14 +51,14 @@ pub struct Figures {
     #[serde(flatten)]
     pub stages: Stages,
     pub instructions_per_estimate_mean: u64,
-    /// Of a scan, the predictions before it and the estimate after it, all together: the mean and the worst.
+    /// A scan with the predictions before it and the estimate after it: the mean and the worst.
     pub instructions_per_cycle_mean: u64,
     pub instructions_per_cycle_worst: u64,
-    /// Pairs of a component and a measurement that the costliest scan looked at: upper bounds, by what was in view and
-    /// by the capacities.
+    /// Pairs of a component and a measurement in the costliest scan: upper bounds, from the number in view and from the
+    /// capacities.
     pub pairs_in_worst_scan: u64,
     pub pairs_by_capacity: u64,
-    /// For the worst case: what its costliest scan takes for every pair, times the most pairs by capacity.
+    /// For the worst case: instructions of the costliest scan per pair, times the number of pairs by capacity.
     pub instructions_per_scan_bound: Option<u64>,
     /// Hash of the state after the last scan.
     pub digest: String,
@@ -68,19 +68,19 @@ pub struct Figures {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Stages {
     pub mean: [u64; STAGES.len()],
-    /// Of each stage its costliest scan; the scans need not be the same.
+    /// The greatest cost of each stage; the scans may differ.
     pub worst: [u64; STAGES.len()],
 }
 
 impl Stages {
-    /// What part of `whole` instructions a stage has in the mean.
+    /// Mean instructions of a stage, divided by `whole`.
     pub fn share(&self, stage: &str, whole: u64) -> f64 {
         let found = STAGES.iter().zip(self.mean).find(|(name, _)| **name == stage);
         found.map_or(0.0, |(_, instructions)| instructions as f64) / whole.max(1) as f64
     }
 }
 
-/// As `instructions_weigh_mean`, `instructions_weigh_worst` and so on.
+/// Serialised as `instructions_weigh_mean`, `instructions_weigh_worst` and so on.
 impl Serialize for Stages {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(Some(2 * STAGES.len()))?;
@@ -104,7 +104,7 @@ impl Figures {
     ) -> Result<Self, String> {
         let scans = &replay.scans;
         let last = scans.last().ok_or("a replay without a scan")?;
-        // A clock that stands still keeps every limit.
+        // A clock that does not advance would be within every limit.
         if !(1.0..=1000.0).contains(&replay.instructions_per_tick) || scans.iter().any(|scan| scan.update == 0) {
             return Err(format!("no instructions were counted on {}", board.name));
         }
@@ -154,7 +154,7 @@ impl Figures {
     }
 }
 
-/// `instructions` for `pairs` pairs, as for `most` pairs; never less.
+/// `instructions` for `pairs` pairs, scaled to `most` pairs; never less than `instructions`.
 fn scaled(instructions: u64, most: u64, pairs: u64) -> u64 {
     let ratio = (most as f64 / pairs.max(1) as f64).max(1.0);
     (instructions as f64 * ratio).ceil() as u64
@@ -168,7 +168,7 @@ fn greatest(values: &[u64]) -> u64 {
     values.iter().copied().max().unwrap_or(0)
 }
 
-/// The least of `values` that `percent` percent of them do not exceed.
+/// The least value that `percent` percent of the values do not exceed.
 fn percentile(values: &[u64], percent: usize) -> u64 {
     let mut sorted = values.to_vec();
     sorted.sort_unstable();

@@ -1,4 +1,4 @@
-//! The limits of `budgets.toml`, and what breaks them.
+//! The limits of `budgets.toml`, and the comparison of figures with them.
 
 use std::path::Path;
 
@@ -10,24 +10,24 @@ use super::figures::Figures;
 /// The file of the limits.
 pub const FILE: &str = "budgets.toml";
 
-/// All of it.
+/// The content of the file.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Budgets {
     /// The compiler that the limits were set with.
     pub compiler: String,
-    /// How far above its figure a limit is set.
+    /// Margin of a limit above the measured figure.
     margin_percent: u64,
-    /// By how much more the code of another compiler may take.
+    /// Additional margin for the code of another compiler.
     other_compiler_percent: u64,
     #[serde(rename = "budget")]
     pub entries: Vec<Budget>,
 }
 
-/// A limit further above its figure guards nothing that is claimed; in tenths.
+/// Greatest ratio of a limit to its figure, in tenths. A higher limit would not detect a regression.
 const LOOSE_TENTHS: u64 = 12;
 
-/// Reads the entries; a file without any checks nothing, and is refused.
+/// Reads the file. A file without entries is refused, because it would check nothing.
 pub fn read(path: &Path) -> Result<Budgets, String> {
     let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
     parse(&text).map_err(|error| format!("{}: {error}", path.display()))
@@ -39,8 +39,8 @@ fn parse(text: &str) -> Result<Budgets, String> {
 }
 
 impl Budgets {
-    /// What these figures break, one line each: limits that are too low, and with the compiler of the file limits that are
-    /// too high to guard anything.
+    /// The violations by these figures, one line each: figures above their limits and, with the compiler of the file,
+    /// limits that are too far above their figures.
     pub fn broken_by(&self, measured: &[Figures], compiler: &str) -> Vec<String> {
         let same = compiler == self.compiler;
         let more_percent = if same { 0 } else { self.other_compiler_percent };
@@ -54,7 +54,7 @@ impl Budgets {
         each.chain(self.longer_than_the_worst_case(measured)).collect()
     }
 
-    /// What a scan may take in the worst case.
+    /// The limit of a scan in the worst case, instructions.
     pub fn worst_case(&self, board: &str, configuration: &str) -> Result<u64, String> {
         let is_it = |entry: &&Budget| {
             (&*entry.board, &*entry.configuration) == (board, configuration) && entry.scenario.starts_with(WORST_CASE)
@@ -63,7 +63,7 @@ impl Budgets {
         found.ok_or_else(|| format!("{FILE}: no worst case of {configuration} on {board}"))
     }
 
-    /// The entries in which a fault makes a scan longer than the worst case may be, one line each.
+    /// The entries with faults in which a scan takes longer than the limit of the worst case, one line each.
     fn longer_than_the_worst_case(&self, measured: &[Figures]) -> Vec<String> {
         let under_faults = self.entries.iter().zip(measured).filter(|(entry, _)| entry.scenario == FAULTS);
         let line = |(entry, figures): (&Budget, &Figures)| {
@@ -77,7 +77,7 @@ impl Budgets {
         under_faults.filter_map(line).collect()
     }
 
-    /// The file with limits set anew; its head stays as it is.
+    /// The file with new limits. Its lines before `compiler` are unchanged.
     pub fn rewritten(&self, text: &str, measured: &[Figures], compiler: &str) -> String {
         let head: String =
             text.lines().take_while(|line| !line.starts_with("compiler")).map(|line| format!("{line}\n")).collect();
@@ -98,14 +98,14 @@ impl Budgets {
     }
 }
 
-/// So many percent more, rounded up to three digits.
+/// The figure plus this number of percent, rounded up to three digits.
 fn rounded_up(figure: u64, percent: u64) -> u64 {
     let raised = (figure * (100 + percent)).div_ceil(100);
     let step = 10_u64.pow(raised.max(1).ilog10().saturating_sub(2));
     raised.next_multiple_of(step)
 }
 
-/// As `1_234_567`.
+/// The number in groups of three digits, as `1_234_567`.
 fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let groups = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy);
@@ -113,7 +113,7 @@ fn grouped(number: u64) -> String {
 }
 
 impl Budget {
-    /// Every limit: its name, the figure that it is for, and itself.
+    /// All limits: name, measured figure, limit.
     fn limits(&self, figures: &Figures) -> [(&'static str, u64, u64); 7] {
         let worst_predict = figures.instructions_per_predict_worst;
         [
@@ -127,14 +127,14 @@ impl Budget {
         ]
     }
 
-    /// The limits that these figures are above by more than so many percent, one line each.
+    /// The figures that are above their limits by more than `more_percent` percent, one line each.
     fn broken_by(&self, figures: &Figures, more_percent: u64) -> Vec<String> {
         let limits = self.limits(figures).map(|(name, found, limit)| (name, found, limit * (100 + more_percent) / 100));
         let broken = limits.into_iter().filter(|(_, found, limit)| found > limit);
         broken.map(|(name, found, limit)| format!("{}: {name} is {found}, limit {limit}", self.what())).collect()
     }
 
-    /// The limits that are too far above these figures.
+    /// The limits that are too far above these figures, one line each.
     fn loose_for(&self, figures: &Figures) -> Vec<String> {
         let loose = self.limits(figures).into_iter().filter(|(_, found, limit)| 10 * limit > LOOSE_TENTHS * found);
         let line = |(name, found, limit)| {
@@ -155,7 +155,7 @@ mod tests {
         read(&process::root().join("budgets.toml")).unwrap()
     }
 
-    /// Figures that are at the limits.
+    /// Figures equal to the limits.
     fn at_the_limits(budget: &Budget) -> Figures {
         Figures {
             flash_bytes: budget.flash_bytes,
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn a_limit_below_the_figure_is_broken_and_one_at_it_is_kept() {
+    fn a_figure_above_its_limit_is_reported_and_one_at_it_is_not() {
         let budget = projects().entries.remove(0);
         let mut figures = at_the_limits(&budget);
         assert!(budget.broken_by(&figures, 0).is_empty());
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn another_compiler_may_take_more_and_not_much_more() {
+    fn another_compiler_has_an_additional_margin() {
         let mut budgets = projects();
         budgets.entries.truncate(1);
         COMPILER.clone_into(&mut budgets.compiler);
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn a_limit_far_above_its_figure_guards_nothing() {
+    fn a_limit_far_above_its_figure_is_reported() {
         let mut budgets = projects();
         budgets.entries.truncate(1);
         COMPILER.clone_into(&mut budgets.compiler);
@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn limits_set_anew_are_kept_and_not_loose() {
+    fn new_limits_are_not_exceeded_and_not_loose() {
         let before = projects();
         let mut figures: Vec<Figures> = before.entries.iter().map(at_the_limits).collect();
         figures.iter_mut().for_each(|figures| figures.flash_bytes = 2 * figures.flash_bytes + 1);

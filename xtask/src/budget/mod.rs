@@ -1,4 +1,4 @@
-//! The step `budget`: what the firmware takes in flash, RAM, stack and instructions, against `budgets.toml`.
+//! The step `budget`: flash, RAM, stack and instructions of the firmware, compared with `budgets.toml`.
 
 mod entry;
 mod figures;
@@ -28,12 +28,12 @@ use limits::{Budgets, FILE};
 
 pub use table::print;
 
-/// The step.
+/// Runs the step.
 pub fn step(options: &Options) -> Outcome {
     judge(options).into()
 }
 
-/// Measures every entry, and compares it with its limits, or sets them anew.
+/// Measures every entry, and compares it with its limits or sets new ones.
 fn judge(options: &Options) -> Result<Outcome, Stop> {
     let measured = measure(|_| true)?;
     print(&measured);
@@ -66,7 +66,7 @@ fn budgets() -> Result<Budgets, String> {
     limits::read(&process::root().join(FILE))
 }
 
-/// Measures the entries that are `wanted`, in their order.
+/// Measures the entries for which `wanted` is true, in their order.
 pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, Stop> {
     let budgets: Vec<Budget> = budgets()?.entries.into_iter().filter(wanted).collect();
     let qemu = emulator::prepare()?;
@@ -89,7 +89,7 @@ pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, Stop> {
         let host = streams::on_host(&stream, rig, precision, "release")?;
         runs.push(Run { budget, board, key: key(board, rig, precision), stream, host });
     }
-    // QEMU keeps one core busy, and none takes notice of another.
+    // A run of QEMU uses one core, and does not influence the figures of another run.
     let measured = process::side_by_side(&runs, |run| {
         let (image, code) = images.get(&run.key).ok_or("no image")?;
         run.figures(&qemu, image, *code)
@@ -104,18 +104,18 @@ fn key(board: &'static Board, rig: Rig, precision: Precision) -> Key {
     (board.name, rig.image(precision), rig.image_features())
 }
 
-/// One entry, ready to be run on its board.
+/// One entry that is ready to run on its board.
 struct Run<'a> {
     budget: &'a Budget,
     board: &'static Board,
     key: Key,
     stream: PathBuf,
-    /// What the host makes of the stream.
+    /// The replay of the stream on the host.
     host: Replay,
 }
 
 impl Run<'_> {
-    /// Runs it, and fails where the board is not in the states of the host.
+    /// Runs the entry; an error if the states on the board differ from those on the host.
     fn figures(&self, qemu: &Tool, image: &Image, code: Code) -> Result<Figures, String> {
         let Self { budget, board, host, .. } = self;
         let replay = Replay::parse(&emulator::run(qemu, board, image, &self.stream)?)?;
@@ -128,7 +128,7 @@ impl Run<'_> {
     }
 }
 
-/// The image that is measured, and what its code says, and that of the image without output.
+/// The image of a replay, and the figures of its code and of the image without output.
 fn built(toolchain: &Toolchain, board: &Board, rig: Rig, precision: Precision) -> Result<(Image, Code), String> {
     let image = image::build_replay(toolchain, board, rig, precision)?;
     let features = &rig.proof_features(precision)[..];

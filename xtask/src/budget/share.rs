@@ -1,16 +1,17 @@
-//! What share of a real microcontroller a filter takes, from instructions counted on the emulated one nearest to it.
+//! Share of the time of a real microcontroller that a filter takes, from the instructions counted on the most similar
+//! emulated board.
 
 /// A microcontroller.
 #[derive(Debug, Clone, Copy)]
 pub struct Chip {
     /// Its name.
     pub name: &'static str,
-    /// The board whose instructions are taken for its own.
+    /// The emulated board whose instructions are taken as those of the chip.
     pub like: &'static str,
     /// Its clock, Hz.
     pub clock_hz: f64,
-    /// Cycles for every instruction, assumed: code from flash behind a cache or accelerator, the filter in on-chip RAM.
-    /// The two-issue M7 stays near one, the others wait for loads, branches and flash.
+    /// Assumed cycles per instruction, with code in flash behind a cache or accelerator, and the filter in on-chip RAM.
+    /// The dual-issue M7 takes about one; the others wait for loads, branches and flash.
     pub cycles_per_instruction: f64,
 }
 
@@ -20,12 +21,12 @@ pub const CHIPS: [Chip; 5] = [
     Chip { name: "STM32F765", like: "mps2-an500", clock_hz: 216e6, cycles_per_instruction: 1.0 },
     Chip { name: "STM32H753", like: "mps2-an500", clock_hz: 480e6, cycles_per_instruction: 1.0 },
     Chip { name: "RT1062", like: "mps2-an500", clock_hz: 600e6, cycles_per_instruction: 1.0 },
-    // A Cortex-M33: single-precision FPU like the M4F's, whose code it runs.
+    // A Cortex-M33: it runs the code of the M4F, because its single-precision FPU is similar.
     Chip { name: "RP2350", like: "mps2-an386", clock_hz: 150e6, cycles_per_instruction: 1.5 },
 ];
 
 impl Chip {
-    /// The share of the chip's time, 0 to 1 and more where it cannot keep up.
+    /// Share of the chip's time: 0 to 1, or more if the chip is too slow.
     pub fn share(&self, instructions: u64, per_second: f64) -> f64 {
         instructions as f64 * self.cycles_per_instruction * per_second / self.clock_hz
     }

@@ -1,4 +1,4 @@
-//! The tables that a person reads.
+//! Tables of the figures, for a reader.
 
 use comfy_table::presets::ASCII_MARKDOWN;
 use comfy_table::{CellAlignment, Table};
@@ -7,10 +7,10 @@ use super::figures::Figures;
 use super::share::CHIPS;
 use crate::firmware::output::STAGES;
 
-/// Columns of words at the front of every table.
+/// Number of text columns at the left of every table.
 const WORDS: usize = 3;
 
-/// Prints memory, instructions and shares, a row for every entry.
+/// Prints memory, instructions and shares, with one row for every entry.
 pub fn print(all: &[Figures]) {
     println!(
         "\nbytes: flash is the whole image with startup code and output, library the filter's part of it; RAM is the \
@@ -125,7 +125,7 @@ fn table(header: Vec<String>, all: &[Figures], row: impl Fn(&Figures) -> Vec<Str
     table
 }
 
-/// 1 234 567
+/// The number in groups of three digits, as 1 234 567.
 fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
