@@ -13,7 +13,8 @@ pub(super) const ANCHORS: usize = 8;
 /// An archive of up to `CAPACITY` distant features, for a [`JointSlam`](super::JointSlam) whose map has more features
 /// than its state can store: [`with_archive`](super::JointSlam::with_archive).
 ///
-/// A feature in the plane takes 344 bytes in single precision. Meant to be a `static`: a new archive is all zero.
+/// A feature in the plane takes 344 bytes in single precision. The archive is meant to be a `static`: a new one is
+/// all zero.
 #[derive(Debug)]
 pub struct JointArchive<P: Pose, const CAPACITY: usize> {
     index: Index,
@@ -96,7 +97,7 @@ pub trait Archive<P: Pose>: sealed::Sealed {
     /// The archived features.
     #[doc(hidden)]
     fn kept(&self) -> &[Entry<P>];
-    /// The data beside the features, if there is an archive.
+    /// The data in addition to the features, if there is an archive.
     #[doc(hidden)]
     fn index(&self) -> Option<&Index>;
 }

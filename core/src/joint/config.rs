@@ -53,7 +53,7 @@ impl<T: Real> Default for JointConfig<T> {
 
 impl<T: Real> JointConfig<T> {
     /// The default, but missed features are removed sooner, and a feature that was detected once and is then missed is
-    /// removed at once. For clutter so dense that it would fill the map, and for the map that a
+    /// removed at once. It is meant for clutter so dense that it would fill the map, and for the map that a
     /// [`Locator`](crate::locate::Locator) matches with another one.
     #[must_use]
     pub fn strict() -> Self {

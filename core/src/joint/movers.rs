@@ -6,7 +6,8 @@ use crate::{Component, Linear, MovingOf, Pose, Real, ScalarOf, Symmetric, Tangen
 
 /// Storage of up to `CAPACITY` moving-object tracks of a joint map, for [`with_movers`](super::JointSlam::with_movers).
 ///
-/// A track in the plane takes 80 bytes in single precision. Meant to be a `static`: a new one is all zero.
+/// A track in the plane takes 80 bytes in single precision. The storage is meant to be a `static`: when new, it
+/// is all zero.
 #[derive(Debug)]
 pub struct JointMovers<P: Pose, const CAPACITY: usize> {
     index: Common<P>,
