@@ -349,8 +349,9 @@ fn every_damage_of_a_world_has_its_finding_and_no_other() {
             missed.push(format!("positions elsewhere for the first 12 s, {seed}: {found:?}"));
         }
     }
-    for (name, damaged, code) in cases {
-        for seed in SEEDS {
+    for (place, (name, damaged, code)) in cases.into_iter().enumerate() {
+        // Each damage in every third world.
+        for seed in SEEDS.skip(place % 3).step_by(3) {
             let found = found(&damaged(seed));
             if found != [code] {
                 missed.push(format!("{name}, {seed}: {found:?}"));

@@ -75,13 +75,13 @@ fn agrees_on_excerpt(name: &str, scans: usize, model: fn(&Vehicle) -> bool) {
 
 #[test]
 fn survey_in_double_precision() {
-    let log = short("survey", 1, 300);
-    assert_agreement("survey", &lockstep(&log, Precision::F64, |_| ()).overall, 300);
+    let log = short("survey", 1, 120);
+    assert_agreement("survey", &lockstep(&log, Precision::F64, |_| ()).overall, 120);
 }
 
 #[test]
 fn survey_in_single_precision() {
-    let log = short("survey", 1, 300);
+    let log = short("survey", 1, 120);
     let overall = lockstep(&log, Precision::F32, |_| ()).overall;
     assert!(overall.estimated_position_m <= F32_POSITION_BOUND_M, "{overall:?}");
     assert!(overall.own_way_position_m <= F32_OWN_WAY_BOUND_M, "{overall:?}");

@@ -24,6 +24,7 @@ mod quick;
 mod ros2;
 mod steps;
 mod target;
+mod test_programs;
 mod toolchain;
 mod tools;
 mod unit;

@@ -120,6 +120,14 @@ pub fn capture_for(command: &mut Command, limit: Duration) -> Result<Vec<u8>, St
     bytes.map_err(|error| format!("{}: {error}", name(command)))
 }
 
+/// As [`run`], but returns the standard output.
+pub fn read_loudly(command: &mut Command) -> Result<String, String> {
+    println!("$ {}", show(command));
+    let output = command.stderr(Stdio::inherit()).output().map_err(|error| format!("{}: {error}", show(command)))?;
+    judge(command, output.status)?;
+    String::from_utf8(output.stdout).map_err(|error| format!("{}: {error}", name(command)))
+}
+
 /// Runs a command without output, and returns its standard output; the error has its standard error.
 pub fn read(command: &mut Command) -> Result<String, String> {
     let output = command.output().map_err(|error| format!("{}: {error}", show(command)))?;

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use crate::outcome::{Outcome, Stop};
 use crate::process;
+use crate::test_programs;
 use crate::web;
 
 /// Arguments of the build: all packages except this program, which is tested without optimisation. Other steps that use this
@@ -58,11 +59,7 @@ const QUICK_TARGETS: [&str; 11] =
 
 /// Runs the tests of the libraries.
 pub fn quick() -> Result<Outcome, Stop> {
-    counted(|list| {
-        let mut cargo = process::cargo();
-        cargo.args(["test", "--no-fail-fast"]).args(QUICK).args(QUICK_TARGETS);
-        process::run(cargo.env(scphd_shared_data::SKIPPED, list))
-    })
+    counted(|list| test_programs::run(&[&QUICK[..], &QUICK_TARGETS].concat(), (scphd_shared_data::SKIPPED, list)))
 }
 
 /// Runs the examples of the library and of the guide.
@@ -89,13 +86,10 @@ fn counted(tests: impl FnOnce(&Path) -> Result<(), String>) -> Result<Outcome, S
 
 fn test() -> Result<Outcome, Stop> {
     counted(|list| {
-        // Without defmt, because a test program has no logger to link with. In two calls: without `--tests`, examples with tests
-        // are compiled a second time, as programs that are not run.
-        for kind in ["--tests", "--doc"] {
-            let mut cargo = process::cargo();
-            cargo.args(["test", "--no-fail-fast", kind]).args(PACKAGES);
-            process::run(cargo.env(scphd_shared_data::SKIPPED, list))?;
-        }
+        // Without defmt, because a test program has no logger to link with. With `--tests`: otherwise examples with tests are
+        // compiled a second time, as programs that are not run.
+        test_programs::run(&[&["--tests"][..], &PACKAGES].concat(), (scphd_shared_data::SKIPPED, list))?;
+        process::run(process::cargo().args(["test", "--no-fail-fast", "--doc"]).args(PACKAGES))?;
         let mut own = process::cargo();
         own.args(["test", "--package", "xtask", "--profile", "dev"]);
         process::run(own.env(scphd_shared_data::SKIPPED, list))?;

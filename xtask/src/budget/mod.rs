@@ -86,7 +86,7 @@ pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, Stop> {
         let (board, precision) = (board_of(budget)?, budget.precision()?);
         let rig = budget.source().rig();
         let stream = streams::make(budget.source(), precision)?;
-        let host = streams::on_host(&stream, rig, precision, "release")?;
+        let host = streams::on_host(&stream, rig, precision)?;
         runs.push(Run { budget, board, key: key(board, rig, precision), stream, host });
     }
     // A run of QEMU uses one core, and does not influence the figures of another run.

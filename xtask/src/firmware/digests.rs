@@ -38,9 +38,6 @@ const LOGS: [&str; 2] = ["victoria_park", "mrclam_ds6_robot2"];
 /// Number of scans between snapshots of a black box.
 const SNAPSHOT_EVERY: usize = 50;
 
-/// Profiles on the host: without optimisation and with full optimisation.
-const PROFILES: [&str; 2] = ["dev", "release"];
-
 /// A part of the step. Returns the number of compared scans and the differences.
 type Check<'a> = Box<dyn Fn() -> Result<(usize, Vec<String>), String> + Sync + 'a>;
 
@@ -102,8 +99,8 @@ fn compare() -> Result<Outcome, Stop> {
     })
 }
 
-/// Compares every board with the host in both profiles, on the sources of a rig. Returns the number of compared scans and the
-/// differences.
+/// Compares every board with the host on the sources of a rig. Returns the number of compared scans and the differences. The step
+/// `digest` compares the profiles of the host.
 fn replays(
     qemu: &Tool,
     toolchain: &Toolchain,
@@ -118,22 +115,18 @@ fn replays(
     }
     for &source in sources.iter().filter(|source| source.rig() == rig) {
         let stream = streams::make(source, precision)?;
-        let mut replays: Vec<(&str, Replay)> = Vec::new();
-        for profile in PROFILES {
-            replays.push((profile, streams::on_host(&stream, rig, precision, profile)?));
-        }
-        replays.extend(emulator::replay(qemu, &images, &stream)?);
-        let (first, rest) = replays.split_first().ok_or("nothing to compare")?;
-        if first.1.scans.is_empty() {
+        let host = streams::on_host(&stream, rig, precision)?;
+        if host.scans.is_empty() {
             return Err(format!("no scan of {}", source.what));
         }
-        for (name, replay) in rest {
-            if let Some(difference) = first.1.first_difference(replay) {
+        let replays = emulator::replay(qemu, &images, &stream)?;
+        for (name, replay) in &replays {
+            if let Some(difference) = host.first_difference(replay) {
                 failures.push(format!("{} {} on {name}: {difference}", source.what, rig.replay(precision)));
             }
             compared += replay.scans.len();
         }
-        println!("{} {}: {} scans compared on {}", source.what, rig.replay(precision), first.1.scans.len(), rest.len());
+        println!("{} {}: {} scans compared on {}", source.what, rig.replay(precision), host.scans.len(), replays.len());
     }
     Ok((compared, failures))
 }
@@ -206,7 +199,7 @@ fn black_boxes(qemu: &Tool, toolchain: &Toolchain) -> Result<(usize, Vec<String>
 fn driven_by_a_timer(qemu: &Tool, toolchain: &Toolchain) -> Result<Option<String>, String> {
     let [board, ..] = &EMULATED;
     let stream = streams::make(SURVEY, Precision::F32)?;
-    let host = streams::on_host(&stream, PLANAR, Precision::F32, "release")?;
+    let host = streams::on_host(&stream, PLANAR, Precision::F32)?;
     let image = image::build(toolchain, board, "vehicle-loop", &Extra::default())?;
     let run = Replay::parse(&emulator::run(qemu, board, &image, &stream)?)?;
     let (Some(last), Some(end)) = (host.scans.last(), &run.end) else { return Err("nothing to compare".into()) };

@@ -36,7 +36,7 @@ pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(usize, Vec<String>),
         let source = Source { what: "faults", scans: SCANS, variant };
         let rig = source.rig();
         let stream = streams::make(source, Precision::F32)?;
-        let host = streams::on_host(&stream, rig, Precision::F32, "release")?;
+        let host = streams::on_host(&stream, rig, Precision::F32)?;
         if host.scans.len() != SCANS {
             return Err(format!("{} of {SCANS} scans of {}", host.scans.len(), stream.display()));
         }

@@ -41,7 +41,7 @@ pub fn step() -> Outcome {
 /// Runs the images on boards with known interrupts; checks that do not depend on the board use the first one only.
 pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
     let stream = streams::make(DRIVE, Precision::F32)?;
-    let host = streams::on_host(&stream, PLANAR, Precision::F32, "release")?;
+    let host = streams::on_host(&stream, PLANAR, Precision::F32)?;
     let last = host.scans.last().ok_or("nothing to compare")?;
     let [m7, m4f, ..] = &EMULATED;
     for (system, board) in [(RTIC, m7), (RTIC, m4f), (EMBASSY, m7)] {

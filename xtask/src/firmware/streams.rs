@@ -113,14 +113,14 @@ pub fn black_box(source: Source<'_>, snapshot_every: usize, joint: bool) -> Resu
     let arguments = ["--snapshot-every", &snapshot_every.to_string(), "--filter", filter];
     let path = write(source, Precision::F32, "-box", &arguments)?;
     let words = if joint { "box-joint-f32" } else { "box-f32" };
-    let text = alone(of_streams("release", &[]).arg(words).arg(&path))?;
+    let text = alone(of_streams(&[]).arg(words).arg(&path))?;
     Ok((path, Replay::parse(&text.lines().map(str::to_owned).collect::<Vec<_>>())?))
 }
 
 /// The part of a black box from the snapshot after this number of scans on.
 pub fn cut(black_box: &Path, after: usize) -> Result<PathBuf, String> {
     let left = black_box.with_extension(format!("{after}.scphd"));
-    alone(of_streams("release", &[]).arg("cut").arg(black_box).arg(after.to_string()).arg(&left))?;
+    alone(of_streams(&[]).arg("cut").arg(black_box).arg(after.to_string()).arg(&left))?;
     Ok(left)
 }
 
@@ -161,9 +161,9 @@ pub fn simulator() -> Result<Command, String> {
     BUILT.get_or_init(build).clone().map(process::command)
 }
 
-/// The replay program with this profile and these features.
-fn of_streams(profile: &str, room: &[&str]) -> Command {
-    let mut cargo = program("scphd-replay", profile);
+/// The replay program with these features.
+fn of_streams(room: &[&str]) -> Command {
+    let mut cargo = program("scphd-replay");
     cargo.args(["--features", &room.join(","), "--"]);
     cargo
 }
@@ -176,21 +176,21 @@ fn alone(cargo: &mut Command) -> Result<String, String> {
     process::read(cargo)
 }
 
-fn program(name: &str, profile: &str) -> Command {
+fn program(name: &str) -> Command {
     let mut cargo = process::cargo();
-    cargo.args(["run", "--quiet", "--package", "scphd-stream", "--bin", name, "--profile", profile]);
+    cargo.args(["run", "--quiet", "--package", "scphd-stream", "--bin", name, "--release"]);
     cargo
 }
 
 /// The output of a replay with bit flips on the host, with these features.
 pub fn flips_on_host(stream: &Path, features: &[&str]) -> Result<Vec<String>, String> {
-    let mut cargo = program("scphd-flips", "release");
+    let mut cargo = program("scphd-flips");
     let text = alone(cargo.args(["--features", &features.join(","), "--"]).arg(stream))?;
     Ok(text.lines().map(str::to_owned).collect())
 }
 
-/// Replays a stream on the host with the capacities of the vehicle, in a build of this profile.
-pub fn on_host(stream: &Path, rig: Rig, precision: Precision, profile: &str) -> Result<Replay, String> {
-    let text = alone(of_streams(profile, rig.room).arg(rig.replay(precision)).arg(stream))?;
+/// Replays a stream on the host with the capacities of the vehicle.
+pub fn on_host(stream: &Path, rig: Rig, precision: Precision) -> Result<Replay, String> {
+    let text = alone(of_streams(rig.room).arg(rig.replay(precision)).arg(stream))?;
     Replay::parse(&text.lines().map(str::to_owned).collect::<Vec<_>>())
 }

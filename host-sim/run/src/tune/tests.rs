@@ -136,13 +136,13 @@ fn wrong_settings_are_corrected_without_the_truth() {
     let mut far_off = misjudged(&log, 1.0);
     far_off.vehicle.speed_sigma_mps = 0.05;
     far_off.vehicle.turn_sigma = 0.002;
-    let tuned = tune::<Planar>(&log, &far_off, &plan(&log, 2), &|| ()).unwrap();
+    let tuned = tune::<Planar>(&log, &far_off, &plan(&log, 1), &|| ()).unwrap();
     let best = tuned.outcome.best.as_ref().unwrap();
     assert!(best.confirmed, "{:#?}", tuned.outcome.tried);
     let error = |runs| super::position_rmse_m(runs).unwrap();
     assert!(error(&best.then) < error(&best.now), "{} {}", error(&best.then), error(&best.now));
     let blind = Log { truth: Vec::new(), landmarks: Vec::new(), ..log.clone() };
-    let again = tune::<Planar>(&blind, &far_off, &plan(&blind, 2), &|| ()).unwrap();
+    let again = tune::<Planar>(&blind, &far_off, &plan(&blind, 1), &|| ()).unwrap();
     assert_eq!(again.outcome.settings, tuned.outcome.settings);
     assert_eq!(again.outcome.best.unwrap().gain, best.gain);
 }
