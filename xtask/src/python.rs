@@ -24,9 +24,7 @@ pub fn step(studies: bool) -> Outcome {
 
 /// cargo in the workspace of the package, for commands that need no Python.
 fn cargo(command: &str) -> Command {
-    let mut cargo = process::cargo();
-    cargo.args([command, "--quiet", "--locked", "--manifest-path", "bindings/python/Cargo.toml", "--target-dir"]);
-    cargo.arg(process::own_target_dir("python-lint"));
+    let mut cargo = process::cargo_to_check(command, "bindings/python/Cargo.toml");
     cargo.env("PYO3_NO_PYTHON", "1").env("PYO3_BUILD_EXTENSION_MODULE", "1");
     cargo
 }

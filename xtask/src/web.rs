@@ -27,6 +27,9 @@ const MEASURED_S: u32 = 5;
 /// Time limit of the browser.
 const LIMIT: Duration = Duration::from_secs(60);
 
+/// Manifest of the page's workspace.
+const MANIFEST: &str = "bindings/web/Cargo.toml";
+
 /// The step.
 pub fn step() -> Outcome {
     check().into()
@@ -35,21 +38,21 @@ pub fn step() -> Outcome {
 /// cargo, in the workspace of the page.
 fn cargo(command: &str) -> Command {
     let mut cargo = process::cargo();
-    cargo.args([command, "--quiet", "--locked", "--manifest-path", "bindings/web/Cargo.toml", "--target-dir"]);
+    cargo.args([command, "--quiet", "--locked", "--manifest-path", MANIFEST, "--target-dir"]);
     cargo.arg(process::own_target_dir("web-host"));
     cargo
 }
 
 /// clippy on the crate, with warnings as errors.
 pub fn clippy() -> Command {
-    let mut clippy = cargo("clippy");
+    let mut clippy = process::cargo_to_check("clippy", MANIFEST);
     clippy.args(["--all-targets", "--", "-D", "warnings"]);
     clippy
 }
 
 /// The documentation of the crate, with warnings as errors.
 pub fn doc() -> Command {
-    let mut doc = cargo("doc");
+    let mut doc = process::cargo_to_check("doc", MANIFEST);
     doc.env("RUSTDOCFLAGS", "-D warnings").arg("--no-deps");
     doc
 }

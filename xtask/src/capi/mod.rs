@@ -21,7 +21,7 @@ use archive::Builder;
 pub use install::{Place, install};
 pub use programs::Compiler;
 pub use workspace::TARGETS;
-use workspace::{cargo, tools_dir};
+use workspace::{MANIFEST, cargo, tools_dir};
 
 /// The step.
 pub fn step() -> Outcome {
@@ -41,14 +41,14 @@ pub fn quick() -> Result<Outcome, Stop> {
 
 /// clippy on every package of the workspace, with warnings as errors.
 pub fn clippy() -> Command {
-    let mut clippy = cargo("clippy");
+    let mut clippy = process::cargo_to_check("clippy", MANIFEST);
     clippy.args(["--workspace", "--all-targets", "--", "-D", "warnings"]);
     clippy
 }
 
 /// The documentation of the crate, with warnings as errors.
 pub fn doc() -> Command {
-    let mut doc = cargo("doc");
+    let mut doc = process::cargo_to_check("doc", MANIFEST);
     doc.env("RUSTDOCFLAGS", "-D warnings").arg("--no-deps");
     doc
 }

@@ -5,6 +5,9 @@ use std::process::Command;
 
 use crate::process;
 
+/// Its manifest.
+pub const MANIFEST: &str = "bindings/capi/Cargo.toml";
+
 /// The targets of archives other than the host: with and without a floating-point unit.
 pub const TARGETS: [&str; 2] = ["thumbv7em-none-eabihf", "thumbv7em-none-eabi"];
 
@@ -16,8 +19,6 @@ pub fn tools_dir() -> PathBuf {
 /// cargo, in the workspace of the C interface.
 pub fn cargo(builds: &str) -> Command {
     let mut cargo = process::cargo();
-    cargo
-        .args([builds, "--quiet", "--locked", "--manifest-path", "bindings/capi/Cargo.toml", "--target-dir"])
-        .arg(tools_dir());
+    cargo.args([builds, "--quiet", "--locked", "--manifest-path", MANIFEST, "--target-dir"]).arg(tools_dir());
     cargo
 }

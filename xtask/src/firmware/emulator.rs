@@ -1,6 +1,8 @@
 //! Runs an image in QEMU and decodes its defmt output.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
@@ -23,8 +25,24 @@ pub fn prepare() -> Result<Tool, Missing> {
     Ok(qemu)
 }
 
-/// Runs `image` on `board` with a stream in its memory, and returns what it printed, line by line.
+/// What images printed in this run, by image and stream. Several steps replay the same stream with the same image, and counted
+/// instructions make every run the same.
+static PRINTED: Mutex<BTreeMap<(PathBuf, PathBuf), Vec<String>>> = Mutex::new(BTreeMap::new());
+
+/// Runs `image` on `board` with a stream in its memory, unless this program has already done so, and returns what it printed,
+/// line by line.
 pub fn run(qemu: &Tool, board: &Board, image: &Image, stream: &Path) -> Result<Vec<String>, String> {
+    let printed = || PRINTED.lock().unwrap_or_else(PoisonError::into_inner);
+    let key = (image.path.clone(), stream.to_owned());
+    if let Some(lines) = printed().get(&key) {
+        return Ok(lines.clone());
+    }
+    let lines = run_anew(qemu, board, image, stream)?;
+    printed().insert(key, lines.clone());
+    Ok(lines)
+}
+
+fn run_anew(qemu: &Tool, board: &Board, image: &Image, stream: &Path) -> Result<Vec<String>, String> {
     let address = board.stream.ok_or_else(|| format!("QEMU has no {}", board.name))?;
     let mut qemu = qemu.command();
     qemu.args(["-machine", board.name, "-nographic", "-monitor", "none", "-serial", "none"]);

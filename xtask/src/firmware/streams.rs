@@ -1,6 +1,6 @@
 //! Streams for boards and host, and replays on the host.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -189,8 +189,20 @@ pub fn flips_on_host(stream: &Path, features: &[&str]) -> Result<Vec<String>, St
     Ok(text.lines().map(str::to_owned).collect())
 }
 
-/// Replays a stream on the host with the capacities of the vehicle.
+/// Replays a stream on the host with the capacities of the vehicle, unless this program has already done so.
 pub fn on_host(stream: &Path, rig: Rig, precision: Precision) -> Result<Replay, String> {
-    let text = alone(of_streams(rig.room).arg(rig.replay(precision)).arg(stream))?;
-    Replay::parse(&text.lines().map(str::to_owned).collect::<Vec<_>>())
+    static REPLAYED: Mutex<BTreeMap<(PathBuf, String), Vec<String>>> = Mutex::new(BTreeMap::new());
+    let replayed = || REPLAYED.lock().unwrap_or_else(PoisonError::into_inner);
+    let key = (stream.to_owned(), format!("{} {:?}", rig.replay(precision), rig.room));
+    let known = replayed().get(&key).cloned();
+    let lines = match known {
+        Some(lines) => lines,
+        None => {
+            let text = alone(of_streams(rig.room).arg(rig.replay(precision)).arg(stream))?;
+            text.lines().map(str::to_owned).collect()
+        }
+    };
+    let replay = Replay::parse(&lines)?;
+    replayed().insert(key, lines);
+    Ok(replay)
 }
