@@ -59,7 +59,9 @@ pub use config::JointConfig;
 pub use covariance::joint_numbers;
 pub use existence::Persistence;
 pub use filter::JointSlam;
-pub use hypotheses::{HypothesesConfig, HypothesesReport, HypothesesScrubber, JointHypotheses, MoversOf, MultiHypothesisSlam};
+pub use hypotheses::{
+    HypothesesConfig, HypothesesReport, HypothesesScrubber, JointHypotheses, MoversOf, MultiHypothesisSlam,
+};
 pub use movers::{JointMovers, Movers, NoMovers, Tracked};
 pub use report::JointReport;
 pub use state::JointState;

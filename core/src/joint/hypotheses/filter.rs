@@ -106,9 +106,8 @@ where
         }
         let ln_all = self.ln_all();
         let share = |place| (self.ln_weight(place) - ln_all).exp();
-        let mean = M::Pose::mean(
-            self.alive().filter_map(|place| Some((share(place), self.estimate_of(place)?.header.pose))),
-        );
+        let mean =
+            M::Pose::mean(self.alive().filter_map(|place| Some((share(place), self.estimate_of(place)?.header.pose))));
         let mut covariance = Symmetric::ZERO;
         for place in self.alive() {
             let Some(estimate) = self.estimate_of(place) else { continue };

@@ -15,7 +15,11 @@ impl<T: Real, P: Pose<Scalar = T>> Estimate<'_, P> {
 
 /// Whether the pose of `other` is within so many standard deviations of that of `one`. A pose with a covariance that is not positive definite,
 /// for example a certain one, is compared coordinate by coordinate.
-pub(super) fn are_alike<T: Real, P: Pose<Scalar = T>>(one: &Estimate<'_, P>, other: &Estimate<'_, P>, sigmas: T) -> bool {
+pub(super) fn are_alike<T: Real, P: Pose<Scalar = T>>(
+    one: &Estimate<'_, P>,
+    other: &Estimate<'_, P>,
+    sigmas: T,
+) -> bool {
     let apart = other.header.pose.difference(&one.header.pose);
     let covariance = one.pose_covariance();
     let squared = sigmas * sigmas;

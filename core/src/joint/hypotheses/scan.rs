@@ -96,7 +96,8 @@ where
             if !self.is_alive(place) {
                 continue;
             }
-            let (in_view, ln_missed) = self.with(place, |slam, causes| look(slam, causes, &models, births, measurements));
+            let (in_view, ln_missed) =
+                self.with(place, |slam, causes| look(slam, causes, &models, births, measurements));
             let ln_weight = self.ln_weight(place) + ln_missed;
             *branch = Branch { alive: true, ln_weight, in_view, tally: Tally::NOTHING };
         }

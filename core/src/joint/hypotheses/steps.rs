@@ -1,6 +1,7 @@
 //! The other steps of a filter with several hypotheses.
 
 use super::super::movers::Movers;
+use super::config::HypothesesConfig;
 use super::filter::MultiHypothesisSlam;
 use super::scan::{Branch, Branches};
 use crate::numerics::fnv::Fnv;
@@ -9,7 +10,6 @@ use crate::{
     Component, ConfigError, Fix, FixReport, JointConfig, LoadMapError, ModelError, Motion, ObserveError, Pose,
     PositionOf, PredictError, PredictReport, Real, ResetError, Symmetric, TangentOf, Vector,
 };
-use super::config::HypothesesConfig;
 
 impl<T, M, Z, V, const OTHERS: usize> MultiHypothesisSlam<'_, M, Z, V, OTHERS>
 where

@@ -28,13 +28,8 @@ pub struct JointHypotheses<
 }
 
 #[derive(Debug)]
-struct Hypothesis<
-    P: Pose,
-    const FEATURES: usize,
-    const NUMBERS: usize,
-    const MEASUREMENTS: usize,
-    const TRACKS: usize,
-> {
+struct Hypothesis<P: Pose, const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize, const TRACKS: usize>
+{
     weight: Weight<ScalarOf<P>>,
     header: Header<P>,
     landmarks: [Landmark<PositionOf<P>>; FEATURES],
