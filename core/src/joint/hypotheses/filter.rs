@@ -164,7 +164,7 @@ where
     pub(super) fn drop_unsound(&mut self) {
         let places = self.places();
         for (index, other) in self.others.iter_mut().enumerate() {
-            if index + 1 >= places || !other.weight.is_sound() {
+            if index + 1 >= places || !(other.weight.is_sound() && other.header.started) {
                 *other.weight = Weight::NONE;
             }
         }

@@ -44,6 +44,9 @@ where
                 return Err(Flaw::Weights);
             }
             if other.weight.alive {
+                if !other.header.started {
+                    return Err(Flaw::Cursor);
+                }
                 other.estimate().audit()?;
                 audit_movers(&other.movers)?;
             }
