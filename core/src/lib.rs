@@ -96,7 +96,7 @@ pub use filter::extract::{MapEstimate, PoseEstimate};
 pub use filter::observe::FixReport;
 pub use filter::scphd::ScPhd;
 pub use filter::state::State;
-pub use joint::{JointConfig, JointReport, JointSlam, JointState};
+pub use joint::{HypothesesReport, JointConfig, JointReport, JointSlam, JointState, MultiHypothesisSlam};
 pub use map::component::Component;
 pub use numerics::real::Real;
 pub use report::health::Health;
@@ -115,6 +115,7 @@ pub mod errors {
 /// Probes of the stages of a scan, and memory scrubbing.
 pub mod diagnostics {
     pub use crate::filter::scrub::{Scrubbed, Scrubber};
+    pub use crate::joint::HypothesesScrubber;
     #[cfg(feature = "embedded-hal")]
     pub use crate::report::probe::StagePins;
     #[cfg(feature = "defmt")]
@@ -135,7 +136,8 @@ pub mod storage {
     #[doc(hidden)]
     pub use crate::filter::together::{AllLists, COUNTS, Lent, Placed, TERMS};
     pub use crate::joint::{
-        Archive, Archived, JointArchive, JointMovers, Movers, NoArchive, NoMovers, Tracked, joint_numbers,
+        Archive, Archived, JointArchive, JointHypotheses, JointMovers, Movers, MoversOf, NoArchive, NoMovers, Tracked,
+        joint_numbers,
     };
     pub use crate::map::component::Correction;
     pub use crate::map::{Dynamic, Feature, MapMemory, MapStorage, NoMoving, PAGE_LEN, Static};

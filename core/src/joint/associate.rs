@@ -40,7 +40,7 @@ impl<T: Real, P: Pose<Scalar = T>, Y: Vector<Scalar = T>> Predicted<P, Y> {
     }
 
     /// S − R = Hx P_xx Hxᵀ + Hx P_xm Hmᵀ + Hm P_mx Hxᵀ + Hm P_mm Hmᵀ.
-    fn covariance(&self, blocks: &Blocks<P>) -> Symmetric<Y> {
+    pub(super) fn covariance(&self, blocks: &Blocks<P>) -> Symmetric<Y> {
         let Self { by_pose, by_feature, .. } = self;
         let mixed = sandwiched::<Y, P::Position, P::Tangent>(by_feature, &blocks.cross, by_pose);
         let own = sandwiched::<Y, P::Position, P::Position>(by_feature, &blocks.feature, by_feature);
@@ -85,15 +85,7 @@ where
     let frame = sensor.frame(&header.pose);
     let ln_birth = births.of_static.ln();
     for (row, z) in association_table.iter_mut().zip(measurements) {
-        let ln_clutter = models.clutter().ln_intensity(z);
-        // The comparison is written so that NaN means no clutter.
-        let ln_clutter = if ln_clutter < T::INFINITY { ln_clutter } else { T::NEG_INFINITY };
-        let mut lambda = LnSum::of(ln_clutter);
-        lambda.add(ln_birth);
-        if movers.are_tracked() {
-            lambda.add(births.of_moving.ln());
-        }
-        row.start(lambda.ln());
+        row.start(ln_lambda(models, ln_birth, births, movers.are_tracked(), z));
     }
     let mut tracks = movers.tracks();
     if let Some(tracks) = &mut tracks {
@@ -168,6 +160,24 @@ where
     // once.
     let expected_of_weak = (-ln_missed_weak).at_most(T::from_usize(weak));
     Associated { in_view: in_view - weak, weak, expected_of_weak, ln_evidence }
+}
+
+/// ln λ = ln( κ + w_b ) of a measurement, with `ln_birth` that of births of static features.
+#[inline]
+pub(super) fn ln_lambda<T, X>(models: &X, ln_birth: T, births: &Births<T>, are_tracked: bool, z: &X::Measurement) -> T
+where
+    T: Real,
+    X: MeasurementModel<Pose: Pose<Scalar = T>>,
+{
+    let ln_clutter = models.clutter().ln_intensity(z);
+    // The comparison is written so that NaN means no clutter.
+    let ln_clutter = if ln_clutter < T::INFINITY { ln_clutter } else { T::NEG_INFINITY };
+    let mut lambda = LnSum::of(ln_clutter);
+    lambda.add(ln_birth);
+    if are_tracked {
+        lambda.add(births.of_moving.ln());
+    }
+    lambda.ln()
 }
 
 /// The predicted measurement of a feature in view, and p_D.

@@ -3,6 +3,7 @@
 
 use super::associations::detected;
 use super::covariance::symmetric;
+use super::existence::Beside;
 use super::innovation_statistics::{InnovationStatistics, innovation_statistics, is_informative_for_pose};
 use super::movers::Movers;
 use super::position_update::correct_position;
@@ -40,24 +41,43 @@ where
         if tells {
             move_by(sensor, memory, index, measurements, gate, &mut tally);
         }
-        if let Some(landmark) = memory.landmarks.get_mut(index) {
-            let before = landmark.existence.visible;
-            landmark.existence = landmark.existence.scanned(detection, detected, &beside);
-            let given_up = detection * (before - landmark.existence.visible);
-            landmark.detections += detected;
-            let seen = Recognised { expected: detection * before, detected, given_up };
-            tally.count(memory.header.watch.knows(landmark.label, memory.header.next_label), seen);
-            let there = landmark.existence.total();
-            if movers.are_tracked() && beside.expected > T::ZERO && there > T::ZERO {
-                correct_position(sensor, memory, index, measurements, detected, T::ONE / there - T::ONE, gate);
-            }
+        let position_factor = update_existence(memory, index, detected, &beside, &mut tally);
+        if let Some(times) = position_factor.filter(|_| movers.are_tracked()) {
+            correct_position(sensor, memory, index, measurements, detected, times, gate);
         }
     }
     tally
 }
 
+/// Updates the existence probability of one landmark with its share of the detections. If it may be a moving
+/// object instead, returns the multiple of its association probabilities with which only its position is still to be corrected.
+#[inline]
+pub(super) fn update_existence<T, P, Z>(
+    memory: &mut Memory<'_, P, Z>,
+    index: usize,
+    detected: T,
+    beside: &Beside<T>,
+    tally: &mut Tally<T>,
+) -> Option<T>
+where
+    T: Real,
+    P: Pose<Scalar = T>,
+    Z: Vector<Scalar = T>,
+{
+    let Memory { header, landmarks, .. } = memory;
+    let landmark = landmarks.get_mut(index)?;
+    let (detection, before) = (landmark.detection, landmark.existence.visible);
+    landmark.existence = landmark.existence.scanned(detection, detected, beside);
+    let given_up = detection * (before - landmark.existence.visible);
+    landmark.detections += detected;
+    let seen = Recognised { expected: detection * before, detected, given_up };
+    tally.count(header.watch.knows(landmark.label, header.next_label), seen);
+    let there = landmark.existence.total();
+    (beside.expected > T::ZERO && there > T::ZERO).then(|| T::ONE / there - T::ONE)
+}
+
 /// Corrects pose and map with the measurements that are associated with one feature, if the result is valid.
-fn move_by<T, S, Z>(
+pub(super) fn move_by<T, S, Z>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
     index: usize,

@@ -45,6 +45,11 @@ pub(super) const fn first<P: Pose>(feature: usize) -> usize {
     P::Tangent::DIMENSION + P::Position::DIMENSION * feature
 }
 
+/// Of the numbers of a joint covariance, those of so many features.
+pub(super) fn used<P: Pose>(numbers: &[ScalarOf<P>], features: usize) -> &[ScalarOf<P>] {
+    numbers.get(..row_start(first::<P>(features))).unwrap_or(&[])
+}
+
 impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
     /// Number of coordinates of the pose; `D` is that of a feature.
     const K: usize = P::Tangent::DIMENSION;
@@ -75,7 +80,7 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
 
     /// The elements for this number of features.
     pub(super) fn used(&self, features: usize) -> &[T] {
-        self.numbers.get(..row_start(first::<P>(features))).unwrap_or(&[])
+        used::<P>(self.numbers, features)
     }
 
     /// The same, mutable.

@@ -20,6 +20,7 @@ mod data_association;
 mod difference;
 mod existence;
 mod filter;
+mod hypotheses;
 mod innovation_statistics;
 mod invariant_error;
 #[cfg(test)]
@@ -59,6 +60,9 @@ pub use config::JointConfig;
 pub use covariance::joint_numbers;
 pub use existence::Persistence;
 pub use filter::JointSlam;
+pub use hypotheses::{
+    HypothesesConfig, HypothesesReport, HypothesesScrubber, JointHypotheses, MoversOf, MultiHypothesisSlam,
+};
 pub use movers::{JointMovers, Movers, NoMovers, Tracked};
 pub use report::JointReport;
 pub use state::JointState;

@@ -105,6 +105,12 @@ impl<P: Pose> Movers<P> for NoMovers {
 
 impl<P: Pose> sealed::Sealed for Tracked<'_, P> {}
 
+impl<P: Pose> Tracked<'_, P> {
+    pub(super) fn config(&self) -> MovingConfig<ScalarOf<P>> {
+        self.0.config
+    }
+}
+
 impl<P: Pose> Movers<P> for Tracked<'_, P> {
     fn are_tracked(&self) -> bool {
         true

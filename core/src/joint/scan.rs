@@ -4,6 +4,7 @@
 use super::archive::Archive;
 use super::archiving::{Archiving, archive_distant, mark_anchors};
 use super::associate::{Associated, associate};
+use super::config::JointConfig;
 use super::correct::correct;
 use super::filter::JointSlam;
 use super::loop_closure::close_loop;
@@ -11,6 +12,7 @@ use super::map_management::{drop_degenerate, drop_unlikely, initiate, merge};
 use super::movers::Movers;
 use super::reactivation::propose;
 use super::report::JointReport;
+use super::state::Memory;
 use crate::models::OnVehicle;
 use crate::{Clutter, Detector, Health, MeasurementModel, Motion, Pose, Real, ScanError, Sensor, Vector};
 
@@ -39,16 +41,8 @@ where
         let births = &detector.births;
         let Self { config, memory, archive, movers, .. } = self;
         memory.clamp();
-        if let Some(mut tracks) = movers.tracks() {
-            tracks.advance(memory.header.waited_s, config.least_existence);
-        }
+        advance(config, memory, movers);
         let mut view = archive.view();
-        let passage = config.persistence.over(memory.header.waited_s);
-        memory
-            .landmarks
-            .iter_mut()
-            .take(memory.header.len)
-            .for_each(|landmark| landmark.existence = landmark.existence.after(&passage));
         let window = memory.header.len;
         let mut candidates = view.as_mut().map(|view| {
             view.pass(memory.header.waited_s);
@@ -131,4 +125,24 @@ where
         }
         Ok(models)
     }
+}
+
+/// Predicts tracks and existence to the time of the scan.
+#[inline]
+pub(super) fn advance<T, P, Z, V>(config: &JointConfig<T>, memory: &mut Memory<'_, P, Z>, movers: &mut V)
+where
+    T: Real,
+    P: Pose<Scalar = T>,
+    Z: Vector<Scalar = T>,
+    V: Movers<P>,
+{
+    if let Some(mut tracks) = movers.tracks() {
+        tracks.advance(memory.header.waited_s, config.least_existence);
+    }
+    let passage = config.persistence.over(memory.header.waited_s);
+    memory
+        .landmarks
+        .iter_mut()
+        .take(memory.header.len)
+        .for_each(|landmark| landmark.existence = landmark.existence.after(&passage));
 }

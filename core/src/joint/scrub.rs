@@ -97,7 +97,7 @@ where
     pub fn seal(&self) -> u64 {
         let mut seal = Sealing::EMPTY;
         let Memory { header, joint, .. } = &self.memory;
-        self.memory.walk_known(&mut seal);
+        header.walk(&mut seal);
         seal.count(header.len);
         joint.used(0).iter().for_each(|&number| seal.scalar(number));
         if let Some(index) = self.archive.index() {

@@ -14,10 +14,10 @@ use crate::{Flaw, Motion, Pose, Real, RestoreError, SaveError, TangentOf, Vector
 /// The third size of a head has the number of moving-object tracks plus one from this bit on; 0 without tracks.
 const MOVERS_AT: u32 = 16;
 
-/// The shape of a snapshot of this filter.
-fn shape<P: Pose>(kind: u32) -> Shape {
+/// The shape of a snapshot with joint maps.
+pub(super) fn shape<P: Pose>(content: Content, kind: u32) -> Shape {
     Shape {
-        content: Content::Joint,
+        content,
         scalar: size_of::<P::Scalar>() as u8,
         dimensions: [TangentOf::<P>::DIMENSION as u8, P::Position::DIMENSION as u8, numbers::<P>()],
         kind,
@@ -40,7 +40,7 @@ where
     /// or removes the feature.
     pub fn audit(&self) -> Result<(), Flaw> {
         if self.memory.header.started {
-            self.memory.audit()?;
+            self.memory.estimate().audit()?;
             audit_archive(self.archive.kept())?;
             audit_movers(&self.movers)?;
         }
@@ -62,7 +62,7 @@ where
         let with_archive = u32::from(self.archive.index().is_some());
         let with_movers = if self.movers.are_tracked() { 1 + self.movers.kept().len() as u32 } else { 0 };
         let sizes = [features, archived, with_archive | with_movers << MOVERS_AT];
-        let head = Head { shape: shape::<M::Pose>(kind), flags: 0, len: 0, sizes };
+        let head = Head { shape: shape::<M::Pose>(Content::Joint, kind), flags: 0, len: 0, sizes };
         write(head, self, [&mut [], &mut []], sink)
     }
 
@@ -79,7 +79,7 @@ where
         mut source: impl FnMut(usize, &mut [u8]) -> Result<(), E>,
     ) -> Result<usize, RestoreError<E>> {
         let memory = &mut self.memory;
-        let head = checked(&mut source, shape::<M::Pose>(kind))?;
+        let head = checked(&mut source, shape::<M::Pose>(Content::Joint, kind))?;
         let [features, archived, others] = head.sizes.map(|size| usize::try_from(size).unwrap_or(usize::MAX));
         let (with_archive, with_movers) = (others & ((1 << MOVERS_AT) - 1), others >> MOVERS_AT);
         RestoreError::check_room("features", features, memory.landmarks.len())?;
@@ -107,7 +107,7 @@ where
         }
         let kept = || view.as_ref().and_then(|view| view.entries.get(..view.index.len)).unwrap_or(&[]);
         let taken = reader.end().and_then(|()| {
-            let sound = if memory.header.started { memory.audit() } else { Err(Flaw::Cursor) };
+            let sound = if memory.header.started { memory.estimate().audit() } else { Err(Flaw::Cursor) };
             let sound = sound.and_then(|()| audit_archive(kept())).and_then(|()| audit_movers(&self.movers));
             sound.map_err(RestoreError::Flawed)
         });
@@ -128,7 +128,7 @@ where
     V: Movers<M::Pose>,
 {
     fn walk(&self, visit: &mut impl Visit) {
-        self.memory.walk(visit);
+        self.memory.estimate().walk(visit);
         if let Some(index) = self.archive.index() {
             walk_archive(self.archive.kept(), index, visit);
         }

@@ -65,6 +65,22 @@ pub(super) struct Header<P: Pose> {
     pub(super) watch: Watch<ScalarOf<P>>,
 }
 
+impl<T: Real, P: Pose<Scalar = T>> Header<P> {
+    /// Of a state without a pose.
+    pub(super) const ZERO: Self = Self {
+        started: false,
+        pose: P::ZERO,
+        remainder: [T::ZERO; 2],
+        moved: [T::ZERO; 2],
+        len: 0,
+        waited_s: T::ZERO,
+        motion_noise: Symmetric::ZERO,
+        refused: 0,
+        next_label: 0,
+        watch: Watch::ZERO,
+    };
+}
+
 /// A borrowed state, of any capacity.
 #[derive(Debug)]
 pub(super) struct Memory<'s, P: Pose, Z: Vector> {
@@ -90,20 +106,8 @@ where
             assert!(NUMBERS == numbers, "NUMBERS must be joint_numbers of pose, feature and FEATURES");
             assert!(FEATURES <= u16::MAX as usize, "at most 65535 features");
         }
-        let header = Header {
-            started: false,
-            pose: P::ZERO,
-            remainder: [T::ZERO; 2],
-            moved: [T::ZERO; 2],
-            len: 0,
-            waited_s: T::ZERO,
-            motion_noise: Symmetric::ZERO,
-            refused: 0,
-            next_label: 0,
-            watch: Watch::ZERO,
-        };
         Self {
-            header,
+            header: Header::ZERO,
             landmarks: [Landmark::ZERO; FEATURES],
             covariance: [T::ZERO; NUMBERS],
             pending: [[Zero::ZERO; TERMS]; FEATURES],

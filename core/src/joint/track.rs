@@ -261,6 +261,24 @@ where
     moment_match(&head, core::iter::once(unseen).chain(others))
 }
 
+/// The log-likelihood of a measurement of this moving object; `None` beyond the gate.
+pub(super) fn ln_density<T, S>(
+    sensor: &S,
+    frame: &S::Frame,
+    component: &Component<MovingOf<S::Pose>>,
+    process_noise: &Symmetric<TangentOf<S::Pose>>,
+    z: &S::Measurement,
+    gate: T,
+) -> Option<T>
+where
+    T: Real,
+    S: Sensor<Pose: Pose<Scalar = T>>,
+{
+    let Sight { predicted, factor, .. } = Sight::of(sensor, frame, component, process_noise)?;
+    let distance = factor.mahalanobis(&sensor.innovation(z, &predicted.measurement));
+    (distance <= gate).then(|| factor.ln_peak() - distance * T::from_f64(0.5))
+}
+
 /// The hypothesis that the object of a static feature moves, after the association of a scan.
 pub(super) fn beside<T, P, V, Y>(movers: &V, index: usize, table: &[AssociationRow<T>], measurements: &[Y]) -> Beside<T>
 where

@@ -1,20 +1,35 @@
 //! Traversal of all data of the joint filter that influences later results, and restoring it from a snapshot.
 
 use super::archive::{Anchor, ArchiveView, Entry, Index, Split};
+use super::covariance::used;
 use super::existence::Existence;
 use super::movers::{Common, Mover, Movers, Tracks};
-use super::state::{Landmark, Memory};
+use super::state::{Header, Landmark, Memory};
 use crate::numerics::range::is_within_range;
 use crate::report::watch::Watch;
 use crate::snapshot::read::Reader;
 use crate::snapshot::visit::Visit;
-use crate::{Component, Flaw, Linear, Matrix, Pose, Real, Symmetric, Vector, Zero};
+use crate::{Component, Flaw, Linear, Matrix, Pose, PositionOf, Real, ScalarOf, Symmetric, Vector, Zero};
 
-impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
+/// One joint Gaussian with its map, without the working memory.
+#[derive(Clone, Copy)]
+pub(super) struct Estimate<'e, P: Pose> {
+    pub(super) header: &'e Header<P>,
+    pub(super) landmarks: &'e [Landmark<PositionOf<P>>],
+    /// The joint covariance.
+    pub(super) numbers: &'e [ScalarOf<P>],
+}
+
+impl<T: Real, P: Pose<Scalar = T>> Estimate<'_, P> {
+    /// The joint covariance of so many features.
+    pub(super) fn used(&self, features: usize) -> &[T] {
+        used::<P>(self.numbers, features)
+    }
+
     /// Visits the state.
     pub(super) fn walk(&self, visit: &mut impl Visit) {
-        let Self { header, landmarks, joint, .. } = self;
-        self.walk_known(visit);
+        let Self { header, landmarks, .. } = self;
+        header.walk(visit);
         for landmark in landmarks.iter().take(header.len) {
             visit.word(landmark.label);
             landmark.mean.as_slice().iter().for_each(|&coordinate| visit.scalar(coordinate));
@@ -22,20 +37,50 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
             [visible, occluded, absent, landmark.detections].into_iter().for_each(|number| visit.scalar(number));
             landmark.moved.as_slice().iter().for_each(|&by| visit.beside_scalar(by));
         }
-        joint.used(header.len).iter().for_each(|&number| visit.scalar(number));
+        self.used(header.len).iter().for_each(|&number| visit.scalar(number));
     }
 
+    /// Checks all numbers of the state, at a cost that is linear in its size. The error is the first flaw that is found.
+    pub(super) fn audit(&self) -> Result<(), Flaw> {
+        let Self { header, landmarks, .. } = self;
+        let landmarks = landmarks.get(..header.len).ok_or(Flaw::Cursor)?;
+        if !(header.waited_s >= T::ZERO && header.waited_s.is_finite()) {
+            return Err(Flaw::Cursor);
+        }
+        let finite = |numbers: &[T]| numbers.iter().all(|number| number.is_finite());
+        let pose = header.pose.is_finite()
+            && is_within_range(&header.pose.coordinates())
+            && finite(&header.moved)
+            && finite(header.motion_noise.as_lower());
+        if !(pose && finite(self.used(0))) {
+            return Err(Flaw::Pose);
+        }
+        if landmarks.iter().all(Landmark::may_be) && finite(self.used(header.len)) {
+            Ok(())
+        } else {
+            Err(Flaw::Component)
+        }
+    }
+}
+
+impl<T: Real, P: Pose<Scalar = T>> Header<P> {
     /// Visits the pose, and all other data of the header.
-    pub(super) fn walk_known(&self, visit: &mut impl Visit) {
-        let header = &*self.header;
-        visit.word(u32::from(header.started));
-        visit.pose(&header.pose);
-        visit.remainder(&header.remainder);
-        visit.scalar(header.waited_s);
-        visit.word(header.next_label);
-        visit.beside(u32::try_from(header.refused).unwrap_or(u32::MAX));
-        header.watch.walk(visit);
-        header.moved.iter().chain(header.motion_noise.as_lower()).for_each(|&number| visit.beside_scalar(number));
+    pub(super) fn walk(&self, visit: &mut impl Visit) {
+        visit.word(u32::from(self.started));
+        visit.pose(&self.pose);
+        visit.remainder(&self.remainder);
+        visit.scalar(self.waited_s);
+        visit.word(self.next_label);
+        visit.beside(u32::try_from(self.refused).unwrap_or(u32::MAX));
+        self.watch.walk(visit);
+        self.moved.iter().chain(self.motion_noise.as_lower()).for_each(|&number| visit.beside_scalar(number));
+    }
+}
+
+impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
+    pub(super) fn estimate(&self) -> Estimate<'_, P> {
+        let Self { header, landmarks, joint, .. } = self;
+        Estimate { header, landmarks, numbers: joint.numbers }
     }
 
     /// Reads the state from a snapshot with this number of features. The caller must audit the result.
@@ -61,29 +106,6 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
                 Landmark { label, mean, existence, detections: from.scalar(), moved: from.vector(), ..Landmark::ZERO };
         }
         joint.used_mut(header.len).iter_mut().for_each(|number| *number = from.scalar());
-    }
-
-    /// Checks all numbers of the state, at a cost that is linear in its size. The error is the first flaw that is
-    /// found.
-    pub(super) fn audit(&self) -> Result<(), Flaw> {
-        let Self { header, landmarks, joint, .. } = self;
-        let landmarks = landmarks.get(..header.len).ok_or(Flaw::Cursor)?;
-        if !(header.waited_s >= T::ZERO && header.waited_s.is_finite()) {
-            return Err(Flaw::Cursor);
-        }
-        let finite = |numbers: &[T]| numbers.iter().all(|number| number.is_finite());
-        let pose = header.pose.is_finite()
-            && is_within_range(&header.pose.coordinates())
-            && finite(&header.moved)
-            && finite(header.motion_noise.as_lower());
-        if !(pose && finite(joint.used(0))) {
-            return Err(Flaw::Pose);
-        }
-        if landmarks.iter().all(Landmark::may_be) && finite(joint.used(header.len)) {
-            Ok(())
-        } else {
-            Err(Flaw::Component)
-        }
     }
 }
 

@@ -35,6 +35,8 @@ pub(crate) enum Content {
     Map,
     /// The navigator of an underwater vehicle.
     Navigator,
+    /// A filter of several joint maps.
+    Hypotheses,
 }
 
 /// Properties that must be the same in the filter that wrote a snapshot and the one that reads it.

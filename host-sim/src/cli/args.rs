@@ -582,6 +582,9 @@ pub struct Tuning {
     /// scenarios of 5.3.1, otherwise off]. Overrides the settings file.
     #[arg(long, value_enum)]
     pub moving: Option<Switch>,
+    /// Hypotheses of data association of a joint map in the plane, 16 at most [default: 1]. Overrides the settings file.
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
+    pub hypotheses: Option<usize>,
     /// TOML file whose fields override the defaults for the log; all are optional. `scphd-sim settings` prints all with their
     /// values; units are in the names, intensities are per m rad.
     #[arg(long, value_name = "FILE.toml")]
@@ -742,6 +745,7 @@ impl Tuning {
         let given = [
             (self.particles.is_some(), "--particles"),
             (self.samples.is_some(), "--samples"),
+            (self.hypotheses.is_some(), "--hypotheses"),
             (self.moving == Some(Switch::On), "--moving on"),
             (self.moving == Some(Switch::Off), "--moving off"),
         ];

@@ -34,6 +34,9 @@ pub trait Offer: Lockstep + Learn + Checked + Exported {
     /// Switches moving features on or off.
     fn set_moving(settings: &mut Self::Settings, moving: bool) -> Result<(), &'static str>;
 
+    /// Sets the number of hypotheses of a joint map.
+    fn set_hypotheses(settings: &mut Self::Settings, hypotheses: usize) -> Result<(), &'static str>;
+
     /// The log as a stream for a vehicle computer.
     fn stream(
         log: &Self::Log,
@@ -77,6 +80,11 @@ impl Offer for Planar {
 
     fn set_moving(settings: &mut Settings, moving: bool) -> Result<(), &'static str> {
         settings.set_moving(moving);
+        Ok(())
+    }
+
+    fn set_hypotheses(settings: &mut Settings, hypotheses: usize) -> Result<(), &'static str> {
+        settings.joint.hypotheses = hypotheses;
         Ok(())
     }
 
@@ -127,6 +135,10 @@ impl Offer for Underwater {
 
     fn set_moving(_settings: &mut in_space::Settings, moving: bool) -> Result<(), &'static str> {
         if moving { Err("underwater runs take everything for static") } else { Ok(()) }
+    }
+
+    fn set_hypotheses(_settings: &mut in_space::Settings, hypotheses: usize) -> Result<(), &'static str> {
+        if hypotheses == 1 { Ok(()) } else { Err("under water the joint map has one") }
     }
 
     fn stream(

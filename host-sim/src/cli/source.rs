@@ -231,11 +231,12 @@ pub fn scenario<K: Offer>(name: &str, seed: u64) -> Result<K::Log, Failure> {
 
 /// The command that prints the settings of a run.
 pub fn settings_command(source: &str, tuning: &Tuning) -> String {
-    let Tuning { particles, samples, moving, settings } = tuning;
+    let Tuning { particles, samples, moving, hypotheses, settings } = tuning;
     let words = [
         particles.map(|particles| format!("--particles {particles}")),
         samples.map(|samples| format!("--samples {samples}")),
         moving.map(|moving| format!("--moving {}", if moving == Switch::On { "on" } else { "off" })),
+        hypotheses.map(|hypotheses| format!("--hypotheses {hypotheses}")),
         settings.as_ref().map(|path| format!("--settings {}", path.display())),
     ];
     let words: String = words.into_iter().flatten().map(|word| format!(" {word}")).collect();
@@ -266,6 +267,7 @@ pub fn tuned<K: Offer>(
         (tuning.particles.is_some(), "filter.particles", "--particles"),
         (tuning.samples.is_some(), "filter.samples", "--samples"),
         (tuning.moving.is_some(), "moving.birth_intensity", "--moving"),
+        (tuning.hypotheses.is_some(), "joint.hypotheses", "--hypotheses"),
     ];
     for (_, field, option) in given.into_iter().filter(|(given, ..)| *given) {
         origins.set(field, Origin::CommandLine(option));
@@ -276,6 +278,10 @@ pub fn tuned<K: Offer>(
     if let Some(moving) = tuning.moving {
         K::set_moving(&mut settings, moving == Switch::On)
             .map_err(|why| Failure::input(format_args!("--moving on: {why}")))?;
+    }
+    if let Some(hypotheses) = tuning.hypotheses {
+        K::set_hypotheses(&mut settings, hypotheses)
+            .map_err(|why| Failure::input(format_args!("--hypotheses {hypotheses}: {why}")))?;
     }
     K::check(log, &settings).map_err(|error| out_of_range(&error, tuning))?;
     Ok(settings)
@@ -297,6 +303,9 @@ fn out_of_range(error: &OutOfRange, tuning: &Tuning) -> Failure {
     match &**field {
         "filter.particles" if tuning.particles.is_some() => {
             Failure::input(format_args!("--particles {found}: must be {range}"))
+        }
+        "joint.hypotheses" if tuning.hypotheses.is_some() => {
+            Failure::input(format_args!("--hypotheses {found}: must be {range}"))
         }
         "filter.samples" if tuning.samples.is_some() => {
             Failure::input(format_args!("--samples {found}: must be {range}"))

@@ -39,6 +39,9 @@ pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: u
     if settings.calibration.is_some() {
         return Err(Refusal("calibration: a stream has no vehicle that learns what its odometry is off by".into()));
     }
+    if settings.joint.hypotheses > 1 {
+        return Err(Refusal("joint.hypotheses: a stream has one".into()));
+    }
     let Settings { sensor, moving, joint, .. } = settings;
     let first = detector(settings, sensor);
     let head = head(&settings.filter, seed, scalar);

@@ -225,6 +225,7 @@ impl Settings {
             lifetime_s: of(NEVER_S, persistence.lifetime_s),
             occlusion_factor: of(1.0, occlusion_factor),
             merge_distance,
+            hypotheses: 1,
         };
         let others = log.others.iter().map(|other| {
             let of = self::sensor(log.simulated, &other.sensor, &other.nominal);

@@ -106,6 +106,7 @@ pub(super) const LIMITS: &[Limit<Settings>] = &[
     limit!(joint.lifetime_s, "1e-3 to 1e9 s", |x| (1e-3..=1e9).contains(&x)),
     limit!(joint.occlusion_factor, "0 to 1", |x| (0.0..=1.0).contains(&x)),
     limit!(joint.merge_distance, "0 to 1e6", |x| (0.0..=1e6).contains(&x)),
+    limit!(joint.hypotheses, "1 to 16", |x| (1.0..=16.0).contains(&x)),
     limit!(vehicle.speed_sigma_mps, "0 to 1000 m/s", |x| (0.0..=1e3).contains(&x)),
     limit!(vehicle.speed_sigma_ratio, "0 to 10", |x| (0.0..=1e1).contains(&x)),
     limit!(vehicle.turn_sigma, "0 to 100 rad or rad/s", |x| (0.0..=1e2).contains(&x)),

@@ -190,6 +190,8 @@ pub struct JointSettings {
     pub occlusion_factor: f64,
     /// Greatest squared Mahalanobis distance at which two features are merged.
     pub merge_distance: f64,
+    /// Most hypotheses of data association.
+    pub hypotheses: usize,
 }
 
 /// `[vehicle]`: see [`scphd::models::ControlNoise`].

@@ -21,6 +21,7 @@ const USES: &[(&str, &[Family])] = &[
     ("--moving on", &[Core, Joint, Reference]),
     // Filters without moving features accept it.
     ("--moving off", &[Core, Joint, Reference, Ekf]),
+    ("--hypotheses", &[Joint]),
     ("--save-map", &[Joint]),
     ("--map", &[Joint]),
     ("--locate", &[Joint]),

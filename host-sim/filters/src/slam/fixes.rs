@@ -8,7 +8,7 @@ use scphd::models::{
 };
 use scphd::numerics::{Symmetric, Vector};
 use scphd::storage::{Movers, NoArchive};
-use scphd::{FixReport, JointSlam, PoseEstimate, Real, ScPhd};
+use scphd::{FixReport, JointSlam, MultiHypothesisSlam, PoseEstimate, Real, ScPhd};
 use scphd_log::dimensions::{Covariance, Dimensions, Planar, Underwater};
 use scphd_log::log::{FixNoise, PoseFix};
 use std::convert::Infallible;
@@ -71,6 +71,23 @@ impl<M: Motion> Observes<M::Pose> for ScPhd<'_, M> {
 }
 
 impl<M, Z, V> Observes<M::Pose> for JointSlam<'_, M, Z, NoArchive, V>
+where
+    M: Motion,
+    Z: Vector<Scalar = ScalarOf<M::Pose>>,
+    V: Movers<M::Pose>,
+{
+    fn take<F: Fix<Pose = M::Pose> + Copy>(
+        &mut self,
+        fix: &F,
+        measured: &F::Measurement,
+    ) -> Result<FixReport<ScalarOf<M::Pose>>, ObserveError> {
+        self.observe(fix, measured)
+    }
+
+    put!();
+}
+
+impl<M, Z, V, const OTHERS: usize> Observes<M::Pose> for MultiHypothesisSlam<'_, M, Z, V, OTHERS>
 where
     M: Motion,
     Z: Vector<Scalar = ScalarOf<M::Pose>>,

@@ -7,6 +7,7 @@ mod core_filter;
 mod filter;
 mod fix_watch;
 mod fixes;
+mod hypotheses_filter;
 mod in_map;
 mod joint_filter;
 mod joint_room;

@@ -4,6 +4,7 @@ use super::contract::{Refusal, refusal};
 use super::core_filter::{Transparent, start as core_of};
 use super::filter::Precision;
 use super::fixes::{Fixed, PlanarFixes};
+use super::hypotheses_filter::{FEATURES_OF_EACH, start as hypotheses_of};
 use super::in_map::{InMap, PlanarMap};
 use super::joint_filter::{OpenJoint, start as joint_of};
 use super::joint_room::{FEATURES, JointRoom};
@@ -40,6 +41,9 @@ type HostState<T> = State<
 /// Capacity for numbers of a joint state without and with calibration of the odometry.
 const NUMBERS: usize = joint_numbers(3, 2, FEATURES);
 const CALIBRATED_NUMBERS: usize = joint_numbers(6, 2, FEATURES);
+/// The same of each of several hypotheses.
+const HYPOTHESIS_NUMBERS: usize = joint_numbers(3, 2, FEATURES_OF_EACH);
+const CALIBRATED_HYPOTHESIS_NUMBERS: usize = joint_numbers(6, 2, FEATURES_OF_EACH);
 
 type PlanarSensing<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
 /// Converts a row of odometry to a control.
@@ -101,11 +105,11 @@ fn joint_of_models<T: Real>(
         return joint_of_calibrated(models, settings, calibration);
     }
     let maps = Some(Box::new(PlanarMap::<T>::new()) as _);
-    joint_over::<_, _, _, NUMBERS>(&models, settings, maps, None)
+    joint_over::<_, _, _, NUMBERS, HYPOTHESIS_NUMBERS>(&models, settings, maps, None)
 }
 
 /// Starts it with moving-object tracks if they have births.
-fn joint_over<T, M, X, const NUMBERS: usize>(
+fn joint_over<T, M, X, const NUMBERS: usize, const OF_EACH: usize>(
     models: &Models<Planar, M, X>,
     settings: &Settings,
     maps: Option<Box<dyn InMap<X>>>,
@@ -117,6 +121,10 @@ where
     X: MeasurementModel<Pose = M::Pose> + Copy + 'static,
 {
     let moving = (settings.moving.birth_intensity > 0.0).then(|| planar_config(settings).moving);
+    if settings.joint.hypotheses > 1 {
+        let (config, most) = (joint_config(&settings.joint), settings.joint.hypotheses);
+        return hypotheses_of::<_, _, _, OF_EACH>(models, config, most, moving, prior);
+    }
     let state = Box::new(JointRoom::<M, X::Measurement, NUMBERS>::new(moving));
     joint_of(models, joint_config(&settings.joint), state, maps, prior)
 }
@@ -147,7 +155,12 @@ fn joint_of_calibrated<T: Real>(
         start: CalibratedPose::at(start),
         control,
     };
-    joint_over::<_, _, _, CALIBRATED_NUMBERS>(&models, settings, None, Some(motion.prior()))
+    joint_over::<_, _, _, CALIBRATED_NUMBERS, CALIBRATED_HYPOTHESIS_NUMBERS>(
+        &models,
+        settings,
+        None,
+        Some(motion.prior()),
+    )
 }
 
 /// The configuration of the joint filter.

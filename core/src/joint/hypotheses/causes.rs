@@ -1,0 +1,189 @@
+//! The likeliest causes of a measurement in one hypothesis.
+
+use super::super::associate::Predicted;
+use super::super::associations::{Association, AssociationRow};
+use super::super::config::JointConfig;
+use super::super::movers::{MOVES, Movers, NONE};
+use super::super::state::{Landmark, Memory};
+use super::super::track::ln_density;
+use crate::models::OwnNoise;
+use crate::{LnSum, MeasurementModel, Pose, PositionOf, Real, ScalarOf, Sensor, Vector};
+
+/// Most landmarks that a hypothesis considers as the cause of a measurement.
+pub(super) const CAUSES: usize = 3;
+
+/// The cause of a measurement. A static landmark and the track of the same object are one cause.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cause<T> {
+    /// Index of the landmark, or [`NONE`].
+    pub(super) landmark: u16,
+    /// Index of the track, or [`NONE`].
+    pub(super) mover: u16,
+    /// The probability that it is the landmark and not the track.
+    pub(super) share: T,
+}
+
+impl<T: Real> Cause<T> {
+    /// Of memory that is not in use.
+    pub(super) const ZERO: Self = Self { landmark: 0, mover: 0, share: T::ZERO };
+    /// Clutter, or a new landmark.
+    pub(super) const NEW: Self = Self { landmark: NONE, mover: NONE, share: T::ZERO };
+
+    /// Whether both have a landmark or a track in common.
+    fn overlaps(&self, other: &Self) -> bool {
+        self.landmark != NONE && self.landmark == other.landmark || self.mover != NONE && self.mover == other.mover
+    }
+
+    /// Sets the row of its measurement in the association table.
+    pub(super) fn fill(&self, row: &mut AssociationRow<T>, ln_lambda: T) {
+        row.start(ln_lambda);
+        row.no_feature_probability = if *self == Self::NEW { T::ONE } else { T::ZERO };
+        let of = |feature, probability| Association { probability, ..Association::new(feature, T::ZERO) };
+        if self.landmark != NONE {
+            row.associate(of(self.landmark, self.share));
+        }
+        if self.mover != NONE {
+            row.associate(of(MOVES | self.mover, T::ONE - self.share));
+        }
+    }
+}
+
+/// The likeliest causes among old landmarks and tracks, with ln( p_D v N(z; ẑ, S) / (1 − p_D v) ).
+pub(super) struct Causes<T> {
+    list: [(Cause<T>, T); CAUSES],
+    len: usize,
+}
+
+impl<T: Real> Causes<T> {
+    /// Of a measurement, of which those before have the causes `taken`: a landmark causes one measurement at most. p_D of all landmarks and
+    /// tracks must be that of this scan.
+    pub(super) fn of<X, Z, V>(
+        models: &X,
+        config: &JointConfig<T>,
+        memory: &Memory<'_, X::Pose, Z>,
+        movers: &V,
+        z: &X::Measurement,
+        taken: &[Cause<T>],
+    ) -> Self
+    where
+        X: MeasurementModel<Pose: Pose<Scalar = T>>,
+        Z: Vector<Scalar = T>,
+        V: Movers<X::Pose>,
+    {
+        let mut causes = Self { list: [(Cause::NEW, T::NEG_INFINITY); CAUSES], len: 0 };
+        let sensor = models.sensor();
+        let frame = sensor.frame(&memory.header.pose);
+        let ln_moving = |index: u16| {
+            let mover = movers.kept().get(usize::from(index))?;
+            let (common, _) = movers.common()?;
+            let expected = mover.detection * mover.weight();
+            let ln_density = ln_density(sensor, &frame, &mover.component, &common.process_noise, z, config.gate);
+            ln_density.filter(|_| expected > T::ZERO).map(|ln_density| expected.ln() + ln_density)
+        };
+        let free = |cause: &Cause<T>| !taken.iter().any(|other| other.overlaps(cause));
+        for (index, landmark) in memory.landmarks.iter().enumerate().take(memory.header.len) {
+            let mover = rival(movers, index);
+            let (expected, ln_not_detected) = of_landmark(landmark, movers, mover);
+            let mut cause = Cause { landmark: index as u16, mover, share: T::ONE };
+            if !(ln_not_detected < T::ZERO && free(&cause)) {
+                continue;
+            }
+            let ln_static = of_static::<T, X, Z>(sensor, &frame, memory, index, z, config.gate);
+            let ln_static = ln_static.filter(|_| expected > T::ZERO).map(|ln| expected.ln() + ln);
+            let ln_moving = ln_moving(mover);
+            let mut both = LnSum::EMPTY;
+            ln_static.into_iter().chain(ln_moving).for_each(|ln| both.add(ln));
+            match (ln_static, ln_moving) {
+                (None, _) => cause.share = T::ZERO,
+                (Some(_), None) => cause.mover = NONE,
+                (Some(ln), Some(_)) => cause.share = (ln - both.ln()).exp().at_most(T::ONE),
+            }
+            if cause.share == T::ZERO {
+                cause.landmark = NONE;
+            }
+            causes.add(cause, both.ln() - ln_not_detected);
+        }
+        for (index, mover) in movers.kept().iter().enumerate().filter(|(_, mover)| mover.rival == NONE) {
+            let cause = Cause { landmark: NONE, mover: index as u16, share: T::ZERO };
+            if free(&cause)
+                && let Some(ln) = ln_moving(cause.mover)
+            {
+                causes.add(cause, ln - mover.not_detected.ln());
+            }
+        }
+        causes
+    }
+
+    fn add(&mut self, cause: Cause<T>, ln_odds: T) {
+        if !(ln_odds > T::NEG_INFINITY && ln_odds < T::INFINITY) {
+            return;
+        }
+        let place = self.all().iter().position(|&(_, other)| ln_odds > other).unwrap_or(self.len);
+        self.len = (self.len + 1).min(CAUSES);
+        if let Some(behind) = self.list.get_mut(place..self.len) {
+            behind.rotate_right(usize::from(!behind.is_empty()));
+            if let Some(slot) = behind.first_mut() {
+                *slot = (cause, ln_odds);
+            }
+        }
+    }
+
+    pub(super) fn all(&self) -> &[(Cause<T>, T)] {
+        self.list.get(..self.len).unwrap_or(&[])
+    }
+}
+
+/// The track that a landmark may be instead, or [`NONE`].
+fn rival<P: Pose, V: Movers<P>>(movers: &V, index: usize) -> u16 {
+    let is_rival = |rival: u16| rival != NONE && usize::from(rival) == index;
+    movers.kept().iter().position(|mover| is_rival(mover.rival)).map_or(NONE, |index| index as u16)
+}
+
+/// p_D v of a landmark, and ln of the probability that neither it nor the track that it may be instead is detected.
+fn of_landmark<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
+    landmark: &Landmark<PositionOf<P>>,
+    movers: &V,
+    mover: u16,
+) -> (T, T) {
+    let expected = landmark.detection * landmark.existence.visible;
+    let mover = movers.kept().get(usize::from(mover));
+    let beside = mover.map_or(T::ZERO, |mover| mover.detection * mover.weight());
+    (expected, (T::ONE - expected - beside).at_least(T::EPSILON).ln())
+}
+
+/// ln of the probability that the scan detects nothing.
+pub(super) fn ln_missed<T, P, Z, V>(memory: &Memory<'_, P, Z>, movers: &V) -> T
+where
+    T: Real,
+    P: Pose<Scalar = T>,
+    Z: Vector<Scalar = T>,
+    V: Movers<P>,
+{
+    let landmarks = memory.landmarks.iter().enumerate().take(memory.header.len);
+    let of_landmarks = landmarks.map(|(index, landmark)| of_landmark(landmark, movers, rival(movers, index)).1);
+    let alone = movers.kept().iter().filter(|mover| mover.rival == NONE);
+    of_landmarks.chain(alone.map(|mover| mover.not_detected.ln())).fold(T::ZERO, |sum, ln| sum + ln)
+}
+
+/// ln of the density of a measurement, if this landmark causes it; `None` beyond the gate.
+fn of_static<T, X, Z>(
+    sensor: &X::Sensor,
+    frame: &<X::Sensor as Sensor>::Frame,
+    memory: &Memory<'_, X::Pose, Z>,
+    index: usize,
+    z: &X::Measurement,
+    gate: ScalarOf<X::Pose>,
+) -> Option<T>
+where
+    T: Real,
+    X: MeasurementModel<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
+{
+    let landmark = memory.landmarks.get(index)?;
+    let predicted = Predicted::of(sensor, frame, &landmark.mean)?;
+    let own = OwnNoise::of(sensor, z, &predicted.measurement);
+    let noise = own.as_ref().map_or(sensor.noise(), |own| &own.covariance);
+    let factor = predicted.covariance(&memory.joint.blocks(index)).plus(noise).factor()?;
+    let distance = factor.mahalanobis(&sensor.innovation(z, &predicted.measurement));
+    (distance <= gate).then(|| factor.ln_peak() - distance * T::from_f64(0.5))
+}

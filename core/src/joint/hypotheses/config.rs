@@ -1,0 +1,42 @@
+//! The tuning of several hypotheses.
+
+use super::MOST;
+use crate::{ConfigError, Real};
+
+/// Tuning of a [`MultiHypothesisSlam`](super::MultiHypothesisSlam).
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct HypothesesConfig<T> {
+    /// Most hypotheses, 16 at most; no more than there is memory for. With 1 the filter is a [`JointSlam`](crate::JointSlam).
+    pub most: usize,
+    /// Two hypotheses are joined if their poses are within this many standard deviations (Mahalanobis distance).
+    pub joined_sigmas: T,
+    /// A cause of a measurement is a hypothesis of its own only if it is at least this many times as likely as the likeliest one.
+    pub least_ratio: T,
+    /// A hypothesis is dropped after a scan if its probability is below this.
+    pub least_share: T,
+}
+
+impl<T: Real> Default for HypothesesConfig<T> {
+    fn default() -> Self {
+        let real = T::from_f64;
+        Self { most: 8, joined_sigmas: real(0.25), least_ratio: real(1e-4), least_share: real(1e-4) }
+    }
+}
+
+impl<T: Real> HypothesesConfig<T> {
+    /// The field that is out of range, if any.
+    ///
+    /// # Errors
+    /// `most` must be from 1 to 16, `joined_sigmas` finite and not negative, and the others between 0 and 1.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        let Self { most, joined_sigmas, least_ratio, least_share } = *self;
+        let is_share = |share: T| share >= T::ZERO && share <= T::ONE;
+        let require = |holds, field, range| if holds { Ok(()) } else { Err(ConfigError { field, range }) };
+        require((1..=MOST).contains(&most), "hypotheses.most", "from 1 to 16")?;
+        let sigmas = joined_sigmas >= T::ZERO && joined_sigmas.is_finite();
+        require(sigmas, "hypotheses.joined_sigmas", "finite and not negative")?;
+        require(is_share(least_ratio), "hypotheses.least_ratio", "between 0 and 1")?;
+        require(is_share(least_share), "hypotheses.least_share", "between 0 and 1")
+    }
+}

@@ -1,0 +1,76 @@
+//! The end of a scan in one hypothesis, when the causes of all measurements are known: existence, tracks, new landmarks, map management.
+
+use super::super::archive::NoArchive;
+use super::super::associate::ln_lambda;
+use super::super::associations::detected;
+use super::super::correct::update_existence;
+use super::super::filter::JointSlam;
+use super::super::map_management::{drop_degenerate, drop_unlikely, initiate, merge};
+use super::super::movers::Movers;
+use super::super::position_update::correct_position;
+use super::super::report::{JointReport, Tally};
+use super::super::track::beside;
+use super::causes::Cause;
+use crate::models::OnVehicle;
+use crate::{Births, Clutter, Health, MeasurementModel, Motion, Pose, Real, Vector};
+
+impl<T, M, Z, V> JointSlam<'_, M, Z, NoArchive, V>
+where
+    T: Real,
+    M: Motion<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
+    V: Movers<M::Pose>,
+{
+    pub(super) fn finish<X: MeasurementModel<Pose = M::Pose>>(
+        &mut self,
+        causes: &[Cause<T>],
+        models: &OnVehicle<'_, X>,
+        births: &Births<T>,
+        measurements: &[X::Measurement],
+        mut tally: Tally<T>,
+    ) -> JointReport<T> {
+        let Self { config, memory, movers, .. } = self;
+        let sensor = models.sensor();
+        let ln_birth = births.of_static.ln();
+        for ((row, cause), z) in memory.association_table.iter_mut().zip(causes).zip(measurements) {
+            cause.fill(row, ln_lambda(models, ln_birth, births, movers.are_tracked(), z));
+        }
+        for index in 0..memory.header.len {
+            let Some(detection) = memory.landmarks.get(index).map(|landmark| landmark.detection) else { break };
+            let beside = beside::<T, M::Pose, V, _>(movers, index, memory.association_table, measurements);
+            if !(detection + beside.expected > T::ZERO) {
+                continue;
+            }
+            let detected = detected(memory.association_table, index, measurements);
+            let position_factor = update_existence(memory, index, detected, &beside, &mut tally);
+            if let Some(times) = position_factor.filter(|_| movers.are_tracked()) {
+                correct_position(sensor, memory, index, measurements, detected, times, config.gate);
+            }
+        }
+        let merged_tracks = movers.tracks().map_or(0, |mut tracks| {
+            tracks.correct(sensor, memory.header, memory.association_table, measurements);
+            tracks.merge_and_prune(config)
+        });
+        memory.reset_error_frame();
+        let first_label = memory.header.next_label;
+        let initiated = initiate(models, births, config, memory, movers, measurements);
+        let merged = merge(sensor, config, memory);
+        let degenerate = drop_degenerate(memory);
+        let dropped = drop_unlikely(config, memory, first_label);
+        let report =
+            tally.report(memory.header, (measurements.len(), models.clutter().per_scan()), X::Measurement::DIMENSION);
+        JointReport {
+            births: initiated.births,
+            no_birth: initiated.no_birth,
+            dropped,
+            merged: merged + merged_tracks,
+            lost: initiated.lost,
+            degenerate: report.degenerate + degenerate,
+            movers: movers.kept().len(),
+            health: report.health
+                | Health::COMPONENTS_LOST.when(initiated.lost > 0)
+                | Health::COVARIANCE_REPAIRED.when(degenerate > 0),
+            ..report
+        }
+    }
+}

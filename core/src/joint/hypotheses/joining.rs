@@ -1,0 +1,31 @@
+//! Hypotheses with practically the same pose.
+
+use super::super::covariance::row_start;
+use super::super::walk::Estimate;
+use crate::{Pose, Real, Symmetric, TangentOf, Vector};
+
+impl<T: Real, P: Pose<Scalar = T>> Estimate<'_, P> {
+    pub(super) fn pose_covariance(&self) -> Symmetric<TangentOf<P>> {
+        Symmetric::from_fn(|row, column| {
+            let (row, column) = (row.max(column), row.min(column));
+            self.numbers.get(row_start(row) + column).copied().unwrap_or(T::ZERO)
+        })
+    }
+}
+
+/// Whether the pose of `other` is within so many standard deviations of that of `one`. A pose with a covariance that is not positive definite,
+/// for example a certain one, is compared coordinate by coordinate.
+pub(super) fn are_alike<T: Real, P: Pose<Scalar = T>>(
+    one: &Estimate<'_, P>,
+    other: &Estimate<'_, P>,
+    sigmas: T,
+) -> bool {
+    let apart = other.header.pose.difference(&one.header.pose);
+    let covariance = one.pose_covariance();
+    let squared = sigmas * sigmas;
+    match covariance.factor() {
+        Some(factor) => factor.mahalanobis(&apart) <= squared,
+        None => (0..TangentOf::<P>::DIMENSION)
+            .all(|k| apart.at(k) * apart.at(k) <= squared * covariance.get(k, k).at_least(T::ZERO)),
+    }
+}

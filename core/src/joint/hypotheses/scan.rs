@@ -1,0 +1,158 @@
+//! The update of all hypotheses with one scan.
+
+use super::super::associate::associate;
+use super::super::filter::JointSlam;
+use super::super::movers::Movers;
+use super::super::report::Tally;
+use super::super::scan::advance;
+use super::MOST;
+use super::causes::{Cause, ln_missed};
+use super::filter::MultiHypothesisSlam;
+use super::report::HypothesesReport;
+use crate::{
+    Births, Detector, Health, LnSum, MeasurementModel, Motion, Pose, Real, ScanError, Vector, models::OnVehicle,
+};
+
+/// A hypothesis during a scan.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Branch<T> {
+    pub(super) alive: bool,
+    /// ln of its weight, not normalised.
+    pub(super) ln_weight: T,
+    /// Features in view.
+    pub(super) in_view: usize,
+    pub(super) tally: Tally<T>,
+}
+
+/// All places during a scan.
+pub(super) struct Branches<T> {
+    pub(super) list: [Branch<T>; MOST],
+    pub(super) joined: usize,
+    pub(super) saturated: usize,
+}
+
+impl<T: Real> Branches<T> {
+    pub(super) const NONE: Self = Self {
+        list: [Branch { alive: false, ln_weight: T::NEG_INFINITY, in_view: 0, tally: Tally::NOTHING }; MOST],
+        joined: 0,
+        saturated: 0,
+    };
+
+    pub(super) fn at(&self, place: usize) -> Option<&Branch<T>> {
+        self.list.get(place).filter(|branch| branch.alive)
+    }
+
+    /// The places in use, with ln of their weights.
+    pub(super) fn alive(&self) -> impl Iterator<Item = (usize, T)> + '_ {
+        let branches = self.list.iter().enumerate().filter(|(_, branch)| branch.alive);
+        branches.map(|(place, branch)| (place, branch.ln_weight))
+    }
+
+    pub(super) fn ln_all(&self) -> T {
+        let mut sum = LnSum::EMPTY;
+        self.alive().for_each(|(_, ln_weight)| sum.add(ln_weight));
+        sum.ln()
+    }
+
+    /// The place of the likeliest: the first of several.
+    pub(super) fn likeliest(&self) -> usize {
+        let mut likeliest = (0, T::NEG_INFINITY);
+        for (place, ln_weight) in self.alive() {
+            if ln_weight > likeliest.1 {
+                likeliest = (place, ln_weight);
+            }
+        }
+        likeliest.0
+    }
+}
+
+impl<'s, T, M, Z, V, const OTHERS: usize> MultiHypothesisSlam<'s, M, Z, V, OTHERS>
+where
+    T: Real,
+    M: Motion<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
+    V: Movers<M::Pose>,
+{
+    /// Updates all hypotheses with one scan of one of the vehicle's sensors, as [`JointSlam::scan`] does with one.
+    ///
+    /// # Errors
+    /// As for [`JointSlam::scan`]; the state is unchanged.
+    pub fn scan<X: MeasurementModel<Pose = M::Pose>, R>(
+        &mut self,
+        detector: &Detector<X, R>,
+        measurements: &[X::Measurement],
+    ) -> Result<HypothesesReport<T>, ScanError> {
+        if self.places() == 1 {
+            let joint = self.slam.scan(detector, measurements)?;
+            self.drop_others();
+            return Ok(HypothesesReport { joint, hypotheses: 1, share: T::ONE, joined: 0, saturated: 0 });
+        }
+        let models = self.slam.checked(detector, measurements)?;
+        let births = &detector.births;
+        self.drop_unsound();
+        let ln_before = self.ln_all();
+        let mut branches = Branches::NONE;
+        for (place, branch) in branches.list.iter_mut().enumerate().take(self.places()) {
+            if !self.is_alive(place) {
+                continue;
+            }
+            let (in_view, ln_missed) =
+                self.with(place, |slam, causes| look(slam, causes, &models, births, measurements));
+            let ln_weight = self.ln_weight(place) + ln_missed;
+            *branch = Branch { alive: true, ln_weight, in_view, tally: Tally::NOTHING };
+        }
+        for index in 0..measurements.len() {
+            self.branch(&models, births, measurements, index, &mut branches);
+        }
+        let likeliest = branches.likeliest();
+        let mut report = None;
+        for place in 0..self.places() {
+            let Some(&Branch { tally, in_view, .. }) = branches.at(place) else { continue };
+            let finished = self.with(place, |slam, causes| slam.finish(causes, &models, births, measurements, tally));
+            if place == likeliest {
+                report = Some((finished, in_view));
+            }
+        }
+        let ln_evidence = branches.ln_all() - ln_before;
+        self.settle(&branches);
+        let (mut joint, in_view) = report.ok_or(ScanError::NotStarted)?;
+        (joint.in_view, joint.ln_evidence) = (in_view, ln_evidence);
+        joint.health = joint.health | Health::UNEXPLAINED_SCAN.when(!ln_evidence.is_finite());
+        Ok(HypothesesReport {
+            joint,
+            hypotheses: self.hypotheses(),
+            share: self.share(),
+            joined: branches.joined,
+            saturated: branches.saturated,
+        })
+    }
+
+    pub(super) fn is_alive(&self, place: usize) -> bool {
+        place.checked_sub(1).is_none_or(|index| self.others.get(index).is_some_and(|other| other.weight.alive))
+    }
+}
+
+/// Predicts one hypothesis to the time of the scan, and computes p_D of all its landmarks and tracks. Returns how many landmarks are in view,
+/// and ln of the probability that none is detected.
+fn look<T, M, Z, V, X>(
+    slam: &mut JointSlam<'_, M, Z, super::super::archive::NoArchive, V>,
+    causes: &mut [Cause<T>],
+    models: &OnVehicle<'_, X>,
+    births: &Births<T>,
+    measurements: &[X::Measurement],
+) -> (usize, T)
+where
+    T: Real,
+    M: Motion<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
+    V: Movers<M::Pose>,
+    X: MeasurementModel<Pose = M::Pose>,
+{
+    let JointSlam { config, memory, movers, .. } = slam;
+    memory.clamp();
+    advance(config, memory, movers);
+    // No landmark is excluded for being weakly determined: what it may have caused is a hypothesis.
+    let associated = associate(models, births, config, memory, movers, measurements, 0);
+    causes.iter_mut().for_each(|cause| *cause = Cause::NEW);
+    (associated.in_view, ln_missed(memory, movers))
+}

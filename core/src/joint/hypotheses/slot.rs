@@ -1,0 +1,93 @@
+//! A borrowed hypothesis.
+
+use super::super::covariance::used;
+use super::super::movers::Movers;
+use super::super::state::{Header, Landmark, Memory};
+use super::super::walk::Estimate;
+use super::causes::Cause;
+use crate::{Pose, PositionOf, Real, ScalarOf, Vector};
+
+/// The weight of a hypothesis relative to that of the likeliest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Weight<T> {
+    /// Whether it is in use.
+    pub(super) alive: bool,
+    /// ln of the weight, at most 0.
+    pub(super) ln: T,
+}
+
+impl<T: Real> Weight<T> {
+    pub(super) const NONE: Self = Self { alive: false, ln: T::ZERO };
+
+    /// Whether a filter may have put it there.
+    pub(super) fn is_sound(&self) -> bool {
+        !self.alive || self.ln <= T::ZERO && self.ln > T::NEG_INFINITY
+    }
+}
+
+/// A hypothesis beside that in the filter's state. It has no working memory; a hypothesis that is processed changes places with the one
+/// in the state, which moves no more than the references.
+#[derive(Debug)]
+pub(super) struct Slot<'s, P: Pose, V> {
+    pub(super) weight: &'s mut Weight<ScalarOf<P>>,
+    pub(super) header: &'s mut Header<P>,
+    pub(super) landmarks: &'s mut [Landmark<PositionOf<P>>],
+    pub(super) numbers: &'s mut [ScalarOf<P>],
+    pub(super) movers: V,
+    /// The causes of the measurements of the present scan.
+    pub(super) causes: &'s mut [Cause<ScalarOf<P>>],
+}
+
+impl<'s, T: Real, P: Pose<Scalar = T>, V: Movers<P>> Slot<'s, P, V> {
+    pub(super) fn estimate(&self) -> Estimate<'_, P> {
+        Estimate { header: self.header, landmarks: self.landmarks, numbers: self.numbers }
+    }
+
+    /// Exchanges the references with those of the filter.
+    pub(super) fn exchange<Z: Vector<Scalar = T>>(
+        &mut self,
+        memory: &mut Memory<'s, P, Z>,
+        movers: &mut V,
+        causes: &mut &'s mut [Cause<T>],
+    ) {
+        core::mem::swap(&mut self.header, &mut memory.header);
+        core::mem::swap(&mut self.landmarks, &mut memory.landmarks);
+        core::mem::swap(&mut self.numbers, &mut memory.joint.numbers);
+        core::mem::swap(&mut self.movers, movers);
+        core::mem::swap(&mut self.causes, causes);
+    }
+
+    /// Copies another hypothesis to this place.
+    pub(super) fn copy(&mut self, from: &Estimate<'_, P>, movers: &V, causes: &[Cause<T>]) {
+        let features = from.header.len;
+        *self.header = *from.header;
+        assign(self.landmarks, from.landmarks.get(..features).unwrap_or(&[]));
+        assign(self.numbers, used::<P>(from.numbers, features));
+        assign(self.causes, causes);
+        if let (Some(tracks), Some((common, _))) = (self.movers.tracks(), movers.common()) {
+            *tracks.common = *common;
+            assign(tracks.movers, movers.kept());
+        }
+    }
+
+    /// Exchanges all data with a hypothesis of the filter.
+    pub(super) fn exchange_data<Z: Vector<Scalar = T>>(&mut self, memory: &mut Memory<'s, P, Z>, movers: &mut V) {
+        let features = self.header.len.max(memory.header.len);
+        core::mem::swap(self.header, memory.header);
+        exchange(self.landmarks, memory.landmarks, features);
+        exchange(self.numbers, memory.joint.numbers, used::<P>(memory.joint.numbers, features).len());
+        if let (Some(ours), Some(theirs)) = (self.movers.tracks(), movers.tracks()) {
+            let tracks = ours.common.len.max(theirs.common.len);
+            core::mem::swap(ours.common, theirs.common);
+            exchange(ours.movers, theirs.movers, tracks);
+        }
+    }
+}
+
+fn assign<E: Copy>(to: &mut [E], from: &[E]) {
+    to.iter_mut().zip(from).for_each(|(to, &from)| *to = from);
+}
+
+fn exchange<E>(one: &mut [E], other: &mut [E], count: usize) {
+    one.iter_mut().zip(other).take(count).for_each(|(one, other)| core::mem::swap(one, other));
+}

@@ -1,0 +1,400 @@
+//! Several hypotheses: against closed forms, against one, and where they must not break.
+
+use super::super::state::Header;
+use super::slot::Weight;
+use crate::tests::linear::{Drift, Everywhere, Offset};
+use crate::*;
+use nalgebra::Vector2;
+use std::boxed::Box;
+use std::convert::Infallible;
+use std::vec::Vec;
+
+const ROOM: usize = 24;
+const NUMBERS: usize = joint_numbers(3, 2, ROOM);
+type Window = RangeBearingWindow<f32>;
+type Eyes = Detector<Sensing<RangeBearing<f32>, Window, UniformClutter<f32>>>;
+type Pose32 = PlanarPose<f32>;
+type Memory = JointState<Pose32, Vector2<f32>, ROOM, NUMBERS, 16>;
+type Tracks = JointMovers<Pose32, 8>;
+type Others = JointHypotheses<Pose32, 7, ROOM, NUMBERS, 16, 8>;
+type Several<'s> = MultiHypothesisSlam<'s, Unicycle<f32>, Vector2<f32>, Tracked<'s, Pose32>, 7>;
+
+/// The memory of one filter in single precision.
+struct Room {
+    state: Memory,
+    tracks: Tracks,
+    others: Others,
+}
+
+impl Room {
+    fn new() -> Box<Self> {
+        Box::new(Self { state: Memory::new(), tracks: Tracks::new(), others: Others::new() })
+    }
+
+    fn one(&mut self) -> JointSlam<'_, Unicycle<f32>, Vector2<f32>, NoArchive, Tracked<'_, Pose32>> {
+        let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.3)).unwrap();
+        let slam = JointSlam::new(motion, JointConfig::default(), &mut self.state).unwrap();
+        slam.with_movers(&mut self.tracks, MovingConfig::walkers()).unwrap()
+    }
+
+    fn several(&mut self, most: usize) -> Several<'_> {
+        let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.3)).unwrap();
+        let slam = JointSlam::new(motion, JointConfig::default(), &mut self.state).unwrap();
+        let slam = slam.with_movers(&mut self.tracks, MovingConfig::walkers()).unwrap();
+        slam.with_hypotheses(&mut self.others, HypothesesConfig { most, ..HypothesesConfig::default() }).unwrap()
+    }
+}
+
+fn eyes() -> Eyes {
+    let window = RangeBearingWindow::full_circle(12.0, 0.8).unwrap();
+    let sensing = Sensing {
+        sensor: RangeBearing::new(0.1, 0.02).unwrap(),
+        field_of_view: window,
+        clutter: UniformClutter::of_scan(0.5, window.measure()).unwrap(),
+    };
+    Detector::new(sensing, Births { of_static: 1e-3, of_moving: 5e-4 }).unwrap()
+}
+
+/// A robot on a circle among twelve landmarks, which now and then sees none for a while.
+struct World {
+    draws: Noise,
+    truth: [f32; 3],
+    step: usize,
+}
+
+impl World {
+    fn new(seed: u64) -> Self {
+        Self { draws: Noise::seeded(seed), truth: [0.0; 3], step: 0 }
+    }
+
+    /// The odometry of the next step of 0.2 s, and the scan at its end.
+    fn next(&mut self) -> (UnicycleControl<f32>, Vec<Vector2<f32>>) {
+        self.step += 1;
+        let [x, y, heading] = &mut self.truth;
+        let control = UnicycleControl { speed_mps: 1.0, rate_radps: 0.2 + 0.25 * self.draws.normal::<f32>() };
+        *heading += 0.04;
+        (*x, *y) = (*x + 0.2 * heading.cos(), *y + 0.2 * heading.sin());
+        let mut scan = Vec::new();
+        if self.step % 100 < 60 {
+            for k in 0..12 {
+                let (sine, cosine) = (k as f32 * core::f32::consts::TAU / 12.0).sin_cos();
+                let radius = if k % 3 == 0 { 9.0 } else { 7.0 };
+                let off = [radius * cosine - *x, 5.0 + radius * sine - *y];
+                if self.draws.uniform::<f32>() < 0.5 {
+                    let noise = [0.1 * self.draws.normal::<f32>(), 0.02 * self.draws.normal::<f32>()];
+                    let bearing = wrap(off[1].atan2(off[0]) - *heading + noise[1]);
+                    scan.push(Vector2::new(off[0].hypot(off[1]) + noise[0], bearing));
+                }
+            }
+        }
+        scan.retain(|z| z.x < 12.0);
+        (control, scan)
+    }
+}
+
+fn step(slam: &mut Several<'_>, world: &mut World) -> HypothesesReport<f32> {
+    let (control, scan) = world.next();
+    slam.predict(&control, 0.2).unwrap();
+    slam.scan(&eyes(), &scan).unwrap()
+}
+
+#[test]
+fn one_hypothesis_is_the_filter_without_to_the_bit() {
+    let [mut one, mut several] = [(); 2].map(|()| Room::new());
+    let (mut one, mut several) = (one.one(), several.several(1));
+    one.reset(PlanarPose::ZERO).unwrap();
+    several.reset(PlanarPose::ZERO).unwrap();
+    let (mut world, eyes) = (World::new(3), eyes());
+    for _ in 0..300 {
+        let (control, scan) = world.next();
+        assert_eq!(one.predict(&control, 0.2), several.predict(&control, 0.2));
+        let (report, of_several) = (one.scan(&eyes, &scan).unwrap(), several.scan(&eyes, &scan).unwrap());
+        assert_eq!((report, 1), (of_several.joint, of_several.hypotheses));
+        assert_eq!((one.digest(), one.estimate_pose()), (several.digest(), several.estimate_pose()));
+    }
+    assert!(one.held() > 8);
+}
+
+const LANDMARKS: [[f64; 2]; 3] = [[10.0, 0.0], [16.0, 0.0], [16.0, 9.0]];
+type Linear = JointState<PlanarPose<f64>, Vector2<f64>, 4, { joint_numbers(3, 2, 4) }, 4>;
+type LinearOthers = JointHypotheses<PlanarPose<f64>, 3, 4, { joint_numbers(3, 2, 4) }, 4, 0>;
+
+fn linear(detection: f64) -> Detector<Sensing<Offset, Everywhere, UniformClutter<f64>>> {
+    let sensing = Sensing {
+        sensor: Offset { noise: Symmetric::from_diagonal([0.01, 0.01]) },
+        field_of_view: Everywhere(detection),
+        clutter: UniformClutter::of_scan(0.01, 1.0).unwrap(),
+    };
+    Detector::new(sensing, Births::of_static(1e-3)).unwrap()
+}
+
+/// Two landmarks 6 m apart, and a vehicle that does not know whether it is here or 6 m further on: a measurement of one of them has two causes,
+/// and a later one of a third decides.
+#[test]
+fn two_landmarks_are_told_apart_by_a_later_one_as_by_bayes() {
+    for (seed, detection) in (0..20).zip([0.5, 0.8].into_iter().cycle()) {
+        let (mut state, mut others) = (Box::new(Linear::new()), Box::new(LinearOthers::new()));
+        let config = HypothesesConfig { least_ratio: 1e-9, least_share: 1e-9, ..HypothesesConfig::default() };
+        let slam = JointSlam::new(Drift { sigmas: [0.0; 2] }, JointConfig::default(), &mut *state).unwrap();
+        let mut slam = slam.with_hypotheses(&mut others, HypothesesConfig { most: 4, ..config }).unwrap();
+        let prior = Symmetric::from_diagonal([9.0, 0.04, 0.0]);
+        slam.reset_within(PlanarPose::ZERO, &prior).unwrap();
+        let map: Vec<Component<Vector2<f64>>> = (0..3)
+            .map(|k| Component {
+                label: k,
+                mean: Vector2::from(LANDMARKS[k as usize]),
+                covariance: Symmetric::from_diagonal([1e-4; 2]),
+                ..Component::ZERO
+            })
+            .collect();
+        slam.load_map(&map).unwrap();
+        let mut draws = Noise::seeded(seed);
+        let mut noise = || Vector2::new(0.1 * draws.normal::<f64>(), 0.1 * draws.normal::<f64>());
+        // The vehicle is 3 m behind or before what it believes.
+        let at = if seed % 2 == 0 { 3.0 } else { -3.0 };
+        let seen = if seed % 2 == 0 { 1 } else { 0 };
+        let z = Vector2::from(LANDMARKS[seen]) - Vector2::new(at, 0.0) + noise();
+        let report = slam.scan(&linear(detection), &[z]).unwrap();
+        // Bayes by hand: the odds of each landmark, and those of clutter or a new one.
+        let variance = [9.0 + 1e-4 + 0.01, 0.04 + 1e-4 + 0.01];
+        let odds = LANDMARKS.map(|m| {
+            let off = z - Vector2::from(m);
+            let distance = off.x * off.x / variance[0] + off.y * off.y / variance[1];
+            let density = (-0.5 * distance).exp() / (core::f64::consts::TAU * (variance[0] * variance[1]).sqrt());
+            if distance <= 25.0 { detection / (1.0 - detection) * density } else { 0.0 }
+        });
+        let all = odds.iter().sum::<f64>() + 0.011;
+        assert_eq!(report.hypotheses, 3, "{seed}");
+        assert!((report.share - odds[0].max(odds[1]) / all).abs() < 1e-6, "{seed}: {report:?} {odds:?}");
+        let evidence = (all * (1.0 - detection).powi(3)).ln();
+        assert!((report.joint.ln_evidence - evidence).abs() < 1e-6, "{seed}: {} {evidence}", report.joint.ln_evidence);
+        let pose = slam.estimate_pose().unwrap();
+        let gain = 9.0 / variance[0];
+        let mean = (odds[0] * gain * (LANDMARKS[0][0] - z.x) + odds[1] * gain * (LANDMARKS[1][0] - z.x)) / all;
+        assert!((pose.mean.x_m - mean).abs() < 1e-6, "{seed}: {pose:?} {mean}");
+        assert!(pose.covariance.get(0, 0) > 1.0, "{seed}: {pose:?}");
+        // The third landmark is 9 m beside one of the two alone.
+        for _ in 0..3 {
+            let z = Vector2::from(LANDMARKS[2]) - Vector2::new(at, 0.0) + noise();
+            slam.scan(&linear(detection), &[z]).unwrap();
+        }
+        let pose = slam.likeliest().estimate_pose().unwrap();
+        assert!(slam.share() > 0.95, "{seed}: {}", slam.share());
+        assert!((pose.mean.x_m - at).abs() < 0.3 && pose.covariance.get(0, 0) < 0.1, "{seed}: {pose:?}");
+    }
+}
+
+#[test]
+fn they_are_bounded_and_one_too_many_is_reported() {
+    for most in [2, 4, 8] {
+        let (mut saturated, mut greatest, mut joined) = (0, 0, 0);
+        for seed in 0..8 {
+            let mut room = Room::new();
+            let mut slam = room.several(most);
+            slam.reset(PlanarPose::ZERO).unwrap();
+            let mut world = World::new(seed);
+            for _ in 0..300 {
+                let report = step(&mut slam, &mut world);
+                assert!(report.hypotheses <= most && report.hypotheses == slam.hypotheses());
+                assert!(report.share > 0.0 && report.share <= 1.0 && slam.audit().is_ok(), "{report:?}");
+                (saturated, greatest) = (saturated + report.saturated, greatest.max(report.hypotheses));
+                joined += report.joined;
+            }
+        }
+        assert!(greatest > most / 2 && saturated > 0 && joined > 0, "{most}: {greatest} {saturated} {joined}");
+    }
+}
+
+#[test]
+fn eight_of_24_features_and_8_tracks_take_64_kib() {
+    assert!(size_of::<Room>() <= 65_536, "{}", size_of::<Room>());
+}
+
+fn saved(slam: &Several<'_>) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let sink = |part: &[u8]| -> Result<(), Infallible> {
+        bytes.extend_from_slice(part);
+        Ok(())
+    };
+    slam.save(7, sink).unwrap();
+    bytes
+}
+
+#[test]
+fn a_snapshot_goes_on_to_the_bit() {
+    let [mut rooms, mut other] = [(); 2].map(|()| Room::new());
+    let mut slam = rooms.several(8);
+    slam.reset(PlanarPose::ZERO).unwrap();
+    let (mut world, mut several) = (World::new(6), 0);
+    for _ in 0..120 {
+        step(&mut slam, &mut world);
+        let bytes = saved(&slam);
+        // Over what another one has left.
+        let mut restored = other.several(8);
+        restored.restore(7, from_slice(&bytes)).unwrap();
+        assert_eq!((restored.digest(), restored.seal()), (slam.digest(), slam.seal()));
+        assert_eq!((restored.hypotheses(), saved(&restored)), (slam.hypotheses(), bytes.clone()));
+        let mut copy = World { draws: world.draws.clone(), ..world };
+        let report = step(&mut restored, &mut copy);
+        let mut again = Room::new();
+        let mut again = again.several(8);
+        again.restore(7, from_slice(&bytes)).unwrap();
+        let mut copy = World { draws: world.draws.clone(), ..world };
+        assert_eq!(step(&mut again, &mut copy), report);
+        several += usize::from(slam.hypotheses() > 1);
+        for cut in [0, 40, bytes.len() / 2, bytes.len() - 1] {
+            assert!(again.restore(7, from_slice(&bytes[..cut])).is_err());
+        }
+        let mut one = Room::new();
+        assert!(one.one().restore(7, from_slice(&bytes)).is_err());
+    }
+    assert!(several > 20, "{several}");
+}
+
+/// A filter with several hypotheses.
+fn ambiguous(room: &mut Room) -> Several<'_> {
+    let mut slam = room.several(8);
+    slam.reset(PlanarPose::ZERO).unwrap();
+    let mut world = World::new(6);
+    while world.step < 70 || slam.hypotheses() < 3 {
+        step(&mut slam, &mut world);
+        assert!(world.step < 2000);
+    }
+    slam
+}
+
+#[test]
+fn every_number_of_every_hypothesis_is_in_the_digest() {
+    let mut room = Room::new();
+    let mut slam = ambiguous(&mut room);
+    let place = slam.alive().last().unwrap();
+    let other = |slam: &mut Several<'_>, change: fn(&mut super::slot::Slot<'_, Pose32, Tracked<'_, Pose32>>)| {
+        let (before, seal) = (slam.digest(), slam.seal());
+        let bytes = saved(slam);
+        change(&mut slam.others[place - 1]);
+        assert_ne!(slam.digest(), before);
+        assert_ne!(saved(slam), bytes);
+        let sealed = slam.seal() != seal;
+        slam.restore(7, from_slice(&bytes)).unwrap();
+        assert_eq!((slam.digest(), slam.seal()), (before, seal));
+        sealed
+    };
+    assert!(other(&mut slam, |slot| slot.weight.ln -= 1e-3));
+    assert!(other(&mut slam, |slot| slot.header.pose.x_m += 1e-3));
+    assert!(other(&mut slam, |slot| slot.numbers[0] *= 1.001));
+    assert!(other(&mut slam, |slot| *slot.weight = Weight::NONE));
+    assert!(!other(&mut slam, |slot| slot.landmarks[1].mean.x += 1e-3));
+    assert!(!other(&mut slam, |slot| slot.landmarks[0].existence.visible *= 0.5));
+    let last = slam.others[place - 1].header.len;
+    assert!(last > 4);
+    assert!(!other(&mut slam, |slot| slot.numbers[40] *= 1.001));
+}
+
+#[test]
+fn damage_is_found_or_survived() {
+    let mut draws = Noise::seeded(9);
+    let bad = [f32::NAN, f32::INFINITY, -1.0, 1e30, 0.0];
+    for round in 0..60 {
+        let mut room = Room::new();
+        let mut slam = ambiguous(&mut room);
+        let mut pick = |n: usize| ((draws.uniform::<f32>() * n as f32) as usize).min(n - 1);
+        let value = bad[pick(bad.len())];
+        for slot in &mut slam.others {
+            match round % 6 {
+                0 => slot.weight.ln = value,
+                1 => slot.header.len = 10_000,
+                2 => slot.numbers[pick(200)] = value,
+                3 => slot.landmarks[pick(8)].mean.x = value,
+                4 => *slot.header = Header { waited_s: value, ..Header::ZERO },
+                _ => slot.causes[0].landmark = pick(70_000) as u16,
+            }
+            slot.weight.alive = true;
+        }
+        let mut scrubber = HypothesesScrubber::new();
+        if round % 2 == 0 {
+            for _ in 0..100 {
+                let _ = slam.scrub(&mut scrubber, 3);
+            }
+        }
+        let mut world = World::new(round);
+        let _ = (slam.audit(), slam.estimate_pose(), slam.digest(), slam.seal());
+        for _ in 0..20 {
+            let report = step(&mut slam, &mut world);
+            assert!(report.hypotheses <= 8);
+        }
+        let pose = slam.likeliest().estimate_pose().unwrap();
+        assert!(pose.mean.is_finite(), "{round}: {pose:?}");
+    }
+}
+
+#[test]
+fn scrubbing_leaves_what_is_sound_and_goes_round_all() {
+    let [mut room, mut other] = [(); 2].map(|()| Room::new());
+    let (mut slam, mut left) = (ambiguous(&mut room), ambiguous(&mut other));
+    let parts: usize = slam.alive().map(|place| slam.estimate_of(place).unwrap().header.len + 1).sum();
+    let (mut scrubber, mut rounds) = (HypothesesScrubber::new(), 0);
+    for _ in 0..3 * parts + 60 {
+        let scrubbed = slam.scrub(&mut scrubber, 1).unwrap();
+        assert!(scrubbed.is_clean(), "{scrubbed:?}");
+        rounds += usize::from(scrubbed.round);
+    }
+    assert!((1..=4).contains(&rounds), "{rounds}");
+    assert_eq!(slam.digest(), left.digest());
+    left.others[0].weight.alive = true;
+    left.others[0].weight.ln = f32::NAN;
+    assert!(left.audit().is_err());
+    assert_eq!(left.scrub(&mut HypothesesScrubber::new(), 1).unwrap().isolated, 1);
+    assert!(left.audit().is_ok());
+}
+
+/// A fix at one of two places that two hypotheses are at.
+#[test]
+fn a_fix_decides_between_hypotheses() {
+    let mut room = Room::new();
+    let mut slam = ambiguous(&mut room);
+    let places: Vec<_> = slam.alive().map(|place| slam.estimate_of(place).unwrap().header.pose).collect();
+    let target = *places.last().unwrap();
+    let fix = PositionFix::new(0.01).unwrap();
+    let report = slam.observe(&fix, &Vector2::new(target.x_m, target.y_m)).unwrap();
+    assert!(report.accepted && report.ln_evidence.is_finite());
+    let pose = slam.estimate_pose().unwrap().mean;
+    assert!((pose.x_m - target.x_m).hypot(pose.y_m - target.y_m) < 0.1, "{pose:?} {target:?}");
+    slam.relocate(target, &Symmetric::from_diagonal([0.1, 0.1, 0.1])).unwrap();
+    assert_eq!(slam.hypotheses(), 1);
+}
+
+#[test]
+fn what_is_out_of_range_is_refused() {
+    let usual = HypothesesConfig::<f32>::default();
+    for (config, field) in [
+        (HypothesesConfig { most: 0, ..usual }, "hypotheses.most"),
+        (HypothesesConfig { most: 17, ..usual }, "hypotheses.most"),
+        (HypothesesConfig { joined_sigmas: f32::NAN, ..usual }, "hypotheses.joined_sigmas"),
+        (HypothesesConfig { least_ratio: 1.5, ..usual }, "hypotheses.least_ratio"),
+        (HypothesesConfig { least_share: -0.1, ..usual }, "hypotheses.least_share"),
+    ] {
+        assert_eq!(config.check().unwrap_err().field, field);
+        let mut room = Room::new();
+        assert!(room.several(2).configure_hypotheses(config).is_err());
+        let Room { state, tracks, others } = &mut *room;
+        let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.3)).unwrap();
+        let slam = JointSlam::new(motion, JointConfig::default(), state).unwrap();
+        let slam = slam.with_movers(tracks, MovingConfig::walkers()).unwrap();
+        assert!(slam.with_hypotheses(others, config).is_err());
+    }
+    let mut room = Room::new();
+    let mut slam = room.several(8);
+    assert_eq!(slam.scan(&eyes(), &[]), Err(ScanError::NotStarted));
+    slam.reset(PlanarPose::ZERO).unwrap();
+    let before = slam.digest();
+    assert!(slam.scan(&eyes(), &[Vector2::new(f32::NAN, 0.0)]).is_err());
+    assert!(slam.scan(&eyes(), &[Vector2::new(1.0, 0.0); 17]).is_err());
+    assert_eq!(slam.digest(), before);
+    // Of other capacities.
+    let mut few = JointMovers::<Pose32, 4>::new();
+    let Room { state, others, .. } = &mut *room;
+    let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.3)).unwrap();
+    let slam = JointSlam::new(motion, JointConfig::default(), state).unwrap();
+    let slam = slam.with_movers(&mut few, MovingConfig::walkers()).unwrap();
+    assert!(slam.with_hypotheses(others, usual).is_err());
+}
