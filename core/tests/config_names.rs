@@ -2,7 +2,7 @@
 
 use scphd::errors::ConfigError;
 use scphd::locate::LocatorConfig;
-use scphd::settings::{MovingConfig, Proposal};
+use scphd::settings::{HypothesesConfig, MovingConfig, Proposal};
 use scphd::{Config, JointConfig};
 use std::collections::BTreeSet;
 use std::fmt::Debug;
@@ -100,6 +100,21 @@ fn of_the_joint_map() {
             ("plausible.speed_max_mps", |config| config.plausible.speed_max_mps = NAN),
             ("plausible.turn_rate_max_radps", |config| config.plausible.turn_rate_max_radps = NAN),
             ("plausible.jump_max_m", |config| config.plausible.jump_max_m = NAN),
+        ],
+    );
+}
+
+#[test]
+fn of_several_hypotheses() {
+    const NAN: f64 = f64::NAN;
+    names_all(
+        &HypothesesConfig::default(),
+        HypothesesConfig::check,
+        &[
+            ("most", |config| config.most = 0),
+            ("joined_sigmas", |config| config.joined_sigmas = NAN),
+            ("least_ratio", |config| config.least_ratio = NAN),
+            ("least_share", |config| config.least_share = NAN),
         ],
     );
 }

@@ -367,11 +367,11 @@ fn a_fix_decides_between_hypotheses() {
 fn what_is_out_of_range_is_refused() {
     let usual = HypothesesConfig::<f32>::default();
     for (config, field) in [
-        (HypothesesConfig { most: 0, ..usual }, "hypotheses.most"),
-        (HypothesesConfig { most: 17, ..usual }, "hypotheses.most"),
-        (HypothesesConfig { joined_sigmas: f32::NAN, ..usual }, "hypotheses.joined_sigmas"),
-        (HypothesesConfig { least_ratio: 1.5, ..usual }, "hypotheses.least_ratio"),
-        (HypothesesConfig { least_share: -0.1, ..usual }, "hypotheses.least_share"),
+        (HypothesesConfig { most: 0, ..usual }, "most"),
+        (HypothesesConfig { most: 17, ..usual }, "most"),
+        (HypothesesConfig { joined_sigmas: f32::NAN, ..usual }, "joined_sigmas"),
+        (HypothesesConfig { least_ratio: 1.5, ..usual }, "least_ratio"),
+        (HypothesesConfig { least_share: -0.1, ..usual }, "least_share"),
     ] {
         assert_eq!(config.check().unwrap_err().field, field);
         let mut room = Room::new();
