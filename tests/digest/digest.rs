@@ -118,6 +118,7 @@ fn thesis() -> Settings {
             lifetime_s: 1e9,
             occlusion_factor: 1.0,
             merge_distance: 9.0,
+            hypotheses: 1,
         },
         fixes: None,
         calibration: None,
