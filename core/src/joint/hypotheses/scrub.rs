@@ -8,6 +8,7 @@ use crate::{Flaw, Motion, Pose, Real, Scrubbed, Scrubber, Vector};
 
 /// Position at which [`MultiHypothesisSlam::scrub`] continues.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct HypothesesScrubber {
     place: usize,
     within: Scrubber,
