@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::Instant;
 
 use serde::Deserialize;
 
@@ -45,10 +46,12 @@ pub fn run(arguments: &[&str], variable: (&str, &Path)) -> Result<(), String> {
     // The unit tests of a library take longer than most other programs, and the last program should be short.
     programs.sort_by_key(|program| !program.target.starts_with("lib"));
     let ran = process::side_by_side(&programs, |program| {
+        let started = Instant::now();
         let output = program.command().env(variable.0, variable.1).output();
         let output = output.map_err(|error| format!("{}: {error}", program.path.display()))?;
         let [said, complaint] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
-        println!("{} {}\n{said}{complaint}", program.package, program.target);
+        let elapsed = started.elapsed().as_secs_f32();
+        println!("{} {}: {elapsed:.1} s\n{said}{complaint}", program.package, program.target);
         if output.status.success() { Ok(()) } else { Err(format!("{} {}", program.package, program.target)) }
     })?;
     let failed: Vec<String> = ran.into_iter().filter_map(Result::err).collect();
