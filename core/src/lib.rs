@@ -93,10 +93,9 @@ mod tests;
 
 pub use filter::detector::{Births, Detector, DetectorMemory};
 pub use filter::extract::{MapEstimate, PoseEstimate};
-pub use filter::observe::FixReport;
 pub use filter::scphd::ScPhd;
 pub use filter::state::State;
-pub use joint::{HypothesesReport, JointConfig, JointReport, JointSlam, JointState, MultiHypothesisSlam};
+pub use joint::{JointConfig, JointReport, JointSlam, JointState, MultiHypothesisSlam};
 pub use map::component::Component;
 pub use numerics::real::Real;
 pub use report::health::Health;
@@ -115,7 +114,7 @@ pub mod errors {
 /// Probes of the stages of a scan, and memory scrubbing.
 pub mod diagnostics {
     pub use crate::filter::scrub::{Scrubbed, Scrubber};
-    pub use crate::joint::HypothesesScrubber;
+    pub use crate::joint::{HypothesesReport, HypothesesScrubber};
     #[cfg(feature = "embedded-hal")]
     pub use crate::report::probe::StagePins;
     #[cfg(feature = "defmt")]
@@ -151,6 +150,7 @@ pub mod storage {
 // Names that the files of the library import from the root of the crate.
 pub(crate) use diagnostics::*;
 pub(crate) use errors::*;
+pub(crate) use fixes::FixReport;
 pub(crate) use models::*;
 pub(crate) use numerics::*;
 pub(crate) use settings::*;

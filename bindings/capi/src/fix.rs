@@ -1,7 +1,7 @@
 //! Fixes: measurements of the pose.
 
 use crate::pointer::Versioned;
-use scphd::FixReport;
+use scphd::fixes::FixReport;
 use scphd::models::{HeadingFix, HeightFix, ModelError, Pose};
 use scphd_vehicle::Watched;
 

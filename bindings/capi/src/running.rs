@@ -7,8 +7,8 @@ use crate::pointer::{Handed, Out, tell};
 use crate::{scphd_fix_report, scphd_status};
 use core::any::Any;
 use core::fmt::{Debug, Formatter};
-use scphd::FixReport;
 use scphd::errors::ObserveError;
+use scphd::fixes::FixReport;
 use scphd_vehicle::{Refused, Services, Slam, Watched};
 
 /// A filter that can be downcast to its type.

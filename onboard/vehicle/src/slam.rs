@@ -3,10 +3,11 @@
 use crate::{Control, Description, Measurements, Refused, Start, StartError, Watched};
 use nalgebra::{Vector2, Vector3};
 use scphd::errors::{Flaw, LoadMapError, ObserveError, PredictError, ResetError, ScanError};
+use scphd::fixes::FixReport;
 use scphd::models::{MovingOf, OdometryCorrection, PlanarPose};
 use scphd::numerics::Symmetric;
 use scphd::snapshot::{RestoreError, SaveError, SliceEnd};
-use scphd::{Component, FixReport, Health, JointReport, MapEstimate, PoseEstimate, PredictReport, Real, ScanReport};
+use scphd::{Component, Health, JointReport, MapEstimate, PoseEstimate, PredictReport, Real, ScanReport};
 
 /// Result of a scan.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,13 +4,14 @@ use super::draw::Draw;
 use super::worlds::{Drawn, FeatureOf, MeasurementOf, World};
 use nalgebra::{Vector1, Vector2};
 use scphd::errors::ObserveError;
+use scphd::fixes::FixReport;
 use scphd::models::{
     AuvPose, BeaconFix, Fix, HeadingFix, HeightFix, MeasurementModel, ModelError, Motion, Mounting, PlanarPose, Pose,
     PositionFix, ScalarOf, Sensor,
 };
 use scphd::numerics::Vector;
 use scphd::storage::{Archive, Movers};
-use scphd::{FixReport, JointSlam, Real, ScPhd};
+use scphd::{JointSlam, Real, ScPhd};
 use std::fmt::{self, Debug, Formatter};
 
 /// A filter that accepts fixes.

@@ -3,12 +3,13 @@
 use super::contract::{Refusal, refusal};
 use nalgebra::{Vector1, Vector2};
 use scphd::errors::ObserveError;
+use scphd::fixes::FixReport;
 use scphd::models::{
     AuvPose, Calibrated, CalibratedPose, Fix, HeadingFix, Motion, PlanarPose, Pose, PositionFix, ScalarOf,
 };
 use scphd::numerics::{Symmetric, Vector};
 use scphd::storage::{Movers, NoArchive};
-use scphd::{FixReport, JointSlam, MultiHypothesisSlam, PoseEstimate, Real, ScPhd};
+use scphd::{JointSlam, MultiHypothesisSlam, PoseEstimate, Real, ScPhd};
 use scphd_log::dimensions::{Covariance, Dimensions, Planar, Underwater};
 use scphd_log::log::{FixNoise, PoseFix};
 use std::convert::Infallible;
