@@ -451,7 +451,7 @@ fn a_study_is_the_same_on_any_number_of_threads_and_in_parts() {
 #[test]
 fn a_study_under_water_is_the_same_in_parts() {
     let place = workplace();
-    let study = ["monte-carlo", "girona-tank", "--runs", "2", "--particles", "1", "--filter", "core,joint"];
+    let study = ["monte-carlo", "stereo", "--runs", "2", "--particles", "1", "--filter", "core,joint"];
     let with = |more: &[&str]| place.prints(&[&study[..], more].concat());
     with(&["--json", "results/one.json"]);
     with(&["--shard", "1/2", "--out", "results/1"]);

@@ -117,7 +117,7 @@ where
         self.settle(&branches);
         let (mut joint, in_view) = report.ok_or(ScanError::NotStarted)?;
         (joint.in_view, joint.ln_evidence) = (in_view, ln_evidence);
-        joint.health = joint.health | Health::UNEXPLAINED_SCAN.when(!ln_evidence.is_finite());
+        joint.health |= Health::UNEXPLAINED_SCAN.when(!ln_evidence.is_finite());
         Ok(HypothesesReport {
             joint,
             hypotheses: self.hypotheses(),
