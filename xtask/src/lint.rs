@@ -1,13 +1,16 @@
 //! The steps `fmt` and `lint`, and helpers for other steps that use clippy.
 
+use std::process::Command;
+
 use crate::capi;
+use crate::msrv;
 use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
 use crate::python;
 use crate::web;
 
 /// Features of the workspace that are only enabled by the firmware or not at all.
-pub const LINT_FEATURES: [&str; 2] = [
+const LINT_FEATURES: [&str; 2] = [
     "--features",
     "scphd/defmt,scphd/embedded-hal,scphd-link/defmt,scphd-sequencer/defmt,scphd-store/defmt,scphd-stream/defmt",
 ];
@@ -41,17 +44,24 @@ pub fn fmt() -> Outcome {
     check().into()
 }
 
-/// The step `lint`.
-pub fn lint() -> Outcome {
+/// clippy on every package of the workspace, with warnings as errors. The steps `lint` and `msrv` run it, of which the second one
+/// finds nothing left to do.
+pub fn workspace() -> Result<Command, String> {
     let mut cargo = process::cargo();
     cargo.args(["clippy", "--workspace", "--all-targets", "--keep-going"]);
     cargo.args(LINT_FEATURES).args(["--", "-D", "warnings"]);
+    cargo.env("CLIPPY_CONF_DIR", msrv::clippy_settings()?);
+    Ok(cargo)
+}
+
+/// The step `lint`.
+pub fn lint() -> Outcome {
     // The other capacities of the vehicle's filter, which only the firmware's images use.
     let mut few = process::cargo();
     few.args(["clippy", "--package", "scphd-stream", "--features", "few-particles", "--", "-D", "warnings"]);
     let mut check = || -> Result<(), Stop> {
         need_clippy()?;
-        Ok(process::run(&mut cargo)
+        Ok(process::run(&mut workspace()?)
             .and_then(|()| process::run(&mut few))
             .and_then(|()| process::run(&mut capi::clippy()))
             .and_then(|()| process::run(&mut python::clippy()))

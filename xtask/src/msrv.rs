@@ -61,7 +61,7 @@ fn by_compiler(mut check: Command) -> Result<Outcome, Stop> {
 
 fn by_lint() -> Result<Outcome, Stop> {
     lint::need_clippy()?;
-    let settings = settings()?;
+    let settings = clippy_settings()?;
     let lint = |mut clippy: Command, arguments: &[&str]| {
         clippy.env("CLIPPY_CONF_DIR", &settings).args(arguments).arg("--").args(FLAGS);
         clippy
@@ -74,9 +74,8 @@ fn by_lint() -> Result<Outcome, Stop> {
         Err(complaint) => return Err(format!("clippy's planted slip fails for another reason: {complaint}").into()),
         Ok(_) => return Err(format!("clippy does not see that {} needs a later Rust", planted.display()).into()),
     }
-    let mut clippy = process::cargo();
-    clippy.args(["clippy", "--workspace", "--all-targets", "--keep-going"]).args(lint::LINT_FEATURES);
-    process::run(&mut lint(clippy, &[]))?;
+    // This lint is one of those that warn.
+    process::run(&mut lint::workspace()?)?;
     let firmware = toolchain::find().and_then(|toolchain| firmware_clippy(&toolchain));
     match firmware {
         Ok(clippy) => {
@@ -99,7 +98,7 @@ fn firmware_clippy(toolchain: &Toolchain) -> Result<Command, Missing> {
 }
 
 /// A folder with settings for clippy: tests must build with the oldest Rust too.
-fn settings() -> Result<PathBuf, String> {
+pub fn clippy_settings() -> Result<PathBuf, String> {
     let folder = process::own_target_dir("msrv-settings");
     write(&folder, "clippy.toml", "check-incompatible-msrv-in-tests = true\n")?;
     Ok(folder)

@@ -113,14 +113,14 @@ pub fn black_box(source: Source<'_>, snapshot_every: usize, joint: bool) -> Resu
     let arguments = ["--snapshot-every", &snapshot_every.to_string(), "--filter", filter];
     let path = write(source, Precision::F32, "-box", &arguments)?;
     let words = if joint { "box-joint-f32" } else { "box-f32" };
-    let text = alone(of_streams(&[]).arg(words).arg(&path))?;
+    let text = alone(of_streams("release", &[]).arg(words).arg(&path))?;
     Ok((path, Replay::parse(&text.lines().map(str::to_owned).collect::<Vec<_>>())?))
 }
 
 /// The part of a black box from the snapshot after this number of scans on.
 pub fn cut(black_box: &Path, after: usize) -> Result<PathBuf, String> {
     let left = black_box.with_extension(format!("{after}.scphd"));
-    alone(of_streams(&[]).arg("cut").arg(black_box).arg(after.to_string()).arg(&left))?;
+    alone(of_streams("release", &[]).arg("cut").arg(black_box).arg(after.to_string()).arg(&left))?;
     Ok(left)
 }
 
@@ -161,9 +161,9 @@ pub fn simulator() -> Result<Command, String> {
     BUILT.get_or_init(build).clone().map(process::command)
 }
 
-/// The replay program with these features.
-fn of_streams(room: &[&str]) -> Command {
-    let mut cargo = program("scphd-replay");
+/// The replay program with this profile and these features.
+fn of_streams(profile: &str, room: &[&str]) -> Command {
+    let mut cargo = program("scphd-replay", profile);
     cargo.args(["--features", &room.join(","), "--"]);
     cargo
 }
@@ -176,17 +176,28 @@ fn alone(cargo: &mut Command) -> Result<String, String> {
     process::read(cargo)
 }
 
-fn program(name: &str) -> Command {
+fn program(name: &str, profile: &str) -> Command {
     let mut cargo = process::cargo();
-    cargo.args(["run", "--quiet", "--package", "scphd-stream", "--bin", name, "--release"]);
+    cargo.args(["run", "--quiet", "--package", "scphd-stream", "--bin", name, "--profile", profile]);
     cargo
 }
 
 /// The output of a replay with bit flips on the host, with these features.
 pub fn flips_on_host(stream: &Path, features: &[&str]) -> Result<Vec<String>, String> {
-    let mut cargo = program("scphd-flips");
+    let mut cargo = program("scphd-flips", "release");
     let text = alone(cargo.args(["--features", &features.join(","), "--"]).arg(stream))?;
     Ok(text.lines().map(str::to_owned).collect())
+}
+
+/// The lines of a replay in a build of this profile.
+fn replayed_in(profile: &str, stream: &Path, rig: Rig, precision: Precision) -> Result<Vec<String>, String> {
+    let text = alone(of_streams(profile, rig.room).arg(rig.replay(precision)).arg(stream))?;
+    Ok(text.lines().map(str::to_owned).collect())
+}
+
+/// Replays a stream on the host without optimisation.
+pub fn unoptimised(stream: &Path, rig: Rig, precision: Precision) -> Result<Replay, String> {
+    Replay::parse(&replayed_in("dev", stream, rig, precision)?)
 }
 
 /// Replays a stream on the host with the capacities of the vehicle, unless this program has already done so.
@@ -197,10 +208,7 @@ pub fn on_host(stream: &Path, rig: Rig, precision: Precision) -> Result<Replay, 
     let known = replayed().get(&key).cloned();
     let lines = match known {
         Some(lines) => lines,
-        None => {
-            let text = alone(of_streams(rig.room).arg(rig.replay(precision)).arg(stream))?;
-            text.lines().map(str::to_owned).collect()
-        }
+        None => replayed_in("release", stream, rig, precision)?,
     };
     let replay = Replay::parse(&lines)?;
     replayed().insert(key, lines);
