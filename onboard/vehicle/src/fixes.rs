@@ -2,9 +2,9 @@
 
 use crate::Description;
 use nalgebra::{Vector1, Vector2};
-use scphd::fixes::{FixRule, HeadingWatch, PositionWatch};
+use scphd::fixes::{FixReport, FixRule, HeadingWatch, PositionWatch};
 use scphd::models::{HeadingFix, ModelError, PlanarPose, PositionFix};
-use scphd::{FixReport, PoseEstimate, Real};
+use scphd::{PoseEstimate, Real};
 
 /// Result of a fix with a monitor.
 #[derive(Debug, Clone, Copy, PartialEq)]

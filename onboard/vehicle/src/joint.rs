@@ -9,12 +9,13 @@ use crate::{
 };
 use nalgebra::{Vector1, Vector2, Vector3};
 use scphd::errors::{Flaw, LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError};
+use scphd::fixes::FixReport;
 use scphd::models::{MovingOf, OdometryCorrection, PlanarPose, ScalarOf};
 use scphd::numerics::Symmetric;
 use scphd::settings::MovingConfig;
 use scphd::snapshot::{RestoreError, SaveError, SliceEnd};
 use scphd::storage::{Movers, NoArchive, NoMovers};
-use scphd::{Component, FixReport, JointSlam, JointState, MapEstimate, PoseEstimate, PredictReport, Real};
+use scphd::{Component, JointSlam, JointState, MapEstimate, PoseEstimate, PredictReport, Real};
 
 /// A joint map in its memory, with the sensors and fixes of its description. `P` is [`PlanarPose`], or
 /// [`CalibratedPose`](scphd::models::CalibratedPose) if the odometry is calibrated; archive and moving features depend on the

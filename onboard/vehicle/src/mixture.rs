@@ -7,10 +7,11 @@ use crate::{
 };
 use nalgebra::{Vector1, Vector2, Vector3};
 use scphd::errors::{Flaw, LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError};
+use scphd::fixes::FixReport;
 use scphd::models::{MovingOf, OdometryCorrection, PlanarMotion, PlanarPose};
 use scphd::numerics::Symmetric;
 use scphd::snapshot::{RestoreError, SaveError, SliceEnd};
-use scphd::{Component, Config, FixReport, MapEstimate, PoseEstimate, PredictReport, Real, ScPhd};
+use scphd::{Component, Config, MapEstimate, PoseEstimate, PredictReport, Real, ScPhd};
 
 /// A mixture in its memory, with the sensors and fixes of its description.
 #[derive(Debug)]
