@@ -167,8 +167,8 @@ fn check(all: bool) {
             Some((command, words))
         })
         .collect();
-    // Studies take the longest and are started first.
-    todo.sort_by_key(|(_, words)| words[0] != "monte-carlo");
+    // Runs under water take the longest, then studies, and are started first.
+    todo.sort_by_key(|(_, words)| (words[1] != "girona-tank", words[0] != "monte-carlo"));
     let (next, faults) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
     let worker = || {
         while let Some((command, words)) = todo.get(next.fetch_add(1, Ordering::Relaxed)) {
