@@ -11,6 +11,7 @@ use std::process::Command as Process;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
+use std::time::Instant;
 
 /// Greatest ratio of the figure of a command and the claimed one.
 const MARGIN: f64 = 1.2;
@@ -172,8 +173,9 @@ fn check(all: bool) {
     let (next, faults) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
     let worker = || {
         while let Some((command, words)) = todo.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let started = Instant::now();
             let (json, said) = output(words);
-            let mut lines = vec![words.join(" ")];
+            let mut lines = vec![format!("{}: {:.1} s", words.join(" "), started.elapsed().as_secs_f32())];
             let mut wrong = Vec::new();
             for claim in &command.claim {
                 match claim.fault(&json, all) {
