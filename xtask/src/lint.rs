@@ -1,9 +1,9 @@
 //! The steps `fmt` and `lint`, and helpers for other steps that use clippy.
 
+use std::path::PathBuf;
 use std::process::Command;
 
 use crate::capi;
-use crate::msrv;
 use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
 use crate::python;
@@ -50,8 +50,15 @@ pub fn workspace() -> Result<Command, String> {
     let mut cargo = process::cargo();
     cargo.args(["clippy", "--workspace", "--all-targets", "--keep-going"]);
     cargo.args(LINT_FEATURES).args(["--", "-D", "warnings"]);
-    cargo.env("CLIPPY_CONF_DIR", msrv::clippy_settings()?);
+    cargo.env("CLIPPY_CONF_DIR", settings()?);
     Ok(cargo)
+}
+
+/// A folder with settings for clippy: tests must build with the oldest Rust too.
+pub fn settings() -> Result<PathBuf, String> {
+    let folder = process::own_target_dir("clippy-settings");
+    process::write(&folder, "clippy.toml", "check-incompatible-msrv-in-tests = true\n")?;
+    Ok(folder)
 }
 
 /// The step `lint`.

@@ -1,7 +1,6 @@
 //! The step `msrv`: checks that nothing needs a newer Rust than the oldest supported one.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
 use crate::firmware::board::REFERENCE;
@@ -61,7 +60,7 @@ fn by_compiler(mut check: Command) -> Result<Outcome, Stop> {
 
 fn by_lint() -> Result<Outcome, Stop> {
     lint::need_clippy()?;
-    let settings = clippy_settings()?;
+    let settings = lint::settings()?;
     let lint = |mut clippy: Command, arguments: &[&str]| {
         clippy.env("CLIPPY_CONF_DIR", &settings).args(arguments).arg("--").args(FLAGS);
         clippy
@@ -97,13 +96,6 @@ fn firmware_clippy(toolchain: &Toolchain) -> Result<Command, Missing> {
     Ok(clippy)
 }
 
-/// A folder with settings for clippy: tests must build with the oldest Rust too.
-pub fn clippy_settings() -> Result<PathBuf, String> {
-    let folder = process::own_target_dir("msrv-settings");
-    write(&folder, "clippy.toml", "check-incompatible-msrv-in-tests = true\n")?;
-    Ok(folder)
-}
-
 /// A crate that needs a newer Rust than it states.
 fn plant() -> Result<PathBuf, String> {
     let folder = process::own_target_dir("msrv-planted");
@@ -111,16 +103,9 @@ fn plant() -> Result<PathBuf, String> {
         "[package]\nname = \"planted\"\nversion = \"0.1.0\"\nedition = \"2024\"\nrust-version = \"{OLDEST}\"\n\n\
          [lib]\npath = \"lib.rs\"\n\n[workspace]\n"
     );
-    write(&folder, "Cargo.toml", &manifest)?;
-    write(&folder, "lib.rs", PLANTED)?;
+    process::write(&folder, "Cargo.toml", &manifest)?;
+    process::write(&folder, "lib.rs", PLANTED)?;
     Ok(folder)
-}
-
-fn write(folder: &Path, name: &str, text: &str) -> Result<(), String> {
-    let path = folder.join(name);
-    fs::create_dir_all(folder)
-        .and_then(|()| fs::write(&path, text))
-        .map_err(|error| format!("{}: {error}", path.display()))
 }
 
 /// Whether `name` is the release `version`, a patch release of it, or a toolchain with such a name.

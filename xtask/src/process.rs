@@ -28,6 +28,14 @@ pub fn target_dir() -> PathBuf {
     root().join(std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()))
 }
 
+/// Writes a file to a folder, which is created if necessary.
+pub fn write(folder: &Path, name: &str, text: &str) -> Result<(), String> {
+    let path = folder.join(name);
+    std::fs::create_dir_all(folder)
+        .and_then(|()| std::fs::write(&path, text))
+        .map_err(|error| format!("{}: {error}", path.display()))
+}
+
 /// Whether committed figures are to be rewritten with measured ones instead of compared.
 pub fn is_blessing() -> bool {
     std::env::var_os("SCPHD_BLESS").is_some_and(|value| value == "1")
