@@ -1,5 +1,6 @@
 //! The program as its users see it: exit codes, messages, files.
 
+use crate::folders::{self, stereo};
 use crate::place::{Place, names, timeless};
 use serde_json::Value;
 use std::fs;
@@ -451,6 +452,7 @@ fn a_study_is_the_same_on_any_number_of_threads_and_in_parts() {
 #[test]
 fn a_study_under_water_is_the_same_in_parts() {
     let place = workplace();
+    folders::put(&place.path("stereo"), &stereo());
     let study = ["monte-carlo", "stereo", "--runs", "2", "--particles", "1", "--filter", "core,joint"];
     let with = |more: &[&str]| place.prints(&[&study[..], more].concat());
     with(&["--json", "results/one.json"]);
