@@ -936,7 +936,10 @@ scphd_status scphd_slam_localise(scphd_slam *slam,
 
 // Updates the filter with a measured position, at any time between other calls. Its monitoring is a service. The report may be
 // null.
-scphd_status scphd_slam_observe_position(scphd_slam *slam, float x_m, float y_m, scphd_fix_report *report);
+scphd_status scphd_slam_observe_position(scphd_slam *slam,
+                                         float x_m,
+                                         float y_m,
+                                         scphd_fix_report *report);
 
 // Updates the filter with a measured heading, from the x axis towards the y axis. As `scphd_slam_observe_position`.
 scphd_status scphd_slam_observe_heading(scphd_slam *slam, float heading_rad, scphd_fix_report *report);
@@ -971,10 +974,7 @@ scphd_status scphd_slam_save(scphd_slam *slam,
                              size_t *written);
 
 // Restores a snapshot. If its contents are refused, the filter has to be reset. A service.
-scphd_status scphd_slam_restore(scphd_slam *slam,
-                                uint32_t kind,
-                                const uint8_t *snapshot,
-                                size_t size_bytes);
+scphd_status scphd_slam_restore(scphd_slam *slam, uint32_t kind, const uint8_t *snapshot, size_t size_bytes);
 
 // Writes a hash of the whole state: the same inputs give the same hash on every machine. A service.
 scphd_status scphd_slam_digest(scphd_slam *slam, uint64_t *digest);
@@ -1127,8 +1127,7 @@ scphd_status scphd_resume_mixture_32x2(uint32_t abi_version, void *memory, size_
                                        scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_services_mixture_32x2(scphd_slam *slam);
 
-// Mixture: four informed particles, 128 pages of features, 32 to a map, 256 in view; no moving ones; scans of 64
-// measurements.
+// Mixture: four informed particles, 128 pages of features, 32 to a map, 256 in view; no moving ones; scans of 64 measurements.
 scphd_status scphd_start_mixture_informed_4(uint32_t abi_version, void *memory, size_t size_bytes,
                                             scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_resume_mixture_informed_4(uint32_t abi_version, void *memory, size_t size_bytes,
