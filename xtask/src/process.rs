@@ -46,11 +46,17 @@ pub fn cargo() -> Command {
     command(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
 }
 
+/// cargo in another workspace, with this build folder.
+pub fn cargo_in(command: &str, manifest: &str, folder: &Path) -> Command {
+    let mut cargo = cargo();
+    cargo.args([command, "--quiet", "--locked", "--manifest-path", manifest, "--target-dir"]).arg(folder);
+    cargo
+}
+
 /// cargo, to check another workspace with the profile and in the build folder of this one, so that common dependencies are checked
 /// once.
 pub fn cargo_to_check(command: &str, manifest: &str) -> Command {
-    let mut cargo = cargo();
-    cargo.args([command, "--quiet", "--locked", "--manifest-path", manifest, "--target-dir"]).arg(target_dir());
+    let mut cargo = cargo_in(command, manifest, &target_dir());
     cargo.env("CARGO_PROFILE_DEV_OPT_LEVEL", "0");
     if std::env::var_os("CARGO_PROFILE_DEV_DEBUG").is_none() {
         cargo.env("CARGO_PROFILE_DEV_DEBUG", "line-tables-only");

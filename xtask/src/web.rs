@@ -37,10 +37,7 @@ pub fn step() -> Outcome {
 
 /// cargo, in the workspace of the page.
 fn cargo(command: &str) -> Command {
-    let mut cargo = process::cargo();
-    cargo.args([command, "--quiet", "--locked", "--manifest-path", MANIFEST, "--target-dir"]);
-    cargo.arg(process::own_target_dir("web-host"));
-    cargo
+    process::cargo_in(command, MANIFEST, &process::own_target_dir("web-host"))
 }
 
 /// clippy on the crate, with warnings as errors.

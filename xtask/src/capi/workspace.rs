@@ -18,7 +18,5 @@ pub fn tools_dir() -> PathBuf {
 
 /// cargo, in the workspace of the C interface.
 pub fn cargo(builds: &str) -> Command {
-    let mut cargo = process::cargo();
-    cargo.args([builds, "--quiet", "--locked", "--manifest-path", MANIFEST, "--target-dir"]).arg(tools_dir());
-    cargo
+    process::cargo_in(builds, MANIFEST, &tools_dir())
 }

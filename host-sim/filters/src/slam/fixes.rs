@@ -37,9 +37,17 @@ pub(crate) trait Observes<P: Pose> {
     fn put(&mut self, map: Map, place: impl FnOnce(PoseEstimate<P>) -> PoseEstimate<P>) -> Result<(), Refusal>;
 }
 
-/// Relocation of a filter with an estimate of its own.
-macro_rules! put {
+/// Fixes and relocation of a filter, by its methods of the same names.
+macro_rules! observes {
     ($($seed:expr)?) => {
+        fn take<F: Fix<Pose = M::Pose> + Copy>(
+            &mut self,
+            fix: &F,
+            measured: &F::Measurement,
+        ) -> Result<FixReport<ScalarOf<M::Pose>>, ObserveError> {
+            self.observe(fix, measured)
+        }
+
         fn put(
             &mut self,
             map: Map,
@@ -60,15 +68,7 @@ macro_rules! put {
 const RESTART_SEED: u64 = 0x5ca7_7e12;
 
 impl<M: Motion> Observes<M::Pose> for ScPhd<'_, M> {
-    fn take<F: Fix<Pose = M::Pose> + Copy>(
-        &mut self,
-        fix: &F,
-        measured: &F::Measurement,
-    ) -> Result<FixReport<ScalarOf<M::Pose>>, ObserveError> {
-        self.observe(fix, measured)
-    }
-
-    put!(RESTART_SEED);
+    observes!(RESTART_SEED);
 }
 
 impl<M, Z, V> Observes<M::Pose> for JointSlam<'_, M, Z, NoArchive, V>
@@ -77,15 +77,7 @@ where
     Z: Vector<Scalar = ScalarOf<M::Pose>>,
     V: Movers<M::Pose>,
 {
-    fn take<F: Fix<Pose = M::Pose> + Copy>(
-        &mut self,
-        fix: &F,
-        measured: &F::Measurement,
-    ) -> Result<FixReport<ScalarOf<M::Pose>>, ObserveError> {
-        self.observe(fix, measured)
-    }
-
-    put!();
+    observes!();
 }
 
 impl<M, Z, V, const OTHERS: usize> Observes<M::Pose> for MultiHypothesisSlam<'_, M, Z, V, OTHERS>
@@ -94,15 +86,7 @@ where
     Z: Vector<Scalar = ScalarOf<M::Pose>>,
     V: Movers<M::Pose>,
 {
-    fn take<F: Fix<Pose = M::Pose> + Copy>(
-        &mut self,
-        fix: &F,
-        measured: &F::Measurement,
-    ) -> Result<FixReport<ScalarOf<M::Pose>>, ObserveError> {
-        self.observe(fix, measured)
-    }
-
-    put!();
+    observes!();
 }
 
 /// A pose type with fixes in logs of this kind.
