@@ -6,8 +6,8 @@
 //! * [`JointSlam`], recommended: one Gaussian over the pose and all landmarks, with probabilistic data association and existence
 //!   probabilities;
 //! * [`ScPhd`], the filter of C. S. Lee's thesis (*SLAM using Single Cluster PHD Filters*, Girona 2014): particles for the vehicle
-//!   (the parent process), and for every particle a Gaussian mixture for the map (the daughter process). Landmarks are a random
-//!   finite set, which needs no data association.
+//!   (the parent process), and for every particle a Gaussian mixture for the map (the daughter process). The map is a random finite
+//!   set, so that no data association is needed.
 //!
 //! It is written for vehicle computers:
 //!
@@ -48,8 +48,9 @@
 //! | `fixes/` | monitors of rejected fixes: are the fixes wrong, or has the filter diverged? |
 //! | `locate/` | global localisation in the map of an earlier drive |
 //!
-//! `filter/step.rs` is one scan from top to bottom: propose poses, weight, resample, update, reduce. `navigation/` estimates the
-//! velocity of an underwater vehicle. `docs/recursion.md` has the complete recursion with its design decisions.
+//! `joint/scan.rs` has a scan of a [`JointSlam`] from top to bottom, `filter/step.rs` one of a [`ScPhd`]: propose poses, weight,
+//! resample, update, reduce. `docs/joint.md` and `docs/recursion.md` have the equations. `navigation/` estimates the velocity of an
+//! underwater vehicle.
 //!
 //! # Features
 //!

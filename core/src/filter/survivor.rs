@@ -340,7 +340,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
     /// Merges and caps the components in view, and makes their labels unique.
     fn reduce(&mut self, config: &Config<T>, next_label: &mut u32, tally: &mut Tally<T>) {
         tally.merged += merge_and_cap(self, config.merge_distance, config.max_components);
-        self.tell_apart(next_label);
+        self.make_labels_unique(next_label);
     }
 
     /// Adds the components that the workspace removed, for their weight or for lack of room, to the counts of the scan.
@@ -352,7 +352,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
 
     /// Makes labels unique: the copies of a component, missed and detected, that have not been merged have the same label and are
     /// adjacent. The heaviest keeps the label, the others get new ones.
-    fn tell_apart(&mut self, next_label: &mut u32) {
+    fn make_labels_unique(&mut self, next_label: &mut u32) {
         let mut rest = self.in_view_mut();
         while let Some(label) = rest.first().map(|entry| entry.component.label) {
             work::round();

@@ -31,7 +31,7 @@ const PATIENCE_OF_THE_SLOW: f64 = 4.0;
 ///
 /// let gps = PositionFix::new(0.5_f32)?.gated(25.0)?; // five standard deviations
 /// let mut watch = PositionWatch::new(FixRule::default())?;
-/// // The vehicle drives at 2 m/s along x, 30 m beside the pose that the filter estimates.
+/// // The vehicle drives at 2 m/s along x, 30 m from the pose that the filter estimates.
 /// let back = (0..8).find_map(|second| {
 ///     let (x, certain) = (2.0 * second as f32, Symmetric::from_diagonal([0.01; 3]));
 ///     let estimate = PoseEstimate { mean: PlanarPose::new(x, 0.0, 0.0), covariance: certain };

@@ -92,8 +92,8 @@ where
         let landmarks = landmarks.get(..header.len).unwrap_or(&[]);
         tracks.look(models, &frame, measurements, config.occlusion_factor, landmarks);
     }
-    // The innovation of a landmark that the last scan initiated would have the covariance 2 R + Hx W Hxᵀ. It does not
-    // count if no landmark can be initiated.
+    // The innovation of a landmark that the last scan initiated would have the covariance 2 R + Hx W Hxᵀ. This bound
+    // is not used if no landmark can be initiated.
     let may_be_born = births.of_static > T::ZERO && header.len < landmarks.len();
     let newborn = sensor.noise().plus(sensor.noise());
     let ln_newborn = newborn.factor().filter(|_| may_be_born).map_or(T::NEG_INFINITY, |factor| factor.ln_peak());
@@ -106,12 +106,12 @@ where
         in_view += usize::from(seen.is_some());
         let expected = landmark.detection * landmark.existence.visible;
         // A moving-object track of the same object may be detected instead of the landmark.
-        let neither = |beside: T| (T::ONE - expected - beside).at_least(T::EPSILON);
-        let beside = tracks.as_mut().map_or(T::ZERO, |tracks| tracks.beside(index, neither));
-        if !(expected + beside > T::ZERO) {
+        let neither = |moving: T| (T::ONE - expected - moving).at_least(T::EPSILON);
+        let moving = tracks.as_mut().map_or(T::ZERO, |tracks| tracks.beside(index, neither));
+        if !(expected + moving > T::ZERO) {
             continue;
         }
-        let ln_not_detected = if beside > T::ZERO { neither(beside).ln() } else { (T::ONE - expected).ln() };
+        let ln_not_detected = if moving > T::ZERO { neither(moving).ln() } else { (T::ONE - expected).ln() };
         ln_missed += ln_not_detected;
         let Some((predicted, _)) = seen.filter(|_| expected > T::ZERO) else { continue };
         let own = OwnNoise::of(sensor, &predicted.measurement, &predicted.measurement);
@@ -119,15 +119,15 @@ where
         let covariance = predicted.covariance(&joint.blocks(index));
         let Some(factor) = covariance.plus(noise).factor() else { continue };
         // Landmarks with different noise R are compared by the ratio of the determinants of S and R.
-        let beside_noise = |ln_peak: T| own.as_ref().map_or(ln_peak, |own| ln_peak - own.factor.ln_peak() + ln_usual);
-        ln_highest = ln_highest.at_least(beside_noise(factor.ln_peak()));
+        let scaled_peak = |ln_peak: T| own.as_ref().map_or(ln_peak, |own| ln_peak - own.factor.ln_peak() + ln_usual);
+        ln_highest = ln_highest.at_least(scaled_peak(factor.ln_peak()));
         if index < window {
             // A landmark that may be a moving object instead keeps its associations.
-            landmark.scratch = if beside > T::ZERO { T::INFINITY } else { beside_noise(factor.ln_peak()) };
+            landmark.scratch = if moving > T::ZERO { T::INFINITY } else { scaled_peak(factor.ln_peak()) };
             if landmark.scratch < least_of::<X::Measurement>(ln_newborn) {
                 let of_motion = header.motion_noise.congruence::<X::Measurement>(&predicted.by_pose);
                 let here = of_motion.plus(&own.as_ref().map_or(newborn, |own| own.covariance.plus(&own.covariance)));
-                let least = |ln_peak| least_of::<X::Measurement>(beside_noise(ln_peak));
+                let least = |ln_peak| least_of::<X::Measurement>(scaled_peak(ln_peak));
                 if here.factor().is_some_and(|factor| landmark.scratch < least(factor.ln_peak())) {
                     landmark.scratch = T::NEG_INFINITY;
                 }
@@ -156,8 +156,8 @@ where
         ln_missed += tracks.associate(models, &frame, measurements, config.gate, table);
     }
     let ln_evidence = marginals::<T, X::Pose, V>(landmarks, table, movers, ln_missed);
-    // Σ p_D v is approximated by Σ −ln(1 − p_D v), which is accurate for small terms. No landmark is detected more than
-    // once.
+    // Σ p_D v is approximated by Σ −ln(1 − p_D v), which is accurate for small terms, and is at most the number of
+    // landmarks.
     let expected_of_weak = (-ln_missed_weak).at_most(T::from_usize(weak));
     Associated { in_view: in_view - weak, weak, expected_of_weak, ln_evidence }
 }
@@ -180,7 +180,7 @@ where
     lambda.ln()
 }
 
-/// The predicted measurement of a feature in view, and p_D.
+/// Result of [`in_view_of`].
 type Seen<X> = (
     Predicted<<X as MeasurementModel>::Pose, <X as MeasurementModel>::Measurement>,
     ScalarOf<<X as MeasurementModel>::Pose>,

@@ -114,7 +114,7 @@ fn move_pose_by<T, S, Z>(
         tally.left_out += 1;
         return;
     }
-    joint.tell_pose::<Z>(pending, &learnt, &spread, header.len);
+    joint.correct_pose_block::<Z>(pending, &learnt, &spread, header.len);
     header.pose = header.moved_by::<Z>(&pose, &step);
 }
 
@@ -122,7 +122,7 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
     /// P_xx ← P_xx + (P Hᵀ)_x (L + V) (P Hᵀ)_xᵀ and P_mx ← P_mx + (P Hᵀ)_m L (P Hᵀ)_xᵀ for this number of features,
     /// with L = `learnt`, the decrease by the measurement, and V = `spread`, the uncertainty of the association.
     /// Features are not corrected, so that V is added to the pose alone.
-    fn tell_pose<Z: Vector<Scalar = T>>(
+    fn correct_pose_block<Z: Vector<Scalar = T>>(
         &mut self,
         common: &Pending<'_, P, Z>,
         learnt: &Linear<Z, Z>,

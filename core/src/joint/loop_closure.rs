@@ -2,10 +2,10 @@
 //! around them.
 //!
 //! After a section of the trajectory without landmarks the pose is so uncertain that many landmarks are in the gate of
-//! a measurement, and a wrong association cannot be undone. Single measurements therefore do not decide: landmarks that
-//! are much less certain than others in view are excluded from the association ([`exclude_weakly_determined`]), and the
-//! measurements initiate new landmarks. The new landmarks are accurate relative to each other, and are matched with the
-//! old map as a whole ([`close_loop`]).
+//! a measurement, and a wrong association cannot be undone. A loop is therefore not closed by single measurements.
+//! Landmarks that are much less certain than others in view are excluded from the association
+//! ([`exclude_weakly_determined`]), and the measurements initiate new landmarks. These are accurate relative to each
+//! other, and are matched with the old map as a whole ([`close_loop`]).
 
 use super::associations::AssociationRow;
 use super::config::JointConfig;
@@ -25,16 +25,16 @@ const ESTABLISHED_DETECTIONS: f64 = 3.0;
 const OLD_FRACTION: f64 = 0.5;
 /// Least posterior probability of a match.
 const LEAST_PROBABILITY: f64 = 0.99;
-/// Most candidates for a match of one landmark: the nearest ones.
+/// Greatest number of candidates for a match of one landmark: the nearest ones.
 const CANDIDATES: usize = 8;
-/// Most candidates, after the alignment, for each of the other landmarks in view: the nearest ones.
+/// Number of candidates, after the alignment, for each of the other landmarks in view: the nearest ones.
 const NEIGHBOURS: usize = 3;
-/// Most landmarks in view that are tried: those detected most often. The first of them is often a truly new landmark
-/// without a match.
+/// Number of landmarks in view that are tried: those detected most often. One is not enough, because it may be a new
+/// landmark without a match.
 const SEEDS: usize = 6;
 
-/// A landmark is weakly determined if ln of the peak of its innovation's density is below this; `ln_peak` is the
-/// highest of the scan.
+/// The threshold below which ln of the peak of the innovation's density means that a landmark is weakly determined;
+/// `ln_peak` is the highest of the scan.
 pub(super) fn least_of<Y: Vector>(ln_peak: Y::Scalar) -> Y::Scalar {
     ln_peak - Y::Scalar::from_f64(WEAK_RATIO).ln() * Y::Scalar::from_usize(Y::DIMENSION)
 }
@@ -62,8 +62,8 @@ pub(super) fn exclude_weakly_determined<T: Real, D: Vector<Scalar = T>>(
     (weak, ln_missed)
 }
 
-/// Fuses the pair of landmarks with the greatest evidence that they are duplicates, if one is certain enough. One of a
-/// pair is among the landmarks in view that were detected most often. Returns the number of fused pairs.
+/// Fuses the two landmarks with the greatest evidence that they are duplicates, if it is certain enough. One of the two
+/// is among the landmarks in view that were detected most often. Returns the number of fused pairs.
 pub(super) fn close_loop<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     config: &JointConfig<T>,
     memory: &mut Memory<'_, P, Z>,
@@ -164,7 +164,7 @@ impl<T: Real, P: Pose<Scalar = T>> Pair<P> {
     /// ln Λ: the likelihood ratio of the hypothesis, against the one that all landmarks in view are new.
     fn ln_evidence<Z: Vector<Scalar = T>>(&self, memory: &mut Memory<'_, P, Z>, ln_density: T) -> T {
         let (ln_old_fraction, old_fraction) = (T::from_f64(OLD_FRACTION).ln(), T::from_f64(OLD_FRACTION));
-        // The positions of all landmarks after this fusion.
+        // The positions of all landmarks after this fusion, in the rows of `pending`, which are not in use here.
         for index in 0..memory.header.len {
             let Some(landmark) = memory.landmarks.get(index).filter(|landmark| is_established(landmark)) else {
                 continue;
@@ -228,7 +228,7 @@ impl<T: Real, P: Pose<Scalar = T>> Pair<P> {
     }
 }
 
-/// The difference of two landmarks after the fusion, whose positions are in the scratch rows.
+/// The difference of two landmarks after the fusion, from their positions in the rows of `pending`.
 fn difference_after<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     memory: &Memory<'_, P, Z>,
     one: usize,

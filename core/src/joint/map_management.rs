@@ -125,8 +125,8 @@ fn least_likely<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(memory: &Me
     })
 }
 
-/// Repairs the variances of the pose, and drops landmarks whose position or variance is invalid by rounding or by a
-/// model. Returns the number of both.
+/// Repairs the variances of the pose, and drops landmarks whose position or variance is invalid because of rounding or
+/// of a model. Returns the number of repairs and dropped landmarks.
 pub(super) fn drop_degenerate<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     memory: &mut Memory<'_, P, Z>,
 ) -> usize {
@@ -169,10 +169,10 @@ pub(super) fn drop_unlikely<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>
     dropped
 }
 
-/// Fuses every two landmarks in view that one measurement and their covariances could not distinguish. Their equality
-/// is a measurement m_i − m_j = 0 without noise, which corrects the whole state. Tentative landmarks may be clutter and
-/// are not fused; a tentative duplicate is dropped later, because the other landmark has the greater association
-/// probabilities.
+/// Fuses every two landmarks in view whose difference is insignificant, both by the covariance of one measurement and
+/// by its own covariance. Their equality is a measurement m_i − m_j = 0 without noise, which corrects the whole state.
+/// Tentative landmarks may be clutter and are not fused; a tentative duplicate is dropped later, because the other
+/// landmark has the greater association probabilities.
 pub(super) fn merge<T, S, Z>(sensor: &S, config: &JointConfig<T>, memory: &mut Memory<'_, S::Pose, Z>) -> usize
 where
     T: Real,
@@ -184,7 +184,7 @@ where
     let mut one = 0;
     while one < memory.header.len {
         let Some(landmark) = memory.landmarks.get(one) else { break };
-        // The covariance of a position from one measurement from here.
+        // The covariance of the position from one measurement at the present pose.
         let single_measurement = if is_mergeable(landmark) {
             let expected = sensor.expect(&frame, &landmark.mean);
             expected.and_then(|expected| {

@@ -53,7 +53,7 @@ pub(super) fn correct_position<T, S, Z>(
     if !is_within_range(&(landmark.mean + by)) {
         return;
     }
-    joint.tell_place::<Z>(index, pending, &learnt, &spread, header.len);
+    joint.correct_position_block::<Z>(index, pending, &learnt, &spread, header.len);
     landmark.mean += by;
     landmark.moved += by;
 }
@@ -62,7 +62,7 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
     /// P_mm ← P_mm + (P Hᵀ)_m (L + V) (P Hᵀ)_mᵀ and P_m· ← P_m· + (P Hᵀ)_m L (P Hᵀ)_·ᵀ of one feature, for this number
     /// of features in all, with L = `learnt`, the decrease by the measurement, and V = `spread`, the uncertainty of the
     /// association.
-    fn tell_place<Z: Vector<Scalar = T>>(
+    fn correct_position_block<Z: Vector<Scalar = T>>(
         &mut self,
         index: usize,
         common: &Pending<'_, P, Z>,

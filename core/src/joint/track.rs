@@ -19,8 +19,8 @@ use crate::{
     Symmetric, TangentOf, Vector,
 };
 
-/// The predicted measurement of a track.
-struct Sight<P: Pose, Y: Vector> {
+/// The predicted measurement of a track, and its covariance.
+struct PredictedTrack<P: Pose, Y: Vector> {
     predicted: Predicted<P, Y>,
     /// R + Hx Q Hxᵀ, with Q the process noise of the vehicle since the last scan.
     noise: Symmetric<Y>,
@@ -28,7 +28,7 @@ struct Sight<P: Pose, Y: Vector> {
     factor: Factor<Y>,
 }
 
-impl<T: Real, P: Pose<Scalar = T>, Y: Vector<Scalar = T>> Sight<P, Y> {
+impl<T: Real, P: Pose<Scalar = T>, Y: Vector<Scalar = T>> PredictedTrack<P, Y> {
     /// `None` if the track cannot be measured, or if rounding errors have made S invalid.
     fn of<S>(
         sensor: &S,
@@ -130,8 +130,8 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
             if mover.rival == NONE {
                 ln_missed += ln_not_detected;
             }
-            let Some(sight) = Sight::of(sensor, frame, &mover.component, &process_noise) else { continue };
-            let Sight { predicted, factor, .. } = sight;
+            let Some(track) = PredictedTrack::of(sensor, frame, &mover.component, &process_noise) else { continue };
+            let PredictedTrack { predicted, factor, .. } = track;
             let ln_peak = expected.ln() - ln_not_detected + factor.ln_peak();
             for (row, z) in table.iter_mut().zip(measurements) {
                 let distance = factor.mahalanobis(&sensor.innovation(z, &predicted.measurement));
@@ -246,8 +246,8 @@ where
             _ => Some((index, probability)),
         });
     let Some((likeliest, _)) = likeliest else { return unseen };
-    let Some(sight) = Sight::of(sensor, frame, &unseen, process_noise) else { return unseen };
-    let Sight { predicted, noise, factor } = sight;
+    let Some(track) = PredictedTrack::of(sensor, frame, &unseen, process_noise) else { return unseen };
+    let PredictedTrack { predicted, noise, factor } = track;
     let correction = Correction::new(&unseen.covariance, &predicted.by_feature, &noise, &factor);
     let seen = |(probability, z): (T, &S::Measurement)| {
         correction.apply(&unseen, &sensor.innovation(z, &predicted.measurement), probability.ln())
@@ -274,7 +274,7 @@ where
     T: Real,
     S: Sensor<Pose: Pose<Scalar = T>>,
 {
-    let Sight { predicted, factor, .. } = Sight::of(sensor, frame, component, process_noise)?;
+    let PredictedTrack { predicted, factor, .. } = PredictedTrack::of(sensor, frame, component, process_noise)?;
     let distance = factor.mahalanobis(&sensor.innovation(z, &predicted.measurement));
     (distance <= gate).then(|| factor.ln_peak() - distance * T::from_f64(0.5))
 }

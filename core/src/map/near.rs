@@ -14,20 +14,20 @@ pub(crate) fn on_pages_within<'m, F: Feature>(
     components.filter(|component| bounds.holds(&component.position()))
 }
 
-/// Calls `look` for the components of a particle's map within `bounds`, with their weights.
+/// Calls `visit` for the components of a particle's map within `bounds`, with their weights.
 #[inline(always)]
 pub(crate) fn look_within<T: Real, F: Feature<Position: Place<Scalar = T>>>(
     maps: &Maps<'_, F>,
     particle: usize,
     bounds: &Bounds<F::Position>,
-    mut look: impl FnMut(&Component<F::State>, T),
+    mut visit: impl FnMut(&Component<F::State>, T),
 ) {
     for &id in maps.table.pages_near(particle, bounds) {
         let Some(page) = maps.pool.get(id).filter(|page| page.bounds().meets(bounds)) else { continue };
         let within = bounds.covers(page.bounds());
         for (component, weight) in page.weighted() {
             if within || bounds.holds(&component.position()) {
-                look(component, weight);
+                visit(component, weight);
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Navigation filters beside the particles: the velocity of the vehicle, and dead reckoning without a map.
+//! Navigation filters outside the SLAM filter: the velocity of the vehicle, and dead reckoning without a map.
 
 mod dead_reckoning;
 mod kalman;

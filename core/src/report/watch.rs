@@ -1,49 +1,54 @@
 //! Monitor of filter divergence: is the estimated pose wrong, or do sensors fail?
 //!
-//! A CUSUM test (Page 1954) with log-likelihood ratios of the hypotheses "lost" and "here". "Here" is one of two cases. Either the
-//! landmarks that have been known for a while are detected at two thirds of their usual rate or more, whatever else is measured:
-//! this covers a burst of clutter, or a third of all landmarks occluded for some time. Or measurements from no known landmark come
-//! at their usual rate, whatever is detected: this covers a blocked view, or one without known landmarks. "Lost" means that known
-//! landmarks are detected only by chance, and that their measurements appear elsewhere. The smaller of the two log ratios is taken,
-//! so that E[exp(step)] ≤ 1 in both cases, whichever holds at each scan, and the sum reaches h at most once in exp(h) scans.
+//! A CUSUM test (Page 1954) with log-likelihood ratios of two hypotheses, "lost" against "localised". A localised vehicle is in one
+//! of two cases:
+//!
+//! * known landmarks are detected at two thirds of their usual rate or more, whatever else is measured. This covers a burst of
+//!   clutter, and occlusion of a third of all landmarks;
+//! * measurements from no known landmark come at most at their usual rate, whatever is detected. This covers a blocked view, and a
+//!   view without known landmarks.
+//!
+//! The known landmarks of a lost vehicle are detected only by chance, and measurements appear elsewhere instead. A step of the sum
+//! is the smaller of the two log-likelihood ratios. E[exp(step)] is therefore at most 1 in either case, which may change from scan
+//! to scan, and the sum reaches h at most once in exp(h) scans.
 
 use crate::{Health, Real};
 
-/// Least share of the usual detections under the hypothesis "here".
+/// Least share of the usual detections under the hypothesis "localised".
 const STILL_DETECTED: f64 = 2.0 / 3.0;
 /// ln 1/5: logarithm of the rate of detections of known landmarks under "lost", divided by the usual rate. Some measurements lie by
 /// chance where a landmark is expected, and the pose may follow one or two landmarks.
 const LN_BY_CHANCE: f64 = -1.609_437_912_434_100_3;
 /// Number of known landmarks that may be missed in every scan: one at the edge of the view, or one that was removed.
 const MISSED_IN_A_ROW: f64 = 1.0;
-/// Least number of landmarks that a lost vehicle sees, divided by the number that it expects.
+/// Least number of measurements of a lost vehicle from unexpected landmarks, divided by the number of expected detections.
 const SEEN_ELSEWHERE: f64 = 0.5;
-/// Added to the usual number of new measurements a scan, because the mean over the last scans is not known better.
+/// Added to the usual number of new measurements a scan, to allow for the error of the mean over the last scans.
 const SPARE_MEASUREMENTS: f64 = 0.5;
 
 /// Threshold of LOST, ln 10⁴: at most one false alarm in ten thousand scans.
 const LN_LOST: f64 = 9.210_340_371_976_184;
 /// Threshold of DIVERGENCE_SUSPECTED, ln 10²: at most one false alarm in a hundred scans.
 const LN_SUSPECTED: f64 = 4.605_170_185_988_092;
-/// A landmark is known once it is between this number of scans old and twice that: a lost vehicle maps the place where it is anew, and
-/// the sum must reach its threshold before these landmarks are known.
+/// A landmark becomes known when its age is between this number of scans and twice that. A lost vehicle maps its surroundings
+/// again, and the sum must reach its threshold before these landmarks are known.
 const KNOWN_SCANS: u32 = 32;
 /// Time constant of the usual rates, scans.
 const USUAL_SCANS: u32 = 32;
-/// Least number of scans of a mean that is started again.
+/// Least number of scans in the time constant of a mean that is started again.
 const RESTART_SCANS: u32 = 4;
-/// The usual rates are learnt while the sum is below this value.
-const DOUBT_USUAL: f64 = 1.0;
+/// The usual rates are updated while the sum is below this value.
+const LEARNS_BELOW: f64 = 1.0;
 /// Time constant with which the sum decays while no known landmark is expected, scans.
-const DOUBT_SCANS: f64 = 64.0;
-/// Time constant with which removed landmarks are still expected, scans: later they would have left the view.
+const DECAY_SCANS: f64 = 64.0;
+/// Time constant with which the expected detections of removed landmarks decay, scans: these would leave the view.
 const GIVEN_UP_SCANS: f64 = 20.0;
 /// An empty scan means a blocked sensor if at least this number of detections was expected.
 const BLIND: f64 = 3.0;
-/// Least number of expected detections, and of measurements, in a scan that was not associated because the pose is too uncertain.
-const ASIDE: f64 = 1.5;
+/// Least number of expected detections of excluded landmarks, and of measurements, in a scan that counts as not associated.
+const EXCLUDED: f64 = 1.5;
 /// Added to the sum for each such scan.
-const ASIDE_DOUBT: f64 = 0.2;
+const EXCLUDED_STEP: f64 = 0.2;
 /// CLUTTER_HIGH: the number of new measurements is above the usual one by these many standard deviations and this number more.
 const CLUTTER_DEVIATIONS: f64 = 5.0;
 const CLUTTER_MORE: f64 = 3.0;
@@ -88,7 +93,7 @@ pub(crate) fn is_known(label: u32, known_below: u32, next_label: u32) -> bool {
 /// State of the monitor: the usual rates and the CUSUM sum. All zero before the first scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Watch<T> {
-    /// The CUSUM sum of log likelihood ratios of "lost" and "here".
+    /// The CUSUM sum of log-likelihood ratios of "lost" against "localised".
     pub(crate) doubt: T,
     /// Whether the sum has reached the threshold of LOST, and has not been zero since.
     pub(crate) lost: bool,
@@ -96,7 +101,7 @@ pub(crate) struct Watch<T> {
     pub(crate) given_up: T,
     /// Usual share of expected detections that are missed.
     pub(crate) usually_missed: T,
-    /// Usual number of measurements a scan that are not of known landmarks.
+    /// Usual number of measurements a scan that are not of known landmarks ("new").
     pub(crate) usually_new: T,
     /// Mean over the same scans of the number of false measurements that the detector states, λ.
     pub(crate) usually_stated: T,
@@ -145,17 +150,17 @@ impl<T: Real> Watch<T> {
         Health::INPUT_LOST.when(self.scans > 0 && waited_s > usual.at_least(T::from_f64(WAITED_S)))
     }
 
-    /// Increases the sum for a scan in which landmarks in view were not associated, because the pose is too uncertain. `expected` is
-    /// the number of their expected detections.
+    /// Increases the sum for a scan in which landmarks in view were excluded from the association, because they are too uncertain.
+    /// `expected` is the number of their expected detections.
     pub(crate) fn exclude_expected(&mut self, expected: T, measurements: usize) {
-        let enough = T::from_f64(ASIDE);
+        let enough = T::from_f64(EXCLUDED);
         if expected >= enough && T::from_usize(measurements) >= enough {
-            self.doubt += T::from_f64(ASIDE_DOUBT);
+            self.doubt += T::from_f64(EXCLUDED_STEP);
         }
     }
 
-    /// Updates the monitor with a scan: known landmarks, number of measurements and of false ones that the detector states, time since
-    /// the scan before, s, and label of the next birth.
+    /// Updates the monitor with a scan: known landmarks, number of measurements and of false ones that the detector states, time
+    /// since the last scan, s, and label of the next birth.
     pub(crate) fn scanned(
         &mut self,
         seen: &Recognised<T>,
@@ -174,19 +179,19 @@ impl<T: Real> Watch<T> {
         let usual = (expected * (T::ONE - self.usually_missed) - T::from_f64(MISSED_IN_A_ROW)).at_least(T::ZERO);
         let blind = measurements == 0 && expected >= T::from_f64(BLIND);
         if usual == T::ZERO && !self.lost {
-            self.doubt *= T::from_f64(1.0 - 1.0 / DOUBT_SCANS);
+            self.doubt *= T::from_f64(1.0 - 1.0 / DECAY_SCANS);
         }
         let step = Self::step(usual, usually_new, seen.detected, new);
         self.doubt = (self.doubt + step).at_least(T::ZERO).at_most(lost + lost);
         self.lost = self.doubt >= lost || self.lost && self.doubt > T::ZERO;
 
         let faded = self.given_up * T::from_f64(1.0 - 1.0 / GIVEN_UP_SCANS) + seen.given_up;
-        // Landmarks missed by a blocked sensor are expected again as soon as it sees anything.
+        // Landmarks missed by a blocked sensor are expected again in the first scan that is not empty.
         self.given_up = faded.at_least(if blind { self.given_up } else { T::ZERO });
         let crowded = self.is_crowded(usually_new, new);
         self.scans = self.scans.saturating_add(1);
-        // Usual rates are not learnt from a blocked sensor.
-        if self.doubt < T::from_f64(DOUBT_USUAL) && !blind {
+        // A blocked sensor does not change the usual rates.
+        if self.doubt < T::from_f64(LEARNS_BELOW) && !blind {
             self.learn((expected, seen.detected), (new, stated), waited_s);
             if self.scans.is_multiple_of(KNOWN_SCANS) {
                 (self.known_below, self.next_known_below) = (self.next_known_below, next_label);
@@ -198,8 +203,8 @@ impl<T: Real> Watch<T> {
             | Health::DETECTIONS_LOW.when(blind || self.usually_missed > T::from_f64(MISSED_SHARE))
     }
 
-    /// Usual number of new measurements of a detector that states this number of false ones: the excess over the stated number is that
-    /// of all detectors. With one detector this is the mean itself.
+    /// Usual number of new measurements of a detector that states this number of false ones: its excess over the stated number is
+    /// assumed to be the mean excess of all detectors. With one detector this is the mean itself.
     fn usually_new_of(&self, stated: T) -> T {
         (self.usually_new + (stated - self.usually_stated)).at_least(T::ZERO)
     }
@@ -210,10 +215,11 @@ impl<T: Real> Watch<T> {
         self.scans >= USUAL_SCANS && new > usually_new + deviations + T::from_f64(CLUTTER_MORE)
     }
 
-    /// Log likelihood ratio of "lost" and "here" for a scan.
+    /// Log-likelihood ratio of "lost" against "localised" for a scan.
     fn step(usual: T, usually_new: T, detected: T, new: T) -> T {
         let real = T::from_f64;
-        // A share d of a detection lies between 0 and 1, and so E[exp(θ d)] ≤ 1 − (1 − exp θ) E[d] ≤ exp(−(1 − exp θ) E[d]), θ < 0.
+        // An association probability d is between 0 and 1, so that for θ < 0 E[exp(θ d)] ≤ 1 − (1 − exp θ) E[d]
+        // ≤ exp(−(1 − exp θ) E[d]).
         let ln_by_chance = real(LN_BY_CHANCE);
         let by_detections = ln_by_chance * detected + (T::ONE - ln_by_chance.exp()) * real(STILL_DETECTED) * usual;
         // Ratio of two Poisson distributions, with the greatest usual rate.
@@ -225,7 +231,7 @@ impl<T: Real> Watch<T> {
 
     /// Updates the usual rates.
     fn learn(&mut self, (expected, detected): (T, T), (new, stated): (T, T), waited_s: T) {
-        // Every measurement is new until the first landmarks are known. The means are then started again.
+        // Every measurement is new until the first landmarks are known. The means are therefore started again at that time.
         let since_known = self.scans.saturating_sub(2 * KNOWN_SCANS);
         let over = if since_known > 0 { since_known.max(RESTART_SCANS) } else { self.scans };
         let rate = T::ONE / T::from_f64(f64::from(over.min(USUAL_SCANS)));
@@ -273,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn here_the_likelihood_ratio_is_one_in_the_mean_at_most() {
+    fn the_mean_likelihood_ratio_of_a_localised_vehicle_is_at_most_one() {
         for (usual, new_rate) in [(2.0_f64, 0.0), (4.5, 2.0), (9.0, 20.0), (30.0, 5.0)] {
             // At least two thirds of the usual detections, of as many landmarks as there may be, whatever else is measured.
             for landmarks in [5, 20, 60].into_iter().filter(|&landmarks| f64::from(landmarks) >= usual) {
@@ -330,8 +336,8 @@ mod tests {
             let mut watch = used_to_ten();
             for _ in 0..1000 {
                 let health = scan(&mut watch, expected, detected, measurements);
-                let of_sight = Health::CLUTTER_HIGH | Health::DETECTIONS_LOW;
-                assert!(health.bits() & !of_sight.bits() == 0, "{expected} {detected} {health:?}");
+                let of_view = Health::CLUTTER_HIGH | Health::DETECTIONS_LOW;
+                assert!(health.bits() & !of_view.bits() == 0, "{expected} {detected} {health:?}");
             }
         }
     }
@@ -342,15 +348,15 @@ mod tests {
         assert_eq!(scan(&mut watch, 9.0, 9.0, 30), Health::CLUTTER_HIGH);
         assert!(scan(&mut watch, 9.0, 9.0, 15).is_good());
         let mut watch = used_to_ten();
-        let told = (0..10).position(|_| scan(&mut watch, 9.0, 1.0, 3) == Health::DETECTIONS_LOW);
-        assert!(matches!(told, Some(5..10)), "{told:?}");
+        let first = (0..10).position(|_| scan(&mut watch, 9.0, 1.0, 3) == Health::DETECTIONS_LOW);
+        assert!(matches!(first, Some(5..10)), "{first:?}");
         // Not before the usual rate is known.
         let mut fresh = Watch::ZERO;
         assert!(scan(&mut fresh, 0.0, 0.0, 60).is_good());
     }
 
-    /// Two alternating sensors with as many false measurements as each states: CLUTTER_HIGH is raised only by a burst of one of them,
-    /// and LOST is raised although one of them has much clutter.
+    /// Two alternating sensors with as many false measurements as each states: CLUTTER_HIGH is raised only by a burst of one of
+    /// them, and LOST is raised although one of them has much clutter.
     #[test]
     fn clutter_is_compared_with_the_stated_rate_of_each_detector() {
         for crowd in [20.0, 30.0, 60.0, 100.0, 150.0_f64] {
@@ -410,7 +416,7 @@ mod tests {
     #[test]
     fn scans_that_are_not_associated_lead_to_lost() {
         let mut watch = used_to_ten();
-        let mut aside = |expected, measurements, scans| -> std::vec::Vec<Health> {
+        let mut exclude = |expected, measurements, scans| -> std::vec::Vec<Health> {
             let one = |_| {
                 watch.exclude_expected(expected, measurements);
                 scan(&mut watch, 0.0, 0.0, measurements)
@@ -418,12 +424,12 @@ mod tests {
             (0..scans).map(one).collect()
         };
         // One landmark, or one measurement, is not enough.
-        assert!(aside(0.9, 11, 400).iter().all(|health| !health.contains(Health::LOST)));
-        assert!(aside(9.0, 1, 400).iter().all(|health| !health.contains(Health::LOST)));
-        let healths = aside(5.0, 11, 120);
-        let told = |what: Health| healths.iter().position(|health| health.contains(what));
-        assert!(matches!(told(Health::DIVERGENCE_SUSPECTED), Some(20..40)), "{healths:?}");
-        assert!(matches!(told(Health::LOST), Some(60..100)), "{healths:?}");
+        assert!(exclude(0.9, 11, 400).iter().all(|health| !health.contains(Health::LOST)));
+        assert!(exclude(9.0, 1, 400).iter().all(|health| !health.contains(Health::LOST)));
+        let healths = exclude(5.0, 11, 120);
+        let first = |what: Health| healths.iter().position(|health| health.contains(what));
+        assert!(matches!(first(Health::DIVERGENCE_SUSPECTED), Some(20..40)), "{healths:?}");
+        assert!(matches!(first(Health::LOST), Some(60..100)), "{healths:?}");
         assert!((0..5).any(|_| scan(&mut watch, 9.0, 9.0, 11).is_good()));
     }
 

@@ -25,8 +25,8 @@ use std::time::Instant;
 
 pub use scphd_filters::slam::Filter;
 
-/// Stack of the thread in which a filter runs, bytes. The state of the filter takes tens of MB and is on the heap, but an unoptimised build
-/// creates it on the stack first, several times. A stack uses physical memory only where it is written.
+/// Stack of the thread in which a filter runs, bytes. The state of the filter takes tens of MB and is on the heap, but an
+/// unoptimised build first creates several copies of it on the stack. A stack uses physical memory only where it is written.
 const STACK_BYTES: usize = 512 << 20;
 
 /// Results of a run.
@@ -38,7 +38,7 @@ pub struct Session<D: Dimensions = Planar> {
     pub summary: Summary,
     /// Scores of the moving landmarks; `None` if the log does not have their true positions.
     pub moving: Option<MovingScore>,
-    /// In how many scans the filter reported each condition. Empty for the reference filter, which reports none.
+    /// Number of scans in which the filter reported each condition. Empty for the reference filter, which reports none.
     pub health: Vec<(Health, usize)>,
     /// Odometry rows that the filter rejected as implausible.
     pub left_out: Vec<LeftOut>,
@@ -67,10 +67,10 @@ pub struct LeftOut {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SessionError {
-    /// The filter rejects the settings.
+    /// The filter refuses the settings.
     #[error("the filter refuses the settings: {0}")]
     Start(Refusal),
-    /// The filter rejected an input.
+    /// The filter refused an input.
     #[error("scan {scan} at {t_s} s: {step} refused: {refusal}")]
     Step {
         /// Number of the scan that was processed, or of the next one, from 0.
@@ -82,7 +82,7 @@ pub enum SessionError {
         /// The reason.
         refusal: Refusal,
     },
-    /// The filter cannot start with this map, or cannot save one.
+    /// The filter cannot start with this map, or cannot save its map.
     #[error("the map of another drive: {0}")]
     Map(Refusal),
     /// The operating system cannot start a thread.
@@ -90,8 +90,8 @@ pub enum SessionError {
     Thread(io::Error),
 }
 
-/// Runs `filter` over `log`, in a thread with a stack that is large enough for any state. `progress` is called after each scan with the
-/// number of scans so far.
+/// Runs `filter` over `log`, in a thread with a stack that is large enough for any state. `progress` is called after each scan
+/// with the number of scans so far.
 ///
 /// # Errors
 /// The filter refused the settings or a step.
@@ -143,11 +143,11 @@ pub struct MapOutcome {
     pub search: Option<Search>,
 }
 
-/// [`run_on`] with an initial map, or to save one. `film` records maps and particles for the HTML page and for MCAP.
+/// [`run_on`] with the use of maps of earlier drives. `film` records maps and particles for the HTML page and for MCAP.
 ///
 /// # Errors
 /// As for `run`, or the filter cannot use or save such maps.
-#[expect(clippy::too_many_arguments, reason = "a run has as many parts")]
+#[expect(clippy::too_many_arguments, reason = "every parameter is a part of a run")]
 pub fn run_in_map<K: Kind>(
     threads: &Threads,
     log: &K::Log,
@@ -175,7 +175,7 @@ pub fn run_in_map<K: Kind>(
     with_roomy_stack(session).map_err(SessionError::Thread)?
 }
 
-/// [`run`] with an existing filter, which is at the start of the log. `filter` and `seed` describe it in the summary.
+/// [`run`] with an existing filter that has processed nothing of the log. `filter` and `seed` describe it in the summary.
 ///
 /// # Errors
 /// The filter refused a step.
@@ -222,7 +222,7 @@ struct Run<D: Dimensions> {
     health: Vec<(Health, usize)>,
     left_out: Vec<LeftOut>,
     moving: Option<MovingScore>,
-    /// True positions of the static landmarks that have been in view, m; `None` if the log does not have them.
+    /// True positions of the static landmarks that were in view, m; `None` if the log does not have them.
     seen: Option<Vec<D::Position>>,
     consistency: Consistency,
     fixes: FixCounts,
@@ -282,7 +282,7 @@ fn process_log<K: Kind>(
                 let (pose, pose_covariance) = slam.pose().map_err(refused("the pose"))?;
                 let (features_estimated, features) = slam.map().map_err(refused("the map"))?;
                 let mut moving = slam.moving().map_err(refused("the moving features"))?;
-                // Moving features out of view are not scored, because this scan's truth has only landmarks in view.
+                // Moving features out of view are not scored, because the truth of a scan has only landmarks in view.
                 let present_pose =
                     TruePose { t_s: scan.t_s, position: K::position(&pose), heading_rad: Some(K::heading(&pose)) };
                 moving.retain(|feature| view(&present_pose, feature.position) != Some(false));
@@ -336,6 +336,7 @@ fn process_log<K: Kind>(
     Ok(Run { record: Record { scans, map }, health: health.reported(), left_out, moving, seen, consistency, fixes })
 }
 
+/// The figures of a run.
 fn summary<K: Kind>(
     log: &K::Log,
     settings: &K::Settings,

@@ -66,7 +66,7 @@
 //!         Action::Predict { control, dt } => {
 //!             slam.predict(&control, dt.seconds())?;
 //!         }
-//!         // The wheels are silent: what to do is the vehicle's business, docs/time.md has advice.
+//!         // No odometry arrives. The vehicle must react; docs/time.md has advice.
 //!         Action::Gap { control, dt } => {
 //!             slam.predict(&control, dt.seconds())?;
 //!         }

@@ -24,7 +24,7 @@ pub struct Settings {
     /// distinguished from a jump.
     pub jump_ns: u64,
     /// Number of inputs in a row from beyond a jump, each within `jump_ns` of the previous one, after which the clock counts as
-    /// set: at least 1. It must be above the number of inputs that one instrument sends while all others are silent, otherwise an
+    /// set: at least 1. It must be above the number of inputs that one instrument sends while the others send none, otherwise an
     /// instrument with a wrong clock sets the time; 20 by default.
     pub jumps_believed: u32,
     /// Number of inputs in a row that are not newer than all before, after which the clock of the time stamps counts as frozen:

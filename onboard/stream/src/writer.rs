@@ -57,7 +57,7 @@ const SLICE_BYTES: usize = 256;
 /// let mut slam = JointSlam::new(motion, JointConfig::default(), &mut *state)?;
 /// slam.reset(PlanarPose::new(0.0, 0.0, 0.0))?;
 ///
-/// // The head says what the filter was made of; see the example of `scphd-stream`.
+/// // The head describes how the filter was constructed; see the example of `scphd-stream`.
 /// let head = Header::<Planar>::EMPTY;
 /// let mut log = Vec::new();
 /// let mut log = Writer::start(&head, |bytes: &[u8]| Ok::<(), &str>(log.extend_from_slice(bytes)))?;

@@ -1,4 +1,4 @@
-//! One measurement: every hypothesis has children, of which the likeliest go on.
+//! One measurement: every hypothesis has children, of which the likeliest are kept.
 
 use super::super::associate::ln_lambda;
 use super::super::correct::move_by;
@@ -20,7 +20,7 @@ where
     Z: Vector<Scalar = T>,
     V: Movers<M::Pose>,
 {
-    /// Updates all hypotheses with one measurement of the scan. As many children are corrected as there are places, at most.
+    /// Updates all hypotheses with one measurement of the scan. At most as many children are kept as there are places.
     pub(super) fn branch<X: MeasurementModel<Pose = M::Pose>>(
         &mut self,
         models: &OnVehicle<'_, X>,
@@ -44,7 +44,7 @@ where
         }
         branches.saturated += usize::from(children.prune(self.config.least_ratio));
         if children.all().is_empty() {
-            // No hypothesis has a cause for it.
+            // No hypothesis explains the measurement.
             return;
         }
         self.place(&mut children, branches);
@@ -65,7 +65,7 @@ where
                 earlier.find(|(_, other)| joining::are_alike(other, &estimate, self.config.joined_sigmas))
             });
             match alike {
-                // The earlier ones are likelier.
+                // The earlier child is the likelier one.
                 Some((other, _)) => branches.join(place, other),
                 None => {
                     if let Some(slot) = kept.get_mut(number) {
@@ -76,8 +76,8 @@ where
         }
     }
 
-    /// Gives every child a place: the likeliest of each parent that of its parent, the others those that are free, to which their parent is
-    /// copied.
+    /// Gives every child a place. The likeliest child of each parent gets the place of the parent; for each of the
+    /// others the parent is copied to a free place.
     fn place(&mut self, children: &mut Children<T>, branches: &mut Branches<T>) {
         let places = self.places();
         let mut used = [false; MOST];

@@ -24,12 +24,12 @@ pub struct Cause<T> {
 }
 
 impl<T: Real> Cause<T> {
-    /// Of memory that is not in use.
+    /// The value in memory that is not in use.
     pub(super) const ZERO: Self = Self { landmark: 0, mover: 0, share: T::ZERO };
     /// Clutter, or a new landmark.
     pub(super) const NEW: Self = Self { landmark: NONE, mover: NONE, share: T::ZERO };
 
-    /// Whether both have a landmark or a track in common.
+    /// Whether both have the same landmark or the same track.
     fn overlaps(&self, other: &Self) -> bool {
         self.landmark != NONE && self.landmark == other.landmark || self.mover != NONE && self.mover == other.mover
     }
@@ -55,8 +55,8 @@ pub(super) struct Causes<T> {
 }
 
 impl<T: Real> Causes<T> {
-    /// Of a measurement, of which those before have the causes `taken`: a landmark causes one measurement at most. p_D of all landmarks and
-    /// tracks must be that of this scan.
+    /// The causes of a measurement without those in `taken`, which caused earlier measurements: a landmark causes at most
+    /// one measurement. p_D of all landmarks and tracks must be that of this scan.
     pub(super) fn of<X, Z, V>(
         models: &X,
         config: &JointConfig<T>,
@@ -82,7 +82,7 @@ impl<T: Real> Causes<T> {
         };
         let free = |cause: &Cause<T>| !taken.iter().any(|other| other.overlaps(cause));
         for (index, landmark) in memory.landmarks.iter().enumerate().take(memory.header.len) {
-            let mover = rival(movers, index);
+            let mover = track_of(movers, index);
             let (expected, ln_not_detected) = of_landmark(landmark, movers, mover);
             let mut cause = Cause { landmark: index as u16, mover, share: T::ONE };
             if !(ln_not_detected < T::ZERO && free(&cause)) {
@@ -133,13 +133,13 @@ impl<T: Real> Causes<T> {
     }
 }
 
-/// The track that a landmark may be instead, or [`NONE`].
-fn rival<P: Pose, V: Movers<P>>(movers: &V, index: usize) -> u16 {
-    let is_rival = |rival: u16| rival != NONE && usize::from(rival) == index;
-    movers.kept().iter().position(|mover| is_rival(mover.rival)).map_or(NONE, |index| index as u16)
+/// Index of the track of the same object as a landmark, or [`NONE`].
+fn track_of<P: Pose, V: Movers<P>>(movers: &V, index: usize) -> u16 {
+    let is_this = |landmark: u16| landmark != NONE && usize::from(landmark) == index;
+    movers.kept().iter().position(|mover| is_this(mover.rival)).map_or(NONE, |index| index as u16)
 }
 
-/// p_D v of a landmark, and ln of the probability that neither it nor the track that it may be instead is detected.
+/// p_D v of a landmark, and ln of the probability that neither it nor the track of the same object is detected.
 fn of_landmark<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
     landmark: &Landmark<PositionOf<P>>,
     movers: &V,
@@ -147,8 +147,8 @@ fn of_landmark<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
 ) -> (T, T) {
     let expected = landmark.detection * landmark.existence.visible;
     let mover = movers.kept().get(usize::from(mover));
-    let beside = mover.map_or(T::ZERO, |mover| mover.detection * mover.weight());
-    (expected, (T::ONE - expected - beside).at_least(T::EPSILON).ln())
+    let moving = mover.map_or(T::ZERO, |mover| mover.detection * mover.weight());
+    (expected, (T::ONE - expected - moving).at_least(T::EPSILON).ln())
 }
 
 /// ln of the probability that the scan detects nothing.
@@ -160,7 +160,7 @@ where
     V: Movers<P>,
 {
     let landmarks = memory.landmarks.iter().enumerate().take(memory.header.len);
-    let of_landmarks = landmarks.map(|(index, landmark)| of_landmark(landmark, movers, rival(movers, index)).1);
+    let of_landmarks = landmarks.map(|(index, landmark)| of_landmark(landmark, movers, track_of(movers, index)).1);
     let alone = movers.kept().iter().filter(|mover| mover.rival == NONE);
     of_landmarks.chain(alone.map(|mover| mover.not_detected.ln())).fold(T::ZERO, |sum, ln| sum + ln)
 }

@@ -14,17 +14,17 @@ pub(super) struct Child<T> {
     pub(super) cause: Cause<T>,
 }
 
-/// The likeliest ones, the likeliest first.
+/// The likeliest children, in descending order of weight.
 pub(super) struct Children<T> {
     list: [Child<T>; MOST],
     len: usize,
     most: usize,
-    /// The greatest ln weight of those for which there was no room.
+    /// The greatest ln weight of the children for which there was no room.
     ln_left_out: T,
 }
 
 impl<T: Real> Children<T> {
-    /// None, of so many at most.
+    /// An empty list for at most `most` children.
     pub(super) fn new(most: usize) -> Self {
         let none = Child { ln_weight: T::NEG_INFINITY, place: 0, cause: Cause::NEW };
         Self { list: [none; MOST], len: 0, most: most.min(MOST), ln_left_out: T::NEG_INFINITY }
@@ -51,7 +51,8 @@ impl<T: Real> Children<T> {
         }
     }
 
-    /// Drops those below this ratio of the likeliest. Returns whether one above it had no room.
+    /// Drops the children with less than this ratio of the weight of the likeliest. Returns whether there was no room for
+    /// a child above it.
     pub(super) fn prune(&mut self, least_ratio: T) -> bool {
         let Some(likeliest) = self.all().first() else { return false };
         let least = likeliest.ln_weight + least_ratio.ln();

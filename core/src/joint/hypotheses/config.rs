@@ -7,11 +7,12 @@ use crate::{ConfigError, Real};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct HypothesesConfig<T> {
-    /// Most hypotheses, 16 at most; no more than there is memory for. With 1 the filter is a [`JointSlam`](crate::JointSlam).
+    /// Greatest number of hypotheses, up to 16; the memory may have room for fewer. With 1 the filter is a
+    /// [`JointSlam`](crate::JointSlam).
     pub most: usize,
     /// Two hypotheses are joined if their poses are within this many standard deviations (Mahalanobis distance).
     pub joined_sigmas: T,
-    /// A cause of a measurement is a hypothesis of its own only if it is at least this many times as likely as the likeliest one.
+    /// A child is dropped if its weight, divided by that of the likeliest child, is below this.
     pub least_ratio: T,
     /// A hypothesis is dropped after a scan if its probability is below this.
     pub least_share: T,

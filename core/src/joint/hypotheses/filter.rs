@@ -13,8 +13,8 @@ use crate::models::require;
 use crate::{LnSum, Motion, Pose, PoseEstimate, Real, ScalarOf, SetupError, Symmetric, Vector};
 
 /// SLAM with several hypotheses of data association, each a joint map: made of a [`JointSlam`] by
-/// [`with_hypotheses`](JointSlam::with_hypotheses). For worlds in which the vehicle is without landmarks for so long that it does not
-/// know which one it sees next; where it does, one hypothesis is as good and takes a fraction of the time.
+/// [`with_hypotheses`](JointSlam::with_hypotheses). It is for vehicles that drive too long without landmarks to know which
+/// one they detect next; otherwise one hypothesis is as accurate and takes a fraction of the time.
 ///
 /// ```
 /// use nalgebra::Vector2;
@@ -37,7 +37,7 @@ use crate::{LnSum, Motion, Pose, PoseEstimate, Real, ScalarOf, SetupError, Symme
 /// ```
 #[derive(Debug)]
 pub struct MultiHypothesisSlam<'s, M: Motion, Z: Vector, V, const OTHERS: usize> {
-    /// With the likeliest hypothesis, except while another one is processed.
+    /// The filter with the likeliest hypothesis, except while another one is processed.
     pub(super) slam: JointSlam<'s, M, Z, NoArchive, V>,
     /// The causes of the measurements of the present scan in the likeliest.
     pub(super) causes: &'s mut [Cause<ScalarOf<M::Pose>>],
@@ -52,8 +52,8 @@ where
     Z: Vector<Scalar = T>,
     V: MoversOf<'s, M::Pose>,
 {
-    /// This filter with several hypotheses of data association. They belong to the state: pass both from the start, and again whenever
-    /// the filter is constructed anew. Movers come first.
+    /// This filter with several hypotheses of data association. They belong to the state: pass both from the start, and
+    /// again whenever the filter is constructed anew. Call [`with_movers`](Self::with_movers) before.
     ///
     /// # Errors
     /// The configuration is out of range, or the capacities are not those of the state and its movers.
@@ -125,7 +125,7 @@ where
         (-self.ln_all()).exp()
     }
 
-    /// Places that hypotheses may have.
+    /// Number of places that hypotheses may have.
     pub(super) fn places(&self) -> usize {
         self.config.most.min(1 + OTHERS)
     }
@@ -148,7 +148,7 @@ where
         sum.ln()
     }
 
-    /// What a place has.
+    /// The hypothesis at a place.
     pub(super) fn estimate_of(&self, place: usize) -> Option<Estimate<'_, M::Pose>> {
         match place.checked_sub(1) {
             None => Some(self.slam.memory.estimate()),
@@ -160,7 +160,7 @@ where
         self.others.iter_mut().for_each(|other| *other.weight = Weight::NONE);
     }
 
-    /// Drops what memory faults have left of a hypothesis, and those for which the tuning has no place.
+    /// Drops hypotheses that memory faults have made invalid, and those for which the tuning has no place.
     pub(super) fn drop_unsound(&mut self) {
         let places = self.places();
         for (index, other) in self.others.iter_mut().enumerate() {

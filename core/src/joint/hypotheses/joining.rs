@@ -13,8 +13,8 @@ impl<T: Real, P: Pose<Scalar = T>> Estimate<'_, P> {
     }
 }
 
-/// Whether the pose of `other` is within so many standard deviations of that of `one`. A pose with a covariance that is not positive definite,
-/// for example a certain one, is compared coordinate by coordinate.
+/// Whether the pose of `other` is within `sigmas` standard deviations of that of `one`. If the covariance is not positive
+/// definite, for example zero, the poses are compared coordinate by coordinate.
 pub(super) fn are_alike<T: Real, P: Pose<Scalar = T>>(
     one: &Estimate<'_, P>,
     other: &Estimate<'_, P>,

@@ -1,10 +1,15 @@
-//! Several hypotheses of data association: each a whole joint Gaussian with its map and its tracks.
+//! Several hypotheses of data association: each is a joint Gaussian with its own map and tracks.
 //!
-//! With one Gaussian, a measurement that several landmarks may have caused is shared between them, and a wrong association cannot be undone. With
-//! several, each of its likeliest causes is a hypothesis, and later scans decide. A scan with [`scan`](MultiHypothesisSlam::scan):
-//! its measurements are processed one after the other; each hypothesis has a child for every likely cause of a measurement, an old landmark
-//! or a new one ([`causes`]); the likeliest children go on, each corrected in its own place ([`branch`]); children with practically
-//! the same pose are joined ([`joining`]); unlikely hypotheses are dropped ([`pruning`]).
+//! One Gaussian divides a measurement between all landmarks that may have caused it, and cannot undo a wrong association.
+//! With several hypotheses each likely cause is a hypothesis, and later scans decide between them.
+//!
+//! A [`scan`](MultiHypothesisSlam::scan) processes its measurements one after the other. Each hypothesis has a child for
+//! every likely cause of the measurement: an old landmark, or clutter or a new landmark ([`causes`]). The likeliest
+//! children are kept and corrected ([`branch`]); children with practically the same pose are joined ([`joining`]). At the
+//! end of the scan unlikely hypotheses are dropped ([`pruning`]).
+//!
+//! The memory of a hypothesis is its *place*: number 0 is the state of the filter, which has the likeliest hypothesis
+//! between scans; the others are [`slot`]s.
 
 mod branch;
 mod causes;

@@ -13,13 +13,13 @@ where
     Z: Vector<Scalar = T>,
     V: Movers<M::Pose>,
 {
-    /// Takes over the weights of a scan.
+    /// Stores the weights after a scan or a fix, relative to the likeliest hypothesis.
     pub(super) fn settle(&mut self, branches: &Branches<T>) {
         let likeliest = branches.likeliest();
         let Some(most) = branches.at(likeliest).map(|branch| branch.ln_weight) else { return };
         let least = (branches.ln_all() - most) + self.config.least_share.ln();
         for (index, other) in self.others.iter_mut().enumerate() {
-            // The first hypothesis has the place of the likeliest after this.
+            // The likeliest hypothesis is exchanged with that of place 0 below.
             let place = if index + 1 == likeliest { 0 } else { index + 1 };
             let ln = branches.at(place).map(|branch| branch.ln_weight - most).filter(|&ln| ln >= least);
             *other.weight = ln.map_or(Weight::NONE, |ln| Weight { alive: true, ln });

@@ -15,6 +15,6 @@ pub struct HypothesesReport<T> {
     pub share: T,
     /// Hypotheses that were joined with another one.
     pub joined: usize,
-    /// Measurements with likely causes for which there was no room: more hypotheses would have gone on.
+    /// Measurements with a likely child for which there was no room.
     pub saturated: usize,
 }

@@ -54,7 +54,7 @@ impl<T: Real> Branches<T> {
         sum.ln()
     }
 
-    /// The place of the likeliest: the first of several.
+    /// The place of the likeliest; of equal ones the first.
     pub(super) fn likeliest(&self) -> usize {
         let mut likeliest = (0, T::NEG_INFINITY);
         for (place, ln_weight) in self.alive() {
@@ -97,7 +97,7 @@ where
                 continue;
             }
             let (in_view, ln_missed) =
-                self.with(place, |slam, causes| look(slam, causes, &models, births, measurements));
+                self.with(place, |slam, causes| begin(slam, causes, &models, births, measurements));
             let ln_weight = self.ln_weight(place) + ln_missed;
             *branch = Branch { alive: true, ln_weight, in_view, tally: Tally::NOTHING };
         }
@@ -132,9 +132,9 @@ where
     }
 }
 
-/// Predicts one hypothesis to the time of the scan, and computes p_D of all its landmarks and tracks. Returns how many landmarks are in view,
-/// and ln of the probability that none is detected.
-fn look<T, M, Z, V, X>(
+/// The start of a scan in one hypothesis: predicts it to the time of the scan, and computes p_D of all its landmarks and
+/// tracks. Returns the number of landmarks in view, and ln of the probability that none is detected.
+fn begin<T, M, Z, V, X>(
     slam: &mut JointSlam<'_, M, Z, super::super::archive::NoArchive, V>,
     causes: &mut [Cause<T>],
     models: &OnVehicle<'_, X>,
@@ -151,7 +151,7 @@ where
     let JointSlam { config, memory, movers, .. } = slam;
     memory.clamp();
     advance(config, memory, movers);
-    // No landmark is excluded for being weakly determined: what it may have caused is a hypothesis.
+    // Weakly determined landmarks are not excluded: that one of them caused a measurement is a hypothesis of its own.
     let associated = associate(models, births, config, memory, movers, measurements, 0);
     causes.iter_mut().for_each(|cause| *cause = Cause::NEW);
     (associated.in_view, ln_missed(memory, movers))

@@ -29,8 +29,8 @@ where
     Z: Vector<Scalar = T>,
     V: Movers<M::Pose>,
 {
-    /// Checks `parts` parts of one hypothesis after the other, as [`JointSlam::scrub`](crate::JointSlam::scrub) does. Another hypothesis than the
-    /// likeliest that cannot be repaired is dropped, which is counted as isolated.
+    /// Checks `parts` parts of one hypothesis after the other, as [`JointSlam::scrub`](crate::JointSlam::scrub) does. If a
+    /// hypothesis other than the likeliest cannot be repaired, it is dropped and counted as isolated.
     ///
     /// # Errors
     /// Damage of the likeliest hypothesis that cannot be repaired.

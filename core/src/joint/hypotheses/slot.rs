@@ -1,4 +1,4 @@
-//! A borrowed hypothesis.
+//! A hypothesis other than that in the filter's state, borrowed.
 
 use super::super::covariance::used;
 use super::super::movers::Movers;
@@ -10,7 +10,7 @@ use crate::{Pose, PositionOf, Real, ScalarOf, Vector};
 /// The weight of a hypothesis relative to that of the likeliest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Weight<T> {
-    /// Whether it is in use.
+    /// Whether the place is in use.
     pub(super) alive: bool,
     /// ln of the weight, at most 0.
     pub(super) ln: T,
@@ -19,14 +19,14 @@ pub(super) struct Weight<T> {
 impl<T: Real> Weight<T> {
     pub(super) const NONE: Self = Self { alive: false, ln: T::ZERO };
 
-    /// Whether a filter may have put it there.
+    /// Whether a filter can have stored this weight.
     pub(super) fn is_sound(&self) -> bool {
         !self.alive || self.ln <= T::ZERO && self.ln > T::NEG_INFINITY
     }
 }
 
-/// A hypothesis beside that in the filter's state. It has no working memory; a hypothesis that is processed changes places with the one
-/// in the state, which moves no more than the references.
+/// A hypothesis other than that in the filter's state. It has no working memory: while it is processed, its references are
+/// exchanged with those of the hypothesis in the state.
 #[derive(Debug)]
 pub(super) struct Slot<'s, P: Pose, V> {
     pub(super) weight: &'s mut Weight<ScalarOf<P>>,
@@ -57,7 +57,7 @@ impl<'s, T: Real, P: Pose<Scalar = T>, V: Movers<P>> Slot<'s, P, V> {
         core::mem::swap(&mut self.causes, causes);
     }
 
-    /// Copies another hypothesis to this place.
+    /// Overwrites this hypothesis with another one.
     pub(super) fn copy(&mut self, from: &Estimate<'_, P>, movers: &V, causes: &[Cause<T>]) {
         let features = from.header.len;
         *self.header = *from.header;
@@ -70,7 +70,7 @@ impl<'s, T: Real, P: Pose<Scalar = T>, V: Movers<P>> Slot<'s, P, V> {
         }
     }
 
-    /// Exchanges all data with a hypothesis of the filter.
+    /// Exchanges all data with the hypothesis in the filter's state.
     pub(super) fn exchange_data<Z: Vector<Scalar = T>>(&mut self, memory: &mut Memory<'s, P, Z>, movers: &mut V) {
         let features = self.header.len.max(memory.header.len);
         core::mem::swap(self.header, memory.header);

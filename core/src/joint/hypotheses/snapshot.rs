@@ -119,7 +119,7 @@ where
     Z: Vector<Scalar = T>,
     V: Movers<M::Pose>,
 {
-    /// Fills the state with what a walk through so many features and tracks has written.
+    /// Reads the state from what a walk with this number of features and tracks has written.
     fn fill<S, E>(&mut self, features: usize, movers: Option<usize>, from: &mut Reader<'_, S, E>)
     where
         S: FnMut(usize, &mut [u8]) -> Result<(), E>,
@@ -134,7 +134,7 @@ where
     }
 }
 
-/// The likeliest hypothesis as a [`JointSlam`](crate::JointSlam), and the places behind it up to the last one in use.
+/// Visits the likeliest hypothesis as a [`JointSlam`](crate::JointSlam) does, and the other places up to the last in use.
 impl<T, M, Z, V, const OTHERS: usize> Walk for MultiHypothesisSlam<'_, M, Z, V, OTHERS>
 where
     T: Real,

@@ -1,4 +1,4 @@
-//! The other steps of a filter with several hypotheses.
+//! All steps except scans of a filter with several hypotheses.
 
 use super::super::movers::Movers;
 use super::config::HypothesesConfig;
@@ -105,16 +105,16 @@ where
     pub fn predict(&mut self, control: &M::Control, dt: T) -> Result<PredictReport, PredictError> {
         let predicted = self.slam.predict(control, dt);
         self.of_others(|slam| {
-            // A refusal is that of the likeliest too, or is counted in the next report of the hypothesis.
+            // The likeliest hypothesis refuses it too, or the next report of this hypothesis counts it.
             let _refused = slam.predict(control, dt);
             true
         });
         predicted
     }
 
-    /// [`JointSlam::observe`](crate::JointSlam::observe) of every hypothesis, whose weights change by the likelihood of the fix. The
-    /// report is that of the likeliest before it, but `accepted` if any hypothesis has used the fix. A hypothesis that does not use it
-    /// while another one does is weighed by its distance.
+    /// [`JointSlam::observe`](crate::JointSlam::observe) of every hypothesis, whose weight is multiplied by the likelihood of
+    /// the fix. The report is that of the hypothesis that was the likeliest before; it is `accepted` if any hypothesis has
+    /// used the fix. The weight of a hypothesis that has not used it follows from its distance if another one has.
     ///
     /// # Errors
     /// As there; the state is unchanged.
@@ -154,8 +154,8 @@ where
         Ok(report)
     }
 
-    /// A hash of the complete filter state: equal on every machine that processed the same inputs. With one hypothesis it is that of the
-    /// [`JointSlam`](crate::JointSlam).
+    /// A hash of the complete filter state: equal on every machine that processed the same inputs. With one hypothesis it is
+    /// that of the [`JointSlam`](crate::JointSlam).
     #[must_use]
     pub fn digest(&self) -> u64 {
         let mut hash = Fnv::EMPTY;

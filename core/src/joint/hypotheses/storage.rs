@@ -1,4 +1,4 @@
-//! Memory of the hypotheses beside the likeliest one.
+//! Memory of the hypotheses other than the likeliest one.
 
 use super::super::covariance::joint_numbers;
 use super::super::movers::JointMovers;
@@ -9,11 +9,12 @@ use super::slot::{Slot, Weight};
 use super::tracks::MoversOf;
 use crate::{Pose, PositionOf, Real, ScalarOf, TangentOf, Vector};
 
-/// Memory of up to `OTHERS` hypotheses beside that in the [`JointState`](crate::JointState), for
+/// Memory of up to `OTHERS` hypotheses in addition to that in the [`JointState`](crate::JointState), for
 /// [`with_hypotheses`](crate::JointSlam::with_hypotheses).
 ///
-/// `FEATURES`, `NUMBERS` and `MEASUREMENTS` must be those of the state, `TRACKS` the capacity of its movers, or 0. In the plane and in
-/// single precision, 7 others with 24 features, 16 measurements and 8 tracks take 52 KB. Meant to be a `static`: a new one is all zero.
+/// `FEATURES`, `NUMBERS` and `MEASUREMENTS` must be those of the state, `TRACKS` the capacity of its movers, or 0. In the
+/// plane and in single precision, 7 others with 24 features, 16 measurements and 8 tracks take 52 KB. Meant to be a
+/// `static`: a new one is all zero.
 #[derive(Debug)]
 pub struct JointHypotheses<
     P: Pose,
@@ -78,7 +79,7 @@ impl<
         Self { causes: [Cause::ZERO; MEASUREMENTS], others: [Hypothesis::ZERO; OTHERS] }
     }
 
-    /// Borrows all of it: the causes of the likeliest, and the other hypotheses, with movers like these.
+    /// Borrows the causes of the likeliest hypothesis, and the other hypotheses, whose tracks have the tuning of `movers`.
     pub(super) fn borrowed<'s, V: MoversOf<'s, P>>(
         &'s mut self,
         movers: &V,

@@ -128,8 +128,8 @@ fn linear(detection: f64) -> Detector<Sensing<Offset, Everywhere, UniformClutter
     Detector::new(sensing, Births::of_static(1e-3)).unwrap()
 }
 
-/// Two landmarks 6 m apart, and a vehicle that does not know whether it is here or 6 m further on: a measurement of one of them has two causes,
-/// and a later one of a third decides.
+/// Two landmarks 6 m apart, and a vehicle whose position is uncertain by about as much: a measurement of one of them has two
+/// possible causes, and a later measurement of a third landmark decides.
 #[test]
 fn two_landmarks_are_told_apart_by_a_later_one_as_by_bayes() {
     for (seed, detection) in (0..20).zip([0.5, 0.8].into_iter().cycle()) {
@@ -150,7 +150,7 @@ fn two_landmarks_are_told_apart_by_a_later_one_as_by_bayes() {
         slam.load_map(&map).unwrap();
         let mut draws = Noise::seeded(seed);
         let mut noise = || Vector2::new(0.1 * draws.normal::<f64>(), 0.1 * draws.normal::<f64>());
-        // The vehicle is 3 m behind or before what it believes.
+        // The vehicle is 3 m ahead of or behind its estimated position.
         let at = if seed % 2 == 0 { 3.0 } else { -3.0 };
         let seen = if seed % 2 == 0 { 1 } else { 0 };
         let z = Vector2::from(LANDMARKS[seen]) - Vector2::new(at, 0.0) + noise();
@@ -173,7 +173,7 @@ fn two_landmarks_are_told_apart_by_a_later_one_as_by_bayes() {
         let mean = (odds[0] * gain * (LANDMARKS[0][0] - z.x) + odds[1] * gain * (LANDMARKS[1][0] - z.x)) / all;
         assert!((pose.mean.x_m - mean).abs() < 1e-6, "{seed}: {pose:?} {mean}");
         assert!(pose.covariance.get(0, 0) > 1.0, "{seed}: {pose:?}");
-        // The third landmark is 9 m beside one of the two alone.
+        // The third landmark is 9 m from only one of the two.
         for _ in 0..3 {
             let z = Vector2::from(LANDMARKS[2]) - Vector2::new(at, 0.0) + noise();
             slam.scan(&linear(detection), &[z]).unwrap();

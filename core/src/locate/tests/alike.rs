@@ -41,7 +41,7 @@ fn most_likely(world: &World, seed: u64, scans: usize) -> (f32, bool) {
     (most, found)
 }
 
-/// However long it looks: a square grid looks the same after every quarter of a turn.
+/// With any number of scans, because a square grid is the same after every quarter of a turn.
 #[test]
 fn in_a_grid_of_posts_it_is_never_sure() {
     for seed in 0..10 {

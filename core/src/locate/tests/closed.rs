@@ -20,7 +20,7 @@ fn least_squares_find_the_laying() {
     let landmarks = map.map(|of_map| seen(&at, &of_map));
     let lines = Laying::of_lines([&landmarks[0].mean, &landmarks[1].mean], [&map[0].mean, &map[1].mean]);
     assert!(lines.at.difference(&at).norm() < 1e-12);
-    // From a little beside it, in two steps.
+    // From a pose with a small error.
     let mut laying = Laying { at: at.displaced(&Vector3::new(0.05, -0.1, 0.02)), ..Laying::ZERO };
     for _ in 0..4 {
         laying = laying.fitted(2.0, landmarks.iter().zip(&map)).unwrap();
@@ -28,7 +28,8 @@ fn least_squares_find_the_laying() {
     assert!(laying.at.difference(&at).norm() < 1e-9, "{laying:?}");
 }
 
-/// Two landmarks, 2 r apart, each of variance s² in all directions, in either map: the middle is known to s², and the heading to s²/r².
+/// Two landmarks, 2 r apart, each of variance s² in all directions, in either map: the variance of the middle is s², and that of
+/// the heading s²/r².
 #[test]
 fn its_covariance_is_that_of_two_landmarks() {
     let round = |x: f64| Component { covariance: Symmetric::from_diagonal([0.02, 0.02]), ..post(x, 0.0) };

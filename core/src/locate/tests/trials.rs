@@ -1,4 +1,4 @@
-//! Drives that start where nobody knows. What was chosen by trials was chosen on seeds up to 20 100; those of the hundreds are others.
+//! Drives that start at an unknown place. Constants were chosen on seeds up to 20 100; the tests with hundreds of drives have others.
 
 use super::world::{FEATURES, Map, Slam, World, room, single, slam};
 use crate::*;
@@ -47,7 +47,7 @@ fn error(world: &World, truth: &PlanarPose<f64>, estimate: &PoseEstimate<PlanarP
     Error { position_m, heading_rad, nees, right }
 }
 
-/// Looks for the place of a vehicle that has been put down somewhere, for so many scans at most.
+/// Searches for the pose of a vehicle at an unknown place of the map, in at most `scans` scans.
 fn search(
     map: &Map,
     world: &World,
@@ -78,7 +78,7 @@ fn search(
     (End { scans, found: None, wrong }, None)
 }
 
-/// A second drive, on which three landmarks in twenty are elsewhere, from a place that nobody knows.
+/// A second drive from an unknown place, on which three landmarks in twenty are elsewhere.
 fn second_drive(seed: u64, rows: [f64; 2]) -> (World, End) {
     let first = World::of(seed, rows);
     let map = first.mapped(seed, FIRST_DRIVE_S);
@@ -97,8 +97,8 @@ fn another_place(seed: u64) -> End {
     search(&map, &world, &mut world.drive(seed + 2_000_000), &mut slam(&world, &mut room), 150).0
 }
 
-/// A vehicle that is carried elsewhere on its drive: how the search in its own map ended, and how far it is off 20 scans after it was
-/// told.
+/// A vehicle that is carried elsewhere on its drive: how the search in its own map ended, and its error 20 scans after the
+/// relocation.
 fn kidnapped(seed: u64) -> (End, Option<Error>) {
     let world = World::of(seed, SLOW);
     let mut room = room();
@@ -109,7 +109,7 @@ fn kidnapped(seed: u64) -> (End, Option<Error>) {
         drive.scan(&mut slam, Slam::scan);
     }
     drive.kidnap();
-    // The map goes on as it was, with all that its features have in common.
+    // After the search the filter continues with this map and its cross-covariances.
     let mut bytes = std::vec![0; 200_000];
     let len = slam.save(1, into_slice(&mut bytes)).unwrap();
     let map: Map = slam.features().collect();

@@ -42,7 +42,7 @@ fn documented<T: Real>(slam: &mut ScPhd<'_, Unicycle<T>>) -> usize {
     4 * (words + waiting_words) + size_of::<T>() * (scalars + waiting_scalars)
 }
 
-/// Runs a filter without interruption, and beside it a filter that is restored from its snapshot every `every` scans: alternately
+/// Runs a filter without interruption, and in parallel a filter that is restored from its snapshot every `every` scans: alternately
 /// before and after the prediction, and into memory of the same and of another capacity. The digests of every step agree. Returns
 /// the length of the longest snapshot.
 fn unbroken_and_broken<T, SM, VM, SO, VO, const N: usize, const C: usize, const NO: usize, const CO: usize>(

@@ -1,4 +1,4 @@
-//! The fixed-capacity filter over a log.
+//! The library's [`ScPhd`] with the types of a log.
 
 use super::MEASUREMENTS;
 use super::contract::{PoseAndCovariance, Refusal, ScanOutcome, Slam, left_out, no_sensor, refusal};
@@ -18,23 +18,23 @@ use scphd_score::record::{MapFeature, MovingFeature, Usage};
 use std::fmt::Debug;
 use std::marker::PhantomData;
 
-/// Number of jobs for weighing and updates: several for each of a few threads, so that none waits long for another.
+/// Number of jobs for weighing and updates: several for each thread, so that no thread waits long for another.
 const WORKERS: usize = 16;
-/// Number of survivors whose maps are updated before they are stored in order: several for each of a few threads.
+/// Number of survivors whose maps are updated in parallel before they are stored in order: several for each thread.
 const DRAFTS: usize = 32;
 
-/// A state of any capacities.
+/// A [`State`] of any capacities.
 pub(crate) trait Room<M: Motion>: Debug {
-    /// The filter over it, in the state that the last one left. It is borrowed for every step.
+    /// A filter that continues with this state. It is constructed anew for every step.
     fn filter(&mut self, motion: M, config: Config<ScalarOf<M::Pose>>) -> Result<ScPhd<'_, M>, SetupError>;
 
-    /// Scratch for updates of its maps on several threads.
+    /// Working memory for updates of its maps on several threads.
     fn update_memory(&self) -> Box<dyn UpdateRoom<PositionOf<M::Pose>>>;
 }
 
-/// Scratch for the update of several maps, of any capacities.
+/// Working memory for the update of several maps, of any capacities.
 pub(crate) trait UpdateRoom<D: Place>: Debug {
-    /// The drafts over it.
+    /// The drafts (updated maps that are not stored yet) in this memory.
     fn drafts(&mut self) -> Vec<Draft<'_, D>>;
 }
 
@@ -59,12 +59,12 @@ where
     }
 }
 
-/// A filter that shows its whole state, for lockstep with the reference.
+/// A filter whose whole state can be read, for the comparison with the reference after every step.
 pub trait Transparent<D: Dimensions, P, const N: usize, const V: usize>: Slam<D> {
     /// The present state.
     ///
     /// # Errors
-    /// The filter refused it.
+    /// The filter cannot be constructed, or was not started.
     fn snapshot(&mut self) -> Result<Snapshot<P, N, V>, Refusal>;
 }
 
@@ -74,7 +74,7 @@ pub struct Snapshot<P, const N: usize, const V: usize> {
     pub candidates: Vec<Candidate<P>>,
     /// The static map of every particle.
     pub maps: Vec<Vec<reference::Component<N>>>,
-    /// The moving part of the map of every particle, at the time `waited_s` ago.
+    /// The moving features of every particle, at the time of the last scan, `waited_s` ago.
     pub moving: Vec<Vec<reference::Component<V>>>,
     /// Sum of dt of the predictions since the last scan, s.
     pub waited_s: f64,
@@ -100,19 +100,19 @@ impl<P: Debug, const N: usize, const V: usize> Debug for Snapshot<P, N, V> {
     }
 }
 
-/// The filter of one log, with its state on the heap.
+/// The filter of a log, with its state on the heap.
 struct CoreFilter<D: Dimensions, M: Motion<Pose: Fixed<D>>, X: MeasurementModel<Pose = M::Pose>> {
     models: Models<D, M, X>,
     config: Config<ScalarOf<M::Pose>>,
     state: Box<dyn Room<M>>,
-    /// Scratch for every sensor.
+    /// Working memory for every sensor.
     scratch: Vec<DetectorMemory<X::Measurement, MEASUREMENTS, WORKERS>>,
     threads: Threads,
-    /// Scratch for the updates on several threads; `None` with one thread.
+    /// Working memory for the updates on several threads; `None` with one thread.
     updates: Option<Box<dyn UpdateRoom<PositionOf<M::Pose>>>>,
 }
 
-/// The filter with a motion model, in the types of the reference.
+/// A boxed filter whose state is read in the types of the reference.
 pub(crate) type Core<D, M, const N: usize, const V: usize> =
     Box<dyn Transparent<D, <<M as Motion>::Pose as Referred>::Reference, N, V>>;
 
@@ -142,7 +142,7 @@ where
 }
 
 impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose = M::Pose> + Copy> CoreFilter<D, M, X> {
-    /// Calls `work` with the filter and one of its detectors, in the state that the last filter left.
+    /// Calls `work` with one of the detectors and a filter that continues with the state.
     fn with<R>(
         &mut self,
         sensor: usize,
@@ -291,7 +291,7 @@ fn of_core<V: Vector, const N: usize>(component: &Component<V>) -> reference::Co
     }
 }
 
-/// A copy of a filter's random number generator that runs ahead of it.
+/// A copy of a filter's random number generator, which draws the numbers that the filter will draw next.
 struct Ahead<T> {
     noise: Noise,
     scalar: PhantomData<T>,
