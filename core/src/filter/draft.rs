@@ -195,7 +195,7 @@ impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
 
 /// Fills the workspace with the updated components of the parent's map in view, and adds their terms to η_z. Returns the number
 /// of pages that they replace, which are the first elements of `aside`.
-#[expect(clippy::too_many_arguments, reason = "what the looks read and what they write")]
+#[expect(clippy::too_many_arguments, reason = "what the update reads and what it writes")]
 fn collect<T: Real, F, X>(
     workspace: &mut Workspace<'_, F::State>,
     aside: &mut [PageId],

@@ -144,7 +144,7 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
 /// The steps of one map's update, for features of either kind.
 impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
     /// Makes the parent's map that of the particle, fills the workspace with its updated components in view, adds their terms to
-    /// η_z, and sets their pages aside. Returns the number of these pages that no other map holds.
+    /// η_z, and marks their pages as replaced. Returns the number of these pages that no other map holds.
     fn collect<X: MeasurementModel<Pose: Pose<Scalar = T, Position = F::Position>>>(
         &mut self,
         task: &Task,

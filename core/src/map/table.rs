@@ -12,7 +12,7 @@ use crate::{Bounds, Feature, Real, Vector};
 /// view's extent.
 pub(super) const MARGIN: f64 = 0.25;
 
-/// The data of a row beside its pages.
+/// The data of a row except its pages.
 #[derive(Debug, Clone, Copy)]
 pub struct Row<D> {
     /// Number of pages in the row.
@@ -391,7 +391,8 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         self.take_back(particle);
     }
 
-    /// Keeps the pages of an updated map that are known to be out of view or satisfy `keep`, and sets the others aside.
+    /// Keeps the pages of an updated map that are known to be out of view or satisfy `keep`, and moves the others, which the update
+    /// replaces, to `aside`.
     pub(crate) fn retain_near(&mut self, particle: usize, keep: impl FnMut(PageId) -> bool) {
         let row = self.next_row(particle);
         let far = self.rows.get(row).map_or(0, |row| usize::from(row.far));
@@ -416,7 +417,7 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         })
     }
 
-    /// Number of pages for which an updated map has room, not counting the pages aside.
+    /// Number of pages for which an updated map has room, not counting the replaced pages.
     pub(crate) fn room(&self, particle: usize) -> usize {
         self.map_pages.saturating_sub(self.pages_of(self.next_row(particle), 0).len())
     }
@@ -426,13 +427,13 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         self.append(self.next_row(particle), id)
     }
 
-    /// Releases the pages aside.
+    /// Releases the replaced pages.
     pub(crate) fn drop_aside<F: Feature<Position = D>>(&mut self, pool: &mut Pool<'_, F>) {
         self.aside.iter().take(self.aside_len).for_each(|&id| pool.release(id));
         self.aside_len = 0;
     }
 
-    /// Returns the pages aside to the map that they came from.
+    /// Returns the replaced pages to the map that they came from.
     pub(crate) fn take_back(&mut self, particle: usize) {
         let row = self.next_row(particle);
         for place in 0..self.aside_len {
@@ -454,7 +455,7 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         copy
     }
 
-    /// Keeps the pages of a row, from index `first` on, that satisfy `keep`, and sets the others aside, in order.
+    /// Keeps the pages of a row, from index `first` on, that satisfy `keep`, and moves the others to `aside`, in order.
     fn retain(&mut self, row: usize, first: usize, mut keep: impl FnMut(PageId) -> bool) {
         let start = self.start(row);
         let Some(head) = self.rows.get_mut(row) else { return };
@@ -558,7 +559,7 @@ mod tests {
         assert_eq!(sort_out(4.0), [2, 2, 4]);
         assert_eq!(sort_out(45.0), [4, 4, 2]);
         assert_eq!(table.pages(0), [ids[0], ids[2], ids[1], ids[3]]);
-        // Pages aside can be released or returned.
+        // Replaced pages can be released or returned.
         table.take_on(0, 0, true, &mut pool);
         table.retain_near(0, |id| id == ids[3]);
         assert_eq!(table.room(0), 1);

@@ -23,7 +23,7 @@
 //! use scphd::{Births, Config, Detector, DetectorMemory, ScPhd, memory};
 //! use scphd_sequencer::{Action, Sequencer, Settings, Stamp};
 //!
-//! /// All that happens on this vehicle, beside its odometry.
+//! /// All inputs of this vehicle except odometry.
 //! enum Event {
 //!     Lidar(Vec<Vector2<f32>, 32>),
 //!     Gps(Vector2<f32>),
