@@ -1,5 +1,6 @@
 //! A filter on a companion computer of a flight stack: receives speeds and targets over UDP, and sends poses.
-//! `companion 0.0.0.0:14560` listens there and answers the sender. Without arguments it checks itself with a simulated vehicle, over loopback.
+//! `companion 0.0.0.0:14560` listens there and answers the sender. Without arguments it checks itself
+//! with a simulated vehicle, over loopback.
 
 use nalgebra::Vector2;
 use scphd::models::{
