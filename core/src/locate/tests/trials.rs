@@ -1,4 +1,4 @@
-//! Drives that start at an unknown place. Constants were chosen on seeds up to 20 100; the tests with hundreds of drives have others.
+//! Drives that start at an unknown place. Constants were chosen on seeds up to 20 100; the tests of a hundred drives have others.
 
 use super::world::{FEATURES, Map, Slam, World, room, single, slam};
 use crate::*;
