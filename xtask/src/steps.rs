@@ -37,7 +37,6 @@ pub const STEPS: &[Step] = &[
     Step { name: "doc", what: "documentation builds without a warning", run: |_| doc() },
     Step { name: "package", what: "the libraries can be packaged, each whole", run: |_| package::step() },
     Step { name: "unit", what: "every test of the workspace, documentation examples included", run: |_| unit::step() },
-    Step { name: "digest", what: "the filter's state is bit for bit the same in a release build", run: |_| digest() },
     Step {
         name: "target",
         what: "core and what is on board beside it build for a Cortex-M without std and without alloc",
@@ -203,16 +202,6 @@ fn fuzz(options: &Options) -> Outcome {
     folders.args(["test", "--release", "--package", "scphd-sim", "--test", "damaged_logs", "--", "--nocapture"]);
     folders.env("SCPHD_DAMAGED_FOLDERS", (operations / 1000).max(1).to_string());
     process::run(&mut cargo).and_then(|()| process::run(&mut folders)).into()
-}
-
-/// The step `unit` has checked the digests with its own profile. A filter must compute the same in all profiles, so that they are
-/// also checked in a release build, which would show fused operations, another order of summation or another `libm`; the step
-/// `firmware` compares with a build without optimisation.
-fn digest() -> Outcome {
-    let mut cargo = process::cargo();
-    cargo.args(["test", "--release", "-p", "scphd-digest", "--test", "digest"]);
-    // Rewriting the digests would check nothing.
-    process::run(cargo.env_remove("SCPHD_BLESS")).into()
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! The measured cases: filters in worlds without an end, for the benches of time (`benches/time.rs`) and of instructions
-//! (`benches/instructions.rs`), and for the figures and curves of `cargo xtask bench`.
+//! (`benches/instructions.rs`). The program of `cargo xtask bench` is an example of `scphd-tests`: every program of this package would
+//! be built for its benches.
 
 pub mod cases;
-pub mod figure;
 mod rig;
 mod world;
 

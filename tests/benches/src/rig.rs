@@ -9,12 +9,14 @@ use scphd::models::{
 use scphd::numerics::Symmetric;
 use scphd::storage::{Dynamic, MapStorage, ScanRoom, Static};
 use scphd::{Births, Component, Config, Detector, DetectorMemory, ScPhd, ScanReport, State};
-use scphd_run::session::with_roomy_stack;
+use std::thread;
 
 /// Maximum number of measurements in a scan.
 pub const MEASUREMENTS: usize = 256;
 /// Number of 64-bit words of measurements that births can wait for: all.
 const WAITING: usize = MEASUREMENTS / 64;
+/// Stack of the thread that makes a state, bytes: it is on the stack before it is on the heap.
+const STACK_BYTES: usize = 512 << 20;
 
 /// A motion model with a control from a course.
 pub trait Drive: Motion<Pose = PlanarPose<f32>> + Copy + Send {
@@ -94,7 +96,9 @@ impl<M: Drive> Rig<M> {
             clutter: UniformClutter::of_scan(world.clutter_mean() as f32, window.measure()).expect("the clutter"),
         };
         type Memory<S, V, const N: usize, const C: usize> = State<PlanarPose<f32>, N, C, S, V, WAITING>;
-        let state = with_roomy_stack(|| Box::new(Memory::<S, V, PARTICLES, CANDIDATES>::new())).expect("a thread");
+        let make = || Box::new(Memory::<S, V, PARTICLES, CANDIDATES>::new());
+        let thread = thread::Builder::new().stack_size(STACK_BYTES).spawn(make).expect("a thread");
+        let state = thread.join().expect("room for a state");
         let scratch = Box::leak(Box::new(DetectorMemory::<_, MEASUREMENTS>::new()));
         let mut slam = ScPhd::new(motion, config, Box::leak(state)).expect("a configuration that fits");
         let detector = Detector::new(sensing, births).expect("models that fit").over(scratch);

@@ -87,7 +87,7 @@ fn measure(options: &Options) -> Result<String, Stop> {
 /// The program of whole runs and plots.
 fn program() -> std::process::Command {
     let mut cargo = process::cargo();
-    cargo.args(["run", "--quiet", "--release", "--package", PACKAGE, "--example", "scphd-bench", "--"]);
+    cargo.args(["run", "--quiet", "--release", "--package", "scphd-tests", "--example", "scphd-bench", "--"]);
     cargo
 }
 

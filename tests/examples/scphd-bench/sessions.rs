@@ -1,6 +1,6 @@
 //! Figures of whole runs: compared with the reference, on a recorded log, on several threads.
 
-use scphd_benches::figure::Figure;
+use crate::figure::Figure;
 use scphd_filters::settings::{Proposal, Settings};
 use scphd_filters::slam::{Precision, Slam, core_filter};
 use scphd_filters::threads::Threads;

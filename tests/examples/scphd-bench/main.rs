@@ -1,5 +1,6 @@
 //! Figures of whole runs, and plots of the curves; called by `cargo xtask bench`.
 
+mod figure;
 mod growth;
 mod sessions;
 
