@@ -171,13 +171,13 @@ fn after_kidnappings(seeds: Range<u64>) -> (usize, usize, usize) {
 
 #[test]
 fn a_second_drive_finds_its_place() {
-    let (right, wrong) = second_drives(5000..5020, SLOW);
-    assert!(right >= 18 && wrong == 0, "{right} right, {wrong} wrong");
+    let (right, wrong) = second_drives(5000..5010, SLOW);
+    assert!(right >= 9 && wrong == 0, "{right} right, {wrong} wrong");
 }
 
 #[test]
 fn in_another_place_it_is_not_sure() {
-    let (right, wrong) = in_other_places(5000..5010);
+    let (right, wrong) = in_other_places(5000..5004);
     assert!(right == 0 && wrong == 0, "{right} and {wrong} found");
 }
 
