@@ -157,12 +157,12 @@ impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
         *tally = Tally::new();
         let workspaces = (&mut of_static.workspace, &mut of_moving.workspace);
         reset_eta(eta, scan_view.scan);
-        let mut seen = Seen::beside(scan_view.view.missed);
+        let mut seen = Seen::with_missed(scan_view.view.missed);
         let parent = task.parent;
         of_static.replaced_len =
             collect(workspaces.0, of_static.page_ids, static_maps, parent, scan_view, eta, &mut seen, tally);
         let mut both = Workspaces { of_static: workspaces.0, of_moving: workspaces.1 };
-        both.look_at_births(scan_view, eta, &mut seen, tally);
+        both.add_expected_births(scan_view, eta, &mut seen, tally);
         of_moving.replaced_len =
             collect(both.of_moving, of_moving.page_ids, moving_maps, parent, scan_view, eta, &mut seen, tally);
         tally.expected_detections = seen.expected_detections;
@@ -215,7 +215,7 @@ where
     let mut replaced = 0;
     for id in maps.table.pages_to_update(parent, &scan_view.bounds, &maps.pool) {
         if let Some(page) = maps.pool.get(id)
-            && workspace.look_at_page::<F, X>(page, scan_view, ln_unconfirmed, eta, seen, tally)
+            && workspace.update_page::<F, X>(page, scan_view, ln_unconfirmed, eta, seen, tally)
             && let Some(slot) = page_ids.get_mut(replaced)
         {
             *slot = id;

@@ -81,10 +81,10 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
         let mut own = Tally::new();
         let tally = &mut own;
         reset_eta(eta, scan_view.scan);
-        let mut seen = Seen::beside(scan_view.view.missed);
+        let mut seen = Seen::with_missed(scan_view.view.missed);
         let regained_static = static_maps.collect(task, scan_view, eta, &mut seen, tally);
         let mut both = Workspaces { of_static: &mut static_maps.workspace, of_moving: &mut moving_maps.workspace };
-        both.look_at_births(scan_view, eta, &mut seen, tally);
+        both.add_expected_births(scan_view, eta, &mut seen, tally);
         let regained_moving = moving_maps.collect(task, scan_view, eta, &mut seen, tally);
         tally.expected_detections += seen.expected_detections;
         if self.weighs {
@@ -160,7 +160,7 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
         let mut regained = 0;
         table.retain_near(task.particle, |id| {
             let Some(page) = pool.get(id) else { return true };
-            let in_view = workspace.look_at_page::<F, X>(page, scan_view, ln_unconfirmed, eta, seen, tally);
+            let in_view = workspace.update_page::<F, X>(page, scan_view, ln_unconfirmed, eta, seen, tally);
             if in_view {
                 regained += usize::from(pool.references(id) == 1);
             }
