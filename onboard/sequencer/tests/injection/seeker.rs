@@ -57,6 +57,6 @@ impl Seeker {
             self.slam.scatter(&by(0.3, 0.1)).unwrap();
         }
         self.slam.scan(&self.eyes, measurements).unwrap();
-        self.locator.look(&self.eyes, &self.slam.estimate_pose().unwrap(), self.slam.features()).found
+        self.locator.update(&self.eyes, &self.slam.estimate_pose().unwrap(), self.slam.features()).found
     }
 }
