@@ -41,7 +41,7 @@ pub struct Mover<P: Pose> {
     pub(super) static_index: u16,
 }
 
-/// The value of [`Mover::static_index`] without such a feature.
+/// The value of `static_index` without such a feature.
 pub(super) const NONE: u16 = u16::MAX;
 /// The bit that marks the index of a moving-object track in an association. Without it, the index is that of a
 /// landmark.
