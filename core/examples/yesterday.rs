@@ -85,7 +85,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         hall.step(&mut slam, &lidar)?;
         scans += 1;
         let pose = slam.estimate_pose().ok_or("not started")?;
-        if let Some(place) = locator.look(&lidar, &pose, slam.features()).found {
+        if let Some(place) = locator.update(&lidar, &pose, slam.features()).found {
             break place;
         }
         assert!(scans < 50, "not found");

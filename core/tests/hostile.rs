@@ -76,7 +76,7 @@ fn a_pose_that_is_no_number_is_found_nowhere() {
     let mut look = |x_m: f32, variance: f32| {
         let covariance = Symmetric::from_diagonal([variance, 1e-4, 1e-5]);
         let pose = PoseEstimate { mean: PlanarPose::new(x_m, 0.0, 0.0), covariance };
-        locator.look(&lidar(), &pose, map.iter().copied())
+        locator.update(&lidar(), &pose, map.iter().copied())
     };
     let reports = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5].map(|x_m| look(x_m, 1e-4));
     let found = reports[5].found.expect("it is found");

@@ -17,7 +17,7 @@ struct MayMove<P: PlanarState, const MOVERS: usize>(JointMovers<P, MOVERS>);
 impl<P: PlanarState + 'static, const MOVERS: usize> MoversMemory<P> for MayMove<P, MOVERS> {
     type Movers<'m> = Option<Tracked<'m, P>>;
 
-    fn beside<'m, A: Archive<P>>(
+    fn add_movers<'m, A: Archive<P>>(
         &'m mut self,
         map: JointSlam<'m, P::Moves, Vector2<ScalarOf<P>>, A, NoMovers>,
         moving: Option<MovingConfig<ScalarOf<P>>>,

@@ -78,7 +78,7 @@ impl Search {
         let (pose, landmarks) = (slam.pose()?, known(slam));
         let detector = sensor.polar::<PlanarPose<f32>>().ok()?;
         let mut locator = Locator::new(LocatorConfig::default(), &mut *self.memory).ok()?;
-        let LocatorReport { found, .. } = locator.look(&detector, &pose, landmarks);
+        let LocatorReport { found, .. } = locator.update(&detector, &pose, landmarks);
         found.map(|place| place.pose)
     }
 

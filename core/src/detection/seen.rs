@@ -16,7 +16,7 @@ impl<T: Real> Seen<T> {
     pub(crate) const NOTHING: Self = Self { expected_detections: T::ZERO, in_view: 0 };
 
     /// No component in view, but Σ p_D w of the delayed births that the scan has missed.
-    pub(crate) fn beside(missed: T) -> Self {
+    pub(crate) fn with_missed(missed: T) -> Self {
         Self { expected_detections: missed, ..Self::NOTHING }
     }
 

@@ -5,7 +5,7 @@ use crate::detection::maps::{DynamicMaps, StaticMaps};
 use crate::detection::scan::Scan;
 use crate::detection::seen::{Seen, Weighed, reset_eta};
 use crate::detection::view::View;
-use crate::map::look_within;
+use crate::map::for_each_within;
 use crate::{Component, LnSum, MeasurementModel, Pose, Real, Vector};
 
 /// ln L and |V| of one candidate of `particle`, with η_z = κ(z) + Σ w_b + Σ_{j∈V} p_D,j w_j N(z; ẑ_j, S_j) (4.51, 5.19).
@@ -20,22 +20,22 @@ pub(crate) fn weigh<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
 ) -> Weighed<T> {
     reset_eta(eta, scan);
     let bounds = view.bounds();
-    let mut seen = Seen::beside(view.missed);
-    look_within(static_maps, particle, &bounds, |component, weight| {
-        look_at(view, component, weight, scan, eta, &mut seen);
+    let mut seen = Seen::with_missed(view.missed);
+    for_each_within(static_maps, particle, &bounds, |component, weight| {
+        add_component(view, component, weight, scan, eta, &mut seen);
     });
     for (_, birth) in view.expected_births() {
-        look_at(view, &birth, birth.ln_weight.exp(), scan, eta, &mut seen);
+        add_component(view, &birth, birth.ln_weight.exp(), scan, eta, &mut seen);
     }
-    look_within(moving_maps, particle, &bounds, |component, weight| {
-        look_at(view, component, weight, scan, eta, &mut seen);
+    for_each_within(moving_maps, particle, &bounds, |component, weight| {
+        add_component(view, component, weight, scan, eta, &mut seen);
     });
     Weighed { ln_likelihood: ln_likelihood(&seen, scan, eta), in_view: seen.in_view }
 }
 
 /// Adds a component with this weight to η_z and to the expected detections, unless it is out of view.
 #[inline(never)]
-fn look_at<T: Real, N: Vector<Scalar = T>, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
+fn add_component<T: Real, N: Vector<Scalar = T>, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
     view: &View<'_, X>,
     component: &Component<N>,
     weight: T,

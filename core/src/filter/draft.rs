@@ -157,14 +157,14 @@ impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
         *tally = Tally::new();
         let workspaces = (&mut of_static.workspace, &mut of_moving.workspace);
         reset_eta(eta, scan_view.scan);
-        let mut seen = Seen::beside(scan_view.view.missed);
+        let mut seen = Seen::with_missed(scan_view.view.missed);
         let parent = task.parent;
-        of_static.aside_len =
-            collect(workspaces.0, of_static.aside, static_maps, parent, scan_view, eta, &mut seen, tally);
+        of_static.replaced_len =
+            collect(workspaces.0, of_static.page_ids, static_maps, parent, scan_view, eta, &mut seen, tally);
         let mut both = Workspaces { of_static: workspaces.0, of_moving: workspaces.1 };
-        both.look_at_births(scan_view, eta, &mut seen, tally);
-        of_moving.aside_len =
-            collect(both.of_moving, of_moving.aside, moving_maps, parent, scan_view, eta, &mut seen, tally);
+        both.add_expected_births(scan_view, eta, &mut seen, tally);
+        of_moving.replaced_len =
+            collect(both.of_moving, of_moving.page_ids, moving_maps, parent, scan_view, eta, &mut seen, tally);
         tally.expected_detections = seen.expected_detections;
         // Labels wrap around: an old label may equal a new one. The draft is then incomplete.
         let most_fresh = both.of_static.capacity() + both.of_moving.capacity();
@@ -194,11 +194,11 @@ impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
 }
 
 /// Fills the workspace with the updated components of the parent's map in view, and adds their terms to η_z. Returns the number
-/// of pages that they replace, which are the first elements of `aside`.
+/// of pages that they replace, which are the first elements of `page_ids`.
 #[expect(clippy::too_many_arguments, reason = "what the update reads and what it writes")]
 fn collect<T: Real, F, X>(
     workspace: &mut Workspace<'_, F::State>,
-    aside: &mut [PageId],
+    page_ids: &mut [PageId],
     maps: &Maps<'_, F>,
     parent: usize,
     scan_view: &ScanView<'_, X>,
@@ -215,8 +215,8 @@ where
     let mut replaced = 0;
     for id in maps.table.pages_to_update(parent, &scan_view.bounds, &maps.pool) {
         if let Some(page) = maps.pool.get(id)
-            && workspace.look_at_page::<F, X>(page, scan_view, ln_unconfirmed, eta, seen, tally)
-            && let Some(slot) = aside.get_mut(replaced)
+            && workspace.update_page::<F, X>(page, scan_view, ln_unconfirmed, eta, seen, tally)
+            && let Some(slot) = page_ids.get_mut(replaced)
         {
             *slot = id;
             replaced += 1;

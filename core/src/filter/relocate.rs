@@ -56,7 +56,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         self.memory.clamp();
         let Memory { cursor, pose_covariances, candidates, .. } = &mut self.memory;
         let Some(mut noise) = cursor.noise.clone() else { return Err(ResetError::NotStarted) };
-        cursor.watch.calm();
+        cursor.watch.reset_sum();
         match self.config.proposal {
             Proposal::Blind => {
                 let root = covariance.root();

@@ -21,10 +21,10 @@ pub(crate) fn store<T: Real, F: Feature<Position: Place<Scalar = T>>>(
 ) -> bool {
     let fits = workspace.fit(room((table, pool), task, regained), tally);
     if fits {
-        table.drop_aside(pool);
+        table.release_replaced(pool);
         write((table, pool), workspace, task.particle, bounds, tally);
     } else {
-        table.take_back(task.particle);
+        table.restore_replaced(task.particle);
     }
     fits
 }
@@ -76,9 +76,9 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> MapDraft<'_, F> {
             self.workspace.in_view_mut().iter_mut().for_each(|entry| renaming.apply(&mut entry.component.label));
             return store((table, pool), &mut self.workspace, task, regained, bounds, tally);
         }
-        table.drop_aside(pool);
+        table.release_replaced(pool);
         // After the first page without room, none of the following has room either.
-        for (written, slot) in self.pages.iter().take(self.pages_len).zip(self.aside.iter_mut()) {
+        for (written, slot) in self.pages.iter().take(self.pages_len).zip(self.page_ids.iter_mut()) {
             let Some((id, _)) = pool.take() else {
                 tally.lost += written.components().len();
                 continue;
@@ -110,7 +110,7 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> MapDraft<'_, F> {
 
     /// The allocated pages, and their content.
     pub(crate) fn placed(&self) -> (&[PageId], &[Page<F>]) {
-        (self.aside.get(..self.placed_len).unwrap_or(&[]), self.pages)
+        (self.page_ids.get(..self.placed_len).unwrap_or(&[]), self.pages)
     }
 }
 

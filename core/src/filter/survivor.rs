@@ -84,7 +84,7 @@ pub(crate) struct Workspaces<'a, 'w, D: Place> {
 impl<T: Real, D: Place<Scalar = T>> Workspaces<'_, '_, D> {
     /// Adds the updated births that the sensor expects independent of measurements.
     #[inline]
-    pub(crate) fn look_at_births<X: MeasurementModel<Pose: Pose<Scalar = T, Position = D>>>(
+    pub(crate) fn add_expected_births<X: MeasurementModel<Pose: Pose<Scalar = T, Position = D>>>(
         &mut self,
         scan_view: &ScanView<'_, X>,
         eta: &mut [LnSum<T>],
@@ -94,7 +94,9 @@ impl<T: Real, D: Place<Scalar = T>> Workspaces<'_, '_, D> {
         let first_birth = scan_view.first_label.wrapping_add(scan_view.scan.len() as u32);
         for (index, birth) in scan_view.view.expected_births() {
             let birth = Component { label: first_birth.wrapping_add(index as u32), ..birth };
-            if let Some((probability, _)) = self.of_static.look_at::<Static<D>, X>(&birth, scan_view, eta, tally) {
+            if let Some((probability, _)) =
+                self.of_static.update_component::<Static<D>, X>(&birth, scan_view, eta, tally)
+            {
                 seen.add(probability, birth.ln_weight.exp());
             }
         }
@@ -180,7 +182,7 @@ impl<T: Real, D: Place<Scalar = T>> Workspaces<'_, '_, D> {
 impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
     /// Adds a component after a miss and after each of its detections, and its terms to η_z. Returns p_D and ln of w (1 − p_D);
     /// `None` if it is out of view.
-    pub(crate) fn look_at<F, X>(
+    pub(crate) fn update_component<F, X>(
         &mut self,
         component: &Component<N>,
         scan_view: &ScanView<'_, X>,
@@ -234,7 +236,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
     /// Adds the updated components of a page, and its components out of view unchanged. Returns whether any is in view, so that
     /// the page must be rewritten.
     #[inline(always)]
-    pub(crate) fn look_at_page<F, X>(
+    pub(crate) fn update_page<F, X>(
         &mut self,
         page: &Page<F>,
         scan_view: &ScanView<'_, X>,
@@ -255,7 +257,10 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
             let within = bounds.covers(page.bounds());
             for (component, weight) in page.weighted() {
                 let near = within || bounds.holds(&component.position());
-                if near && let Some((probability, ln_missed)) = self.look_at::<F, X>(component, scan_view, eta, tally) {
+                if near
+                    && let Some((probability, ln_missed)) =
+                        self.update_component::<F, X>(component, scan_view, eta, tally)
+                {
                     seen.add(probability, weight);
                     if !F::MOVES && is_known(component.label, scan_view.known_below, scan_view.first_label) {
                         tally.known(weight, probability * weight, ln_missed.exp());

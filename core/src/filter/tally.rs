@@ -135,8 +135,8 @@ impl<T: Real> Tally<T> {
     pub(crate) fn recognised(&self) -> Recognised<T> {
         let Known { weight, expected, missed, detected } = self.known;
         let detection = if weight > T::ZERO { expected / weight } else { T::ZERO };
-        let given_up = detection * (weight - missed - detected);
-        Recognised { expected, detected, given_up }.over(self.survivors)
+        let existence_loss = detection * (weight - missed - detected);
+        Recognised { expected, detected, existence_loss }.over(self.survivors)
     }
 
     /// Mean squared innovation per dimension of the measurement; 0 without detections.

@@ -81,10 +81,10 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
         let mut own = Tally::new();
         let tally = &mut own;
         reset_eta(eta, scan_view.scan);
-        let mut seen = Seen::beside(scan_view.view.missed);
+        let mut seen = Seen::with_missed(scan_view.view.missed);
         let regained_static = static_maps.collect(task, scan_view, eta, &mut seen, tally);
         let mut both = Workspaces { of_static: &mut static_maps.workspace, of_moving: &mut moving_maps.workspace };
-        both.look_at_births(scan_view, eta, &mut seen, tally);
+        both.add_expected_births(scan_view, eta, &mut seen, tally);
         let regained_moving = moving_maps.collect(task, scan_view, eta, &mut seen, tally);
         tally.expected_detections += seen.expected_detections;
         if self.weighs {
@@ -117,8 +117,8 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
             Renaming { first_fresh, fresh: draft.labels, label_offset: next_label.wrapping_sub(first_fresh) };
         **next_label = next_label.wrapping_add(draft.labels);
         let Draft { of_static, of_moving, task, bounds, renaming, .. } = draft;
-        let regained_static = static_maps.put_aside(task, bounds, of_static.aside());
-        let regained_moving = moving_maps.put_aside(task, bounds, of_moving.aside());
+        let regained_static = static_maps.mark_replaced(task, bounds, of_static.replaced());
+        let regained_moving = moving_maps.mark_replaced(task, bounds, of_moving.replaced());
         let Maps { table, pool, .. } = &mut **static_maps;
         let static_stored = of_static.place((table, pool), task, regained_static, bounds, renaming, tally);
         let Maps { table, pool, .. } = &mut **moving_maps;
@@ -153,14 +153,14 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
         seen: &mut Seen<T>,
         tally: &mut Tally<T>,
     ) -> usize {
-        self.take_on(task, &scan_view.bounds);
+        self.inherit(task, &scan_view.bounds);
         let Maps { table, pool, workspace } = self;
         workspace.clear(scan_view.config.prune_weight.ln());
         let ln_unconfirmed = scan_view.config.unconfirmed_weight.ln();
         let mut regained = 0;
         table.retain_near(task.particle, |id| {
             let Some(page) = pool.get(id) else { return true };
-            let in_view = workspace.look_at_page::<F, X>(page, scan_view, ln_unconfirmed, eta, seen, tally);
+            let in_view = workspace.update_page::<F, X>(page, scan_view, ln_unconfirmed, eta, seen, tally);
             if in_view {
                 regained += usize::from(pool.references(id) == 1);
             }
@@ -170,8 +170,8 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
     }
 
     /// As [`collect`](Self::collect), with known pages to replace.
-    fn put_aside(&mut self, task: &Task, bounds: &Bounds<F::Position>, replaced: &[PageId]) -> usize {
-        self.take_on(task, bounds);
+    fn mark_replaced(&mut self, task: &Task, bounds: &Bounds<F::Position>, replaced: &[PageId]) -> usize {
+        self.inherit(task, bounds);
         let Maps { table, pool, .. } = self;
         let mut regained = 0;
         let mut replaced = replaced.iter().peekable();
@@ -186,9 +186,9 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
     }
 
     /// Makes the parent's map that of the particle, and sorts pages far from the view to the front.
-    fn take_on(&mut self, task: &Task, bounds: &Bounds<F::Position>) {
+    fn inherit(&mut self, task: &Task, bounds: &Bounds<F::Position>) {
         let Maps { table, pool, .. } = self;
-        table.take_on(task.parent, task.particle, task.last_child, pool);
+        table.inherit(task.parent, task.particle, task.last_child, pool);
         // Pages of moving features would not stay out of view.
         if !F::MOVES {
             table.sort_out(task.particle, bounds, pool);

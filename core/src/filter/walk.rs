@@ -38,7 +38,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         }
         visit.word(cursor.next_label);
         visit.scalar(cursor.waited_s);
-        visit.beside(u32::from(cursor.refused));
+        visit.snapshot_word(u32::from(cursor.refused));
         cursor.watch.walk(visit);
         if let Some(noise) = &cursor.noise {
             let words = noise.bytes();
@@ -98,11 +98,11 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Maps<'_, F> {
     fn walk(&self, particle: usize, visit: &mut impl Visit) {
         let pages = self.table.pages(particle);
         if !self.table.is_none() {
-            visit.beside(pages.len() as u32);
+            visit.snapshot_word(pages.len() as u32);
             let (far, vicinity) = self.table.far(particle);
-            visit.beside(far as u32);
+            visit.snapshot_word(far as u32);
             let corners = [vicinity.low, vicinity.high];
-            corners.iter().flat_map(Vector::as_slice).for_each(|&x| visit.beside_scalar(x));
+            corners.iter().flat_map(Vector::as_slice).for_each(|&x| visit.snapshot_scalar(x));
         }
         for &id in pages {
             let Some(page) = self.pool.get(id) else { continue };

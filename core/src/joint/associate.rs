@@ -90,7 +90,7 @@ where
     let mut tracks = movers.tracks();
     if let Some(tracks) = &mut tracks {
         let landmarks = landmarks.get(..header.len).unwrap_or(&[]);
-        tracks.look(models, &frame, measurements, config.occlusion_factor, landmarks);
+        tracks.predict_detection(models, &frame, measurements, config.occlusion_factor, landmarks);
     }
     // The innovation of a landmark that the last scan initiated would have the covariance 2 R + Hx W Hxᵀ. This bound
     // is not used if no landmark can be initiated.
@@ -107,7 +107,7 @@ where
         let expected = landmark.detection * landmark.existence.visible;
         // A moving-object track of the same object may be detected instead of the landmark.
         let neither = |moving: T| (T::ONE - expected - moving).at_least(T::EPSILON);
-        let moving = tracks.as_mut().map_or(T::ZERO, |tracks| tracks.beside(index, neither));
+        let moving = tracks.as_mut().map_or(T::ZERO, |tracks| tracks.set_not_detected(index, neither));
         if !(expected + moving > T::ZERO) {
             continue;
         }

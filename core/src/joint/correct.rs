@@ -3,13 +3,13 @@
 
 use super::associations::detected;
 use super::covariance::symmetric;
-use super::existence::Beside;
+use super::existence::MovingHypothesis;
 use super::innovation_statistics::{InnovationStatistics, innovation_statistics, is_informative_for_pose};
 use super::movers::Movers;
 use super::position_update::correct_position;
 use super::report::Tally;
 use super::state::Memory;
-use super::track::beside;
+use super::track::moving_hypothesis;
 use crate::report::watch::Recognised;
 use crate::{Matrix, Pose, Real, Sensor, Vector};
 
@@ -32,8 +32,8 @@ where
     let mut tally = Tally::NOTHING;
     for index in 0..memory.header.len {
         let Some(detection) = memory.landmarks.get(index).map(|landmark| landmark.detection) else { break };
-        let beside = beside::<T, S::Pose, V, _>(movers, index, memory.association_table, measurements);
-        if !(detection + beside.expected > T::ZERO) {
+        let moving = moving_hypothesis::<T, S::Pose, V, _>(movers, index, memory.association_table, measurements);
+        if !(detection + moving.expected > T::ZERO) {
             continue;
         }
         let detected = detected(memory.association_table, index, measurements);
@@ -41,7 +41,7 @@ where
         if tells {
             move_by(sensor, memory, index, measurements, gate, &mut tally);
         }
-        let position_factor = update_existence(memory, index, detected, &beside, &mut tally);
+        let position_factor = update_existence(memory, index, detected, &moving, &mut tally);
         if let Some(times) = position_factor.filter(|_| movers.are_tracked()) {
             correct_position(sensor, memory, index, measurements, detected, times, gate);
         }
@@ -56,7 +56,7 @@ pub(super) fn update_existence<T, P, Z>(
     memory: &mut Memory<'_, P, Z>,
     index: usize,
     detected: T,
-    beside: &Beside<T>,
+    moving: &MovingHypothesis<T>,
     tally: &mut Tally<T>,
 ) -> Option<T>
 where
@@ -67,13 +67,13 @@ where
     let Memory { header, landmarks, .. } = memory;
     let landmark = landmarks.get_mut(index)?;
     let (detection, before) = (landmark.detection, landmark.existence.visible);
-    landmark.existence = landmark.existence.scanned(detection, detected, beside);
-    let given_up = detection * (before - landmark.existence.visible);
+    landmark.existence = landmark.existence.scanned(detection, detected, moving);
+    let existence_loss = detection * (before - landmark.existence.visible);
     landmark.detections += detected;
-    let seen = Recognised { expected: detection * before, detected, given_up };
+    let seen = Recognised { expected: detection * before, detected, existence_loss };
     tally.count(header.watch.knows(landmark.label, header.next_label), seen);
     let there = landmark.existence.total();
-    (beside.expected > T::ZERO && there > T::ZERO).then(|| T::ONE / there - T::ONE)
+    (moving.expected > T::ZERO && there > T::ZERO).then(|| T::ONE / there - T::ONE)
 }
 
 /// Corrects pose and map with the measurements that are associated with one feature, if the result is valid.

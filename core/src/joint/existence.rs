@@ -65,7 +65,7 @@ impl<T: Real> Persistence<T> {
 
 /// The hypothesis that the object moves: probabilities of its moving-object track in a scan.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Beside<T> {
+pub(super) struct MovingHypothesis<T> {
     /// p_D w: the probability that it exists, moves and is detected.
     pub(super) expected: T,
     /// (1 − p_D) w: the probability that it exists, moves and is not detected.
@@ -74,7 +74,7 @@ pub(super) struct Beside<T> {
     pub(super) detected: T,
 }
 
-impl<T: Real> Beside<T> {
+impl<T: Real> MovingHypothesis<T> {
     /// There is no such track.
     pub(super) const NOTHING: Self = Self { expected: T::ZERO, left: T::ZERO, detected: T::ZERO };
 }
@@ -134,15 +134,15 @@ impl<T: Real> Existence<T> {
     }
 
     /// The update with a scan, by Bayes: `detection` is p_D of a visible landmark, `detected` the sum β of its
-    /// association probabilities, and `beside` the hypothesis that the object moves.
-    pub(super) fn scanned(self, detection: T, detected: T, beside: &Beside<T>) -> Self {
+    /// association probabilities, and `moving` the hypothesis that the object moves.
+    pub(super) fn scanned(self, detection: T, detected: T, moving: &MovingHypothesis<T>) -> Self {
         let visible = self.visible * (T::ONE - detection);
-        let gone = (self.absent - beside.expected - beside.left).at_least(T::ZERO);
+        let gone = (self.absent - moving.expected - moving.left).at_least(T::ZERO);
         // 1 − p_D v − p_D w as a sum of terms that are not negative: a difference would lose the digits of the small
         // terms.
-        let not_detected = visible + self.occluded + gone + beside.left;
+        let not_detected = visible + self.occluded + gone + moving.left;
         // If the messages have not converged, the association probabilities sum to slightly more than one.
-        let missed = (T::ONE - detected - beside.detected).at_least(T::ZERO);
+        let missed = (T::ONE - detected - moving.detected).at_least(T::ZERO);
         if !(not_detected > T::ZERO) {
             return Self::of(T::ONE);
         }
@@ -150,23 +150,23 @@ impl<T: Real> Existence<T> {
         Self {
             visible: (detected + probability * visible).at_most(T::ONE),
             occluded: probability * self.occluded,
-            absent: (beside.detected + probability * (gone + beside.left)).at_least(T::from_f64(LEAST_ABSENT)),
+            absent: (moving.detected + probability * (gone + moving.left)).at_least(T::from_f64(LEAST_ABSENT)),
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Beside, Existence, Persistence};
+    use super::{Existence, MovingHypothesis, Persistence};
     use crate::Real;
 
     #[test]
     fn without_occlusion_it_is_the_bernoulli_update() {
         let before = Existence::of(0.8_f64);
-        let after = before.after(&Persistence::FOR_EVER.over(3.0)).scanned(0.7, 0.0, &Beside::NOTHING);
+        let after = before.after(&Persistence::FOR_EVER.over(3.0)).scanned(0.7, 0.0, &MovingHypothesis::NOTHING);
         assert!((after.total() - 0.8 * 0.3 / (1.0 - 0.8 * 0.7)).abs() < 1e-15);
         // A small existence probability decreases as the weight of a component of an intensity does.
-        let light = Existence::of(1e-6_f64).scanned(0.7, 0.0, &Beside::NOTHING);
+        let light = Existence::of(1e-6_f64).scanned(0.7, 0.0, &MovingHypothesis::NOTHING);
         assert!((light.visible / 3e-7 - 1.0).abs() < 1e-5);
     }
 
@@ -175,7 +175,7 @@ mod tests {
         let before = Existence { visible: 0.5_f64, occluded: 0.3, absent: 0.2 };
         let seen = 0.25;
         let evidence = 1.0 - 0.5 * 0.9;
-        let after = before.scanned(0.9, seen, &Beside::NOTHING);
+        let after = before.scanned(0.9, seen, &MovingHypothesis::NOTHING);
         assert!((after.visible - (seen + (1.0 - seen) * 0.5 * 0.1 / evidence)).abs() < 1e-15);
         assert!((after.occluded - (1.0 - seen) * 0.3 / evidence).abs() < 1e-15);
         assert!((after.absent - (1.0 - seen) * 0.2 / evidence).abs() < 1e-15);
@@ -190,7 +190,7 @@ mod tests {
             for detection in [0.3, 0.9, 1.0 - eps] {
                 for detected in [0.0, 0.5, 1.0, 1.0 + eps, 1.02] {
                     let before = Existence { visible: 1.0 - occluded + eps, occluded, absent: eps };
-                    let after = before.scanned(detection, detected, &Beside::NOTHING);
+                    let after = before.scanned(detection, detected, &MovingHypothesis::NOTHING);
                     assert!(
                         after.visible >= 0.0 && after.occluded >= 0.0,
                         "{before:?} {detection} {detected} {after:?}"
@@ -234,11 +234,11 @@ mod tests {
             let (passage, detection) = (chain.over(T::from_f64(0.1)), T::from_f64(detection));
             let mut now = Existence::of(T::ONE);
             for _ in 0..1000 {
-                now = now.after(&passage).scanned(detection, T::ONE, &Beside::NOTHING);
+                now = now.after(&passage).scanned(detection, T::ONE, &MovingHypothesis::NOTHING);
             }
             (0..2000)
                 .take_while(|_| {
-                    now = now.after(&passage).scanned(detection, T::ZERO, &Beside::NOTHING);
+                    now = now.after(&passage).scanned(detection, T::ZERO, &MovingHypothesis::NOTHING);
                     now.total() >= T::from_f64(1e-3)
                 })
                 .count()

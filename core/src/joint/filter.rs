@@ -171,7 +171,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A> J
         moving: MovingConfig<T>,
     ) -> Result<WithMovers<'s, M, Z, A>, SetupError> {
         moving.check()?;
-        self.beside(movers.tracked(moving))
+        self.replace_movers(movers.tracked(moving))
     }
 
     /// [`with_movers`](Self::with_movers) if `movers` is `Some`, for a program that decides at run time whether to
@@ -184,10 +184,10 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A> J
         movers: Option<(&'s mut JointMovers<M::Pose, CAPACITY>, MovingConfig<T>)>,
     ) -> Result<WithMoversIf<'s, M, Z, A>, SetupError> {
         movers.as_ref().map_or(Ok(()), |(_, moving)| moving.check())?;
-        self.beside(movers.map(|(movers, moving)| movers.tracked(moving)))
+        self.replace_movers(movers.map(|(movers, moving)| movers.tracked(moving)))
     }
 
-    fn beside<V>(self, movers: V) -> Result<JointSlam<'s, M, Z, A, V>, SetupError> {
+    fn replace_movers<V>(self, movers: V) -> Result<JointSlam<'s, M, Z, A, V>, SetupError> {
         let Self { motion, config, memory, archive, .. } = self;
         require(memory.landmarks.len() <= usize::from(MOVES), "FEATURES", "at most 32768 with movers")?;
         Ok(JointSlam { motion, config, memory, archive, movers })

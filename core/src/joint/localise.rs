@@ -63,8 +63,11 @@ where
                 move_pose_by(sensor, memory, index, measurements, config.gate, &mut tally);
             }
             // Existence probabilities do not decrease, because the map is unchanged.
-            let seen =
-                Recognised { expected: landmark.detection * landmark.existence.visible, detected, given_up: T::ZERO };
+            let seen = Recognised {
+                expected: landmark.detection * landmark.existence.visible,
+                detected,
+                existence_loss: T::ZERO,
+            };
             tally.count(memory.header.watch.knows(landmark.label, memory.header.next_label), seen);
         }
         tally.left_out += memory.joint.repair_pose(memory.header.len);

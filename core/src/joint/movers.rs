@@ -38,10 +38,10 @@ pub struct Mover<P: Pose> {
     /// used instead.
     pub(super) message_sum: ScalarOf<P>,
     /// Index of the static feature of the same object, or [`NONE`].
-    pub(super) rival: u16,
+    pub(super) static_index: u16,
 }
 
-/// The value of `rival` without such a feature.
+/// The value of `static_index` without such a feature.
 pub(super) const NONE: u16 = u16::MAX;
 /// The bit that marks the index of a moving-object track in an association. Without it, the index is that of a
 /// landmark.
@@ -179,17 +179,22 @@ impl<T: Real, P: Pose<Scalar = T>> Common<P> {
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Mover<P> {
-    pub(super) const ZERO: Self =
-        Self { component: Component::ZERO, detection: T::ZERO, not_detected: T::ZERO, message_sum: T::ZERO, rival: 0 };
+    pub(super) const ZERO: Self = Self {
+        component: Component::ZERO,
+        detection: T::ZERO,
+        not_detected: T::ZERO,
+        message_sum: T::ZERO,
+        static_index: 0,
+    };
 
     /// A new track, without the data of a scan.
     pub(super) fn new(component: Component<MovingOf<P>>) -> Self {
-        Self { component, rival: NONE, ..Self::ZERO }
+        Self { component, static_index: NONE, ..Self::ZERO }
     }
 
     /// Index of the static feature of the same object.
     pub(super) fn static_index(&self) -> Option<u16> {
-        Some(self.rival).filter(|&index| index != NONE)
+        Some(self.static_index).filter(|&index| index != NONE)
     }
 
     /// w: the probability that the object exists and moves.

@@ -190,7 +190,7 @@ fn a_static_feature_and_its_track_have_one_origin() {
     let mut tracked = movers.tracked(MOVING);
     let mut tracks = tracked.tracks().unwrap();
     tracks.put(Component::ZERO);
-    tracks.kept_mut()[0].rival = 0;
+    tracks.kept_mut()[0].static_index = 0;
     for (z, row) in table.iter_mut().enumerate() {
         row.start(0.0);
         let associations = [(0, of_static[z]), (MOVES, of_moving[z]), (1, other[z])];

@@ -43,7 +43,7 @@ where
             return Err(ResetError::NotStarted);
         }
         (header.pose, header.remainder) = (pose, [T::ZERO; 2]);
-        header.watch.calm();
+        header.watch.reset_sum();
         joint.propagate(&Zero::ZERO, &covariance.to_matrix(), header.len);
         if let Some(mut tracks) = self.movers.tracks() {
             tracks.clear();
@@ -63,7 +63,7 @@ where
         if !header.started {
             return Err(ResetError::NotStarted);
         }
-        header.watch.calm();
+        header.watch.reset_sum();
         let grown = Symmetric::<TangentOf<M::Pose>>::from_fn(|row, column| {
             joint.get(row, column) + covariance.get(row, column)
         });

@@ -8,7 +8,7 @@
 use super::associate::{Predicted, in_view_of};
 use super::associations::{Association, AssociationRow, detected, probabilities};
 use super::config::JointConfig;
-use super::existence::Beside;
+use super::existence::MovingHypothesis;
 use super::movers::{MOVES, Mover, Movers, NONE, Tracks};
 use super::state::{Header, Landmark};
 use crate::map::reduce::{Near, heavier, moment_match};
@@ -75,7 +75,7 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
     }
 
     /// Sets p_D of every track, and the index of the static feature of the same object.
-    pub(super) fn look<X: MeasurementModel<Pose = P>>(
+    pub(super) fn predict_detection<X: MeasurementModel<Pose = P>>(
         &mut self,
         models: &X,
         frame: &X::Frame,
@@ -84,16 +84,17 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
         landmarks: &[Landmark<PositionOf<P>>],
     ) {
         for mover in self.kept_mut() {
-            (mover.detection, mover.not_detected, mover.message_sum, mover.rival) = (T::ZERO, T::ONE, T::ZERO, NONE);
-            let rival = landmarks.iter().position(|landmark| landmark.label == mover.component.label);
-            mover.rival = rival.map_or(NONE, |index| index as u16);
-            if let Some(landmark) = rival.and_then(|index| landmarks.get(index)) {
+            (mover.detection, mover.not_detected, mover.message_sum, mover.static_index) =
+                (T::ZERO, T::ONE, T::ZERO, NONE);
+            let static_index = landmarks.iter().position(|landmark| landmark.label == mover.component.label);
+            mover.static_index = static_index.map_or(NONE, |index| index as u16);
+            if let Some(landmark) = static_index.and_then(|index| landmarks.get(index)) {
                 // Merging may have made the sum of both probabilities greater than one.
                 mover.component.ln_weight = mover.component.ln_weight.at_most(landmark.existence.absent.ln());
             }
             let seen = in_view_of(models, frame, &mover.component.position(), measurements, occlusion_factor);
             mover.detection = seen.map_or(T::ZERO, |(_, detection)| detection);
-            if rival.is_none() {
+            if static_index.is_none() {
                 mover.not_detected = (T::ONE - mover.detection * mover.weight()).at_least(T::EPSILON);
             }
         }
@@ -101,9 +102,9 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
 
     /// p_D w of the track of the same object as the static feature `index`; 0 without one. Sets the probability that
     /// the scan detects neither of the two to `of` this value.
-    pub(super) fn beside(&mut self, index: usize, of: impl Fn(T) -> T) -> T {
-        let mut rivals = self.kept_mut().iter_mut().filter(|mover| usize::from(mover.rival) == index);
-        let Some(mover) = rivals.next() else { return T::ZERO };
+    pub(super) fn set_not_detected(&mut self, index: usize, of: impl Fn(T) -> T) -> T {
+        let mut tracks = self.kept_mut().iter_mut().filter(|mover| usize::from(mover.static_index) == index);
+        let Some(mover) = tracks.next() else { return T::ZERO };
         let expected = mover.detection * mover.weight();
         mover.not_detected = of(expected);
         expected
@@ -127,7 +128,7 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
                 continue;
             }
             let ln_not_detected = mover.not_detected.ln();
-            if mover.rival == NONE {
+            if mover.static_index == NONE {
                 ln_missed += ln_not_detected;
             }
             let Some(track) = PredictedTrack::of(sensor, frame, &mover.component, &process_noise) else { continue };
@@ -159,9 +160,9 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
                 continue;
             }
             let own = usize::from(MOVES) | index;
-            let of_rival = detected(table, usize::from(mover.rival), measurements);
+            let of_static = detected(table, usize::from(mover.static_index), measurements);
             let seen = detected(table, own, measurements);
-            let missed = (T::ONE - seen - of_rival).at_least(T::ZERO) / mover.not_detected;
+            let missed = (T::ONE - seen - of_static).at_least(T::ZERO) / mover.not_detected;
             let ln_weight = (missed * mover.weight() * (T::ONE - mover.detection)).ln();
             let unseen = Component { ln_weight, ..mover.component };
             mover.component =
@@ -280,14 +281,19 @@ where
 }
 
 /// The hypothesis that the object of a static feature moves, after the association of a scan.
-pub(super) fn beside<T, P, V, Y>(movers: &V, index: usize, table: &[AssociationRow<T>], measurements: &[Y]) -> Beside<T>
+pub(super) fn moving_hypothesis<T, P, V, Y>(
+    movers: &V,
+    index: usize,
+    table: &[AssociationRow<T>],
+    measurements: &[Y],
+) -> MovingHypothesis<T>
 where
     T: Real,
     P: Pose<Scalar = T>,
     V: Movers<P>,
 {
-    let rival = movers.kept().iter().enumerate().find(|(_, mover)| usize::from(mover.rival) == index);
-    rival.map_or(Beside::NOTHING, |(own, mover)| Beside {
+    let track = movers.kept().iter().enumerate().find(|(_, mover)| usize::from(mover.static_index) == index);
+    track.map_or(MovingHypothesis::NOTHING, |(own, mover)| MovingHypothesis {
         expected: mover.detection * mover.weight(),
         left: (T::ONE - mover.detection) * mover.weight(),
         detected: detected(table, usize::from(MOVES) | own, measurements),

@@ -35,7 +35,7 @@ impl<T: Real, P: Pose<Scalar = T>> Estimate<'_, P> {
             landmark.mean.as_slice().iter().for_each(|&coordinate| visit.scalar(coordinate));
             let Existence { visible, occluded, absent } = landmark.existence;
             [visible, occluded, absent, landmark.detections].into_iter().for_each(|number| visit.scalar(number));
-            landmark.moved.as_slice().iter().for_each(|&by| visit.beside_scalar(by));
+            landmark.moved.as_slice().iter().for_each(|&by| visit.snapshot_scalar(by));
         }
         self.used(header.len).iter().for_each(|&number| visit.scalar(number));
     }
@@ -71,9 +71,9 @@ impl<T: Real, P: Pose<Scalar = T>> Header<P> {
         visit.remainder(&self.remainder);
         visit.scalar(self.waited_s);
         visit.word(self.next_label);
-        visit.beside(u32::try_from(self.refused).unwrap_or(u32::MAX));
+        visit.snapshot_word(u32::try_from(self.refused).unwrap_or(u32::MAX));
         self.watch.walk(visit);
-        self.moved.iter().chain(self.motion_noise.as_lower()).for_each(|&number| visit.beside_scalar(number));
+        self.moved.iter().chain(self.motion_noise.as_lower()).for_each(|&number| visit.snapshot_scalar(number));
     }
 }
 

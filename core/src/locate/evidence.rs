@@ -1,7 +1,7 @@
 //! The likelihood of a pose in the map, relative to the hypothesis that the vehicle is elsewhere.
 
+use super::alignment::Alignment;
 use super::config::LocatorConfig;
-use super::laying::Laying;
 use super::state::{Hypothesis, Memory, NONE};
 use crate::{Bounds, FieldOfView, MeasurementModel, PlanarPose, Real, Sensor};
 use nalgebra::Vector2;
@@ -21,27 +21,27 @@ impl<T: Real> Memory<'_, T> {
         &mut self,
         config: &LocatorConfig<T>,
         models: &X,
-        laying: &Laying<T>,
+        alignment: &Alignment<T>,
     ) -> Option<Hypothesis<T>> {
-        let mut laying = *laying;
+        let mut alignment = *alignment;
         for _ in 0..STEPS {
-            if self.pair_up(&laying, config.inflation, config.gate) < 3 {
+            if self.pair_up(&alignment, config.inflation, config.gate) < 3 {
                 return None;
             }
-            laying = laying.fitted(config.inflation, self.paired())?;
+            alignment = alignment.fitted(config.inflation, self.paired())?;
         }
-        let matched = self.pair_up(&laying, config.inflation, config.gate);
+        let matched = self.pair_up(&alignment, config.inflation, config.gate);
         if matched < 3 {
             return None;
         }
-        let ln_weight = self.ln_prior(config, &laying)? + self.ln_likelihood(config, models, &laying)?;
-        ln_weight.is_finite().then_some(Hypothesis { laying, ln_weight, matched })
+        let ln_weight = self.ln_prior(config, &alignment)? + self.ln_likelihood(config, models, &alignment)?;
+        ln_weight.is_finite().then_some(Hypothesis { alignment, ln_weight, matched })
     }
 
     /// Logarithm of the prior density times the volume of the alignment's covariance, p(x) (2π)^{3/2} |Σ|^{1/2}.
-    fn ln_prior(&self, config: &LocatorConfig<T>, laying: &Laying<T>) -> Option<T> {
+    fn ln_prior(&self, config: &LocatorConfig<T>, alignment: &Alignment<T>) -> Option<T> {
         let real = T::from_f64;
-        let ln_volume = -laying.covariance.factor()?.ln_peak();
+        let ln_volume = -alignment.covariance.factor()?.ln_peak();
         let poses = self.known.area * real(POSES) * (T::PI + T::PI);
         Some((T::ONE - config.elsewhere).ln() - poses.ln() + ln_volume)
     }
@@ -51,9 +51,9 @@ impl<T: Real> Memory<'_, T> {
         &mut self,
         config: &LocatorConfig<T>,
         models: &X,
-        laying: &Laying<T>,
+        alignment: &Alignment<T>,
     ) -> Option<T> {
-        let turned = laying.turned();
+        let turned = alignment.turned();
         let density = self.density();
         let ln_density = density.ln();
         let ln_new = config.new_share.ln();
@@ -78,18 +78,18 @@ impl<T: Real> Memory<'_, T> {
         }
         let new = self.pairs.iter().take(self.known.seen).filter(|&&pair| pair == NONE).count();
         // Under "elsewhere" all landmarks are new.
-        let fewer_new = density * (T::ONE - config.new_share) * self.known.looked_at;
+        let fewer_new = density * (T::ONE - config.new_share) * self.known.observed_area;
         Some(sum + T::from_usize(new) * ln_new + fewer_new)
     }
 
     /// Density of landmarks, 1/m²: that of the map or of the observed area, whichever is greater, because other places may be as dense.
     pub(super) fn density(&self) -> T {
         let of_map = T::from_usize(self.known.map) / self.known.area;
-        of_map.at_least(T::from_usize(self.known.seen) / self.known.looked_at)
+        of_map.at_least(T::from_usize(self.known.seen) / self.known.observed_area)
     }
 
     /// The area in which the vehicle would have found landmarks, m², summed over the cells of a grid.
-    pub(super) fn looked_at<X: MeasurementModel<Pose = PlanarPose<T>>>(&self, models: &X) -> T {
+    pub(super) fn observed_area<X: MeasurementModel<Pose = PlanarPose<T>>>(&self, models: &X) -> T {
         let sensor = models.sensor();
         let mut bounds = Bounds::<Vector2<T>>::EMPTY;
         for view in self.known.views.all() {
@@ -142,7 +142,7 @@ pub(super) fn area<T: Real>(of: &Bounds<Vector2<T>>) -> T {
 
 #[cfg(test)]
 mod tests {
-    use super::{Laying, LocatorConfig, POSES};
+    use super::{Alignment, LocatorConfig, POSES};
     use crate::locate::state::LocatorState;
     use crate::{PlanarPose, Pose, Symmetric};
     use core::f64::consts::TAU;
@@ -155,7 +155,7 @@ mod tests {
         memory.known.area = 400.0;
         let (config, sigmas) = (LocatorConfig::default(), [0.2, 0.3, 0.05]);
         let covariance = Symmetric::from_diagonal(sigmas.map(|sigma| sigma * sigma));
-        let prior = memory.ln_prior(&config, &Laying { at: PlanarPose::ZERO, covariance }).unwrap().exp();
+        let prior = memory.ln_prior(&config, &Alignment { at: PlanarPose::ZERO, covariance }).unwrap().exp();
         let volume = TAU.powf(1.5) * sigmas.iter().product::<f64>();
         let expected = (1.0 - config.elsewhere) * volume / (400.0 * POSES * TAU);
         assert!((prior / expected - 1.0).abs() < 1e-12, "{prior} {expected}");

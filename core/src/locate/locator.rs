@@ -105,7 +105,7 @@ impl<'s, T: Real> Locator<'s, T> {
     /// [`JointSlam::features`](crate::JointSlam::features), or those written by
     /// [`ScPhd::estimate_map`](crate::ScPhd::estimate_map). Landmarks that are not finite or exceed the memory are left out; if the
     /// pose is not finite, nothing is found.
-    pub fn look<X: MeasurementModel<Pose = PlanarPose<T>>, R>(
+    pub fn update<X: MeasurementModel<Pose = PlanarPose<T>>, R>(
         &mut self,
         detector: &Detector<X, R>,
         pose: &PoseEstimate<PlanarPose<T>>,
@@ -117,11 +117,11 @@ impl<'s, T: Real> Locator<'s, T> {
         if pose.mean.is_finite() {
             memory.known.views.add(&pose.mean);
         }
-        memory.known.looked_at = memory.looked_at(&models);
+        memory.known.observed_area = memory.observed_area(&models);
         for place in (0..memory.known.hypotheses).rev() {
-            let Some(laying) = memory.hypotheses.get(place).map(|hypothesis| hypothesis.laying) else { continue };
+            let Some(alignment) = memory.hypotheses.get(place).map(|hypothesis| hypothesis.alignment) else { continue };
             memory.drop_hypothesis(place);
-            if let Some(hypothesis) = memory.weigh(config, &models, &laying) {
+            if let Some(hypothesis) = memory.weigh(config, &models, &alignment) {
                 memory.keep(config, &hypothesis);
             }
         }
@@ -132,8 +132,8 @@ impl<'s, T: Real> Locator<'s, T> {
         let likeliest = memory.hypotheses().iter().reduce(|a, b| if b.ln_weight > a.ln_weight { b } else { a });
         let likeliest = likeliest.map(|hypothesis| Located {
             pose: PoseEstimate {
-                mean: hypothesis.laying.pose_in_map(&pose.mean, &memory.known.middle),
-                covariance: hypothesis.laying.covariance_in_map(&pose.mean, &pose.covariance),
+                mean: hypothesis.alignment.pose_in_map(&pose.mean, &memory.known.middle),
+                covariance: hypothesis.alignment.covariance_in_map(&pose.mean, &pose.covariance),
             },
             probability: (hypothesis.ln_weight - ln_total).exp(),
             matched: hypothesis.matched,

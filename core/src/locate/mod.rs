@@ -4,9 +4,9 @@
 //! Each landmark counts once, however often it was detected: repeated scans of the same landmarks have no new information on the
 //! pose, because a vehicle elsewhere would detect its landmarks as often.
 
+mod alignment;
 mod config;
 mod evidence;
-mod laying;
 mod locator;
 mod pairs;
 mod search;

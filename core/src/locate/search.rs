@@ -1,7 +1,7 @@
 //! Search for pose hypotheses: two landmarks of the vehicle are aligned with every two of the map that have the same distance.
 
+use super::alignment::{Alignment, Landmark};
 use super::config::LocatorConfig;
-use super::laying::{Landmark, Laying};
 use super::state::{Hypothesis, Memory, Sweep};
 use crate::{MeasurementModel, PlanarPose, Real};
 
@@ -78,14 +78,14 @@ impl<T: Real> Memory<'_, T> {
         [a, b]: &[Landmark<T>; 2],
         [first, second]: &[Landmark<T>; 2],
     ) {
-        let laying = Laying::of_lines([&a.mean, &b.mean], [&first.mean, &second.mean]);
-        let Some(laying) = laying.fitted(config.inflation, [(a, first), (b, second)].into_iter()) else { return };
+        let alignment = Alignment::of_lines([&a.mean, &b.mean], [&first.mean, &second.mean]);
+        let Some(alignment) = alignment.fitted(config.inflation, [(a, first), (b, second)].into_iter()) else { return };
         // A hypothesis that is known already needs no evaluation.
-        let same = |hypothesis: &Hypothesis<T>| hypothesis.laying.is_same(&laying, T::ONE);
+        let same = |hypothesis: &Hypothesis<T>| hypothesis.alignment.is_same(&alignment, T::ONE);
         if self.hypotheses().iter().any(same) {
             return;
         }
-        if let Some(hypothesis) = self.weigh(config, models, &laying) {
+        if let Some(hypothesis) = self.weigh(config, models, &alignment) {
             self.keep(config, &hypothesis);
         }
     }
@@ -94,7 +94,7 @@ impl<T: Real> Memory<'_, T> {
     pub(super) fn keep(&mut self, config: &LocatorConfig<T>, new: &Hypothesis<T>) {
         let len = self.known.hypotheses;
         let held = self.hypotheses.get_mut(..len).unwrap_or(&mut []);
-        if let Some(same) = held.iter_mut().find(|held| held.laying.is_same(&new.laying, config.gate)) {
+        if let Some(same) = held.iter_mut().find(|held| held.alignment.is_same(&new.alignment, config.gate)) {
             if new.ln_weight > same.ln_weight {
                 *same = *new;
             }

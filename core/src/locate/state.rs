@@ -1,6 +1,6 @@
 //! The state of a locator, in memory of a fixed size.
 
-use super::laying::{Landmark, Laying};
+use super::alignment::{Alignment, Landmark};
 use super::views::Views;
 use crate::{Component, Real, Zero};
 use nalgebra::Vector2;
@@ -11,7 +11,7 @@ pub(super) const NONE: u16 = 0;
 /// A hypothesis of the alignment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Hypothesis<T: Real> {
-    pub(super) laying: Laying<T>,
+    pub(super) alignment: Alignment<T>,
     /// Logarithm of prior times likelihood, divided by the likelihood of "elsewhere".
     pub(super) ln_weight: T,
     /// Number of associated landmarks.
@@ -57,7 +57,7 @@ pub(super) struct Known<T: Real> {
     /// The area of its bounding box, m².
     pub(super) area: T,
     /// The area that the vehicle has observed since the start of the search, m².
-    pub(super) looked_at: T,
+    pub(super) observed_area: T,
     pub(super) views: Views<T>,
     pub(super) sweep: Sweep<T>,
 }
@@ -91,7 +91,7 @@ impl<T: Real, const FEATURES: usize, const HYPOTHESES: usize> LocatorState<T, FE
                 hypotheses: 0,
                 middle: Zero::ZERO,
                 area: T::ZERO,
-                looked_at: T::ZERO,
+                observed_area: T::ZERO,
                 views: Views::NONE,
                 sweep: Sweep::NONE,
             },
@@ -122,7 +122,7 @@ impl<T: Real, const FEATURES: usize, const HYPOTHESES: usize> Default for Locato
 }
 
 impl<T: Real> Hypothesis<T> {
-    pub(super) const ZERO: Self = Self { laying: Laying::ZERO, ln_weight: T::ZERO, matched: 0 };
+    pub(super) const ZERO: Self = Self { alignment: Alignment::ZERO, ln_weight: T::ZERO, matched: 0 };
 }
 
 impl<T: Real> Sweep<T> {

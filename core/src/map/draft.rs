@@ -20,7 +20,7 @@ pub trait DraftStorage<F: Feature>: Debug + Send {
 #[derive(Debug)]
 pub struct DraftMemory<F: Feature, const MAP_PAGES: usize, const VIEW: usize> {
     workspace: WorkspaceMemory<F::State, VIEW>,
-    aside: [PageId; MAP_PAGES],
+    page_ids: [PageId; MAP_PAGES],
     row: [PageId; MAP_PAGES],
     pages: [Page<F>; MAP_PAGES],
 }
@@ -30,7 +30,7 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>, const MAP_PAGES: usize, c
 {
     const ZERO: Self = Self {
         workspace: WorkspaceMemory::ZERO,
-        aside: [PageId::ZERO; MAP_PAGES],
+        page_ids: [PageId::ZERO; MAP_PAGES],
         row: [PageId::ZERO; MAP_PAGES],
         pages: [Page::ZERO; MAP_PAGES],
     };
@@ -38,8 +38,8 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>, const MAP_PAGES: usize, c
     fn draft(&mut self) -> MapDraft<'_, F> {
         MapDraft {
             workspace: self.workspace.view(),
-            aside: &mut self.aside,
-            aside_len: 0,
+            page_ids: &mut self.page_ids,
+            replaced_len: 0,
             placed_len: 0,
             pages: &mut self.pages,
             pages_len: 0,
@@ -56,10 +56,10 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>, const MAP_PAGES: usize, c
 pub struct MapDraft<'w, F: Feature> {
     /// Its components in view.
     pub(crate) workspace: Workspace<'w, F::State>,
-    /// First, the pages of the predicted map that the update replaces, in order: `aside_len` of them. Later, the pages allocated
-    /// for the updated map: `placed_len` of them.
-    pub(crate) aside: &'w mut [PageId],
-    pub(crate) aside_len: usize,
+    /// First, the pages of the predicted map that the update replaces, in order: `replaced_len` of them. Later, the pages
+    /// allocated for the updated map: `placed_len` of them.
+    pub(crate) page_ids: &'w mut [PageId],
+    pub(crate) replaced_len: usize,
     pub(crate) placed_len: usize,
     /// The pages to store if there is room for all: `pages_len` of them, which may be greater than the capacity.
     pub(crate) pages: &'w mut [Page<F>],
@@ -77,8 +77,8 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> MapDraft<'_, F> {
     pub(crate) fn none() -> Self {
         Self {
             workspace: Workspace::none(),
-            aside: &mut [],
-            aside_len: 0,
+            page_ids: &mut [],
+            replaced_len: 0,
             placed_len: 0,
             pages: &mut [],
             pages_len: 0,
@@ -91,12 +91,12 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> MapDraft<'_, F> {
 
     /// Whether its capacities are those of the table and the workspace.
     pub(crate) fn fits(&self, table: &MapTable<'_, F::Position>, workspace: &Workspace<'_, F::State>) -> bool {
-        self.workspace.capacity() == workspace.capacity() && self.aside.len() == table.map_pages()
+        self.workspace.capacity() == workspace.capacity() && self.page_ids.len() == table.map_pages()
     }
 
     /// The pages that the update replaces.
-    pub(crate) fn aside(&self) -> &[PageId] {
-        self.aside.get(..self.aside_len).unwrap_or(&[])
+    pub(crate) fn replaced(&self) -> &[PageId] {
+        self.page_ids.get(..self.replaced_len).unwrap_or(&[])
     }
 
     /// Finds the pages that the updated map keeps from the parent's, in the order that storing the draft by itself would give.
@@ -114,7 +114,7 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> MapDraft<'_, F> {
         let vicinity = if sorted_anew { bounds.grown(T::from_f64(MARGIN)) } else { known_vicinity };
         let first_near = if sorted_anew { 0 } else { known_far };
         let is_far = |id: PageId| sorted_anew && pool.get(id).is_some_and(|page| !page.bounds().meets(&vicinity));
-        let Self { aside, aside_len, row, row_len, regained, .. } = self;
+        let Self { page_ids, replaced_len, row, row_len, regained, .. } = self;
         (*row_len, *regained) = (0, 0);
         let mut keep = |id: PageId| {
             if let Some(slot) = row.get_mut(*row_len) {
@@ -125,7 +125,7 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> MapDraft<'_, F> {
         };
         let known = pages.get(..first_near).unwrap_or(&[]).iter();
         let far = known.chain(pages.iter().filter(|&&id| is_far(id))).fold(0, |_, &id| keep(id));
-        let mut replaced = aside.iter().take(*aside_len).peekable();
+        let mut replaced = page_ids.iter().take(*replaced_len).peekable();
         for &id in pages.get(first_near..).unwrap_or(&[]) {
             if is_far(id) {
                 continue;
@@ -151,7 +151,7 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> MapDraft<'_, F> {
 
     /// Allocates the new pages.
     pub(crate) fn take(&mut self, mut next: impl FnMut(usize) -> Option<PageId>) {
-        for (place, slot) in self.aside.iter_mut().enumerate().take(self.pages_len) {
+        for (place, slot) in self.page_ids.iter_mut().enumerate().take(self.pages_len) {
             let Some(id) = next(place) else { break };
             *slot = id;
             self.placed_len += 1;

@@ -18,7 +18,7 @@ pub use feature::{Dynamic, Feature, Static};
 pub use lists::Lists;
 pub(crate) use memory::Maps;
 pub use memory::{MapMemory, MapStorage, NoMoving};
-pub(crate) use near::{look_within, on_pages_within};
+pub(crate) use near::{for_each_within, on_pages_within};
 pub use page::{PAGE_LEN, Page};
 pub use pool::PageId;
 pub(crate) use pool::{Pool, PoolMemory};

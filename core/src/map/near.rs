@@ -16,7 +16,7 @@ pub(crate) fn on_pages_within<'m, F: Feature>(
 
 /// Calls `visit` for the components of a particle's map within `bounds`, with their weights.
 #[inline(always)]
-pub(crate) fn look_within<T: Real, F: Feature<Position: Place<Scalar = T>>>(
+pub(crate) fn for_each_within<T: Real, F: Feature<Position: Place<Scalar = T>>>(
     maps: &Maps<'_, F>,
     particle: usize,
     bounds: &Bounds<F::Position>,

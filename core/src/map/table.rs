@@ -38,7 +38,7 @@ pub struct MapTableMemory<D: Vector, const PARTICLES: usize, const MAP_PAGES: us
     row_of: [u16; PARTICLES],
     next_row_of: [u16; PARTICLES],
     free: [u16; PARTICLES],
-    aside: [PageId; MAP_PAGES],
+    replaced: [PageId; MAP_PAGES],
 }
 
 impl<T: Real, D: Vector<Scalar = T>, const PARTICLES: usize, const MAP_PAGES: usize>
@@ -51,7 +51,7 @@ impl<T: Real, D: Vector<Scalar = T>, const PARTICLES: usize, const MAP_PAGES: us
         row_of: [0; PARTICLES],
         next_row_of: [0; PARTICLES],
         free: [0; PARTICLES],
-        aside: [PageId::ZERO; MAP_PAGES],
+        replaced: [PageId::ZERO; MAP_PAGES],
     };
 
     /// The table in this memory.
@@ -63,8 +63,8 @@ impl<T: Real, D: Vector<Scalar = T>, const PARTICLES: usize, const MAP_PAGES: us
             next_row_of: &mut self.next_row_of,
             free: &mut self.free,
             free_len: 0,
-            aside: &mut self.aside,
-            aside_len: 0,
+            replaced: &mut self.replaced,
+            replaced_len: 0,
             map_pages: MAP_PAGES,
         }
     }
@@ -83,8 +83,8 @@ pub struct MapTable<'s, D: Vector> {
     free: &'s mut [u16],
     free_len: usize,
     /// During the update of a map, the pages that will be replaced.
-    aside: &'s mut [PageId],
-    aside_len: usize,
+    replaced: &'s mut [PageId],
+    replaced_len: usize,
     map_pages: usize,
 }
 
@@ -114,8 +114,8 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
             next_row_of: &mut [],
             free: &mut [],
             free_len: 0,
-            aside: &mut [],
-            aside_len: 0,
+            replaced: &mut [],
+            replaced_len: 0,
             map_pages: 0,
         }
     }
@@ -315,7 +315,7 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
 }
 
 /// The update of a scan, map by map: [`begin`](Self::begin), [`let_go`](Self::let_go) of the maps without a survivor,
-/// [`take_on`](Self::take_on) the others in ascending order, [`finish`](Self::finish).
+/// [`inherit`](Self::inherit) the others in ascending order, [`finish`](Self::finish).
 impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
     /// Finds the unused rows among the first `parents` ones: the updated maps need no more rows.
     pub(crate) fn begin(&mut self, parents: usize) {
@@ -348,7 +348,7 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
     /// Makes the map of `parent` that of `particle` after the update: in the same row for its last child, otherwise in a free row
     /// with one more reference to every page. A free row exists, because every parent has a child, and every row is that of a
     /// parent or a particle, or free.
-    pub(crate) fn take_on<F: Feature<Position = D>>(
+    pub(crate) fn inherit<F: Feature<Position = D>>(
         &mut self,
         parent: usize,
         particle: usize,
@@ -388,11 +388,11 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         if let Some(head) = self.rows.get_mut(row) {
             *head = Row { far: head.len, vicinity, ..*head };
         }
-        self.take_back(particle);
+        self.restore_replaced(particle);
     }
 
     /// Keeps the pages of an updated map that are known to be out of view or satisfy `keep`, and moves the others, which the update
-    /// replaces, to `aside`.
+    /// replaces, to `replaced`.
     pub(crate) fn retain_near(&mut self, particle: usize, keep: impl FnMut(PageId) -> bool) {
         let row = self.next_row(particle);
         let far = self.rows.get(row).map_or(0, |row| usize::from(row.far));
@@ -428,19 +428,19 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
     }
 
     /// Releases the replaced pages.
-    pub(crate) fn drop_aside<F: Feature<Position = D>>(&mut self, pool: &mut Pool<'_, F>) {
-        self.aside.iter().take(self.aside_len).for_each(|&id| pool.release(id));
-        self.aside_len = 0;
+    pub(crate) fn release_replaced<F: Feature<Position = D>>(&mut self, pool: &mut Pool<'_, F>) {
+        self.replaced.iter().take(self.replaced_len).for_each(|&id| pool.release(id));
+        self.replaced_len = 0;
     }
 
     /// Returns the replaced pages to the map that they came from.
-    pub(crate) fn take_back(&mut self, particle: usize) {
+    pub(crate) fn restore_replaced(&mut self, particle: usize) {
         let row = self.next_row(particle);
-        for place in 0..self.aside_len {
-            let Some(&id) = self.aside.get(place) else { break };
+        for place in 0..self.replaced_len {
+            let Some(&id) = self.replaced.get(place) else { break };
             self.append(row, id);
         }
-        self.aside_len = 0;
+        self.replaced_len = 0;
     }
 
     fn next_row(&self, particle: usize) -> usize {
@@ -455,12 +455,13 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         copy
     }
 
-    /// Keeps the pages of a row, from index `first` on, that satisfy `keep`, and moves the others to `aside`, in order.
+    /// Keeps the pages of a row, from index `first` on, that satisfy `keep`, and moves the others to `replaced`, in
+    /// order.
     fn retain(&mut self, row: usize, first: usize, mut keep: impl FnMut(PageId) -> bool) {
         let start = self.start(row);
         let Some(head) = self.rows.get_mut(row) else { return };
         let mut kept = first;
-        self.aside_len = 0;
+        self.replaced_len = 0;
         for place in first..usize::from(head.len) {
             let Some(&id) = self.ids.get(start + place) else { break };
             if keep(id) {
@@ -468,9 +469,9 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
                     *slot = id;
                 }
                 kept += 1;
-            } else if let Some(slot) = self.aside.get_mut(self.aside_len) {
+            } else if let Some(slot) = self.replaced.get_mut(self.replaced_len) {
                 *slot = id;
-                self.aside_len += 1;
+                self.replaced_len += 1;
             }
         }
         head.len = kept as u16;
@@ -519,11 +520,11 @@ mod tests {
         // The second survives twice, once with a page of its own, and the third once: 1, 1, 2.
         table.let_go(0, &mut pool);
         assert_eq!((pool.free(), pool.references(first)), (1, 0));
-        table.take_on(1, 0, false, &mut pool);
-        table.take_on(1, 1, true, &mut pool);
+        table.inherit(1, 0, false, &mut pool);
+        table.inherit(1, 1, true, &mut pool);
         let (own, _) = pool.take().unwrap();
         assert!(table.push_updated(1, own));
-        table.take_on(2, 2, true, &mut pool);
+        table.inherit(2, 2, true, &mut pool);
         table.finish(3);
         assert_eq!([0, 1, 2].map(|map| table.pages(map).to_vec()), [&[second][..], &[second, own], &[third]]);
         assert_eq!([second, own, third].map(|id| pool.references(id)), [2, 1, 1]);
@@ -549,7 +550,7 @@ mod tests {
         let view = |x| Bounds::around(&Vector2::new(x, 0.0), 10.0);
         assert_eq!(table.pages_near(0, &view(0.0)), ids, "nothing is known yet");
         let mut sort_out = |x| {
-            table.take_on(0, 0, true, &mut pool);
+            table.inherit(0, 0, true, &mut pool);
             table.sort_out(0, &view(x), &pool);
             table.finish(1);
             [0.0, 4.0, 45.0].map(|x| table.pages_near(0, &view(x)).len())
@@ -560,12 +561,12 @@ mod tests {
         assert_eq!(sort_out(45.0), [4, 4, 2]);
         assert_eq!(table.pages(0), [ids[0], ids[2], ids[1], ids[3]]);
         // Replaced pages can be released or returned.
-        table.take_on(0, 0, true, &mut pool);
+        table.inherit(0, 0, true, &mut pool);
         table.retain_near(0, |id| id == ids[3]);
         assert_eq!(table.room(0), 1);
-        table.take_back(0);
+        table.restore_replaced(0);
         table.retain_near(0, |id| id == ids[3]);
-        table.drop_aside(&mut pool);
+        table.release_replaced(&mut pool);
         table.finish(1);
         assert_eq!(table.pages(0), [ids[0], ids[2], ids[3]]);
         assert_eq!((pool.free(), pool.references(ids[1])), (1, 0));

@@ -128,25 +128,29 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '
         let Self { informed, ln_floor, views, static_maps, moving_maps, scan, eta } = self;
         let views = Views { ln_negligible: informed.min_responsibility.ln(), ..**views };
         let mut posterior = Posterior::prior()?;
-        let mut look = Look { view: views.from(parent), root, covariance: posterior.covariance, scan };
-        let bounds = look.view.bounds();
+        let mut uncertain = UncertainView { view: views.from(parent), root, covariance: posterior.covariance, scan };
+        let bounds = uncertain.view.bounds();
         // The first iteration selects the components: those without an association are not used in later iterations.
         reset_eta(eta, scan);
-        look.gather(static_maps, particle, &bounds, *ln_floor, eta);
+        uncertain.gather(static_maps, particle, &bounds, *ln_floor, eta);
         if static_maps.workspace.in_view().is_empty() {
             return Some(posterior);
         }
-        look.gather(moving_maps, particle, &bounds, *ln_floor, eta);
+        uncertain.gather(moving_maps, particle, &bounds, *ln_floor, eta);
         for round in 0..informed.rounds {
             if round > 0 {
                 let xi = applied::<P::Tangent, P::Tangent>(root, &posterior.mean);
-                look = Look { view: views.from(&parent.displaced(&xi)), covariance: posterior.covariance, ..look };
+                uncertain = UncertainView {
+                    view: views.from(&parent.displaced(&xi)),
+                    covariance: posterior.covariance,
+                    ..uncertain
+                };
                 reset_eta(eta, scan);
-                look.claim(&static_maps.workspace, eta);
-                look.claim(&moving_maps.workspace, eta);
+                uncertain.claim(&static_maps.workspace, eta);
+                uncertain.claim(&moving_maps.workspace, eta);
             }
             let components = static_maps.workspace.in_view().iter().map(|Entry { component, .. }| component);
-            let steered = look.steered(components, &posterior.mean, informed.min_responsibility, eta)?;
+            let steered = uncertain.steered(components, &posterior.mean, informed.min_responsibility, eta)?;
             let moved = steered.mean - posterior.mean;
             posterior = steered;
             // The iteration converges quadratically. The comparison is written so that NaN stops it.
@@ -159,7 +163,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '
 }
 
 /// A view of some components from a pose with a covariance, in coordinates ξ.
-struct Look<'l, 'v, X: MeasurementModel> {
+struct UncertainView<'l, 'v, X: MeasurementModel> {
     view: View<'v, X>,
     /// A.
     root: &'l Linear<TangentOf<X::Pose>, TangentOf<X::Pose>>,
@@ -168,23 +172,23 @@ struct Look<'l, 'v, X: MeasurementModel> {
     scan: &'l Scan<'l, X::Measurement>,
 }
 
-impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Look<'_, '_, X> {
+impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> UncertainView<'_, '_, X> {
     /// The predicted measurement of a component from the uncertain pose.
     #[inline]
-    fn at<N: Vector<Scalar = T>>(&self, component: &Component<N>) -> Option<Sighted<X>> {
+    fn predict<N: Vector<Scalar = T>>(&self, component: &Component<N>) -> Option<Prediction<X>> {
         let mut blurred = self.view.expect(component)?;
         let by_pose = self.view.sensor.by_pose(&self.view.frame, &component.position(), &blurred.expected());
         let slope = product::<X::Measurement, P::Tangent, P::Tangent>(&by_pose, self.root);
         let sharp = blurred.innovation_covariance;
         blurred.blur(&self.covariance.congruence::<X::Measurement>(&slope));
-        Some(Sighted { sharp, blurred, slope })
+        Some(Prediction { sharp, blurred, slope })
     }
 
     /// Adds a component's terms to η_z. Returns whether it has any.
     #[inline(never)]
     fn claims<N: Vector<Scalar = T>>(&self, component: &Component<N>, eta: &mut [LnSum<T>]) -> bool {
         let mut any = false;
-        if let Some(Sighted { blurred, .. }) = &self.at(component) {
+        if let Some(Prediction { blurred, .. }) = &self.predict(component) {
             self.view.matches(blurred, self.scan, |found| {
                 any = true;
                 if let Some(eta) = eta.get_mut(found.index) {
@@ -234,7 +238,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Look<'_, '_, X
     {
         let (mut information, mut pull) = (identity(), P::Tangent::ZERO);
         for component in components {
-            let Some(seen) = self.at(component) else { continue };
+            let Some(seen) = self.predict(component) else { continue };
             let (mut share_sum, mut innovation_sum) = (T::ZERO, X::Measurement::ZERO);
             self.view.matches(&seen.blurred, self.scan, |found| {
                 let ln_eta = eta.get(found.index).map_or(T::INFINITY, LnSum::ln);
@@ -261,7 +265,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Look<'_, '_, X
 }
 
 /// The predicted measurement of a component from an uncertain pose.
-struct Sighted<X: MeasurementModel> {
+struct Prediction<X: MeasurementModel> {
     /// S without the uncertainty of the pose.
     sharp: Symmetric<X::Measurement>,
     /// The predicted measurement, with the uncertainty of the pose in S.

@@ -42,7 +42,7 @@ const LEARNS_BELOW: f64 = 1.0;
 /// Time constant with which the sum decays while no known landmark is expected, scans.
 const DECAY_SCANS: f64 = 64.0;
 /// Time constant with which the expected detections of removed landmarks decay, scans: these would leave the view.
-const GIVEN_UP_SCANS: f64 = 20.0;
+const EXISTENCE_LOSS_SCANS: f64 = 20.0;
 /// An empty scan means a blocked sensor if at least this number of detections was expected.
 const BLIND: f64 = 3.0;
 /// Least number of expected detections of excluded landmarks, and of measurements, in a scan that counts as not associated.
@@ -66,22 +66,26 @@ pub(crate) struct Recognised<T> {
     /// Expected number of detections given the scan.
     pub(crate) detected: T,
     /// Σ p_D (w − w⁺): decrease of the expected detections because the scan lowered existence probabilities.
-    pub(crate) given_up: T,
+    pub(crate) existence_loss: T,
 }
 
 impl<T: Real> Recognised<T> {
-    pub(crate) const NOTHING: Self = Self { expected: T::ZERO, detected: T::ZERO, given_up: T::ZERO };
+    pub(crate) const NOTHING: Self = Self { expected: T::ZERO, detected: T::ZERO, existence_loss: T::ZERO };
 
     pub(crate) fn add(&mut self, other: &Self) {
         self.expected += other.expected;
         self.detected += other.detected;
-        self.given_up += other.given_up;
+        self.existence_loss += other.existence_loss;
     }
 
     /// Mean over this number of maps.
     pub(crate) fn over(self, maps: usize) -> Self {
         let maps = T::from_usize(maps.max(1));
-        Self { expected: self.expected / maps, detected: self.detected / maps, given_up: self.given_up / maps }
+        Self {
+            expected: self.expected / maps,
+            detected: self.detected / maps,
+            existence_loss: self.existence_loss / maps,
+        }
     }
 }
 
@@ -94,11 +98,11 @@ pub(crate) fn is_known(label: u32, known_below: u32, next_label: u32) -> bool {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Watch<T> {
     /// The CUSUM sum of log-likelihood ratios of "lost" against "localised".
-    pub(crate) doubt: T,
+    pub(crate) cusum: T,
     /// Whether the sum has reached the threshold of LOST, and has not been zero since.
     pub(crate) lost: bool,
     /// Expected detections of landmarks whose existence probability was lowered by misses.
-    pub(crate) given_up: T,
+    pub(crate) existence_loss: T,
     /// Usual share of expected detections that are missed.
     pub(crate) usually_missed: T,
     /// Usual number of measurements a scan that are not of known landmarks ("new").
@@ -117,9 +121,9 @@ pub(crate) struct Watch<T> {
 
 impl<T: Real> Watch<T> {
     pub(crate) const ZERO: Self = Self {
-        doubt: T::ZERO,
+        cusum: T::ZERO,
         lost: false,
-        given_up: T::ZERO,
+        existence_loss: T::ZERO,
         usually_missed: T::ZERO,
         usually_new: T::ZERO,
         usually_stated: T::ZERO,
@@ -140,8 +144,8 @@ impl<T: Real> Watch<T> {
     }
 
     /// Resets the sum, because the pose was set or made uncertain.
-    pub(crate) fn calm(&mut self) {
-        (self.doubt, self.lost, self.given_up) = (T::ZERO, false, T::ZERO);
+    pub(crate) fn reset_sum(&mut self) {
+        (self.cusum, self.lost, self.existence_loss) = (T::ZERO, false, T::ZERO);
     }
 
     /// Health flags when no scan has come for `waited_s`.
@@ -155,7 +159,7 @@ impl<T: Real> Watch<T> {
     pub(crate) fn exclude_expected(&mut self, expected: T, measurements: usize) {
         let enough = T::from_f64(EXCLUDED);
         if expected >= enough && T::from_usize(measurements) >= enough {
-            self.doubt += T::from_f64(EXCLUDED_STEP);
+            self.cusum += T::from_f64(EXCLUDED_STEP);
         }
     }
 
@@ -171,7 +175,7 @@ impl<T: Real> Watch<T> {
         if !self.is_sound() {
             *self = Self::ZERO;
         }
-        let expected = seen.expected + self.given_up;
+        let expected = seen.expected + self.existence_loss;
         let new = (T::from_usize(measurements) - seen.detected).at_least(T::ZERO);
         let stated = if stated >= T::ZERO && stated.is_finite() { stated } else { T::ZERO };
         let usually_new = self.usually_new_of(stated);
@@ -179,26 +183,26 @@ impl<T: Real> Watch<T> {
         let usual = (expected * (T::ONE - self.usually_missed) - T::from_f64(MISSED_IN_A_ROW)).at_least(T::ZERO);
         let blind = measurements == 0 && expected >= T::from_f64(BLIND);
         if usual == T::ZERO && !self.lost {
-            self.doubt *= T::from_f64(1.0 - 1.0 / DECAY_SCANS);
+            self.cusum *= T::from_f64(1.0 - 1.0 / DECAY_SCANS);
         }
         let step = Self::step(usual, usually_new, seen.detected, new);
-        self.doubt = (self.doubt + step).at_least(T::ZERO).at_most(lost + lost);
-        self.lost = self.doubt >= lost || self.lost && self.doubt > T::ZERO;
+        self.cusum = (self.cusum + step).at_least(T::ZERO).at_most(lost + lost);
+        self.lost = self.cusum >= lost || self.lost && self.cusum > T::ZERO;
 
-        let faded = self.given_up * T::from_f64(1.0 - 1.0 / GIVEN_UP_SCANS) + seen.given_up;
+        let faded = self.existence_loss * T::from_f64(1.0 - 1.0 / EXISTENCE_LOSS_SCANS) + seen.existence_loss;
         // Landmarks missed by a blocked sensor are expected again in the first scan that is not empty.
-        self.given_up = faded.at_least(if blind { self.given_up } else { T::ZERO });
+        self.existence_loss = faded.at_least(if blind { self.existence_loss } else { T::ZERO });
         let crowded = self.is_crowded(usually_new, new);
         self.scans = self.scans.saturating_add(1);
         // A blocked sensor does not change the usual rates.
-        if self.doubt < T::from_f64(LEARNS_BELOW) && !blind {
+        if self.cusum < T::from_f64(LEARNS_BELOW) && !blind {
             self.learn((expected, seen.detected), (new, stated), waited_s);
             if self.scans.is_multiple_of(KNOWN_SCANS) {
                 (self.known_below, self.next_known_below) = (self.next_known_below, next_label);
             }
         }
         Health::LOST.when(self.lost)
-            | Health::DIVERGENCE_SUSPECTED.when(!self.lost && self.doubt >= suspected)
+            | Health::DIVERGENCE_SUSPECTED.when(!self.lost && self.cusum >= suspected)
             | Health::CLUTTER_HIGH.when(crowded)
             | Health::DETECTIONS_LOW.when(blind || self.usually_missed > T::from_f64(MISSED_SHARE))
     }
@@ -246,8 +250,8 @@ impl<T: Real> Watch<T> {
 
     /// Whether every number is in its range. Memory errors can change them; the monitor then starts again.
     fn is_sound(&self) -> bool {
-        let Self { doubt, given_up, usually_missed, usually_new, usually_stated, usually_waited_s, .. } = *self;
-        let numbers = [doubt, given_up, usually_missed, usually_new, usually_stated, usually_waited_s];
+        let Self { cusum, existence_loss, usually_missed, usually_new, usually_stated, usually_waited_s, .. } = *self;
+        let numbers = [cusum, existence_loss, usually_missed, usually_new, usually_stated, usually_waited_s];
         numbers.iter().all(|&number| number >= T::ZERO && number.is_finite()) && usually_missed <= T::ONE
     }
 }
@@ -267,14 +271,14 @@ mod tests {
     }
 
     fn scan(watch: &mut Watch<f64>, expected: f64, detected: f64, measurements: usize) -> Health {
-        watch.scanned(&Recognised { expected, detected, given_up: 0.0 }, (measurements, 0.0), 0.1, 7)
+        watch.scanned(&Recognised { expected, detected, existence_loss: 0.0 }, (measurements, 0.0), 0.1, 7)
     }
 
     #[test]
     fn counts_over_maps_are_means() {
-        let counts = Recognised { expected: 6.0_f64, detected: 4.0, given_up: 2.0 };
+        let counts = Recognised { expected: 6.0_f64, detected: 4.0, existence_loss: 2.0 };
         let mean = counts.over(4);
-        assert_eq!([mean.expected, mean.detected, mean.given_up], [1.5, 1.0, 0.5]);
+        assert_eq!([mean.expected, mean.detected, mean.existence_loss], [1.5, 1.0, 0.5]);
         assert_eq!(counts.over(0).expected, 6.0);
     }
 
@@ -318,7 +322,7 @@ mod tests {
         assert!((0..3).any(|_| scan(&mut watch, 9.0, 9.0, 11).is_good()));
 
         (0..6).for_each(|_| _ = scan(&mut watch, 9.0, 0.0, 11));
-        watch.calm();
+        watch.reset_sum();
         assert!(scan(&mut watch, 9.0, 9.0, 11).is_good());
     }
 
@@ -365,7 +369,7 @@ mod tests {
             let mut turn = |watch: &mut Watch<f64>, stated: f64, detected: f64, more: f64| {
                 // Approximately Poisson.
                 let clutter = (stated + stated.sqrt() * noise.normal::<f64>()).max(0.0).round() + more;
-                let seen = Recognised { expected: 9.0, detected, given_up: 0.0 };
+                let seen = Recognised { expected: 9.0, detected, existence_loss: 0.0 };
                 watch.scanned(&seen, ((detected + clutter) as usize, stated), 0.1, 7)
             };
             let stated = |scan: usize| if scan.is_multiple_of(2) { 1.0 } else { crowd };
@@ -385,10 +389,10 @@ mod tests {
     #[test]
     fn removed_landmarks_are_still_expected_for_a_while() {
         let mut watch = used_to_ten();
-        let gone = Recognised { expected: 9.0, detected: 0.0, given_up: 8.0 };
+        let gone = Recognised { expected: 9.0, detected: 0.0, existence_loss: 8.0 };
         watch.scanned(&gone, (11, 0.0), 0.1, 7);
         assert!((0..6).any(|_| scan(&mut watch, 0.0, 0.0, 11) == Health::LOST), "{watch:?}");
-        assert!(watch.doubt <= 2.0 * LN_LOST);
+        assert!(watch.cusum <= 2.0 * LN_LOST);
     }
 
     /// A sensor is blocked for a minute, and then has new measurements.
@@ -397,17 +401,17 @@ mod tests {
         let mut watch = used_to_ten();
         let mut expected = 9.0;
         for _ in 0..600 {
-            let seen = Recognised { expected, detected: 0.0, given_up: 0.2 * expected };
+            let seen = Recognised { expected, detected: 0.0, existence_loss: 0.2 * expected };
             // No other flag than DETECTIONS_LOW.
             assert_eq!(watch.scanned(&seen, (0, 0.0), 0.1, 7), Health::DETECTIONS_LOW);
             expected *= 0.8;
         }
-        assert!(watch.given_up > 5.0 && watch.given_up < 9.0, "{watch:?}");
+        assert!(watch.existence_loss > 5.0 && watch.existence_loss < 9.0, "{watch:?}");
         assert!((0..6).any(|_| scan(&mut watch, 0.0, 0.0, 11) == Health::LOST), "{watch:?}");
         // Landmarks detected again where they were: no flag.
         let mut watch = used_to_ten();
         (0..600).for_each(|_| {
-            _ = watch.scanned(&Recognised { expected: 9.0, detected: 0.0, given_up: 0.0 }, (0, 0.0), 0.1, 7)
+            _ = watch.scanned(&Recognised { expected: 9.0, detected: 0.0, existence_loss: 0.0 }, (0, 0.0), 0.1, 7)
         });
         assert!(scan(&mut watch, 9.0, 9.0, 11).is_good());
     }
@@ -445,7 +449,7 @@ mod tests {
         }
         assert_eq!(known_since, Some(63));
         // None becomes known while the sum is high.
-        watch.doubt = 5.0;
+        watch.cusum = 5.0;
         let below = watch.known_below;
         (0..40)
             .for_each(|_| _ = watch.scanned(&Recognised { expected: 9.0, ..Recognised::NOTHING }, (9, 0.0), 0.1, 99));

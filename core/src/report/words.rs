@@ -6,9 +6,9 @@ use crate::numerics::flip::{Each, Word};
 impl Watch<f32> {
     pub(crate) fn words(&mut self, each: &mut Each<'_>) {
         let Self {
-            doubt,
+            cusum,
             lost,
-            given_up,
+            existence_loss,
             usually_missed,
             usually_new,
             usually_stated,
@@ -17,7 +17,7 @@ impl Watch<f32> {
             known_below,
             next_known_below,
         } = self;
-        for number in [doubt, given_up, usually_missed, usually_new, usually_stated, usually_waited_s] {
+        for number in [cusum, existence_loss, usually_missed, usually_new, usually_stated, usually_waited_s] {
             each("watch", Word::Real(number));
         }
         each("watch", Word::Truth(lost));

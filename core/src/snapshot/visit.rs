@@ -7,7 +7,7 @@ use crate::{Pose, Real, Vector};
 /// A visitor of all data that determines how a filter continues, in a fixed order.
 ///
 /// A digest depends only on the order of the numbers, not on their storage, and leaves out data that only the next report shows.
-/// A snapshot contains that data too: the methods named `beside` visit it.
+/// A snapshot contains that data too: `snapshot_word` and `snapshot_scalar` visit it.
 pub(crate) trait Visit {
     /// A count, an identifier, or an end mark.
     fn word(&mut self, word: u32);
@@ -16,14 +16,14 @@ pub(crate) trait Visit {
     /// A pose: its coordinates and its other data.
     fn pose<P: Pose>(&mut self, pose: &P);
     /// A word that is not part of a digest.
-    fn beside(&mut self, _word: u32) {}
+    fn snapshot_word(&mut self, _word: u32) {}
     /// A number that is not part of a digest.
-    fn beside_scalar<T: Real>(&mut self, _number: T) {}
+    fn snapshot_scalar<T: Real>(&mut self, _number: T) {}
     /// The rounding errors of x and y. They are part of a digest only if they are not zero, which they are unless steps are
     /// short.
     fn remainder<T: Real>(&mut self, remainder: &[T; 2]) {
         for &number in remainder {
-            if number == T::ZERO { self.beside_scalar(number) } else { self.scalar(number) }
+            if number == T::ZERO { self.snapshot_scalar(number) } else { self.scalar(number) }
         }
     }
     /// A page with this number of components, of moving or static features. Returns whether its components should be visited.
@@ -86,11 +86,11 @@ impl Visit for Sealing {
         pose.to_numbers(|number| self.scalar(number));
     }
 
-    fn beside(&mut self, word: u32) {
+    fn snapshot_word(&mut self, word: u32) {
         self.0.take(word);
     }
 
-    fn beside_scalar<T: Real>(&mut self, number: T) {
+    fn snapshot_scalar<T: Real>(&mut self, number: T) {
         self.0.take_scalar(number);
     }
 }

@@ -8,12 +8,13 @@ use crate::snapshot::visit::Visit;
 impl<T: Real> Watch<T> {
     /// Visits its state.
     pub(crate) fn walk(&self, visit: &mut impl Visit) {
-        let Self { doubt, lost, given_up, usually_missed, usually_new, usually_stated, usually_waited_s, .. } = *self;
+        let Self { cusum, lost, existence_loss, usually_missed, usually_new, usually_stated, usually_waited_s, .. } =
+            *self;
         for word in [u32::from(lost), self.scans, self.known_below, self.next_known_below] {
-            visit.beside(word);
+            visit.snapshot_word(word);
         }
-        for number in [doubt, given_up, usually_missed, usually_new, usually_stated, usually_waited_s] {
-            visit.beside_scalar(number);
+        for number in [cusum, existence_loss, usually_missed, usually_new, usually_stated, usually_waited_s] {
+            visit.snapshot_scalar(number);
         }
     }
 
@@ -23,13 +24,13 @@ impl<T: Real> Watch<T> {
         S: FnMut(usize, &mut [u8]) -> Result<(), E>,
     {
         let [lost, scans, known_below, next_known_below] = core::array::from_fn(|_| from.word());
-        let [doubt, given_up, usually_missed, usually_new, usually_stated, usually_waited_s] =
+        let [cusum, existence_loss, usually_missed, usually_new, usually_stated, usually_waited_s] =
             core::array::from_fn(|_| from.scalar());
         let lost = lost != 0;
         Self {
-            doubt,
+            cusum,
             lost,
-            given_up,
+            existence_loss,
             usually_missed,
             usually_new,
             usually_stated,

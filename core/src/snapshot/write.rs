@@ -140,11 +140,11 @@ impl<W: Words> Visit for AsWords<'_, W> {
         pose.to_numbers(|number| self.scalar(number));
     }
 
-    fn beside(&mut self, word: u32) {
+    fn snapshot_word(&mut self, word: u32) {
         self.word(word);
     }
 
-    fn beside_scalar<T: Real>(&mut self, number: T) {
+    fn snapshot_scalar<T: Real>(&mut self, number: T) {
         self.scalar(number);
     }
 

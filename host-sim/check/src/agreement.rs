@@ -8,7 +8,7 @@ use super::finding::{Findings, percent, quantile, short};
 use super::reading::{AS_WRITTEN, BACKWARDS, OTHERS, Reading, STANDS, ToldBy};
 use super::sight::{Met, Sight};
 use super::still::Zones;
-use super::{reverse, shift, spells, still};
+use super::{intervals, reverse, shift, still};
 use scphd_log::angle::wrap;
 use scphd_log::log::{Log, Odometry, Scan, Vehicle};
 use scphd_log::vehicle::{self, FASTEST_MPS};
@@ -90,7 +90,7 @@ pub(super) fn planar(log: &Log, findings: &mut Findings) -> Zones {
     let (poses, backwards) = (vehicle::dead_reckoning(&rest), vehicle::dead_reckoning(&changed(&rest, &BACKWARDS)));
     let moved = pairs(&rest, &poses, moves(&rest, 1.0));
     reverse::look_over(&rest, &poses, &backwards, &moved, findings);
-    spells::look_over(&rest, &poses, findings);
+    intervals::look_over(&rest, &poses, findings);
     zones
 }
 

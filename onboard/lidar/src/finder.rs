@@ -16,9 +16,9 @@ pub struct Found<const POSTS: usize> {
     pub small: u32,
     /// Number of clusters that are too wide or too narrow.
     pub misshapen: u32,
-    /// Number of clusters beside a nearer object, which may occlude a part of them.
+    /// Number of clusters next to a nearer object, which may occlude a part of them.
     pub hidden: u32,
-    /// Number of clusters at the ends of the view, or beside a part of it that was not received.
+    /// Number of clusters at the ends of the view, or next to a part of it that was not received.
     pub cut: u32,
 }
 
@@ -51,9 +51,9 @@ struct Cluster {
     intensity: f32,
 }
 
-/// The object beside a cluster.
+/// The object adjacent to a cluster.
 #[derive(PartialEq)]
-enum Beside {
+enum Adjacent {
     /// A farther object, or none.
     Free,
     /// A nearer object.
@@ -156,9 +156,9 @@ impl PostFinder {
             return Verdict::Outside;
         }
         let edges = [(first, Side::Before), (last, Side::After)];
-        let [before, after] = edges.map(|(edge, side)| self.beside(scan, edge, side));
+        let [before, after] = edges.map(|(edge, side)| self.adjacent(scan, edge, side));
         let (Some(before), Some(after)) = (before, after) else { return Verdict::Cut };
-        if before == Beside::Nearer || after == Beside::Nearer {
+        if before == Adjacent::Nearer || after == Adjacent::Nearer {
             return Verdict::Hidden;
         }
         if readings < usize::from(settings.min_points) {
@@ -177,21 +177,21 @@ impl PostFinder {
         Verdict::Post(Post { range_m, bearing_rad, before_end_s, points, intensity })
     }
 
-    /// The object beside the edge of a cluster; `None` if the view ends before a beam with a return.
-    fn beside<S: Scan>(&self, scan: &S, edge: usize, side: Side) -> Option<Beside> {
+    /// The object adjacent to the edge of a cluster; `None` if the view ends before a beam with a return.
+    fn adjacent<S: Scan>(&self, scan: &S, edge: usize, side: Side) -> Option<Adjacent> {
         let last = scan.beam(edge)?;
         match near(scan, edge, side) {
             Near::End => None,
             // A beam with low intensity at the same range as a reflector is on the mount of the reflector.
             Near::Reading { beam, .. } if beam.range_m < last.range_m && !self.adjoin(last, beam) => {
-                Some(Beside::Nearer)
+                Some(Adjacent::Nearer)
             }
-            Near::Reading { .. } | Near::Nothing => Some(Beside::Free),
+            Near::Reading { .. } | Near::Nothing => Some(Adjacent::Free),
         }
     }
 }
 
-/// The nearest beam with a return beside another one.
+/// The nearest beam with a return next to another one.
 enum Near {
     /// The beam, its index, and its distance in beams.
     Reading { number: usize, beam: Beam, steps: usize },
@@ -219,7 +219,7 @@ fn after<S: Scan>(scan: &S, beam: usize) -> usize {
     if beam + 1 < scan.beams() { beam + 1 } else { 0 }
 }
 
-/// Index of the beam beside another one; `None` at the end of the view, or if beams between them were not received.
+/// Index of the beam next to another one; `None` at the end of the view, or if beams between them were not received.
 fn neighbour<S: Scan>(scan: &S, beam: usize, side: Side) -> Option<usize> {
     let (next, last) = match side {
         Side::Before => (beam.checked_sub(1), scan.beams().saturating_sub(1)),

@@ -87,7 +87,7 @@ impl Receiver {
     /// Reads bytes until a message is complete; `None` when all are read.
     pub fn read(&mut self, bytes: &mut &[u8]) -> Option<Received> {
         loop {
-            match self.look() {
+            match self.parse() {
                 Held::Part => {
                     let (&byte, rest) = bytes.split_first()?;
                     *bytes = rest;
@@ -131,7 +131,7 @@ impl Receiver {
         self.len
     }
 
-    fn look(&self) -> Held {
+    fn parse(&self) -> Held {
         let held = self.held.get(..self.len).unwrap_or(&[]);
         let [mark, len, flags, ..] = *held else {
             return if held.first().is_some_and(|mark| *mark != MARK) { Held::None } else { Held::Part };

@@ -18,7 +18,7 @@ use scphd::{Detector, JointReport, JointSlam, Real};
 pub struct Tracks<const CAPACITY: usize>;
 
 /// Moving-object tracks of a joint map on board: [`Tracks`], or [`NoMovers`] without any, which links no code for them.
-pub trait Beside<P: Pose> {
+pub trait OptionalTracks<P: Pose> {
     /// Their memory.
     type Memory;
     /// The tracks in that memory.
@@ -33,7 +33,7 @@ pub trait Beside<P: Pose> {
     ///
     /// # Errors
     /// A number of the header is out of range.
-    fn beside<'m, M: Motion<Pose = P>, Z: Vector<Scalar = ScalarOf<P>>>(
+    fn add_tracks<'m, M: Motion<Pose = P>, Z: Vector<Scalar = ScalarOf<P>>>(
         map: JointSlam<'m, M, Z>,
         memory: &'m mut Self::Memory,
         moving: &Moving,
@@ -43,7 +43,7 @@ pub trait Beside<P: Pose> {
 /// A joint map with movers `V`.
 pub(crate) type JointMap<'m, M, Z, V> = JointSlam<'m, M, Z, scphd::storage::NoArchive, V>;
 
-impl<P: Pose> Beside<P> for NoMovers {
+impl<P: Pose> OptionalTracks<P> for NoMovers {
     type Memory = ();
     type Movers<'m>
         = NoMovers
@@ -52,7 +52,7 @@ impl<P: Pose> Beside<P> for NoMovers {
 
     const MEMORY: () = ();
 
-    fn beside<'m, M: Motion<Pose = P>, Z: Vector<Scalar = ScalarOf<P>>>(
+    fn add_tracks<'m, M: Motion<Pose = P>, Z: Vector<Scalar = ScalarOf<P>>>(
         map: JointSlam<'m, M, Z>,
         (): &'m mut (),
         _moving: &Moving,
@@ -61,7 +61,7 @@ impl<P: Pose> Beside<P> for NoMovers {
     }
 }
 
-impl<P: Pose, const CAPACITY: usize> Beside<P> for Tracks<CAPACITY> {
+impl<P: Pose, const CAPACITY: usize> OptionalTracks<P> for Tracks<CAPACITY> {
     type Memory = JointMovers<P, CAPACITY>;
     type Movers<'m>
         = Tracked<'m, P>
@@ -70,7 +70,7 @@ impl<P: Pose, const CAPACITY: usize> Beside<P> for Tracks<CAPACITY> {
 
     const MEMORY: JointMovers<P, CAPACITY> = JointMovers::new();
 
-    fn beside<'m, M: Motion<Pose = P>, Z: Vector<Scalar = ScalarOf<P>>>(
+    fn add_tracks<'m, M: Motion<Pose = P>, Z: Vector<Scalar = ScalarOf<P>>>(
         map: JointSlam<'m, M, Z>,
         memory: &'m mut JointMovers<P, CAPACITY>,
         moving: &Moving,
@@ -130,14 +130,14 @@ where
     V: Movers<M::Pose>,
 {
     /// The map with the tracks that the header asks for, at its initial pose.
-    pub(crate) fn start<K: Kind, B: Beside<M::Pose, Movers<'m> = V>>(
+    pub(crate) fn start<K: Kind, B: OptionalTracks<M::Pose, Movers<'m> = V>>(
         map: JointSlam<'m, M, X::Measurement>,
         (movers, header): (&'m mut B::Memory, &Header<K>),
         (detector, helm): (Detector<X>, N),
         (measurements, room): (&'m mut [X::Measurement], usize),
         start: M::Pose,
     ) -> Result<Self, Refusal> {
-        let mut filter = B::beside(map, movers, &header.moving)?;
+        let mut filter = B::add_tracks(map, movers, &header.moving)?;
         filter.reset(start)?;
         Ok(Self { filter, detector, helm, kind: PhantomData, measurements, room })
     }

@@ -1,6 +1,6 @@
 //! A joint map built from a description.
 
-use crate::beside::{ArchiveMemory, Behind, Map, MoversMemory, odd, stays};
+use crate::optional::{ArchiveMemory, Map, MapArchive, MoversMemory, odd, stays};
 use crate::sensor::Polar;
 use crate::slam::{Sink, Source, described, unwatched, watched};
 use crate::{
@@ -21,10 +21,10 @@ use scphd::{Component, JointSlam, JointState, MapEstimate, PoseEstimate, Predict
 /// [`CalibratedPose`](scphd::models::CalibratedPose) if the odometry is calibrated; archive and moving features depend on the
 /// memory.
 #[derive(Debug)]
-pub struct Joint<'m, P: PlanarState, A: Behind<P> = NoArchive, V: Movers<P> = NoMovers> {
+pub struct Joint<'m, P: PlanarState, A: MapArchive<P> = NoArchive, V: Movers<P> = NoMovers> {
     slam: Map<'m, P, A, V>,
     /// Settings of the moving features, and range of the sensors for the archive.
-    beside: (Option<MovingConfig<ScalarOf<P>>>, Option<ScalarOf<P>>),
+    optional: (Option<MovingConfig<ScalarOf<P>>>, Option<ScalarOf<P>>),
     kind: VehicleKind,
     detectors: [Option<Polar<P, ScalarOf<P>>>; SENSORS],
     fixes: Fixes<ScalarOf<P>>,
@@ -59,7 +59,7 @@ impl<T: Real, P: PlanarState<Scalar = T>> Parts<P> {
     }
 }
 
-impl<'m, T: Real, P: PlanarState<Scalar = T>, A: Behind<P>, V: Movers<P>> Joint<'m, P, A, V> {
+impl<'m, T: Real, P: PlanarState<Scalar = T>, A: MapArchive<P>, V: Movers<P>> Joint<'m, P, A, V> {
     /// Builds the filter of the description in the memory of its state, moving features and archive, whose content is kept: reset
     /// new ones first. The memory of an omitted part is `()`.
     ///
@@ -77,9 +77,9 @@ impl<'m, T: Real, P: PlanarState<Scalar = T>, A: Behind<P>, V: Movers<P>> Joint<
     {
         let Parts { joint, motion, detectors, fixes } = Parts::<P>::of(description)?;
         let slam = JointSlam::new(motion, joint.config, state)?;
-        let slam = movers.beside(archive.behind(slam, joint.archive_reach_m)?, joint.movers)?;
-        let beside = (joint.movers, joint.archive_reach_m);
-        Ok(Self { slam, beside, kind: description.vehicle.kind, detectors, fixes })
+        let slam = movers.add_movers(archive.add_archive(slam, joint.archive_reach_m)?, joint.movers)?;
+        let optional = (joint.movers, joint.archive_reach_m);
+        Ok(Self { slam, optional, kind: description.vehicle.kind, detectors, fixes })
     }
 }
 
@@ -108,7 +108,7 @@ fn write<C>(all: impl Iterator<Item = C>, room: &mut [C]) -> (usize, usize) {
     })
 }
 
-impl<T: Real, P: PlanarState<Scalar = T>, A: Behind<P>, V: Movers<P>> Slam<T> for Joint<'_, P, A, V> {
+impl<T: Real, P: PlanarState<Scalar = T>, A: MapArchive<P>, V: Movers<P>> Slam<T> for Joint<'_, P, A, V> {
     fn reset(&mut self, start: &Start<T>) -> Result<(), ResetError> {
         let certain = start.covariance().unwrap_or(Symmetric::ZERO);
         let (pose, covariance) = P::start(self.slam.motion(), start.pose, &certain);
@@ -156,11 +156,11 @@ impl<T: Real, P: PlanarState<Scalar = T>, A: Behind<P>, V: Movers<P>> Slam<T> fo
     }
 }
 
-impl<T: Real, P: PlanarState<Scalar = T>, A: Behind<P>, V: Movers<P>> Services<T> for Joint<'_, P, A, V> {
+impl<T: Real, P: PlanarState<Scalar = T>, A: MapArchive<P>, V: Movers<P>> Services<T> for Joint<'_, P, A, V> {
     fn configure(&mut self, description: &Description<T>) -> Result<(), StartError> {
         let Parts { joint, motion, detectors, fixes } = Parts::<P>::of(description)?;
-        stays(self.beside.0, joint.movers, Setting::MOVERS)?;
-        stays(self.beside.1, joint.archive_reach_m, Setting::ARCHIVE)?;
+        stays(self.optional.0, joint.movers, Setting::MOVERS)?;
+        stays(self.optional.1, joint.archive_reach_m, Setting::ARCHIVE)?;
         self.slam.configure(joint.config).map_err(SetupError::from)?;
         self.slam.retune(motion)?;
         (self.kind, self.detectors, self.fixes) = (description.vehicle.kind, detectors, fixes);

@@ -31,7 +31,6 @@
 )]
 
 mod backing;
-mod beside;
 mod description;
 mod drive;
 mod error;
@@ -41,6 +40,7 @@ mod fixes;
 mod joint;
 mod list;
 mod mixture;
+mod optional;
 mod planar;
 mod rooms;
 mod sensor;
@@ -52,9 +52,6 @@ mod slam;
 pub use backing::Backing;
 #[doc(hidden)]
 pub use backing::MixtureState;
-#[doc(hidden)]
-pub use beside::Empty;
-pub use beside::{ArchiveMemory, Behind, MoversMemory};
 pub use description::{Description, Filter, JointFilter, SENSORS, Start};
 pub use drive::{Control, Vehicle, VehicleKind};
 pub use error::{Invalid, Refused, StartError};
@@ -62,6 +59,9 @@ pub use fix_spec::FixSpec;
 pub use fixes::{Fixes, Watched};
 pub use joint::Joint;
 pub use mixture::Mixture;
+#[doc(hidden)]
+pub use optional::Empty;
+pub use optional::{ArchiveMemory, MapArchive, MoversMemory};
 pub use planar::PlanarState;
 pub use rooms::{BearingRooms, PolarRooms, Rooms};
 pub use sensor::{Direction, Measurements, Polar, Sensor, SensorModel};

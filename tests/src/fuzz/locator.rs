@@ -192,7 +192,7 @@ impl<T: Real> Session<T> {
             Symmetric::from_fn(|row, column| T::from_f64(draw.spoilt(if row == column { sigma * sigma } else { 0.0 })));
         let pose = PoseEstimate { mean: PlanarPose::new(x, y, heading), covariance };
         let usable = landmarks.iter().filter(|landmark| is_usable(landmark)).count();
-        let report = locator.look(eyes, &pose, landmarks.iter().copied());
+        let report = locator.update(eyes, &pose, landmarks.iter().copied());
         let _ = self.told.write_fmt(format_args!("look({pose:?}, {landmarks:?}): {report:?}"));
         count::<_, ()>(if report.found.is_some() { "look and find" } else { "look" }, &Ok(()));
         self.check(&report, tuning, &pose, landmarks.len(), usable)

@@ -103,7 +103,7 @@ impl<T: Real> Causes<T> {
             }
             causes.add(cause, both.ln() - ln_not_detected);
         }
-        for (index, mover) in movers.kept().iter().enumerate().filter(|(_, mover)| mover.rival == NONE) {
+        for (index, mover) in movers.kept().iter().enumerate().filter(|(_, mover)| mover.static_index == NONE) {
             let cause = Cause { landmark: NONE, mover: index as u16, share: T::ZERO };
             if free(&cause)
                 && let Some(ln) = ln_moving(cause.mover)
@@ -136,7 +136,7 @@ impl<T: Real> Causes<T> {
 /// Index of the track of the same object as a landmark, or [`NONE`].
 fn track_of<P: Pose, V: Movers<P>>(movers: &V, index: usize) -> u16 {
     let is_this = |landmark: u16| landmark != NONE && usize::from(landmark) == index;
-    movers.kept().iter().position(|mover| is_this(mover.rival)).map_or(NONE, |index| index as u16)
+    movers.kept().iter().position(|mover| is_this(mover.static_index)).map_or(NONE, |index| index as u16)
 }
 
 /// p_D v of a landmark, and ln of the probability that neither it nor the track of the same object is detected.
@@ -161,7 +161,7 @@ where
 {
     let landmarks = memory.landmarks.iter().enumerate().take(memory.header.len);
     let of_landmarks = landmarks.map(|(index, landmark)| of_landmark(landmark, movers, track_of(movers, index)).1);
-    let alone = movers.kept().iter().filter(|mover| mover.rival == NONE);
+    let alone = movers.kept().iter().filter(|mover| mover.static_index == NONE);
     of_landmarks.chain(alone.map(|mover| mover.not_detected.ln())).fold(T::ZERO, |sum, ln| sum + ln)
 }
 

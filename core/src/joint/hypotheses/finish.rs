@@ -9,7 +9,7 @@ use super::super::map_management::{drop_degenerate, drop_unlikely, initiate, mer
 use super::super::movers::Movers;
 use super::super::position_update::correct_position;
 use super::super::report::{JointReport, Tally};
-use super::super::track::beside;
+use super::super::track::moving_hypothesis;
 use super::causes::Cause;
 use crate::models::OnVehicle;
 use crate::{Births, Clutter, Health, MeasurementModel, Motion, Pose, Real, Vector};
@@ -37,12 +37,12 @@ where
         }
         for index in 0..memory.header.len {
             let Some(detection) = memory.landmarks.get(index).map(|landmark| landmark.detection) else { break };
-            let beside = beside::<T, M::Pose, V, _>(movers, index, memory.association_table, measurements);
-            if !(detection + beside.expected > T::ZERO) {
+            let moving = moving_hypothesis::<T, M::Pose, V, _>(movers, index, memory.association_table, measurements);
+            if !(detection + moving.expected > T::ZERO) {
                 continue;
             }
             let detected = detected(memory.association_table, index, measurements);
-            let position_factor = update_existence(memory, index, detected, &beside, &mut tally);
+            let position_factor = update_existence(memory, index, detected, &moving, &mut tally);
             if let Some(times) = position_factor.filter(|_| movers.are_tracked()) {
                 correct_position(sensor, memory, index, measurements, detected, times, config.gate);
             }

@@ -34,7 +34,7 @@ fn most_likely(world: &World, seed: u64, scans: usize) -> (f32, bool) {
     let (mut most, mut found) = (0.0_f32, false);
     for _ in 0..scans {
         drive.scan(&mut slam, Slam::scan);
-        let report = locator.look(&radar, &slam.estimate_pose().unwrap(), slam.features());
+        let report = locator.update(&radar, &slam.estimate_pose().unwrap(), slam.features());
         most = most.max(report.likeliest.map_or(0.0, |place| place.probability));
         found |= report.found.is_some();
     }

@@ -1,6 +1,6 @@
 //! Closed forms, and what is refused.
 
-use crate::locate::laying::{Landmark, Laying};
+use crate::locate::alignment::{Alignment, Landmark};
 use crate::*;
 use nalgebra::{Vector2, Vector3};
 
@@ -10,22 +10,22 @@ fn post(x: f64, y: f64) -> Landmark<f64> {
 
 /// `of_map`, as it is seen where its middle has this pose.
 fn seen(at: &PlanarPose<f64>, of_map: &Landmark<f64>) -> Landmark<f64> {
-    Component { mean: Laying { at: *at, ..Laying::ZERO }.turned().of(&of_map.mean), ..*of_map }
+    Component { mean: Alignment { at: *at, ..Alignment::ZERO }.turned().of(&of_map.mean), ..*of_map }
 }
 
 #[test]
-fn least_squares_find_the_laying() {
+fn least_squares_find_the_alignment() {
     let map = [post(1.0, 2.0), post(-4.0, 3.0), post(2.5, -6.0)];
     let at = PlanarPose::new(7.0, -3.0, 2.9);
     let landmarks = map.map(|of_map| seen(&at, &of_map));
-    let lines = Laying::of_lines([&landmarks[0].mean, &landmarks[1].mean], [&map[0].mean, &map[1].mean]);
+    let lines = Alignment::of_lines([&landmarks[0].mean, &landmarks[1].mean], [&map[0].mean, &map[1].mean]);
     assert!(lines.at.difference(&at).norm() < 1e-12);
     // From a pose with a small error.
-    let mut laying = Laying { at: at.displaced(&Vector3::new(0.05, -0.1, 0.02)), ..Laying::ZERO };
+    let mut alignment = Alignment { at: at.displaced(&Vector3::new(0.05, -0.1, 0.02)), ..Alignment::ZERO };
     for _ in 0..4 {
-        laying = laying.fitted(2.0, landmarks.iter().zip(&map)).unwrap();
+        alignment = alignment.fitted(2.0, landmarks.iter().zip(&map)).unwrap();
     }
-    assert!(laying.at.difference(&at).norm() < 1e-9, "{laying:?}");
+    assert!(alignment.at.difference(&at).norm() < 1e-9, "{alignment:?}");
 }
 
 /// Two landmarks, 2 r apart, each of variance s² in all directions, in either map: the variance of the middle is s², and that of
@@ -34,36 +34,36 @@ fn least_squares_find_the_laying() {
 fn its_covariance_is_that_of_two_landmarks() {
     let round = |x: f64| Component { covariance: Symmetric::from_diagonal([0.02, 0.02]), ..post(x, 0.0) };
     let map = [round(-5.0), round(5.0)];
-    let laying = Laying::ZERO.fitted(1.0, map.iter().zip(&map)).unwrap();
+    let alignment = Alignment::ZERO.fitted(1.0, map.iter().zip(&map)).unwrap();
     for (k, variance) in [0.02, 0.02, 0.02 / 25.0].into_iter().enumerate() {
-        assert!((laying.covariance.get(k, k) - variance).abs() < 1e-12, "{k}: {laying:?}");
+        assert!((alignment.covariance.get(k, k) - variance).abs() < 1e-12, "{k}: {alignment:?}");
     }
 }
 
 #[test]
 fn the_covariance_in_the_map_is_by_the_right_derivatives() {
     let middle = Vector2::new(30.0, -20.0);
-    let laying = Laying { at: PlanarPose::new(3.0, 1.0, -1.2), ..Laying::ZERO };
+    let alignment = Alignment { at: PlanarPose::new(3.0, 1.0, -1.2), ..Alignment::ZERO };
     let pose = PlanarPose::new(-2.0, 5.0, 0.7);
-    let there = laying.pose_in_map(&pose, &middle);
+    let there = alignment.pose_in_map(&pose, &middle);
     // Back again.
     let place = Vector2::new(there.x_m, there.y_m) - middle;
-    assert!((laying.turned().of(&place) - Vector2::new(-2.0, 5.0)).norm() < 1e-12);
+    assert!((alignment.turned().of(&place) - Vector2::new(-2.0, 5.0)).norm() < 1e-12);
     let step = 1e-6;
     for k in 0..6 {
         let mut by = Vector3::zeros();
         by[k % 3] = step;
         let moved = if k < 3 {
-            Laying { at: laying.at.displaced(&by), ..laying }.pose_in_map(&pose, &middle)
+            Alignment { at: alignment.at.displaced(&by), ..alignment }.pose_in_map(&pose, &middle)
         } else {
-            laying.pose_in_map(&pose.displaced(&by), &middle)
+            alignment.pose_in_map(&pose.displaced(&by), &middle)
         };
         let slope = moved.difference(&there) / step;
         let own = Symmetric::from_fn(|row, column| if row == column && row == k % 3 { 1.0 } else { 0.0 });
         let covariance = if k < 3 {
-            Laying { covariance: own, ..laying }.covariance_in_map(&pose, &Symmetric::ZERO)
+            Alignment { covariance: own, ..alignment }.covariance_in_map(&pose, &Symmetric::ZERO)
         } else {
-            laying.covariance_in_map(&pose, &own)
+            alignment.covariance_in_map(&pose, &own)
         };
         let squares = slope * slope.transpose();
         assert!((covariance.to_matrix() - squares).norm() < 1e-4, "{k}: {covariance:?} {squares}");

@@ -63,7 +63,7 @@ fn search(
     let mut wrong = 0.0_f32;
     for scan in 1..=scans {
         drive.scan(slam, Slam::scan);
-        let report = locator.look(&radar, &slam.estimate_pose().unwrap(), slam.features());
+        let report = locator.update(&radar, &slam.estimate_pose().unwrap(), slam.features());
         assert!(report.trials <= LocatorConfig::<f32>::default().trials && report.left_out == 0);
         if let Some(place) = report.likeliest
             && !error(world, &drive.pose, &place.pose).right

@@ -28,7 +28,7 @@ pub trait Slam {
     /// known there.
     fn scan(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32);
     /// As `scan`, for a trial that is undone afterwards: without a change of the map, if the filter supports this.
-    fn look(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32);
+    fn try_scan(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32);
     fn save(&mut self) -> Vec<u8>;
     fn restore(&mut self, bytes: &[u8]);
     fn scatter(&mut self, covariance: &Symmetric<Vector3<f32>>);
@@ -63,12 +63,12 @@ pub fn lidar(setting: Setting) -> Detector<Lidar> {
 
 struct OfJoint {
     slam: JointSlam<'static, Unicycle<f32>, Vector2<f32>>,
-    eyes: Detector<Lidar>,
+    detector: Detector<Lidar>,
 }
 
 struct OfMixture {
     slam: ScPhd<'static, Unicycle<f32>>,
-    eyes: Detector<Lidar, ScanRoom<'static, Vector2<f32>>>,
+    detector: Detector<Lidar, ScanRoom<'static, Vector2<f32>>>,
 }
 
 /// A joint map. The memory is leaked: it lives until the test ends.
@@ -80,7 +80,7 @@ pub fn joint(setting: Setting, short: bool) -> Box<dyn Slam> {
         JointSlam::new(motion(), config, Box::leak(Box::new(Joint::new()))).unwrap()
     };
     slam.reset(PlanarPose::ZERO).unwrap();
-    Box::new(OfJoint { slam, eyes: lidar(setting) })
+    Box::new(OfJoint { slam, detector: lidar(setting) })
 }
 
 /// Four informed particles.
@@ -97,8 +97,8 @@ pub fn mixture(setting: Setting, short: bool) -> Box<dyn Slam> {
     let scratch = Box::leak(Box::new(DetectorMemory::<Vector2<f32>, MEASUREMENTS>::new()));
     let of_joint = lidar(setting);
     let births = Births::of_static(0.1 * of_joint.births().of_static);
-    let eyes = Detector::new(*of_joint.sensing(), births).unwrap().over(scratch).unwrap();
-    Box::new(OfMixture { slam, eyes })
+    let detector = Detector::new(*of_joint.sensing(), births).unwrap().over(scratch).unwrap();
+    Box::new(OfMixture { slam, detector })
 }
 
 /// The methods that are the same for both filters.
@@ -109,7 +109,7 @@ macro_rules! in_the_same_words {
         }
 
         fn scan(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32) {
-            let report = self.slam.scan(&mut self.eyes, measurements).unwrap();
+            let report = self.slam.scan(&mut self.detector, measurements).unwrap();
             (report.health, share(report.detections, report.expected_detections))
         }
 
@@ -141,8 +141,8 @@ macro_rules! in_the_same_words {
 impl Slam for OfJoint {
     in_the_same_words!();
 
-    fn look(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32) {
-        let report = self.slam.localise(&self.eyes, measurements).unwrap();
+    fn try_scan(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32) {
+        let report = self.slam.localise(&self.detector, measurements).unwrap();
         (report.health, share(report.detections, report.expected_detections))
     }
 
@@ -154,13 +154,13 @@ impl Slam for OfJoint {
 impl Slam for OfMixture {
     in_the_same_words!();
 
-    fn look(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32) {
+    fn try_scan(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32) {
         self.scan(measurements)
     }
 
     fn map(&self) -> Vec<Component<Vector2<f32>>> {
         let mut features = vec![Component::ZERO; FEATURES];
-        let known = self.slam.estimate_map(&self.eyes, &mut features).features;
+        let known = self.slam.estimate_map(&self.detector, &mut features).features;
         features.truncate(known);
         features
     }

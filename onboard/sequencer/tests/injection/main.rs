@@ -6,7 +6,7 @@
 
 mod fault;
 mod filters;
-mod seeker;
+mod relocaliser;
 mod vehicle;
 #[path = "../../../../core/tests/lost/world.rs"]
 #[allow(dead_code)]
@@ -66,7 +66,7 @@ struct Said {
 fn drive(new: New, fault: Fault, seed: u64) -> Vec<Said> {
     let setting = Setting::ALL[0];
     let mut world = World::new(setting, Trouble::NONE, seed);
-    let mut vehicle = Vehicle::new(new(setting, fault == Fault::ShortMemory), seeker::Seeker::new(setting));
+    let mut vehicle = Vehicle::new(new(setting, fault == Fault::ShortMemory), relocaliser::Relocaliser::new(setting));
     let (mut draws, mut inputs) = (Noise::seeded(seed ^ 0xfa17), Inputs::new());
     let zero = Control { speed_mps: 0.0, rate_radps: 0.0 };
     inputs.start(SETTINGS, 0, zero).unwrap();

@@ -1,7 +1,7 @@
 //! Reactions of a vehicle to the warnings, as docs/health.md describes them.
 
 use crate::filters::{Control, ODOMETRY, Slam};
-use crate::seeker::Seeker;
+use crate::relocaliser::Relocaliser;
 use crate::world::DT_S;
 use scphd::Health;
 use scphd::models::PlanarPose;
@@ -36,7 +36,7 @@ type Past = (Vec<u8>, Vec<(Control, f32)>);
 pub struct Vehicle {
     pub slam: Box<dyn Slam>,
     /// Locates the vehicle in the previous map while scans are not used.
-    seeker: Seeker,
+    relocaliser: Relocaliser,
     past: VecDeque<Past>,
     scans: usize,
     /// Number of scans left out so far, while they are not used.
@@ -49,10 +49,10 @@ pub struct Vehicle {
 }
 
 impl Vehicle {
-    pub fn new(slam: Box<dyn Slam>, seeker: Seeker) -> Self {
+    pub fn new(slam: Box<dyn Slam>, relocaliser: Relocaliser) -> Self {
         Self {
             slam,
-            seeker,
+            relocaliser,
             past: VecDeque::new(),
             scans: 0,
             left_out: None,
@@ -65,7 +65,7 @@ impl Vehicle {
     pub fn predict(&mut self, control: &Control, dt: f32) -> Health {
         self.past.iter_mut().for_each(|(_, since)| since.push((*control, dt)));
         if self.left_out.is_some() {
-            self.seeker.predict(control, dt);
+            self.relocaliser.predict(control, dt);
         }
         self.slam.predict(control, dt)
     }
@@ -77,11 +77,11 @@ impl Vehicle {
         let before = self.slam.save();
         let steps = (left_out + 1) as f32;
         self.slam.scatter(&by((0.3 * steps).min(3.0), (0.1 * steps).min(0.5)));
-        self.slam.look(measurements);
+        self.slam.try_scan(measurements);
         let told = self.slam.pose();
         self.slam.restore(&before);
         self.slam.relocate(told, &by(0.1, 0.03));
-        let (health, share) = self.slam.look(measurements);
+        let (health, share) = self.slam.try_scan(measurements);
         self.slam.restore(&before);
         if share >= TRUSTED && !is(health, &DOUBTFUL) {
             self.left_out = None;
@@ -90,7 +90,7 @@ impl Vehicle {
             return self.slam.scan(measurements).0;
         }
         self.left_out = Some(left_out + 1);
-        if let Some(place) = self.seeker.look(measurements) {
+        if let Some(place) = self.relocaliser.scan(measurements) {
             self.left_out = None;
             self.slam.relocate(place.pose.mean, &place.pose.covariance);
             self.past.push_back((self.slam.save(), Vec::new()));
@@ -100,7 +100,7 @@ impl Vehicle {
 
     /// Stops the use of scans until the pose in the present map is found.
     pub fn search(&mut self) {
-        self.seeker.begin(&self.slam.map());
+        self.relocaliser.begin(&self.slam.map());
         self.past.clear();
         self.left_out = Some(0);
     }

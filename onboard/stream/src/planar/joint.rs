@@ -3,7 +3,7 @@
 use super::onboard::{Direct, Drive, MEASUREMENTS, PlanarSensing, detector, motion, start};
 use super::{Planar, Sensor};
 use crate::header::Header;
-use crate::joint::{self, Beside, JointMemory, OnboardJoint, Tracks};
+use crate::joint::{self, JointMemory, OnboardJoint, OptionalTracks, Tracks};
 use crate::onboard::{Aboard, Capacities, RamPart, Refusal};
 use core::marker::PhantomData;
 use nalgebra::Vector2;
@@ -38,7 +38,7 @@ pub type PlanarJoint40Movers = PlanarJoint<FEW, { joint_numbers(3, 2, FEW) }, Tr
 /// Its memory.
 pub type Memory<T, const ROOM: usize, const NUMBERS: usize, V> = JointMemory<
     JointState<PlanarPose<T>, Vector2<T>, ROOM, NUMBERS, MEASUREMENTS>,
-    <V as Beside<PlanarPose<T>>>::Memory,
+    <V as OptionalTracks<PlanarPose<T>>>::Memory,
     Vector2<T>,
     MEASUREMENTS,
 >;
@@ -46,7 +46,7 @@ pub type Memory<T, const ROOM: usize, const NUMBERS: usize, V> = JointMemory<
 /// The joint map, with movers `V`.
 pub(super) type OnboardPlanar<'m, T, V = NoMovers> = OnboardJoint<'m, Planar, Direct, Drive<T>, PlanarSensing<T>, V>;
 
-impl<T: Real, V: Beside<PlanarPose<T>>, const ROOM: usize, const NUMBERS: usize> Aboard<T>
+impl<T: Real, V: OptionalTracks<PlanarPose<T>>, const ROOM: usize, const NUMBERS: usize> Aboard<T>
     for PlanarJoint<ROOM, NUMBERS, V>
 {
     type Kind = Planar;

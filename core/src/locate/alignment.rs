@@ -8,7 +8,7 @@ pub(super) type Landmark<T> = Component<Vector2<T>>;
 
 /// The alignment of a map: its pose in the vehicle's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Laying<T: Real> {
+pub(super) struct Alignment<T: Real> {
     /// The pose of the centre of the map.
     pub(super) at: PlanarPose<T>,
     pub(super) covariance: Symmetric<Vector3<T>>,
@@ -22,7 +22,7 @@ pub(super) struct Turned<T> {
     cosine: T,
 }
 
-impl<T: Real> Laying<T> {
+impl<T: Real> Alignment<T> {
     pub(super) const ZERO: Self = Self { at: PlanarPose::ZERO, covariance: Symmetric::ZERO };
 
     pub(super) fn turned(&self) -> Turned<T> {
@@ -96,9 +96,9 @@ impl<T: Real> Laying<T> {
         let (s, c) = (turned.sine, turned.cosine);
         let (zero, one) = (T::ZERO, T::ONE);
         // x = Rᵀ (p − t): its derivative by the map's heading has the opposite sign.
-        let by_laying = nalgebra::Matrix3::new(-c, -s, c * dy - s * dx, s, -c, -c * dx - s * dy, zero, zero, -one);
+        let by_alignment = nalgebra::Matrix3::new(-c, -s, c * dy - s * dx, s, -c, -c * dx - s * dy, zero, zero, -one);
         let by_pose = nalgebra::Matrix3::new(c, s, zero, -s, c, zero, zero, zero, one);
-        self.covariance.congruence::<Vector3<T>>(&by_laying).plus(&covariance.congruence::<Vector3<T>>(&by_pose))
+        self.covariance.congruence::<Vector3<T>>(&by_alignment).plus(&covariance.congruence::<Vector3<T>>(&by_pose))
     }
 }
 

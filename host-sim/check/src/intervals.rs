@@ -242,11 +242,14 @@ impl OfSensor<'_> {
         while from < self.scans.len() {
             let until = (from..self.scans.len()).find(|scan| self.count(*scan) > 0).unwrap_or(self.scans.len());
             if until - from >= EMPTY && self.t_s(until - 1) - self.t_s(from) >= EMPTY_S {
-                let spell = || from..until;
+                let interval = || from..until;
                 // From the landmarks in view before or after the interval, whichever give more.
-                let before = from.checked_sub(2).map_or(0.0, |scan| self.expected([scan, scan + 1], spell()));
-                let after =
-                    if until + 1 < self.scans.len() { self.expected([until + 1, until], spell().rev()) } else { 0.0 };
+                let before = from.checked_sub(2).map_or(0.0, |scan| self.expected([scan, scan + 1], interval()));
+                let after = if until + 1 < self.scans.len() {
+                    self.expected([until + 1, until], interval().rev())
+                } else {
+                    0.0
+                };
                 let expected = usual * before.max(after);
                 if expected >= EXPECTED {
                     found.push(([from, until - 1], expected));
@@ -272,7 +275,7 @@ impl OfSensor<'_> {
 
     /// Number of expected detections: those of the second scan that match the first, transformed into the scans of the interval
     /// within the time in which odometry is good, and in view there.
-    fn expected(&self, [first, second]: [usize; 2], spell: impl Iterator<Item = usize>) -> f64 {
+    fn expected(&self, [first, second]: [usize; 2], interval: impl Iterator<Item = usize>) -> f64 {
         let of = |scan: usize| &self.log.scans[self.scans[scan]];
         let carried = |detection: [f64; 2], from: usize, to: usize| {
             self.sight.carried(of(from).sensor, [self.poses[self.scans[from]], self.poses[self.scans[to]]], detection)
@@ -283,7 +286,7 @@ impl OfSensor<'_> {
             .filter(|one| carried(**one, second, first).is_some_and(|one| self.sight.meets(of(first), one)))
             .copied()
             .collect();
-        let near = spell.take_while(|scan| (self.t_s(*scan) - self.t_s(second)).abs() <= PATIENCE_S);
+        let near = interval.take_while(|scan| (self.t_s(*scan) - self.t_s(second)).abs() <= PATIENCE_S);
         near.map(|scan| seen_twice.iter().filter(|one| carried(**one, second, scan).is_some()).count() as f64).sum()
     }
 }

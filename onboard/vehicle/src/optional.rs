@@ -60,7 +60,7 @@ pub trait MoversMemory<P: PlanarState> {
     ///
     /// # Errors
     /// Only one of description and memory has them, or they are out of range.
-    fn beside<'m, A: Archive<P>>(
+    fn add_movers<'m, A: Archive<P>>(
         &'m mut self,
         map: Map<'m, P, A, NoMovers>,
         moving: Option<MovingConfig<ScalarOf<P>>>,
@@ -73,7 +73,7 @@ impl<P: PlanarState> MoversMemory<P> for () {
     where
         P: 'm;
 
-    fn beside<'m, A: Archive<P>>(
+    fn add_movers<'m, A: Archive<P>>(
         &'m mut self,
         map: Map<'m, P, A, NoMovers>,
         moving: Option<MovingConfig<ScalarOf<P>>>,
@@ -86,7 +86,7 @@ impl<P: PlanarState> MoversMemory<P> for () {
 impl<P: PlanarState + 'static, const MOVERS: usize> MoversMemory<P> for JointMovers<P, MOVERS> {
     type Movers<'m> = Tracked<'m, P>;
 
-    fn beside<'m, A: Archive<P>>(
+    fn add_movers<'m, A: Archive<P>>(
         &'m mut self,
         map: Map<'m, P, A, NoMovers>,
         moving: Option<MovingConfig<ScalarOf<P>>>,
@@ -99,7 +99,7 @@ impl<P: PlanarState + 'static, const MOVERS: usize> MoversMemory<P> for JointMov
 /// Memory for distant features: [`JointArchive`], or `()`.
 pub trait ArchiveMemory<P: PlanarState> {
     /// The archive in this memory.
-    type Archive<'m>: Behind<P>
+    type Archive<'m>: MapArchive<P>
     where
         Self: 'm,
         P: 'm;
@@ -108,7 +108,7 @@ pub trait ArchiveMemory<P: PlanarState> {
     ///
     /// # Errors
     /// Only one of description and memory has it, or it is out of range.
-    fn behind<'m>(
+    fn add_archive<'m>(
         &'m mut self,
         map: Map<'m, P, NoArchive, NoMovers>,
         reach_m: Option<ScalarOf<P>>,
@@ -121,7 +121,7 @@ impl<P: PlanarState> ArchiveMemory<P> for () {
     where
         P: 'm;
 
-    fn behind<'m>(
+    fn add_archive<'m>(
         &'m mut self,
         map: Map<'m, P, NoArchive, NoMovers>,
         reach_m: Option<ScalarOf<P>>,
@@ -134,7 +134,7 @@ impl<P: PlanarState> ArchiveMemory<P> for () {
 impl<P: PlanarState + 'static, const ARCHIVED: usize> ArchiveMemory<P> for JointArchive<P, ARCHIVED> {
     type Archive<'m> = Archived<'m, P>;
 
-    fn behind<'m>(
+    fn add_archive<'m>(
         &'m mut self,
         map: Map<'m, P, NoArchive, NoMovers>,
         reach_m: Option<ScalarOf<P>>,
@@ -145,7 +145,7 @@ impl<P: PlanarState + 'static, const ARCHIVED: usize> ArchiveMemory<P> for Joint
 }
 
 /// The archive of a joint map, or none. With an archive, a map can neither be loaded nor be left unchanged by a scan.
-pub trait Behind<P: PlanarState>: Archive<P> + Sized {
+pub trait MapArchive<P: PlanarState>: Archive<P> + Sized {
     /// [`JointSlam::load_map`](scphd::JointSlam::load_map).
     ///
     /// As for that, or there is an archive.
@@ -166,7 +166,7 @@ pub trait Behind<P: PlanarState>: Archive<P> + Sized {
     ) -> Result<JointReport<ScalarOf<P>>, Refused<ScanError>>;
 }
 
-impl<P: PlanarState> Behind<P> for NoArchive {
+impl<P: PlanarState> MapArchive<P> for NoArchive {
     fn load_map<V: Movers<P>>(
         map: &mut Map<'_, P, Self, V>,
         features: &[Component<PositionOf<P>>],
@@ -183,7 +183,7 @@ impl<P: PlanarState> Behind<P> for NoArchive {
     }
 }
 
-impl<P: PlanarState> Behind<P> for Archived<'_, P> {
+impl<P: PlanarState> MapArchive<P> for Archived<'_, P> {
     fn load_map<V: Movers<P>>(
         _: &mut Map<'_, P, Self, V>,
         _: &[Component<PositionOf<P>>],
