@@ -241,7 +241,7 @@ fn a_scenario_takes_precedence_over_a_folder_with_its_name() {
         &["settings", "girona-tank"],
         &["stream", "survey", "file"],
         &["monte-carlo", "survey", "--runs", "1"],
-        &["tune", "survey", "--rounds", "1"],
+        &["tune", "survey", "--rounds", "1", "--runs", "1", "--until", "3"],
     ];
     for args in commands {
         place.succeeds(&[args, &few].concat());

@@ -308,7 +308,7 @@ fn unused_options_and_settings_are_refused_with_their_name() {
 fn settings_proposed_by_tune_can_be_replayed() {
     let place = workplace();
     place.prints(&["export", "survey", "exported"]);
-    let few = ["--rounds", "1", "--runs", "1", "--particles", "2", "--truth"];
+    let few = ["--rounds", "1", "--runs", "1", "--until", "6", "--particles", "2", "--truth"];
     let printed = place.prints(&[&["tune", "exported", "--out", "tuned.toml"][..], &few].concat());
     for part in ["sensor.range_sigma_m", "proposed", "nats a measurement", "held-out RMSE (m)"] {
         assert!(printed.contains(part), "{printed}");
