@@ -14,7 +14,7 @@ const FILTER: Filter = Filter::Core(Precision::F64);
 /// Settings with every noise wrong by a factor.
 fn misjudged(log: &Log, factor: f64) -> Settings {
     let mut settings = Settings::for_log(log);
-    settings.filter.particles = 4;
+    settings.filter.particles = 8;
     settings.sensor.range_sigma_m *= factor;
     settings.sensor.bearing_sigma_rad *= factor;
     settings.sensor.clutter_per_scan /= factor;
