@@ -611,9 +611,11 @@ pub(super) fn kind_of(seed: u64) -> (String, Run) {
         Robot f32 3 2: (1 1 0) (1 4 2) (2 4 0) (5 8 0) (8 16 12) (24 24 0) (12 24 40);
         Robot f64 3 2: (1 1 1) (4 8 0) (8 16 20);
         Truck f32 3 2: (3 8 0) (16 24 0) (10 24 30);
+        Truck f64 3 2: (6 12 0);
         Submarine f32 5 3: (1 1 0) (6 12 0) (8 12 16);
         Submarine f64 5 3: (4 8 0);
         Glider f32 5 3: (2 4 4) (8 16 0);
+        Glider f64 5 3: (5 8 8);
     );
     (
         format!("{name}; {hostility} of the numbers hostile"),

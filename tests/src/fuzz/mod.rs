@@ -303,8 +303,7 @@ macro_rules! sessions {
     (@still $world:ident $t:ident $n:literal $pages:literal $map:literal $view:literal) => { NoMoving };
 }
 
-/// The kind of session of a mixture of a seed. In double precision one kind of vehicle in the plane and one in space: the filter is
-/// compiled for each, and takes no other branch than in single precision.
+/// The kind of session of a mixture of a seed. A change of this list gives every recorded seed another session.
 fn mixture_of(seed: u64) -> (String, Run) {
     let (seeded, mut draw) = Seeded::of(seed, 0x5eed);
     let hostility = seeded.hostility;
@@ -314,10 +313,13 @@ fn mixture_of(seed: u64) -> (String, Run) {
         Rover f64:
             (1 1 1, 1 1 8 moving) (3 6 6, 12 4 16 moving) (8 16 24, 128 16 128 moving);
         Car f32: (4 4 12, 16 8 32 still) (8 16 16, 64 16 128 moving);
+        Car f64: (4 8 12, 16 8 32 moving);
         Tracker f32: (1 1 4, 4 4 16 still) (2 4 12, 32 16 256 moving);
+        Tracker f64: (1 2 12, 32 32 256 moving);
         Diver f32: (1 1 1, 1 1 8 moving) (4 8 12, 48 12 64 moving);
         Diver f64: (2 4 6, 8 4 16 still) (4 8 12, 48 12 64 moving);
         Listener f32: (1 2 2, 2 2 8 moving) (4 8 12, 48 12 64 moving);
+        Listener f64: (4 4 12, 48 12 64 still);
     );
     (
         format!("{name}; {hostility} of the numbers hostile"),
