@@ -148,8 +148,8 @@ impl<P: PlanarState + 'static, const ARCHIVED: usize> ArchiveMemory<P> for Joint
 pub trait MapArchive<P: PlanarState>: Archive<P> + Sized {
     /// [`JointSlam::load_map`](scphd::JointSlam::load_map).
     ///
+    /// # Errors
     /// As for that, or there is an archive.
-    /// As for that; or there is an archive.
     fn load_map<V: Movers<P>>(
         map: &mut Map<'_, P, Self, V>,
         features: &[Component<PositionOf<P>>],
