@@ -96,7 +96,7 @@ pub use filter::detector::{Births, Detector, DetectorMemory};
 pub use filter::extract::{MapEstimate, PoseEstimate};
 pub use filter::scphd::ScPhd;
 pub use filter::state::State;
-pub use joint::{JointConfig, JointReport, JointSlam, JointState, MultiHypothesisSlam};
+pub use joint::{JointConfig, JointFilter, JointReport, JointSlam, JointState, MultiHypothesisSlam};
 pub use map::component::Component;
 pub use numerics::real::Real;
 pub use report::health::Health;
@@ -115,7 +115,7 @@ pub mod errors {
 /// Probes of the stages of a scan, and memory scrubbing.
 pub mod diagnostics {
     pub use crate::filter::scrub::{Scrubbed, Scrubber};
-    pub use crate::joint::{HypothesesReport, HypothesesScrubber};
+    pub use crate::joint::HypothesesScrubber;
     #[cfg(feature = "embedded-hal")]
     pub use crate::report::probe::StagePins;
     #[cfg(feature = "defmt")]

@@ -10,7 +10,7 @@ use scphd_filters::slam::Precision;
 use scphd_log::dimensions;
 use scphd_log::log::{Fix, Log, Mounting, NamedSensor, PoseFix, Scan, Sensor};
 use scphd_run::session::{self, Filter};
-use scphd_stream::planar::{self, BlackBox, BlackBoxJoint, Odometry, Planar};
+use scphd_stream::planar::{self, BlackBox, BlackBoxHypotheses, BlackBoxJoint, BlackBoxMovers, Odometry, Planar};
 use scphd_stream::underwater::{self, Underwater};
 use scphd_stream::{
     Aboard, Header, How, Kind, Monitor, Reader, Record, Recovered, Refusal, ReplayError, Saves, Scalar, ScanCost, Seen,
@@ -129,6 +129,23 @@ fn cut_at_every_50th_scan_the_joint_map_ends_alike() {
         assert_eq!(bare.digests, told.digests);
         let double = plain(&log, &settings, Scalar::F64).with_snapshots(Recorded::Joint, Scalar::F64, 50).unwrap();
         ends_alike_from_every_snapshot::<BlackBoxJoint, f64>(&double.bytes, 50);
+    });
+}
+
+/// Moving-object tracks, and several hypotheses with tracks.
+#[test]
+fn cut_at_every_50th_scan_tracks_and_hypotheses_end_alike() {
+    with_roomy_stack(|| {
+        let (log, mut settings) = with_room(scenario::by_name("thesis-dynamic", 1).unwrap(), 201, 1, 1);
+        // Hypotheses: ten times the noise of the odometry, so that detections have several possible causes.
+        let tracks = recorded::<BlackBoxMovers, f32>(&plain(&log, &settings, Scalar::F32).bytes, 50);
+        ends_alike_from_every_snapshot::<BlackBoxMovers, f32>(&tracks, 50);
+        settings.vehicle.speed_sigma_mps *= 10.0;
+        settings.vehicle.turn_sigma *= 10.0;
+        let bytes = plain(&log, &settings, Scalar::F32).bytes;
+        let several = recorded::<BlackBoxHypotheses, f32>(&bytes, 50);
+        let told = ends_alike_from_every_snapshot::<BlackBoxHypotheses, f32>(&several, 50);
+        assert_ne!(told.digests, replayed::<BlackBoxMovers, f32>(&bytes).unwrap().1.digests);
     });
 }
 

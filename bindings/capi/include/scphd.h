@@ -36,6 +36,9 @@
 /* Joint map that estimates the odometry error: 60 features, scans of 32 measurements. */
 #define SCPHD_SIZE_JOINT_60_LEARNING 44032
 
+/* Joint map with eight hypotheses of data association, each with 24 static and 8 moving features; scans of 16 measurements. */
+#define SCPHD_SIZE_JOINT_24_HYPOTHESES 65536
+
 /* Mixture: 32 particles of two samples, 320 pages of features, 32 to a map, 256 in view; 128 pages of moving ones; scans of 128 measurements, of range and bearing or of bearings alone. */
 #define SCPHD_SIZE_MIXTURE_32X2 206848
 
@@ -195,184 +198,201 @@
 #define SCPHD_JOINT_ARCHIVE_NO 0
 #define SCPHD_JOINT_ARCHIVE_YES 1
 
+/* Whether there are several hypotheses of data association. */
+#define SCPHD_JOINT_HYPOTHESES 41
+#define SCPHD_JOINT_HYPOTHESES_NO 0
+#define SCPHD_JOINT_HYPOTHESES_YES 1
+
 /* Greatest range of all sensors. In m. Must be finite and above 0. */
-#define SCPHD_JOINT_ARCHIVE_REACH_M 41
+#define SCPHD_JOINT_ARCHIVE_REACH_M 42
 
 /* Standard deviation of the scale error of the speed. Must be finite and at least 0. */
-#define SCPHD_JOINT_ODOMETRY_SPEED_SCALE 42
+#define SCPHD_JOINT_ODOMETRY_SPEED_SCALE 43
 
 /* Standard deviation of the scale error of the turn rate or steering angle. Must be finite and at least 0. */
-#define SCPHD_JOINT_ODOMETRY_TURN_SCALE 43
+#define SCPHD_JOINT_ODOMETRY_TURN_SCALE 44
 
 /* Standard deviation of the offset of the turn rate, or of a car's steering angle, rad. In rad/s. Must be finite and at least 0. */
-#define SCPHD_JOINT_ODOMETRY_TURN_OFFSET 44
+#define SCPHD_JOINT_ODOMETRY_TURN_OFFSET 45
 
 /* Time in which the errors change by their standard deviations (random walk); infinite: they are constant. In s. Must be above 0, or infinite. */
-#define SCPHD_JOINT_ODOMETRY_LASTS_S 45
+#define SCPHD_JOINT_ODOMETRY_LASTS_S 46
+
+/* Greatest number of hypotheses; the memory may have room for fewer. Must be between 1 and 16. */
+#define SCPHD_JOINT_HYPOTHESES_MOST 47
+
+/* Two hypotheses are joined if their poses are within this many standard deviations. Must be finite and at least 0. */
+#define SCPHD_JOINT_HYPOTHESES_JOINED_SIGMAS 48
+
+/* A hypothesis is not made if its weight, divided by that of the likeliest, is below this. Must be between 0 and 1. */
+#define SCPHD_JOINT_HYPOTHESES_LEAST_RATIO 49
+
+/* A hypothesis is dropped after a scan if its probability is below this. Must be between 0 and 1. */
+#define SCPHD_JOINT_HYPOTHESES_LEAST_SHARE 50
 
 /* Moving features: initial standard deviation of the velocity, along each axis. In m/s. Must be between 0.000001 and 1000000. */
-#define SCPHD_MOVING_VELOCITY_SIGMA_MPS 46
+#define SCPHD_MOVING_VELOCITY_SIGMA_MPS 51
 
 /* Moving features: power spectral density of the acceleration. In m^2/s^3. Must be finite and at least 0. */
-#define SCPHD_MOVING_ACCELERATION_PSD 47
+#define SCPHD_MOVING_ACCELERATION_PSD 52
 
 /* Moving features: mean lifetime. In s. Must be above 0, or infinite. */
-#define SCPHD_MOVING_LIFETIME_S 48
+#define SCPHD_MOVING_LIFETIME_S 53
 
 /* Moving features: one with a greater standard deviation of the position is removed. In m. Must be finite and above 0. */
-#define SCPHD_MOVING_SPREAD_MAX_M 49
+#define SCPHD_MOVING_SPREAD_MAX_M 54
 
 /* Moving features: least weight of an estimated one. Must be between 0 and 1. */
-#define SCPHD_MOVING_EXTRACTION_WEIGHT 50
+#define SCPHD_MOVING_EXTRACTION_WEIGHT 55
 
 /* Greatest time step. A longer prediction is refused; infinite: no limit. In s. Must be above 0, or infinite. */
-#define SCPHD_PLAUSIBLE_STEP_MAX_S 51
+#define SCPHD_PLAUSIBLE_STEP_MAX_S 56
 
 /* Greatest speed. A faster prediction is refused; infinite: no limit. In m/s. Must be above 0, or infinite. */
-#define SCPHD_PLAUSIBLE_SPEED_MAX_MPS 52
+#define SCPHD_PLAUSIBLE_SPEED_MAX_MPS 57
 
 /* Greatest turn rate. A faster prediction is refused; infinite: no limit. In rad/s. Must be above 0, or infinite. */
-#define SCPHD_PLAUSIBLE_TURN_RATE_MAX_RADPS 53
+#define SCPHD_PLAUSIBLE_TURN_RATE_MAX_RADPS 58
 
 /* Greatest distance of a step. A longer prediction is refused; infinite: no limit. In m. Must be above 0, or infinite. */
-#define SCPHD_PLAUSIBLE_JUMP_MAX_M 54
+#define SCPHD_PLAUSIBLE_JUMP_MAX_M 59
 
 /* Whether the position is measured. */
-#define SCPHD_POSITION 55
+#define SCPHD_POSITION 60
 #define SCPHD_POSITION_NO 0
 #define SCPHD_POSITION_YES 1
 
 /* Standard deviation of a measured position. In m. Must be between 0.000001 and 1000000. */
-#define SCPHD_POSITION_SIGMA 56
+#define SCPHD_POSITION_SIGMA 61
 
 /* Distance of the antenna ahead of the pose. In m. Must be finite. */
-#define SCPHD_POSITION_FORWARD_M 57
+#define SCPHD_POSITION_FORWARD_M 62
 
 /* Distance of the antenna to the left of the pose. In m. Must be finite. */
-#define SCPHD_POSITION_LEFT_M 58
+#define SCPHD_POSITION_LEFT_M 63
 
 /* Squared Mahalanobis distance beyond which a measurement is an outlier; infinite: none is. Must be above 0, or infinite. */
-#define SCPHD_POSITION_GATE 59
+#define SCPHD_POSITION_GATE 64
 
 /* Whether the filter is moved if consecutive outliers agree with each other. */
-#define SCPHD_POSITION_WATCH 60
+#define SCPHD_POSITION_WATCH 65
 #define SCPHD_POSITION_WATCH_NO 0
 #define SCPHD_POSITION_WATCH_YES 1
 
 /* Time from the first outlier until the filter is moved; infinite: never. In s. Must be at least 0, or infinite. */
-#define SCPHD_POSITION_WATCH_PATIENCE_S 61
+#define SCPHD_POSITION_WATCH_PATIENCE_S 66
 
 /* Least number of consecutive outliers. Must be between 3 and 1000. */
-#define SCPHD_POSITION_WATCH_FEWEST 62
+#define SCPHD_POSITION_WATCH_FEWEST 67
 
 /* Whether the heading is measured. */
-#define SCPHD_HEADING 63
+#define SCPHD_HEADING 68
 #define SCPHD_HEADING_NO 0
 #define SCPHD_HEADING_YES 1
 
 /* Standard deviation of a measured heading. In rad. Must be between 0.000001 and 1000000. */
-#define SCPHD_HEADING_SIGMA 64
+#define SCPHD_HEADING_SIGMA 69
 
 /* Squared Mahalanobis distance beyond which a measurement is an outlier; infinite: none is. Must be above 0, or infinite. */
-#define SCPHD_HEADING_GATE 65
+#define SCPHD_HEADING_GATE 70
 
 /* Whether the filter is moved if consecutive outliers agree with each other. */
-#define SCPHD_HEADING_WATCH 66
+#define SCPHD_HEADING_WATCH 71
 #define SCPHD_HEADING_WATCH_NO 0
 #define SCPHD_HEADING_WATCH_YES 1
 
 /* Time from the first outlier until the filter is moved; infinite: never. In s. Must be at least 0, or infinite. */
-#define SCPHD_HEADING_WATCH_PATIENCE_S 67
+#define SCPHD_HEADING_WATCH_PATIENCE_S 72
 
 /* Least number of consecutive outliers. Must be between 3 and 1000. */
-#define SCPHD_HEADING_WATCH_FEWEST 68
+#define SCPHD_HEADING_WATCH_FEWEST 73
 
 /* Initial x. In m. Must be finite. */
-#define SCPHD_START_X_M 69
+#define SCPHD_START_X_M 74
 
 /* Initial y. In m. Must be finite. */
-#define SCPHD_START_Y_M 70
+#define SCPHD_START_Y_M 75
 
 /* Initial heading, counterclockwise from the x axis. In rad. Must be finite. */
-#define SCPHD_START_HEADING_RAD 71
+#define SCPHD_START_HEADING_RAD 76
 
 /* Standard deviation of the initial position; 0 together with the heading's: the pose is certain. In m. Must be finite and at least 0. */
-#define SCPHD_START_POSITION_SIGMA_M 72
+#define SCPHD_START_POSITION_SIGMA_M 77
 
 /* Standard deviation of the initial heading. In rad. Must be finite and at least 0. */
-#define SCPHD_START_HEADING_SIGMA_RAD 73
+#define SCPHD_START_HEADING_SIGMA_RAD 78
 
 /* Seed of the random numbers of a mixture. Must be between 0 and 16777216. */
-#define SCPHD_START_SEED 74
+#define SCPHD_START_SEED 79
 
 /* Measurement of the sensor. A change from none sets its defaults. */
-#define SCPHD_SENSOR_MODEL 75
+#define SCPHD_SENSOR_MODEL 80
 #define SCPHD_SENSOR_MODEL_NONE 0
 #define SCPHD_SENSOR_MODEL_RANGE_BEARING 1
 #define SCPHD_SENSOR_MODEL_BEARING 2
 
 /* Standard deviation of the range. In m. Must be between 0.000001 and 1000000. */
-#define SCPHD_SENSOR_RANGE_SIGMA_M 76
+#define SCPHD_SENSOR_RANGE_SIGMA_M 81
 
 /* Standard deviation of the bearing. In rad. Must be between 0.000001 and 1000000. */
-#define SCPHD_SENSOR_BEARING_SIGMA_RAD 77
+#define SCPHD_SENSOR_BEARING_SIGMA_RAD 82
 
 /* Least range of the view. In m. Must be finite and at least 0. */
-#define SCPHD_SENSOR_RANGE_MIN_M 78
+#define SCPHD_SENSOR_RANGE_MIN_M 83
 
 /* Greatest range of the view. In m. Must be finite and above 0. */
-#define SCPHD_SENSOR_RANGE_MAX_M 79
+#define SCPHD_SENSOR_RANGE_MAX_M 84
 
 /* Half width of the gradual edge at both ranges. In m. Must be finite and at least 0. */
-#define SCPHD_SENSOR_RANGE_EDGE_M 80
+#define SCPHD_SENSOR_RANGE_EDGE_M 85
 
 /* Centre of the view. In rad. Must be finite. */
-#define SCPHD_SENSOR_BEARING_CENTER_RAD 81
+#define SCPHD_SENSOR_BEARING_CENTER_RAD 86
 
 /* Half width of the view; pi or more for a full circle. In rad. Must be finite and above 0. */
-#define SCPHD_SENSOR_BEARING_HALF_WIDTH_RAD 82
+#define SCPHD_SENSOR_BEARING_HALF_WIDTH_RAD 87
 
 /* Half width of the gradual edge at both sides. In rad. Must be finite and at least 0. */
-#define SCPHD_SENSOR_BEARING_EDGE_RAD 83
+#define SCPHD_SENSOR_BEARING_EDGE_RAD 88
 
 /* Probability of detection at range zero. Must be at least 0 and below 1. */
-#define SCPHD_SENSOR_PROBABILITY_NEAR 84
+#define SCPHD_SENSOR_PROBABILITY_NEAR 89
 
 /* Probability of detection at the greatest range. Must be at least 0 and below 1. */
-#define SCPHD_SENSOR_PROBABILITY_FAR 85
+#define SCPHD_SENSOR_PROBABILITY_FAR 90
 
 /* Expected number of false measurements in a scan. Must be between 0 and 1000000000. */
-#define SCPHD_SENSOR_CLUTTER_PER_SCAN 86
+#define SCPHD_SENSOR_CLUTTER_PER_SCAN 91
 
 /* Birth intensity of static features. In 1/(m rad). Must be finite and at least 0. */
-#define SCPHD_SENSOR_BIRTHS_STILL 87
+#define SCPHD_SENSOR_BIRTHS_STILL 92
 
 /* Birth intensity of moving features. In 1/(m rad). Must be finite and at least 0. */
-#define SCPHD_SENSOR_BIRTHS_MOVING 88
+#define SCPHD_SENSOR_BIRTHS_MOVING 93
 
 /* Bearing-only sensor: range of the nearest births. In m. Must be finite and above 0. */
-#define SCPHD_SENSOR_BIRTHS_NEAREST_M 89
+#define SCPHD_SENSOR_BIRTHS_NEAREST_M 94
 
 /* Bearing-only sensor: range of the farthest births. In m. Must be finite and above 0. */
-#define SCPHD_SENSOR_BIRTHS_FARTHEST_M 90
+#define SCPHD_SENSOR_BIRTHS_FARTHEST_M 95
 
 /* Bearing-only sensor: number of ranges with births. Must be between 2 and 65535. */
-#define SCPHD_SENSOR_BIRTHS_RINGS 91
+#define SCPHD_SENSOR_BIRTHS_RINGS 96
 
 /* Bearing-only sensor: number of births at each range. Must be between 1 and 65535. */
-#define SCPHD_SENSOR_BIRTHS_SECTORS 92
+#define SCPHD_SENSOR_BIRTHS_SECTORS 97
 
 /* Bearing-only sensor: weight of each birth. Must be finite and at least 0. */
-#define SCPHD_SENSOR_BIRTHS_WEIGHT 93
+#define SCPHD_SENSOR_BIRTHS_WEIGHT 98
 
 /* Distance of the sensor ahead of the pose. In m. Must be finite. */
-#define SCPHD_SENSOR_FORWARD_M 94
+#define SCPHD_SENSOR_FORWARD_M 99
 
 /* Distance of the sensor to the left of the pose. In m. Must be finite. */
-#define SCPHD_SENSOR_LEFT_M 95
+#define SCPHD_SENSOR_LEFT_M 100
 
 /* Direction of the sensor, counterclockwise from that of the vehicle. In rad. Must be finite. */
-#define SCPHD_SENSOR_YAW_RAD 96
+#define SCPHD_SENSOR_YAW_RAD 101
 
 
 // The version of this interface. It changes whenever a program that was compiled with another header would not work.
@@ -594,6 +614,8 @@ typedef struct scphd_scan_report {
   uint32_t features;
   // Moving-object tracks of a joint map after the scan.
   uint32_t movers;
+  // Hypotheses of data association of a joint map after the scan.
+  uint32_t hypotheses;
   // Candidates that were weighted.
   uint32_t candidates;
   // Particles after the scan.
@@ -618,6 +640,8 @@ typedef struct scphd_scan_report {
   float detections;
   // Normalised innovation squared per dimension; about 1 for a consistent filter, 0 without detections.
   float innovation;
+  // Probability of the likeliest hypothesis, of which the other fields are.
+  float share;
 } scphd_scan_report;
 
 // The report of a fix.
@@ -898,7 +922,7 @@ scphd_status scphd_slam_relocate(scphd_slam *slam,
 // Adds these standard deviations, in quadrature, to the uncertainty of the pose; the map is kept. A service.
 scphd_status scphd_slam_scatter(scphd_slam *slam, float position_sigma_m, float heading_sigma_rad);
 
-// Replaces the map by this one, of at most 128 features. Not possible with an archive. A service.
+// Replaces the map by this one, of at most 128 features. An archive is emptied. A service.
 scphd_status scphd_slam_load_map(scphd_slam *slam, const scphd_feature *features, size_t count);
 
 // Predicts the pose after `dt_s` seconds. Speed ahead; speed to the left, 0 unless the vehicle can move sideways; turn rate to
@@ -926,8 +950,7 @@ scphd_status scphd_slam_scan_bearing(scphd_slam *slam,
                                      size_t count,
                                      scphd_scan_report *report);
 
-// Updates only the pose with a scan of ranges and bearings; the map does not change. For joint maps without an archive. A
-// service.
+// Updates only the pose with a scan of ranges and bearings; the map does not change. For joint maps. A service.
 scphd_status scphd_slam_localise(scphd_slam *slam,
                                  size_t sensor,
                                  const scphd_range_bearing *measurements,
@@ -1119,6 +1142,13 @@ scphd_status scphd_start_joint_60_learning(uint32_t abi_version, void *memory, s
 scphd_status scphd_resume_joint_60_learning(uint32_t abi_version, void *memory, size_t size_bytes,
                                             scphd_description *description, scphd_reason *reason, scphd_slam **slam);
 scphd_status scphd_services_joint_60_learning(scphd_slam *slam);
+
+// Joint map with eight hypotheses of data association, each with 24 static and 8 moving features; scans of 16 measurements.
+scphd_status scphd_start_joint_24_hypotheses(uint32_t abi_version, void *memory, size_t size_bytes,
+                                             scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_resume_joint_24_hypotheses(uint32_t abi_version, void *memory, size_t size_bytes,
+                                              scphd_description *description, scphd_reason *reason, scphd_slam **slam);
+scphd_status scphd_services_joint_24_hypotheses(scphd_slam *slam);
 
 // Mixture: 32 particles of two samples, 320 pages of features, 32 to a map, 256 in view; 128 pages of moving ones; scans of 128 measurements, of range and bearing or of bearings alone.
 scphd_status scphd_start_mixture_32x2(uint32_t abi_version, void *memory, size_t size_bytes,

@@ -81,6 +81,8 @@ pub struct scphd_scan_report {
     pub features: u32,
     /// Moving-object tracks of a joint map after the scan.
     pub movers: u32,
+    /// Hypotheses of data association of a joint map after the scan.
+    pub hypotheses: u32,
     /// Candidates that were weighted.
     pub candidates: u32,
     /// Particles after the scan.
@@ -105,6 +107,8 @@ pub struct scphd_scan_report {
     pub detections: f32,
     /// Normalised innovation squared per dimension; about 1 for a consistent filter, 0 without detections.
     pub innovation: f32,
+    /// Probability of the likeliest hypothesis, of which the other fields are.
+    pub share: f32,
 }
 
 /// Converts a count to 32 bits.
@@ -138,6 +142,7 @@ impl scphd_scan_report {
         dropped: 0,
         features: 0,
         movers: 0,
+        hypotheses: 0,
         candidates: 0,
         particles: 0,
         resampled: 0,
@@ -150,6 +155,7 @@ impl scphd_scan_report {
         expected_detections: 0.0,
         detections: 0.0,
         innovation: 0.0,
+        share: 0.0,
     };
 }
 
@@ -185,7 +191,7 @@ impl From<ScanReport<f32>> for scphd_scan_report {
 
 impl From<JointReport<f32>> for scphd_scan_report {
     fn from(report: JointReport<f32>) -> Self {
-        said!(report, dropped, features, movers)
+        Self { share: report.share, ..said!(report, dropped, features, movers, hypotheses) }
     }
 }
 

@@ -69,6 +69,9 @@ macro_rules! table {
             JOINT_40_ARCHIVE = 105, 368_640 bytes of Joint40Archive: scphd_start_joint_40_archive, scphd_resume_joint_40_archive, scphd_services_joint_40_archive;
             /// Joint map that estimates the odometry error: 60 features, scans of 32 measurements.
             JOINT_60_LEARNING = 106, 44_032 bytes of Joint60Learning: scphd_start_joint_60_learning, scphd_resume_joint_60_learning, scphd_services_joint_60_learning;
+            /// Joint map with eight hypotheses of data association, each with 24 static and 8 moving features; scans of 16
+            /// measurements.
+            JOINT_24_HYPOTHESES = 107, 65_536 bytes of Joint24Hypotheses: scphd_start_joint_24_hypotheses, scphd_resume_joint_24_hypotheses, scphd_services_joint_24_hypotheses;
             /// Mixture: 32 particles of two samples, 320 pages of features, 32 to a map, 256 in view; 128 pages of moving ones;
             /// scans of 128 measurements, of range and bearing or of bearings alone.
             MIXTURE_32X2 = 111, 206_848 bytes of Mixture32x2: scphd_start_mixture_32x2, scphd_resume_mixture_32x2, scphd_services_mixture_32x2;

@@ -70,7 +70,7 @@ pub extern "C" fn scphd_slam_scatter(
 /// Maximum number of features in a loaded map.
 const LOADED: usize = 128;
 
-/// Replaces the map by this one, of at most 128 features. Not possible with an archive. A service.
+/// Replaces the map by this one, of at most 128 features. An archive is emptied. A service.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_load_map(
     slam: Handed<scphd_slam>,
@@ -138,8 +138,7 @@ pub extern "C" fn scphd_slam_scan_bearing(
     })
 }
 
-/// Updates only the pose with a scan of ranges and bearings; the map does not change. For joint maps without an archive. A
-/// service.
+/// Updates only the pose with a scan of ranges and bearings; the map does not change. For joint maps. A service.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_localise(
     slam: Handed<scphd_slam>,

@@ -161,8 +161,8 @@ macro_rules! each {
 ///     The motion model of the vehicle.
 /// memory : str
 ///     Capacities: 'DESK' (512 features, 128 moving ones, scans of 256 measurements; with an archive 200 features and 10 000 in
-///     the archive), or those of a set of the C interface: 'JOINT_40', 'JOINT_100', 'JOINT_60_MOVERS', 'JOINT_100_MOVERS',
-///     'JOINT_40_ARCHIVE', 'JOINT_60_LEARNING'.
+///     the archive; with hypotheses eight of 256 features), or those of a set of the C interface: 'JOINT_40', 'JOINT_100',
+///     'JOINT_60_MOVERS', 'JOINT_100_MOVERS', 'JOINT_40_ARCHIVE', 'JOINT_60_LEARNING', 'JOINT_24_HYPOTHESES'.
 /// precision : str
 ///     'single', or 'double', which needs the memory 'DESK'.
 #[pyclass(module = "scphd")]

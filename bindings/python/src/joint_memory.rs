@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use pyo3::PyResult;
 use scphd::models::{CalibratedPose, PlanarPose, ScalarOf};
 use scphd::settings::MovingConfig;
-use scphd::storage::{Archive, JointArchive, JointMovers, NoMovers, Tracked, joint_numbers};
+use scphd::storage::{Archive, JointArchive, JointHypotheses, JointMovers, NoMovers, Tracked, joint_numbers};
 use scphd::{JointSlam, JointState, Real};
 use scphd_vehicle::{Description, Filter, Joint, MoversMemory, PlanarState, Services, StartError};
 use self_cell::{MutBorrow, self_cell};
@@ -26,10 +26,11 @@ impl<P: PlanarState + 'static, const MOVERS: usize> MoversMemory<P> for MayMove<
     }
 }
 
-/// Memory of a joint map, its moving features and its archive; `()` without an archive.
+/// Memory of a joint map, its moving features, its archive and its further hypotheses; `()` without archive or hypotheses.
 struct Memory<
     P: PlanarState,
     B,
+    H,
     const FEATURES: usize,
     const NUMBERS: usize,
     const MEASUREMENTS: usize,
@@ -38,6 +39,7 @@ struct Memory<
     state: JointState<P, Vector2<ScalarOf<P>>, FEATURES, NUMBERS, MEASUREMENTS>,
     movers: MayMove<P, MOVERS>,
     archive: B,
+    hypotheses: H,
 }
 
 /// A joint map in its memory, with the sensors and fixes of its description.
@@ -50,22 +52,25 @@ pub trait Room<T: Real>: Send {
 }
 
 macro_rules! room {
-    ($pose:ident, $scalar:ty, $archive:ty, [$($archived:tt)*]) => {
-        impl<$($archived)* const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize, const MOVERS: usize> Room<$scalar>
-            for Memory<$pose<$scalar>, $archive, FEATURES, NUMBERS, MEASUREMENTS, MOVERS>
+    ($pose:ident, $scalar:ty, $archive:ty, $hypotheses:ty, [$($generic:tt)*]) => {
+        impl<$($generic)* const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize, const MOVERS: usize> Room<$scalar>
+            for Memory<$pose<$scalar>, $archive, $hypotheses, FEATURES, NUMBERS, MEASUREMENTS, MOVERS>
         {
             fn start(&mut self, description: &Description<$scalar>) -> Result<Slam<'_, $scalar>, StartError> {
-                let Self { state, movers, archive } = self;
-                Ok(Box::new(Joint::start(description, state, movers, archive)?))
+                let Self { state, movers, archive, hypotheses } = self;
+                Ok(Box::new(Joint::start(description, state, movers, archive, hypotheses)?))
             }
         }
     };
 }
-room!(PlanarPose, f32, (), []);
-room!(PlanarPose, f32, JointArchive<PlanarPose<f32>, ARCHIVED>, [const ARCHIVED: usize,]);
-room!(CalibratedPose, f32, (), []);
-room!(PlanarPose, f64, (), []);
-room!(CalibratedPose, f64, (), []);
+room!(PlanarPose, f32, (), (), []);
+room!(PlanarPose, f32, JointArchive<PlanarPose<f32>, ARCHIVED>, (), [const ARCHIVED: usize,]);
+room!(PlanarPose, f32, (), JointHypotheses<PlanarPose<f32>, OTHERS, FEATURES, NUMBERS, MEASUREMENTS, MOVERS>, [const OTHERS: usize,]);
+room!(CalibratedPose, f32, (), (), []);
+room!(CalibratedPose, f32, (), JointHypotheses<CalibratedPose<f32>, OTHERS, FEATURES, NUMBERS, MEASUREMENTS, MOVERS>, [const OTHERS: usize,]);
+room!(PlanarPose, f64, (), (), []);
+room!(PlanarPose, f64, (), JointHypotheses<PlanarPose<f64>, OTHERS, FEATURES, NUMBERS, MEASUREMENTS, MOVERS>, [const OTHERS: usize,]);
+room!(CalibratedPose, f64, (), (), []);
 
 self_cell!(
     struct Single {
@@ -103,14 +108,24 @@ impl Cell<f64> for Double {
 }
 
 /// Names of the sets of capacities.
-const SETS: &str = "DESK, JOINT_40, JOINT_100, JOINT_60_MOVERS, JOINT_100_MOVERS, JOINT_40_ARCHIVE, JOINT_60_LEARNING";
+const SETS: &str = "DESK, JOINT_40, JOINT_100, JOINT_60_MOVERS, JOINT_100_MOVERS, JOINT_40_ARCHIVE, JOINT_60_LEARNING, \
+    JOINT_24_HYPOTHESES";
 
-/// Makes memory of these capacities.
+/// Makes memory of these capacities: features, measurements and movers, and archived features or hypotheses.
 macro_rules! memory {
-    ($pose:ident<$scalar:ty> of $dimension:literal, $archive:ty: $empty:expr, $features:literal, $measurements:literal, $movers:literal) => {
+    ($pose:ident<$scalar:ty> of $dimension:literal: $features:literal, $measurements:literal, $movers:literal
+        $(, archived $archived:literal)? $(, hypotheses $hypotheses:literal)?) => {
         made(|| Memory::<
             $pose<$scalar>,
-            $archive,
+            optional!($(JointArchive<$pose<$scalar>, $archived>)?),
+            optional!($(JointHypotheses<
+                $pose<$scalar>,
+                { $hypotheses - 1 },
+                $features,
+                { joint_numbers($dimension, 2, $features) },
+                $measurements,
+                $movers,
+            >)?),
             $features,
             { joint_numbers($dimension, 2, $features) },
             $measurements,
@@ -118,30 +133,46 @@ macro_rules! memory {
         > {
             state: JointState::new(),
             movers: MayMove(JointMovers::new()),
-            archive: $empty,
+            archive: Default::default(),
+            hypotheses: Default::default(),
         })?
     };
+}
+
+/// A type, or `()`.
+macro_rules! optional {
+    () => {
+        ()
+    };
+    ($memory:ty) => {
+        $memory
+    };
+}
+
+/// The optional parts of a described joint map that its memory depends on: an archive, odometry calibration, hypotheses.
+fn parts<T>(description: &Description<T>) -> [bool; 3] {
+    match &description.filter {
+        Filter::Joint(joint) => [joint.archive_reach_m.is_some(), joint.odometry.is_some(), joint.hypotheses.is_some()],
+        Filter::Mixture(_) => [false; 3],
+    }
 }
 
 /// A joint map in single precision, in the memory of this name. Those of the C interface have the same names and capacities, so
 /// that a filter gives the same results even where capacities are exceeded. The capacities of `DESK` depend on the description.
 pub fn single(set: &str, description: &Description<f32>) -> PyResult<Box<dyn Cell<f32>>> {
-    let (archived, learnt) = match &description.filter {
-        Filter::Joint(joint) => (joint.archive_reach_m.is_some(), joint.odometry.is_some()),
-        Filter::Mixture(_) => (false, false),
-    };
-    let room: Box<dyn Room<f32>> = match set {
-        "DESK" if archived => memory!(
-            PlanarPose<f32> of 3, JointArchive<PlanarPose<f32>, 10_000>: JointArchive::new(), 200, 256, 128),
-        "DESK" if learnt => memory!(CalibratedPose<f32> of 6, (): (), 512, 256, 128),
-        "DESK" => memory!(PlanarPose<f32> of 3, (): (), 512, 256, 128),
-        "JOINT_40" => memory!(PlanarPose<f32> of 3, (): (), 40, 32, 1),
-        "JOINT_100" => memory!(PlanarPose<f32> of 3, (): (), 100, 32, 1),
-        "JOINT_60_MOVERS" => memory!(PlanarPose<f32> of 3, (): (), 60, 32, 16),
-        "JOINT_100_MOVERS" => memory!(PlanarPose<f32> of 3, (): (), 100, 32, 32),
-        "JOINT_40_ARCHIVE" => memory!(
-            PlanarPose<f32> of 3, JointArchive<PlanarPose<f32>, 1000>: JointArchive::new(), 40, 32, 16),
-        "JOINT_60_LEARNING" => memory!(CalibratedPose<f32> of 6, (): (), 60, 32, 1),
+    let room: Box<dyn Room<f32>> = match (set, parts(description)) {
+        ("DESK", [true, ..]) => memory!(PlanarPose<f32> of 3: 200, 256, 128, archived 10_000),
+        ("DESK", [_, true, true]) => memory!(CalibratedPose<f32> of 6: 256, 256, 64, hypotheses 8),
+        ("DESK", [_, true, _]) => memory!(CalibratedPose<f32> of 6: 512, 256, 128),
+        ("DESK", [.., true]) => memory!(PlanarPose<f32> of 3: 256, 256, 64, hypotheses 8),
+        ("DESK", _) => memory!(PlanarPose<f32> of 3: 512, 256, 128),
+        ("JOINT_40", _) => memory!(PlanarPose<f32> of 3: 40, 32, 1),
+        ("JOINT_100", _) => memory!(PlanarPose<f32> of 3: 100, 32, 1),
+        ("JOINT_60_MOVERS", _) => memory!(PlanarPose<f32> of 3: 60, 32, 16),
+        ("JOINT_100_MOVERS", _) => memory!(PlanarPose<f32> of 3: 100, 32, 32),
+        ("JOINT_40_ARCHIVE", _) => memory!(PlanarPose<f32> of 3: 40, 32, 16, archived 1000),
+        ("JOINT_60_LEARNING", _) => memory!(CalibratedPose<f32> of 6: 60, 32, 1),
+        ("JOINT_24_HYPOTHESES", _) => memory!(PlanarPose<f32> of 3: 24, 16, 8, hypotheses 8),
         _ => return Err(no_such(set, SETS)),
     };
     let cell = Single::try_new(MutBorrow::new(room), |room| room.borrow_mut().start(description));
@@ -150,10 +181,10 @@ pub fn single(set: &str, description: &Description<f32>) -> PyResult<Box<dyn Cel
 
 /// A joint map in double precision.
 pub fn double(set: &str, description: &Description<f64>) -> PyResult<Box<dyn Cell<f64>>> {
-    let learnt = matches!(&description.filter, Filter::Joint(joint) if joint.odometry.is_some());
-    let room: Box<dyn Room<f64>> = match set {
-        "DESK" if learnt => memory!(CalibratedPose<f64> of 6, (): (), 512, 256, 128),
-        "DESK" => memory!(PlanarPose<f64> of 3, (): (), 512, 256, 128),
+    let room: Box<dyn Room<f64>> = match (set, parts(description)) {
+        ("DESK", [_, true, _]) => memory!(CalibratedPose<f64> of 6: 512, 256, 128),
+        ("DESK", [.., true]) => memory!(PlanarPose<f64> of 3: 256, 256, 64, hypotheses 8),
+        ("DESK", _) => memory!(PlanarPose<f64> of 3: 512, 256, 128),
         _ => return Err(no_such(set, "DESK in double precision")),
     };
     let cell = Double::try_new(MutBorrow::new(room), |room| room.borrow_mut().start(description));

@@ -168,6 +168,10 @@ report! {
         lost: usize,
         /// int: features after the scan.
         features: usize,
+        /// int: hypotheses of data association after the scan.
+        hypotheses: usize,
+        /// float: probability of the likeliest, of which the other fields are.
+        share: f64,
         /// float: logarithm of the scan's likelihood, up to a constant.
         ln_evidence: f64,
         /// float: expected number of detections of the features in view.

@@ -50,6 +50,7 @@ def filters():
         scphd.JointFilter(robot, memory="JOINT_60_MOVERS", movers=True),
         scphd.JointFilter(robot, memory="JOINT_40_ARCHIVE", movers=True, archive=True, archive_reach_m=12.0),
         scphd.JointFilter(robot, memory="JOINT_60_LEARNING", odometry=True),
+        scphd.JointFilter(robot, memory="JOINT_24_HYPOTHESES", movers=True, hypotheses=True),
     ]
     for joint in maps:
         joint.reset(5.0, 0.0, 1.5)
@@ -105,7 +106,7 @@ def stream():
     return pathlib.Path(path)
 
 
-def test_six_filters_over_300_scans(stream):
+def test_seven_filters_over_300_scans(stream):
     assert replay(stream) == (300, [])
 
 

@@ -19,6 +19,15 @@ joint_backing! {
     pub struct Archiving: PlanarPose<f32> { features: 256, measurements: 256, archived: 16384 }
 }
 
+joint_backing! {
+    /// A joint map with several hypotheses of data association.
+    pub struct Several: PlanarPose<f32> { features: 512, measurements: 256, hypotheses: 16 }
+}
+joint_backing! {
+    /// The same with moving features.
+    pub struct SeveralMoving: PlanarPose<f32> { features: 512, measurements: 256, movers: 256, hypotheses: 16 }
+}
+
 /// Starts the described filter, in memory that lasts as long as the program.
 ///
 /// # Errors
@@ -35,10 +44,13 @@ pub fn start(description: &Description<f32>) -> Result<Box<dyn Services<f32>>, S
         return over(Box::new(Still::new()), description);
     };
     // A description with more than one of these parts fails: the error names the part without memory.
-    match (joint.movers.is_some(), joint.odometry.is_some(), joint.archive_reach_m.is_some()) {
-        (_, true, _) => over(Box::new(Learning::new()), description),
-        (_, _, true) => over(Box::new(Archiving::new()), description),
-        (true, ..) => over(Box::new(Moving::new()), description),
+    let (moves, calibrates) = (joint.movers.is_some(), joint.odometry.is_some());
+    match (joint.hypotheses.is_some(), joint.archive_reach_m.is_some()) {
+        (_, true) => over(Box::new(Archiving::new()), description),
+        _ if calibrates => over(Box::new(Learning::new()), description),
+        (true, _) if moves => over(Box::new(SeveralMoving::new()), description),
+        (true, _) => over(Box::new(Several::new()), description),
+        _ if moves => over(Box::new(Moving::new()), description),
         _ => over(Box::new(Still::new()), description),
     }
 }

@@ -1,6 +1,6 @@
 //! Loading a map: one of an earlier drive, or a surveyed one.
 
-use super::archive::NoArchive;
+use super::archive::Archive;
 use super::existence::Existence;
 use super::filter::JointSlam;
 use super::movers::Movers;
@@ -10,11 +10,12 @@ use crate::{Component, LoadMapError, Motion, Pose, PositionOf, Real, Vector};
 /// Number of detections that is assumed for a loaded feature: that of an established feature.
 const DETECTIONS: f64 = 2.0;
 
-impl<T, M, Z, V> JointSlam<'_, M, Z, NoArchive, V>
+impl<T, M, Z, A, V> JointSlam<'_, M, Z, A, V>
 where
     T: Real,
     M: Motion<Pose: Pose<Scalar = T>>,
     Z: Vector<Scalar = T>,
+    A: Archive<M::Pose>,
     V: Movers<M::Pose>,
 {
     /// The greatest label that a loaded feature may have.
@@ -23,7 +24,7 @@ where
     /// Replaces the map by these features, from an earlier drive or a survey. Their errors have the given covariances
     /// and are independent of each other and of the pose, which is unchanged. The weight of a feature is its existence
     /// probability. Labels are kept; if several features have the same label, the first keeps it and the others get new
-    /// ones. Tracks of moving objects are removed.
+    /// ones. Tracks of moving objects are removed, and an archive is emptied.
     ///
     /// # Errors
     /// The filter has not been reset; a feature is not finite, beyond 1e8 m, heavier than a million, or its covariance
@@ -62,6 +63,9 @@ where
         header.watch.know_below(next_label);
         if let Some(mut tracks) = self.movers.tracks() {
             tracks.clear();
+        }
+        if let Some(mut view) = self.archive.view() {
+            view.clear();
         }
         Ok(())
     }

@@ -4,7 +4,7 @@
 //! their covariances and their cross-covariances with the pose; only their gain is zero (Schmidt 1966). The error of a
 //! feature is thus counted once, however often it is measured.
 
-use super::archive::NoArchive;
+use super::archive::Archive;
 use super::associate::{Associated, associate};
 use super::associations::detected;
 use super::covariance::{Joint, first, symmetric};
@@ -21,17 +21,18 @@ use crate::{
     Births, Clutter, Detector, Health, Linear, Matrix, MeasurementModel, Motion, Pose, Real, ScanError, Sensor, Vector,
 };
 
-impl<T, M, Z, V> JointSlam<'_, M, Z, NoArchive, V>
+impl<T, M, Z, A, V> JointSlam<'_, M, Z, A, V>
 where
     T: Real,
     M: Motion<Pose: Pose<Scalar = T>>,
     Z: Vector<Scalar = T>,
+    A: Archive<M::Pose>,
     V: Movers<M::Pose>,
 {
     /// Updates only the pose with one scan: static features are not corrected, initiated or removed, and their
     /// existence probabilities are unchanged. Use it instead of [`scan`](Self::scan) with a map that was
     /// [loaded](Self::load_map) or is good enough. The covariance of the pose includes the errors of the map, which are
-    /// counted once, however often the features are measured.
+    /// counted once, however often the features are measured. Features in an archive are not used.
     ///
     /// # Errors
     /// As for `scan`; the state is unchanged.

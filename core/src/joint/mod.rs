@@ -23,6 +23,7 @@ mod filter;
 mod hypotheses;
 mod innovation_statistics;
 mod invariant_error;
+mod joint_filter;
 #[cfg(test)]
 mod laps_tests;
 mod load;
@@ -60,9 +61,8 @@ pub use config::JointConfig;
 pub use covariance::joint_numbers;
 pub use existence::Persistence;
 pub use filter::JointSlam;
-pub use hypotheses::{
-    HypothesesConfig, HypothesesReport, HypothesesScrubber, JointHypotheses, MoversOf, MultiHypothesisSlam,
-};
+pub use hypotheses::{HypothesesConfig, HypothesesScrubber, JointHypotheses, MoversOf, MultiHypothesisSlam};
+pub use joint_filter::JointFilter;
 pub use movers::{JointMovers, Movers, NoMovers, Tracked};
 pub use report::JointReport;
 pub use state::JointState;

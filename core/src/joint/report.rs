@@ -4,7 +4,8 @@ use super::state::Header;
 use crate::report::watch::Recognised;
 use crate::{Health, Pose, Real, Symmetric};
 
-/// Result of a scan of a [`JointSlam`](super::JointSlam).
+/// Result of a scan of a [`JointSlam`](super::JointSlam) or [`MultiHypothesisSlam`](super::MultiHypothesisSlam), of which it
+/// is that of the likeliest hypothesis; `ln_evidence` is of all together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -38,6 +39,14 @@ pub struct JointReport<T> {
     pub movers: usize,
     /// Features after the scan, without those in the archive.
     pub features: usize,
+    /// Hypotheses of data association after the scan.
+    pub hypotheses: usize,
+    /// Probability of the likeliest.
+    pub share: T,
+    /// Hypotheses that were joined with another one.
+    pub joined: usize,
+    /// Measurements with a likely cause for which there was no place.
+    pub saturated: usize,
     /// ln of the likelihood of the scan given all previous inputs, up to a constant.
     pub ln_evidence: T,
     /// Expected number of detections of the features in view: Σ p_D v, with v the probability that a feature exists and
@@ -122,6 +131,10 @@ impl<T: Real> Tally<T> {
             evicted: 0,
             movers: 0,
             features: header.len,
+            hypotheses: 1,
+            share: T::ONE,
+            joined: 0,
+            saturated: 0,
             ln_evidence: T::ZERO,
             expected_detections: self.all.expected,
             detections: self.all.detected,

@@ -391,6 +391,28 @@ fn with_any_input_window_and_archive_stay_finite() {
 }
 
 #[test]
+fn a_loaded_map_replaces_window_and_archive() {
+    let mut state = Box::new(Window::<f32>::new());
+    let mut archive = Box::new(JointArchive::<PlanarPose<f32>, 400>::new());
+    let slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
+    let mut slam = slam.with_archive(&mut archive, REACH_M as f32).unwrap();
+    let mut world = World::new(5);
+    slam.reset(PlanarPose::new(36.0, 0.0, core::f32::consts::FRAC_PI_2)).unwrap();
+    for _ in 0..300 {
+        let (control, scan) = world.step();
+        slam.predict(&control, DT_S as f32).unwrap();
+        slam.scan(&lidar(), &scan).unwrap();
+    }
+    assert!(slam.held() > 60);
+    let near: Vec<_> = slam.features().take(20).collect();
+    slam.load_map(&near).unwrap();
+    assert_eq!(slam.held(), 20);
+    let (_, scan) = world.step();
+    let report = slam.localise(&lidar(), &scan).unwrap();
+    assert!(report.detections > 1.0 && slam.held() == 20 && slam.audit().is_ok(), "{report:?}");
+}
+
+#[test]
 fn an_invalid_reach_is_refused() {
     for reach_m in [0.0, -1.0, f32::NAN, f32::INFINITY] {
         let (mut state, mut archive) = (Box::new(Window::<f32>::new()), JointArchive::<_, 2>::new());

@@ -19,9 +19,6 @@ pub fn constants(log: &Log, settings: &Settings, source: &str, language: Languag
             "a description has {SENSORS} sensors at most, {source} has {sensors}"
         )));
     }
-    if settings.joint.hypotheses > 1 {
-        return Err(Failure::input("joint.hypotheses: a description has one"));
-    }
     let numbers = numbers(&description(log, settings))?;
     let mut text = String::new();
     let written = match language {

@@ -10,11 +10,11 @@ use crate::writer::Writer;
 use core::fmt::Debug;
 use scphd::diagnostics::Probe;
 use scphd::errors::ScanError;
-use scphd::models::{Fix, MeasurementModel, ModelError, Motion, Pose, ScalarOf, TangentOf};
+use scphd::models::{Fix, MeasurementModel, ModelError, Motion, Pose, TangentOf};
 use scphd::numerics::{Symmetric, Vector};
 use scphd::snapshot::{RestoreError, SaveError};
 use scphd::storage::ScanRoom;
-use scphd::{Component, Detector, DetectorMemory, JointSlam, Real, ScPhd};
+use scphd::{Component, Detector, DetectorMemory, Real, ScPhd};
 
 /// Type id of the snapshots of this crate's filters; readers accept any.
 pub(crate) const KIND: u32 = 0;
@@ -60,12 +60,6 @@ pub trait Observes<P: Pose> {
 }
 
 impl<M: Motion> Observes<M::Pose> for ScPhd<'_, M> {
-    fn take<F: Fix<Pose = M::Pose>>(&mut self, fix: &F, measured: &F::Measurement) -> Result<(), Refusal> {
-        self.observe(fix, measured).map(drop).map_err(Refusal::Observe)
-    }
-}
-
-impl<M: Motion, Z: Vector<Scalar = ScalarOf<M::Pose>>> Observes<M::Pose> for JointSlam<'_, M, Z> {
     fn take<F: Fix<Pose = M::Pose>>(&mut self, fix: &F, measured: &F::Measurement) -> Result<(), Refusal> {
         self.observe(fix, measured).map(drop).map_err(Refusal::Observe)
     }

@@ -1,5 +1,6 @@
 //! The joint map on board, for all vehicles.
 
+use crate::black_box::Observes;
 use crate::header::{Header, Moving};
 use crate::kind::Kind;
 use crate::numbers::Numbers;
@@ -8,23 +9,18 @@ use crate::record::Measurements;
 use core::marker::PhantomData;
 use scphd::diagnostics::{Probe, Stage};
 use scphd::errors::SetupError;
-use scphd::models::{MeasurementModel, Motion, Pose, ScalarOf};
+use scphd::models::{Fix, MeasurementModel, Motion, Pose, ScalarOf};
 use scphd::numerics::Vector;
-use scphd::storage::{JointMovers, Movers, NoMovers, Tracked};
-use scphd::{Detector, JointReport, JointSlam, Real};
+use scphd::settings::HypothesesConfig;
+use scphd::storage::{JointHypotheses, JointMovers, NoArchive, NoMovers, Tracked};
+use scphd::{Detector, JointFilter, JointReport, JointSlam, MultiHypothesisSlam, Real};
 
-/// Capacity for moving-object tracks of a joint map.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Tracks<const CAPACITY: usize>;
-
-/// Moving-object tracks of a joint map on board: [`Tracks`], or [`NoMovers`] without any, which links no code for them.
-pub trait OptionalTracks<P: Pose> {
+/// Optional parts of a joint map on board: [`NoMovers`], [`Tracks`] or [`Hypotheses`]. No code is linked for omitted parts.
+pub trait OptionalParts<M: Motion + 'static, Z: Vector<Scalar = ScalarOf<M::Pose>> + 'static> {
     /// Their memory.
     type Memory;
-    /// The tracks in that memory.
-    type Movers<'m>: Movers<P>
-    where
-        P: 'm;
+    /// The filter with these parts.
+    type Filter<'m>: JointFilter<Motion = M>;
 
     /// New memory, all zero.
     const MEMORY: Self::Memory;
@@ -33,57 +29,88 @@ pub trait OptionalTracks<P: Pose> {
     ///
     /// # Errors
     /// A number of the header is out of range.
-    fn add_tracks<'m, M: Motion<Pose = P>, Z: Vector<Scalar = ScalarOf<P>>>(
+    fn add_to<'m>(
         map: JointSlam<'m, M, Z>,
         memory: &'m mut Self::Memory,
         moving: &Moving,
-    ) -> Result<JointMap<'m, M, Z, Self::Movers<'m>>, SetupError>;
+    ) -> Result<Self::Filter<'m>, SetupError>;
 }
 
-/// A joint map with movers `V`.
-pub(crate) type JointMap<'m, M, Z, V> = JointSlam<'m, M, Z, scphd::storage::NoArchive, V>;
-
-impl<P: Pose> OptionalTracks<P> for NoMovers {
+impl<M: Motion + 'static, Z: Vector<Scalar = ScalarOf<M::Pose>> + 'static> OptionalParts<M, Z> for NoMovers {
     type Memory = ();
-    type Movers<'m>
-        = NoMovers
-    where
-        P: 'm;
+    type Filter<'m> = JointSlam<'m, M, Z>;
 
     const MEMORY: () = ();
 
-    fn add_tracks<'m, M: Motion<Pose = P>, Z: Vector<Scalar = ScalarOf<P>>>(
-        map: JointSlam<'m, M, Z>,
-        (): &'m mut (),
-        _moving: &Moving,
-    ) -> Result<JointMap<'m, M, Z, NoMovers>, SetupError> {
+    fn add_to<'m>(map: JointSlam<'m, M, Z>, (): &'m mut (), _: &Moving) -> Result<JointSlam<'m, M, Z>, SetupError> {
         Ok(map)
     }
 }
 
-impl<P: Pose, const CAPACITY: usize> OptionalTracks<P> for Tracks<CAPACITY> {
-    type Memory = JointMovers<P, CAPACITY>;
-    type Movers<'m>
-        = Tracked<'m, P>
-    where
-        P: 'm;
+/// Capacity for moving-object tracks of a joint map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tracks<const CAPACITY: usize>;
 
-    const MEMORY: JointMovers<P, CAPACITY> = JointMovers::new();
+/// A joint map with moving-object tracks.
+type WithTracks<'m, M, Z> = JointSlam<'m, M, Z, NoArchive, Tracked<'m, <M as Motion>::Pose>>;
 
-    fn add_tracks<'m, M: Motion<Pose = P>, Z: Vector<Scalar = ScalarOf<P>>>(
+impl<M: Motion + 'static, Z: Vector<Scalar = ScalarOf<M::Pose>> + 'static, const CAPACITY: usize> OptionalParts<M, Z>
+    for Tracks<CAPACITY>
+{
+    type Memory = JointMovers<M::Pose, CAPACITY>;
+    type Filter<'m> = WithTracks<'m, M, Z>;
+
+    const MEMORY: JointMovers<M::Pose, CAPACITY> = JointMovers::new();
+
+    fn add_to<'m>(
         map: JointSlam<'m, M, Z>,
-        memory: &'m mut JointMovers<P, CAPACITY>,
+        memory: &'m mut Self::Memory,
         moving: &Moving,
-    ) -> Result<JointMap<'m, M, Z, Tracked<'m, P>>, SetupError> {
+    ) -> Result<WithTracks<'m, M, Z>, SetupError> {
         map.with_movers(memory, moving_config(moving))
     }
 }
 
-/// All memory of a joint map on board: state, tracks, and the received scan.
+/// Capacities of several hypotheses of data association with moving-object tracks: `OTHERS` beside the likeliest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Hypotheses<
+    const OTHERS: usize,
+    const FEATURES: usize,
+    const NUMBERS: usize,
+    const MEASUREMENTS: usize,
+    const TRACKS: usize,
+>;
+
+impl<
+    M: Motion + 'static,
+    Z: Vector<Scalar = ScalarOf<M::Pose>> + 'static,
+    const OTHERS: usize,
+    const FEATURES: usize,
+    const NUMBERS: usize,
+    const MEASUREMENTS: usize,
+    const TRACKS: usize,
+> OptionalParts<M, Z> for Hypotheses<OTHERS, FEATURES, NUMBERS, MEASUREMENTS, TRACKS>
+{
+    type Memory =
+        (JointMovers<M::Pose, TRACKS>, JointHypotheses<M::Pose, OTHERS, FEATURES, NUMBERS, MEASUREMENTS, TRACKS>);
+    type Filter<'m> = MultiHypothesisSlam<'m, M, Z, Tracked<'m, M::Pose>, OTHERS>;
+
+    const MEMORY: Self::Memory = (JointMovers::new(), JointHypotheses::new());
+
+    fn add_to<'m>(
+        map: JointSlam<'m, M, Z>,
+        (movers, hypotheses): &'m mut Self::Memory,
+        moving: &Moving,
+    ) -> Result<Self::Filter<'m>, SetupError> {
+        map.with_movers(movers, moving_config(moving))?.with_hypotheses(hypotheses, HypothesesConfig::default())
+    }
+}
+
+/// All memory of a joint map on board: state, optional parts, and the received scan.
 #[derive(Debug)]
 pub struct JointMemory<S, V, Z, const MEASUREMENTS: usize> {
     pub(crate) state: S,
-    pub(crate) movers: V,
+    pub(crate) parts: V,
     pub(crate) measurements: [Z; MEASUREMENTS],
 }
 
@@ -99,9 +126,22 @@ impl<S, V, Z: Vector, const MEASUREMENTS: usize> JointMemory<S, V, Z, MEASUREMEN
     }
     .parts();
 
-    /// Memory with this state and these tracks, without a scan.
-    pub(crate) const fn with(state: S, movers: V) -> Self {
-        Self { state, movers, measurements: [Z::ZERO; MEASUREMENTS] }
+    /// Memory with this state and these parts, without a scan.
+    pub(crate) const fn with(state: S, parts: V) -> Self {
+        Self { state, parts, measurements: [Z::ZERO; MEASUREMENTS] }
+    }
+}
+
+/// A joint map that processes fixes.
+pub(crate) struct Fixed<'f, F>(pub(crate) &'f mut F);
+
+impl<F: JointFilter> Observes<<F::Motion as Motion>::Pose> for Fixed<'_, F> {
+    fn take<X: Fix<Pose = <F::Motion as Motion>::Pose>>(
+        &mut self,
+        fix: &X,
+        measured: &X::Measurement,
+    ) -> Result<(), Refusal> {
+        self.0.observe(fix, measured).map(drop).map_err(Refusal::Observe)
     }
 }
 
@@ -112,8 +152,8 @@ pub(crate) const fn capacities(features: usize, measurements: usize) -> Capaciti
 
 /// A joint map for streams of kind `G`, with the memory of received measurements and the conversion of controls.
 #[derive(Debug)]
-pub struct OnboardJoint<'m, G, N, M: Motion, X: MeasurementModel, V = NoMovers> {
-    pub(crate) filter: JointMap<'m, M, X::Measurement, V>,
+pub struct OnboardJoint<'m, G, N, F, X: MeasurementModel> {
+    pub(crate) filter: F,
     pub(crate) detector: Detector<X>,
     pub(crate) helm: N,
     pub(crate) kind: PhantomData<G>,
@@ -122,22 +162,22 @@ pub struct OnboardJoint<'m, G, N, M: Motion, X: MeasurementModel, V = NoMovers> 
     pub(crate) room: usize,
 }
 
-impl<'m, G, N, T, M, X, V> OnboardJoint<'m, G, N, M, X, V>
+impl<'m, G, N, T, M, X, F> OnboardJoint<'m, G, N, F, X>
 where
     T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    X: MeasurementModel<Pose = M::Pose>,
-    V: Movers<M::Pose>,
+    M: Motion<Pose: Pose<Scalar = T>> + 'static,
+    X: MeasurementModel<Pose = M::Pose, Measurement: 'static>,
+    F: JointFilter<Motion = M>,
 {
-    /// The map with the tracks that the header asks for, at its initial pose.
-    pub(crate) fn start<K: Kind, B: OptionalTracks<M::Pose, Movers<'m> = V>>(
+    /// The map with its optional parts, at the initial pose of the header.
+    pub(crate) fn start<K: Kind, B: OptionalParts<M, X::Measurement, Filter<'m> = F>>(
         map: JointSlam<'m, M, X::Measurement>,
-        (movers, header): (&'m mut B::Memory, &Header<K>),
+        (parts, header): (&'m mut B::Memory, &Header<K>),
         (detector, helm): (Detector<X>, N),
         (measurements, room): (&'m mut [X::Measurement], usize),
         start: M::Pose,
     ) -> Result<Self, Refusal> {
-        let mut filter = B::add_tracks(map, movers, &header.moving)?;
+        let mut filter = B::add_to(map, parts, &header.moving)?;
         filter.reset(start)?;
         Ok(Self { filter, detector, helm, kind: PhantomData, measurements, room })
     }
@@ -154,14 +194,14 @@ where
     }
 }
 
-impl<G, T, N, M, X, V, const Z: usize, const K: usize> Filter<G> for OnboardJoint<'_, G, N, M, X, V>
+impl<G, T, N, M, X, F, const Z: usize, const K: usize> Filter<G> for OnboardJoint<'_, G, N, F, X>
 where
     G: Kind<Measurement = [f64; Z], Pose = [f64; K]>,
     T: Real,
     N: Helm<T, G::Input, M::Control>,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    X: MeasurementModel<Pose = M::Pose>,
-    V: Movers<M::Pose>,
+    M: Motion<Pose: Pose<Scalar = T>> + 'static,
+    X: MeasurementModel<Pose = M::Pose, Measurement: 'static>,
+    F: JointFilter<Motion = M>,
 {
     fn predict(&mut self, input: &G::Input) -> Result<(), Refusal> {
         if let Some((control, dt)) = self.helm.control(input).map_err(Refusal::Predict)? {

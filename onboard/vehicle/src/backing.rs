@@ -1,7 +1,10 @@
 //! The static memory of a filter, with named capacities.
 
-use crate::{Description, Services, StartError};
+use crate::{Description, PlanarState, Services, StartError};
 use scphd::Real;
+use scphd::models::TangentOf;
+use scphd::numerics::Vector;
+use scphd::storage::joint_numbers;
 
 /// The memory of a filter, all zero when new.
 pub trait Backing<T: Real> {
@@ -18,25 +21,26 @@ pub trait Backing<T: Real> {
 }
 
 /// Declares the type of a joint map's memory. The pose is `PlanarPose`, or `CalibratedPose` to calibrate the odometry. Capacities
-/// for movers and for features in an archive are optional: `movers: 16, archived: 1000`. The description must have the same
-/// optional parts as the memory.
+/// for movers, for features in an archive, and for hypotheses of data association are optional: `movers: 16, archived: 1000`, or
+/// `movers: 16, hypotheses: 8`. The description must have the same optional parts as the memory.
 ///
 /// ```
 /// use scphd::settings::MovingConfig;
-/// use scphd_vehicle::{Backing, Description, Filter, JointFilter, joint_backing};
+/// use scphd_vehicle::{Backing, Description, Filter, JointSettings, joint_backing};
 ///
 /// joint_backing! {
 ///     /// Of a robot among people.
 ///     pub struct Robot: PlanarPose<f32> { features: 50, measurements: 16, movers: 8 }
 /// }
 /// let mut memory = Box::new(Robot::new());
-/// let joint = JointFilter { movers: Some(MovingConfig::walkers()), ..JointFilter::default() };
+/// let joint = JointSettings { movers: Some(MovingConfig::walkers()), ..JointSettings::default() };
 /// assert!(memory.start(&Description { filter: Filter::Joint(joint), ..Description::robot() }).is_ok());
 /// ```
 #[macro_export]
 macro_rules! joint_backing {
     ($(#[$about:meta])* $public:vis struct $name:ident: $pose:ident<$scalar:ty> {
-        features: $features:expr, measurements: $measurements:expr $(, movers: $movers:expr)? $(, archived: $archived:expr)? $(,)?
+        features: $features:expr, measurements: $measurements:expr
+        $(, movers: $movers:expr)? $(, archived: $archived:expr)? $(, hypotheses: $hypotheses:expr)? $(,)?
     }) => {
         $(#[$about])*
         #[derive(Debug)]
@@ -45,18 +49,14 @@ macro_rules! joint_backing {
                 $crate::scphd::models::$pose<$scalar>,
                 $crate::scphd::numerics::nalgebra::Vector2<$scalar>,
                 { $features },
-                {
-                    $crate::scphd::storage::joint_numbers(
-                        <$crate::scphd::models::TangentOf<$crate::scphd::models::$pose<$scalar>> as
-                            $crate::scphd::numerics::Vector>::DIMENSION,
-                        2,
-                        $features,
-                    )
-                },
+                { $crate::numbers::<$crate::scphd::models::$pose<$scalar>>($features) },
                 { $measurements },
             >,
             movers: $crate::joint_beside!(JointMovers, $pose<$scalar> $(, $movers)?),
             archive: $crate::joint_beside!(JointArchive, $pose<$scalar> $(, $archived)?),
+            hypotheses: $crate::joint_hypotheses!(
+                $pose<$scalar>, $features, $measurements, (0 $(+ $movers)?) $(, $hypotheses)?
+            ),
         }
 
         impl $name {
@@ -67,6 +67,7 @@ macro_rules! joint_backing {
                     state: $crate::scphd::JointState::new(),
                     movers: $crate::Empty::EMPTY,
                     archive: $crate::Empty::EMPTY,
+                    hypotheses: $crate::Empty::EMPTY,
                 }
             }
         }
@@ -79,12 +80,17 @@ macro_rules! joint_backing {
 
         impl $crate::Backing<$scalar> for $name {
             type Slam<'m> = $crate::Joint<
-                'm,
+                <$crate::joint_hypotheses!(
+                    $pose<$scalar>, $features, $measurements, (0 $(+ $movers)?) $(, $hypotheses)?
+                ) as $crate::HypothesesMemory<
+                    'm,
+                    $crate::scphd::models::$pose<$scalar>,
+                    <$crate::joint_beside!(JointArchive, $pose<$scalar> $(, $archived)?) as
+                        $crate::ArchiveMemory<$crate::scphd::models::$pose<$scalar>>>::Archive<'m>,
+                    <$crate::joint_beside!(JointMovers, $pose<$scalar> $(, $movers)?) as
+                        $crate::MoversMemory<$crate::scphd::models::$pose<$scalar>>>::Movers<'m>,
+                >>::Filter,
                 $crate::scphd::models::$pose<$scalar>,
-                <$crate::joint_beside!(JointArchive, $pose<$scalar> $(, $archived)?) as
-                    $crate::ArchiveMemory<$crate::scphd::models::$pose<$scalar>>>::Archive<'m>,
-                <$crate::joint_beside!(JointMovers, $pose<$scalar> $(, $movers)?) as
-                    $crate::MoversMemory<$crate::scphd::models::$pose<$scalar>>>::Movers<'m>,
             >;
 
             // Inlined, so that an image contains the generic code only once.
@@ -93,7 +99,8 @@ macro_rules! joint_backing {
                 &mut self,
                 description: &$crate::Description<$scalar>,
             ) -> Result<Self::Slam<'_>, $crate::StartError> {
-                $crate::Joint::start(description, &mut self.state, &mut self.movers, &mut self.archive)
+                let Self { state, movers, archive, hypotheses } = self;
+                $crate::Joint::start(description, state, movers, archive, hypotheses)
             }
         }
     };
@@ -107,6 +114,30 @@ macro_rules! joint_beside {
     ($memory:ident, $pose:ident<$scalar:ty>, $capacity:expr) => {
         $crate::scphd::storage::$memory<$crate::scphd::models::$pose<$scalar>, { $capacity }>
     };
+}
+
+/// Memory of the hypotheses beside the likeliest, or none.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! joint_hypotheses {
+    ($pose:ident<$scalar:ty>, $features:expr, $measurements:expr, $movers:expr) => { () };
+    ($pose:ident<$scalar:ty>, $features:expr, $measurements:expr, $movers:expr, $hypotheses:expr) => {
+        $crate::scphd::storage::JointHypotheses<
+            $crate::scphd::models::$pose<$scalar>,
+            { $hypotheses - 1 },
+            { $features },
+            { $crate::numbers::<$crate::scphd::models::$pose<$scalar>>($features) },
+            { $measurements },
+            { $movers },
+        >
+    };
+}
+
+/// Capacity for numbers of a joint state with this pose and capacity for features.
+#[doc(hidden)]
+#[must_use]
+pub const fn numbers<P: PlanarState>(features: usize) -> usize {
+    joint_numbers(<TangentOf<P> as Vector>::DIMENSION, 2, features)
 }
 
 /// Declares the type of a mixture's memory: capacities as in [`memory!`](scphd::memory), and the maximum number of measurements

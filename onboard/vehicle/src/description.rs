@@ -4,7 +4,7 @@ use crate::{FixSpec, Sensor, Vehicle, VehicleKind};
 use nalgebra::Vector3;
 use scphd::models::{AckermannGeometry, ControlNoise, OdometryPrior, PlanarPose};
 use scphd::numerics::Symmetric;
-use scphd::settings::MovingConfig;
+use scphd::settings::{HypothesesConfig, MovingConfig};
 use scphd::{Config, JointConfig, Real};
 
 /// Maximum number of sensors.
@@ -12,7 +12,7 @@ pub const SENSORS: usize = 4;
 
 /// A joint map with its optional parts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct JointFilter<T> {
+pub struct JointSettings<T> {
     /// Tuning of the joint map.
     pub config: JointConfig<T>,
     /// Moving features, if any.
@@ -21,11 +21,14 @@ pub struct JointFilter<T> {
     pub odometry: Option<OdometryPrior<T>>,
     /// Greatest range of the sensors, m, if distant features are archived.
     pub archive_reach_m: Option<T>,
+    /// Tuning of the hypotheses of data association, if there are several.
+    pub hypotheses: Option<HypothesesConfig<T>>,
 }
 
-impl<T: Real> Default for JointFilter<T> {
+impl<T: Real> Default for JointSettings<T> {
     fn default() -> Self {
-        Self { config: JointConfig::default(), movers: None, odometry: None, archive_reach_m: None }
+        let config = JointConfig::default();
+        Self { config, movers: None, odometry: None, archive_reach_m: None, hypotheses: None }
     }
 }
 
@@ -35,7 +38,7 @@ pub enum Filter<T> {
     /// The single-cluster PHD filter.
     Mixture(Config<T>),
     /// The joint map.
-    Joint(JointFilter<T>),
+    Joint(JointSettings<T>),
 }
 
 /// The initial pose of a vehicle.
@@ -92,7 +95,7 @@ impl<T: Real> Description<T> {
                 },
                 noise: ControlNoise::wheeled(),
             },
-            filter: Filter::Joint(JointFilter::default()),
+            filter: Filter::Joint(JointSettings::default()),
             sensors: [None; SENSORS],
             position: None,
             heading: None,

@@ -102,7 +102,7 @@ pub enum Refused<E> {
     NotDescribed,
     /// The fixes have a monitor: use the methods of [`Services`](crate::Services) that call it.
     Watched,
-    /// The filter does not support the call: a mixture cannot localise, and a map cannot be loaded with an archive.
+    /// The filter does not support the call: a mixture cannot localise.
     NotPossible,
 }
 

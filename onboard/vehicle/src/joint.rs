@@ -1,10 +1,10 @@
 //! A joint map built from a description.
 
-use crate::optional::{ArchiveMemory, Map, MapArchive, MoversMemory, odd, stays};
+use crate::optional::{ArchiveMemory, HypothesesMemory, MoversMemory, odd, stays};
 use crate::sensor::Polar;
 use crate::slam::{Sink, Source, described, unwatched, watched};
 use crate::{
-    Control, Description, Filter, Fixes, JointFilter, Measurements, PlanarState, Refused, SENSORS, Scanned, Sensor,
+    Control, Description, Filter, Fixes, JointSettings, Measurements, PlanarState, Refused, SENSORS, Scanned, Sensor,
     SensorModel, Services, Setting, Slam, Start, StartError, VehicleKind, Watched,
 };
 use nalgebra::{Vector1, Vector2, Vector3};
@@ -12,27 +12,28 @@ use scphd::errors::{Flaw, LoadMapError, ObserveError, PredictError, ResetError, 
 use scphd::fixes::FixReport;
 use scphd::models::{MovingOf, OdometryCorrection, PlanarPose, ScalarOf};
 use scphd::numerics::Symmetric;
-use scphd::settings::MovingConfig;
+use scphd::settings::{HypothesesConfig, MovingConfig};
 use scphd::snapshot::{RestoreError, SaveError, SliceEnd};
-use scphd::storage::{Movers, NoArchive, NoMovers};
-use scphd::{Component, JointSlam, JointState, MapEstimate, PoseEstimate, PredictReport, Real};
+use scphd::{Component, JointFilter, JointSlam, JointState, MapEstimate, PoseEstimate, PredictReport, Real};
 
 /// A joint map in its memory, with the sensors and fixes of its description. `P` is [`PlanarPose`], or
-/// [`CalibratedPose`](scphd::models::CalibratedPose) if the odometry is calibrated; archive and moving features depend on the
-/// memory.
+/// [`CalibratedPose`](scphd::models::CalibratedPose) if the odometry is calibrated; the filter `F` depends on the optional parts of
+/// the memory.
 #[derive(Debug)]
-pub struct Joint<'m, P: PlanarState, A: MapArchive<P> = NoArchive, V: Movers<P> = NoMovers> {
-    slam: Map<'m, P, A, V>,
-    /// Settings of the moving features, and range of the sensors for the archive.
-    optional: (Option<MovingConfig<ScalarOf<P>>>, Option<ScalarOf<P>>),
+pub struct Joint<F, P: PlanarState> {
+    slam: F,
+    optional: Optional<ScalarOf<P>>,
     kind: VehicleKind,
     detectors: [Option<Polar<P, ScalarOf<P>>>; SENSORS],
     fixes: Fixes<ScalarOf<P>>,
 }
 
+/// Settings of the moving features, range of the sensors for the archive, and settings of the hypotheses.
+type Optional<T> = (Option<MovingConfig<T>>, Option<T>, Option<HypothesesConfig<T>>);
+
 /// The parts of a description for a joint map.
 struct Parts<P: PlanarState> {
-    joint: JointFilter<ScalarOf<P>>,
+    joint: JointSettings<ScalarOf<P>>,
     motion: P::Moves,
     detectors: [Option<Polar<P, ScalarOf<P>>>; SENSORS],
     fixes: Fixes<ScalarOf<P>>,
@@ -59,26 +60,29 @@ impl<T: Real, P: PlanarState<Scalar = T>> Parts<P> {
     }
 }
 
-impl<'m, T: Real, P: PlanarState<Scalar = T>, A: MapArchive<P>, V: Movers<P>> Joint<'m, P, A, V> {
-    /// Builds the filter of the description in the memory of its state, moving features and archive, whose content is kept: reset
-    /// new ones first. The memory of an omitted part is `()`.
+impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>> Joint<F, P> {
+    /// Builds the filter of the description in the memory of its state, moving features, archive and hypotheses, whose content is
+    /// kept: reset new ones first. The memory of an omitted part is `()`.
     ///
     /// # Errors
     /// The description is out of range, or is of another filter than the memory.
-    pub fn start<const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize, M, B>(
+    pub fn start<'m, const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize, M, B, H>(
         description: &Description<T>,
         state: &'m mut JointState<P, Vector2<T>, FEATURES, NUMBERS, MEASUREMENTS>,
         movers: &'m mut M,
         archive: &'m mut B,
+        hypotheses: &'m mut H,
     ) -> Result<Self, StartError>
     where
-        M: MoversMemory<P, Movers<'m> = V>,
-        B: ArchiveMemory<P, Archive<'m> = A>,
+        M: MoversMemory<P>,
+        B: ArchiveMemory<P>,
+        H: HypothesesMemory<'m, P, B::Archive<'m>, M::Movers<'m>, Filter = F>,
     {
         let Parts { joint, motion, detectors, fixes } = Parts::<P>::of(description)?;
         let slam = JointSlam::new(motion, joint.config, state)?;
         let slam = movers.add_movers(archive.add_archive(slam, joint.archive_reach_m)?, joint.movers)?;
-        let optional = (joint.movers, joint.archive_reach_m);
+        let slam = hypotheses.add_hypotheses(slam, joint.hypotheses)?;
+        let optional = (joint.movers, joint.archive_reach_m, joint.hypotheses);
         Ok(Self { slam, optional, kind: description.vehicle.kind, detectors, fixes })
     }
 }
@@ -108,7 +112,7 @@ fn write<C>(all: impl Iterator<Item = C>, room: &mut [C]) -> (usize, usize) {
     })
 }
 
-impl<T: Real, P: PlanarState<Scalar = T>, A: MapArchive<P>, V: Movers<P>> Slam<T> for Joint<'_, P, A, V> {
+impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>> Slam<T> for Joint<F, P> {
     fn reset(&mut self, start: &Start<T>) -> Result<(), ResetError> {
         let certain = start.covariance().unwrap_or(Symmetric::ZERO);
         let (pose, covariance) = P::start(self.slam.motion(), start.pose, &certain);
@@ -156,11 +160,12 @@ impl<T: Real, P: PlanarState<Scalar = T>, A: MapArchive<P>, V: Movers<P>> Slam<T
     }
 }
 
-impl<T: Real, P: PlanarState<Scalar = T>, A: MapArchive<P>, V: Movers<P>> Services<T> for Joint<'_, P, A, V> {
+impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>> Services<T> for Joint<F, P> {
     fn configure(&mut self, description: &Description<T>) -> Result<(), StartError> {
         let Parts { joint, motion, detectors, fixes } = Parts::<P>::of(description)?;
         stays(self.optional.0, joint.movers, Setting::MOVERS)?;
         stays(self.optional.1, joint.archive_reach_m, Setting::ARCHIVE)?;
+        stays(self.optional.2, joint.hypotheses, Setting::HYPOTHESES)?;
         self.slam.configure(joint.config).map_err(SetupError::from)?;
         self.slam.retune(motion)?;
         (self.kind, self.detectors, self.fixes) = (description.vehicle.kind, detectors, fixes);
@@ -178,12 +183,12 @@ impl<T: Real, P: PlanarState<Scalar = T>, A: MapArchive<P>, V: Movers<P>> Servic
     }
 
     fn load_map(&mut self, features: &[Component<Vector2<T>>]) -> Result<(), Refused<LoadMapError>> {
-        A::load_map(&mut self.slam, features)
+        self.slam.load_map(features).map_err(Refused::Filter)
     }
 
     fn localise(&mut self, sensor: usize, measurements: Measurements<'_, T>) -> Result<Scanned<T>, Refused<ScanError>> {
         let (detector, measurements) = (detector(&self.detectors, sensor)?, polar(measurements)?);
-        A::localise(&mut self.slam, detector, measurements).map(Scanned::Joint)
+        Ok(Scanned::Joint(self.slam.localise(detector, measurements)?))
     }
 
     fn save(&mut self, kind: u32, sink: &mut Sink<'_>) -> Result<usize, SaveError<SliceEnd>> {

@@ -51,8 +51,8 @@ mod slam;
 
 pub use backing::Backing;
 #[doc(hidden)]
-pub use backing::MixtureState;
-pub use description::{Description, Filter, JointFilter, SENSORS, Start};
+pub use backing::{MixtureState, numbers};
+pub use description::{Description, Filter, JointSettings, SENSORS, Start};
 pub use drive::{Control, Vehicle, VehicleKind};
 pub use error::{Invalid, Refused, StartError};
 pub use fix_spec::FixSpec;
@@ -61,7 +61,7 @@ pub use joint::Joint;
 pub use mixture::Mixture;
 #[doc(hidden)]
 pub use optional::Empty;
-pub use optional::{ArchiveMemory, MapArchive, MoversMemory};
+pub use optional::{ArchiveMemory, HypothesesMemory, MoversMemory};
 pub use planar::PlanarState;
 pub use rooms::{BearingRooms, PolarRooms, Rooms};
 pub use sensor::{Direction, Measurements, Polar, Sensor, SensorModel};

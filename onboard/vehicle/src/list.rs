@@ -1,11 +1,11 @@
 //! The list of all settings.
 
 use crate::field::{Get, Meaning, Place, Range, Set};
-use crate::{Description, Filter, FixSpec, JointFilter, Sensor, SensorModel, VehicleKind};
+use crate::{Description, Filter, FixSpec, JointSettings, Sensor, SensorModel, VehicleKind};
 use core::ffi::CStr;
 use scphd::fixes::FixRule;
 use scphd::models::{OdometryCorrection, OdometryPrior};
-use scphd::settings::{Extraction, Informed, MovingConfig, Plausible, Proposal};
+use scphd::settings::{Extraction, HypothesesConfig, Informed, MovingConfig, Plausible, Proposal};
 use scphd::{Config, Real};
 
 /// Ranges, and what they are in words, as in "must be finite".
@@ -186,7 +186,7 @@ fn mixture<T>(description: &mut Description<T>) -> Option<&mut Config<T>> {
     }
 }
 
-fn joint<T>(description: &mut Description<T>) -> Option<&mut JointFilter<T>> {
+fn joint<T>(description: &mut Description<T>) -> Option<&mut JointSettings<T>> {
     match &mut description.filter {
         Filter::Joint(joint) => Some(joint),
         Filter::Mixture(_) => None,
@@ -216,7 +216,7 @@ fn plausible<T>(description: &mut Description<T>) -> &mut Plausible<T> {
 
 fn other_filter<T: Real>(description: &mut Description<T>, is_joint: bool) -> bool {
     match (&description.filter, is_joint) {
-        (Filter::Mixture(_), true) => description.filter = Filter::Joint(JointFilter::default()),
+        (Filter::Mixture(_), true) => description.filter = Filter::Joint(JointSettings::default()),
         (Filter::Joint(_), false) => description.filter = Filter::Mixture(Config::informed(4)),
         _ => {}
     }
@@ -295,11 +295,16 @@ settings! {
         choice("joint.movers", ["no", "yes"], "Whether moving objects are tracked.", |d, _| match d.filter { Filter::Joint(j) => Some(usize::from(j.movers.is_some())), Filter::Mixture(_) => None }, |d, _, n| joint(d).is_some_and(|j| switch(&mut j.movers, n == 1, || MovingConfig::walkers()))),
         choice("joint.odometry", ["no", "yes"], "Whether systematic errors of the odometry are estimated.", |d, _| match d.filter { Filter::Joint(j) => Some(usize::from(j.odometry.is_some())), Filter::Mixture(_) => None }, |d, _, n| joint(d).is_some_and(|j| switch(&mut j.odometry, n == 1, || prior()))),
         choice("joint.archive", ["no", "yes"], "Whether distant features are moved to an archive of submaps.", |d, _| match d.filter { Filter::Joint(j) => Some(usize::from(j.archive_reach_m.is_some())), Filter::Mixture(_) => None }, |d, _, n| joint(d).is_some_and(|j| switch(&mut j.archive_reach_m, n == 1, || T::from_f64(15.0)))),
+        choice("joint.hypotheses", ["no", "yes"], "Whether there are several hypotheses of data association.", |d, _| match d.filter { Filter::Joint(j) => Some(usize::from(j.hypotheses.is_some())), Filter::Mixture(_) => None }, |d, _, n| joint(d).is_some_and(|j| switch(&mut j.hypotheses, n == 1, HypothesesConfig::default))),
         number("joint.archive.reach_m", "m", ranges::POSITIVE, "Greatest range of all sensors.", Number, |d| joint(d)?.archive_reach_m.as_mut()?),
         number("joint.odometry.speed_scale", "", ranges::NOT_NEGATIVE, "Standard deviation of the scale error of the speed.", Number, |d| &mut joint(d)?.odometry.as_mut()?.sigma.speed_scale),
         number("joint.odometry.turn_scale", "", ranges::NOT_NEGATIVE, "Standard deviation of the scale error of the turn rate or steering angle.", Number, |d| &mut joint(d)?.odometry.as_mut()?.sigma.turn_scale),
         number("joint.odometry.turn_offset", "rad/s", ranges::NOT_NEGATIVE, "Standard deviation of the offset of the turn rate, or of a car's steering angle, rad.", Number, |d| &mut joint(d)?.odometry.as_mut()?.sigma.turn_offset),
         number("joint.odometry.lasts_s", "s", ranges::LIMIT, "Time in which the errors change by their standard deviations (random walk); infinite: they are constant.", Number, |d| &mut joint(d)?.odometry.as_mut()?.lasts_s),
+        number("joint.hypotheses.most", "", (Range::within(1.0, 16.0), c"between 1 and 16"), "Greatest number of hypotheses; the memory may have room for fewer.", Count, |d| &mut joint(d)?.hypotheses.as_mut()?.most),
+        number("joint.hypotheses.joined_sigmas", "", ranges::NOT_NEGATIVE, "Two hypotheses are joined if their poses are within this many standard deviations.", Number, |d| &mut joint(d)?.hypotheses.as_mut()?.joined_sigmas),
+        number("joint.hypotheses.least_ratio", "", ranges::SHARE, "A hypothesis is not made if its weight, divided by that of the likeliest, is below this.", Number, |d| &mut joint(d)?.hypotheses.as_mut()?.least_ratio),
+        number("joint.hypotheses.least_share", "", ranges::SHARE, "A hypothesis is dropped after a scan if its probability is below this.", Number, |d| &mut joint(d)?.hypotheses.as_mut()?.least_share),
         number("moving.velocity_sigma_mps", "m/s", ranges::SIGMA, "Moving features: initial standard deviation of the velocity, along each axis.", Number, |d| &mut moving(d)?.velocity_sigma_mps),
         number("moving.acceleration_psd", "m^2/s^3", ranges::NOT_NEGATIVE, "Moving features: power spectral density of the acceleration.", Number, |d| &mut moving(d)?.motion.acceleration_psd),
         number("moving.lifetime_s", "s", ranges::LIMIT, "Moving features: mean lifetime.", Number, |d| &mut moving(d)?.motion.lifetime_s),

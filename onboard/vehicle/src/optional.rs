@@ -1,14 +1,14 @@
-//! Optional parts of a joint map: moving features and an archive. A memory without one of them has the type `()`, and the code
-//! for it is not linked.
+//! Optional parts of a joint map: moving features, an archive and several hypotheses. A memory without one of them has the type
+//! `()`, and the code for it is not linked.
 
-use crate::sensor::Polar;
-use crate::{PlanarState, Refused, Setting, StartError};
+use crate::{PlanarState, Setting, StartError};
 use nalgebra::Vector2;
-use scphd::errors::{LoadMapError, ScanError};
-use scphd::models::{PositionOf, ScalarOf};
-use scphd::settings::MovingConfig;
-use scphd::storage::{Archive, Archived, JointArchive, JointMovers, Movers, NoArchive, NoMovers, Tracked};
-use scphd::{Component, JointReport, JointSlam};
+use scphd::models::ScalarOf;
+use scphd::settings::{HypothesesConfig, MovingConfig};
+use scphd::storage::{
+    Archive, Archived, JointArchive, JointHypotheses, JointMovers, Movers, MoversOf, NoArchive, NoMovers, Tracked,
+};
+use scphd::{JointFilter, JointSlam, MultiHypothesisSlam};
 
 /// A joint map with an archive `A` and moving features `V`, or without them.
 pub(crate) type Map<'m, P, A, V> = JointSlam<'m, <P as PlanarState>::Moves, Vector2<ScalarOf<P>>, A, V>;
@@ -45,6 +45,18 @@ impl<P: PlanarState, const MOVERS: usize> Empty for JointMovers<P, MOVERS> {
 }
 
 impl<P: PlanarState, const ARCHIVED: usize> Empty for JointArchive<P, ARCHIVED> {
+    const EMPTY: Self = Self::new();
+}
+
+impl<
+    P: PlanarState,
+    const OTHERS: usize,
+    const FEATURES: usize,
+    const NUMBERS: usize,
+    const MEASUREMENTS: usize,
+    const TRACKS: usize,
+> Empty for JointHypotheses<P, OTHERS, FEATURES, NUMBERS, MEASUREMENTS, TRACKS>
+{
     const EMPTY: Self = Self::new();
 }
 
@@ -99,7 +111,7 @@ impl<P: PlanarState + 'static, const MOVERS: usize> MoversMemory<P> for JointMov
 /// Memory for distant features: [`JointArchive`], or `()`.
 pub trait ArchiveMemory<P: PlanarState> {
     /// The archive in this memory.
-    type Archive<'m>: MapArchive<P>
+    type Archive<'m>: Archive<P>
     where
         Self: 'm,
         P: 'm;
@@ -144,58 +156,54 @@ impl<P: PlanarState + 'static, const ARCHIVED: usize> ArchiveMemory<P> for Joint
     }
 }
 
-/// The archive of a joint map, or none. With an archive, a map can neither be loaded nor be left unchanged by a scan.
-pub trait MapArchive<P: PlanarState>: Archive<P> + Sized {
-    /// [`JointSlam::load_map`](scphd::JointSlam::load_map).
-    ///
-    /// # Errors
-    /// As for that, or there is an archive.
-    fn load_map<V: Movers<P>>(
-        map: &mut Map<'_, P, Self, V>,
-        features: &[Component<PositionOf<P>>],
-    ) -> Result<(), Refused<LoadMapError>>;
+/// Memory for further hypotheses of data association: [`JointHypotheses`], or `()`. Hypotheses have no archive.
+pub trait HypothesesMemory<'m, P: PlanarState, A, V> {
+    /// The filter with these hypotheses.
+    type Filter: JointFilter<Motion = P::Moves>;
 
-    /// [`JointSlam::localise`](scphd::JointSlam::localise).
+    /// Adds the hypotheses of the description to the map.
     ///
     /// # Errors
-    /// As for that, or there is an archive.
-    fn localise<V: Movers<P>>(
-        map: &mut Map<'_, P, Self, V>,
-        detector: &Polar<P, ScalarOf<P>>,
-        measurements: &[Vector2<ScalarOf<P>>],
-    ) -> Result<JointReport<ScalarOf<P>>, Refused<ScanError>>;
+    /// Only one of description and memory has them, or they are out of range.
+    fn add_hypotheses(
+        &'m mut self,
+        map: Map<'m, P, A, V>,
+        config: Option<HypothesesConfig<ScalarOf<P>>>,
+    ) -> Result<Self::Filter, StartError>;
 }
 
-impl<P: PlanarState> MapArchive<P> for NoArchive {
-    fn load_map<V: Movers<P>>(
-        map: &mut Map<'_, P, Self, V>,
-        features: &[Component<PositionOf<P>>],
-    ) -> Result<(), Refused<LoadMapError>> {
-        map.load_map(features).map_err(Refused::Filter)
-    }
+impl<'m, P: PlanarState + 'm, A: Archive<P>, V: Movers<P>> HypothesesMemory<'m, P, A, V> for () {
+    type Filter = Map<'m, P, A, V>;
 
-    fn localise<V: Movers<P>>(
-        map: &mut Map<'_, P, Self, V>,
-        detector: &Polar<P, ScalarOf<P>>,
-        measurements: &[Vector2<ScalarOf<P>>],
-    ) -> Result<JointReport<ScalarOf<P>>, Refused<ScanError>> {
-        map.localise(detector, measurements).map_err(Refused::Filter)
+    fn add_hypotheses(
+        &'m mut self,
+        map: Map<'m, P, A, V>,
+        config: Option<HypothesesConfig<ScalarOf<P>>>,
+    ) -> Result<Map<'m, P, A, V>, StartError> {
+        has(false, config, Setting::HYPOTHESES)?;
+        Ok(map)
     }
 }
 
-impl<P: PlanarState> MapArchive<P> for Archived<'_, P> {
-    fn load_map<V: Movers<P>>(
-        _: &mut Map<'_, P, Self, V>,
-        _: &[Component<PositionOf<P>>],
-    ) -> Result<(), Refused<LoadMapError>> {
-        Err(Refused::NotPossible)
-    }
+impl<
+    'm,
+    P: PlanarState + 'm,
+    V: MoversOf<'m, P>,
+    const OTHERS: usize,
+    const FEATURES: usize,
+    const NUMBERS: usize,
+    const MEASUREMENTS: usize,
+    const TRACKS: usize,
+> HypothesesMemory<'m, P, NoArchive, V> for JointHypotheses<P, OTHERS, FEATURES, NUMBERS, MEASUREMENTS, TRACKS>
+{
+    type Filter = MultiHypothesisSlam<'m, P::Moves, Vector2<ScalarOf<P>>, V, OTHERS>;
 
-    fn localise<V: Movers<P>>(
-        _: &mut Map<'_, P, Self, V>,
-        _: &Polar<P, ScalarOf<P>>,
-        _: &[Vector2<ScalarOf<P>>],
-    ) -> Result<JointReport<ScalarOf<P>>, Refused<ScanError>> {
-        Err(Refused::NotPossible)
+    fn add_hypotheses(
+        &'m mut self,
+        map: Map<'m, P, NoArchive, V>,
+        config: Option<HypothesesConfig<ScalarOf<P>>>,
+    ) -> Result<Self::Filter, StartError> {
+        let config = config.ok_or(StartError::NotDescribed { part: Setting::HYPOTHESES })?;
+        Ok(map.with_hypotheses(self, config)?)
     }
 }

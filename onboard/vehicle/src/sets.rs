@@ -23,6 +23,10 @@ joint_backing! {
     pub struct Joint40Archive: PlanarPose<f32> { features: 40, measurements: 32, movers: 16, archived: 1000 }
 }
 joint_backing! {
+    /// Eight hypotheses of data association, each with 24 features and 8 movers; 16 measurements in a scan.
+    pub struct Joint24Hypotheses: PlanarPose<f32> { features: 24, measurements: 16, movers: 8, hypotheses: 8 }
+}
+joint_backing! {
     /// 60 features, 32 measurements in a scan, with odometry calibration.
     pub struct Joint60Learning: CalibratedPose<f32> { features: 60, measurements: 32 }
 }

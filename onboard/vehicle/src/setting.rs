@@ -31,6 +31,8 @@ impl Setting {
     pub(crate) const MOVERS: Self = Self::named("joint.movers");
     /// Whether there is an archive.
     pub(crate) const ARCHIVE: Self = Self::named("joint.archive");
+    /// Whether there are several hypotheses.
+    pub(crate) const HYPOTHESES: Self = Self::named("joint.hypotheses");
     /// Whether the odometry is calibrated.
     pub(crate) const ODOMETRY: Self = Self::named("joint.odometry");
 

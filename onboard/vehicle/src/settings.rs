@@ -81,6 +81,7 @@ impl<T: Real> Description<T> {
             Filter::Mixture(config) => config.check().map_err(scphd::errors::SetupError::from)?,
             Filter::Joint(joint) => {
                 joint.config.check().map_err(scphd::errors::SetupError::from)?;
+                joint.hypotheses.map_or(Ok(()), |config| config.check()).map_err(scphd::errors::SetupError::from)?;
                 if joint.odometry.is_some() {
                     CalibratedPose::moves(drive, joint.odometry)?;
                 }

@@ -10,6 +10,7 @@ fn full() -> [Description<f64>; 2] {
         ("joint.movers", 1.0),
         ("joint.odometry", 1.0),
         ("joint.archive", 1.0),
+        ("joint.hypotheses", 1.0),
         ("sensor.model", 1.0),
         ("position", 1.0),
         ("position.watch", 1.0),

@@ -15,6 +15,7 @@ const PYTHON_DIGESTS: &str = "bindings/python/tests/test_digests.py";
 const BLACK_BOX: &str = "tests/tests/black_box.rs";
 const MIXTURE: &str = "tests/lockstep/mixture.rs";
 const JOINT: &str = "tests/lockstep/joint.rs";
+const DESCRIBED: &str = "host-sim/filters/src/describe.rs";
 const SEVERAL: &str = "host-sim/run/src/session/several.rs";
 const MAPS: &str = "host-sim/tests/program/maps.rs";
 const UNDER_WATER: &str = "host-sim/run/src/compare/underwater.rs";
@@ -25,13 +26,13 @@ type Test = (&'static str, &'static str);
 const NO: Test = ("", "");
 
 /// Each feature with its test for every interface.
-const FEATURES: [(&str, [Test; 5]); 21] = [
+const FEATURES: [(&str, [Test; 5]); 22] = [
     (
         "`JointSlam`, in the plane",
         [
             (VEHICLE, "a_joint_map"),
             (C, "start_filters"),
-            (PYTHON_DIGESTS, "test_six_filters_over_300_scans"),
+            (PYTHON_DIGESTS, "test_seven_filters_over_300_scans"),
             (BLACK_BOX, "cut_at_every_50th_scan_the_joint_map_ends_alike"),
             (JOINT, "survey_in_single_precision"),
         ],
@@ -42,7 +43,7 @@ const FEATURES: [(&str, [Test; 5]); 21] = [
             (VEHICLE, "a_joint_map_with_movers"),
             (C_SERVICES, "movers"),
             (PYTHON_JOINT, "test_features_that_move"),
-            NO,
+            (BLACK_BOX, "cut_at_every_50th_scan_tracks_and_hypotheses_end_alike"),
             (JOINT, "what_moves"),
         ],
     ),
@@ -67,11 +68,21 @@ const FEATURES: [(&str, [Test; 5]); 21] = [
         ],
     ),
     (
+        "its several hypotheses",
+        [
+            (VEHICLE, "a_joint_map_with_several_hypotheses"),
+            (C, "start_filters"),
+            (PYTHON_DIGESTS, "test_seven_filters_over_300_scans"),
+            (BLACK_BOX, "cut_at_every_50th_scan_tracks_and_hypotheses_end_alike"),
+            (DESCRIBED, "the_filter_of_a_description_is_the_simulators_with_every_optional_part"),
+        ],
+    ),
+    (
         "`ScPhd`, in the plane",
         [
             (VEHICLE, "a_mixture"),
             (C, "start_filters"),
-            (PYTHON_DIGESTS, "test_six_filters_over_300_scans"),
+            (PYTHON_DIGESTS, "test_seven_filters_over_300_scans"),
             (BLACK_BOX, "cut_at_every_50th_scan_the_mixture_ends_alike"),
             (MIXTURE, "survey_in_single_precision"),
         ],

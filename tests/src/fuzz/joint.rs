@@ -9,12 +9,12 @@ use super::worlds::{Car, Diver, Drawn, FeatureOf, Listener, Models, ModelsOf, Ro
 use super::{Failure, Operations, Run, Watch};
 use nalgebra::{Vector2, Vector4};
 use scphd::diagnostics::Scrubber;
-use scphd::errors::{LoadMapError, ScanError, SetupError};
+use scphd::errors::{ScanError, SetupError};
 use scphd::models::{MeasurementModel, Pose};
 use scphd::numerics::{Symmetric, Vector};
 use scphd::settings::{MovingConfig, Persistence, Plausible};
 use scphd::snapshot::{RestoreError, SliceEnd, from_slice};
-use scphd::storage::{Archive, Archived, JointArchive, JointMovers, Movers, NoArchive, joint_numbers};
+use scphd::storage::{Archive, JointArchive, JointMovers, Movers, joint_numbers};
 use scphd::{Births, Component, Detector, JointConfig, JointReport, JointSlam, JointState, PoseEstimate, Real};
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -63,44 +63,6 @@ type FirstOf<V> = <<V as Vehicle>::First as World>::Sensing;
 type SecondOf<V> = <<V as Vehicle>::Second as World>::Sensing;
 type FeatureIn<V> = FeatureOf<<V as Vehicle>::First>;
 type Slam<'s, V, A, W> = JointSlam<'s, MotionOf<V>, <V as Vehicle>::Widest, A, W>;
-
-/// Functions of a filter without an archive.
-pub(super) trait FromOutside<V: Vehicle> {
-    fn load(&mut self, map: &[Component<FeatureIn<V>>]) -> Option<Result<(), LoadMapError>>;
-    fn localise<X: MeasurementModel<Pose = V::Pose>>(
-        &mut self,
-        eye: &Detector<X>,
-        measurements: &[X::Measurement],
-    ) -> Option<Result<JointReport<V::Scalar>, ScanError>>;
-}
-
-impl<V: Vehicle, W: Movers<V::Pose>> FromOutside<V> for Slam<'_, V, NoArchive, W> {
-    fn load(&mut self, map: &[Component<FeatureIn<V>>]) -> Option<Result<(), LoadMapError>> {
-        Some(self.load_map(map))
-    }
-
-    fn localise<X: MeasurementModel<Pose = V::Pose>>(
-        &mut self,
-        eye: &Detector<X>,
-        measurements: &[X::Measurement],
-    ) -> Option<Result<JointReport<V::Scalar>, ScanError>> {
-        Some(JointSlam::localise(self, eye, measurements))
-    }
-}
-
-impl<'a, V: Vehicle, W: Movers<V::Pose>> FromOutside<V> for Slam<'_, V, Archived<'a, V::Pose>, W> {
-    fn load(&mut self, _: &[Component<FeatureIn<V>>]) -> Option<Result<(), LoadMapError>> {
-        None
-    }
-
-    fn localise<X: MeasurementModel<Pose = V::Pose>>(
-        &mut self,
-        _: &Detector<X>,
-        _: &[X::Measurement],
-    ) -> Option<Result<JointReport<V::Scalar>, ScanError>> {
-        None
-    }
-}
 
 /// A random configuration; out of range if one of its numbers is hostile.
 pub(super) fn config<T: Real>(draw: &mut Draw) -> JointConfig<T> {
@@ -283,10 +245,7 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
         eyes: &mut Eyes<V>,
         draw: &mut Draw,
         first: bool,
-    ) -> Result<Next, String>
-    where
-        for<'s> Slam<'s, V, A, W>: FromOutside<V>,
-    {
+    ) -> Result<Next, String> {
         // The first operation is usually a reset.
         let kind = if first && draw.chance(0.95) { 0 } else { 3 + draw.below(197) };
         let here = slam.estimate_pose().map(|pose| pose.mean);
@@ -308,15 +267,8 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
                 let eye = &eyes.0;
                 let z = seen::<V::First, _>(draw, eye, &self.landmarks, here, self.measurements);
                 let map = slam.features().count();
-                let mut can = true;
-                self.scan("localise", slam, &z, |slam| match slam.localise(eye, &z) {
-                    Some(outcome) => outcome,
-                    None => {
-                        can = false;
-                        Err(ScanError::NotStarted)
-                    }
-                })?;
-                require(!can || slam.features().count() == map, || "localising changed the map".into())?;
+                self.scan("localise", slam, &z, |slam| slam.localise(eye, &z))?;
+                require(slam.features().count() == map, || "localising changed the map".into())?;
             }
             148..158 => self.observe(slam, &eyes.0, draw, &near)?,
             158..163 => self.load_map(slam, draw, &near)?,
@@ -428,10 +380,7 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
         slam: &mut Slam<'_, V, A, W>,
         draw: &mut Draw,
         near: &V::Pose,
-    ) -> Result<(), String>
-    where
-        for<'s> Slam<'s, V, A, W>: FromOutside<V>,
-    {
+    ) -> Result<(), String> {
         let map: Vec<Component<FeatureIn<V>>> = (0..draw.below(self.features + 2))
             .map(|index| Component {
                 label: if draw.chance(0.05) { draw.word() as u32 } else { index as u32 / 2 },
@@ -441,7 +390,7 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
             })
             .collect();
         let before = slam.digest();
-        let Some(outcome) = slam.load(&map) else { return Ok(()) };
+        let outcome = slam.load_map(&map);
         count("load a map", &outcome);
         self.tell(format_args!("load_map({map:?}): {outcome:?}"));
         if outcome.is_ok() {

@@ -10,7 +10,7 @@ use super::hil;
 use super::image::{self, Extra};
 use super::output::{self, Replay};
 use super::precision::Precision;
-use super::rig::{JOINT, JOINT_MOVERS, PLANAR, Rig, UNDERWATER, UNDERWATER_JOINT};
+use super::rig::{JOINT, JOINT_HYPOTHESES, JOINT_MOVERS, PLANAR, Rig, UNDERWATER, UNDERWATER_JOINT};
 use super::rtos;
 use super::streams::{self, Source, Variant};
 use crate::outcome::{Outcome, Stop};
@@ -61,7 +61,7 @@ fn compare() -> Result<Outcome, Stop> {
     let (qemu, toolchain, sources) = (&qemu, &toolchain, &sources[..]);
     let one = |failure: Option<String>| (0, Vec::from_iter(failure));
     let mut checks: Vec<Check<'_>> = Vec::new();
-    for rig in [PLANAR, JOINT, JOINT_MOVERS, UNDERWATER, UNDERWATER_JOINT] {
+    for rig in [PLANAR, JOINT, JOINT_MOVERS, JOINT_HYPOTHESES, UNDERWATER, UNDERWATER_JOINT] {
         checks.extend(
             rig.precisions
                 .iter()

@@ -6,7 +6,9 @@ use super::guide;
 use super::hil;
 use super::image::{self, Extra, Image};
 use super::precision::Precision;
-use super::rig::{BLACK_BOXES, JOINT, JOINT_MOVERS, PLANAR, Rig, SENSORS, UNDERWATER, UNDERWATER_JOINT};
+use super::rig::{
+    BLACK_BOXES, JOINT, JOINT_HYPOTHESES, JOINT_MOVERS, PLANAR, Rig, SENSORS, UNDERWATER, UNDERWATER_JOINT,
+};
 use crate::noalloc;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
@@ -37,7 +39,8 @@ fn prove() -> Result<Outcome, Stop> {
         checks.push(Box::new(move || proves(toolchain, board, PLANAR, Precision::F32)));
     }
     // On one board: the code is the same for all.
-    let in_single = [PLANAR, JOINT, JOINT_MOVERS, UNDERWATER, UNDERWATER_JOINT].map(|rig| (rig, Precision::F32));
+    let in_single =
+        [PLANAR, JOINT, JOINT_MOVERS, JOINT_HYPOTHESES, UNDERWATER, UNDERWATER_JOINT].map(|rig| (rig, Precision::F32));
     for (rig, precision) in in_single.into_iter().chain([(PLANAR, Precision::F64)]) {
         checks.push(Box::new(move || proves(toolchain, &REFERENCE, rig, precision)));
     }

@@ -77,6 +77,10 @@ pub const JOINT_40_MOVERS: Rig = Rig {
     ..JOINT_MOVERS
 };
 
+/// [`JOINT`] with eight hypotheses, each with capacity for 24 features, and moving-object tracks.
+pub const JOINT_HYPOTHESES: Rig =
+    Rig { filter: "joint-hypotheses-", features: &["joint", "hypotheses"], choice: &["hypotheses"], ..JOINT };
+
 /// Mixture and joint map with a quarter of the capacities, to test a lack of memory; on one board.
 pub const SMALL: Rig =
     Rig { room: &["small-pools"], precisions: &[Precision::F32], boards: EMULATED.split_at(1).0, ..PLANAR };

@@ -7,7 +7,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 
 use super::output::Replay;
 use super::precision::Precision;
-use super::rig::{FEW, JOINT_40, JOINT_40_MOVERS, JOINT_MOVERS, Rig, SMALL, SMALL_JOINT};
+use super::rig::{FEW, JOINT_40, JOINT_40_MOVERS, JOINT_HYPOTHESES, JOINT_MOVERS, Rig, SMALL, SMALL_JOINT};
 use crate::process;
 use crate::unit;
 
@@ -28,6 +28,8 @@ pub enum Variant {
     Joint40,
     /// The same with moving-object tracks.
     Joint40Movers,
+    /// A joint map with eight hypotheses and moving-object tracks.
+    JointHypotheses,
     /// With a quarter of the capacities.
     Small,
     /// A joint map with a quarter of the capacities.
@@ -36,13 +38,14 @@ pub enum Variant {
 
 impl Variant {
     /// The variants that a configuration can name.
-    pub const NAMED: [Self; 8] = [
+    pub const NAMED: [Self; 9] = [
         Self::Static,
         Self::Informed,
         Self::Joint,
         Self::JointMovers,
         Self::Joint40,
         Self::Joint40Movers,
+        Self::JointHypotheses,
         Self::Small,
         Self::SmallJoint,
     ];
@@ -57,6 +60,7 @@ impl Variant {
             Self::JointMovers => "-joint-movers",
             Self::Joint40 => "-joint-40",
             Self::Joint40Movers => "-joint-40-movers",
+            Self::JointHypotheses => "-joint-hypotheses",
             Self::Small => "-small",
             Self::SmallJoint => "-few-features",
         }
@@ -81,7 +85,11 @@ impl Source<'_> {
     /// Whether its filter has moving-object tracks; `None` if the source decides.
     fn moving(&self) -> Option<&'static str> {
         match self.variant {
-            Variant::JointMovers | Variant::Joint40Movers if self.what != WORST_CASE_JOINT => Some("on"),
+            Variant::JointMovers | Variant::Joint40Movers | Variant::JointHypotheses
+                if self.what != WORST_CASE_JOINT =>
+            {
+                Some("on")
+            }
             Variant::Static | Variant::Joint | Variant::Joint40 | Variant::SmallJoint => Some("off"),
             _ => None,
         }
@@ -95,6 +103,7 @@ impl Source<'_> {
             Variant::JointMovers => JOINT_MOVERS,
             Variant::Joint40 => JOINT_40,
             Variant::Joint40Movers => JOINT_40_MOVERS,
+            Variant::JointHypotheses => JOINT_HYPOTHESES,
             Variant::Small => SMALL,
             Variant::SmallJoint => SMALL_JOINT,
             Variant::Plain | Variant::Static => Rig::of(self.what),

@@ -9,9 +9,12 @@ use scphd::models::{
     SonarWindow, Step, Unicycle, UnicycleControl, UniformClutter,
 };
 use scphd::numerics::Symmetric;
-use scphd::settings::MovingConfig;
-use scphd::storage::{Archived, JointArchive, JointMovers, ScanRoom, Tracked};
-use scphd::{Births, Config, Detector, DetectorMemory, JointConfig, JointSlam, Real, ScPhd, joint_memory, memory};
+use scphd::settings::{HypothesesConfig, MovingConfig};
+use scphd::storage::{Archived, JointArchive, JointHypotheses, JointMovers, ScanRoom, Tracked, joint_numbers};
+use scphd::{
+    Births, Config, Detector, DetectorMemory, JointConfig, JointSlam, MultiHypothesisSlam, Real, ScPhd, joint_memory,
+    memory,
+};
 use std::error::Error;
 
 memory! {
@@ -33,10 +36,13 @@ memory! {
 }
 joint_memory! { type Joint: Unicycle<f32> { measurement: Vector2<f32>, features: 40, measurements: 32 } }
 joint_memory! { type Joint60: Unicycle<f32> { measurement: Vector2<f32>, features: 60, measurements: 32 } }
+joint_memory! { type Joint24: Unicycle<f32> { measurement: Vector2<f32>, features: 24, measurements: 16 } }
 joint_memory! { type Learning: Learner { measurement: Vector2<f32>, features: 60, measurements: 32 } }
 
 /// A robot that estimates its odometry error.
 type Learner = SelfCalibrating<Unicycle<f32>, f32>;
+/// Seven hypotheses beside the likeliest.
+type Others = JointHypotheses<PlanarPose<f32>, 7, 24, { joint_numbers(3, 2, 24) }, 16, 8>;
 /// A joint map with movers and an archive.
 type WithMovers<'m, A> = JointSlam<'m, Unicycle<f32>, Vector2<f32>, A, Tracked<'m, PlanarPose<f32>>>;
 type Polar = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
@@ -54,6 +60,7 @@ pub struct Memory {
     movers: (Joint60, JointMovers<PlanarPose<f32>, 16>),
     archive: (Joint, JointMovers<PlanarPose<f32>, 16>, JointArchive<PlanarPose<f32>, 1000>),
     learning: Learning,
+    hypotheses: (Joint24, JointMovers<PlanarPose<f32>, 8>, Others),
     water: Water,
     lidar: DetectorMemory<Vector2<f32>, 32>,
     radar: DetectorMemory<Vector2<f32>, 128>,
@@ -70,6 +77,7 @@ impl Memory {
         movers: (Joint60::new(), JointMovers::new()),
         archive: (Joint::new(), JointMovers::new(), JointArchive::new()),
         learning: Learning::new(),
+        hypotheses: (Joint24::new(), JointMovers::new(), Others::new()),
         water: Water::new(),
         lidar: DetectorMemory::new(),
         radar: DetectorMemory::new(),
@@ -87,6 +95,7 @@ pub struct Filters<'m> {
     movers: WithMovers<'m, scphd::storage::NoArchive>,
     archive: WithMovers<'m, Archived<'m, PlanarPose<f32>>>,
     learning: JointSlam<'m, Learner, Vector2<f32>>,
+    hypotheses: MultiHypothesisSlam<'m, Unicycle<f32>, Vector2<f32>, Tracked<'m, PlanarPose<f32>>, 7>,
     learners: [Detector<OfLearner>; 2],
     water: ScPhd<'m, Auv<f32>>,
     lidar: Over<'m, Polar, Vector2<f32>>,
@@ -162,6 +171,9 @@ impl<'m> Filters<'m> {
                 .with_movers(tracks, MovingConfig::walkers())?,
             learning: JointSlam::new(learns, JointConfig::default(), &mut memory.learning)?,
             learners: [learner(0)?, learner(1)?],
+            hypotheses: JointSlam::new(motion, JointConfig::default(), &mut memory.hypotheses.0)?
+                .with_movers(&mut memory.hypotheses.1, MovingConfig::walkers())?
+                .with_hypotheses(&mut memory.hypotheses.2, HypothesesConfig::default())?,
             water: ScPhd::new(Auv::new(0.1, 1.0)?, Config::informed(16), &mut memory.water)?,
             lidar: seat(0)?.over(&mut memory.lidar)?,
             radar: seat(1)?.over(&mut memory.radar)?,
@@ -174,6 +186,7 @@ impl<'m> Filters<'m> {
         filters.joint.reset(start)?;
         filters.movers.reset(start)?;
         filters.archive.reset(start)?;
+        filters.hypotheses.reset(start)?;
         let of_odometry = learns.prior();
         let certain = Symmetric::from_fn(|row, column| if column < 3 { 0.0 } else { of_odometry.get(row, column) });
         filters.learning.reset_within(CalibratedPose::at(start), &certain)?;
@@ -194,6 +207,7 @@ impl<'m> Filters<'m> {
                 self.joint.predict(&control, *dt)?;
                 self.movers.predict(&control, *dt)?;
                 self.archive.predict(&control, *dt)?;
+                self.hypotheses.predict(&control, *dt)?;
                 self.learning.predict(&control, *dt)?;
             }
             Event::Lidar(scan) => {
@@ -203,6 +217,7 @@ impl<'m> Filters<'m> {
                 self.joint.scan(&self.lidar, &scan)?;
                 self.movers.scan(&self.lidar, &scan)?;
                 self.archive.scan(&self.lidar, &scan)?;
+                self.hypotheses.scan(&self.lidar, &scan)?;
                 self.learning.scan(&self.learners[0], &scan)?;
             }
             Event::Radar(scan) => {
@@ -212,6 +227,7 @@ impl<'m> Filters<'m> {
                 self.joint.scan(&self.radar, &scan)?;
                 self.movers.scan(&self.radar, &scan)?;
                 self.archive.scan(&self.radar, &scan)?;
+                self.hypotheses.scan(&self.radar, &scan)?;
                 self.learning.scan(&self.learners[1], &scan)?;
             }
             Event::Camera(scan) => {
@@ -225,6 +241,7 @@ impl<'m> Filters<'m> {
                 self.joint.observe(&fix, &(*position).into())?;
                 self.movers.observe(&fix, &(*position).into())?;
                 self.archive.observe(&fix, &(*position).into())?;
+                self.hypotheses.observe(&fix, &(*position).into())?;
                 self.learning.observe(&Calibrated(fix), &(*position).into())?;
             }
             Event::Heading(heading) => {
@@ -234,6 +251,7 @@ impl<'m> Filters<'m> {
                 self.joint.observe(&fix, &heading)?;
                 self.movers.observe(&fix, &heading)?;
                 self.archive.observe(&fix, &heading)?;
+                self.hypotheses.observe(&fix, &heading)?;
                 self.learning.observe(&Calibrated(fix), &heading)?;
             }
             Event::Dive([x, y, z, rate, height, dt]) => {
@@ -259,10 +277,10 @@ impl<'m> Filters<'m> {
         Ok(())
     }
 
-    /// Digests of the states: blind mixture, informed mixture, joint map, diver, and joint maps with movers, with an archive, and
-    /// with estimation of the odometry error.
+    /// Digests of the states: blind mixture, informed mixture, joint map, diver, and joint maps with movers, with an archive,
+    /// with estimation of the odometry error, and with several hypotheses.
     #[must_use]
-    pub fn digests(&self) -> [u64; 7] {
+    pub fn digests(&self) -> [u64; 8] {
         [
             self.blind.digest(),
             self.informed.digest(),
@@ -271,6 +289,7 @@ impl<'m> Filters<'m> {
             self.movers.digest(),
             self.archive.digest(),
             self.learning.digest(),
+            self.hypotheses.digest(),
         ]
     }
 }

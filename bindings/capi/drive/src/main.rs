@@ -9,8 +9,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         filters.take(&event)?;
         match event {
             Event::Compare => {
-                let states: String = filters.digests().iter().map(|state| format!(" {state:016x}")).collect();
-                println!("= 7{states}");
+                let digests = filters.digests();
+                let states: String = digests.iter().map(|state| format!(" {state:016x}")).collect();
+                println!("= {}{states}", digests.len());
             }
             _ => println!("{}", event.line()),
         }

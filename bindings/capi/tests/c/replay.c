@@ -21,12 +21,13 @@ static SCPHD_MEMORY(joint_memory, SCPHD_SIZE_JOINT_40);
 static SCPHD_MEMORY(movers_memory, SCPHD_SIZE_JOINT_60_MOVERS);
 static SCPHD_MEMORY(archive_memory, SCPHD_SIZE_JOINT_40_ARCHIVE);
 static SCPHD_MEMORY(learning_memory, SCPHD_SIZE_JOINT_60_LEARNING);
+static SCPHD_MEMORY(hypotheses_memory, SCPHD_SIZE_JOINT_24_HYPOTHESES);
 static SCPHD_MEMORY(water_memory, SCPHD_SIZE_WATER_INFORMED_16);
 static SCPHD_MEMORY(sonar_memory, SCPHD_SIZE_SONAR_64);
 static SCPHD_MEMORY(about_memory, SCPHD_SIZE_DESCRIPTION);
 
 /* The filters in the plane, in the order of their states in the file; between the third and the fourth is the diver. */
-enum { BLIND, INFORMED, JOINT, MOVERS, ARCHIVE, LEARNING, PLANAR };
+enum { BLIND, INFORMED, JOINT, MOVERS, ARCHIVE, LEARNING, HYPOTHESES, PLANAR };
 static scphd_slam *planar[PLANAR];
 static scphd_water *water;
 static scphd_sonar_detector *sonar;
@@ -115,6 +116,13 @@ static void start_filters(void) {
     OK(scphd_start_joint_60_learning(SCPHD_ABI_VERSION, learning_memory, sizeof learning_memory, about, NULL, &planar[LEARNING]));
     OK(scphd_services_joint_60_learning(planar[LEARNING]));
     OK(scphd_slam_reset(planar[LEARNING], about));
+
+    set(SCPHD_JOINT_ODOMETRY, 0, SCPHD_JOINT_ODOMETRY_NO);
+    set(SCPHD_JOINT_MOVERS, 0, SCPHD_JOINT_MOVERS_YES);
+    set(SCPHD_JOINT_HYPOTHESES, 0, SCPHD_JOINT_HYPOTHESES_YES);
+    OK(scphd_start_joint_24_hypotheses(SCPHD_ABI_VERSION, hypotheses_memory, sizeof hypotheses_memory, about, NULL, &planar[HYPOTHESES]));
+    OK(scphd_services_joint_24_hypotheses(planar[HYPOTHESES]));
+    OK(scphd_slam_reset(planar[HYPOTHESES], about));
 
     set(SCPHD_FILTER, 0, SCPHD_FILTER_MIXTURE);
     set(SCPHD_MIXTURE_PRUNE_WEIGHT, 0, 1e-3f);

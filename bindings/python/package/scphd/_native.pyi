@@ -48,11 +48,16 @@ class _JointSettings(_Plausible, total=False):
     movers: bool
     odometry: bool
     archive: bool
+    hypotheses: bool
     archive_reach_m: float
     odometry_speed_scale: float
     odometry_turn_scale: float
     odometry_turn_offset: float
     odometry_lasts_s: float
+    hypotheses_most: float
+    hypotheses_joined_sigmas: float
+    hypotheses_least_ratio: float
+    hypotheses_least_share: float
     moving_velocity_sigma_mps: float
     moving_acceleration_psd: float
     moving_lifetime_s: float
@@ -264,6 +269,10 @@ class JointReport:
     @property
     def features(self) -> int: ...
     @property
+    def hypotheses(self) -> int: ...
+    @property
+    def share(self) -> float: ...
+    @property
     def ln_evidence(self) -> float: ...
     @property
     def expected_detections(self) -> float: ...
@@ -380,7 +389,14 @@ class JointFilter:
         vehicle: Unicycle | Ackermann | Holonomic,
         *,
         memory: Literal[
-            "DESK", "JOINT_40", "JOINT_100", "JOINT_60_MOVERS", "JOINT_100_MOVERS", "JOINT_40_ARCHIVE", "JOINT_60_LEARNING"
+            "DESK",
+            "JOINT_40",
+            "JOINT_100",
+            "JOINT_60_MOVERS",
+            "JOINT_100_MOVERS",
+            "JOINT_40_ARCHIVE",
+            "JOINT_60_LEARNING",
+            "JOINT_24_HYPOTHESES",
         ] = "DESK",
         precision: Literal["single", "double"] = "single",
         **settings: Unpack[_JointSettings],

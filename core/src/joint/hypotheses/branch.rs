@@ -5,7 +5,7 @@ use super::super::correct::move_by;
 use super::super::filter::JointSlam;
 use super::super::innovation_statistics::LEAST_DETECTED;
 use super::super::movers::{Movers, NONE};
-use super::causes::{Cause, Causes};
+use super::causes::{Cause, causes_of};
 use super::children::{Child, Children};
 use super::filter::MultiHypothesisSlam;
 use super::scan::{Branch, Branches};
@@ -33,13 +33,13 @@ where
         let ln_new = ln_lambda(models, births.of_static.ln(), births, self.slam.movers.are_tracked(), z);
         let mut children = Children::new(self.places());
         for (place, ln_weight) in branches.alive() {
-            children.add(Child { ln_weight: ln_weight + ln_new, place, cause: Cause::NEW });
+            children.add(Child { place, cause: Cause::NEW }, ln_weight + ln_new);
             let causes = self.with(place, |slam, causes| {
                 let taken = causes.get(..index).unwrap_or(&[]);
-                Causes::of(models, &slam.config, &slam.memory, &slam.movers, z, taken)
+                causes_of(models, &slam.config, &slam.memory, &slam.movers, z, taken)
             });
             for &(cause, ln_odds) in causes.all() {
-                children.add(Child { ln_weight: ln_weight + ln_odds, place, cause });
+                children.add(Child { place, cause }, ln_weight + ln_odds);
             }
         }
         branches.saturated += usize::from(children.prune(self.config.least_ratio));
@@ -49,7 +49,7 @@ where
         }
         self.place(&mut children, branches);
         let mut kept: [Option<usize>; MOST] = [None; MOST];
-        for (&Child { ln_weight, place, cause }, number) in children.all().iter().zip(0..) {
+        for (&(Child { place, cause }, ln_weight), number) in children.all().iter().zip(0..) {
             let Some(branch) = branches.list.get_mut(place) else { continue };
             branch.ln_weight = ln_weight;
             let tally = &mut branch.tally;
@@ -84,7 +84,7 @@ where
         let mark = |used: &mut [bool; MOST], place: usize| {
             used.get_mut(place).is_some_and(|used| core::mem::replace(used, true))
         };
-        for child in children.all() {
+        for (child, _) in children.all() {
             mark(&mut used, child.place);
         }
         let mut claimed = [false; MOST];

@@ -6,6 +6,7 @@ use super::super::config::JointConfig;
 use super::super::movers::{MOVES, Movers, NONE};
 use super::super::state::{Landmark, Memory};
 use super::super::track::ln_density;
+use super::best::Best;
 use crate::models::OwnNoise;
 use crate::{LnSum, MeasurementModel, Pose, PositionOf, Real, ScalarOf, Sensor, Vector};
 
@@ -48,89 +49,65 @@ impl<T: Real> Cause<T> {
     }
 }
 
-/// The likeliest causes among old landmarks and tracks, with ln( p_D v N(z; ẑ, S) / (1 − p_D v) ).
-pub(super) struct Causes<T> {
-    list: [(Cause<T>, T); CAUSES],
-    len: usize,
-}
-
-impl<T: Real> Causes<T> {
-    /// The causes of a measurement without those in `taken`, which caused earlier measurements: a landmark causes at most
-    /// one measurement. p_D of all landmarks and tracks must be that of this scan.
-    pub(super) fn of<X, Z, V>(
-        models: &X,
-        config: &JointConfig<T>,
-        memory: &Memory<'_, X::Pose, Z>,
-        movers: &V,
-        z: &X::Measurement,
-        taken: &[Cause<T>],
-    ) -> Self
-    where
-        X: MeasurementModel<Pose: Pose<Scalar = T>>,
-        Z: Vector<Scalar = T>,
-        V: Movers<X::Pose>,
-    {
-        let mut causes = Self { list: [(Cause::NEW, T::NEG_INFINITY); CAUSES], len: 0 };
-        let sensor = models.sensor();
-        let frame = sensor.frame(&memory.header.pose);
-        let ln_moving = |index: u16| {
-            let mover = movers.kept().get(usize::from(index))?;
-            let (common, _) = movers.common()?;
-            let expected = mover.detection * mover.weight();
-            let ln_density = ln_density(sensor, &frame, &mover.component, &common.process_noise, z, config.gate);
-            ln_density.filter(|_| expected > T::ZERO).map(|ln_density| expected.ln() + ln_density)
-        };
-        let free = |cause: &Cause<T>| !taken.iter().any(|other| other.overlaps(cause));
-        for (index, landmark) in memory.landmarks.iter().enumerate().take(memory.header.len) {
-            let mover = track_of(movers, index);
-            let (expected, ln_not_detected) = of_landmark(landmark, movers, mover);
-            let mut cause = Cause { landmark: index as u16, mover, share: T::ONE };
-            if !(ln_not_detected < T::ZERO && free(&cause)) {
-                continue;
-            }
-            let ln_static = of_static::<T, X, Z>(sensor, &frame, memory, index, z, config.gate);
-            let ln_static = ln_static.filter(|_| expected > T::ZERO).map(|ln| expected.ln() + ln);
-            let ln_moving = ln_moving(mover);
-            let mut both = LnSum::EMPTY;
-            ln_static.into_iter().chain(ln_moving).for_each(|ln| both.add(ln));
-            match (ln_static, ln_moving) {
-                (None, _) => cause.share = T::ZERO,
-                (Some(_), None) => cause.mover = NONE,
-                (Some(ln), Some(_)) => cause.share = (ln - both.ln()).exp().at_most(T::ONE),
-            }
-            if cause.share == T::ZERO {
-                cause.landmark = NONE;
-            }
-            causes.add(cause, both.ln() - ln_not_detected);
+/// The likeliest causes of a measurement among old landmarks and tracks, with ln( p_D v N(z; ẑ, S) / (1 − p_D v) ), without those in
+/// `taken`, which caused earlier measurements: a landmark causes at most one measurement. p_D of all landmarks and tracks must be that
+/// of this scan.
+pub(super) fn causes_of<T, X, Z, V>(
+    models: &X,
+    config: &JointConfig<T>,
+    memory: &Memory<'_, X::Pose, Z>,
+    movers: &V,
+    z: &X::Measurement,
+    taken: &[Cause<T>],
+) -> Best<Cause<T>, T, CAUSES>
+where
+    T: Real,
+    X: MeasurementModel<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
+    V: Movers<X::Pose>,
+{
+    let mut causes = Best::new(CAUSES, Cause::NEW);
+    let sensor = models.sensor();
+    let frame = sensor.frame(&memory.header.pose);
+    let ln_moving = |index: u16| {
+        let mover = movers.kept().get(usize::from(index))?;
+        let (common, _) = movers.common()?;
+        let expected = mover.detection * mover.weight();
+        let ln_density = ln_density(sensor, &frame, &mover.component, &common.process_noise, z, config.gate);
+        ln_density.filter(|_| expected > T::ZERO).map(|ln_density| expected.ln() + ln_density)
+    };
+    let free = |cause: &Cause<T>| !taken.iter().any(|other| other.overlaps(cause));
+    for (index, landmark) in memory.landmarks.iter().enumerate().take(memory.header.len) {
+        let mover = track_of(movers, index);
+        let (expected, ln_not_detected) = of_landmark(landmark, movers, mover);
+        let mut cause = Cause { landmark: index as u16, mover, share: T::ONE };
+        if !(ln_not_detected < T::ZERO && free(&cause)) {
+            continue;
         }
-        for (index, mover) in movers.kept().iter().enumerate().filter(|(_, mover)| mover.static_index == NONE) {
-            let cause = Cause { landmark: NONE, mover: index as u16, share: T::ZERO };
-            if free(&cause)
-                && let Some(ln) = ln_moving(cause.mover)
-            {
-                causes.add(cause, ln - mover.not_detected.ln());
-            }
+        let ln_static = of_static::<T, X, Z>(sensor, &frame, memory, index, z, config.gate);
+        let ln_static = ln_static.filter(|_| expected > T::ZERO).map(|ln| expected.ln() + ln);
+        let ln_moving = ln_moving(mover);
+        let mut both = LnSum::EMPTY;
+        ln_static.into_iter().chain(ln_moving).for_each(|ln| both.add(ln));
+        match (ln_static, ln_moving) {
+            (None, _) => cause.share = T::ZERO,
+            (Some(_), None) => cause.mover = NONE,
+            (Some(ln), Some(_)) => cause.share = (ln - both.ln()).exp().at_most(T::ONE),
         }
-        causes
+        if cause.share == T::ZERO {
+            cause.landmark = NONE;
+        }
+        causes.add(cause, both.ln() - ln_not_detected);
     }
-
-    fn add(&mut self, cause: Cause<T>, ln_odds: T) {
-        if !(ln_odds > T::NEG_INFINITY && ln_odds < T::INFINITY) {
-            return;
-        }
-        let place = self.all().iter().position(|&(_, other)| ln_odds > other).unwrap_or(self.len);
-        self.len = (self.len + 1).min(CAUSES);
-        if let Some(behind) = self.list.get_mut(place..self.len) {
-            behind.rotate_right(usize::from(!behind.is_empty()));
-            if let Some(slot) = behind.first_mut() {
-                *slot = (cause, ln_odds);
-            }
+    for (index, mover) in movers.kept().iter().enumerate().filter(|(_, mover)| mover.static_index == NONE) {
+        let cause = Cause { landmark: NONE, mover: index as u16, share: T::ZERO };
+        if free(&cause)
+            && let Some(ln) = ln_moving(cause.mover)
+        {
+            causes.add(cause, ln - mover.not_detected.ln());
         }
     }
-
-    pub(super) fn all(&self) -> &[(Cause<T>, T)] {
-        self.list.get(..self.len).unwrap_or(&[])
-    }
+    causes
 }
 
 /// Index of the track of the same object as a landmark, or [`NONE`].

@@ -11,6 +11,7 @@
 //! The memory of a hypothesis is its *place*: number 0 is the state of the filter, which has the likeliest hypothesis
 //! between scans; the others are [`slot`]s.
 
+mod best;
 mod branch;
 mod causes;
 mod children;
@@ -18,8 +19,8 @@ mod config;
 mod filter;
 mod finish;
 mod joining;
+mod localise;
 mod pruning;
-mod report;
 mod scan;
 mod scrub;
 mod slot;
@@ -32,7 +33,6 @@ mod tracks;
 
 pub use config::HypothesesConfig;
 pub use filter::MultiHypothesisSlam;
-pub use report::HypothesesReport;
 pub use scrub::HypothesesScrubber;
 pub use storage::JointHypotheses;
 pub use tracks::MoversOf;

@@ -3,12 +3,11 @@
 use super::super::associate::associate;
 use super::super::filter::JointSlam;
 use super::super::movers::Movers;
-use super::super::report::Tally;
+use super::super::report::{JointReport, Tally};
 use super::super::scan::advance;
 use super::MOST;
 use super::causes::{Cause, ln_missed};
 use super::filter::MultiHypothesisSlam;
-use super::report::HypothesesReport;
 use crate::{
     Births, Detector, Health, LnSum, MeasurementModel, Motion, Pose, Real, ScanError, Vector, models::OnVehicle,
 };
@@ -81,11 +80,11 @@ where
         &mut self,
         detector: &Detector<X, R>,
         measurements: &[X::Measurement],
-    ) -> Result<HypothesesReport<T>, ScanError> {
+    ) -> Result<JointReport<T>, ScanError> {
         if self.places() == 1 {
-            let joint = self.slam.scan(detector, measurements)?;
+            let report = self.slam.scan(detector, measurements)?;
             self.drop_others();
-            return Ok(HypothesesReport { joint, hypotheses: 1, share: T::ONE, joined: 0, saturated: 0 });
+            return Ok(report);
         }
         let models = self.slam.checked(detector, measurements)?;
         let births = &detector.births;
@@ -115,15 +114,16 @@ where
         }
         let ln_evidence = branches.ln_all() - ln_before;
         self.settle(&branches);
-        let (mut joint, in_view) = report.ok_or(ScanError::NotStarted)?;
-        (joint.in_view, joint.ln_evidence) = (in_view, ln_evidence);
-        joint.health |= Health::UNEXPLAINED_SCAN.when(!ln_evidence.is_finite());
-        Ok(HypothesesReport {
-            joint,
+        let (report, in_view) = report.ok_or(ScanError::NotStarted)?;
+        Ok(JointReport {
+            in_view,
+            ln_evidence,
             hypotheses: self.hypotheses(),
             share: self.share(),
             joined: branches.joined,
             saturated: branches.saturated,
+            health: report.health | Health::UNEXPLAINED_SCAN.when(!ln_evidence.is_finite()),
+            ..report
         })
     }
 

@@ -4,11 +4,10 @@ use super::contract::{FoundPlace, Refusal, Search, refusal};
 use super::joint_room::FEATURES;
 use nalgebra::Vector2;
 use scphd::locate::{Locator, LocatorConfig, LocatorReport, LocatorState};
-use scphd::models::{MeasurementModel, Motion, PlanarPose, Pose, PositionOf, ScalarOf, TangentOf};
-use scphd::numerics::{Symmetric, Vector};
+use scphd::models::{MeasurementModel, Motion, PlanarPose, Pose, PositionOf, TangentOf};
+use scphd::numerics::{Symmetric, Vector as _};
 use scphd::snapshot::{from_slice, into_slice, restore_map, save_map};
-use scphd::storage::{Movers, NoArchive};
-use scphd::{Component, Detector, JointSlam, PoseEstimate, Real};
+use scphd::{Component, Detector, JointFilter, PoseEstimate, Real};
 
 /// Number of hypotheses of the global localisation.
 const HYPOTHESES: usize = 32;
@@ -36,12 +35,7 @@ pub(crate) trait Mapped<P: Pose> {
     fn map(&self) -> Vec<Component<PositionOf<P>>>;
 }
 
-impl<M, Z, V> Mapped<M::Pose> for JointSlam<'_, M, Z, NoArchive, V>
-where
-    M: Motion,
-    Z: Vector<Scalar = ScalarOf<M::Pose>>,
-    V: Movers<M::Pose>,
-{
+impl<M: Motion, F: JointFilter<Motion = M>> Mapped<M::Pose> for F {
     fn start_at(
         &mut self,
         pose: M::Pose,

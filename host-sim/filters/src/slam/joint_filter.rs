@@ -3,13 +3,13 @@
 use super::contract::{PoseAndCovariance, Refusal, ScanOutcome, Search, Slam, left_out, no_sensor, refusal};
 use super::fixes::{Fixed, Map};
 use super::in_map::{InMap, Mapped};
-use super::joint_room::{Joint, JointRoom};
+use super::joint_room::JointRoom;
 use super::joint_snapshot;
 use super::models::{Models, feature_of, measured, moving_of, pose_of};
 use scphd::errors::Implausible;
 use scphd::models::{MeasurementModel, Motion, ScalarOf, TangentOf};
 use scphd::numerics::Symmetric;
-use scphd::{Detector, JointConfig, Real};
+use scphd::{Detector, JointConfig, JointFilter as _, Real};
 use scphd_log::dimensions::{Covariance, Dimensions};
 use scphd_reference::joint;
 use scphd_score::record::{MapFeature, MovingFeature, Usage};
@@ -25,7 +25,7 @@ pub trait OpenJoint<D: Dimensions>: Slam<D> {
 }
 
 /// The joint filter of one log, with its state on the heap.
-struct JointFilter<D, M, X, const NUMBERS: usize>
+struct JointFilter<D, M, X, R>
 where
     D: Dimensions,
     M: Motion<Pose: Fixed<D>>,
@@ -37,7 +37,7 @@ where
     detectors: Vec<Detector<X>>,
     fixes: <M::Pose as Fixed<D>>::Models,
     config: JointConfig<ScalarOf<M::Pose>>,
-    state: Box<JointRoom<M, X::Measurement, NUMBERS>>,
+    state: Box<R>,
     start: M::Pose,
     /// Maps of earlier drives, if the kind of vehicle supports them.
     maps: Option<Box<dyn InMap<X>>>,
@@ -47,10 +47,10 @@ where
 ///
 /// # Errors
 /// The first setting that is out of range.
-pub(super) fn start<D, M, X, const NUMBERS: usize>(
+pub(super) fn start<D, M, X, R>(
     models: &Models<D, M, X>,
     config: JointConfig<ScalarOf<M::Pose>>,
-    mut state: Box<JointRoom<M, X::Measurement, NUMBERS>>,
+    mut state: Box<R>,
     maps: Option<Box<dyn InMap<X>>>,
     prior: Option<Symmetric<TangentOf<M::Pose>>>,
 ) -> Result<Box<dyn OpenJoint<D>>, Refusal>
@@ -58,6 +58,7 @@ where
     D: Dimensions,
     M: Motion<Pose: Fixed<D>> + Copy + 'static,
     X: MeasurementModel<Pose = M::Pose> + Copy + 'static,
+    R: JointRoom<M> + 'static,
 {
     {
         let mut filter = state.filter(models.motion, config).map_err(refusal)?;
@@ -72,17 +73,15 @@ where
     Ok(Box::new(JointFilter { motion, control, detectors, fixes, config, state, start, maps }))
 }
 
-impl<D, M, X, const NUMBERS: usize> JointFilter<D, M, X, NUMBERS>
+impl<D, M, X, R> JointFilter<D, M, X, R>
 where
     D: Dimensions,
     M: Motion<Pose: Fixed<D>> + Copy,
     X: MeasurementModel<Pose = M::Pose>,
+    R: JointRoom<M>,
 {
     /// Calls `work` with the filter, in the state that the last filter left.
-    fn with<Y>(
-        &mut self,
-        work: impl FnOnce(&mut Joint<'_, M, X::Measurement>, &[Detector<X>]) -> Y,
-    ) -> Result<Y, Refusal> {
+    fn with<Y>(&mut self, work: impl FnOnce(&mut R::Filter<'_>, &[Detector<X>]) -> Y) -> Result<Y, Refusal> {
         let mut filter = self.state.filter(self.motion, self.config).map_err(refusal)?;
         Ok(work(&mut filter, &self.detectors))
     }
@@ -98,11 +97,12 @@ where
     }
 }
 
-impl<D, M, X, const NUMBERS: usize> Slam<D> for JointFilter<D, M, X, NUMBERS>
+impl<D, M, X, R> Slam<D> for JointFilter<D, M, X, R>
 where
     D: Dimensions,
     M: Motion<Pose: Fixed<D>> + Copy,
     X: MeasurementModel<Pose = M::Pose>,
+    R: JointRoom<M>,
 {
     fn predict(&mut self, control: D::Control, dt_s: f64) -> Result<Option<Implausible>, Refusal> {
         let control = (self.control)(control);
@@ -133,6 +133,7 @@ where
         })
         .transpose()?;
         Ok(ScanOutcome {
+            n_eff: report.hypotheses as f64,
             ln_evidence: Some(report.ln_evidence.to_f64()),
             innovation: Some(report.innovation.to_f64()).filter(|&innovation| innovation > 0.0),
             usage: Usage { in_view: report.in_view, no_birth: report.no_birth, pages_used: None },
@@ -183,13 +184,17 @@ where
     }
 }
 
-impl<D, M, X, const NUMBERS: usize> OpenJoint<D> for JointFilter<D, M, X, NUMBERS>
+impl<D, M, X, R> OpenJoint<D> for JointFilter<D, M, X, R>
 where
     D: Dimensions,
     M: Motion<Pose: Fixed<D>> + Copy,
     X: MeasurementModel<Pose = M::Pose>,
+    R: JointRoom<M>,
 {
     fn snapshot(&mut self) -> Result<joint::State, Refusal> {
+        if !R::HAS_REFERENCE {
+            return Err(refusal("joint.hypotheses: the reference has one"));
+        }
         let mut bytes = Vec::new();
         let save = |bytes: &mut Vec<u8>, part: &[u8]| -> Result<(), Infallible> {
             bytes.extend_from_slice(part);

@@ -4,10 +4,9 @@ use super::contract::{Refusal, refusal};
 use super::core_filter::{Transparent, start as core_of};
 use super::filter::Precision;
 use super::fixes::{Fixed, PlanarFixes};
-use super::hypotheses_filter::{FEATURES_OF_EACH, start as hypotheses_of};
 use super::in_map::{InMap, PlanarMap};
 use super::joint_filter::{OpenJoint, start as joint_of};
-use super::joint_room::{FEATURES, JointRoom};
+use super::joint_room::{FEATURES, FEATURES_OF_EACH, One, Several};
 use super::models::{Models, SensorModels};
 use super::planar_numbers::{PlanarNumbers, PlanarVehicle, SensorNumbers, planar_config};
 use crate::settings::{CalibrationSettings, JointSettings, SensorSettings, Settings};
@@ -121,12 +120,12 @@ where
     X: MeasurementModel<Pose = M::Pose> + Copy + 'static,
 {
     let moving = (settings.moving.birth_intensity > 0.0).then(|| planar_config(settings).moving);
-    if settings.joint.hypotheses > 1 {
-        let (config, most) = (joint_config(&settings.joint), settings.joint.hypotheses);
-        return hypotheses_of::<_, _, _, OF_EACH>(models, config, most, moving, prior);
+    let (config, most) = (joint_config(&settings.joint), settings.joint.hypotheses);
+    if most > 1 {
+        let state = Box::new(Several::<M, X::Measurement, OF_EACH>::new(most, moving));
+        return joint_of(models, config, state, maps, prior);
     }
-    let state = Box::new(JointRoom::<M, X::Measurement, NUMBERS>::new(moving));
-    joint_of(models, joint_config(&settings.joint), state, maps, prior)
+    joint_of(models, config, Box::new(One::<M, X::Measurement, FEATURES, NUMBERS>::new(moving)), maps, prior)
 }
 
 /// Starts the filter with a joint map and calibration of the odometry.
@@ -164,7 +163,7 @@ fn joint_of_calibrated<T: Real>(
 }
 
 /// The configuration of the joint filter.
-pub(super) fn joint_config<T: Real>(joint: &JointSettings) -> JointConfig<T> {
+pub(crate) fn joint_config<T: Real>(joint: &JointSettings) -> JointConfig<T> {
     let real = T::from_f64;
     JointConfig {
         merge_distance: real(joint.merge_distance),

@@ -5,11 +5,11 @@ use super::contract::{Refusal, refusal};
 use super::core_filter::{Transparent, start as core_of};
 use super::filter::Precision;
 use super::joint_filter::{OpenJoint, start as joint_of};
-use super::joint_room::{FEATURES, JointRoom};
+use super::joint_room::{FEATURES, One};
 use super::models::{Models, SensorModels};
 use crate::underwater::models::models;
 use crate::underwater::settings::Settings;
-use nalgebra::Vector3;
+use nalgebra::{Vector3, Vector4};
 use scphd::models::{Auv, AuvControl, AuvPose, Sensing, StereoCamera, StereoFrustum, UniformClutter};
 use scphd::storage::{MapMemory, NoMoving, Static, joint_numbers};
 use scphd::{Births, Real, State};
@@ -67,7 +67,7 @@ pub fn joint_filter(
 }
 
 fn start_joint<T: Real>(log: &Log, settings: &Settings) -> Result<Box<dyn OpenJoint<Underwater>>, Refusal> {
-    let state = Box::new(JointRoom::<_, _, { joint_numbers(5, 3, FEATURES) }>::new(None));
+    let state = Box::new(One::<Auv<T>, Vector4<T>, FEATURES, { joint_numbers(5, 3, FEATURES) }>::new(None));
     joint_of(&models_of::<T>(log, settings)?, joint_config(), state, None, None)
 }
 

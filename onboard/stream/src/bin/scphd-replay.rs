@@ -1,13 +1,14 @@
 //! Replays a stream on the host, and prints the digest after every scan in the same format as the firmware.
 //!
 //! `scphd-replay f32|f64|joint-f32|joint-f64 FILE [SCANS]` replays a stream; `joint-40-f32` has capacity for 40 features,
-//! `joint-movers-f32` and `joint-40-movers-f32` have moving-object tracks. With `box-` or `box-joint-` before the precision it
-//! replays all records of a black box, also if it is incomplete. `scphd-replay list FILE` lists the snapshots of a black box, and
+//! `joint-movers-f32`, `joint-40-movers-f32` and `joint-hypotheses-f32` have moving-object tracks. With `box-` or `box-joint-`
+//! before the precision it replays all records of a black box, also if it is incomplete. `scphd-replay list FILE` lists the snapshots of a black box, and
 //! `scphd-replay cut FILE SCANS OUT` writes the part from the snapshot after that number of scans on.
 
 use scphd::Real;
 use scphd_stream::planar::{
-    BlackBox, BlackBoxJoint, Planar, PlanarJoint, PlanarJoint40, PlanarJoint40Movers, PlanarJointMovers,
+    BlackBox, BlackBoxJoint, Planar, PlanarHypotheses, PlanarJoint, PlanarJoint40, PlanarJoint40Movers,
+    PlanarJointMovers,
 };
 use scphd_stream::underwater::{self, Underwater, UnderwaterJoint};
 use scphd_stream::{
@@ -200,6 +201,7 @@ fn execute() -> Result<(), String> {
                 "joint-40-f32" => run_kind::<PlanarJoint40, f32>,
                 "joint-movers-f32" => run_kind::<PlanarJointMovers, f32>,
                 "joint-40-movers-f32" => run_kind::<PlanarJoint40Movers, f32>,
+                "joint-hypotheses-f32" => run_kind::<PlanarHypotheses, f32>,
                 "box-f32" => |bytes, _| run_box::<f32>(bytes),
                 "box-f64" => |bytes, _| run_box::<f64>(bytes),
                 "box-joint-f32" => |bytes, _| run_box_kind::<BlackBoxJoint, f32>(bytes),

@@ -1,21 +1,24 @@
 //! The filters of a planar vehicle that process all records of a black box.
 
-use super::joint::{self, FEATURES, OnboardPlanar, PlanarJoint};
+use super::joint::{self, EightHypotheses, FEATURES, MOVERS, OF_EACH, PlanarJoint};
 use super::onboard::{self, Direct, Drive, MEASUREMENTS, PlanarSensing, detector, margin, motion};
 use super::{Fix, Odometry, Planar, Sensor};
 use crate::black_box::{
     BlackBoxFilter, KIND, Modelled, Observes, Other, Saves, loaded, placed, unreadable, unrestored,
 };
 use crate::header::Header;
+use crate::joint::{Fixed, OnboardJoint, OptionalParts, Tracks};
 use crate::onboard::{Aboard, Capacities, Filter, RamPart, Refusal, Scan, Seen};
 use crate::record::{How, Measurements, Part, Place, Record, Which};
 use crate::snapshot::Snapshot;
 use crate::writer::{OTHERS, Writer};
+use core::marker::PhantomData;
 use nalgebra::Vector2;
 use scphd::diagnostics::{Probe, Stage};
 use scphd::models::PlanarPose;
 use scphd::snapshot::SaveError;
-use scphd::{Component, Detector, DetectorMemory, Real};
+use scphd::storage::{NoMovers, joint_numbers};
+use scphd::{Component, Detector, DetectorMemory, JointFilter, Real};
 
 /// The mixture filter for black boxes of planar vehicles: four detectors, fixes, and all other records.
 #[derive(Debug, Clone, Copy)]
@@ -81,47 +84,58 @@ impl<T: Real> Aboard<T> for BlackBox {
 /// The joint map for black boxes of planar vehicles: four detectors, fixes, scans that update the pose only, and all other
 /// records.
 #[derive(Debug, Clone, Copy)]
-pub struct BlackBoxJoint;
+pub struct BlackBoxJoint<
+    const ROOM: usize = FEATURES,
+    const NUMBERS: usize = { joint_numbers(3, 2, FEATURES) },
+    V = NoMovers,
+>(PhantomData<V>);
+
+/// [`BlackBoxJoint`] with moving-object tracks.
+pub type BlackBoxMovers = BlackBoxJoint<FEATURES, { joint_numbers(3, 2, FEATURES) }, Tracks<MOVERS>>;
+/// [`BlackBoxJoint`] with several hypotheses of data association, as [`PlanarHypotheses`](super::PlanarHypotheses).
+pub type BlackBoxHypotheses = BlackBoxJoint<OF_EACH, { joint_numbers(3, 2, OF_EACH) }, EightHypotheses>;
 
 /// All memory of the joint map.
 #[derive(Debug)]
-pub struct JointMemory<T: Real> {
-    aboard: <PlanarJoint as Aboard<T>>::Memory,
-    features: [Component<Vector2<T>>; FEATURES],
+pub struct JointMemory<A, T: Real, const ROOM: usize> {
+    aboard: A,
+    features: [Component<Vector2<T>>; ROOM],
 }
 
 /// The joint map with all records of a black box.
 #[derive(Debug)]
-pub struct BlackBoxJointFilter<'m, T: Real> {
-    first: OnboardPlanar<'m, T>,
+pub struct BlackBoxJointFilter<'m, T: Real, F> {
+    first: OnboardJoint<'m, Planar, Direct, F, PlanarSensing<T>>,
     others: [Option<Detector<PlanarSensing<T>>>; OTHERS],
     features: &'m mut [Component<Vector2<T>>],
 }
 
-impl<T: Real> Aboard<T> for BlackBoxJoint {
+impl<T: Real, V: OptionalParts<Drive<T>, Vector2<T>>, const ROOM: usize, const NUMBERS: usize> Aboard<T>
+    for BlackBoxJoint<ROOM, NUMBERS, V>
+{
     type Kind = Planar;
-    type Memory = JointMemory<T>;
+    type Memory = JointMemory<<PlanarJoint<ROOM, NUMBERS, V> as Aboard<T>>::Memory, T, ROOM>;
     type Filter<'m>
-        = BlackBoxJointFilter<'m, T>
+        = BlackBoxJointFilter<'m, T, V::Filter<'m>>
     where
         T: 'm;
 
-    const MEMORY: JointMemory<T> =
-        JointMemory { aboard: <PlanarJoint as Aboard<T>>::MEMORY, features: [Component::ZERO; FEATURES] };
-    const CAPACITIES: Capacities = <PlanarJoint as Aboard<T>>::CAPACITIES;
-    const RAM_PARTS: [RamPart; 6] = <PlanarJoint as Aboard<T>>::RAM_PARTS;
+    const MEMORY: Self::Memory =
+        JointMemory { aboard: <PlanarJoint<ROOM, NUMBERS, V> as Aboard<T>>::MEMORY, features: [Component::ZERO; ROOM] };
+    const CAPACITIES: Capacities = <PlanarJoint<ROOM, NUMBERS, V> as Aboard<T>>::CAPACITIES;
+    const RAM_PARTS: [RamPart; 6] = <PlanarJoint<ROOM, NUMBERS, V> as Aboard<T>>::RAM_PARTS;
 
-    fn start<'m>(header: &Header<Planar>, memory: &'m mut JointMemory<T>) -> Result<Self::Filter<'m>, Refusal>
+    fn start<'m>(header: &Header<Planar>, memory: &'m mut Self::Memory) -> Result<Self::Filter<'m>, Refusal>
     where
         T: 'm,
     {
         let JointMemory { aboard, features } = memory;
-        let first = <PlanarJoint as Aboard<T>>::start(header, aboard)?;
+        let first = <PlanarJoint<ROOM, NUMBERS, V> as Aboard<T>>::start(header, aboard)?;
         Ok(BlackBoxJointFilter { first, others: [const { None }; OTHERS], features })
     }
 }
 
-impl<T: Real> BlackBoxJointFilter<'_, T> {
+impl<T: Real, F: JointFilter<Motion = Drive<T>>> BlackBoxJointFilter<'_, T, F> {
     fn set(&mut self, which: Which<Planar>, models: &Sensor) -> Result<(), Refusal> {
         let slot = which.beyond_first().and_then(|place| self.others.get_mut(place)).ok_or(Refusal::NotAboard)?;
         *slot = Some(detector(models)?);
@@ -150,7 +164,7 @@ impl<T: Real> BlackBoxJointFilter<'_, T> {
     }
 }
 
-impl<T: Real> Filter<Planar> for BlackBoxJointFilter<'_, T> {
+impl<T: Real, F: JointFilter<Motion = Drive<T>>> Filter<Planar> for BlackBoxJointFilter<'_, T, F> {
     const BLACK_BOX: bool = true;
 
     fn predict(&mut self, odometry: &Odometry) -> Result<(), Refusal> {
@@ -162,7 +176,7 @@ impl<T: Real> Filter<Planar> for BlackBoxJointFilter<'_, T> {
     }
 
     fn scan_with(&mut self, scan: Scan, probe: &mut impl Probe) -> Result<Seen, Refusal> {
-        let OnboardPlanar { filter, detector, measurements, .. } = &mut self.first;
+        let OnboardJoint { filter, detector, measurements, .. } = &mut self.first;
         let detector = match scan.beyond_first {
             None => detector,
             Some(place) => self.others.get_mut(place).and_then(Option::as_mut).ok_or(Refusal::NotAboard)?,
@@ -179,7 +193,7 @@ impl<T: Real> Filter<Planar> for BlackBoxJointFilter<'_, T> {
     #[inline(never)]
     fn take(&mut self, record: &Record<'_, Planar>) -> Result<(), Refusal> {
         match record {
-            Record::Fix(fix) => fix.get().ok_or(Refusal::NotAboard)?.shown(&mut self.first.filter),
+            Record::Fix(fix) => fix.get().ok_or(Refusal::NotAboard)?.shown(&mut Fixed(&mut self.first.filter)),
             Record::Detector(which, models) => self.set(*which, &models.get()),
             Record::Place(place) => self.place(place),
             Record::Map(features) => {
@@ -213,8 +227,8 @@ impl<T: Real> Filter<Planar> for BlackBoxJointFilter<'_, T> {
     }
 }
 
-impl<T: Real> Saves<Planar> for BlackBoxJointFilter<'_, T> {
-    fn save<E, F: FnMut(&[u8]) -> Result<(), E>>(&mut self, log: &mut Writer<Planar, F>) -> Result<(), SaveError<E>> {
+impl<T: Real, F: JointFilter<Motion = Drive<T>>> Saves<Planar> for BlackBoxJointFilter<'_, T, F> {
+    fn save<E, S: FnMut(&[u8]) -> Result<(), E>>(&mut self, log: &mut Writer<Planar, S>) -> Result<(), SaveError<E>> {
         log.snapshot(&[Part::Filter], self.digest()).map_err(SaveError::Sink)?;
         log.save(Part::Filter, |sink| self.first.filter.save(KIND, sink)).map(drop)
     }

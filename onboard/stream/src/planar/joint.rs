@@ -3,7 +3,7 @@
 use super::onboard::{Direct, Drive, MEASUREMENTS, PlanarSensing, detector, motion, start};
 use super::{Planar, Sensor};
 use crate::header::Header;
-use crate::joint::{self, JointMemory, OnboardJoint, OptionalTracks, Tracks};
+use crate::joint::{self, Hypotheses, JointMemory, OnboardJoint, OptionalParts, Tracks};
 use crate::onboard::{Aboard, Capacities, RamPart, Refusal};
 use core::marker::PhantomData;
 use nalgebra::Vector2;
@@ -18,9 +18,9 @@ pub(super) const FEATURES: usize = if cfg!(feature = "small-pools") { 16 } else 
 /// Capacity of the smaller map, features.
 const FEW: usize = 40;
 /// Capacity for moving-object tracks of both.
-const MOVERS: usize = 64;
+pub(super) const MOVERS: usize = 64;
 
-/// The filter with a joint map, for streams of planar vehicles: with capacity for `ROOM` features and tracks `V`.
+/// The filter with a joint map, for streams of planar vehicles: with capacity for `ROOM` features, and optional parts `V`.
 #[derive(Debug, Clone, Copy)]
 pub struct PlanarJoint<
     const ROOM: usize = FEATURES,
@@ -35,24 +35,33 @@ pub type PlanarJoint40 = PlanarJoint<FEW, { joint_numbers(3, 2, FEW) }>;
 /// [`PlanarJoint40`] with moving-object tracks.
 pub type PlanarJoint40Movers = PlanarJoint<FEW, { joint_numbers(3, 2, FEW) }, Tracks<MOVERS>>;
 
+/// Capacity of each of several hypotheses, features.
+pub(super) const OF_EACH: usize = 24;
+
+/// [`PlanarJoint`] with eight hypotheses of data association, each with capacity for 24 features and 8 moving-object tracks.
+pub type PlanarHypotheses = PlanarJoint<OF_EACH, { joint_numbers(3, 2, OF_EACH) }, EightHypotheses>;
+/// Its hypotheses.
+pub(super) type EightHypotheses = Hypotheses<7, OF_EACH, { joint_numbers(3, 2, OF_EACH) }, MEASUREMENTS, 8>;
+
 /// Its memory.
 pub type Memory<T, const ROOM: usize, const NUMBERS: usize, V> = JointMemory<
     JointState<PlanarPose<T>, Vector2<T>, ROOM, NUMBERS, MEASUREMENTS>,
-    <V as OptionalTracks<PlanarPose<T>>>::Memory,
+    <V as OptionalParts<Drive<T>, Vector2<T>>>::Memory,
     Vector2<T>,
     MEASUREMENTS,
 >;
 
-/// The joint map, with movers `V`.
-pub(super) type OnboardPlanar<'m, T, V = NoMovers> = OnboardJoint<'m, Planar, Direct, Drive<T>, PlanarSensing<T>, V>;
+/// The joint map with optional parts `V`.
+pub(super) type OnboardPlanar<'m, T, V = NoMovers> =
+    OnboardJoint<'m, Planar, Direct, <V as OptionalParts<Drive<T>, Vector2<T>>>::Filter<'m>, PlanarSensing<T>>;
 
-impl<T: Real, V: OptionalTracks<PlanarPose<T>>, const ROOM: usize, const NUMBERS: usize> Aboard<T>
+impl<T: Real, V: OptionalParts<Drive<T>, Vector2<T>>, const ROOM: usize, const NUMBERS: usize> Aboard<T>
     for PlanarJoint<ROOM, NUMBERS, V>
 {
     type Kind = Planar;
     type Memory = Memory<T, ROOM, NUMBERS, V>;
     type Filter<'m>
-        = OnboardPlanar<'m, T, V::Movers<'m>>
+        = OnboardPlanar<'m, T, V>
     where
         T: 'm;
 
@@ -64,10 +73,10 @@ impl<T: Real, V: OptionalTracks<PlanarPose<T>>, const ROOM: usize, const NUMBERS
     where
         T: 'm,
     {
-        let JointMemory { state, movers, measurements } = memory;
+        let JointMemory { state, parts, measurements } = memory;
         let map = JointSlam::new(motion(header, 1.0)?, config(header), state)?;
         let detector = detector(&Sensor::first(header))?;
-        OnboardJoint::start::<_, V>(map, (movers, header), (detector, Direct), (measurements, ROOM), start(header))
+        OnboardJoint::start::<_, V>(map, (parts, header), (detector, Direct), (measurements, ROOM), start(header))
     }
 }
 

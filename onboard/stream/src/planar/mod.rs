@@ -9,9 +9,9 @@ mod models;
 mod onboard;
 mod vehicle;
 
-pub use black_box::{BlackBox, BlackBoxJoint};
+pub use black_box::{BlackBox, BlackBoxHypotheses, BlackBoxJoint, BlackBoxMovers};
 pub use fix::Fix;
-pub use joint::{PlanarJoint, PlanarJoint40, PlanarJoint40Movers, PlanarJointMovers};
+pub use joint::{PlanarHypotheses, PlanarJoint, PlanarJoint40, PlanarJoint40Movers, PlanarJointMovers};
 pub use models::{Models, Sensor, SensorModels};
 pub use onboard::{MEASUREMENTS, Memory};
 pub use vehicle::{Odometry, Planar, Vehicle};

@@ -39,7 +39,7 @@ impl<T: Real> Aboard<T> for UnderwaterJoint {
         'm,
         Underwater,
         Navigator<f64>,
-        Auv<T>,
+        JointSlam<'m, Auv<T>, Vector4<T>>,
         Sensing<StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>>,
     >
     where
@@ -53,11 +53,11 @@ impl<T: Real> Aboard<T> for UnderwaterJoint {
     where
         T: 'm,
     {
-        let JointMemory { state, movers, measurements } = memory;
+        let JointMemory { state, parts, measurements } = memory;
         let AuvModels { motion, sensing } = header.models.of_filter()?;
         let map = JointSlam::new(motion, joint_config(), state)?;
         let seated = (Detector::new(sensing, births(header))?, header.models.navigator()?);
         let start = header.models.start();
-        OnboardJoint::start::<_, NoMovers>(map, (movers, header), seated, (measurements, FEATURES), start)
+        OnboardJoint::start::<_, NoMovers>(map, (parts, header), seated, (measurements, FEATURES), start)
     }
 }
