@@ -386,6 +386,35 @@ fn turned(seed: u64, by_rad: f64) -> Log {
     log
 }
 
+/// A world whose vehicle moves to the right of its heading by this angle.
+fn drifting(seed: u64, by_rad: f64) -> Log {
+    let mut log = world(seed);
+    log.initial_pose[2] = wrap(log.initial_pose[2] + by_rad);
+    log.truth.iter_mut().for_each(|row| row.heading_rad = row.heading_rad.map(|heading| wrap(heading + by_rad)));
+    log.scans
+        .iter_mut()
+        .flat_map(|scan| &mut scan.detections)
+        .for_each(|[_, bearing]| *bearing = wrap(*bearing - by_rad));
+    log.sensor.bearing_min_rad = (log.sensor.bearing_min_rad - by_rad).max(-PI);
+    log
+}
+
+#[test]
+fn a_unicycle_that_moves_sideways_is_reported() {
+    let is_unicycle = |seed: &u64| !matches!(world(*seed).vehicle, Vehicle::Ackermann { .. });
+    let seeds: Vec<u64> = (SEEDS.start..SEEDS.start + 20).filter(is_unicycle).collect();
+    assert!(seeds.len() > 4, "{seeds:?}");
+    for seed in seeds {
+        assert_eq!(found(&drifting(seed, 0.09)), ["sideways"], "{seed}");
+        assert_eq!(found(&drifting(seed, 0.01)), [""; 0], "{seed}");
+        // The odometry has the motion to the side.
+        let mut log = drifting(seed, 0.09);
+        log.vehicle = Vehicle::Holonomic;
+        log.odometry.iter_mut().for_each(|row| row.control[2] = -0.09 * row.control[0]);
+        assert_eq!(found(&log), [""; 0], "holonomic, {seed}");
+    }
+}
+
 /// Findings about a vehicle ahead and about a carried vehicle depend on the number of landmarks: they are required in most
 /// worlds.
 #[test]

@@ -20,6 +20,7 @@ mod reading;
 mod returns;
 mod reverse;
 mod shift;
+mod sideways;
 mod sight;
 mod space;
 mod spike;
@@ -179,6 +180,7 @@ impl Checked for Planar {
         jumps::fixes(log, &mut findings);
         headings::fixes(log, &mut findings);
         headings::start(log, &mut findings);
+        sideways::look_over(log, reach_m, &mut findings);
         Detail { motion: motion.collect(), reach_m, simulated: log.simulated, out_of_view, findings }
     }
 }
