@@ -1,5 +1,7 @@
 //! The planar joint map that the features of an image select.
 
+#[cfg(feature = "hypotheses")]
+pub use scphd_stream::planar::PlanarHypotheses as Joint;
 #[cfg(not(any(feature = "forty-features", feature = "movers", feature = "hypotheses")))]
 pub use scphd_stream::planar::PlanarJoint as Joint;
 #[cfg(all(feature = "forty-features", not(feature = "movers")))]
@@ -8,5 +10,3 @@ pub use scphd_stream::planar::PlanarJoint40 as Joint;
 pub use scphd_stream::planar::PlanarJoint40Movers as Joint;
 #[cfg(all(not(feature = "forty-features"), feature = "movers"))]
 pub use scphd_stream::planar::PlanarJointMovers as Joint;
-#[cfg(feature = "hypotheses")]
-pub use scphd_stream::planar::PlanarHypotheses as Joint;

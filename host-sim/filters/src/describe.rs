@@ -82,7 +82,7 @@ mod tests {
     joint_backing! { struct Both: PlanarPose<f64> { features: 60, measurements: 64, movers: 32, hypotheses: 8 } }
 
     /// Compares the digests after every scan of the simulator's filter and of that of the description.
-    fn agree(log: &Log, settings: &Settings, mut memory: Box<impl Backing<f64>>) {
+    fn agree(log: &Log, settings: &Settings, memory: &mut impl Backing<f64>) {
         let mut host = joint_filter(settings, &log.vehicle, log.initial_pose, Precision::F64).unwrap();
         let description = description(log, settings);
         let mut slam = memory.start(&description).unwrap();
@@ -115,10 +115,10 @@ mod tests {
         let calibrated = Settings { calibration: Some(calibration), ..plain.clone() };
         let [mut several, mut both] = [plain.clone(), moving.clone()];
         (several.joint.hypotheses, both.joint.hypotheses) = (8, 8);
-        agree(&log, &plain, Box::new(Plain::new()));
-        agree(&log, &moving, Box::new(Movers::new()));
-        agree(&log, &calibrated, Box::new(Calibrated::new()));
-        agree(&log, &several, Box::new(Several::new()));
-        agree(&log, &both, Box::new(Both::new()));
+        agree(&log, &plain, &mut *Box::new(Plain::new()));
+        agree(&log, &moving, &mut *Box::new(Movers::new()));
+        agree(&log, &calibrated, &mut *Box::new(Calibrated::new()));
+        agree(&log, &several, &mut *Box::new(Several::new()));
+        agree(&log, &both, &mut *Box::new(Both::new()));
     }
 }
