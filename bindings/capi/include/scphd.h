@@ -922,7 +922,7 @@ scphd_status scphd_slam_relocate(scphd_slam *slam,
 // Adds these standard deviations, in quadrature, to the uncertainty of the pose; the map is kept. A service.
 scphd_status scphd_slam_scatter(scphd_slam *slam, float position_sigma_m, float heading_sigma_rad);
 
-// Replaces the map by this one, of at most 128 features. An archive is emptied. A service.
+// Replaces the map by this one, of at most 128 features. An archive is emptied: the map must fit the window. A service.
 scphd_status scphd_slam_load_map(scphd_slam *slam, const scphd_feature *features, size_t count);
 
 // Predicts the pose after `dt_s` seconds. Speed ahead; speed to the left, 0 unless the vehicle can move sideways; turn rate to

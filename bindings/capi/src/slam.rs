@@ -70,7 +70,7 @@ pub extern "C" fn scphd_slam_scatter(
 /// Maximum number of features in a loaded map.
 const LOADED: usize = 128;
 
-/// Replaces the map by this one, of at most 128 features. An archive is emptied. A service.
+/// Replaces the map by this one, of at most 128 features. An archive is emptied: the map must fit the window. A service.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_load_map(
     slam: Handed<scphd_slam>,
