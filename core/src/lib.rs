@@ -96,7 +96,7 @@ pub use filter::detector::{Births, Detector, DetectorMemory};
 pub use filter::extract::{MapEstimate, PoseEstimate};
 pub use filter::scphd::ScPhd;
 pub use filter::state::State;
-pub use joint::{JointConfig, JointFilter, JointReport, JointSlam, JointState, MultiHypothesisSlam};
+pub use joint::{JointConfig, JointReport, JointSlam, JointState, MultiHypothesisSlam};
 pub use map::component::Component;
 pub use numerics::real::Real;
 pub use report::health::Health;
@@ -124,7 +124,8 @@ pub mod diagnostics {
     pub use crate::report::reports::Peak;
 }
 
-/// Types that appear in the expansion of [`memory!`] and [`joint_memory!`], and executors for several cores.
+/// Types that appear in the expansion of [`memory!`] and [`joint_memory!`], what optional parts have in common, and executors for
+/// several cores.
 pub mod storage {
     pub use crate::filter::detector::ScanRoom;
     pub use crate::filter::draft::{Capacities, Draft, UpdateMemory};
@@ -136,8 +137,8 @@ pub mod storage {
     #[doc(hidden)]
     pub use crate::filter::together::{AllLists, COUNTS, Lent, Placed, TERMS};
     pub use crate::joint::{
-        Archive, Archived, JointArchive, JointHypotheses, JointMovers, Movers, MoversOf, NoArchive, NoMovers, Tracked,
-        joint_numbers,
+        Archive, Archived, JointArchive, JointFilter, JointHypotheses, JointMovers, Movers, MoversOf, NoArchive,
+        NoMovers, Tracked, joint_numbers,
     };
     pub use crate::map::component::Correction;
     pub use crate::map::{Dynamic, Feature, MapMemory, MapStorage, NoMoving, PAGE_LEN, Static};

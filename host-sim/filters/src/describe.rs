@@ -75,24 +75,18 @@ mod tests {
     use scphd_vehicle::{Backing, Control, Measurements, Services as _, Slam as _, joint_backing};
     use scphd_worlds::scenario;
 
-    joint_backing! { struct Plain: PlanarPose<f64> { features: 60, measurements: 64 } }
-    joint_backing! { struct Movers: PlanarPose<f64> { features: 60, measurements: 64, movers: 32 } }
-    joint_backing! { struct Calibrated: CalibratedPose<f64> { features: 60, measurements: 64 } }
-    joint_backing! { struct Several: PlanarPose<f64> { features: 60, measurements: 64, hypotheses: 8 } }
-    joint_backing! { struct Both: PlanarPose<f64> { features: 60, measurements: 64, movers: 32, hypotheses: 8 } }
-
     /// Compares the digests after every scan of the simulator's filter and of that of the description.
     fn agree(log: &Log, settings: &Settings, memory: &mut impl Backing<f64>) {
         let mut host = joint_filter(settings, &log.vehicle, log.initial_pose, Precision::F64).unwrap();
         let description = description(log, settings);
         let mut slam = memory.start(&description).unwrap();
         slam.reset(&description.start).unwrap();
-        for (row, scan) in log.odometry.iter().zip(&log.scans).take(60) {
+        for (row, scan) in log.odometry.iter().zip(&log.scans).take(50) {
             let [speed_mps, turn, left_mps] = row.control;
             host.predict(row.control, 0.1).unwrap();
             slam.predict(Control { speed_mps, turn, left_mps }, 0.1).unwrap();
-            // As many as 60 features can be made of.
-            let detections = &scan.detections[..scan.detections.len().min(5)];
+            // As many as the memory has room for.
+            let detections = &scan.detections[..scan.detections.len().min(4)];
             host.scan(0, detections).unwrap();
             let measurements: Vec<_> = detections.iter().map(|&z| Vector2::from(z)).collect();
             slam.scan(0, Measurements::RangeBearing(&measurements)).unwrap();
@@ -100,25 +94,36 @@ mod tests {
         }
     }
 
-    #[test]
-    fn the_filter_of_a_description_is_the_simulators_with_every_optional_part() {
-        let log = scenario::by_name("thesis-dynamic", 3).unwrap();
-        let plain = Settings::for_log(&log);
-        let mut moving = plain.clone();
-        moving.moving.birth_intensity = 1e-3;
-        let calibration = CalibrationSettings {
+    /// A test with memory for these optional parts, on a stack that holds the simulator's filter before it is on the heap.
+    macro_rules! is_the_simulators {
+        ($name:ident: $pose:ident $(, $part:ident: $capacity:literal)* => $change:expr) => {
+            #[test]
+            fn $name() {
+                joint_backing! {
+                    struct Memory: $pose<f64> { features: 40, measurements: 8 $(, $part: $capacity)* }
+                }
+                let log = scenario::by_name("thesis-dynamic", 3).unwrap();
+                let mut settings = Settings::for_log(&log);
+                let change: fn(&mut Settings) = $change;
+                change(&mut settings);
+                let work = move || agree(&log, &settings, &mut *Box::new(Memory::new()));
+                std::thread::Builder::new().stack_size(1 << 28).spawn(work).unwrap().join().unwrap();
+            }
+        };
+    }
+    is_the_simulators!(plain: PlanarPose => |_| ());
+    is_the_simulators!(with_tracks: PlanarPose, movers: 16 => |settings| settings.moving.birth_intensity = 1e-3);
+    is_the_simulators!(with_calibration: CalibratedPose => |settings| {
+        settings.calibration = Some(CalibrationSettings {
             speed_scale_sigma: 0.05,
             turn_scale_sigma: 0.05,
             turn_offset_sigma: 0.02,
             lasts_s: 3600.0,
-        };
-        let calibrated = Settings { calibration: Some(calibration), ..plain.clone() };
-        let [mut several, mut both] = [plain.clone(), moving.clone()];
-        (several.joint.hypotheses, both.joint.hypotheses) = (8, 8);
-        agree(&log, &plain, &mut *Box::new(Plain::new()));
-        agree(&log, &moving, &mut *Box::new(Movers::new()));
-        agree(&log, &calibrated, &mut *Box::new(Calibrated::new()));
-        agree(&log, &several, &mut *Box::new(Several::new()));
-        agree(&log, &both, &mut *Box::new(Both::new()));
-    }
+        });
+    });
+    is_the_simulators!(with_hypotheses: PlanarPose, hypotheses: 8 => |settings| settings.joint.hypotheses = 8);
+    is_the_simulators!(with_both: PlanarPose, movers: 16, hypotheses: 8 => |settings| {
+        settings.joint.hypotheses = 8;
+        settings.moving.birth_intensity = 1e-3;
+    });
 }

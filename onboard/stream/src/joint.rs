@@ -12,8 +12,8 @@ use scphd::errors::SetupError;
 use scphd::models::{Fix, MeasurementModel, Motion, Pose, ScalarOf};
 use scphd::numerics::Vector;
 use scphd::settings::HypothesesConfig;
-use scphd::storage::{JointHypotheses, JointMovers, NoArchive, NoMovers, Tracked};
-use scphd::{Detector, JointFilter, JointReport, JointSlam, MultiHypothesisSlam, Real};
+use scphd::storage::{JointFilter, JointHypotheses, JointMovers, NoArchive, NoMovers, Tracked};
+use scphd::{Detector, JointReport, JointSlam, MultiHypothesisSlam, Real};
 
 /// Optional parts of a joint map on board: [`NoMovers`], [`Tracks`] or [`Hypotheses`]. No code is linked for omitted parts.
 pub trait OptionalParts<M: Motion + 'static, Z: Vector<Scalar = ScalarOf<M::Pose>> + 'static> {

@@ -14,7 +14,8 @@ use scphd::models::{MovingOf, OdometryCorrection, PlanarPose, ScalarOf};
 use scphd::numerics::Symmetric;
 use scphd::settings::{HypothesesConfig, MovingConfig};
 use scphd::snapshot::{RestoreError, SaveError, SliceEnd};
-use scphd::{Component, JointFilter, JointSlam, JointState, MapEstimate, PoseEstimate, PredictReport, Real};
+use scphd::storage::JointFilter;
+use scphd::{Component, JointSlam, JointState, MapEstimate, PoseEstimate, PredictReport, Real};
 
 /// A joint map in its memory, with the sensors and fixes of its description. `P` is [`PlanarPose`], or
 /// [`CalibratedPose`](scphd::models::CalibratedPose) if the odometry is calibrated; the filter `F` depends on the optional parts of

@@ -6,9 +6,10 @@ use nalgebra::Vector2;
 use scphd::models::ScalarOf;
 use scphd::settings::{HypothesesConfig, MovingConfig};
 use scphd::storage::{
-    Archive, Archived, JointArchive, JointHypotheses, JointMovers, Movers, MoversOf, NoArchive, NoMovers, Tracked,
+    Archive, Archived, JointArchive, JointFilter, JointHypotheses, JointMovers, Movers, MoversOf, NoArchive, NoMovers,
+    Tracked,
 };
-use scphd::{JointFilter, JointSlam, MultiHypothesisSlam};
+use scphd::{JointSlam, MultiHypothesisSlam};
 
 /// A joint map with an archive `A` and moving features `V`, or without them.
 pub(crate) type Map<'m, P, A, V> = JointSlam<'m, <P as PlanarState>::Moves, Vector2<ScalarOf<P>>, A, V>;

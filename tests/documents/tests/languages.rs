@@ -74,7 +74,7 @@ const FEATURES: [(&str, [Test; 5]); 22] = [
             (C, "start_filters"),
             (PYTHON_DIGESTS, "test_seven_filters_over_300_scans"),
             (BLACK_BOX, "cut_at_every_50th_scan_tracks_and_hypotheses_end_alike"),
-            (DESCRIBED, "the_filter_of_a_description_is_the_simulators_with_every_optional_part"),
+            (DESCRIBED, "agree"),
         ],
     ),
     (

@@ -7,7 +7,8 @@ use scphd::locate::{Locator, LocatorConfig, LocatorReport, LocatorState};
 use scphd::models::{MeasurementModel, Motion, PlanarPose, Pose, PositionOf, TangentOf};
 use scphd::numerics::{Symmetric, Vector as _};
 use scphd::snapshot::{from_slice, into_slice, restore_map, save_map};
-use scphd::{Component, Detector, JointFilter, PoseEstimate, Real};
+use scphd::storage::JointFilter;
+use scphd::{Component, Detector, PoseEstimate, Real};
 
 /// Number of hypotheses of the global localisation.
 const HYPOTHESES: usize = 32;

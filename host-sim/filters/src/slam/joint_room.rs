@@ -6,8 +6,8 @@ use scphd::errors::SetupError;
 use scphd::models::{Motion, ScalarOf};
 use scphd::numerics::Vector;
 use scphd::settings::{HypothesesConfig, MovingConfig};
-use scphd::storage::{JointHypotheses, JointMovers, NoArchive, Tracked};
-use scphd::{JointConfig, JointFilter, JointSlam, JointState, MultiHypothesisSlam};
+use scphd::storage::{JointFilter, JointHypotheses, JointMovers, NoArchive, Tracked};
+use scphd::{JointConfig, JointSlam, JointState, MultiHypothesisSlam};
 
 /// Capacity of the host's state for features.
 pub(super) const FEATURES: usize = 1024;

@@ -17,8 +17,8 @@ use nalgebra::Vector2;
 use scphd::diagnostics::{Probe, Stage};
 use scphd::models::PlanarPose;
 use scphd::snapshot::SaveError;
-use scphd::storage::{NoMovers, joint_numbers};
-use scphd::{Component, Detector, DetectorMemory, JointFilter, Real};
+use scphd::storage::{JointFilter, NoMovers, joint_numbers};
+use scphd::{Component, Detector, DetectorMemory, Real};
 
 /// The mixture filter for black boxes of planar vehicles: four detectors, fixes, and all other records.
 #[derive(Debug, Clone, Copy)]
