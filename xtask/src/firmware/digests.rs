@@ -22,11 +22,12 @@ use crate::tools::Tool;
 const SURVEY: Source<'_> = Source { what: "survey", scans: 200, variant: Variant::Plain };
 /// Scenarios, which are always available: without moving features; all scans of one with moving features; and a dive, each of whose
 /// frames takes as long as several scans. With a mixture and with a joint map.
-const SCENARIOS: [Source<'_>; 6] = [
+const SCENARIOS: [Source<'_>; 7] = [
     SURVEY,
     Source { what: "survey", scans: 200, variant: Variant::Joint },
     Source { what: "thesis-dynamic", scans: 301, variant: Variant::Plain },
     Source { what: "thesis-dynamic", scans: 301, variant: Variant::JointMovers },
+    Source { what: "thesis-dynamic", scans: 150, variant: Variant::JointHypotheses },
     Source { what: "girona-tank", scans: 40, variant: Variant::Plain },
     Source { what: "girona-tank", scans: 40, variant: Variant::Joint },
 ];
