@@ -137,9 +137,9 @@ fn cut_at_every_50th_scan_the_joint_map_ends_alike() {
 fn cut_at_every_50th_scan_tracks_and_hypotheses_end_alike() {
     with_roomy_stack(|| {
         let (log, mut settings) = with_room(scenario::by_name("thesis-dynamic", 1).unwrap(), 201, 1, 1);
-        // Hypotheses: ten times the noise of the odometry, so that detections have several possible causes.
         let tracks = recorded::<BlackBoxMovers, f32>(&plain(&log, &settings, Scalar::F32).bytes, 50);
         ends_alike_from_every_snapshot::<BlackBoxMovers, f32>(&tracks, 50);
+        // Ten times the noise of the odometry, so that detections have several possible causes.
         settings.vehicle.speed_sigma_mps *= 10.0;
         settings.vehicle.turn_sigma *= 10.0;
         let bytes = plain(&log, &settings, Scalar::F32).bytes;

@@ -110,10 +110,10 @@ pub trait Services<T: Real>: Slam<T> {
     /// The covariance is out of range, or the filter has not been reset; the state is unchanged.
     fn scatter(&mut self, covariance: &Symmetric<Vector3<T>>) -> Result<(), ResetError>;
 
-    /// Replaces the map.
+    /// Replaces the map; an archive is emptied.
     ///
     /// # Errors
-    /// The map is refused, or the filter has an archive; the state is unchanged.
+    /// The map is refused; the state is unchanged.
     fn load_map(&mut self, features: &[Component<Vector2<T>>]) -> Result<(), Refused<LoadMapError>>;
 
     /// Updates only the pose with a scan; the map is unchanged.
