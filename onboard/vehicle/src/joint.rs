@@ -183,8 +183,8 @@ impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>> Ser
         self.slam.scatter(&P::widened(covariance))
     }
 
-    fn load_map(&mut self, features: &[Component<Vector2<T>>]) -> Result<(), Refused<LoadMapError>> {
-        self.slam.load_map(features).map_err(Refused::Filter)
+    fn load_map(&mut self, features: &[Component<Vector2<T>>]) -> Result<(), LoadMapError> {
+        self.slam.load_map(features)
     }
 
     fn localise(&mut self, sensor: usize, measurements: Measurements<'_, T>) -> Result<Scanned<T>, Refused<ScanError>> {

@@ -133,8 +133,8 @@ impl<T: Real, R: Rooms<T>> Services<T> for Mixture<'_, T, R> {
         self.filter.scatter(covariance)
     }
 
-    fn load_map(&mut self, features: &[Component<Vector2<T>>]) -> Result<(), Refused<LoadMapError>> {
-        self.filter.load_map(features).map_err(Refused::Filter)
+    fn load_map(&mut self, features: &[Component<Vector2<T>>]) -> Result<(), LoadMapError> {
+        self.filter.load_map(features)
     }
 
     fn localise(&mut self, _: usize, _: Measurements<'_, T>) -> Result<Scanned<T>, Refused<ScanError>> {

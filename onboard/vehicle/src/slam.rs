@@ -114,7 +114,7 @@ pub trait Services<T: Real>: Slam<T> {
     ///
     /// # Errors
     /// The map is refused; the state is unchanged.
-    fn load_map(&mut self, features: &[Component<Vector2<T>>]) -> Result<(), Refused<LoadMapError>>;
+    fn load_map(&mut self, features: &[Component<Vector2<T>>]) -> Result<(), LoadMapError>;
 
     /// Updates only the pose with a scan; the map is unchanged.
     ///
