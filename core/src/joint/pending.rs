@@ -243,7 +243,7 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
 
 /// Adds to two rows of the triangle, of the same length, the products of their weights with the rows of C_t for every
 /// column.
-#[inline]
+#[inline(always)]
 fn add_columns<P: Pose, Z: Vector<Scalar = ScalarOf<P>>, const N: usize>(
     weights: &[[Z; N]; 2],
     pending: &Pending<'_, P, Z>,
@@ -272,7 +272,7 @@ fn add_columns<P: Pose, Z: Vector<Scalar = ScalarOf<P>>, const N: usize>(
 }
 
 /// The part of this for the columns of the pose, or of one feature.
-#[inline]
+#[inline(always)]
 fn add_block<Z: Vector, R: AsRef<[Z]>, const N: usize>(
     [of_upper, of_lower]: &[[Z; N]; 2],
     columns: &[R; TERMS],
@@ -280,21 +280,35 @@ fn add_block<Z: Vector, R: AsRef<[Z]>, const N: usize>(
     lower: &mut [Z::Scalar],
 ) {
     for (k, (upper, lower)) in upper.iter_mut().zip(lower).enumerate() {
-        let mut terms = columns.iter();
-        let of_column: [Z; N] =
-            core::array::from_fn(|_| terms.next().and_then(|rows| rows.as_ref().get(k)).copied().unwrap_or(Z::ZERO));
-        // Both products are computed before one is added: otherwise the compiler must assume that this changes the
-        // column.
-        let (to_upper, to_lower) = (products(of_upper, &of_column), products(of_lower, &of_column));
+        // Both sums are computed before one is added: otherwise the compiler must assume that this changes the column.
+        let (mut to_upper, mut to_lower) = (no_term::<Z>(), no_term::<Z>());
+        for ((rows, of_upper), of_lower) in columns.iter().zip(of_upper).zip(of_lower) {
+            let Some(of_column) = rows.as_ref().get(k) else { continue };
+            to_upper = plus_product(to_upper, of_upper, of_column);
+            to_lower = plus_product(to_lower, of_lower, of_column);
+        }
         *upper += to_upper;
         *lower += to_lower;
     }
 }
 
 /// Σ_t w_tᵀ c_t, one product after the other.
-#[inline]
+#[inline(always)]
 fn products<Z: Vector, const N: usize>(weights: &[Z; N], of_column: &[Z; N]) -> Z::Scalar {
-    let pairs =
-        weights.iter().zip(of_column).flat_map(|(weight, of)| (0..Z::DIMENSION).map(|z| (weight.at(z), of.at(z))));
-    pairs.map(|(weight, of)| weight * of).reduce(|sum, product| sum + product).unwrap_or(Zero::ZERO)
+    weights.iter().zip(of_column).fold(no_term::<Z>(), |sum, (weight, of)| plus_product(sum, weight, of))
+}
+
+/// The sum, and wᵀ c added to it, one product after the other.
+#[inline(always)]
+fn plus_product<Z: Vector>(mut sum: Z::Scalar, weight: &Z, of_column: &Z) -> Z::Scalar {
+    for (&weight, &of) in weight.as_slice().iter().zip(of_column.as_slice()) {
+        sum += weight * of;
+    }
+    sum
+}
+
+/// A sum of no terms: −0, to which a term is added without a change of its bits.
+#[inline(always)]
+fn no_term<Z: Vector>() -> Z::Scalar {
+    -<Z::Scalar as Zero>::ZERO
 }
