@@ -15,6 +15,7 @@ pub(crate) mod real;
 pub(crate) mod single;
 pub(crate) mod sort;
 pub(crate) mod symmetric;
+pub(crate) mod triangle;
 pub(crate) mod vector;
 pub(crate) mod work;
 pub(crate) mod zero;

@@ -6,12 +6,8 @@
 // iterators would hide the linear algebra.
 #![allow(clippy::indexing_slicing)]
 
+use super::triangle::{Triangle, at};
 use crate::{Linear, Matrix, Real, Vector, Zero};
-
-/// Position of element (`row`, `column`), `row` ≥ `column`, in the packed lower triangle.
-const fn at(row: usize, column: usize) -> usize {
-    row * (row + 1) / 2 + column
-}
 
 /// A symmetric matrix in packed storage: the covariance of a `V`.
 ///
@@ -36,36 +32,16 @@ impl<T: Real, V: Vector<Scalar = T>> Symmetric<V> {
     /// The matrix with elements `element(row, column)`, which is called only with `row` ≥ `column`.
     #[inline]
     #[must_use]
-    pub fn from_fn(mut element: impl FnMut(usize, usize) -> T) -> Self {
-        let mut result = Self::ZERO;
-        // A constant row index each: the compiler would not unroll two nested loops.
-        result.fill_row::<0>(&mut element);
-        result.fill_row::<1>(&mut element);
-        result.fill_row::<2>(&mut element);
-        result.fill_row::<3>(&mut element);
-        result.fill_row::<4>(&mut element);
-        result.fill_row::<5>(&mut element);
-        result
-    }
-
-    /// Sets one row, if the matrix has it.
-    #[inline(always)]
-    fn fill_row<const ROW: usize>(&mut self, element: &mut impl FnMut(usize, usize) -> T) {
-        if ROW < V::DIMENSION {
-            for column in 0..=ROW {
-                let element = element(ROW, column);
-                if let Some(slot) = self.lower.as_mut().get_mut(at(ROW, column)) {
-                    *slot = element;
-                }
-            }
-        }
+    pub fn from_fn(element: impl FnMut(usize, usize) -> T) -> Self {
+        Self { lower: Triangle::with(element) }
     }
 
     /// The diagonal matrix of `diagonal`.
     #[inline]
     #[must_use]
     pub fn from_diagonal(diagonal: V::Array<T>) -> Self {
-        Self::from_fn(|row, column| if row == column { element(diagonal.as_ref(), row) } else { T::ZERO })
+        let on_diagonal = |row: usize| diagonal.as_ref().get(row).copied().unwrap_or(T::ZERO);
+        Self::from_fn(|row, column| if row == column { on_diagonal(row) } else { T::ZERO })
     }
 
     /// Element (`row`, `column`); zero outside the matrix.
@@ -241,14 +217,8 @@ impl<T: Real, V: Vector<Scalar = T>> Symmetric<V> {
     #[inline]
     #[must_use]
     pub fn factor(&self) -> Option<Factor<V>> {
-        let mut factor = Factor { lower: self.lower, pivots: V::Array::ZERO };
-        // A constant column index each: the compiler would not unroll a loop.
-        let positive = factor.eliminate::<0>()
-            && factor.eliminate::<1>()
-            && factor.eliminate::<2>()
-            && factor.eliminate::<3>()
-            && factor.eliminate::<4>()
-            && factor.eliminate::<5>();
+        let mut factor = Factor::<V> { lower: self.lower, pivots: V::Array::ZERO };
+        let positive = factor.lower.factor(factor.pivots.as_mut());
         positive.then_some(factor)
     }
 }
@@ -262,37 +232,6 @@ pub struct Factor<V: Vector> {
 }
 
 impl<T: Real, V: Vector<Scalar = T>> Factor<V> {
-    /// Computes the pivot of a column and the elements below it, from the columns before; `false` if the pivot is not positive.
-    #[inline(always)]
-    fn eliminate<const COLUMN: usize>(&mut self) -> bool {
-        if COLUMN >= V::DIMENSION {
-            return true;
-        }
-        let l = self.lower.as_mut();
-        let mut pivot = element(l, at(COLUMN, COLUMN));
-        let mut scaled = [T::ZERO; COLUMN];
-        for (k, (scaled, &earlier)) in scaled.iter_mut().zip(self.pivots.as_ref()).enumerate() {
-            *scaled = element(l, at(COLUMN, k)) * earlier;
-            pivot -= element(l, at(COLUMN, k)) * *scaled;
-        }
-        // The comparison is written so that NaN fails it. Below the least normal number the reciprocal would overflow.
-        if !(pivot >= T::LEAST_NORMAL && pivot < T::INFINITY) {
-            return false;
-        }
-        if let Some(slot) = self.pivots.as_mut().get_mut(COLUMN) {
-            *slot = pivot;
-        }
-        let per_pivot = T::ONE / pivot;
-        for row in COLUMN + 1..V::DIMENSION {
-            let start = element(l, at(row, COLUMN));
-            let product = (0..COLUMN).zip(scaled).fold(start, |sum, (k, scaled)| sum - element(l, at(row, k)) * scaled);
-            if let Some(slot) = l.get_mut(at(row, COLUMN)) {
-                *slot = product * per_pivot;
-            }
-        }
-        true
-    }
-
     /// L⁻¹ v.
     #[inline]
     fn forward(&self, v: &V) -> V {
@@ -401,12 +340,6 @@ const LN_TAU: f64 = 1.837_877_066_409_345_3;
 #[inline]
 fn sum<T: Real>(terms: usize, term: impl Fn(usize) -> T) -> T {
     (1..terms).fold(term(0), |sum, k| sum + term(k))
-}
-
-/// The element at an index of the packed triangle. The loops stay inside the triangle, which the compiler cannot always see.
-#[inline]
-fn element<T: Real>(lower: &[T], place: usize) -> T {
-    lower.get(place).copied().unwrap_or(T::ZERO)
 }
 
 #[cfg(test)]

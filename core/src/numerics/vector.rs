@@ -1,5 +1,6 @@
 //! Vectors and matrices with dimensions as types, for generic code with nalgebra.
 
+use super::triangle::Triangle;
 use crate::{Real, Zero};
 use core::ops::{Add, AddAssign, Mul, Sub};
 use nalgebra::{ArrayStorage, SMatrix, SVector};
@@ -20,7 +21,7 @@ pub trait Vector:
     /// An array with one element for each coordinate.
     type Array<X: Zero>: Array<X>;
     /// The lower triangle of a symmetric matrix, row after row.
-    type Lower: Array<Self::Scalar>;
+    type Lower: Triangle<Self::Scalar>;
     /// A matrix that maps a `C` to this vector: one row for each coordinate of this vector, one column for each of `C`.
     type Rows<C: Vector>: Matrix<Scalar = C::Scalar>;
     /// A matrix with `R` rows of the length of this vector.
@@ -106,8 +107,14 @@ impl<T: Real, const R: usize, const C: usize> Matrix for SMatrix<T, R, C> {
     type Scalar = T;
 
     #[inline]
-    fn with(element: impl FnMut(usize, usize) -> T) -> Self {
-        SMatrix::from_fn(element)
+    fn with(mut element: impl FnMut(usize, usize) -> T) -> Self {
+        let mut columns = [[T::ZERO; R]; C];
+        for (column, elements) in columns.iter_mut().enumerate() {
+            for (row, slot) in elements.iter_mut().enumerate() {
+                *slot = element(row, column);
+            }
+        }
+        SMatrix::from_array_storage(ArrayStorage(columns))
     }
 
     #[inline]
@@ -140,7 +147,11 @@ macro_rules! implement_vector {
 
             #[inline]
             fn with(mut coordinate: impl FnMut(usize) -> T) -> Self {
-                SVector::from_fn(|row, _| coordinate(row))
+                let mut coordinates = [T::ZERO; $n];
+                for (k, slot) in coordinates.iter_mut().enumerate() {
+                    *slot = coordinate(k);
+                }
+                SVector::from_array_storage(ArrayStorage([coordinates]))
             }
 
             #[inline]
