@@ -52,7 +52,7 @@ pub struct Config<T> {
     pub negligible: T,
     /// Whether births are delayed: a measurement that comes from no known feature is stored until the next scan, and becomes a
     /// component only if that scan may have detected it again. Most components in view are births from clutter; without them a
-    /// filter takes a fifth fewer instructions (docs/performance.md). In exchange, terms of η_z below
+    /// filter takes a quarter fewer instructions (docs/performance.md). In exchange, terms of η_z below
     /// [`prune_weight`](Self::prune_weight) times the clutter and birth terms of the measurement are left out. For filters with a
     /// single sensor: after scans of a second sensor, births are no longer delayed. Only births with a weight below 0.1 are
     /// delayed, and only as many measurements of a scan as [`State`](crate::State) has memory for: 64, unless its type says
