@@ -25,9 +25,9 @@ const SEED: u64 = 5;
 
 /// The results of a replay.
 #[derive(Debug, Default, PartialEq)]
-struct Told {
+pub(crate) struct Told {
     /// Index of the scan and digest.
-    digests: Vec<(u32, u64)>,
+    pub(crate) digests: Vec<(u32, u64)>,
     /// Number of scans before the snapshot, and whether its digest agrees.
     snapshots: Vec<(u32, bool)>,
     refused: Vec<(u32, Refusal)>,
@@ -49,13 +49,13 @@ impl Monitor for Told {
 }
 
 /// Replays the readable part of a black box.
-fn replayed<A: Aboard<T>, T: Real>(bytes: &[u8]) -> Result<(Recovered<A::Kind>, Told), ReplayError> {
+pub(crate) fn replayed<A: Aboard<T>, T: Real>(bytes: &[u8]) -> Result<(Recovered<A::Kind>, Told), ReplayError> {
     let (mut memory, mut told) = (Box::new(A::MEMORY), Told::default());
     recover::<A, T>(bytes, &mut memory, &mut told).map(|recovered| (recovered, told))
 }
 
 /// The stream with snapshots.
-fn recorded<A, T>(bytes: &[u8], every: u32) -> Vec<u8>
+pub(crate) fn recorded<A, T>(bytes: &[u8], every: u32) -> Vec<u8>
 where
     T: Real,
     A: Aboard<T>,
@@ -71,7 +71,7 @@ where
 }
 
 /// Replays a black box with snapshots every `every` scans, completely and from each snapshot on.
-fn ends_alike_from_every_snapshot<A: Aboard<T>, T: Real>(bytes: &[u8], every: u32) -> Told {
+pub(crate) fn ends_alike_from_every_snapshot<A: Aboard<T>, T: Real>(bytes: &[u8], every: u32) -> Told {
     let (whole, all) = replayed::<A, T>(bytes).unwrap();
     assert!(whole.ended && whole.gaps == 0);
     let scans = whole.totals.scans;

@@ -2,6 +2,7 @@
 
 mod black_box;
 mod flips;
+mod flown_box;
 mod link;
 mod logs;
 mod stream;

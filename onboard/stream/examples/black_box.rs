@@ -11,7 +11,7 @@ use scphd::models::{
     Step, Unicycle, UnicycleControl, UniformClutter,
 };
 use scphd::numerics::{Noise, wrap};
-use scphd::settings::Persistence;
+use scphd::settings::HypothesesConfig;
 use scphd::snapshot::into_slice;
 use scphd::{Births, Detector, JointConfig, JointSlam, joint_memory};
 use scphd_stream::planar::{BlackBoxJoint, Fix, Models, Odometry, Planar, Sensor, SensorModels, Vehicle};
@@ -91,8 +91,6 @@ fn detector(
 
 /// The head of the recording: all parameters of the filter.
 fn head(front: &Sensor) -> Header<Planar> {
-    let JointConfig { persistence, occlusion_factor, merge_distance, .. } = JointConfig::<f32>::default();
-    let Persistence { visible_s, occluded_s, lifetime_s } = persistence;
     Header {
         scalar: Scalar::F32,
         vehicle: Vehicle::UnicycleArc,
@@ -104,13 +102,7 @@ fn head(front: &Sensor) -> Header<Planar> {
             ..Models::ZERO
         },
         recursion: Recursion { birth_intensity: front.birth_intensity, ..Recursion::ZERO },
-        joint: Joint {
-            visible_s: f64::from(visible_s),
-            occluded_s: f64::from(occluded_s),
-            lifetime_s: f64::from(lifetime_s),
-            occlusion_factor: f64::from(occlusion_factor),
-            merge_distance: f64::from(merge_distance),
-        },
+        joint: Joint::of(&JointConfig::<f32>::default(), &HypothesesConfig::default()),
         scan_interval_s: f64::from(DT_S),
         ..Header::EMPTY
     }

@@ -3,7 +3,7 @@
 /// The first bytes of every stream.
 pub(crate) const MAGIC: [u8; 8] = *b"SCPHDLOG";
 /// The version that this code reads and writes.
-pub(crate) const VERSION: u16 = 6;
+pub(crate) const VERSION: u16 = 7;
 /// Number of bytes before the numbers: magic, version, length, choices, counts, seed, mark of the snapshot, previous checksum.
 pub(crate) const FRONT: usize = 72;
 

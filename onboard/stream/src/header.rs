@@ -6,6 +6,8 @@ use crate::front::{Begins, FRONT, MAGIC, Mark, RETUNED, SNAPSHOT, VERSION};
 use crate::kind::Kind;
 use crate::numbers::{Numbers, numbers};
 use crate::scalar::Scalar;
+use scphd::settings::{HypothesesConfig, Persistence, Plausible};
+use scphd::{JointConfig, Real};
 
 /// The value of a count that was unknown when the head was written, for example during the flight.
 pub const UNKNOWN: u32 = u32::MAX;
@@ -81,6 +83,10 @@ numbers! {
 numbers! {
     /// Tuning of a joint map.
     Joint {
+        /// Minimum probability that a measurement comes from clutter or a new feature for it to become a feature.
+        birth_probability_min: f64,
+        /// Association gate: squared Mahalanobis distance.
+        gate: f64,
         /// Mean time until a visible landmark is occluded, s.
         visible_s: f64,
         /// Mean time until an occluded landmark is visible again, s.
@@ -89,8 +95,81 @@ numbers! {
         lifetime_s: f64,
         /// Factor on p_D behind a nearer detection.
         occlusion_factor: f64,
+        /// Features are removed if their existence probability is below this.
+        least_existence: f64,
+        /// The same for features in view that were detected less than twice.
+        least_tentative: f64,
+        /// Minimum existence probability of an estimated feature.
+        extraction_existence: f64,
         /// Features within this squared Mahalanobis distance are merged.
         merge_distance: f64,
+        /// Greatest range of all sensors, m, for a filter with an archive.
+        archive_reach_m: f64,
+        /// Greatest number of hypotheses, for a filter with several; an integer.
+        hypotheses: f64,
+        /// Hypotheses are joined if their poses are within this many standard deviations.
+        joined_sigmas: f64,
+        /// A child is dropped if its weight, divided by that of the likeliest, is below this.
+        least_ratio: f64,
+        /// A hypothesis is dropped if its probability is below this.
+        least_share: f64,
+    }
+}
+
+impl Joint {
+    /// The tuning of a joint map without an archive. The limits of the motion are not recorded: the filters of streams have the
+    /// default ones.
+    #[must_use]
+    pub fn of<T: Real>(config: &JointConfig<T>, hypotheses: &HypothesesConfig<T>) -> Self {
+        let JointConfig { persistence: Persistence { visible_s, occluded_s, lifetime_s }, .. } = *config;
+        let HypothesesConfig { most, joined_sigmas, least_ratio, least_share } = *hypotheses;
+        Self {
+            birth_probability_min: config.birth_probability_min.to_f64(),
+            gate: config.gate.to_f64(),
+            visible_s: visible_s.to_f64(),
+            occluded_s: occluded_s.to_f64(),
+            lifetime_s: lifetime_s.to_f64(),
+            occlusion_factor: config.occlusion_factor.to_f64(),
+            least_existence: config.least_existence.to_f64(),
+            least_tentative: config.least_tentative.to_f64(),
+            extraction_existence: config.extraction_existence.to_f64(),
+            merge_distance: config.merge_distance.to_f64(),
+            archive_reach_m: 0.0,
+            hypotheses: most as f64,
+            joined_sigmas: joined_sigmas.to_f64(),
+            least_ratio: least_ratio.to_f64(),
+            least_share: least_share.to_f64(),
+        }
+    }
+
+    /// The tuning of the joint map.
+    pub(crate) fn config<T: Real>(&self) -> JointConfig<T> {
+        let real = T::from_f64;
+        JointConfig {
+            birth_probability_min: real(self.birth_probability_min),
+            gate: real(self.gate),
+            persistence: Persistence {
+                visible_s: real(self.visible_s),
+                occluded_s: real(self.occluded_s),
+                lifetime_s: real(self.lifetime_s),
+            },
+            occlusion_factor: real(self.occlusion_factor),
+            least_existence: real(self.least_existence),
+            least_tentative: real(self.least_tentative),
+            extraction_existence: real(self.extraction_existence),
+            merge_distance: real(self.merge_distance),
+            plausible: Plausible::default(),
+        }
+    }
+
+    /// The tuning of its hypotheses.
+    pub(crate) fn hypotheses<T: Real>(&self) -> HypothesesConfig<T> {
+        HypothesesConfig {
+            most: self.hypotheses as usize,
+            joined_sigmas: T::from_f64(self.joined_sigmas),
+            least_ratio: T::from_f64(self.least_ratio),
+            least_share: T::from_f64(self.least_share),
+        }
     }
 }
 
@@ -363,31 +442,31 @@ mod tests {
     fn a_written_head_is_read() {
         comes_back(planar());
         comes_back(numbered::<Underwater>(Auv));
-        assert_eq!((planar().models.start_x_m, planar().scan_interval_s), (100.5, 149.5));
+        assert_eq!((planar().models.start_x_m, planar().scan_interval_s), (100.5, 159.5));
         let underwater = numbered::<Underwater>(Auv);
-        assert_eq!((underwater.models.start_m[0], underwater.scan_interval_s), (100.5, 178.5));
+        assert_eq!((underwater.models.start_m[0], underwater.scan_interval_s), (100.5, 188.5));
     }
 
     /// The positions of the documented layout.
     #[test]
     fn the_layout_is_the_documented_one() {
         let bytes = encoded(&planar());
-        assert_eq!(bytes.len(), 476);
-        assert_eq!(&bytes[..12], b"SCPHDLOG\x06\x00\xdc\x01");
+        assert_eq!(bytes.len(), 556);
+        assert_eq!(&bytes[..12], b"SCPHDLOG\x07\x00\x2c\x02");
         assert_eq!(bytes[12..20], [4, 2, 0, 0, 1, 1, 1, 1]);
         assert_eq!(bytes[20..24], [1, 0, 0, 0]);
         assert_eq!(bytes[40..44], [6, 0, 0, 0]);
         assert_eq!(bytes[44..52], [8, 7, 6, 5, 4, 3, 2, 1]);
         assert_eq!(bytes[52..72], [7, 0, 0, 0, 8, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 10, 0, 0, 0]);
         assert_eq!(bytes[72..80], 100.5_f64.to_le_bytes());
-        assert_eq!(bytes[464..472], 149.5_f64.to_le_bytes());
+        assert_eq!(bytes[544..552], 159.5_f64.to_le_bytes());
         let head = Head::take::<Planar>(&mut Bytes(&bytes)).unwrap();
         assert_eq!((head.before, head.mark()), (10, Some(Mark { scans: 7, parts: 8, digest: 9 })));
         let bytes = encoded(&numbered::<Underwater>(Auv));
-        assert_eq!(bytes.len(), 708);
-        assert_eq!(bytes[10..14], [0xc4, 0x02, 4, 3]);
+        assert_eq!(bytes.len(), 788);
+        assert_eq!(bytes[10..14], [0x14, 0x03, 4, 3]);
         assert_eq!(bytes[72..80], 100.5_f64.to_le_bytes());
-        assert_eq!(bytes[696..704], 178.5_f64.to_le_bytes());
+        assert_eq!(bytes[776..784], 188.5_f64.to_le_bytes());
     }
 
     #[test]

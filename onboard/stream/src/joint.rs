@@ -1,7 +1,7 @@
 //! The joint map on board, for all vehicles.
 
 use crate::black_box::Observes;
-use crate::header::{Header, Moving};
+use crate::header::Header;
 use crate::kind::Kind;
 use crate::numbers::Numbers;
 use crate::onboard::{Capacities, Filter, Helm, Ram, RamPart, Refusal, Scan, Seen, lower, moved, moving_config};
@@ -11,11 +11,11 @@ use scphd::diagnostics::{Probe, Stage};
 use scphd::errors::SetupError;
 use scphd::models::{Fix, MeasurementModel, Motion, Pose, ScalarOf};
 use scphd::numerics::Vector;
-use scphd::settings::HypothesesConfig;
-use scphd::storage::{JointFilter, JointHypotheses, JointMovers, NoArchive, NoMovers, Tracked};
+use scphd::storage::{Archived, JointArchive, JointFilter, JointHypotheses, JointMovers, NoArchive, NoMovers, Tracked};
 use scphd::{Detector, JointReport, JointSlam, MultiHypothesisSlam, Real};
 
-/// Optional parts of a joint map on board: [`NoMovers`], [`Tracks`] or [`Hypotheses`]. No code is linked for omitted parts.
+/// Optional parts of a joint map on board: [`NoMovers`], [`Tracks`], [`Archive`] or [`Hypotheses`]. No code is linked for omitted
+/// parts.
 pub trait OptionalParts<M: Motion + 'static, Z: Vector<Scalar = ScalarOf<M::Pose>> + 'static> {
     /// Their memory.
     type Memory;
@@ -29,10 +29,10 @@ pub trait OptionalParts<M: Motion + 'static, Z: Vector<Scalar = ScalarOf<M::Pose
     ///
     /// # Errors
     /// A number of the header is out of range.
-    fn add_to<'m>(
+    fn add_to<'m, K: Kind>(
         map: JointSlam<'m, M, Z>,
         memory: &'m mut Self::Memory,
-        moving: &Moving,
+        header: &Header<K>,
     ) -> Result<Self::Filter<'m>, SetupError>;
 }
 
@@ -42,7 +42,11 @@ impl<M: Motion + 'static, Z: Vector<Scalar = ScalarOf<M::Pose>> + 'static> Optio
 
     const MEMORY: () = ();
 
-    fn add_to<'m>(map: JointSlam<'m, M, Z>, (): &'m mut (), _: &Moving) -> Result<JointSlam<'m, M, Z>, SetupError> {
+    fn add_to<'m, K: Kind>(
+        map: JointSlam<'m, M, Z>,
+        (): &'m mut (),
+        _: &Header<K>,
+    ) -> Result<JointSlam<'m, M, Z>, SetupError> {
         Ok(map)
     }
 }
@@ -62,12 +66,37 @@ impl<M: Motion + 'static, Z: Vector<Scalar = ScalarOf<M::Pose>> + 'static, const
 
     const MEMORY: JointMovers<M::Pose, CAPACITY> = JointMovers::new();
 
-    fn add_to<'m>(
+    fn add_to<'m, K: Kind>(
         map: JointSlam<'m, M, Z>,
         memory: &'m mut Self::Memory,
-        moving: &Moving,
+        header: &Header<K>,
     ) -> Result<WithTracks<'m, M, Z>, SetupError> {
-        map.with_movers(memory, moving_config(moving))
+        map.with_movers(memory, moving_config(&header.moving))
+    }
+}
+
+/// Capacities of an archive of distant features, and for moving-object tracks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Archive<const ARCHIVED: usize, const TRACKS: usize>;
+
+/// A joint map with an archive and moving-object tracks.
+type WithArchive<'m, M, Z> = JointSlam<'m, M, Z, Archived<'m, <M as Motion>::Pose>, Tracked<'m, <M as Motion>::Pose>>;
+
+impl<M: Motion + 'static, Z: Vector<Scalar = ScalarOf<M::Pose>> + 'static, const ARCHIVED: usize, const TRACKS: usize>
+    OptionalParts<M, Z> for Archive<ARCHIVED, TRACKS>
+{
+    type Memory = (JointArchive<M::Pose, ARCHIVED>, JointMovers<M::Pose, TRACKS>);
+    type Filter<'m> = WithArchive<'m, M, Z>;
+
+    const MEMORY: Self::Memory = (JointArchive::new(), JointMovers::new());
+
+    fn add_to<'m, K: Kind>(
+        map: JointSlam<'m, M, Z>,
+        (archive, movers): &'m mut Self::Memory,
+        header: &Header<K>,
+    ) -> Result<WithArchive<'m, M, Z>, SetupError> {
+        let reach_m = ScalarOf::<M::Pose>::from_f64(header.joint.archive_reach_m);
+        map.with_archive(archive, reach_m)?.with_movers(movers, moving_config(&header.moving))
     }
 }
 
@@ -97,12 +126,13 @@ impl<
 
     const MEMORY: Self::Memory = (JointMovers::new(), JointHypotheses::new());
 
-    fn add_to<'m>(
+    fn add_to<'m, K: Kind>(
         map: JointSlam<'m, M, Z>,
         (movers, hypotheses): &'m mut Self::Memory,
-        moving: &Moving,
+        header: &Header<K>,
     ) -> Result<Self::Filter<'m>, SetupError> {
-        map.with_movers(movers, moving_config(moving))?.with_hypotheses(hypotheses, HypothesesConfig::default())
+        let map = map.with_movers(movers, moving_config(&header.moving))?;
+        map.with_hypotheses(hypotheses, header.joint.hypotheses())
     }
 }
 
@@ -177,7 +207,7 @@ where
         (measurements, room): (&'m mut [X::Measurement], usize),
         start: M::Pose,
     ) -> Result<Self, Refusal> {
-        let mut filter = B::add_to(map, parts, &header.moving)?;
+        let mut filter = B::add_to(map, parts, header)?;
         filter.reset(start)?;
         Ok(Self { filter, detector, helm, kind: PhantomData, measurements, room })
     }

@@ -54,7 +54,7 @@ pub use flips::{FLIP_SEEDS, Failing, Round, replay_with_flips};
 pub use front::{Begins, Mark};
 pub use head::Head;
 pub use header::{Extraction, Header, Joint, Moving, Proposal, Recursion, UNKNOWN};
-pub use joint::{Hypotheses, JointMemory, OnboardJoint, OptionalParts, Tracks};
+pub use joint::{Archive, Hypotheses, JointMemory, OnboardJoint, OptionalParts, Tracks};
 pub use kind::{Input, Kind};
 pub use numbers::Numbers;
 pub use onboard::{Aboard, Capacities, Filter, Helm, Memory, Onboard, RamPart, Refusal, Scan, Seen};

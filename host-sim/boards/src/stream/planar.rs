@@ -1,8 +1,10 @@
 //! Streams of planar vehicles.
 
 use super::entry::{Entry, Stream, head, scan_interval_s};
+use scphd::settings::HypothesesConfig;
 use scphd_filters::settings::{SensorSettings, Settings};
 use scphd_filters::slam::contract::{Refusal, refusal};
+use scphd_filters::slam::joint_config;
 use scphd_log::events::{Event, events};
 use scphd_log::log::{FixNoise, Log, PoseFix, Vehicle};
 use scphd_stream::planar::{self, Fix, Models, Odometry, Planar, SensorModels};
@@ -61,13 +63,7 @@ pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: u
             spread_max_m: moving.spread_max_m,
             extraction_weight: moving.extraction_weight,
         },
-        joint: Joint {
-            visible_s: joint.visible_s,
-            occluded_s: joint.occluded_s,
-            lifetime_s: joint.lifetime_s,
-            occlusion_factor: joint.occlusion_factor,
-            merge_distance: joint.merge_distance,
-        },
+        joint: Joint::of(&joint_config::<f64>(joint), &HypothesesConfig::default()),
         scan_interval_s: scan_interval_s(log.scans.iter().map(|scan| scan.t_s)),
         recursion: Recursion { birth_intensity: first.birth_intensity, ..head.recursion },
         ..head

@@ -1,13 +1,14 @@
 //! Streams of underwater vehicles.
 
 use super::entry::{Entry, Stream, head, scan_interval_s};
+use scphd::settings::HypothesesConfig;
 use scphd_filters::slam::contract::Refusal;
 use scphd_filters::underwater::models::models;
 use scphd_filters::underwater::settings::Settings;
 use scphd_filters::underwater::timeline::Timeline;
 use scphd_log::underwater::Log;
-use scphd_stream::underwater::Underwater;
-use scphd_stream::{Header, Scalar, Which};
+use scphd_stream::underwater::{Underwater, joint_config};
+use scphd_stream::{Header, Joint, Scalar, Which};
 
 /// The first `scans` frames of `log` with all readings of the instruments before them; the parameters of the filter are in the
 /// header.
@@ -23,6 +24,7 @@ pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: u
     }
     let header = Header {
         models: models(log, settings)?,
+        joint: Joint::of(&joint_config::<f64>(), &HypothesesConfig::default()),
         scan_interval_s: scan_interval_s(log.scans.iter().map(|scan| scan.t_s)),
         ..head(&settings.filter, seed, scalar)
     };

@@ -163,7 +163,7 @@ fn joint_of_calibrated<T: Real>(
 }
 
 /// The configuration of the joint filter.
-pub(crate) fn joint_config<T: Real>(joint: &JointSettings) -> JointConfig<T> {
+pub fn joint_config<T: Real>(joint: &JointSettings) -> JointConfig<T> {
     let real = T::from_f64;
     JointConfig {
         merge_distance: real(joint.merge_distance),

@@ -1,13 +1,13 @@
 //! The filters of a planar vehicle that process all records of a black box.
 
-use super::joint::{self, EightHypotheses, FEATURES, MOVERS, OF_EACH, PlanarJoint};
+use super::joint::{EightHypotheses, FEATURES, MOVERS, OF_EACH, PlanarJoint};
 use super::onboard::{self, Direct, Drive, MEASUREMENTS, PlanarSensing, detector, margin, motion};
 use super::{Fix, Odometry, Planar, Sensor};
 use crate::black_box::{
     BlackBoxFilter, KIND, Modelled, Observes, Other, Saves, loaded, placed, unreadable, unrestored,
 };
 use crate::header::Header;
-use crate::joint::{Fixed, OnboardJoint, OptionalParts, Tracks};
+use crate::joint::{Archive, Fixed, OnboardJoint, OptionalParts, Tracks};
 use crate::onboard::{Aboard, Capacities, Filter, RamPart, Refusal, Scan, Seen};
 use crate::record::{How, Measurements, Part, Place, Record, Which};
 use crate::snapshot::Snapshot;
@@ -95,6 +95,9 @@ pub type BlackBoxMovers = BlackBoxJoint<FEATURES, { joint_numbers(3, 2, FEATURES
 /// [`BlackBoxJoint`] with several hypotheses of data association, as [`PlanarHypotheses`](super::PlanarHypotheses).
 pub type BlackBoxHypotheses = BlackBoxJoint<OF_EACH, { joint_numbers(3, 2, OF_EACH) }, EightHypotheses>;
 
+/// [`BlackBoxMovers`] with an archive of 256 distant features: every optional part that [`BlackBoxHypotheses`] does not have.
+pub type BlackBoxArchive = BlackBoxJoint<FEATURES, { joint_numbers(3, 2, FEATURES) }, Archive<256, MOVERS>>;
+
 /// All memory of the joint map.
 #[derive(Debug)]
 pub struct JointMemory<A, T: Real, const ROOM: usize> {
@@ -157,7 +160,7 @@ impl<T: Real, F: JointFilter<Motion = Drive<T>>> BlackBoxJointFilter<'_, T, F> {
     fn retune(&mut self, header: &Header<Planar>) -> Result<(), Refusal> {
         let detector = detector(&Sensor::first(header))?;
         let filter = &mut self.first.filter;
-        filter.configure(joint::config(header))?;
+        filter.configure(header.joint.config())?;
         filter.retune(motion(header, 1.0)?)?;
         self.first.detector.adopt(detector);
         Ok(())

@@ -8,9 +8,8 @@ use crate::onboard::{Aboard, Capacities, RamPart, Refusal};
 use core::marker::PhantomData;
 use nalgebra::Vector2;
 use scphd::models::PlanarPose;
-use scphd::settings::Persistence;
 use scphd::storage::{NoMovers, joint_numbers};
-use scphd::{JointConfig, JointSlam, JointState, Real};
+use scphd::{JointSlam, JointState, Real};
 
 /// Capacity of the joint map, features.
 pub(super) const FEATURES: usize = if cfg!(feature = "small-pools") { 16 } else { 64 };
@@ -74,22 +73,8 @@ impl<T: Real, V: OptionalParts<Drive<T>, Vector2<T>>, const ROOM: usize, const N
         T: 'm,
     {
         let JointMemory { state, parts, measurements } = memory;
-        let map = JointSlam::new(motion(header, 1.0)?, config(header), state)?;
+        let map = JointSlam::new(motion(header, 1.0)?, header.joint.config(), state)?;
         let detector = detector(&Sensor::first(header))?;
         OnboardJoint::start::<_, V>(map, (parts, header), (detector, Direct), (measurements, ROOM), start(header))
-    }
-}
-
-pub(super) fn config<T: Real>(header: &Header<Planar>) -> JointConfig<T> {
-    let joint = &header.joint;
-    JointConfig {
-        persistence: Persistence {
-            visible_s: T::from_f64(joint.visible_s),
-            occluded_s: T::from_f64(joint.occluded_s),
-            lifetime_s: T::from_f64(joint.lifetime_s),
-        },
-        occlusion_factor: T::from_f64(joint.occlusion_factor),
-        merge_distance: T::from_f64(joint.merge_distance),
-        ..JointConfig::default()
     }
 }

@@ -9,7 +9,7 @@ mod models;
 mod onboard;
 mod vehicle;
 
-pub use black_box::{BlackBox, BlackBoxHypotheses, BlackBoxJoint, BlackBoxMovers};
+pub use black_box::{BlackBox, BlackBoxArchive, BlackBoxHypotheses, BlackBoxJoint, BlackBoxMovers};
 pub use fix::Fix;
 pub use joint::{PlanarHypotheses, PlanarJoint, PlanarJoint40, PlanarJoint40Movers, PlanarJointMovers};
 pub use models::{Models, Sensor, SensorModels};

@@ -55,7 +55,7 @@ impl<T: Real> Aboard<T> for UnderwaterJoint {
     {
         let JointMemory { state, parts, measurements } = memory;
         let AuvModels { motion, sensing } = header.models.of_filter()?;
-        let map = JointSlam::new(motion, joint_config(), state)?;
+        let map = JointSlam::new(motion, header.joint.config(), state)?;
         let seated = (Detector::new(sensing, births(header))?, header.models.navigator()?);
         let start = header.models.start();
         OnboardJoint::start::<_, NoMovers>(map, (parts, header), seated, (measurements, FEATURES), start)
