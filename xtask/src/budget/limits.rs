@@ -175,7 +175,7 @@ mod tests {
         let budgets = projects();
         assert!(budgets.compiler.starts_with("rustc 1."));
         for budget in budgets.entries {
-            assert!(budget.precision().is_ok() && budget.scans > 0, "{budget:?}");
+            assert!(budget.source().is_ok() && budget.scans > 0, "{budget:?}");
             assert!(super::super::board_of(&budget).is_ok());
         }
     }

@@ -9,27 +9,26 @@ use super::flips;
 use super::hil;
 use super::image::{self, Extra};
 use super::output::{self, Replay};
-use super::precision::Precision;
-use super::rig::{JOINT, JOINT_HYPOTHESES, JOINT_MOVERS, PLANAR, Rig, UNDERWATER, UNDERWATER_JOINT};
+use super::rig::{DIVE, JOINT, JOINT_HYPOTHESES, JOINT_MOVERS, PLANAR, Precision, Rig, UNDERWATER, UNDERWATER_JOINT};
 use super::rtos;
-use super::streams::{self, Source, Variant};
+use super::streams::{self, Source};
 use crate::outcome::{Outcome, Stop};
 use crate::process;
 use crate::toolchain::{self, Toolchain};
 use crate::tools::Tool;
 
 /// A scenario without moving features.
-const SURVEY: Source<'_> = Source { what: "survey", scans: 200, variant: Variant::Plain };
+const SURVEY: Source<'_> = Source { what: "survey", scans: 200, rig: PLANAR };
 /// Scenarios, which are always available: without moving features; all scans of one with moving features; and a dive, each of whose
 /// frames takes as long as several scans. With a mixture and with a joint map.
 const SCENARIOS: [Source<'_>; 7] = [
     SURVEY,
-    Source { what: "survey", scans: 200, variant: Variant::Joint },
-    Source { what: "thesis-dynamic", scans: 301, variant: Variant::Plain },
-    Source { what: "thesis-dynamic", scans: 301, variant: Variant::JointMovers },
-    Source { what: "thesis-dynamic", scans: 150, variant: Variant::JointHypotheses },
-    Source { what: "girona-tank", scans: 40, variant: Variant::Plain },
-    Source { what: "girona-tank", scans: 40, variant: Variant::Joint },
+    Source { what: "survey", scans: 200, rig: JOINT },
+    Source { what: "thesis-dynamic", scans: 301, rig: PLANAR },
+    Source { what: "thesis-dynamic", scans: 301, rig: JOINT_MOVERS },
+    Source { what: "thesis-dynamic", scans: 150, rig: JOINT_HYPOTHESES },
+    Source { what: DIVE, scans: 40, rig: UNDERWATER },
+    Source { what: DIVE, scans: 40, rig: UNDERWATER_JOINT },
 ];
 /// Number of scans of a log.
 const LOG_SCANS: usize = 200;
@@ -54,7 +53,7 @@ fn compare() -> Result<Outcome, Stop> {
     let qemu = emulator::prepare()?;
     let toolchain = toolchain::find()?;
     let (logs, missing) = logs();
-    let logs = logs.iter().map(|what| Source { what, scans: LOG_SCANS, variant: Variant::Plain });
+    let logs = logs.iter().map(|what| Source { what, scans: LOG_SCANS, rig: PLANAR });
     let sources: Vec<Source<'_>> = SCENARIOS.into_iter().chain(logs).collect();
     let (mut failures, mut compared) = (Vec::new(), 0);
     // Depends on the clock of the host, so that nothing else runs at the same time.
@@ -118,7 +117,7 @@ fn replays(
         images.push((board, image::build_replay(toolchain, board, rig, precision)?));
     }
     let most = if precision == Precision::F64 { SLOW_SCANS } else { usize::MAX };
-    for &source in sources.iter().filter(|source| source.rig() == rig) {
+    for &source in sources.iter().filter(|source| source.rig == rig) {
         let source = Source { scans: source.scans.min(most), ..source };
         let stream = streams::make(source, precision)?;
         let host = streams::on_host(&stream, rig, precision)?;
@@ -188,7 +187,7 @@ fn black_boxes(qemu: &Tool, toolchain: &Toolchain) -> Result<(usize, Vec<String>
     let [board, ..] = &EMULATED;
     let image = image::build(toolchain, board, "black-box", &Extra::default())?;
     let (mut compared, mut failures) = (0, Vec::new());
-    for (what, joint) in [(SURVEY, false), (Source { variant: Variant::Joint, ..SURVEY }, true)] {
+    for (what, joint) in [(SURVEY, false), (Source { rig: JOINT, ..SURVEY }, true)] {
         let (all, whole) = streams::black_box(what, SNAPSHOT_EVERY, joint)?;
         for after in (SNAPSHOT_EVERY..what.scans).step_by(SNAPSHOT_EVERY) {
             let left = streams::cut(&all, after)?;

@@ -5,8 +5,8 @@ use super::board::EMULATED;
 use super::emulator;
 use super::image::{self, Extra};
 use super::output;
-use super::precision::Precision;
-use super::streams::{self, Source, Variant};
+use super::rig::{FEW, Precision};
+use super::streams::{self, Source};
 use crate::budget::worst_case;
 use crate::toolchain::Toolchain;
 use crate::tools::Tool;
@@ -15,7 +15,7 @@ use crate::tools::Tool;
 const IMAGE: &str = "flips";
 const FEATURES: [&str; 2] = ["few-particles", "flips"];
 /// 60 scans without a flip and 20 rounds of 10.
-const DRIVE: Source<'_> = Source { what: "survey", scans: 260, variant: Variant::Informed };
+const DRIVE: Source<'_> = Source { what: "survey", scans: 260, rig: FEW };
 const ROUNDS: usize = 20;
 /// Its filters, the configurations whose worst cases are their limits, and the instructions of the longest scan as stated in
 /// `docs/performance.md`.

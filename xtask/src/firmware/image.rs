@@ -9,8 +9,7 @@ use std::sync::{Mutex, PoisonError};
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, elf};
 
 use super::board::{Board, REFERENCE};
-use super::precision::Precision;
-use super::rig::Rig;
+use super::rig::{Precision, Rig};
 use super::workbench;
 use crate::outcome::Missing;
 use crate::process;

@@ -5,9 +5,8 @@ use super::board::{Board, EMULATED, REFERENCE};
 use super::guide;
 use super::hil;
 use super::image::{self, Extra, Image};
-use super::precision::Precision;
 use super::rig::{
-    BLACK_BOXES, JOINT, JOINT_HYPOTHESES, JOINT_MOVERS, PLANAR, Rig, SENSORS, UNDERWATER, UNDERWATER_JOINT,
+    BLACK_BOXES, JOINT, JOINT_HYPOTHESES, JOINT_MOVERS, PLANAR, Precision, Rig, SENSORS, UNDERWATER, UNDERWATER_JOINT,
 };
 use crate::noalloc;
 use crate::outcome::{Outcome, Stop};

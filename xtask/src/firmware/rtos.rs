@@ -6,9 +6,8 @@ use super::board::{Board, EMULATED};
 use super::emulator;
 use super::image::{self, Extra, Image};
 use super::output;
-use super::precision::Precision;
-use super::rig::PLANAR;
-use super::streams::{self, Source, Variant};
+use super::rig::{PLANAR, Precision};
+use super::streams::{self, Source};
 use crate::outcome::{Outcome, Stop};
 use crate::toolchain::{self, Toolchain};
 use crate::tools::Tool;
@@ -19,7 +18,7 @@ const FOLDER: &str = "firmware/rtos";
 const RTIC: &str = "rtic";
 const EMBASSY: &str = "embassy";
 /// The scenario.
-const DRIVE: Source<'_> = Source { what: "survey", scans: 200, variant: Variant::Plain };
+const DRIVE: Source<'_> = Source { what: "survey", scans: 200, rig: PLANAR };
 /// A feature by which the vehicle is too fast for the processor.
 const TOO_FAST: &str = "too-fast";
 /// Greatest latency of an odometry interrupt while the filter runs, ticks of 40 ns: 1 µs.

@@ -6,76 +6,19 @@ use std::process::Command;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use super::output::Replay;
-use super::precision::Precision;
-use super::rig::{FEW, JOINT_40, JOINT_40_MOVERS, JOINT_HYPOTHESES, JOINT_MOVERS, Rig, SMALL, SMALL_JOINT};
+use super::rig::{Precision, Rig};
 use crate::process;
 use crate::unit;
 
-/// The filter for a source.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Variant {
-    /// The default of the vehicle's firmware.
-    Plain,
-    /// All features are assumed static, including moving ones.
-    Static,
-    /// Few informed particles instead of many blind ones.
-    Informed,
-    /// A joint map without moving-object tracks.
-    Joint,
-    /// A joint map with moving-object tracks.
-    JointMovers,
-    /// A joint map with capacity for 40 features.
-    Joint40,
-    /// The same with moving-object tracks.
-    Joint40Movers,
-    /// A joint map with eight hypotheses and moving-object tracks.
-    JointHypotheses,
-    /// With a quarter of the capacities.
-    Small,
-    /// A joint map with a quarter of the capacities.
-    SmallJoint,
-}
-
-impl Variant {
-    /// The variants that a configuration can name.
-    pub const NAMED: [Self; 9] = [
-        Self::Static,
-        Self::Informed,
-        Self::Joint,
-        Self::JointMovers,
-        Self::Joint40,
-        Self::Joint40Movers,
-        Self::JointHypotheses,
-        Self::Small,
-        Self::SmallJoint,
-    ];
-
-    /// Suffix for names of configurations and streams.
-    pub fn mark(self) -> &'static str {
-        match self {
-            Self::Plain => "",
-            Self::Static => "-static",
-            Self::Informed => "-informed",
-            Self::Joint => "-joint",
-            Self::JointMovers => "-joint-movers",
-            Self::Joint40 => "-joint-40",
-            Self::Joint40Movers => "-joint-40-movers",
-            Self::JointHypotheses => "-joint-hypotheses",
-            Self::Small => "-small",
-            Self::SmallJoint => "-few-features",
-        }
-    }
-}
-
 /// The source of a stream.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy)]
 pub struct Source<'a> {
     /// A scenario, `worst-case`, or the folder of a log.
     pub what: &'a str,
     /// Number of scans, from the first one on.
     pub scans: usize,
     /// The filter for it.
-    pub variant: Variant,
+    pub rig: Rig,
 }
 
 /// The worst case of a joint map, which has its own birth intensity of moving objects.
@@ -84,30 +27,7 @@ const WORST_CASE_JOINT: &str = "worst-case-joint";
 impl Source<'_> {
     /// Whether its filter has moving-object tracks; `None` if the source decides.
     fn moving(&self) -> Option<&'static str> {
-        match self.variant {
-            Variant::JointMovers | Variant::Joint40Movers | Variant::JointHypotheses
-                if self.what != WORST_CASE_JOINT =>
-            {
-                Some("on")
-            }
-            Variant::Static | Variant::Joint | Variant::Joint40 | Variant::SmallJoint => Some("off"),
-            _ => None,
-        }
-    }
-
-    /// The filter that replays it.
-    pub fn rig(&self) -> Rig {
-        match self.variant {
-            Variant::Informed => FEW,
-            Variant::Joint => Rig::joint(self.what),
-            Variant::JointMovers => JOINT_MOVERS,
-            Variant::Joint40 => JOINT_40,
-            Variant::Joint40Movers => JOINT_40_MOVERS,
-            Variant::JointHypotheses => JOINT_HYPOTHESES,
-            Variant::Small => SMALL,
-            Variant::SmallJoint => SMALL_JOINT,
-            Variant::Plain | Variant::Static => Rig::of(self.what),
-        }
+        self.rig.moving.filter(|&moving| self.what != WORST_CASE_JOINT || moving == "off")
     }
 }
 
@@ -137,8 +57,8 @@ fn write(source: Source<'_>, precision: Precision, suffix: &str, more: &[&str]) 
     let dir = process::own_target_dir("streams");
     std::fs::create_dir_all(&dir).map_err(|error| format!("{}: {error}", dir.display()))?;
     let name = Path::new(source.what).file_name().unwrap_or_default().display();
-    let mark = source.variant.mark();
-    let path = dir.join(format!("{name}-{}{mark}-{}{suffix}.scphd", source.scans, precision.name()));
+    let rig = source.rig;
+    let path = dir.join(format!("{name}-{}{}-{}{suffix}.scphd", source.scans, rig.mark, precision.name()));
     // Several checks need the same stream, some at the same time.
     static WRITTEN: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
     let mut written = WRITTEN.lock().unwrap_or_else(PoisonError::into_inner);
@@ -148,7 +68,6 @@ fn write(source: Source<'_>, precision: Precision, suffix: &str, more: &[&str]) 
     let mut simulator = simulator()?;
     simulator.args(["stream", source.what]).arg(&path);
     simulator.args(["--scans", &source.scans.to_string(), "--precision", precision.name()]);
-    let rig = source.rig();
     simulator.args(["--particles", &rig.particles.to_string(), "--samples", &rig.samples.to_string()]);
     simulator.args(rig.settings.map(|settings| ["--settings", settings]).into_iter().flatten());
     simulator.args(source.moving().map(|moving| ["--moving", moving]).into_iter().flatten());
