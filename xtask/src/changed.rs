@@ -18,7 +18,7 @@ const STEPS: [Step; 2] = [
     Step {
         name: "packages",
         what: "all tests of changed packages, the quick ones of packages that depend on these",
-        run: |_| test().into(),
+        run: |_| test(),
     },
 ];
 

@@ -27,7 +27,7 @@ pub fn need_clippy() -> Result<(), Missing> {
 }
 
 /// The step `fmt`: firmware, C interface, Python package, web page and ROS 2 node are separate workspaces.
-pub fn fmt() -> Outcome {
+pub fn fmt() -> Result<Outcome, Stop> {
     let firmware = ["fmt", "--manifest-path", "firmware/Cargo.toml", "--", "--check"];
     let rtos = ["fmt", "--manifest-path", "firmware/rtos/Cargo.toml", "--", "--check"];
     let capi = ["fmt", "--all", "--manifest-path", "bindings/capi/Cargo.toml", "--", "--check"];
@@ -35,13 +35,11 @@ pub fn fmt() -> Outcome {
     let web = ["fmt", "--manifest-path", "bindings/web/Cargo.toml", "--", "--check"];
     let ros2 = ["fmt", "--manifest-path", "bindings/ros2/Cargo.toml", "--", "--check"];
     let workspace = ["fmt", "--all", "--check"];
-    let check = || -> Result<(), Stop> {
-        need("fmt")?;
-        let each = [&workspace[..], &firmware[..], &rtos[..], &capi[..], &python[..], &web[..], &ros2[..]];
-        let results = each.map(|arguments| process::run(process::cargo().args(arguments)));
-        Ok(results.into_iter().collect::<Result<(), String>>()?)
-    };
-    check().into()
+    need("fmt")?;
+    let each = [&workspace[..], &firmware[..], &rtos[..], &capi[..], &python[..], &web[..], &ros2[..]];
+    let results = each.map(|arguments| process::run(process::cargo().args(arguments)));
+    results.into_iter().collect::<Result<(), String>>()?;
+    Ok(Outcome::PASSED)
 }
 
 /// clippy on every package of the workspace, with warnings as errors. The steps `lint` and `msrv` run it, of which the second one
@@ -62,17 +60,13 @@ pub fn settings() -> Result<PathBuf, String> {
 }
 
 /// The step `lint`.
-pub fn lint() -> Outcome {
+pub fn lint() -> Result<Outcome, Stop> {
     // The other capacities of the vehicle's filter, which only the firmware's images use.
     let mut few = process::cargo();
     few.args(["clippy", "--package", "scphd-stream", "--features", "few-particles", "--", "-D", "warnings"]);
-    let mut check = || -> Result<(), Stop> {
-        need_clippy()?;
-        Ok(process::run(&mut workspace()?)
-            .and_then(|()| process::run(&mut few))
-            .and_then(|()| process::run(&mut capi::clippy()))
-            .and_then(|()| process::run(&mut python::clippy()))
-            .and_then(|()| process::run(&mut web::clippy()))?)
-    };
-    check().into()
+    need_clippy()?;
+    for mut clippy in [workspace()?, few, capi::clippy(), python::clippy(), web::clippy()] {
+        process::run(&mut clippy)?;
+    }
+    Ok(Outcome::PASSED)
 }

@@ -11,11 +11,7 @@ const READERS: [&str; 2] = ["evo>=1.30,<2", "rosbags>=0.10,<0.12"];
 const LARGE: [&str; 1] = ["rerun-sdk>=0.41,<0.42"];
 
 /// The step; with `large`, also with large packages.
-pub fn step(large: bool) -> Outcome {
-    check(large).into()
-}
-
-fn check(large: bool) -> Result<Outcome, Stop> {
+pub fn step(large: bool) -> Result<Outcome, Stop> {
     let version = python::interpreter()?;
     let environment = Environment::of(&version)?;
     environment.equip(&READERS)?;

@@ -9,11 +9,7 @@ use crate::unit;
 const PEER: [&str; 3] = ["pymavlink>=2.4.41,<3", "fastcrc>=0.3", "lxml>=5"];
 
 /// The step.
-pub fn step() -> Outcome {
-    check().into()
-}
-
-fn check() -> Result<Outcome, Stop> {
+pub fn step() -> Result<Outcome, Stop> {
     let version = python::interpreter()?;
     let environment = Environment::of(&version)?;
     environment.equip_alone(&PEER)?;

@@ -17,11 +17,6 @@ const NEEDED: [&str; 3] = ["maturin>=1.9,<2", "numpy>=1.23", "pytest>=8"];
 const STUDIES: [&str; 7] =
     ["dask[distributed]", "ipykernel", "matplotlib", "mypy", "nbclient", "nbformat", "stonesoup>=1.7"];
 
-/// The step: quick tests, and the studies if requested.
-pub fn step(studies: bool) -> Outcome {
-    check(studies).into()
-}
-
 /// cargo in the workspace of the package, for commands that need no Python.
 fn cargo(command: &str) -> Command {
     let mut cargo = process::cargo_to_check(command, "bindings/python/Cargo.toml");
@@ -54,7 +49,8 @@ pub fn interpreter() -> Result<String, Missing> {
     }
 }
 
-fn check(studies: bool) -> Result<Outcome, Stop> {
+/// The step: quick tests, and the studies if requested.
+pub fn step(studies: bool) -> Result<Outcome, Stop> {
     let version = interpreter()?;
     let environment = Environment::of(&version)?;
     environment.equip(&NEEDED)?;
@@ -170,17 +166,8 @@ impl Environment {
     /// Runs the tests in a folder, with an environment variable that names a file.
     fn test(&self, folder: &str, (variable, file): (&str, &Path)) -> Result<(), String> {
         let mut pytest = self.python();
-        pytest.args([
-            "-m",
-            "pytest",
-            "-q",
-            "-rs",
-            "-p",
-            "no:cacheprovider",
-            "-c",
-            "bindings/python/pyproject.toml",
-            folder,
-        ]);
+        pytest.args(["-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider"]);
+        pytest.args(["-c", "bindings/python/pyproject.toml", folder]);
         process::run(pytest.env(variable, file))
     }
 }

@@ -17,11 +17,6 @@ const LOGS: [&str; 2] = ["survey", "thesis-compare"];
 const SCENARIOS: [&str; 2] = ["two-sensors@8", "survey-fixes@8"];
 const LOG_RATE: u32 = 8;
 
-/// The step.
-pub fn step() -> Outcome {
-    check().into()
-}
-
 /// cargo, in the workspace of the node.
 fn cargo(command: &str) -> Command {
     let mut cargo = process::cargo();
@@ -37,7 +32,8 @@ pub fn clippy() -> Command {
     clippy
 }
 
-fn check() -> Result<Outcome, Stop> {
+/// The step.
+pub fn step() -> Result<Outcome, Stop> {
     let version = python::interpreter()?;
     let environment = Environment::of(&version)?;
     environment.equip(&PEER)?;

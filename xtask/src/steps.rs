@@ -12,7 +12,7 @@ use crate::logs;
 use crate::mavlink;
 use crate::msrv;
 use crate::options::Options;
-use crate::outcome::{Outcome, Tally};
+use crate::outcome::{Outcome, Stop, Tally};
 use crate::package;
 use crate::process;
 use crate::python;
@@ -27,7 +27,7 @@ pub struct Step {
     pub name: &'static str,
     /// Description for the headline and the help.
     pub what: &'static str,
-    pub run: fn(&Options) -> Outcome,
+    pub run: fn(&Options) -> Result<Outcome, Stop>,
 }
 
 /// Fastest first, so that common errors show early.
@@ -162,12 +162,12 @@ pub fn run(chosen: &[&Step], options: &Options) -> bool {
 }
 
 /// A line of the summary.
-fn verdict(name: &str, outcome: &Outcome, elapsed: Duration) -> String {
+fn verdict(name: &str, outcome: &Result<Outcome, Stop>, elapsed: Duration) -> String {
     let (word, note) = match outcome {
-        Outcome::Passed(note) => ("ok", note),
-        Outcome::Partly(note) => ("partly", note),
-        Outcome::Skipped(note) => ("skipped", note),
-        Outcome::Failed(note) => ("FAILED", note),
+        Ok(Outcome::Passed(note)) => ("ok", note),
+        Ok(Outcome::Partly(note)) => ("partly", note),
+        Err(Stop::Missing(note)) => ("skipped", note),
+        Err(Stop::Broken(note)) => ("FAILED", note),
     };
     line(word, name, elapsed, note)
 }
@@ -177,22 +177,24 @@ fn line(word: &str, name: &str, elapsed: Duration, note: &str) -> String {
     line.trim_end().to_owned()
 }
 
-fn doc() -> Outcome {
+fn doc() -> Result<Outcome, Stop> {
     let mut cargo = process::cargo();
     cargo.env("RUSTDOCFLAGS", "-D warnings").args(["doc", "--workspace", "--no-deps", "--keep-going"]);
-    let others = [capi::doc(), python::doc(), web::doc()];
-    let done = process::run(&mut cargo);
-    others.into_iter().fold(done, |done, mut doc| done.and_then(|()| process::run(&mut doc))).into()
+    for mut doc in [cargo, capi::doc(), python::doc(), web::doc()] {
+        process::run(&mut doc)?;
+    }
+    Ok(Outcome::PASSED)
 }
 
-fn claims() -> Outcome {
+fn claims() -> Result<Outcome, Stop> {
     let mut cargo = process::cargo();
     cargo.args(["test", "--release", "--package", "scphd-sim", "--test", "claims", "--", "--ignored", "--nocapture"]);
-    process::run(&mut cargo).into()
+    process::run(&mut cargo)?;
+    Ok(Outcome::PASSED)
 }
 
 /// The tests run the same programs for a shorter time. One in a thousand operations is a log folder.
-fn fuzz(options: &Options) -> Outcome {
+fn fuzz(options: &Options) -> Result<Outcome, Stop> {
     let [operations, seed] =
         [(0, 20_000_000), (1, 1)].map(|(place, default)| options.numbers.get(place).copied().unwrap_or(default));
     let mut cargo = process::cargo();
@@ -201,18 +203,21 @@ fn fuzz(options: &Options) -> Outcome {
     let mut folders = process::cargo();
     folders.args(["test", "--release", "--package", "scphd-sim", "--test", "damaged_logs", "--", "--nocapture"]);
     folders.env("SCPHD_DAMAGED_FOLDERS", (operations / 1000).max(1).to_string());
-    process::run(&mut cargo).and_then(|()| process::run(&mut folders)).into()
+    process::run(&mut cargo)?;
+    process::run(&mut folders)?;
+    Ok(Outcome::PASSED)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::outcome::Missing;
     use crate::quick;
 
-    const FAILS: Step = Step { name: "fails", what: "", run: |_| Outcome::Failed("on purpose".into()) };
-    const SKIPS: Step = Step { name: "skips", what: "", run: |_| Outcome::Skipped("on purpose".into()) };
-    const PARTLY: Step = Step { name: "partly", what: "", run: |_| Outcome::Partly("on purpose".into()) };
-    const PASSES: Step = Step { name: "passes", what: "", run: |_| Outcome::Passed(String::new()) };
+    const FAILS: Step = Step { name: "fails", what: "", run: |_| Err("on purpose".into()) };
+    const SKIPS: Step = Step { name: "skips", what: "", run: |_| Err(Missing("on purpose".into()).into()) };
+    const PARTLY: Step = Step { name: "partly", what: "", run: |_| Ok(Outcome::Partly("on purpose".into())) };
+    const PASSES: Step = Step { name: "passes", what: "", run: |_| Ok(Outcome::PASSED) };
 
     #[test]
     fn one_failure_fails_the_run_and_a_skip_does_not() {
@@ -233,9 +238,9 @@ mod tests {
     fn steps_after_a_failure_still_run() {
         use std::sync::atomic::{AtomicBool, Ordering};
         static REACHED: AtomicBool = AtomicBool::new(false);
-        fn reach(_: &Options) -> Outcome {
+        fn reach(_: &Options) -> Result<Outcome, Stop> {
             REACHED.store(true, Ordering::Relaxed);
-            Outcome::Passed(String::new())
+            Ok(Outcome::PASSED)
         }
         let reaches = Step { name: "reaches", what: "", run: reach };
         assert!(!run(&[&FAILS, &reaches], &Options::default()));

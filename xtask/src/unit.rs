@@ -14,61 +14,31 @@ use crate::web;
 /// build must have the same packages and features.
 pub const PACKAGES: [&str; 5] = ["--workspace", "--exclude", "xtask", "--features", "scphd/embedded-hal"];
 
-/// The step.
-pub fn step() -> Outcome {
-    test().into()
-}
-
 /// Tests of the quick run: the libraries of vehicles, filters in lockstep with their references, digests, and documents. The rest
 /// of the simulator, GPU studies and measurements are only in the whole run.
-const QUICK: [&str; 26] = [
-    "--features",
-    "scphd/embedded-hal",
-    "--package",
-    "scphd",
-    "--package",
-    "scphd-lidar",
-    "--package",
-    "scphd-link",
-    "--package",
-    "scphd-mavlink",
-    "--package",
-    "scphd-sequencer",
-    "--package",
-    "scphd-store",
-    "--package",
-    "scphd-stream",
-    "--package",
-    "scphd-vehicle",
-    "--package",
-    "scphd-reference",
-    "--package",
-    "scphd-lockstep",
-    "--package",
-    "scphd-digest",
-    "--package",
-    "scphd-documents",
-];
+const QUICK: &str = "--features scphd/embedded-hal --package scphd --package scphd-lidar --package scphd-link \
+    --package scphd-mavlink --package scphd-sequencer --package scphd-store --package scphd-stream --package scphd-vehicle \
+    --package scphd-reference --package scphd-lockstep --package scphd-digest --package scphd-documents";
 
 /// Packages that contain only tests of whole runs.
 pub const WHOLE_RUNS: [&str; 2] = ["scphd-digest", "scphd-lockstep"];
 
 /// Of these packages the tests of each library, and those of the last three, which contain only tests.
-const QUICK_TARGETS: [&str; 11] =
-    ["--lib", "--test", "mixture", "--test", "joint", "--test", "digest", "--test", "links", "--test", "safety"];
+const QUICK_TARGETS: &str = "--lib --test mixture --test joint --test digest --test links --test safety";
 
 /// Runs the tests of the libraries.
 pub fn quick() -> Result<Outcome, Stop> {
-    counted(|list| test_programs::run(&[&QUICK[..], &QUICK_TARGETS].concat(), (scphd_shared_data::SKIPPED, list)))
+    let arguments: Vec<&str> = QUICK.split(' ').chain(QUICK_TARGETS.split(' ')).collect();
+    counted(|list| test_programs::run(&arguments, (scphd_shared_data::SKIPPED, list)))
 }
 
 /// Runs the examples of the library and of the guide.
 pub fn examples() -> Result<Outcome, Stop> {
     let mut cargo = process::cargo();
     // With the packages of the libraries' tests: with other packages, dependencies have other features and are rebuilt.
-    cargo.args(["test", "--doc"]).args(QUICK);
+    cargo.args(["test", "--doc"]).args(QUICK.split(' '));
     process::run(&mut cargo)?;
-    Ok(Outcome::Passed(String::new()))
+    Ok(Outcome::PASSED)
 }
 
 /// Runs the tests, and counts those without their data.
@@ -84,7 +54,8 @@ fn counted(tests: impl FnOnce(&Path) -> Result<(), String>) -> Result<Outcome, S
     Ok(judge(skipped.len()))
 }
 
-fn test() -> Result<Outcome, Stop> {
+/// The step.
+pub fn step() -> Result<Outcome, Stop> {
     counted(|list| {
         // Without defmt, because a test program has no logger to link with. With `--tests`: otherwise examples with tests are
         // compiled a second time, as programs that are not run.
@@ -113,7 +84,7 @@ fn tests_in(text: &str) -> BTreeSet<&str> {
 
 fn judge(skipped: usize) -> Outcome {
     match skipped {
-        0 => Outcome::Passed(String::new()),
+        0 => Outcome::PASSED,
         1 => Outcome::Partly("1 test skipped for want of logs".into()),
         _ => Outcome::Partly(format!("{skipped} tests skipped for want of logs")),
     }
@@ -132,7 +103,7 @@ mod tests {
 
     #[test]
     fn a_skipped_test_shows_in_the_outcome() {
-        assert_eq!(judge(0), Outcome::Passed(String::new()));
+        assert_eq!(judge(0), Outcome::PASSED);
         assert_eq!(judge(2), Outcome::Partly("2 tests skipped for want of logs".into()));
     }
 }

@@ -47,11 +47,7 @@ const PEERS: [(&str, &str, f64); 3] = [
 ];
 
 /// The step `bench`.
-pub fn step(options: &Options) -> Outcome {
-    measure(options).map(Outcome::Passed).into()
-}
-
-fn measure(options: &Options) -> Result<String, Stop> {
+pub fn step(options: &Options) -> Result<Outcome, Stop> {
     let criterion = process::own_target_dir("criterion");
     let mut bench = process::cargo();
     bench.env("CRITERION_HOME", &criterion);
@@ -81,7 +77,7 @@ fn measure(options: &Options) -> Result<String, Stop> {
         definitions::DEFINITIONS.iter().filter(|(name, _)| figures.iter().all(|figure| figure.name != *name));
     let left_out: Vec<&str> = left_out.map(|(name, _)| *name).collect();
     let note = if left_out.is_empty() { String::new() } else { format!("; NOT MEASURED: {}", left_out.join(", ")) };
-    Ok(format!("{} figures{note}", figures.len()))
+    Ok(Outcome::Passed(format!("{} figures{note}", figures.len())))
 }
 
 /// The program of whole runs and plots.

@@ -18,25 +18,18 @@ pub struct Place {
     /// The folder with `include` and `lib`.
     pub prefix: PathBuf,
     /// One of [`TARGETS`]; `None` for the host.
-    pub target: Option<String>,
+    pub target: Option<&'static str>,
 }
 
 /// Builds the archive and installs it.
-pub fn install(place: &Place) -> Outcome {
-    let install = || -> Result<Outcome, Stop> {
-        let functions = header::functions()?;
-        let dir = match &place.target {
-            None => archive::make(&Builder::Host, &functions)?,
-            Some(target) => {
-                let known = TARGETS.iter().find(|known| *known == target);
-                let known = known.ok_or_else(|| format!("{target} is not one of {}", TARGETS.join(", ")))?;
-                archive::make(&Builder::Bare(&toolchain::find_for(&[known])?, known), &functions)?
-            }
-        };
-        write(&place.prefix, &dir.join(archive::NAME), place.target.as_deref())?;
-        Ok(Outcome::Passed(format!("in {}", place.prefix.display())))
+pub fn install(place: &Place) -> Result<Outcome, Stop> {
+    let functions = header::functions()?;
+    let dir = match place.target {
+        None => archive::make(&Builder::Host, &functions)?,
+        Some(target) => archive::make(&Builder::Bare(&toolchain::find_for(&[target])?, target), &functions)?,
     };
-    install().into()
+    write(&place.prefix, &dir.join(archive::NAME), place.target)?;
+    Ok(Outcome::Passed(format!("in {}", place.prefix.display())))
 }
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -45,11 +45,7 @@ const SNAPSHOT_EVERY: usize = 50;
 type Check<'a> = Box<dyn Fn() -> Result<(usize, Vec<String>), String> + Sync + 'a>;
 
 /// The step.
-pub fn step() -> Outcome {
-    compare().into()
-}
-
-fn compare() -> Result<Outcome, Stop> {
+pub fn step() -> Result<Outcome, Stop> {
     let qemu = emulator::prepare()?;
     let toolchain = toolchain::find()?;
     let (logs, missing) = logs();

@@ -17,45 +17,26 @@ use crate::tools::Tool;
 pub const IMAGE: &str = "hil";
 /// Time limit of a stream.
 const LIMIT: Duration = Duration::from_secs(900);
-/// Number of scans in the step `firmware`.
-const SCANS: &str = "40";
-/// Number of scans over a faulty line, and its error rates.
-const BAD: [&str; 12] = [
-    "--scans",
-    "12",
-    "--timeout-ms",
-    "300",
-    "--lose",
-    "0.01",
-    "--double",
-    "0.02",
-    "--late",
-    "0.02",
-    "--flip",
-    "0.0005",
-];
+/// Number of scans in the step `firmware`: over a good line, and over a faulty one with its error rates.
+const GOOD: &str = "--scans 40";
+const BAD: &str = "--scans 12 --timeout-ms 300 --lose 0.01 --double 0.02 --late 0.02 --flip 0.0005";
 
 /// The command `hil`: the whole scenario.
-pub fn step() -> Outcome {
-    let whole = || -> Result<Outcome, Stop> {
-        let qemu = emulator::prepare()?;
-        let toolchain = toolchain::find()?;
-        with_target(&qemu, &toolchain, |port| stream(port, &[]))?;
-        Ok(Outcome::Passed("every digest equal".into()))
-    };
-    whole().into()
+pub fn step() -> Result<Outcome, Stop> {
+    with_target(&emulator::prepare()?, &toolchain::find()?, |port| stream(port, []))?;
+    Ok(Outcome::Passed("every digest equal".into()))
 }
 
 /// Some scans over a good line; then, with the same target, over one that loses, duplicates, delays and damages frames.
 pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
     with_target(qemu, toolchain, |port| {
-        stream(port, &["--scans", SCANS])?;
-        stream(port, &BAD)
+        stream(port, GOOD.split(' '))?;
+        stream(port, BAD.split(' '))
     })
 }
 
 /// Lets the simulator stream the scenario of section 5.3.1 to the target at a port.
-fn stream(port: u16, more: &[&str]) -> Result<(), String> {
+fn stream<'a>(port: u16, more: impl IntoIterator<Item = &'a str>) -> Result<(), String> {
     let mut simulator = streams::simulator()?;
     simulator.args(["hil", "thesis-dynamic"]);
     simulator.args(["--particles", "32", "--samples", "2", "--port", &format!("tcp:127.0.0.1:{port}")]);
