@@ -57,7 +57,7 @@ fn lines() -> Vec<Line> {
     let cargo = |words: &[&str]| says(process::cargo(), words);
     let mut lines = vec![
         Line { what: "cargo", found: cargo(&["--version"]), steps: "all" },
-        Line { what: "rustc", found: says(process::command(noalloc::rustc()), &["--version"]), steps: "all" },
+        Line { what: "rustc", found: says(process::rustc(), &["--version"]), steps: "all" },
         Line { what: "rustfmt", found: cargo(&["fmt", "--version"]), steps: "fmt" },
         Line { what: "clippy", found: cargo(&["clippy", "--version"]), steps: "lint, msrv" },
     ];
@@ -100,7 +100,7 @@ fn has_target(target: &str) -> Result<String, String> {
 }
 
 fn linker() -> Result<String, String> {
-    match toolchain::beside_rustc().filter(|path| path.is_file()) {
+    match toolchain::beside_rustc() {
         Some(_) => Ok("rust-lld of the active toolchain".into()),
         None => tool(&LLD),
     }

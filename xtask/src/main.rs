@@ -15,6 +15,7 @@ mod logs;
 mod mavlink;
 mod msrv;
 mod noalloc;
+mod once;
 mod options;
 mod outcome;
 mod package;

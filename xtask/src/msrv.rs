@@ -5,7 +5,6 @@ use std::process::Command;
 
 use crate::firmware::board::REFERENCE;
 use crate::lint;
-use crate::noalloc;
 use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
 use crate::toolchain::{self, OLDEST, Toolchain};
@@ -38,7 +37,7 @@ fn oldest_cargo() -> Option<Command> {
         let version = process::read(rustc.arg("--version")).ok();
         version.and_then(|version| version.split(' ').nth(1).map(|number| is_version(number, OLDEST))) == Some(true)
     };
-    if is_oldest(process::command(noalloc::rustc())) {
+    if is_oldest(process::rustc()) {
         return Some(process::cargo());
     }
     let listed = process::read(process::command("rustup").args(["toolchain", "list"])).ok()?;
@@ -89,7 +88,10 @@ fn by_lint() -> Result<Outcome, Stop> {
 
 /// clippy over the firmware, for the reference board.
 fn firmware_clippy(toolchain: &Toolchain) -> Result<Command, Missing> {
-    let mut clippy = toolchain.cargo_clippy("core").map_err(Missing)?;
+    if !toolchain.has_clippy() {
+        return Err(Missing(format!("{} has no clippy", toolchain.name())));
+    }
+    let mut clippy = toolchain.cargo("clippy", "core");
     clippy.current_dir(process::root().join("firmware"));
     clippy.args(["--quiet", "--locked", "--bins", "--lib", "--target", REFERENCE.target, "--target-dir"]);
     clippy.arg(process::own_target_dir(&format!("msrv-firmware-{}", toolchain.key())));

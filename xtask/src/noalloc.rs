@@ -57,7 +57,7 @@ fn probe(target: &str, sysroot: &Path) -> Result<(), String> {
     let compile = |name: &str, text: &str| {
         let source = sysroot.join(name).with_extension("rs");
         fs::write(&source, text).map_err(|error| error.to_string())?;
-        let mut rustc = process::command(rustc());
+        let mut rustc = process::rustc();
         rustc.args(["--crate-type=rlib", "--emit=metadata", "--target", target, "--sysroot"]).arg(sysroot);
         process::read(rustc.arg("--out-dir").arg(sysroot).arg(source))
     };
@@ -67,11 +67,6 @@ fn probe(target: &str, sysroot: &Path) -> Result<(), String> {
         Err(complaint) => Err(format!("the probe failed for another reason: {complaint}")),
         Ok(_) => Err("a crate that needs alloc compiled without it".into()),
     }
-}
-
-/// The compiler that cargo would use.
-pub fn rustc() -> std::ffi::OsString {
-    std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into())
 }
 
 /// Fails if the library at `path` refers to an allocator.

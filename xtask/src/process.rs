@@ -4,7 +4,6 @@ use std::ffi::OsStr;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -50,6 +49,11 @@ pub fn cargo() -> Command {
     command(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
 }
 
+/// The compiler that cargo would use.
+pub fn rustc() -> Command {
+    command(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()))
+}
+
 /// cargo in another workspace, with this build folder.
 pub fn cargo_in(command: &str, manifest: &str, folder: &Path) -> Command {
     let mut cargo = cargo();
@@ -93,26 +97,26 @@ pub fn run_or_quote(command: &mut Command) -> Result<(), String> {
     })
 }
 
-/// Calls `work` for every item, in parallel on all cores. Returns the results in the order of the items.
-pub fn side_by_side<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Result<Vec<R>, String> {
-    let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+/// Calls `work` for every item, in parallel on all cores. Returns the results in the order of the items, or the first error.
+pub fn side_by_side<T: Sync, R: Send>(
+    items: &[T],
+    work: impl Fn(&T) -> Result<R, String> + Sync,
+) -> Result<Vec<R>, String> {
+    let next = AtomicUsize::new(0);
     let worker = || {
-        loop {
-            let place = next.fetch_add(1, Ordering::Relaxed);
-            let Some(item) = items.get(place) else { return };
-            let result = work(item);
-            // No code that may panic runs while it is locked.
-            done.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push((place, result));
-        }
+        let each =
+            std::iter::from_fn(|| Some(next.fetch_add(1, Ordering::Relaxed)).filter(|&place| place < items.len()));
+        each.map(|place| (place, work(&items[place]))).collect::<Vec<_>>()
     };
+    let mut done = Vec::new();
     thread::scope(|scope| {
         let count = thread::available_parallelism().map_or(1, usize::from);
         let workers: Vec<_> = (0..count).map(|_| scope.spawn(worker)).collect();
-        workers.into_iter().try_for_each(|worker| worker.join().map_err(|_| "a run ended with a panic".to_owned()))
-    })?;
-    let mut done = done.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+        workers.into_iter().try_for_each(|worker| worker.join().map(|results| done.extend(results)))
+    })
+    .map_err(|_| "a run ended with a panic")?;
     done.sort_by_key(|&(place, _)| place);
-    Ok(done.into_iter().map(|(_, result)| result).collect())
+    done.into_iter().map(|(_, result)| result).collect()
 }
 
 /// As [`run`], but kills the program after `limit`.
@@ -254,11 +258,14 @@ mod tests {
         let items: Vec<u64> = (0..20).collect();
         let slow_first = |&item: &u64| {
             thread::sleep(Duration::from_millis(20 - item));
-            item * item
+            Ok(item * item)
         };
         let expected: Vec<u64> = items.iter().map(|item| item * item).collect();
         assert_eq!(side_by_side(&items, slow_first), Ok(expected));
-        assert!(side_by_side(&items, |&item| assert!(item != 7)).is_err());
+        let message = |result: Result<Vec<u64>, String>| result.unwrap_err();
+        assert_eq!(message(side_by_side(&items, |&item| if item > 6 { Err(item.to_string()) } else { Ok(item) })), "7");
+        let panics = |&item: &u64| if item == 7 { panic!("on purpose") } else { Ok(item) };
+        assert!(message(side_by_side(&items, panics)).contains("panic"));
     }
 
     #[test]

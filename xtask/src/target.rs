@@ -20,7 +20,7 @@ const PACKAGES: [&str; 6] = ["scphd", "scphd-sequencer", "scphd-link", "scphd-li
 /// Builds them without `alloc`, and checks the libraries.
 fn build(toolchain: &Toolchain) -> Result<String, String> {
     let dir = process::own_target_dir(&format!("target-{}", toolchain.key()));
-    let mut cargo = toolchain.cargo_build("core");
+    let mut cargo = toolchain.cargo("build", "core");
     if let Toolchain::Active { sysroot } = toolchain {
         println!("setting up: a sysroot with core and without alloc, in {}", dir.display());
         let core_only = noalloc::core_only_sysroot(sysroot, TARGET, &dir.join("core-only"))?;

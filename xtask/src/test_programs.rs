@@ -52,9 +52,9 @@ pub fn run(arguments: &[&str], variable: (&str, &Path)) -> Result<(), String> {
         let [said, complaint] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
         let elapsed = started.elapsed().as_secs_f32();
         println!("{} {}: {elapsed:.1} s\n{said}{complaint}", program.package, program.target);
-        if output.status.success() { Ok(()) } else { Err(format!("{} {}", program.package, program.target)) }
+        Ok((!output.status.success()).then(|| format!("{} {}", program.package, program.target)))
     })?;
-    let failed: Vec<String> = ran.into_iter().filter_map(Result::err).collect();
+    let failed: Vec<String> = ran.into_iter().flatten().collect();
     if failed.is_empty() { Ok(()) } else { Err(format!("failed tests: {}", failed.join(", "))) }
 }
 

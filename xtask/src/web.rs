@@ -15,7 +15,7 @@ use base64::engine::general_purpose::STANDARD;
 use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
 use crate::toolchain::{self, Toolchain};
-use crate::tools::{CHROMIUM, LLD, Tool};
+use crate::tools::{CHROMIUM, Tool};
 
 /// Target of browsers.
 pub const TARGET: &str = "wasm32-unknown-unknown";
@@ -80,18 +80,11 @@ pub fn step() -> Result<Outcome, Stop> {
 /// Builds the module with a toolchain that has the target, or the sources for it.
 fn build(toolchain: &Toolchain) -> Result<Vec<u8>, Stop> {
     let dir = process::own_target_dir(&format!("web-{}", toolchain.key()));
-    let mut cargo = toolchain.cargo_rustc("core");
+    let mut cargo = toolchain.cargo("rustc", "core");
     let mut flags = Vec::new();
     if let Toolchain::Debian { .. } = toolchain {
         // Debian's compiler expects a linker that is in another package.
-        let linker = match toolchain::beside_rustc().filter(|path| path.is_file()) {
-            Some(path) => path,
-            None => {
-                let lld = LLD.obtain()?;
-                lld.equip(&mut cargo);
-                lld.program().with_file_name("wasm-ld")
-            }
-        };
+        let linker = toolchain::linker(&mut cargo, "wasm-ld")?;
         flags = vec![format!("-Clinker={}", linker.display()), "-Clinker-flavor=wasm-ld".into()];
     }
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));

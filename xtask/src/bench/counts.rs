@@ -7,7 +7,6 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::PACKAGE;
-use crate::noalloc;
 use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
 use crate::toolchain;
@@ -48,7 +47,7 @@ pub fn step() -> Result<Outcome, Stop> {
     let path = process::root().join(FILE);
     let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     let committed: Counts = toml::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
-    let compiler = process::read(process::command(noalloc::rustc()).arg("--version"))?;
+    let compiler = process::read(process::rustc().arg("--version"))?;
     let counted = Counts { compiler, host: toolchain::host()?, instructions: count()?, ..committed.clone() };
     if process::is_blessing() {
         let text = toml::to_string(&counted).map_err(|error| error.to_string())?;

@@ -10,7 +10,7 @@ pub mod worst_case;
 use std::collections::BTreeMap;
 
 use crate::firmware::board::{Board, EMULATED};
-use crate::firmware::image::{self, Extra, Image};
+use crate::firmware::image::{self, Image};
 use crate::firmware::output::Replay;
 use crate::firmware::rig::{Precision, Rig};
 use crate::firmware::streams;
@@ -77,7 +77,7 @@ pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, Stop> {
     let built = process::side_by_side(&images, |(key, (board, rig, precision))| {
         Ok((key.clone(), built(&toolchain, board, *rig, *precision)?))
     })?;
-    let built: BTreeMap<_, _> = built.into_iter().collect::<Result<_, String>>()?;
+    let built: BTreeMap<_, _> = built.into_iter().collect();
     // A run of QEMU uses one core, and does not influence the figures of another run.
     let measured = process::side_by_side(&runs, |(budget, board, key, stream, host)| {
         let (image, code) = &built[key];
@@ -89,14 +89,14 @@ pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, Stop> {
             None => Figures::of(budget, board, *code, &replay, host.scan_interval_s),
         }
     })?;
-    Ok(measured.into_iter().collect::<Result<_, String>>()?)
+    Ok(measured)
 }
 
 /// The image of a replay, and the figures of its code and of the image without output.
 fn built(toolchain: &Toolchain, board: &Board, rig: Rig, precision: Precision) -> Result<(Image, Code), String> {
     let image = image::build_replay(toolchain, board, rig, precision)?;
     let features = &rig.proof_features(precision)[..];
-    let bare = image::build(toolchain, board, PROOF, &Extra { features, flags: &[] })?;
+    let bare = image::build(toolchain, board, PROOF, features)?;
     let code = Code { image: image.sizes()?, stack_bound: image.stack_bound()?, library: bare.library_flash()? };
     Ok((image, code))
 }

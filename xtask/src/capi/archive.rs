@@ -41,7 +41,7 @@ pub fn make(builder: &Builder<'_>, functions: &BTreeSet<String>) -> Result<PathB
             (cargo, host.as_str())
         }
         Builder::Bare(toolchain, target) => {
-            let mut cargo = toolchain.cargo_rustc("core");
+            let mut cargo = toolchain.cargo("rustc", "core");
             // Gives a tenth less flash, for a hundredth more instructions.
             cargo.env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "2");
             (cargo, *target)
@@ -63,7 +63,7 @@ pub fn make(builder: &Builder<'_>, functions: &BTreeSet<String>) -> Result<PathB
 
 /// Links the functions of the header with all that they need into one object.
 fn link(built: &Path, functions: &BTreeSet<String>, object: &Path) -> Result<(), Stop> {
-    let mut lld = match toolchain::beside_rustc().filter(|path| path.is_file()) {
+    let mut lld = match toolchain::beside_rustc() {
         Some(path) => {
             let mut lld = process::command(path);
             lld.args(["-flavor", "gnu"]);

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::noalloc;
 use crate::outcome::Missing;
 use crate::process;
 use crate::tools::VALGRIND;
@@ -101,7 +100,7 @@ pub fn check_cpp(archive: &Path, dir: &Path) -> Result<(), String> {
 /// Links the complete archive, another Rust archive with a panic handler of its own, and a copy of ours into one program.
 fn beside_another(c: &Compiler, archive: &Path, dir: &Path) -> Result<(), String> {
     let (other, copy) = (dir.join("libother.a"), dir.join("libcopy.a"));
-    let mut rustc = process::command(noalloc::rustc());
+    let mut rustc = process::rustc();
     rustc.args(["--edition", "2024", "--crate-type", "staticlib", "-Cpanic=abort", "-Copt-level=1", "-Clto=fat"]);
     process::run(rustc.arg("-o").arg(&other).arg(process::root().join("bindings/capi/tests/c/other.rs")))?;
     std::fs::copy(archive, &copy).map_err(|error| format!("{}: {error}", copy.display()))?;

@@ -17,7 +17,7 @@ const DOWNLOAD_LIMIT: Duration = Duration::from_secs(1200);
 /// Lists of this age are fetched again.
 const LISTS_AGE: Duration = Duration::from_secs(6 * 3600);
 
-/// Fails if apt or dpkg is missing.
+/// Fails if apt or dpkg is missing; the network is not tested.
 pub fn present() -> Result<(), String> {
     let missing = ["apt-get", "apt-cache", "dpkg-query", "dpkg-deb"]
         .into_iter()

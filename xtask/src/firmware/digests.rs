@@ -1,13 +1,14 @@
 //! The step `firmware`: after every scan the boards must have the same state as the host, bit for bit.
 
-use std::path::{Path, PathBuf};
+use std::fs;
+use std::path::PathBuf;
 
 use super::board::EMULATED;
 use super::emulator;
 use super::faults;
 use super::flips;
 use super::hil;
-use super::image::{self, Extra};
+use super::image;
 use super::output::{self, Replay};
 use super::rig::{DIVE, JOINT, JOINT_HYPOTHESES, JOINT_MOVERS, PLANAR, Precision, Rig, UNDERWATER, UNDERWATER_JOINT};
 use super::rtos;
@@ -41,8 +42,8 @@ const LOGS: [&str; 2] = ["victoria_park", "mrclam_ds6_robot2"];
 /// Number of scans between snapshots of a black box.
 const SNAPSHOT_EVERY: usize = 50;
 
-/// A part of the step. Returns the number of compared scans and the differences.
-type Check<'a> = Box<dyn Fn() -> Result<(usize, Vec<String>), String> + Sync + 'a>;
+/// A part of the step. Returns the number of compared scans, or the differences.
+type Check<'a> = Box<dyn Fn() -> Result<usize, String> + Sync + 'a>;
 
 /// The step.
 pub fn step() -> Result<Outcome, Stop> {
@@ -51,45 +52,35 @@ pub fn step() -> Result<Outcome, Stop> {
     let (logs, missing) = logs();
     let logs = logs.iter().map(|what| Source { what, scans: LOG_SCANS, rig: PLANAR });
     let sources: Vec<Source<'_>> = SCENARIOS.into_iter().chain(logs).collect();
-    let (mut failures, mut compared) = (Vec::new(), 0);
+    let named = |what: &str, result: Result<(), String>| match result {
+        Ok(()) => Ok(0),
+        Err(reason) => Err(format!("{what}: {reason}")),
+    };
     // Depends on the clock of the host, so that nothing else runs at the same time.
-    failures.extend(hil::check(&qemu, &toolchain).err().map(|reason| format!("hardware in the loop: {reason}")));
+    let mut results = vec![named("hardware in the loop", hil::check(&qemu, &toolchain))];
     let (qemu, toolchain, sources) = (&qemu, &toolchain, &sources[..]);
-    let one = |failure: Option<String>| (0, Vec::from_iter(failure));
     let mut checks: Vec<Check<'_>> = Vec::new();
     for rig in [PLANAR, JOINT, JOINT_MOVERS, JOINT_HYPOTHESES, UNDERWATER, UNDERWATER_JOINT] {
-        checks.extend(
-            rig.precisions
-                .iter()
-                .map(|&precision| -> Check<'_> { Box::new(move || replays(qemu, toolchain, rig, precision, sources)) }),
-        );
+        for &precision in rig.precisions {
+            checks.push(Box::new(move || replays(qemu, toolchain, rig, precision, sources)));
+        }
     }
-    checks.extend([
-        Box::new(|| faults::check(qemu, toolchain)) as Check<'_>,
-        Box::new(|| black_boxes(qemu, toolchain)),
-        Box::new(|| {
-            let failed = rtos::check(qemu, toolchain).err();
-            Ok(one(failed.map(|reason| format!("with an operating system: {reason}"))))
-        }),
-        Box::new(|| {
-            let failed = flips::check(qemu, toolchain).err();
-            Ok(one(failed.map(|reason| format!("bits that flip: {reason}"))))
-        }),
-        Box::new(|| driven_by_a_timer(qemu, toolchain).map(one)),
-        Box::new(|| {
-            let stream = streams::make(SURVEY, Precision::F32)?;
-            several_sensors(qemu, toolchain, &stream).map(one)
-        }),
-    ]);
+    checks.push(Box::new(|| faults::check(qemu, toolchain)));
+    checks.push(Box::new(|| black_boxes(qemu, toolchain)));
+    checks.push(Box::new(|| named("with an operating system", rtos::check(qemu, toolchain))));
+    checks.push(Box::new(|| named("bits that flip", flips::check(qemu, toolchain))));
+    checks.push(Box::new(|| driven_by_a_timer(qemu, toolchain).map(|()| 0)));
+    checks.push(Box::new(|| several_sensors(qemu, toolchain).map(|()| 0)));
     // Most checks use one core for most of the time.
-    for found in process::side_by_side(&checks, |check| check())? {
-        let (scans, differences) = found?;
-        compared += scans;
-        failures.extend(differences);
+    results.extend(process::side_by_side(&checks, |check| Ok(check()))?);
+    let (mut failures, mut compared) = (Vec::new(), 0);
+    for result in results {
+        match result {
+            Ok(scans) => compared += scans,
+            Err(differences) => failures.push(differences),
+        }
     }
-    if !failures.is_empty() {
-        return Err(failures.join("; ").into());
-    }
+    let compared = all_equal(compared, &failures)?;
     let note = format!("{compared} digests equal");
     Ok(if missing.is_empty() {
         Outcome::Passed(note)
@@ -98,15 +89,19 @@ pub fn step() -> Result<Outcome, Stop> {
     })
 }
 
-/// Compares every board with the host on the sources of a rig, and the host with itself without optimisation. Returns the number
-/// of compared scans and the differences.
+/// The number of compared scans, if there is no difference.
+pub fn all_equal(compared: usize, differences: &[String]) -> Result<usize, String> {
+    if differences.is_empty() { Ok(compared) } else { Err(differences.join("; ")) }
+}
+
+/// Compares every board with the host on the sources of a rig, and the host with itself without optimisation.
 fn replays(
     qemu: &Tool,
     toolchain: &Toolchain,
     rig: Rig,
     precision: Precision,
     sources: &[Source<'_>],
-) -> Result<(usize, Vec<String>), String> {
+) -> Result<usize, String> {
     let (mut compared, mut failures) = (0, Vec::new());
     let mut images = Vec::new();
     for board in rig.boards {
@@ -135,7 +130,7 @@ fn replays(
         }
         println!("{} {}: {} scans compared on {}", source.what, rig.replay(precision), host.scans.len(), replays.len());
     }
-    Ok((compared, failures))
+    all_equal(compared, &failures)
 }
 
 /// The folders of the recorded logs that are present, and those that are missing.
@@ -147,41 +142,40 @@ fn logs() -> (Vec<String>, Vec<String>) {
     (names(here), names(missing))
 }
 
-/// Compares the example of a robot on a board with the host. `stream` is loaded into its memory, but not read.
-pub fn robot(stream: &Path) -> Result<Outcome, Stop> {
-    let qemu = emulator::prepare()?;
-    let toolchain = toolchain::find()?;
-    match several_sensors(&qemu, &toolchain, stream)? {
-        Some(difference) => Err(difference.into()),
-        None => Ok(Outcome::Passed(EMULATED[0].name.into())),
-    }
+/// Compares the example of a robot on a board with the host.
+pub fn robot() -> Result<Outcome, Stop> {
+    several_sensors(&emulator::prepare()?, &toolchain::find()?)?;
+    Ok(Outcome::Passed(EMULATED[0].name.into()))
 }
 
 /// The example of a robot with two detectors and fixes must have the same final states on a board and on the host, with the
 /// mixture and with the joint map.
-fn several_sensors(qemu: &Tool, toolchain: &Toolchain, stream: &Path) -> Result<Option<String>, String> {
+fn several_sensors(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
     let [board, ..] = &EMULATED;
     let mut example = process::cargo();
     let host =
         process::read(example.args(["run", "--quiet", "--release", "--package", "scphd", "--example", "robot"]))?;
-    let image = image::build(toolchain, board, "robot", &Extra::default())?;
+    let image = image::build(toolchain, board, "robot", &[])?;
     // The image contains its inputs and ignores the stream.
-    let lines = emulator::run(qemu, board, &image, stream)?;
-    let end = lines.last().map_or("", String::as_str);
+    let nothing = process::own_target_dir("no-stream.bin");
+    fs::write(&nothing, [0; 8]).map_err(|error| format!("{}: {error}", nothing.display()))?;
+    let text = emulator::run(qemu, board, &image, &nothing)?;
+    let end = text.lines().last().unwrap_or_default();
     // The digest of the mixture and, after it, that of the joint map.
     let digests = |text: &str| {
         let first = output::word(text, "digests")?.to_owned();
         Some([output::word(text, &first)?.to_owned(), first])
     };
-    let holds = digests(host.trim()).is_some_and(|of_host| digests(end) == Some(of_host));
-    Ok((!holds).then(|| format!("the robot ended with {end} on {}, with {host} on the host", board.name)))
+    if digests(host.trim()).is_some_and(|of_host| digests(end) == Some(of_host)) {
+        return Ok(());
+    }
+    Err(format!("the robot ended with {end} on {}, with {host} on the host", board.name))
 }
 
 /// Compares a board's replays of a black box from every snapshot on with the host's replay of all of it, after every scan.
-/// Returns the number of compared scans and the differences.
-fn black_boxes(qemu: &Tool, toolchain: &Toolchain) -> Result<(usize, Vec<String>), String> {
+fn black_boxes(qemu: &Tool, toolchain: &Toolchain) -> Result<usize, String> {
     let [board, ..] = &EMULATED;
-    let image = image::build(toolchain, board, "black-box", &Extra::default())?;
+    let image = image::build(toolchain, board, "black-box", &[])?;
     let (mut compared, mut failures) = (0, Vec::new());
     for (what, joint) in [(SURVEY, false), (Source { rig: JOINT, ..SURVEY }, true)] {
         let (all, whole) = streams::black_box(what, SNAPSHOT_EVERY, joint)?;
@@ -199,18 +193,20 @@ fn black_boxes(qemu: &Tool, toolchain: &Toolchain) -> Result<(usize, Vec<String>
         }
     }
     println!("black boxes: {compared} scans compared on {}", board.name);
-    Ok((compared, failures))
+    all_equal(compared, &failures)
 }
 
 /// The timer-driven loop must have the host's final state, without late scans and lost inputs.
-fn driven_by_a_timer(qemu: &Tool, toolchain: &Toolchain) -> Result<Option<String>, String> {
+fn driven_by_a_timer(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
     let [board, ..] = &EMULATED;
     let stream = streams::make(SURVEY, Precision::F32)?;
     let host = streams::on_host(&stream, PLANAR, Precision::F32)?;
-    let image = image::build(toolchain, board, "vehicle-loop", &Extra::default())?;
+    let image = image::build(toolchain, board, "vehicle-loop", &[])?;
     let run = Replay::parse(&emulator::run(qemu, board, &image, &stream)?)?;
     let (Some(last), Some(end)) = (host.scans.last(), &run.end) else { return Err("nothing to compare".into()) };
     let expected = [("late", "0"), ("lost", "0"), ("digest", last.digest.as_str())];
-    let holds = expected.iter().all(|(name, value)| output::word(end, name) == Some(value));
-    Ok((!holds).then(|| format!("the timer-driven loop ended with {end}, not with {expected:?}")))
+    if expected.iter().all(|(name, value)| output::word(end, name) == Some(value)) {
+        return Ok(());
+    }
+    Err(format!("the timer-driven loop ended with {end}, not with {expected:?}"))
 }

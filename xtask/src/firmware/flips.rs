@@ -3,7 +3,7 @@
 
 use super::board::EMULATED;
 use super::emulator;
-use super::image::{self, Extra};
+use super::image;
 use super::output;
 use super::rig::{FEW, Precision};
 use super::streams::{self, Source};
@@ -32,8 +32,8 @@ struct Told {
 }
 
 impl Told {
-    fn parse(lines: &[String]) -> Self {
-        let of = |kind: &'static str| lines.iter().filter_map(move |line| line.strip_prefix(kind)?.strip_prefix(' '));
+    fn parse(text: &str) -> Self {
+        let of = |kind: &'static str| text.lines().filter_map(move |line| line.strip_prefix(kind)?.strip_prefix(' '));
         let rounds = of("round").map(str::to_owned).collect();
         Self { rounds, worst: of("worst").filter_map(|ticks| ticks.parse().ok()).collect() }
     }
@@ -52,10 +52,10 @@ pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
     let [board, ..] = &EMULATED;
     let stream = streams::make(DRIVE, Precision::F32)?;
     let host = Told::parse(&streams::flips_on_host(&stream, &FEATURES)?);
-    let image = image::build(toolchain, board, IMAGE, &Extra { features: &FEATURES, flags: &[] })?;
-    let lines = emulator::run(qemu, board, &image, &stream)?;
-    let replay = Told::parse(&lines);
-    let (begin, end) = (lines.first().map_or("", String::as_str), lines.last().map_or("", String::as_str));
+    let image = image::build(toolchain, board, IMAGE, &FEATURES)?;
+    let text = emulator::run(qemu, board, &image, &stream)?;
+    let replay = Told::parse(&text);
+    let (begin, end) = (text.lines().next().unwrap_or_default(), text.lines().last().unwrap_or_default());
     if !end.starts_with("end ") {
         return Err(format!("it ended with {end}"));
     }
@@ -112,7 +112,7 @@ mod tests {
     fn rounds_are_summed_and_the_longest_scan_found() {
         let text = "clock systick instructions 40 ticks 1\nround 0 of mixture flips 8 mended 1 digest 0a\nworst 7\n\
                     round 1 of mixture flips 8 mended 2 digest 0b\nworst 5\nround 0 of joint flips 8 mended 0 digest 0c\nworst 9\nend stack 1";
-        let told = Told::parse(&text.lines().map(str::to_owned).collect::<Vec<_>>());
+        let told = Told::parse(text);
         assert_eq!((told.rounds.len(), told.worst.as_slice()), (3, &[7, 5, 9][..]));
         assert_eq!((told.of("mixture", "mended"), told.of("joint", "flips")), ((3, 7), (8, 9)));
     }

@@ -1,8 +1,8 @@
 //! Builds the project of `docs/guide/embedding.md` as shown there.
 
 use super::board::REFERENCE;
+use super::image;
 use super::workbench;
-use crate::outcome::Missing;
 use crate::process;
 use crate::toolchain::Toolchain;
 use std::fs;
@@ -53,11 +53,8 @@ pub fn build(toolchain: &Toolchain) -> Result<(), String> {
     write("memory.x", &read("memory.x")?)?;
     // The lock file of the other images.
     write("Cargo.lock", &read("firmware/Cargo.lock")?)?;
-    let mut cargo = toolchain.cargo_build("core");
-    let mut flags: Vec<String> = REFERENCE.flags.iter().map(|&flag| flag.to_owned()).collect();
-    flags.extend(toolchain.linker(&mut cargo).map_err(|Missing(reason)| reason)?);
-    cargo.current_dir(&project).env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
-    cargo.args(["--quiet", "--release", "--offline", "--target", REFERENCE.target, "--target-dir"]);
+    let mut cargo = image::cargo_for(toolchain, &REFERENCE, "core")?;
+    cargo.current_dir(&project).args(["--offline", "--target-dir"]);
     workbench::with(toolchain, |bench| process::run(cargo.arg(bench)))
         .map_err(|error| format!("docs/guide/embedding.md: {error}"))
 }

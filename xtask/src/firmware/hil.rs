@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use super::board::EMULATED;
 use super::emulator;
-use super::image::{self, Extra};
+use super::image;
 use super::streams;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
@@ -46,7 +46,7 @@ fn stream<'a>(port: u16, more: impl IntoIterator<Item = &'a str>) -> Result<(), 
 /// Runs the image while `work` uses its serial port.
 fn with_target(qemu: &Tool, toolchain: &Toolchain, work: impl FnOnce(u16) -> Result<(), String>) -> Result<(), String> {
     let [board, ..] = &EMULATED;
-    let image = image::build(toolchain, board, IMAGE, &Extra::default())?;
+    let image = image::build(toolchain, board, IMAGE, &[])?;
     let port = free_port()?;
     let mut emulator = qemu.command();
     emulator.args(["-machine", board.name, "-nographic", "-monitor", "none", "-icount", "shift=0"]);

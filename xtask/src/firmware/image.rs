@@ -1,16 +1,15 @@
 //! Builds images, and reads their contents.
 
-use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::{Mutex, PoisonError};
 
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, elf};
 
 use super::board::{Board, REFERENCE};
 use super::rig::{Precision, Rig};
 use super::workbench;
+use crate::once::Once;
 use crate::outcome::Missing;
 use crate::process;
 use crate::toolchain::Toolchain;
@@ -34,31 +33,21 @@ pub struct Sizes {
     pub ram: u64,
 }
 
-/// Additional options of a build.
-#[derive(Default)]
-pub struct Extra<'a> {
-    /// Features of the firmware to enable.
-    pub features: &'a [&'a str],
-    /// Additional flags for the compiler.
-    pub flags: &'a [&'a str],
-}
-
 /// Builds the image that replays the streams of a rig, with its capacities.
 pub fn build_replay(toolchain: &Toolchain, board: &Board, rig: Rig, precision: Precision) -> Result<Image, String> {
-    build(toolchain, board, &rig.image(precision), &Extra { features: &rig.image_features(), flags: &[] })
+    build(toolchain, board, &rig.image(precision), &rig.image_features())
 }
 
 /// The workspace of most images.
 const FOLDER: &str = "firmware";
 
-/// Builds an image of the firmware for a board.
-pub fn build(toolchain: &Toolchain, board: &Board, name: &str, extra: &Extra<'_>) -> Result<Image, String> {
-    build_in(toolchain, board, FOLDER, name, extra)
+/// Builds an image of the firmware for a board, with these features.
+pub fn build(toolchain: &Toolchain, board: &Board, name: &str, features: &[&str]) -> Result<Image, String> {
+    build_in(toolchain, board, FOLDER, name, features)
 }
 
-/// The images that this run has built, with their flags: several steps need the same images, and the sources do not change during
-/// a run.
-static BUILT: Mutex<BTreeSet<(PathBuf, Vec<String>)>> = Mutex::new(BTreeSet::new());
+/// The images that this run has built: several steps need the same images, and the sources do not change during a run.
+static BUILT: Once<PathBuf, ()> = Once::new();
 
 /// Builds an image of a workspace for a board, unless this run has already built it.
 pub fn build_in(
@@ -66,26 +55,23 @@ pub fn build_in(
     board: &Board,
     folder: &str,
     name: &str,
-    extra: &Extra<'_>,
+    features: &[&str],
 ) -> Result<Image, String> {
-    let features = extra.features.iter().map(|feature| format!("-{feature}")).collect::<String>();
-    let path = images(toolchain)?.join(format!("{}-{name}{features}.elf", board.name));
-    let built = || BUILT.lock().unwrap_or_else(PoisonError::into_inner);
-    let key = (path.clone(), extra.flags.iter().map(ToString::to_string).collect::<Vec<_>>());
-    if built().contains(&key) {
-        return Image::read(path, board);
-    }
-    workbench::with(toolchain, |bench| {
-        process::run(&mut cargo(toolchain, board, folder, name, extra, bench)?)?;
-        // The build for the next board overwrites the image, so that it is moved to a folder for complete images: another step
-        // may already run the same image from there.
-        let (built, copy) = (bench.join(board.target).join("release").join(name), bench.join("built.elf"));
-        let kept = fs::copy(&built, &copy).and_then(|_| fs::rename(&copy, &path));
-        kept.map_err(|error| format!("{}: {error}", built.display()))
+    let images = process::own_target_dir(&format!("images-{}", toolchain.key()));
+    fs::create_dir_all(&images).map_err(|error| format!("{}: {error}", images.display()))?;
+    let mark = features.iter().map(|feature| format!("-{feature}")).collect::<String>();
+    let path = images.join(format!("{}-{name}{mark}.elf", board.name));
+    BUILT.get(path.clone(), || {
+        workbench::with(toolchain, |bench| {
+            process::run(&mut cargo(toolchain, board, folder, name, features, bench)?)?;
+            // The build for the next board overwrites the image, so that it is moved to the folder of complete images: another
+            // step may already run the same image from there.
+            let (built, copy) = (bench.join(board.target).join("release").join(name), bench.join("built.elf"));
+            let kept = fs::copy(&built, &copy).and_then(|_| fs::rename(&copy, &path));
+            kept.map_err(|error| format!("{}: {error}", built.display()))
+        })
     })?;
-    let image = Image::read(path, board)?;
-    built().insert(key);
-    Ok(image)
+    Image::read(path, board)
 }
 
 /// Builds an image that must not link, with an error that contains `complaint`.
@@ -93,24 +79,27 @@ pub fn must_not_link(
     toolchain: &Toolchain,
     board: &Board,
     name: &str,
-    extra: &Extra<'_>,
+    features: &[&str],
     complaint: &str,
 ) -> Result<(), String> {
     let built = workbench::with(toolchain, |bench| {
-        Ok::<_, String>(process::read(&mut cargo(toolchain, board, FOLDER, name, extra, bench)?))
+        Ok::<_, String>(process::read(&mut cargo(toolchain, board, FOLDER, name, features, bench)?))
     })?;
     match built {
         Err(reason) if reason.contains(complaint) => Ok(()),
-        Err(reason) => Err(format!("{name} with {:?} failed for another reason: {reason}", extra.features)),
-        Ok(_) => Err(format!("{name} for {} linked with {:?}", board.name, extra.features)),
+        Err(reason) => Err(format!("{name} with {features:?} failed for another reason: {reason}")),
+        Ok(_) => Err(format!("{name} for {} linked with {features:?}", board.name)),
     }
 }
 
-/// The folder of complete images.
-fn images(toolchain: &Toolchain) -> Result<PathBuf, String> {
-    let folder = process::own_target_dir(&format!("images-{}", toolchain.key()));
-    fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    Ok(folder)
+/// `cargo build` for a board, without a place. `libraries` are built by a toolchain that has none for the target.
+pub fn cargo_for(toolchain: &Toolchain, board: &Board, libraries: &str) -> Result<Command, String> {
+    let mut cargo = toolchain.cargo("build", libraries);
+    let mut flags: Vec<String> = board.flags.iter().map(ToString::to_string).collect();
+    flags.extend(toolchain.linker(&mut cargo).map_err(|Missing(reason)| reason)?);
+    cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
+    cargo.args(["--quiet", "--release", "--target", board.target]);
+    Ok(cargo)
 }
 
 fn cargo(
@@ -118,25 +107,17 @@ fn cargo(
     board: &Board,
     folder: &str,
     name: &str,
-    extra: &Extra<'_>,
+    features: &[&str],
     bench: &Path,
 ) -> Result<Command, String> {
-    let libraries = if extra.features.is_empty() { "core" } else { "core,alloc" };
-    let mut flags: Vec<String> = board.flags.iter().chain(extra.flags).map(|&flag| flag.to_owned()).collect();
-    let mut cargo = toolchain.cargo_build(libraries);
-    flags.extend(toolchain.linker(&mut cargo).map_err(|Missing(reason)| reason)?);
+    let mut cargo = cargo_for(toolchain, board, if features.is_empty() { "core" } else { "core,alloc" })?;
     cargo.current_dir(process::root().join(folder));
-    cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
     if board.name == REFERENCE.name {
         cargo.env_remove("SCPHD_BOARD");
     } else {
         cargo.env("SCPHD_BOARD", board.name);
     }
-    cargo.args(["--quiet", "--release", "--locked", "--bin", name, "--target", board.target, "--target-dir"]);
-    cargo.arg(bench);
-    if !extra.features.is_empty() {
-        cargo.arg("--features").arg(extra.features.join(","));
-    }
+    cargo.args(["--locked", "--bin", name, "--features", &features.join(","), "--target-dir"]).arg(bench);
     Ok(cargo)
 }
 

@@ -4,7 +4,7 @@
 use super::board::{Board, EMULATED, REFERENCE};
 use super::guide;
 use super::hil;
-use super::image::{self, Extra, Image};
+use super::image::{self, Image};
 use super::rig::{
     BLACK_BOXES, JOINT, JOINT_HYPOTHESES, JOINT_MOVERS, PLANAR, Precision, Rig, SENSORS, UNDERWATER, UNDERWATER_JOINT,
 };
@@ -17,11 +17,12 @@ use crate::toolchain::{self, Toolchain};
 pub const PROOF: &str = "proof";
 /// The linker's error for that function.
 const NO_FUNCTION: &str = "undefined symbol: a_panic_is_reachable";
-/// Defines the address of that function, so that an image with a panic can be linked and examined.
-const WITH_PANICS: &str = "-Clink-arg=--defsym=a_panic_is_reachable=0";
 
 /// The reference board with less RAM than the filter needs.
 const TOO_SMALL: Board = Board { name: "too-small", ..REFERENCE };
+/// The reference board with an address of that function, so that an image with a panic can be linked and examined.
+const WITH_PANICS: Board =
+    Board { flags: &["-Ctarget-cpu=cortex-m7", "-Clink-arg=--defsym=a_panic_is_reachable=0"], ..REFERENCE };
 
 /// A part of the step: builds and examines an image.
 type Check<'a> = Box<dyn Fn() -> Result<(), String> + Sync + 'a>;
@@ -52,7 +53,7 @@ pub fn step() -> Result<Outcome, Stop> {
     for features in [&[][..], &["joint"]] {
         checks.push(Box::new(move || {
             let name = format!("{} with {features:?}", hil::IMAGE);
-            let image = image::build(toolchain, &REFERENCE, hil::IMAGE, &Extra { features, flags: &[] });
+            let image = image::build(toolchain, &REFERENCE, hil::IMAGE, features);
             fits(&name, &image.map_err(|error| format!("{name}: {error}"))?)
         }));
     }
@@ -62,12 +63,10 @@ pub fn step() -> Result<Outcome, Stop> {
         (&REFERENCE, &["planted-heap"], NO_FUNCTION),
         (&TOO_SMALL, &[], "will not fit in region 'RAM'"),
     ] {
-        checks.push(Box::new(move || {
-            image::must_not_link(toolchain, board, PROOF, &Extra { features, flags: &[] }, complaint)
-        }));
+        checks.push(Box::new(move || image::must_not_link(toolchain, board, PROOF, features, complaint)));
     }
     checks.push(Box::new(|| sees_a_heap(toolchain)));
-    process::side_by_side(&checks, |check| check())?.into_iter().collect::<Result<(), String>>()?;
+    process::side_by_side(&checks, |check| check())?;
     Ok(Outcome::Passed("no panic, no allocator, fits the reference board; each check fails where it should".into()))
 }
 
@@ -78,7 +77,7 @@ fn proves(toolchain: &Toolchain, board: &Board, rig: Rig, precision: Precision) 
 
 /// Checks an image with these features.
 fn proves_with(toolchain: &Toolchain, board: &Board, features: &[&str]) -> Result<(), String> {
-    let image = image::build(toolchain, board, PROOF, &Extra { features, flags: &[] }).map_err(|error| {
+    let image = image::build(toolchain, board, PROOF, features).map_err(|error| {
         format!("with {features:?} a panic is reachable, or the image does not fit {}: {error}", board.name)
     })?;
     has_no_allocator(&image)
@@ -93,8 +92,7 @@ fn fits(name: &str, image: &Image) -> Result<(), String> {
 
 /// Checks that an allocator would be found.
 fn sees_a_heap(toolchain: &Toolchain) -> Result<(), String> {
-    let heap = Extra { features: &["planted-heap"], flags: &[WITH_PANICS] };
-    let symbol = allocator_symbol(&image::build(toolchain, &REFERENCE, PROOF, &heap)?)?;
+    let symbol = allocator_symbol(&image::build(toolchain, &WITH_PANICS, PROOF, &["planted-heap"])?)?;
     println!("the planted heap shows as {}", symbol.ok_or("the check for an allocator does not see a planted heap")?);
     Ok(())
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::board::{Board, EMULATED};
 use super::emulator;
-use super::image::{self, Extra, Image};
+use super::image;
 use super::output;
 use super::rig::{PLANAR, Precision};
 use super::streams::{self, Source};
@@ -54,9 +54,9 @@ fn run(
     features: &[&str],
     stream: &Path,
 ) -> Result<String, String> {
-    let image: Image = image::build_in(toolchain, board, FOLDER, system, &Extra { features, flags: &[] })?;
-    let lines = emulator::run(qemu, board, &image, stream)?;
-    lines.last().cloned().ok_or_else(|| format!("{system} on {} said nothing", board.name))
+    let image = image::build_in(toolchain, board, FOLDER, system, features)?;
+    let text = emulator::run(qemu, board, &image, stream)?;
+    text.lines().last().map(str::to_owned).ok_or_else(|| format!("{system} on {} said nothing", board.name))
 }
 
 fn count(end: &str, name: &str) -> Result<u64, String> {

@@ -18,7 +18,7 @@ const FILE: &str = "scphd.ptx";
 /// Builds the text. The compiler generates it for the whole program, so that no linker is needed.
 pub fn build(toolchain: &Toolchain) -> Result<String, Stop> {
     let folder = process::own_target_dir(&format!("gpu-{}", toolchain.key()));
-    let mut cargo = toolchain.cargo_rustc("core");
+    let mut cargo = toolchain.cargo("rustc", "core");
     // Kernels are an unstable feature, and this is a stable compiler.
     cargo.env("RUSTC_BOOTSTRAP", "1");
     // Nothing is linked, but the compiler calls a linker.
