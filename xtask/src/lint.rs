@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use crate::capi;
+use crate::files;
 use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
 use crate::python;
@@ -55,7 +56,7 @@ pub fn workspace() -> Result<Command, String> {
 /// A folder with settings for clippy: tests must build with the oldest Rust too.
 pub fn settings() -> Result<PathBuf, String> {
     let folder = process::own_target_dir("clippy-settings");
-    process::write(&folder, "clippy.toml", "check-incompatible-msrv-in-tests = true\n")?;
+    files::write(&folder.join("clippy.toml"), "check-incompatible-msrv-in-tests = true\n")?;
     Ok(folder)
 }
 

@@ -7,6 +7,7 @@ mod capi;
 mod changed;
 mod debian;
 mod doctor;
+mod files;
 mod firmware;
 mod gpu;
 mod install;

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::Command;
 
+use crate::files;
 use crate::firmware::board::REFERENCE;
 use crate::lint;
 use crate::outcome::{Missing, Outcome, Stop};
@@ -105,8 +106,8 @@ fn plant() -> Result<PathBuf, String> {
         "[package]\nname = \"planted\"\nversion = \"0.1.0\"\nedition = \"2024\"\nrust-version = \"{OLDEST}\"\n\n\
          [lib]\npath = \"lib.rs\"\n\n[workspace]\n"
     );
-    process::write(&folder, "Cargo.toml", &manifest)?;
-    process::write(&folder, "lib.rs", PLANTED)?;
+    files::write(&folder.join("Cargo.toml"), manifest)?;
+    files::write(&folder.join("lib.rs"), PLANTED)?;
     Ok(folder)
 }
 

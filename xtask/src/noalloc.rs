@@ -7,6 +7,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::files;
 use crate::process;
 
 /// The libraries of a bare-metal target that the core may use.
@@ -56,7 +57,7 @@ fn is_allowed(file_name: &str) -> bool {
 fn probe(target: &str, sysroot: &Path) -> Result<(), String> {
     let compile = |name: &str, text: &str| {
         let source = sysroot.join(name).with_extension("rs");
-        fs::write(&source, text).map_err(|error| error.to_string())?;
+        files::write(&source, text)?;
         let mut rustc = process::rustc();
         rustc.args(["--crate-type=rlib", "--emit=metadata", "--target", target, "--sysroot"]).arg(sysroot);
         process::read(rustc.arg("--out-dir").arg(sysroot).arg(source))
@@ -71,7 +72,7 @@ fn probe(target: &str, sysroot: &Path) -> Result<(), String> {
 
 /// Fails if the library at `path` refers to an allocator.
 pub fn check_library(path: &Path) -> Result<(), String> {
-    let bytes = fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
+    let bytes = files::bytes(path)?;
     // Any other file would pass the scan.
     if !bytes.starts_with(b"!<arch>\n") {
         return Err(format!("{} is not a library archive", path.display()));

@@ -1,8 +1,8 @@
 //! The step `package`: checks that the packages for publication are complete.
 
 use std::collections::BTreeSet;
-use std::fs;
 
+use crate::files;
 use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
 
@@ -59,8 +59,7 @@ fn whole(name: &str, folder: &str) -> Result<(), Stop> {
         return Err(format!("{name}: {stray} needs the repository").into());
     }
     for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
-        let text = |path: std::path::PathBuf| fs::read(&path).map_err(|error| format!("{}: {error}", path.display()));
-        if text(process::root().join(folder).join(licence))? != text(process::root().join(licence))? {
+        if files::text(&process::root().join(folder).join(licence))? != files::text(&process::root().join(licence))? {
             return Err(format!("{folder}/{licence} is not that of the project").into());
         }
     }

@@ -1,10 +1,10 @@
 //! The Python package: builds a wheel in a virtual environment, runs its tests, and compares its digests with those of Rust.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::capi;
+use crate::files;
 use crate::install;
 use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
@@ -137,11 +137,11 @@ impl Environment {
     fn equip_with(&self, way: &str, options: &[&str], packages: &[&str]) -> Result<(), Missing> {
         let list = self.folder.join(format!("equipped-{way}-{}.txt", packages.len()));
         let wanted = packages.join("\n");
-        if fs::read_to_string(&list).is_ok_and(|there| there == wanted) {
+        if files::text(&list).is_ok_and(|there| there == wanted) {
             return Ok(());
         }
         process::run(self.pip().args(options).args(packages))
-            .and_then(|()| fs::write(&list, wanted).map_err(|error| format!("{}: {error}", list.display())))
+            .and_then(|()| files::write(&list, wanted))
             .map_err(|reason| Missing(format!("pip cannot install {}: {reason}", packages.join(", "))))
     }
 

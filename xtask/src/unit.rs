@@ -1,10 +1,9 @@
 //! The step `unit`: all tests of the workspace, and the number of those without their data.
 
 use std::collections::BTreeSet;
-use std::fs;
-use std::io;
 use std::path::Path;
 
+use crate::files;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
 use crate::test_programs;
@@ -44,9 +43,10 @@ pub fn examples() -> Result<Outcome, Stop> {
 /// Runs the tests, and counts those without their data.
 fn counted(tests: impl FnOnce(&Path) -> Result<(), String>) -> Result<Outcome, Stop> {
     let list = process::own_target_dir("skipped-tests.txt");
-    fresh(&list).map_err(|error| format!("{}: {error}", list.display()))?;
+    // In place of that of an earlier run.
+    files::write(&list, "")?;
     tests(&list)?;
-    let text = fs::read_to_string(&list).map_err(|error| format!("{}: {error}", list.display()))?;
+    let text = files::text(&list)?;
     let skipped = tests_in(&text);
     for test in &skipped {
         println!("skipped: {test}");
@@ -69,12 +69,6 @@ pub fn step() -> Result<Outcome, Stop> {
         process::run(process::cargo().args(crowded))?;
         process::run(&mut web::test())
     })
-}
-
-/// Creates an empty file, in place of that of an earlier run.
-fn fresh(list: &Path) -> io::Result<()> {
-    list.parent().map_or(Ok(()), fs::create_dir_all)?;
-    fs::write(list, "")
 }
 
 /// Names of skipped tests; a test that needs several logs is recorded several times.

@@ -1,7 +1,6 @@
 //! The web page with the filter: builds it, and checks it in a headless browser.
 
 use std::ffi::OsString;
-use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -12,6 +11,7 @@ use std::time::Duration;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
+use crate::files;
 use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
 use crate::toolchain::{self, Toolchain};
@@ -92,16 +92,13 @@ fn build(toolchain: &Toolchain) -> Result<Vec<u8>, Stop> {
     cargo.args(["--features", "module", "--crate-type", "cdylib", "--target", TARGET, "--target-dir"]).arg(&dir);
     process::run(&mut cargo)?;
     let path = dir.join(TARGET).join("release/scphd_web.wasm");
-    Ok(fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?)
+    Ok(files::bytes(&path)?)
 }
 
 /// Writes the page as a single file.
 fn write(module: &[u8]) -> Result<PathBuf, String> {
     let folder = process::root().join("bindings/web/page");
-    let read = |name: &str| {
-        let path = folder.join(name);
-        fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))
-    };
+    let read = |name: &str| files::text(&folder.join(name));
     let [mut page, style, script] = [read("index.html")?, read("page.css")?, read("page.js")?];
     for (name, part) in [("style", style), ("script", script), ("module", STANDARD.encode(module))] {
         let mark = format!("{{{{{name}}}}}");
@@ -111,8 +108,8 @@ fn write(module: &[u8]) -> Result<PathBuf, String> {
         page = page.replace(&mark, part.trim_end());
     }
     let path = process::own_target_dir("web").join("scphd.html");
-    let written = fs::create_dir_all(process::own_target_dir("web")).and_then(|()| fs::write(&path, page));
-    written.map(|()| path.clone()).map_err(|error| format!("{}: {error}", path.display()))
+    files::write(&path, page)?;
+    Ok(path)
 }
 
 /// Runs a task of the page in a headless browser, and returns its result, a line of the console.

@@ -7,6 +7,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::PACKAGE;
+use crate::files;
 use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
 use crate::toolchain;
@@ -45,13 +46,13 @@ struct Counts {
 /// The step.
 pub fn step() -> Result<Outcome, Stop> {
     let path = process::root().join(FILE);
-    let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-    let committed: Counts = toml::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
+    let committed: Counts =
+        toml::from_str(&files::text(&path)?).map_err(|error| format!("{}: {error}", path.display()))?;
     let compiler = process::read(process::rustc().arg("--version"))?;
     let counted = Counts { compiler, host: toolchain::host()?, instructions: count()?, ..committed.clone() };
     if process::is_blessing() {
         let text = toml::to_string(&counted).map_err(|error| error.to_string())?;
-        std::fs::write(&path, format!("{HEAD}{text}")).map_err(|error| format!("{}: {error}", path.display()))?;
+        files::write(&path, format!("{HEAD}{text}"))?;
         return Ok(Outcome::Passed(format!("{FILE} rewritten")));
     }
     for (name, count) in &counted.instructions {
@@ -136,8 +137,7 @@ fn valgrind_folder(valgrind: &Tool) -> Result<Option<PathBuf>, String> {
     let tools = tree.path("usr/libexec/valgrind");
     let text =
         format!("#!/bin/sh\nVALGRIND_LIB='{}' exec '{}' \"$@\"\n", tools.display(), valgrind.program().display());
-    let written = std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&script, text));
-    written.map_err(|error| format!("{}: {error}", script.display()))?;
+    files::write(&script, text)?;
     process::read(process::command("chmod").arg("+x").arg(&script))?;
     Ok(Some(folder))
 }
@@ -151,7 +151,7 @@ fn total(summary: &serde_json::Value) -> Option<u64> {
 
 /// The folder of the runner, installed in the version of the library.
 fn runner() -> Result<PathBuf, Stop> {
-    let lock = std::fs::read_to_string(process::root().join("Cargo.lock")).map_err(|error| error.to_string())?;
+    let lock = files::text(&process::root().join("Cargo.lock"))?;
     let version = locked_version(&lock, RUNNER).ok_or_else(|| format!("Cargo.lock has no {RUNNER}"))?;
     let tools = process::own_target_dir("tools");
     if process::read(process::command(tools.join("bin").join(RUNNER)).arg("--version"))

@@ -12,6 +12,7 @@ use comfy_table::{CellAlignment, Table};
 use serde::{Deserialize, Serialize};
 
 use crate::budget;
+use crate::files;
 use crate::options::Options;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
@@ -69,10 +70,7 @@ pub fn step(options: &Options) -> Result<Outcome, Stop> {
     println!("\ntime of a scan; growth.svg and growth.png in {} show the curves\n{}", out.display(), times.table());
     println!("\nothers:\n{}", peers(&figures));
     println!("\nfigures (`cargo xtask bench --help` defines them):\n{}", table(&figures));
-    if let Some(path) = &options.json {
-        let text = serde_json::to_string_pretty(&figures).map_err(|error| error.to_string())?;
-        std::fs::write(path, text + "\n").map_err(|error| format!("{}: {error}", path.display()))?;
-    }
+    options.write(&figures)?;
     let left_out =
         definitions::DEFINITIONS.iter().filter(|(name, _)| figures.iter().all(|figure| figure.name != *name));
     let left_out: Vec<&str> = left_out.map(|(name, _)| *name).collect();
@@ -93,7 +91,7 @@ struct Times(Vec<(String, String, f64)>);
 impl Times {
     /// Reads a file of `group,id,scan_us`.
     fn read(path: &Path) -> Result<Self, String> {
-        let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+        let text = files::text(path)?;
         let row = |line: &str| {
             let mut words = line.split(',');
             let (group, id) = (words.next()?, words.next()?);

@@ -6,6 +6,7 @@ use serde::Deserialize;
 
 use super::entry::{Budget, FAULTS, WORST_CASE};
 use super::figures::Figures;
+use crate::files;
 
 /// The file of the limits.
 pub const FILE: &str = "budgets.toml";
@@ -29,8 +30,7 @@ const LOOSE_TENTHS: u64 = 12;
 
 /// Reads the file. A file without entries is refused, because it would check nothing.
 pub fn read(path: &Path) -> Result<Budgets, String> {
-    let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
-    parse(&text).map_err(|error| format!("{}: {error}", path.display()))
+    parse(&files::text(path)?).map_err(|error| format!("{}: {error}", path.display()))
 }
 
 fn parse(text: &str) -> Result<Budgets, String> {

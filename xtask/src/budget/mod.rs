@@ -9,6 +9,7 @@ pub mod worst_case;
 
 use std::collections::BTreeMap;
 
+use crate::files;
 use crate::firmware::board::{Board, EMULATED};
 use crate::firmware::image::{self, Image};
 use crate::firmware::output::Replay;
@@ -29,17 +30,12 @@ pub use table::print;
 pub fn step(options: &Options) -> Result<Outcome, Stop> {
     let measured = measure(|_| true)?;
     print(&measured);
-    if let Some(path) = &options.json {
-        let text = serde_json::to_string_pretty(&measured).map_err(|error| error.to_string())?;
-        std::fs::write(path, text + "\n").map_err(|error| format!("{}: {error}", path.display()))?;
-    }
+    options.write(&measured)?;
     let budgets = budgets()?;
     let compiler = toolchain::find()?.compiler()?;
     if process::is_blessing() {
         let path = process::root().join(FILE);
-        let failed = |error: std::io::Error| format!("{}: {error}", path.display());
-        let text = std::fs::read_to_string(&path).map_err(failed)?;
-        std::fs::write(&path, budgets.rewritten(&text, &measured, &compiler)).map_err(failed)?;
+        files::write(&path, budgets.rewritten(&files::text(&path)?, &measured, &compiler))?;
         return Ok(Outcome::Passed(format!("{FILE} rewritten")));
     }
     let broken = budgets.broken_by(&measured, &compiler);

@@ -5,7 +5,7 @@
 //! is removed, and all symbols except those of the header are made local.
 
 use std::collections::BTreeSet;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -13,6 +13,7 @@ use std::process::Command;
 use ar_archive_writer::{ArchiveKind, DEFAULT_OBJECT_READER, NewArchiveMember, write_archive_to_stream};
 
 use super::symbols;
+use crate::files;
 use crate::outcome::{Missing, Stop};
 use crate::process;
 use crate::toolchain::{self, Toolchain};
@@ -55,7 +56,7 @@ pub fn make(builder: &Builder<'_>, functions: &BTreeSet<String>) -> Result<PathB
     let object = dir.join("scphd.o");
     link(&built, functions, &object)?;
     localise(functions, &object)?;
-    let bytes = fs::read(&object).map_err(|error| format!("{}: {error}", object.display()))?;
+    let bytes = files::bytes(&object)?;
     symbols::check(&bytes, functions)?;
     write(bytes, &dir.join(NAME))?;
     Ok(dir)
@@ -80,7 +81,7 @@ fn link(built: &Path, functions: &BTreeSet<String>, object: &Path) -> Result<(),
 fn localise(functions: &BTreeSet<String>, object: &Path) -> Result<(), Stop> {
     let list = object.with_extension("symbols");
     let names: Vec<&str> = functions.iter().map(String::as_str).collect();
-    fs::write(&list, names.join("\n")).map_err(|error| format!("{}: {error}", list.display()))?;
+    files::write(&list, names.join("\n"))?;
     let mut option = std::ffi::OsString::from("--keep-global-symbols=");
     option.push(&list);
     process::read(objcopy()?.arg(option).arg(object))?;

@@ -1,6 +1,5 @@
 //! The step `firmware`: after every scan the boards must have the same state as the host, bit for bit.
 
-use std::fs;
 use std::path::PathBuf;
 
 use super::board::EMULATED;
@@ -13,6 +12,7 @@ use super::output::{self, Replay};
 use super::rig::{DIVE, JOINT, JOINT_HYPOTHESES, JOINT_MOVERS, PLANAR, Precision, Rig, UNDERWATER, UNDERWATER_JOINT};
 use super::rtos;
 use super::streams::{self, Source};
+use crate::files;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
 use crate::toolchain::{self, Toolchain};
@@ -158,7 +158,7 @@ fn several_sensors(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
     let image = image::build(toolchain, board, "robot", &[])?;
     // The image contains its inputs and ignores the stream.
     let nothing = process::own_target_dir("no-stream.bin");
-    fs::write(&nothing, [0; 8]).map_err(|error| format!("{}: {error}", nothing.display()))?;
+    files::write(&nothing, [0; 8])?;
     let text = emulator::run(qemu, board, &image, &nothing)?;
     let end = text.lines().last().unwrap_or_default();
     // The digest of the mixture and, after it, that of the joint map.

@@ -9,6 +9,7 @@ use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, elf
 use super::board::{Board, REFERENCE};
 use super::rig::{Precision, Rig};
 use super::workbench;
+use crate::files;
 use crate::once::Once;
 use crate::outcome::Missing;
 use crate::process;
@@ -128,7 +129,7 @@ impl Image {
 
     /// Reads the image in a file, which must be for this board.
     fn read(path: PathBuf, board: &Board) -> Result<Self, String> {
-        let elf = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+        let elf = files::bytes(&path)?;
         let image = Self { path, elf };
         image.check_ram(board)?;
         Ok(image)

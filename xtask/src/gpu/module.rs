@@ -1,9 +1,9 @@
 //! The module as text (PTX): built from the kernels and the library, and checked for instructions that would change bits or stop
 //! a thread.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::files;
 use crate::outcome::Stop;
 use crate::process;
 use crate::toolchain::Toolchain;
@@ -29,14 +29,14 @@ pub fn build(toolchain: &Toolchain) -> Result<String, Stop> {
     cargo.args(["--target", TARGET, "--target-dir"]).arg(&folder).args(["--", "--emit=asm"]);
     process::run(&mut cargo)?;
     let path = folder.join(TARGET).join("ptx/deps/scphd_gpu_kernels.s");
-    Ok(fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?)
+    Ok(files::text(&path)?)
 }
 
 /// Writes the text to the program's folder.
 pub fn write(folder: &Path, text: &str) -> Result<PathBuf, String> {
     let path = folder.join(FILE);
-    let written = fs::create_dir_all(folder).and_then(|()| fs::write(&path, text));
-    written.map(|()| path.clone()).map_err(|error| format!("{}: {error}", path.display()))
+    files::write(&path, text)?;
+    Ok(path)
 }
 
 /// Checks all lines. Returns their number.
