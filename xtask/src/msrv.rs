@@ -59,7 +59,7 @@ fn by_compiler(mut check: Command) -> Result<Outcome, Stop> {
 }
 
 fn by_lint() -> Result<Outcome, Stop> {
-    lint::need_clippy()?;
+    lint::need("clippy")?;
     let settings = lint::settings()?;
     let lint = |mut clippy: Command, arguments: &[&str]| {
         clippy.env("CLIPPY_CONF_DIR", &settings).args(arguments).arg("--").args(FLAGS);

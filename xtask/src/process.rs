@@ -49,17 +49,6 @@ pub fn cargo_in(command: &str, manifest: &str, folder: &Path) -> Command {
     cargo
 }
 
-/// cargo, to check another workspace with the profile and in the build folder of this one, so that common dependencies are checked
-/// once.
-pub fn cargo_to_check(command: &str, manifest: &str) -> Command {
-    let mut cargo = cargo_in(command, manifest, &target_dir());
-    cargo.env("CARGO_PROFILE_DEV_OPT_LEVEL", "0");
-    if std::env::var_os("CARGO_PROFILE_DEV_DEBUG").is_none() {
-        cargo.env("CARGO_PROFILE_DEV_DEBUG", "line-tables-only");
-    }
-    cargo
-}
-
 /// A command in the root of the workspace, without input.
 pub fn command(program: impl AsRef<OsStr>) -> Command {
     let mut command = Command::new(program);

@@ -17,27 +17,6 @@ const NEEDED: [&str; 3] = ["maturin>=1.9,<2", "numpy>=1.23", "pytest>=8"];
 const STUDIES: [&str; 7] =
     ["dask[distributed]", "ipykernel", "matplotlib", "mypy", "nbclient", "nbformat", "stonesoup>=1.7"];
 
-/// cargo in the workspace of the package, for commands that need no Python.
-fn cargo(command: &str) -> Command {
-    let mut cargo = process::cargo_to_check(command, "bindings/python/Cargo.toml");
-    cargo.env("PYO3_NO_PYTHON", "1").env("PYO3_BUILD_EXTENSION_MODULE", "1");
-    cargo
-}
-
-/// clippy on the package, with warnings as errors.
-pub fn clippy() -> Command {
-    let mut clippy = cargo("clippy");
-    clippy.args(["--", "-D", "warnings"]);
-    clippy
-}
-
-/// The documentation of the crate, with warnings as errors.
-pub fn doc() -> Command {
-    let mut doc = cargo("doc");
-    doc.env("RUSTDOCFLAGS", "-D warnings").arg("--no-deps");
-    doc
-}
-
 /// Version of a Python that is present and not too old.
 pub fn interpreter() -> Result<String, Missing> {
     let said = process::read(process::command("python3").args(["-c", "import sys; print(sys.version.split()[0])"]))
@@ -51,8 +30,7 @@ pub fn interpreter() -> Result<String, Missing> {
 
 /// The step: quick tests, and the studies if requested.
 pub fn step(studies: bool) -> Result<Outcome, Stop> {
-    let version = interpreter()?;
-    let environment = Environment::of(&version)?;
+    let environment = Environment::obtain()?;
     environment.equip(&NEEDED)?;
     let stream = capi::stream()?;
     environment.install()?;
@@ -61,7 +39,7 @@ pub fn step(studies: bool) -> Result<Outcome, Stop> {
         environment.equip(&STUDIES)?;
         environment.test("bindings/python/studies", ("SCPHD_SIM", &simulator()?))?;
     }
-    Ok(Outcome::Passed(format!("Python {version}")))
+    Ok(environment.passed())
 }
 
 /// The simulator, with a fast build.
@@ -75,13 +53,16 @@ fn simulator() -> Result<PathBuf, String> {
 
 /// A virtual environment of this project.
 pub struct Environment {
+    /// Version of its Python.
+    version: String,
     folder: PathBuf,
 }
 
 impl Environment {
-    /// The environment for this Python, which is created if necessary.
-    pub fn of(version: &str) -> Result<Self, Missing> {
-        let environment = Self { folder: process::own_target_dir("python").join(format!("venv-{version}")) };
+    /// The environment for the Python that is present, which is created if necessary.
+    pub fn obtain() -> Result<Self, Missing> {
+        let version = interpreter()?;
+        let environment = Self { folder: process::own_target_dir("python").join(format!("venv-{version}")), version };
         if environment.runs() {
             return Ok(environment);
         }
@@ -92,8 +73,13 @@ impl Environment {
         });
         match made {
             Ok(()) => Ok(environment),
-            Err(reason) => Err(Missing(format!("no virtual environment for Python {version}: {reason}"))),
+            Err(reason) => Err(Missing(format!("no virtual environment for Python {}: {reason}", environment.version))),
         }
+    }
+
+    /// The outcome of a step whose checks passed with it.
+    pub fn passed(&self) -> Outcome {
+        Outcome::Passed(format!("Python {}", self.version))
     }
 
     /// Whether its Python has pip.

@@ -35,20 +35,6 @@ fn cargo(command: &str) -> Command {
     process::cargo_in(command, MANIFEST, &process::own_target_dir("web-host"))
 }
 
-/// clippy on the crate, with warnings as errors.
-pub fn clippy() -> Command {
-    let mut clippy = process::cargo_to_check("clippy", MANIFEST);
-    clippy.args(["--all-targets", "--", "-D", "warnings"]);
-    clippy
-}
-
-/// The documentation of the crate, with warnings as errors.
-pub fn doc() -> Command {
-    let mut doc = process::cargo_to_check("doc", MANIFEST);
-    doc.env("RUSTDOCFLAGS", "-D warnings").arg("--no-deps");
-    doc
-}
-
 /// The tests of the crate, without the functions of the module.
 pub fn test() -> Command {
     cargo("test")

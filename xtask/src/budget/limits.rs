@@ -106,7 +106,7 @@ fn rounded_up(figure: u64, percent: u64) -> u64 {
 }
 
 /// The number in groups of three digits, as `1_234_567`.
-fn grouped(number: u64) -> String {
+pub fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let groups = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy);
     groups.collect::<Vec<_>>().join("_")

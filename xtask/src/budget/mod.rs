@@ -5,7 +5,6 @@ mod figures;
 mod limits;
 mod share;
 mod table;
-pub mod worst_case;
 
 use std::collections::BTreeMap;
 
@@ -95,6 +94,14 @@ fn built(toolchain: &Toolchain, board: &Board, rig: Rig, precision: Precision) -
     let bare = image::build(toolchain, board, PROOF, features)?;
     let code = Code { image: image.sizes()?, stack_bound: image.stack_bound()?, library: bare.library_flash()? };
     Ok((image, code))
+}
+
+/// The reason why a scan with this number of instructions takes too long on a board, for which the limit of the worst case of the
+/// same board and configuration holds; `None` if it does not.
+pub fn beyond_worst_case(board: &str, configuration: &str, instructions: u64) -> Result<Option<String>, String> {
+    let limit = budgets()?.worst_case(board, configuration)?;
+    let why = || format!(": a scan takes {instructions} instructions, the worst case {limit}");
+    Ok((instructions > limit).then(why))
 }
 
 fn board_of(budget: &Budget) -> Result<&'static Board, String> {

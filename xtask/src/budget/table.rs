@@ -4,6 +4,7 @@ use comfy_table::presets::ASCII_MARKDOWN;
 use comfy_table::{CellAlignment, Table};
 
 use super::figures::Figures;
+use super::limits;
 use super::share::CHIPS;
 use crate::firmware::output::STAGES;
 
@@ -127,24 +128,5 @@ fn table(header: Vec<String>, all: &[Figures], row: impl Fn(&Figures) -> Vec<Str
 
 /// The number in groups of three digits, as 1 234 567.
 fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push(' ');
-        }
-        text.push(digit);
-    }
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn digits_are_grouped_by_three() {
-        let numbers = [0, 999, 1000, 1_234_567].map(grouped);
-        assert_eq!(numbers, ["0", "999", "1 000", "1 234 567"]);
-    }
+    limits::grouped(number).replace('_', " ")
 }

@@ -7,7 +7,6 @@ mod header;
 mod install;
 mod programs;
 mod symbols;
-mod workspace;
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -20,8 +19,19 @@ use crate::toolchain;
 use archive::Builder;
 pub use install::{Place, install};
 pub use programs::Compiler;
-pub use workspace::TARGETS;
-use workspace::{MANIFEST, cargo, tools_dir};
+
+/// The targets of archives other than the host: with and without a floating-point unit.
+pub const TARGETS: [&str; 2] = ["thumbv7em-none-eabihf", "thumbv7em-none-eabi"];
+
+/// Folder for host builds other than the archive.
+fn tools_dir() -> PathBuf {
+    process::own_target_dir("capi-tools")
+}
+
+/// cargo, in the workspace of the C interface.
+fn cargo(command: &str) -> Command {
+    process::cargo_in(command, "bindings/capi/Cargo.toml", &tools_dir())
+}
 
 /// Compiles and runs C programs with the header and the archive for the host.
 pub fn quick() -> Result<Outcome, Stop> {
@@ -32,20 +42,6 @@ pub fn quick() -> Result<Outcome, Stop> {
     header::check()?;
     programs::check(&host.join(archive::NAME), &stream()?, &host)?;
     Ok(Outcome::Passed(format!("{} functions", functions.len())))
-}
-
-/// clippy on every package of the workspace, with warnings as errors.
-pub fn clippy() -> Command {
-    let mut clippy = process::cargo_to_check("clippy", MANIFEST);
-    clippy.args(["--workspace", "--all-targets", "--", "-D", "warnings"]);
-    clippy
-}
-
-/// The documentation of the crate, with warnings as errors.
-pub fn doc() -> Command {
-    let mut doc = process::cargo_to_check("doc", MANIFEST);
-    doc.env("RUSTDOCFLAGS", "-D warnings").arg("--no-deps");
-    doc
 }
 
 /// The step.

@@ -8,7 +8,7 @@ use super::image;
 use super::output::{self, Replay};
 use super::rig::{FEW, JOINT, JOINT_MOVERS, PLANAR, Precision, Rig, SMALL, SMALL_JOINT};
 use super::streams::{self, Source};
-use crate::budget::worst_case;
+use crate::budget;
 use crate::toolchain::Toolchain;
 use crate::tools::Tool;
 
@@ -49,7 +49,7 @@ pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<usize, String> {
             failures.extend(host.first_difference(&replay).map(|difference| format!("{name}: {difference}")));
             // The worst case is measured on one board.
             if board == bounded.name {
-                let why = worst_case::exceeded(board, configuration, replay.worst_scan())?;
+                let why = budget::beyond_worst_case(board, configuration, replay.worst_scan())?;
                 failures.extend(why.map(|why| name.clone() + &why));
             }
             compared += replay.scans.len();

@@ -7,7 +7,7 @@ use super::image;
 use super::output;
 use super::rig::{FEW, Precision};
 use super::streams::{self, Source};
-use crate::budget::worst_case;
+use crate::budget;
 use crate::toolchain::Toolchain;
 use crate::tools::Tool;
 
@@ -83,7 +83,7 @@ pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
             sum("isolated"),
             sum("refused")
         );
-        if let Some(why) = worst_case::exceeded(board.name, configuration, worst)? {
+        if let Some(why) = budget::beyond_worst_case(board.name, configuration, worst)? {
             return Err(format!("{filter} on {}{why}", board.name));
         }
         if !is_near(worst, stated) {

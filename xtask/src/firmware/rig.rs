@@ -156,12 +156,6 @@ pub const UNDERWATER: Rig = Rig {
 /// [`UNDERWATER`] with a joint map.
 pub const UNDERWATER_JOINT: Rig = Rig { vehicle: "underwater-joint-", features: &["underwater", "joint"], ..JOINT };
 
-/// Features of `proof` for the black boxes of the three vehicles.
-pub const BLACK_BOXES: [&[&str]; 3] = [&["black-box"], &["black-box", "joint"], &["black-box", "underwater"]];
-
-/// Features of `proof` for the crates beside the filters.
-pub const SENSORS: &[&str] = &["sensors"];
-
 /// The filters that a budget can name, of planar and of underwater vehicles.
 const AFLOAT: [Rig; 9] = [PLANAR, STATIC, FEW, JOINT, JOINT_MOVERS, JOINT_40, JOINT_40_MOVERS, JOINT_HYPOTHESES, SMALL];
 const SUBMERGED: [Rig; 2] = [UNDERWATER, UNDERWATER_JOINT];
