@@ -70,7 +70,7 @@ pub fn parse(words: &[String]) -> Result<Request, String> {
             },
         }
     }
-    toolchain::check_choice()?;
+    toolchain::choice()?;
     if chosen.is_empty() {
         return Err("no command given".into());
     }

@@ -32,23 +32,10 @@ const DEBIAN: Bundle = Bundle {
 /// The oldest supported compiler.
 pub const OLDEST: &str = env!("CARGO_PKG_RUST_VERSION");
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Choice {
-    First,
-    Rustup,
-    Debian,
-}
-
-impl Choice {
-    fn from_variable(value: Option<&str>) -> Result<Self, String> {
-        match value {
-            None | Some("") => Ok(Self::First),
-            Some("rustup") => Ok(Self::Rustup),
-            Some("debian") => Ok(Self::Debian),
-            Some(other) => Err(format!("{CHOICE_VARIABLE} is `{other}`; it may be `rustup` or `debian`")),
-        }
-    }
-}
+/// The kinds of toolchains.
+const KINDS: [&str; 2] = [RUSTUP, DEBIANS];
+const RUSTUP: &str = "rustup";
+const DEBIANS: &str = "debian";
 
 /// A toolchain that can build for a Cortex-M.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -62,13 +49,16 @@ pub enum Toolchain {
 /// The result of the search, for later steps.
 static FOUND: OnceLock<Result<Toolchain, Missing>> = OnceLock::new();
 
-/// Fails if the value of [`CHOICE_VARIABLE`] is invalid.
-pub fn check_choice() -> Result<(), String> {
-    choice().map(drop)
+/// The kind in [`CHOICE_VARIABLE`], if there is one; fails if the value is invalid.
+pub fn choice() -> Result<Option<&'static str>, String> {
+    kind(&std::env::var(CHOICE_VARIABLE).unwrap_or_default())
 }
 
-fn choice() -> Result<Choice, String> {
-    Choice::from_variable(std::env::var(CHOICE_VARIABLE).ok().as_deref())
+fn kind(value: &str) -> Result<Option<&'static str>, String> {
+    match KINDS.into_iter().find(|kind| *kind == value) {
+        None if !value.is_empty() => Err(format!("{CHOICE_VARIABLE} is `{value}`; it may be `rustup` or `debian`")),
+        found => Ok(found),
+    }
 }
 
 /// A toolchain for the targets of all boards: tries the alternatives in order and prints their results.
@@ -85,15 +75,15 @@ pub fn find_for(targets: &[&str]) -> Result<Toolchain, Missing> {
     let choice = choice().map_err(Missing)?;
     println!("looking for a toolchain that builds for {names}");
     // Toolchains that are present come first, then those that have to be fetched.
-    let alternatives: [(&str, Choice, Alternative); 4] = [
-        ("active toolchain", Choice::Rustup, active),
-        ("Debian's packages", Choice::Debian, |_| debian_here()),
-        ("rustup target add", Choice::Rustup, add_with_rustup),
-        ("Debian's packages, unpacked or installed now", Choice::Debian, |_| debian_fetched()),
+    let alternatives: [(&str, &str, Alternative); 4] = [
+        ("active toolchain", RUSTUP, active),
+        ("Debian's packages", DEBIANS, |_| debian_here()),
+        ("rustup target add", RUSTUP, add_with_rustup),
+        ("Debian's packages, unpacked or installed now", DEBIANS, |_| debian_fetched()),
     ];
     let mut reasons = Vec::new();
     for (name, kind, alternative) in alternatives {
-        if choice != Choice::First && choice != kind {
+        if choice.is_some_and(|choice| choice != kind) {
             continue;
         }
         // The linker is checked too, so that later link errors are those of an image.
@@ -294,11 +284,8 @@ mod tests {
 
     #[test]
     fn the_variable_selects_the_toolchain() {
-        assert_eq!(Choice::from_variable(None), Ok(Choice::First));
-        assert_eq!(Choice::from_variable(Some("")), Ok(Choice::First));
-        assert_eq!(Choice::from_variable(Some("rustup")), Ok(Choice::Rustup));
-        assert_eq!(Choice::from_variable(Some("debian")), Ok(Choice::Debian));
-        assert!(Choice::from_variable(Some("Debian")).is_err());
+        assert_eq!((kind(""), kind("rustup"), kind("debian")), (Ok(None), Ok(Some(RUSTUP)), Ok(Some(DEBIANS))));
+        assert!(kind("Debian").is_err());
     }
 
     #[test]

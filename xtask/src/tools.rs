@@ -17,6 +17,13 @@ pub struct Wanted {
     bundle: Bundle,
 }
 
+impl Wanted {
+    /// A program that is in the first of these packages, in any version.
+    const fn packaged(program: &'static str, name: &'static str, packages: &'static [&'static [&'static str]]) -> Self {
+        Self { program, bundle: Bundle { name, packages, oldest: "0" } }
+    }
+}
+
 /// Emulator of the boards.
 pub const QEMU: Wanted = Wanted {
     program: "qemu-system-arm",
@@ -25,30 +32,23 @@ pub const QEMU: Wanted = Wanted {
 };
 
 /// Bare-metal linker.
-pub const LLD: Wanted =
-    Wanted { program: "ld.lld", bundle: Bundle { name: "lld", packages: &[&["lld"]], oldest: "0" } };
+pub const LLD: Wanted = Wanted::packaged("ld.lld", "lld", &[&["lld"]]);
 
 /// Counts instructions on the host.
-pub const VALGRIND: Wanted =
-    Wanted { program: "valgrind", bundle: Bundle { name: "valgrind", packages: &[&["valgrind"]], oldest: "0" } };
+pub const VALGRIND: Wanted = Wanted::packaged("valgrind", "valgrind", &[&["valgrind"]]);
 
 /// Makes symbols of an object local.
-pub const OBJCOPY: Wanted =
-    Wanted { program: "llvm-objcopy", bundle: Bundle { name: "llvm", packages: &[&["llvm"]], oldest: "0" } };
+pub const OBJCOPY: Wanted = Wanted::packaged("llvm-objcopy", "llvm", &[&["llvm"]]);
 
 /// C compiler and C library for a Cortex-M.
-pub const ARM_GCC: Wanted = Wanted {
-    program: "arm-none-eabi-gcc",
-    bundle: Bundle { name: "gcc-arm", packages: &[&["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"]], oldest: "0" },
-};
+pub const ARM_GCC: Wanted =
+    Wanted::packaged("arm-none-eabi-gcc", "gcc-arm", &[&["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"]]);
 
 /// Browser.
-pub const CHROMIUM: Wanted =
-    Wanted { program: "chromium", bundle: Bundle { name: "chromium", packages: &[&["chromium"]], oldest: "0" } };
+pub const CHROMIUM: Wanted = Wanted::packaged("chromium", "chromium", &[&["chromium"]]);
 
 /// Builds programs that use the installed C library.
-pub const CMAKE: Wanted =
-    Wanted { program: "cmake", bundle: Bundle { name: "cmake", packages: &[&["cmake"]], oldest: "0" } };
+pub const CMAKE: Wanted = Wanted::packaged("cmake", "cmake", &[&["cmake"]]);
 
 /// A program that is present.
 #[derive(Debug, Clone)]
@@ -155,23 +155,24 @@ impl Wanted {
 mod tests {
     use super::*;
 
+    const CARGO: Wanted = Wanted::packaged("cargo", "none", &[]);
+
     #[test]
     fn an_installed_program_is_used() {
-        let shell = Wanted { program: "cargo", bundle: Bundle { name: "none", packages: &[], oldest: "0" } };
-        let tool = shell.find().expect("cargo runs this test");
+        let tool = CARGO.find().expect("cargo runs this test");
         assert!(tool.tree.is_none() && tool.version.starts_with("cargo "), "{tool:?}");
     }
 
     #[test]
     fn a_program_that_fails_its_trial_is_treated_as_missing() {
-        let cargo = Wanted { program: "cargo", bundle: Bundle { name: "none", packages: &[], oldest: "0" } };
-        assert!(cargo.find_that(&|_| Err("it lacks a part".into())).is_none());
-        assert!(cargo.find_that(&|tool| process::read(tool.command().arg("--list")).map(|_| ())).is_some());
+        assert!(CARGO.find_that(&|_| Err("it lacks a part".into())).is_none());
+        assert!(CARGO.find_that(&|tool| process::read(tool.command().arg("--list")).map(drop)).is_some());
     }
 
     #[test]
     fn a_missing_program_is_not_found() {
-        let nothing = Bundle { name: "no-such-bundle", packages: &[&["scphd-no-such-package"]], oldest: "0" };
-        assert!(Wanted { program: "scphd-no-such-program", bundle: nothing }.find().is_none());
+        assert!(
+            Wanted::packaged("scphd-no-such-program", "no-such-bundle", &[&["scphd-no-such-package"]]).find().is_none()
+        );
     }
 }

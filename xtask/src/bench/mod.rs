@@ -71,9 +71,8 @@ pub fn step(options: &Options) -> Result<Outcome, Stop> {
     println!("\nothers:\n{}", peers(&figures));
     println!("\nfigures (`cargo xtask bench --help` defines them):\n{}", table(&figures));
     options.write(&figures)?;
-    let left_out =
-        definitions::DEFINITIONS.iter().filter(|(name, _)| figures.iter().all(|figure| figure.name != *name));
-    let left_out: Vec<&str> = left_out.map(|(name, _)| *name).collect();
+    let is_missing = |name: &&str| figures.iter().all(|figure| figure.name != *name);
+    let left_out: Vec<&str> = definitions::all().map(|(name, _)| name).filter(is_missing).collect();
     let note = if left_out.is_empty() { String::new() } else { format!("; NOT MEASURED: {}", left_out.join(", ")) };
     Ok(Outcome::Passed(format!("{} figures{note}", figures.len())))
 }

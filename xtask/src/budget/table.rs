@@ -34,7 +34,7 @@ pub fn print(all: &[Figures]) {
 
 fn memory(all: &[Figures]) -> Table {
     let parts = all.first().map(|figures| figures.state_parts.as_slice()).unwrap_or_default();
-    let mut header = words(&["flash", "text", "rodata", "library", "RAM"]);
+    let mut header = words("flash, text, rodata, library, RAM");
     header.extend(parts.iter().map(|(name, _)| name.clone()));
     header.extend(["stack".into(), "stack bound".into()]);
     table(header, all, |figures| {
@@ -47,19 +47,9 @@ fn memory(all: &[Figures]) -> Table {
 }
 
 fn instructions(all: &[Figures]) -> Table {
-    let header = words(&[
-        "scans",
-        "predict mean",
-        "worst",
-        "scan mean",
-        "p99",
-        "worst",
-        "estimate mean",
-        "pairs",
-        "pairs by capacity",
-        "bound",
-        "digest",
-    ]);
+    let header = words(
+        "scans, predict mean, worst, scan mean, p99, worst, estimate mean, pairs, pairs by capacity, bound, digest",
+    );
     table(header, all, |figures| {
         let mut row: Vec<String> = [
             figures.scans as u64,
@@ -82,14 +72,14 @@ fn instructions(all: &[Figures]) -> Table {
 }
 
 fn stages(all: &[Figures]) -> Table {
-    table(words(&STAGES), all, |figures| {
+    table(words(&STAGES.join(", ")), all, |figures| {
         let each = figures.stages.mean.iter().zip(figures.stages.worst);
         each.map(|(&mean, worst)| format!("{} ({})", grouped(mean), grouped(worst))).collect()
     })
 }
 
 fn shares(all: &[Figures]) -> Table {
-    let mut header = words(&["scans/s"]);
+    let mut header = words("scans/s");
     header.extend(CHIPS.iter().map(|chip| {
         format!("{} {:.0} MHz, {} cycles/instr.", chip.name, chip.clock_hz / 1e6, chip.cycles_per_instruction)
     }));
@@ -108,8 +98,8 @@ fn shares(all: &[Figures]) -> Table {
     })
 }
 
-fn words(columns: &[&str]) -> Vec<String> {
-    ["board", "configuration", "scenario"].iter().chain(columns).map(|&word| word.to_owned()).collect()
+fn words(columns: &str) -> Vec<String> {
+    ["board", "configuration", "scenario"].into_iter().chain(columns.split(", ")).map(str::to_owned).collect()
 }
 
 fn table(header: Vec<String>, all: &[Figures], row: impl Fn(&Figures) -> Vec<String>) -> Table {

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
+use crate::firmware::board::{Board, EMULATED};
 use crate::firmware::emulator;
 use crate::outcome::Stop;
 use crate::process;
@@ -14,9 +15,7 @@ const LIMIT: Duration = Duration::from_secs(600);
 
 /// A processor, and the number of scans that it replays.
 struct Processor {
-    /// QEMU's name of the board.
-    board: &'static str,
-    ram: &'static str,
+    board: Board,
     target: &'static str,
     flags: &'static [&'static str],
     scans: u32,
@@ -26,8 +25,7 @@ struct Processor {
 
 const PROCESSORS: [Processor; 2] = [
     Processor {
-        board: "mps2-an500",
-        ram: "0x60000000",
+        board: EMULATED[0],
         target: "thumbv7em-none-eabihf",
         flags: &["-mcpu=cortex-m7", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv5-d16"],
         scans: 300,
@@ -35,8 +33,7 @@ const PROCESSORS: [Processor; 2] = [
     },
     // With software floating point.
     Processor {
-        board: "mps2-an386",
-        ram: "0x21000000",
+        board: EMULATED[1],
         target: "thumbv7em-none-eabi",
         flags: &["-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=soft"],
         scans: 40,
@@ -62,7 +59,7 @@ pub fn check(folder: impl Fn(&str) -> Option<PathBuf>, inputs: &Path) -> Result<
         process::run_or_quote(&mut build)?;
         super::flash::check(&dir, processor.column, || compile(&gcc, processor))?;
         let mut run = qemu.command();
-        run.args(["-machine", processor.board, "-nographic", "-monitor", "none", "-serial", "none"]);
+        run.args(["-machine", processor.board.name, "-nographic", "-monitor", "none", "-serial", "none"]);
         run.args(["-semihosting-config", "enable=on,target=native", "-kernel"]).arg(&program);
         process::run_for(&mut run, LIMIT)?;
     }
@@ -74,7 +71,7 @@ fn links(gcc: &Tool) -> Result<(), String> {
     let folder = process::own_target_dir("capi-trial");
     std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     for processor in &PROCESSORS {
-        let program = folder.join(format!("{}.elf", processor.board));
+        let program = folder.join(format!("{}.elf", processor.board.name));
         let mut build = compile(gcc, processor)?;
         process::read(build.arg(capi().join("tests/c/trial.c")).args(["-lm", "-o"]).arg(program))?;
     }
@@ -90,7 +87,10 @@ fn compile(gcc: &Tool, processor: &Processor) -> Result<Command, String> {
     let mut command = gcc.command();
     command.args(processor.flags).args(["-std=c11", "-O2", "-ffunction-sections", "-nostartfiles"]);
     command.arg("-I").arg(capi().join("include")).arg("-I").arg(capi().join("tests/c"));
-    command.arg("-T").arg(capi().join("tests/c/board.ld")).arg(format!("-Wl,--defsym=RAM_START={}", processor.ram));
+    command
+        .arg("-T")
+        .arg(capi().join("tests/c/board.ld"))
+        .arg(format!("-Wl,--defsym=RAM_START={:#x}", processor.board.ram));
     // The C library has no note about executable stacks, which a board does not need.
     command.args(["-Wl,--gc-sections", "-Wl,--no-warn-execstack"]);
     match gcc.tree() {

@@ -40,7 +40,7 @@ pub fn quick() -> Result<Outcome, Stop> {
     let c = Compiler::c()?;
     println!("{}", c.version());
     header::check()?;
-    programs::check(&host.join(archive::NAME), &stream()?, &host)?;
+    programs::check(&c, &host.join(archive::NAME), &stream()?, &host)?;
     Ok(Outcome::Passed(format!("{} functions", functions.len())))
 }
 
@@ -79,14 +79,14 @@ pub fn step() -> Result<Outcome, Stop> {
         Err(Missing(reason)) => missing.push(reason),
         Ok(c) => {
             println!("{}", c.version());
-            programs::check(&archive, &inputs, &host)?;
+            programs::check(&c, &archive, &inputs, &host)?;
             install::check(&archive, &c, &host)?;
             note(programs::check_memory(&host), &mut missing)?;
         }
     }
     match Compiler::cpp() {
         Err(Missing(reason)) => missing.push(reason),
-        Ok(_) => programs::check_cpp(&archive, &host)?,
+        Ok(cpp) => programs::check_cpp(&cpp, &archive, &host)?,
     }
     if bare.is_ok() {
         let folder = |target: &str| TARGETS.iter().position(|&known| known == target).and_then(|at| boards[at].clone());

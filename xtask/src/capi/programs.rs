@@ -78,21 +78,18 @@ impl Compiler {
 }
 
 /// Builds and runs the programs; `inputs` are replayed.
-pub fn check(archive: &Path, inputs: &Path, dir: &Path) -> Result<(), String> {
-    let c = Compiler::c().map_err(|Missing(reason)| reason)?;
-    let program = |source: &str| c.build(source, &[archive], dir);
+pub fn check(c: &Compiler, archive: &Path, inputs: &Path, dir: &Path) -> Result<(), String> {
+    let program = |source: &str| c.build(source, &[archive], dir).map(process::command);
     c.compile("examples/loop.c", dir)?;
-    process::run(&mut process::command(program("tests/c/misuse.c")?))?;
-    process::run(&mut process::command(program("tests/c/all_that_a_filter_can.c")?))?;
-    process::run(&mut process::command(program("examples/robot.c")?))?;
-    process::run(&mut process::command(program("tests/c/worn_wheels.c")?))?;
-    process::run(process::command(program("tests/c/replay.c")?).arg(inputs))?;
-    beside_another(&c, archive, dir)
+    for source in ["tests/c/misuse.c", "tests/c/all_that_a_filter_can.c", "examples/robot.c", "tests/c/worn_wheels.c"] {
+        process::run(&mut program(source)?)?;
+    }
+    process::run(program("tests/c/replay.c")?.arg(inputs))?;
+    beside_another(c, archive, dir)
 }
 
 /// Compiles and runs programs that use the header in C++.
-pub fn check_cpp(archive: &Path, dir: &Path) -> Result<(), String> {
-    let cpp = Compiler::cpp().map_err(|Missing(reason)| reason)?;
+pub fn check_cpp(cpp: &Compiler, archive: &Path, dir: &Path) -> Result<(), String> {
     cpp.compile("examples/robot.c", dir)?;
     process::run(&mut process::command(cpp.build("examples/robot.cpp", &[archive], dir)?))
 }

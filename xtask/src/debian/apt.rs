@@ -82,17 +82,14 @@ impl Apt {
         // Only the packages, without further indices.
         let arguments =
             ["-o", "Acquire::Languages=none", "-o", "Acquire::IndexTargets::deb::DEP-11::DefaultEnabled=false"];
-        process::run_for(
-            self.command("apt-get").arg("-qq").args(arguments).args(network()).arg("update"),
-            LISTS_LIMIT,
-        )?;
+        process::run_for(self.command("apt-get").arg("-qq").args(arguments).args(NETWORK).arg("update"), LISTS_LIMIT)?;
         fs::write(&stamp, "").map_err(|error| format!("{}: {error}", stamp.display()))
     }
 
     /// Downloads packages to a folder.
     pub fn download(&self, packages: &[Package], folder: &Path) -> Result<(), String> {
         let mut get = self.command("apt-get");
-        get.current_dir(folder).arg("-qq").args(network()).arg("download");
+        get.current_dir(folder).arg("-qq").args(NETWORK).arg("download");
         get.args(packages.iter().map(|package| format!("{}={}", package.name, package.version)));
         process::run_for(&mut get, DOWNLOAD_LIMIT)
     }
@@ -112,9 +109,8 @@ impl Apt {
 }
 
 /// Network limits of apt.
-fn network() -> [&'static str; 6] {
-    ["-o", "Acquire::Retries=1", "-o", "Acquire::http::Timeout=30", "-o", "Acquire::https::Timeout=30"]
-}
+pub const NETWORK: [&str; 6] =
+    ["-o", "Acquire::Retries=1", "-o", "Acquire::http::Timeout=30", "-o", "Acquire::https::Timeout=30"];
 
 impl Archive for Apt {
     fn offers(&mut self, name: &str) -> Result<Vec<Package>, String> {

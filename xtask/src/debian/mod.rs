@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::process;
-pub use apt::present as can_fetch;
+pub use apt::{NETWORK, present as can_fetch};
 pub use tree::Tree;
 
 /// Packages for a purpose.
