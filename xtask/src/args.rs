@@ -4,6 +4,7 @@ use crate::bench;
 use crate::capi;
 use crate::changed;
 use crate::debian;
+use crate::doctor;
 use crate::options::Options;
 use crate::quick;
 use crate::steps::{OTHERS, STEPS, Step};
@@ -12,9 +13,7 @@ use crate::toolchain;
 /// The request of the user.
 pub enum Request {
     /// Print this text.
-    Help(String),
-    /// Report which tools are present.
-    Doctor,
+    Print(String),
     /// Run these steps in order.
     Run(Vec<&'static Step>, Options),
 }
@@ -28,11 +27,11 @@ pub fn parse(words: &[String]) -> Result<Request, String> {
     while let Some(word) = words.next() {
         match word.as_str() {
             "--strict" => options.strict = true,
-            "doctor" => return Ok(Request::Doctor),
+            "doctor" => return Ok(Request::Print(doctor::report())),
             "--json" => options.json = Some(words.next().ok_or("--json needs a file")?.into()),
             "help" | "--help" | "-h" => {
                 let bench = chosen.iter().any(|step| step.name == "bench");
-                return Ok(Request::Help(if bench { usage() + "\n" + &bench::definitions() + "\n" } else { usage() }));
+                return Ok(Request::Print(if bench { usage() + "\n" + &bench::definitions() + "\n" } else { usage() }));
             }
             "test" => {
                 let which = words.clone().next().map(String::as_str);
@@ -187,10 +186,10 @@ mod tests {
 
     #[test]
     fn help_names_every_step() {
-        assert!(matches!(parse(&["help".into()]), Ok(Request::Help(text)) if text == usage()));
+        assert!(matches!(parse(&["help".into()]), Ok(Request::Print(text)) if text == usage()));
         let text = usage();
         assert!(STEPS.iter().chain(quick::STEPS).chain(OTHERS).all(|step| text.contains(step.name)));
-        let Ok(Request::Help(text)) = parse(&["bench".into(), "--help".into()]) else { panic!("no help") };
+        let Ok(Request::Print(text)) = parse(&["bench".into(), "--help".into()]) else { panic!("no help") };
         assert!(text.contains("rfs_slam_like_scan_us"));
         assert!(text.contains(toolchain::CHOICE_VARIABLE));
     }

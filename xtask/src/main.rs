@@ -38,12 +38,8 @@ use args::Request;
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
     match args::parse(&words) {
-        Ok(Request::Help(text)) => {
+        Ok(Request::Print(text)) => {
             print!("{text}");
-            ExitCode::SUCCESS
-        }
-        Ok(Request::Doctor) => {
-            print!("{}", doctor::report());
             ExitCode::SUCCESS
         }
         Ok(Request::Run(chosen, options)) => {

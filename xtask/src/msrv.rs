@@ -20,20 +20,17 @@ const PLANTED: &str = "pub fn planted(a: u32, b: i32) -> Option<u32> {\n    a.ch
 
 /// The step: builds with the oldest Rust if it is present; otherwise clippy looks for newer items.
 pub fn step() -> Result<Outcome, Stop> {
-    if let Some(check) = oldest_cargo() {
-        return by_compiler(check);
-    }
-    println!("no toolchain {OLDEST} is at hand; clippy looks for what the standard library has only since later");
-    by_lint()
-}
-
-/// Whether the oldest Rust is present.
-pub fn is_at_hand() -> bool {
-    oldest_cargo().is_some()
+    let Some(mut check) = oldest_cargo() else {
+        println!("no toolchain {OLDEST} is at hand; clippy looks for what the standard library has only since later");
+        return by_lint();
+    };
+    check.args(["check", "--workspace", "--all-targets", "--target-dir"]).arg(process::own_target_dir("msrv"));
+    process::run(&mut check)?;
+    Ok(Outcome::Passed(format!("built with Rust {OLDEST}")))
 }
 
 /// cargo of the oldest Rust: the active one, or one of rustup. A test does not download a toolchain.
-fn oldest_cargo() -> Option<Command> {
+pub fn oldest_cargo() -> Option<Command> {
     let is_oldest = |mut rustc: Command| {
         let version = process::read(rustc.arg("--version")).ok();
         version.and_then(|version| version.split(' ').nth(1).map(|number| is_version(number, OLDEST))) == Some(true)
@@ -50,12 +47,6 @@ fn oldest_cargo() -> Option<Command> {
         command
     };
     is_oldest(rustup("rustc")).then(|| rustup("cargo"))
-}
-
-fn by_compiler(mut check: Command) -> Result<Outcome, Stop> {
-    check.args(["check", "--workspace", "--all-targets", "--target-dir"]).arg(process::own_target_dir("msrv"));
-    process::run(&mut check)?;
-    Ok(Outcome::Passed(format!("built with Rust {OLDEST}")))
 }
 
 fn by_lint() -> Result<Outcome, Stop> {

@@ -19,7 +19,6 @@ impl Outcome {
 pub struct Missing(pub String);
 
 /// Reason why a step ended early: it is skipped, or it failed.
-#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Stop {
     /// A requirement is missing.
     Missing(String),

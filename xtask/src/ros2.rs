@@ -25,7 +25,6 @@ fn cargo(command: &str) -> Command {
     cargo
 }
 
-/// The step.
 pub fn step() -> Result<Outcome, Stop> {
     let environment = Environment::obtain()?;
     environment.equip(&PEER)?;

@@ -261,7 +261,7 @@ pub fn linker(build: &mut Command, name: &str) -> Result<PathBuf, Missing> {
     }
     let lld = tools::LLD.obtain()?;
     lld.equip(build);
-    Ok(lld.program().with_file_name(name))
+    Ok(lld.program.with_file_name(name))
 }
 
 /// The linker of the active toolchain, if it has one.

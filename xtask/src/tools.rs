@@ -1,6 +1,6 @@
 //! Programs that steps need besides cargo: how they are found and obtained.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
 use crate::debian::{self, Bundle, Tree};
@@ -9,7 +9,6 @@ use crate::outcome::Missing;
 use crate::process;
 
 /// A program that a step needs.
-#[derive(Debug, Clone, Copy)]
 pub struct Wanted {
     /// Name of the program.
     pub program: &'static str,
@@ -53,9 +52,10 @@ pub const CMAKE: Wanted = Wanted::packaged("cmake", "cmake", &[&["cmake"]]);
 /// A program that is present.
 #[derive(Debug, Clone)]
 pub struct Tool {
-    program: PathBuf,
+    /// Its path.
+    pub program: PathBuf,
     /// The tree to which it was unpacked; `None` if it is installed.
-    tree: Option<Tree>,
+    pub tree: Option<Tree>,
     /// Its version.
     pub version: String,
 }
@@ -66,16 +66,6 @@ impl Tool {
         let mut command = process::command(&self.program);
         self.equip(&mut command);
         command
-    }
-
-    /// Its path.
-    pub fn program(&self) -> &Path {
-        &self.program
-    }
-
-    /// The tree to which it was unpacked.
-    pub fn tree(&self) -> Option<&Tree> {
-        self.tree.as_ref()
     }
 
     /// Prepares a command that runs the program.

@@ -49,7 +49,6 @@ fn counted(tests: impl FnOnce(&Path) -> Result<(), String>) -> Result<Outcome, S
     Ok(judge(&files::text(&list)?))
 }
 
-/// The step.
 pub fn step() -> Result<Outcome, Stop> {
     counted(|list| {
         // Without defmt, because a test program has no logger to link with. With `--tests`: otherwise examples with tests are

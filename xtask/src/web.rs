@@ -40,7 +40,6 @@ pub fn test() -> Command {
     cargo("test")
 }
 
-/// The step.
 pub fn step() -> Result<Outcome, Stop> {
     process::run(&mut test())?;
     let words = DRIVE.map(|number| number.to_string());

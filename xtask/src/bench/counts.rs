@@ -43,7 +43,6 @@ struct Counts {
     instructions: BTreeMap<String, u64>,
 }
 
-/// The step.
 pub fn step() -> Result<Outcome, Stop> {
     let path = process::root().join(FILE);
     let committed: Counts =
@@ -131,12 +130,11 @@ fn count() -> Result<BTreeMap<String, u64>, Stop> {
 
 /// A folder with a `valgrind` that finds its tools in the unpacked tree; without it, it looks for them in its installation path.
 fn valgrind_folder(valgrind: &Tool) -> Result<Option<PathBuf>, String> {
-    let Some(tree) = valgrind.tree() else { return Ok(None) };
+    let Some(tree) = &valgrind.tree else { return Ok(None) };
     let folder = process::own_target_dir("valgrind");
     let script = folder.join("valgrind");
     let tools = tree.path("usr/libexec/valgrind");
-    let text =
-        format!("#!/bin/sh\nVALGRIND_LIB='{}' exec '{}' \"$@\"\n", tools.display(), valgrind.program().display());
+    let text = format!("#!/bin/sh\nVALGRIND_LIB='{}' exec '{}' \"$@\"\n", tools.display(), valgrind.program.display());
     files::write(&script, text)?;
     process::read(process::command("chmod").arg("+x").arg(&script))?;
     Ok(Some(folder))

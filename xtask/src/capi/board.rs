@@ -93,7 +93,7 @@ fn compile(gcc: &Tool, processor: &Processor) -> Result<Command, String> {
         .arg(format!("-Wl,--defsym=RAM_START={:#x}", processor.board.ram));
     // The C library has no note about executable stacks, which a board does not need.
     command.args(["-Wl,--gc-sections", "-Wl,--no-warn-execstack"]);
-    match gcc.tree() {
+    match &gcc.tree {
         None => command.arg("--specs=rdimon.specs"),
         // The compiler does not find its C library in an unpacked tree.
         Some(tree) => {

@@ -9,10 +9,11 @@ mod programs;
 mod symbols;
 
 use std::fs::{self, File};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::thread;
 
+use crate::files;
 use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
 use crate::toolchain;
@@ -44,7 +45,6 @@ pub fn quick() -> Result<Outcome, Stop> {
     Ok(Outcome::Passed(format!("{} functions", functions.len())))
 }
 
-/// The step.
 pub fn step() -> Result<Outcome, Stop> {
     if !cfg!(target_os = "linux") {
         return Err(Missing("the archive is made of ELF objects".into()).into());
@@ -56,8 +56,9 @@ pub fn step() -> Result<Outcome, Stop> {
     let (hosts, boards) = thread::scope(|scope| {
         let hosts = scope.spawn(|| {
             let archive = archive::make(&Builder::Host, &functions)?;
-            let inputs = tools()?;
-            Ok::<_, Stop>((archive, inputs))
+            header::check()?;
+            process::run(&mut cargo("test"))?;
+            Ok::<_, Stop>((archive, stream()?))
         });
         let boards = match &bare {
             Ok(toolchain) => {
@@ -92,8 +93,8 @@ pub fn step() -> Result<Outcome, Stop> {
         let folder = |target: &str| TARGETS.iter().position(|&known| known == target).and_then(|at| boards[at].clone());
         note(board::check(folder, &inputs), &mut missing)?;
     }
-    let sizes = size(&archive)?;
-    let note = format!("{} functions, archive of {sizes} KiB", functions.len());
+    let size = files::bytes(&archive)?.len() / 1024;
+    let note = format!("{} functions, archive of {size} KiB", functions.len());
     Ok(if missing.is_empty() {
         Outcome::Passed(note)
     } else {
@@ -110,18 +111,6 @@ fn note(result: Result<(), Stop>, missing: &mut Vec<String>) -> Result<(), Stop>
         }
         other => other,
     }
-}
-
-fn size(archive: &Path) -> Result<u64, String> {
-    let metadata = fs::metadata(archive).map_err(|error| format!("{}: {error}", archive.display()))?;
-    Ok(metadata.len() / 1024)
-}
-
-/// Checks the header, runs the tests in Rust, and writes the inputs to a file.
-fn tools() -> Result<PathBuf, String> {
-    header::check()?;
-    process::run(&mut cargo("test"))?;
-    stream()
 }
 
 /// Writes the inputs to a file, with the states of the Rust library after every scan.

@@ -8,7 +8,6 @@ use crate::process;
 use crate::tools::VALGRIND;
 
 /// A compiler and its language.
-#[derive(Debug, Clone)]
 pub struct Compiler {
     program: String,
     standard: &'static str,

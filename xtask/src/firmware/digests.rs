@@ -45,7 +45,6 @@ const SNAPSHOT_EVERY: usize = 50;
 /// A part of the step. Returns the number of compared scans, or the differences.
 type Check<'a> = Box<dyn Fn() -> Result<usize, String> + Sync + 'a>;
 
-/// The step.
 pub fn step() -> Result<Outcome, Stop> {
     let qemu = emulator::prepare()?;
     let toolchain = toolchain::find()?;

@@ -23,7 +23,6 @@ const FILTERS: [(&str, &str, u64); 2] =
     [("mixture", "4x1-informed-f32", 1_340_000), ("joint", "1x1-joint-f32", 2_090_000)];
 
 /// The output of a replay.
-#[derive(Debug, PartialEq)]
 struct Told {
     /// The rounds of both filters.
     rounds: Vec<String>,

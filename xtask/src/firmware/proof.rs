@@ -25,36 +25,27 @@ const WITH_PANICS: Board =
 /// A part of the step: builds and examines an image.
 type Check<'a> = Box<dyn Fn() -> Result<(), String> + Sync + 'a>;
 
-/// The step.
 pub fn step() -> Result<Outcome, Stop> {
     let toolchain = &toolchain::find()?;
-    let mut checks: Vec<Check<'_>> = Vec::new();
-    for board in &EMULATED {
-        checks.push(Box::new(move || proves(toolchain, board, PLANAR, Precision::F32)));
-    }
+    let in_single = |rig: Rig| rig.proof_features(Precision::F32);
+    let mut proofs = Vec::from_iter(EMULATED.iter().map(|board| (board, in_single(PLANAR))));
     // On one board: the code is the same for all.
-    let in_single =
-        [PLANAR, JOINT, JOINT_MOVERS, JOINT_HYPOTHESES, UNDERWATER, UNDERWATER_JOINT].map(|rig| (rig, Precision::F32));
-    for (rig, precision) in in_single.into_iter().chain([(PLANAR, Precision::F64)]) {
-        checks.push(Box::new(move || proves(toolchain, &REFERENCE, rig, precision)));
-    }
+    let rigs = [PLANAR, JOINT, JOINT_MOVERS, JOINT_HYPOTHESES, UNDERWATER, UNDERWATER_JOINT];
+    proofs.extend(rigs.map(|rig| (&REFERENCE, in_single(rig))));
+    proofs.push((&REFERENCE, PLANAR.proof_features(Precision::F64)));
     // The black boxes of the three vehicles, and the crates beside the filters.
-    for features in [&["black-box"][..], &["black-box", "joint"], &["black-box", "underwater"], &["sensors"]] {
-        checks.push(Box::new(move || proves_with(toolchain, &REFERENCE, features)));
-    }
+    let others = [&["black-box"][..], &["black-box", "joint"], &["black-box", "underwater"], &["sensors"]];
+    proofs.extend(others.map(|features| (&REFERENCE, features.to_vec())));
     let images =
         [(PLANAR, Precision::F32), (PLANAR, Precision::F64), (JOINT, Precision::F32), (UNDERWATER, Precision::F32)];
-    for (rig, precision) in images {
-        checks.push(Box::new(move || {
-            fits(&rig.image(precision), &image::build_replay(toolchain, &REFERENCE, rig, precision)?)
-        }));
+    let mut images = Vec::from(images.map(|(rig, precision)| (rig.image(precision), rig.image_features())));
+    images.extend([vec![], vec!["joint"]].map(|features| (hil::IMAGE.to_owned(), features)));
+    let mut checks: Vec<Check<'_>> = Vec::new();
+    for (board, features) in &proofs {
+        checks.push(Box::new(move || proves(toolchain, board, features)));
     }
-    for features in [&[][..], &["joint"]] {
-        checks.push(Box::new(move || {
-            let name = format!("{} with {features:?}", hil::IMAGE);
-            let image = image::build(toolchain, &REFERENCE, hil::IMAGE, features);
-            fits(&name, &image.map_err(|error| format!("{name}: {error}"))?)
-        }));
+    for (name, features) in &images {
+        checks.push(Box::new(move || fits(toolchain, name, features)));
     }
     checks.push(Box::new(|| guide::build(toolchain)));
     for (board, features, complaint) in [
@@ -69,23 +60,20 @@ pub fn step() -> Result<Outcome, Stop> {
     Ok(Outcome::Passed("no panic, no allocator, fits the reference board; each check fails where it should".into()))
 }
 
-/// Checks that the image of a rig's filter contains no panic and no allocator.
-fn proves(toolchain: &Toolchain, board: &Board, rig: Rig, precision: Precision) -> Result<(), String> {
-    proves_with(toolchain, board, &rig.proof_features(precision))
-}
-
-/// Checks an image with these features.
-fn proves_with(toolchain: &Toolchain, board: &Board, features: &[&str]) -> Result<(), String> {
+/// Checks that the image with these features contains no panic and no allocator.
+fn proves(toolchain: &Toolchain, board: &Board, features: &[&str]) -> Result<(), String> {
     let image = image::build(toolchain, board, PROOF, features).map_err(|error| {
         format!("with {features:?} a panic is reachable, or the image does not fit {}: {error}", board.name)
     })?;
     has_no_allocator(&image)
 }
 
-/// Checks that an image for the reference board has no allocator, and prints its size.
-fn fits(name: &str, image: &Image) -> Result<(), String> {
-    has_no_allocator(image)?;
-    println!("{name} fits {}: {:?}", REFERENCE.name, image.sizes()?);
+/// Checks that an image fits the reference board and has no allocator, and prints its size.
+fn fits(toolchain: &Toolchain, name: &str, features: &[&str]) -> Result<(), String> {
+    let image = image::build(toolchain, &REFERENCE, name, features);
+    let image = image.map_err(|error| format!("{name} with {features:?}: {error}"))?;
+    has_no_allocator(&image)?;
+    println!("{name} with {features:?} fits {}: {:?}", REFERENCE.name, image.sizes()?);
     Ok(())
 }
 

@@ -11,7 +11,7 @@ use std::process::Command;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
 use crate::toolchain;
-use module::TARGET;
+pub use module::TARGET;
 
 /// Exit code of the program without a driver or GPU.
 const NO_DEVICE: i32 = 3;
@@ -34,13 +34,9 @@ fn cargo(command: &str) -> Command {
     cargo
 }
 
-/// The targets that the step builds for, for `doctor`.
-pub const TARGETS: [&str; 1] = [TARGET];
-
-/// The step.
 pub fn step() -> Result<Outcome, Stop> {
     process::run(cargo("test").args(["--package", "scphd-gpu-kernels", "--package", "scphd-ptx"]))?;
-    let toolchain = toolchain::find_for(&TARGETS)?;
+    let toolchain = toolchain::find_for(&[TARGET])?;
     let text = module::build(&toolchain)?;
     let lines = module::look_through(&text)?;
     println!(
