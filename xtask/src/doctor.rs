@@ -47,7 +47,7 @@ fn lines() -> Vec<Line> {
     let says =
         |mut command: Command, words: &[&str]| process::read(command.args(words)).map(first_line).map_err(first_line);
     let cargo = |words: &[&str]| says(process::cargo(), words);
-    let compiler = |found: Result<Compiler, Missing>| found.map(|c| c.version()).map_err(|Missing(reason)| reason);
+    let compiler = |found: Result<Compiler, Missing>| found.map(|c| c.version()).map_err(String::from);
     let builds_for = |target| toolchain::here(&[target]).map(|found| found.name().to_owned());
     let for_boards = toolchain::here(&TARGETS)
         .map(|found| format!("{}, {}", found.name(), found.compiler().unwrap_or_else(|reason| reason)));
@@ -68,7 +68,7 @@ fn lines() -> Vec<Line> {
         ("C++ compiler", compiler(Compiler::cpp()), "capi"),
         (ARM_GCC.program, tool(&ARM_GCC), "capi"),
         (soft, has_target(soft), "capi"),
-        ("python3", python::interpreter().map_err(|Missing(reason)| reason), "python, logs, mavlink"),
+        ("python3", python::interpreter().map_err(String::from), "python, logs, mavlink"),
         (web::TARGET, builds_for(web::TARGET), "web"),
         (gpu::TARGET, builds_for(gpu::TARGET), "gpu"),
         (CHROMIUM.program, tool(&CHROMIUM), "web"),

@@ -26,6 +26,12 @@ pub enum Stop {
     Broken(String),
 }
 
+impl From<Missing> for String {
+    fn from(Missing(reason): Missing) -> Self {
+        reason
+    }
+}
+
 impl From<Missing> for Stop {
     fn from(Missing(reason): Missing) -> Self {
         Self::Missing(reason)

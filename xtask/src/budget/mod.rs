@@ -18,7 +18,7 @@ use crate::firmware::{PROOF, emulator};
 use crate::options::Options;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
-use crate::toolchain::{self, Toolchain};
+use crate::toolchain;
 use entry::Budget;
 use figures::{Code, Figures};
 use limits::{Budgets, FILE};
@@ -56,8 +56,8 @@ fn budgets() -> Result<Budgets, String> {
 /// Measures the entries for which `wanted` is true, in their order; an error if the states on a board differ from those on the host.
 pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, Stop> {
     let budgets: Vec<Budget> = budgets()?.entries.into_iter().filter(wanted).collect();
-    let qemu = emulator::prepare()?;
-    let toolchain = toolchain::find()?;
+    emulator::prepare()?;
+    toolchain::find()?;
     let (mut runs, mut images) = (Vec::new(), BTreeMap::new());
     for budget in &budgets {
         let (board, (source, precision)) = (board_of(budget)?, budget.source()?);
@@ -70,13 +70,13 @@ pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, Stop> {
     }
     let images: Vec<_> = images.into_iter().collect();
     let built = process::side_by_side(&images, |(key, (board, rig, precision))| {
-        Ok((key.clone(), built(&toolchain, board, *rig, *precision)?))
+        Ok((key.clone(), built(board, *rig, *precision)?))
     })?;
     let built: BTreeMap<_, _> = built.into_iter().collect();
     // A run of QEMU uses one core, and does not influence the figures of another run.
     let measured = process::side_by_side(&runs, |(budget, board, key, stream, host)| {
         let (image, code) = &built[key];
-        let replay = Replay::parse(&emulator::run(&qemu, board, image, stream)?)?;
+        let replay = Replay::parse(&emulator::run(board, image, stream)?)?;
         match host.first_difference(&replay) {
             Some(difference) => {
                 Err(format!("{} on {} is not what the host computes: {difference}", budget.scenario, board.name))
@@ -88,10 +88,10 @@ pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, Stop> {
 }
 
 /// The image of a replay, and the figures of its code and of the image without output.
-fn built(toolchain: &Toolchain, board: &Board, rig: Rig, precision: Precision) -> Result<(Image, Code), String> {
-    let image = image::build_replay(toolchain, board, rig, precision)?;
+fn built(board: &Board, rig: Rig, precision: Precision) -> Result<(Image, Code), String> {
+    let image = image::build_replay(board, rig, precision)?;
     let features = &rig.proof_features(precision)[..];
-    let bare = image::build(toolchain, board, PROOF, features)?;
+    let bare = image::build(board, PROOF, features)?;
     let code = Code { image: image.sizes()?, stack_bound: image.stack_bound()?, library: bare.library_flash()? };
     Ok((image, code))
 }

@@ -15,8 +15,7 @@ use super::streams::{self, Source};
 use crate::files;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
-use crate::toolchain::{self, Toolchain};
-use crate::tools::Tool;
+use crate::toolchain;
 
 /// A scenario without moving features.
 const SURVEY: Source<'_> = Source { what: "survey", scans: 200, rig: PLANAR };
@@ -46,8 +45,8 @@ const SNAPSHOT_EVERY: usize = 50;
 type Check<'a> = Box<dyn Fn() -> Result<usize, String> + Sync + 'a>;
 
 pub fn step() -> Result<Outcome, Stop> {
-    let qemu = emulator::prepare()?;
-    let toolchain = toolchain::find()?;
+    emulator::prepare()?;
+    toolchain::find()?;
     let (logs, missing) = logs();
     let logs = logs.iter().map(|what| Source { what, scans: LOG_SCANS, rig: PLANAR });
     let sources: Vec<Source<'_>> = SCENARIOS.into_iter().chain(logs).collect();
@@ -56,20 +55,20 @@ pub fn step() -> Result<Outcome, Stop> {
         Err(reason) => Err(format!("{what}: {reason}")),
     };
     // Depends on the clock of the host, so that nothing else runs at the same time.
-    let mut results = vec![named("hardware in the loop", hil::check(&qemu, &toolchain))];
-    let (qemu, toolchain, sources) = (&qemu, &toolchain, &sources[..]);
+    let mut results = vec![named("hardware in the loop", hil::check())];
+    let sources = &sources[..];
     let mut checks: Vec<Check<'_>> = Vec::new();
     for rig in [PLANAR, JOINT, JOINT_MOVERS, JOINT_HYPOTHESES, UNDERWATER, UNDERWATER_JOINT] {
         for &precision in rig.precisions {
-            checks.push(Box::new(move || replays(qemu, toolchain, rig, precision, sources)));
+            checks.push(Box::new(move || replays(rig, precision, sources)));
         }
     }
-    checks.push(Box::new(|| faults::check(qemu, toolchain)));
-    checks.push(Box::new(|| black_boxes(qemu, toolchain)));
-    checks.push(Box::new(|| named("with an operating system", rtos::check(qemu, toolchain))));
-    checks.push(Box::new(|| named("bits that flip", flips::check(qemu, toolchain))));
-    checks.push(Box::new(|| driven_by_a_timer(qemu, toolchain).map(|()| 0)));
-    checks.push(Box::new(|| several_sensors(qemu, toolchain).map(|()| 0)));
+    checks.push(Box::new(faults::check));
+    checks.push(Box::new(black_boxes));
+    checks.push(Box::new(|| named("with an operating system", rtos::check())));
+    checks.push(Box::new(|| named("bits that flip", flips::check())));
+    checks.push(Box::new(|| driven_by_a_timer().map(|()| 0)));
+    checks.push(Box::new(|| several_sensors().map(|()| 0)));
     // Most checks use one core for most of the time.
     results.extend(process::side_by_side(&checks, |check| Ok(check()))?);
     let (mut failures, mut compared) = (Vec::new(), 0);
@@ -94,17 +93,11 @@ pub fn all_equal(compared: usize, differences: &[String]) -> Result<usize, Strin
 }
 
 /// Compares every board with the host on the sources of a rig, and the host with itself without optimisation.
-fn replays(
-    qemu: &Tool,
-    toolchain: &Toolchain,
-    rig: Rig,
-    precision: Precision,
-    sources: &[Source<'_>],
-) -> Result<usize, String> {
+fn replays(rig: Rig, precision: Precision, sources: &[Source<'_>]) -> Result<usize, String> {
     let (mut compared, mut failures) = (0, Vec::new());
     let mut images = Vec::new();
     for board in rig.boards {
-        images.push((board, image::build_replay(toolchain, board, rig, precision)?));
+        images.push((board, image::build_replay(board, rig, precision)?));
     }
     let most = if precision == Precision::F64 { SLOW_SCANS } else { usize::MAX };
     for &source in sources.iter().filter(|source| source.rig == rig) {
@@ -120,7 +113,7 @@ fn replays(
             failures.push(format!("{} {} without optimisation: {difference}", source.what, rig.replay(precision)));
         }
         compared += slow.scans.len();
-        let replays = emulator::replay(qemu, &images, &stream)?;
+        let replays = emulator::replay(&images, &stream)?;
         for (name, replay) in &replays {
             if let Some(difference) = host.first_difference(replay) {
                 failures.push(format!("{} {} on {name}: {difference}", source.what, rig.replay(precision)));
@@ -143,22 +136,24 @@ fn logs() -> (Vec<String>, Vec<String>) {
 
 /// Compares the example of a robot on a board with the host.
 pub fn robot() -> Result<Outcome, Stop> {
-    several_sensors(&emulator::prepare()?, &toolchain::find()?)?;
+    emulator::prepare()?;
+    toolchain::find()?;
+    several_sensors()?;
     Ok(Outcome::Passed(EMULATED[0].name.into()))
 }
 
 /// The example of a robot with two detectors and fixes must have the same final states on a board and on the host, with the
 /// mixture and with the joint map.
-fn several_sensors(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
+fn several_sensors() -> Result<(), String> {
     let [board, ..] = &EMULATED;
     let mut example = process::cargo();
     let host =
         process::read(example.args(["run", "--quiet", "--release", "--package", "scphd", "--example", "robot"]))?;
-    let image = image::build(toolchain, board, "robot", &[])?;
+    let image = image::build(board, "robot", &[])?;
     // The image contains its inputs and ignores the stream.
     let nothing = process::own_target_dir("no-stream.bin");
     files::write(&nothing, [0; 8])?;
-    let text = emulator::run(qemu, board, &image, &nothing)?;
+    let text = emulator::run(board, &image, &nothing)?;
     let end = text.lines().last().unwrap_or_default();
     // The digest of the mixture and, after it, that of the joint map.
     let digests = |text: &str| {
@@ -172,15 +167,15 @@ fn several_sensors(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
 }
 
 /// Compares a board's replays of a black box from every snapshot on with the host's replay of all of it, after every scan.
-fn black_boxes(qemu: &Tool, toolchain: &Toolchain) -> Result<usize, String> {
+fn black_boxes() -> Result<usize, String> {
     let [board, ..] = &EMULATED;
-    let image = image::build(toolchain, board, "black-box", &[])?;
+    let image = image::build(board, "black-box", &[])?;
     let (mut compared, mut failures) = (0, Vec::new());
     for (what, joint) in [(SURVEY, false), (Source { rig: JOINT, ..SURVEY }, true)] {
         let (all, whole) = streams::black_box(what, SNAPSHOT_EVERY, joint)?;
         for after in (SNAPSHOT_EVERY..what.scans).step_by(SNAPSHOT_EVERY) {
             let left = streams::cut(&all, after)?;
-            let replay = Replay::parse(&emulator::run(qemu, board, &image, &left)?)?;
+            let replay = Replay::parse(&emulator::run(board, &image, &left)?)?;
             let expected = Replay { scans: whole.scans.iter().skip(after).cloned().collect(), ..Replay::default() };
             if expected.scans.is_empty() {
                 return Err(format!("the black box of {} has no scan {after}", what.what));
@@ -196,12 +191,12 @@ fn black_boxes(qemu: &Tool, toolchain: &Toolchain) -> Result<usize, String> {
 }
 
 /// The timer-driven loop must have the host's final state, without late scans and lost inputs.
-fn driven_by_a_timer(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
+fn driven_by_a_timer() -> Result<(), String> {
     let [board, ..] = &EMULATED;
     let stream = streams::make(SURVEY, Precision::F32)?;
     let host = streams::on_host(&stream, PLANAR, Precision::F32)?;
-    let image = image::build(toolchain, board, "vehicle-loop", &[])?;
-    let run = Replay::parse(&emulator::run(qemu, board, &image, &stream)?)?;
+    let image = image::build(board, "vehicle-loop", &[])?;
+    let run = Replay::parse(&emulator::run(board, &image, &stream)?)?;
     let (Some(last), Some(end)) = (host.scans.last(), &run.end) else { return Err("nothing to compare".into()) };
     let expected = [("late", "0"), ("lost", "0"), ("digest", last.digest.as_str())];
     if expected.iter().all(|(name, value)| output::word(end, name) == Some(value)) {

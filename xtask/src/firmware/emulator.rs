@@ -1,6 +1,7 @@
 //! Runs an image in QEMU and decodes its defmt output.
 
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use std::time::Duration;
 
 use defmt_decoder::{DecodeError, Table};
@@ -16,9 +17,15 @@ use crate::tools::{QEMU, Tool};
 /// Time limit of a run.
 const LIMIT: Duration = Duration::from_secs(1800);
 
-/// QEMU, if it is present or can be obtained.
+/// QEMU, if it is present or can be obtained; looked for once in a run.
+pub fn qemu() -> Result<Tool, Missing> {
+    static FOUND: OnceLock<Result<Tool, Missing>> = OnceLock::new();
+    FOUND.get_or_init(|| QEMU.obtain()).clone()
+}
+
+/// QEMU for a step, which says which one it is.
 pub fn prepare() -> Result<Tool, Missing> {
-    let qemu = QEMU.obtain()?;
+    let qemu = qemu()?;
     println!("{} ({})", qemu.version, qemu.place());
     Ok(qemu)
 }
@@ -29,10 +36,10 @@ static PRINTED: Once<(PathBuf, PathBuf), String> = Once::new();
 
 /// Runs `image` on `board` with a stream in its memory, unless this program has already done so, and returns what it printed,
 /// line by line.
-pub fn run(qemu: &Tool, board: &Board, image: &Image, stream: &Path) -> Result<String, String> {
+pub fn run(board: &Board, image: &Image, stream: &Path) -> Result<String, String> {
     PRINTED.get((image.path.clone(), stream.to_owned()), || {
         let address = board.stream.ok_or_else(|| format!("QEMU has no {}", board.name))?;
-        let mut qemu = qemu.command();
+        let mut qemu = qemu()?.command();
         qemu.args(["-machine", board.name, "-nographic", "-monitor", "none", "-serial", "none"]);
         // One instruction takes one nanosecond, so that counts are reproducible.
         qemu.args(["-icount", "shift=0", "-semihosting-config", "enable=on,target=native", "-kernel"]).arg(&image.path);
@@ -47,8 +54,8 @@ pub fn run(qemu: &Tool, board: &Board, image: &Image, stream: &Path) -> Result<S
 }
 
 /// Replays a stream on all boards side by side.
-pub fn replay<'b>(qemu: &Tool, images: &[(&'b Board, Image)], stream: &Path) -> Result<Vec<(&'b str, Replay)>, String> {
-    process::side_by_side(images, |(board, image)| Ok((board.name, Replay::parse(&run(qemu, board, image, stream)?)?)))
+pub fn replay<'b>(images: &[(&'b Board, Image)], stream: &Path) -> Result<Vec<(&'b str, Replay)>, String> {
+    process::side_by_side(images, |(board, image)| Ok((board.name, Replay::parse(&run(board, image, stream)?)?)))
 }
 
 fn decode(elf: &[u8], bytes: &[u8]) -> Result<Vec<String>, String> {

@@ -9,8 +9,6 @@ use super::output::{self, Replay};
 use super::rig::{FEW, JOINT, JOINT_MOVERS, PLANAR, Precision, Rig, SMALL, SMALL_JOINT};
 use super::streams::{self, Source};
 use crate::budget;
-use crate::toolchain::Toolchain;
-use crate::tools::Tool;
 
 /// Number of scans of `faults`: all.
 const SCANS: usize = 501;
@@ -30,7 +28,7 @@ const TAKEN: [(Rig, &str); 6] = [
 ];
 
 /// Returns the number of compared scans, or the failures.
-pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<usize, String> {
+pub fn check() -> Result<usize, String> {
     let [bounded, ..] = &EMULATED;
     let (mut compared, mut failures) = (0, Vec::new());
     for (rig, configuration) in TAKEN {
@@ -42,9 +40,9 @@ pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<usize, String> {
         }
         let mut images = Vec::new();
         for board in rig.boards {
-            images.push((board, image::build_replay(toolchain, board, rig, Precision::F32)?));
+            images.push((board, image::build_replay(board, rig, Precision::F32)?));
         }
-        for (board, replay) in emulator::replay(qemu, &images, &stream)? {
+        for (board, replay) in emulator::replay(&images, &stream)? {
             let name = format!("faults{} on {board}", rig.mark);
             failures.extend(host.first_difference(&replay).map(|difference| format!("{name}: {difference}")));
             // The worst case is measured on one board.

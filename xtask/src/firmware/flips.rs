@@ -8,8 +8,6 @@ use super::output;
 use super::rig::{FEW, Precision};
 use super::streams::{self, Source};
 use crate::budget;
-use crate::toolchain::Toolchain;
-use crate::tools::Tool;
 
 /// The image and its features.
 const IMAGE: &str = "flips";
@@ -47,12 +45,12 @@ impl Told {
 }
 
 /// Fails if the board differs from the host.
-pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
+pub fn check() -> Result<(), String> {
     let [board, ..] = &EMULATED;
     let stream = streams::make(DRIVE, Precision::F32)?;
     let host = Told::parse(&streams::flips_on_host(&stream, &FEATURES)?);
-    let image = image::build(toolchain, board, IMAGE, &FEATURES)?;
-    let text = emulator::run(qemu, board, &image, &stream)?;
+    let image = image::build(board, IMAGE, &FEATURES)?;
+    let text = emulator::run(board, &image, &stream)?;
     let replay = Told::parse(&text);
     let (begin, end) = (text.lines().next().unwrap_or_default(), text.lines().last().unwrap_or_default());
     if !end.starts_with("end ") {

@@ -5,7 +5,6 @@ use super::image;
 use super::workbench;
 use crate::files;
 use crate::process;
-use crate::toolchain::Toolchain;
 
 const CHAPTER: &str = include_str!("../../../docs/guide/embedding.md");
 /// Path of the library in the chapter, relative to the project.
@@ -27,7 +26,7 @@ fn shown(chapter: &str) -> Vec<(&str, &str)> {
 }
 
 /// Builds the project for the reference board.
-pub fn build(toolchain: &Toolchain) -> Result<(), String> {
+pub fn build() -> Result<(), String> {
     let project = process::own_target_dir("guide");
     let write = |name: &str, text: &str| files::write(&project.join(name), text);
     let read = |name: &str| files::text(&process::root().join(name));
@@ -48,10 +47,9 @@ pub fn build(toolchain: &Toolchain) -> Result<(), String> {
     write("memory.x", &read("memory.x")?)?;
     // The lock file of the other images.
     write("Cargo.lock", &read("firmware/Cargo.lock")?)?;
-    let mut cargo = image::cargo_for(toolchain, &REFERENCE, "core")?;
+    let mut cargo = image::cargo_for(&REFERENCE, "core")?;
     cargo.current_dir(&project).args(["--offline", "--target-dir"]);
-    workbench::with(toolchain, |bench| process::run(cargo.arg(bench)))
-        .map_err(|error| format!("docs/guide/embedding.md: {error}"))
+    workbench::with(|bench| process::run(cargo.arg(bench))).map_err(|error| format!("docs/guide/embedding.md: {error}"))
 }
 
 #[cfg(test)]

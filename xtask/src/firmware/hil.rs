@@ -10,8 +10,7 @@ use super::image;
 use super::streams;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
-use crate::toolchain::{self, Toolchain};
-use crate::tools::Tool;
+use crate::toolchain;
 
 /// The image. It links only if no panic is reachable.
 pub const IMAGE: &str = "hil";
@@ -23,13 +22,15 @@ const BAD: &str = "--scans 12 --timeout-ms 300 --lose 0.01 --double 0.02 --late 
 
 /// The command `hil`: the whole scenario.
 pub fn step() -> Result<Outcome, Stop> {
-    with_target(&emulator::prepare()?, &toolchain::find()?, |port| stream(port, []))?;
+    emulator::prepare()?;
+    toolchain::find()?;
+    with_target(|port| stream(port, []))?;
     Ok(Outcome::Passed("every digest equal".into()))
 }
 
 /// Some scans over a good line; then, with the same target, over one that loses, duplicates, delays and damages frames.
-pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
-    with_target(qemu, toolchain, |port| {
+pub fn check() -> Result<(), String> {
+    with_target(|port| {
         stream(port, GOOD.split(' '))?;
         stream(port, BAD.split(' '))
     })
@@ -44,15 +45,15 @@ fn stream<'a>(port: u16, more: impl IntoIterator<Item = &'a str>) -> Result<(), 
 }
 
 /// Runs the image while `work` uses its serial port.
-fn with_target(qemu: &Tool, toolchain: &Toolchain, work: impl FnOnce(u16) -> Result<(), String>) -> Result<(), String> {
+fn with_target(work: impl FnOnce(u16) -> Result<(), String>) -> Result<(), String> {
     let [board, ..] = &EMULATED;
-    let image = image::build(toolchain, board, IMAGE, &[])?;
+    let image = image::build(board, IMAGE, &[])?;
     let port = free_port()?;
-    let mut emulator = qemu.command();
-    emulator.args(["-machine", board.name, "-nographic", "-monitor", "none", "-icount", "shift=0"]);
-    emulator.args(["-serial", &format!("tcp:127.0.0.1:{port},server=on,wait=on"), "-kernel"]).arg(&image.path);
+    let mut qemu = emulator::qemu()?.command();
+    qemu.args(["-machine", board.name, "-nographic", "-monitor", "none", "-icount", "shift=0"]);
+    qemu.args(["-serial", &format!("tcp:127.0.0.1:{port},server=on,wait=on"), "-kernel"]).arg(&image.path);
     println!("{IMAGE} in QEMU, its serial port at tcp:127.0.0.1:{port}");
-    let mut running = Running(emulator.spawn().map_err(|error| format!("QEMU: {error}"))?);
+    let mut running = Running(qemu.spawn().map_err(|error| format!("QEMU: {error}"))?);
     let done = work(port);
     match running.0.try_wait() {
         Ok(Some(status)) => Err(format!("the target has ended ({status}): {done:?}")),

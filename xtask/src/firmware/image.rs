@@ -11,9 +11,8 @@ use super::rig::{Precision, Rig};
 use super::workbench;
 use crate::files;
 use crate::once::Once;
-use crate::outcome::Missing;
 use crate::process;
-use crate::toolchain::Toolchain;
+use crate::toolchain;
 
 /// A built image.
 pub struct Image {
@@ -35,36 +34,30 @@ pub struct Sizes {
 }
 
 /// Builds the image that replays the streams of a rig, with its capacities.
-pub fn build_replay(toolchain: &Toolchain, board: &Board, rig: Rig, precision: Precision) -> Result<Image, String> {
-    build(toolchain, board, &rig.image(precision), &rig.image_features())
+pub fn build_replay(board: &Board, rig: Rig, precision: Precision) -> Result<Image, String> {
+    build(board, &rig.image(precision), &rig.image_features())
 }
 
 /// The workspace of most images.
 const FOLDER: &str = "firmware";
 
 /// Builds an image of the firmware for a board, with these features.
-pub fn build(toolchain: &Toolchain, board: &Board, name: &str, features: &[&str]) -> Result<Image, String> {
-    build_in(toolchain, board, FOLDER, name, features)
+pub fn build(board: &Board, name: &str, features: &[&str]) -> Result<Image, String> {
+    build_in(board, FOLDER, name, features)
 }
 
 /// The images that this run has built: several steps need the same images, and the sources do not change during a run.
 static BUILT: Once<PathBuf, ()> = Once::new();
 
 /// Builds an image of a workspace for a board, unless this run has already built it.
-pub fn build_in(
-    toolchain: &Toolchain,
-    board: &Board,
-    folder: &str,
-    name: &str,
-    features: &[&str],
-) -> Result<Image, String> {
-    let images = process::own_target_dir(&format!("images-{}", toolchain.key()));
+pub fn build_in(board: &Board, folder: &str, name: &str, features: &[&str]) -> Result<Image, String> {
+    let images = process::own_target_dir(&format!("images-{}", toolchain::find()?.key()));
     fs::create_dir_all(&images).map_err(|error| format!("{}: {error}", images.display()))?;
     let mark = features.iter().map(|feature| format!("-{feature}")).collect::<String>();
     let path = images.join(format!("{}-{name}{mark}.elf", board.name));
     BUILT.get(path.clone(), || {
-        workbench::with(toolchain, |bench| {
-            process::run(&mut cargo(toolchain, board, folder, name, features, bench)?)?;
+        workbench::with(|bench| {
+            process::run(&mut cargo(board, folder, name, features, bench)?)?;
             // The build for the next board overwrites the image, so that it is moved to the folder of complete images: another
             // step may already run the same image from there.
             let (built, copy) = (bench.join(board.target).join("release").join(name), bench.join("built.elf"));
@@ -76,16 +69,9 @@ pub fn build_in(
 }
 
 /// Builds an image that must not link, with an error that contains `complaint`.
-pub fn must_not_link(
-    toolchain: &Toolchain,
-    board: &Board,
-    name: &str,
-    features: &[&str],
-    complaint: &str,
-) -> Result<(), String> {
-    let built = workbench::with(toolchain, |bench| {
-        Ok::<_, String>(process::read(&mut cargo(toolchain, board, FOLDER, name, features, bench)?))
-    })?;
+pub fn must_not_link(board: &Board, name: &str, features: &[&str], complaint: &str) -> Result<(), String> {
+    let built =
+        workbench::with(|bench| Ok::<_, String>(process::read(&mut cargo(board, FOLDER, name, features, bench)?)))?;
     match built {
         Err(reason) if reason.contains(complaint) => Ok(()),
         Err(reason) => Err(format!("{name} with {features:?} failed for another reason: {reason}")),
@@ -94,24 +80,18 @@ pub fn must_not_link(
 }
 
 /// `cargo build` for a board, without a place. `libraries` are built by a toolchain that has none for the target.
-pub fn cargo_for(toolchain: &Toolchain, board: &Board, libraries: &str) -> Result<Command, String> {
+pub fn cargo_for(board: &Board, libraries: &str) -> Result<Command, String> {
+    let toolchain = toolchain::find()?;
     let mut cargo = toolchain.cargo("build", libraries);
     let mut flags: Vec<String> = board.flags.iter().map(ToString::to_string).collect();
-    flags.extend(toolchain.linker(&mut cargo).map_err(|Missing(reason)| reason)?);
+    flags.extend(toolchain.linker(&mut cargo)?);
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
     cargo.args(["--quiet", "--release", "--target", board.target]);
     Ok(cargo)
 }
 
-fn cargo(
-    toolchain: &Toolchain,
-    board: &Board,
-    folder: &str,
-    name: &str,
-    features: &[&str],
-    bench: &Path,
-) -> Result<Command, String> {
-    let mut cargo = cargo_for(toolchain, board, if features.is_empty() { "core" } else { "core,alloc" })?;
+fn cargo(board: &Board, folder: &str, name: &str, features: &[&str], bench: &Path) -> Result<Command, String> {
+    let mut cargo = cargo_for(board, if features.is_empty() { "core" } else { "core,alloc" })?;
     cargo.current_dir(process::root().join(folder));
     if board.name == REFERENCE.name {
         cargo.env_remove("SCPHD_BOARD");

@@ -9,7 +9,7 @@ use super::rig::{JOINT, JOINT_HYPOTHESES, JOINT_MOVERS, PLANAR, Precision, Rig, 
 use crate::noalloc;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
-use crate::toolchain::{self, Toolchain};
+use crate::toolchain;
 
 /// The image whose panic handler calls a function that nobody defines.
 pub const PROOF: &str = "proof";
@@ -26,7 +26,7 @@ const WITH_PANICS: Board =
 type Check<'a> = Box<dyn Fn() -> Result<(), String> + Sync + 'a>;
 
 pub fn step() -> Result<Outcome, Stop> {
-    let toolchain = &toolchain::find()?;
+    toolchain::find()?;
     let in_single = |rig: Rig| rig.proof_features(Precision::F32);
     let mut proofs = Vec::from_iter(EMULATED.iter().map(|board| (board, in_single(PLANAR))));
     // On one board: the code is the same for all.
@@ -42,35 +42,35 @@ pub fn step() -> Result<Outcome, Stop> {
     images.extend([vec![], vec!["joint"]].map(|features| (hil::IMAGE.to_owned(), features)));
     let mut checks: Vec<Check<'_>> = Vec::new();
     for (board, features) in &proofs {
-        checks.push(Box::new(move || proves(toolchain, board, features)));
+        checks.push(Box::new(move || proves(board, features)));
     }
     for (name, features) in &images {
-        checks.push(Box::new(move || fits(toolchain, name, features)));
+        checks.push(Box::new(move || fits(name, features)));
     }
-    checks.push(Box::new(|| guide::build(toolchain)));
+    checks.push(Box::new(guide::build));
     for (board, features, complaint) in [
         (&REFERENCE, &["planted-panic"][..], NO_FUNCTION),
         (&REFERENCE, &["planted-heap"], NO_FUNCTION),
         (&TOO_SMALL, &[], "will not fit in region 'RAM'"),
     ] {
-        checks.push(Box::new(move || image::must_not_link(toolchain, board, PROOF, features, complaint)));
+        checks.push(Box::new(move || image::must_not_link(board, PROOF, features, complaint)));
     }
-    checks.push(Box::new(|| sees_a_heap(toolchain)));
+    checks.push(Box::new(sees_a_heap));
     process::side_by_side(&checks, |check| check())?;
     Ok(Outcome::Passed("no panic, no allocator, fits the reference board; each check fails where it should".into()))
 }
 
 /// Checks that the image with these features contains no panic and no allocator.
-fn proves(toolchain: &Toolchain, board: &Board, features: &[&str]) -> Result<(), String> {
-    let image = image::build(toolchain, board, PROOF, features).map_err(|error| {
+fn proves(board: &Board, features: &[&str]) -> Result<(), String> {
+    let image = image::build(board, PROOF, features).map_err(|error| {
         format!("with {features:?} a panic is reachable, or the image does not fit {}: {error}", board.name)
     })?;
     has_no_allocator(&image)
 }
 
 /// Checks that an image fits the reference board and has no allocator, and prints its size.
-fn fits(toolchain: &Toolchain, name: &str, features: &[&str]) -> Result<(), String> {
-    let image = image::build(toolchain, &REFERENCE, name, features);
+fn fits(name: &str, features: &[&str]) -> Result<(), String> {
+    let image = image::build(&REFERENCE, name, features);
     let image = image.map_err(|error| format!("{name} with {features:?}: {error}"))?;
     has_no_allocator(&image)?;
     println!("{name} with {features:?} fits {}: {:?}", REFERENCE.name, image.sizes()?);
@@ -78,8 +78,8 @@ fn fits(toolchain: &Toolchain, name: &str, features: &[&str]) -> Result<(), Stri
 }
 
 /// Checks that an allocator would be found.
-fn sees_a_heap(toolchain: &Toolchain) -> Result<(), String> {
-    let symbol = allocator_symbol(&image::build(toolchain, &WITH_PANICS, PROOF, &["planted-heap"])?)?;
+fn sees_a_heap() -> Result<(), String> {
+    let symbol = allocator_symbol(&image::build(&WITH_PANICS, PROOF, &["planted-heap"])?)?;
     println!("the planted heap shows as {}", symbol.ok_or("the check for an allocator does not see a planted heap")?);
     Ok(())
 }

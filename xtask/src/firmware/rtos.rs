@@ -9,8 +9,7 @@ use super::output;
 use super::rig::{PLANAR, Precision};
 use super::streams::{self, Source};
 use crate::outcome::{Outcome, Stop};
-use crate::toolchain::{self, Toolchain};
-use crate::tools::Tool;
+use crate::toolchain;
 
 /// The workspace of these images.
 const FOLDER: &str = "firmware/rtos";
@@ -26,36 +25,31 @@ const WAIT_TICKS: u64 = 25;
 
 /// The command `rtos`.
 pub fn step() -> Result<Outcome, Stop> {
-    check(&emulator::prepare()?, &toolchain::find()?)?;
+    emulator::prepare()?;
+    toolchain::find()?;
+    check()?;
     Ok(Outcome::Passed("equal digests with scans interrupted, nothing lost or late; what is too fast is told".into()))
 }
 
 /// Runs the images on boards with known interrupts; checks that do not depend on the board use the first one only.
-pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
+pub fn check() -> Result<(), String> {
     let stream = streams::make(DRIVE, Precision::F32)?;
     let host = streams::on_host(&stream, PLANAR, Precision::F32)?;
     let last = host.scans.last().ok_or("nothing to compare")?;
     let [m7, m4f, ..] = &EMULATED;
     for (system, board) in [(RTIC, m7), (RTIC, m4f), (EMBASSY, m7)] {
-        let end = run(qemu, toolchain, board, system, &[], &stream)?;
+        let end = run(board, system, &[], &stream)?;
         holds(&end, &last.digest, host.scans.len())
             .map_err(|what| format!("{system} on {}: {what}: {end}", board.name))?;
     }
-    let end = run(qemu, toolchain, m7, RTIC, &[TOO_FAST], &stream)?;
+    let end = run(m7, RTIC, &[TOO_FAST], &stream)?;
     tells(&end, &last.digest).map_err(|what| format!("{RTIC}, {TOO_FAST}: {what}: {end}"))
 }
 
 /// Runs an image. Returns its last line.
-fn run(
-    qemu: &Tool,
-    toolchain: &Toolchain,
-    board: &Board,
-    system: &str,
-    features: &[&str],
-    stream: &Path,
-) -> Result<String, String> {
-    let image = image::build_in(toolchain, board, FOLDER, system, features)?;
-    let text = emulator::run(qemu, board, &image, stream)?;
+fn run(board: &Board, system: &str, features: &[&str], stream: &Path) -> Result<String, String> {
+    let image = image::build_in(board, FOLDER, system, features)?;
+    let text = emulator::run(board, &image, stream)?;
     text.lines().last().map(str::to_owned).ok_or_else(|| format!("{system} on {} said nothing", board.name))
 }
 

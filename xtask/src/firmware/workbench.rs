@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use crate::process;
-use crate::toolchain::Toolchain;
+use crate::toolchain;
 
 /// Numbers of the folders in use.
 static TAKEN: Mutex<BTreeSet<usize>> = Mutex::new(BTreeSet::new());
@@ -29,9 +29,9 @@ impl Drop for Number {
 }
 
 /// Calls `work` with a folder for its exclusive use.
-pub fn with<R>(toolchain: &Toolchain, work: impl FnOnce(&Path) -> R) -> R {
+pub fn with<R>(work: impl FnOnce(&Path) -> Result<R, String>) -> Result<R, String> {
     let number = Number::take();
-    work(&process::own_target_dir(&format!("firmware-{}-{}", toolchain.key(), number.0)))
+    work(&process::own_target_dir(&format!("firmware-{}-{}", toolchain::find()?.key(), number.0)))
 }
 
 #[cfg(test)]
