@@ -196,12 +196,6 @@ mod tests {
         assert!(root().join("Cargo.lock").is_file());
     }
 
-    #[test]
-    fn a_missing_program_is_an_error() {
-        assert!(run(&mut command("scphd-no-such-program")).is_err());
-        assert!(read(&mut command("scphd-no-such-program")).is_err());
-    }
-
     #[cfg(unix)]
     #[test]
     fn a_nonzero_exit_status_is_an_error() {

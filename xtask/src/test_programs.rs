@@ -2,7 +2,6 @@
 //! outlasts its others leaves cores without work.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::time::Instant;
 
 use serde::Deserialize;
@@ -47,7 +46,9 @@ pub fn run(arguments: &[&str], variable: (&str, &Path)) -> Result<(), String> {
     programs.sort_by_key(|program| (program.target != "test claims", !program.target.starts_with("lib")));
     let ran = process::side_by_side(&programs, |program| {
         let started = Instant::now();
-        let output = program.command().env(variable.0, variable.1).output();
+        let mut command = process::command(&program.path);
+        command.current_dir(&program.folder).env("CARGO_MANIFEST_DIR", &program.folder);
+        let output = command.env("CARGO_PKG_NAME", &program.package).env(variable.0, variable.1).output();
         let output = output.map_err(|error| format!("{}: {error}", program.path.display()))?;
         let [said, complaint] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
         let elapsed = started.elapsed().as_secs_f32();
@@ -85,14 +86,6 @@ fn programs(messages: &str) -> Result<Vec<Program>, String> {
 fn package(id: &str, folder: &Path) -> String {
     let named = id.rsplit_once('#').and_then(|(_, end)| end.split_once('@')).map(|(name, _)| name.to_owned());
     named.unwrap_or_else(|| folder.file_name().unwrap_or_default().display().to_string())
-}
-
-impl Program {
-    fn command(&self) -> Command {
-        let mut command = process::command(&self.path);
-        command.current_dir(&self.folder).env("CARGO_MANIFEST_DIR", &self.folder).env("CARGO_PKG_NAME", &self.package);
-        command
-    }
 }
 
 #[cfg(test)]

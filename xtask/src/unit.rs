@@ -61,7 +61,7 @@ pub fn step() -> Result<Outcome, Stop> {
         // The other capacities of the vehicle's filter, which streams fill differently.
         let crowded = ["test", "--package", "scphd-stream", "--features", "few-particles", "--test", "crowded"];
         process::run(process::cargo().args(crowded))?;
-        process::run(&mut web::test())
+        web::test()
     })
 }
 

@@ -27,21 +27,18 @@ const MEASURED_S: u32 = 5;
 /// Time limit of the browser.
 const LIMIT: Duration = Duration::from_secs(60);
 
-/// Manifest of the page's workspace.
-const MANIFEST: &str = "bindings/web/Cargo.toml";
-
 /// cargo, in the workspace of the page.
 fn cargo(command: &str) -> Command {
-    process::cargo_in(command, MANIFEST, &process::own_target_dir("web-host"))
+    process::cargo_in(command, "bindings/web/Cargo.toml", &process::own_target_dir("web-host"))
 }
 
 /// The tests of the crate, without the functions of the module.
-pub fn test() -> Command {
-    cargo("test")
+pub fn test() -> Result<(), String> {
+    process::run(&mut cargo("test"))
 }
 
 pub fn step() -> Result<Outcome, Stop> {
-    process::run(&mut test())?;
+    test()?;
     let words = DRIVE.map(|number| number.to_string());
     let native = process::read(cargo("run").args(["--example", "native", "--"]).args(&words))?.replace('\n', "; ");
     let toolchain = toolchain::find_for(&[TARGET])?;

@@ -30,6 +30,11 @@ pub enum Builder<'a> {
     Bare(&'a Toolchain, &'static str),
 }
 
+/// The folder of the archive for a target.
+pub fn folder(target: &str) -> PathBuf {
+    process::own_target_dir(&format!("capi-{target}"))
+}
+
 /// Builds the archive, checks its symbols, and returns its folder.
 pub fn make(builder: &Builder<'_>, functions: &BTreeSet<String>) -> Result<PathBuf, Stop> {
     let host;
@@ -48,7 +53,7 @@ pub fn make(builder: &Builder<'_>, functions: &BTreeSet<String>) -> Result<PathB
             (cargo, *target)
         }
     };
-    let dir = process::own_target_dir(&format!("capi-{target}"));
+    let dir = folder(target);
     cargo.args(["--quiet", "--release", "--locked", "--manifest-path", "bindings/capi/Cargo.toml", "--lib"]);
     cargo.args(["--features", "archive", "--crate-type", "staticlib", "--target", target, "--target-dir"]).arg(&dir);
     process::run(&mut cargo)?;

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
+use super::archive;
 use crate::firmware::board::{Board, EMULATED};
 use crate::firmware::emulator;
 use crate::outcome::Stop;
@@ -41,21 +42,17 @@ const PROCESSORS: [Processor; 2] = [
     },
 ];
 
-/// Builds the program with the archive of each target, which `folder` returns, and runs it.
-pub fn check(folder: impl Fn(&str) -> Option<PathBuf>, inputs: &Path) -> Result<(), Stop> {
+/// Builds the program with the archive of each target, and runs it.
+pub fn check(inputs: &Path) -> Result<(), Stop> {
     let (gcc, qemu) = (ARM_GCC.obtain_that(&links)?, emulator::prepare()?);
     println!("{} ({})", gcc.version, gcc.place());
     for processor in &PROCESSORS {
-        let dir = folder(processor.target).ok_or_else(|| format!("no archive for {}", processor.target))?;
+        let dir = archive::folder(processor.target);
         let program = dir.join("replay.elf");
         let scans = format!("-DREPLAY_SCANS={}", processor.scans);
         let mut build = compile(&gcc, processor)?;
         build.arg(format!("-DREPLAY_FILE=\"{}\"", inputs.display())).arg(scans);
-        build
-            .arg(capi().join("tests/c/replay.c"))
-            .arg(dir.join(super::archive::NAME))
-            .args(["-lm", "-o"])
-            .arg(&program);
+        build.arg(capi().join("tests/c/replay.c")).arg(dir.join(archive::NAME)).args(["-lm", "-o"]).arg(&program);
         process::run_or_quote(&mut build)?;
         super::flash::check(&dir, processor.column, || compile(&gcc, processor))?;
         let mut run = qemu.command();

@@ -61,19 +61,15 @@ pub fn step() -> Result<Outcome, Stop> {
             Ok::<_, Stop>((archive, stream()?))
         });
         let boards = match &bare {
-            Ok(toolchain) => {
-                TARGETS.map(|target| archive::make(&Builder::Bare(toolchain, target), &functions).map(Some))
-            }
-            Err(Missing(reason)) => {
-                missing.push(reason.clone());
-                [Ok(None), Ok(None)]
-            }
+            Ok(toolchain) => TARGETS
+                .iter()
+                .try_for_each(|target| archive::make(&Builder::Bare(toolchain, target), &functions).map(drop)),
+            Err(missing) => Err(missing.clone().into()),
         };
         (hosts.join().map_err(|_| "building for the host ended with a panic"), boards)
     });
     let (host, inputs) = hosts??;
-    let [hard, soft] = boards;
-    let boards = [hard?, soft?];
+    note(boards, &mut missing)?;
 
     let archive = host.join(archive::NAME);
     match Compiler::c() {
@@ -90,16 +86,11 @@ pub fn step() -> Result<Outcome, Stop> {
         Ok(cpp) => programs::check_cpp(&cpp, &archive, &host)?,
     }
     if bare.is_ok() {
-        let folder = |target: &str| TARGETS.iter().position(|&known| known == target).and_then(|at| boards[at].clone());
-        note(board::check(folder, &inputs), &mut missing)?;
+        note(board::check(&inputs), &mut missing)?;
     }
     let size = files::bytes(&archive)?.len() / 1024;
     let note = format!("{} functions, archive of {size} KiB", functions.len());
-    Ok(if missing.is_empty() {
-        Outcome::Passed(note)
-    } else {
-        Outcome::Partly(format!("{note}; NOT CHECKED: {}", missing.join("; ")))
-    })
+    Ok(Outcome::without(&missing.join("; "), note))
 }
 
 /// Collects the reason if something is missing; other errors are returned.

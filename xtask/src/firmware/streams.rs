@@ -105,18 +105,13 @@ pub fn flips_on_host(stream: &Path, features: &[&str]) -> Result<String, String>
     run("scphd-flips", "release", features, &[stream.as_ref()])
 }
 
-/// Replays a stream on the host without optimisation.
-pub fn unoptimised(stream: &Path, rig: Rig, precision: Precision) -> Result<Replay, String> {
-    replayed_in("dev", stream, rig, precision)
-}
-
-/// Replays a stream on the host with the capacities of the vehicle.
+/// Replays a stream on the host with the capacities of the vehicle, unless this program has already done so.
 pub fn on_host(stream: &Path, rig: Rig, precision: Precision) -> Result<Replay, String> {
-    replayed_in("release", stream, rig, precision)
+    on_host_in("release", stream, rig, precision)
 }
 
-/// A replay in a build of this profile, unless this program has already done it.
-fn replayed_in(profile: &'static str, stream: &Path, rig: Rig, precision: Precision) -> Result<Replay, String> {
+/// As [`on_host`], in a build of this profile.
+pub fn on_host_in(profile: &'static str, stream: &Path, rig: Rig, precision: Precision) -> Result<Replay, String> {
     static REPLAYED: Once<(&str, PathBuf, String, &[&str]), Replay> = Once::new();
     REPLAYED.get((profile, stream.to_owned(), rig.replay(precision), rig.room), || {
         Replay::parse(&run(REPLAY, profile, rig.room, &[rig.replay(precision).as_ref(), stream.as_ref()])?)
