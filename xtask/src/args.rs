@@ -22,7 +22,7 @@ pub enum Request {
 pub fn parse(words: &[String]) -> Result<Request, String> {
     let mut chosen: Vec<&'static Step> = Vec::new();
     let mut options = Options::default();
-    let mut words = words.iter();
+    let mut words = words.iter().peekable();
     let target = |word: &str| capi::TARGETS.into_iter().find(|target| *target == word);
     while let Some(word) = words.next() {
         match word.as_str() {
@@ -33,17 +33,11 @@ pub fn parse(words: &[String]) -> Result<Request, String> {
                 let bench = chosen.iter().any(|step| step.name == "bench");
                 return Ok(Request::Print(if bench { usage() + "\n" + &bench::definitions() + "\n" } else { usage() }));
             }
-            "test" => {
-                let which = words.clone().next().map(String::as_str);
-                if matches!(which, Some("--all" | "--changed")) {
-                    words.next();
-                }
-                match which {
-                    Some("--all") => chosen.extend(STEPS),
-                    Some("--changed") => chosen.extend(changed::steps()?),
-                    _ => chosen.extend(quick::STEPS),
-                }
-            }
+            "test" => match words.next_if(|word| ["--all", "--changed"].contains(&word.as_str())).map(String::as_str) {
+                None => chosen.extend(quick::STEPS),
+                Some("--all") => chosen.extend(STEPS),
+                Some(_) => chosen.extend(changed::steps()?),
+            },
             "install-c" if !options.place.prefix.as_os_str().is_empty() => {
                 return Err("install-c can be asked for once".into());
             }

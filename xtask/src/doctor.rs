@@ -52,6 +52,7 @@ fn lines() -> Vec<Line> {
     let for_boards = toolchain::here(&TARGETS)
         .map(|found| format!("{}, {}", found.name(), found.compiler().unwrap_or_else(|reason| reason)));
     let [_, soft] = capi::TARGETS;
+    let oldest = msrv::oldest_cargo().map(|_| OLDEST.to_owned());
     let mut lines = vec![
         ("cargo", cargo(&["--version"]), "all"),
         ("rustc", says(process::rustc(), &["--version"]), "all"),
@@ -72,7 +73,7 @@ fn lines() -> Vec<Line> {
         (web::TARGET, builds_for(web::TARGET), "web"),
         (gpu::TARGET, builds_for(gpu::TARGET), "gpu"),
         (CHROMIUM.program, tool(&CHROMIUM), "web"),
-        ("oldest Rust", oldest(), "msrv, else by clippy"),
+        ("oldest Rust", oldest.ok_or_else(|| format!("no toolchain {OLDEST}")), "msrv, else by clippy"),
         ("recorded logs", logs(), "unit, firmware"),
     ]);
     lines
@@ -97,10 +98,6 @@ fn linker() -> Result<String, String> {
 fn tool(wanted: &Wanted) -> Result<String, String> {
     let found = wanted.find().ok_or_else(|| format!("no {} that runs", wanted.program))?;
     Ok(format!("{} ({})", found.version, found.place()))
-}
-
-fn oldest() -> Result<String, String> {
-    msrv::oldest_cargo().map(|_| OLDEST.to_owned()).ok_or_else(|| format!("no toolchain {OLDEST}"))
 }
 
 fn logs() -> Result<String, String> {

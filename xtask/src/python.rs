@@ -63,7 +63,7 @@ impl Environment {
     pub fn obtain() -> Result<Self, Missing> {
         let version = interpreter()?;
         let environment = Self { folder: process::own_target_dir("python").join(format!("venv-{version}")), version };
-        if environment.runs() {
+        if process::read(environment.python().args(["-m", "pip", "--version"])).is_ok() {
             return Ok(environment);
         }
         let made = environment.make().or_else(|reason| {
@@ -80,11 +80,6 @@ impl Environment {
     /// The outcome of a step whose checks passed with it.
     pub fn passed(&self) -> Outcome {
         Outcome::Passed(format!("Python {}", self.version))
-    }
-
-    /// Whether its Python has pip.
-    fn runs(&self) -> bool {
-        process::read(self.python().args(["-m", "pip", "--version"])).is_ok()
     }
 
     fn make(&self) -> Result<(), String> {

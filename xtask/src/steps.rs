@@ -29,109 +29,99 @@ pub struct Step {
     pub run: fn(&Options) -> Result<Outcome, Stop>,
 }
 
+pub const fn step(name: &'static str, what: &'static str, run: fn(&Options) -> Result<Outcome, Stop>) -> Step {
+    Step { name, what, run }
+}
+
 /// Fastest first, so that common errors show early.
 pub const STEPS: &[Step] = &[
-    Step { name: "fmt", what: "formatting of every package", run: |_| lint::fmt() },
-    Step { name: "lint", what: "clippy on every package, warnings are errors", run: |_| lint::lint() },
-    Step { name: "doc", what: "documentation builds without a warning", run: |_| lint::doc() },
-    Step { name: "package", what: "the libraries can be packaged, each whole", run: |_| package::step() },
-    Step { name: "unit", what: "every test of the workspace, documentation examples included", run: |_| unit::step() },
-    Step {
-        name: "target",
-        what: "core and what is on board beside it build for a Cortex-M without std and without alloc",
-        run: |_| target::step(),
-    },
-    Step {
-        name: "proof",
-        what: "firmware images link for every board without a panic and without an allocator",
-        run: |_| firmware::proof(),
-    },
-    Step {
-        name: "firmware",
-        what: "after every scan the boards, in QEMU, have the same state as the host, bit for bit",
-        run: |_| firmware::digests(),
-    },
-    Step {
-        name: "capi",
-        what: "the C library: its header, its symbols, C and C++ programs on the host and C on boards in QEMU",
-        run: |_| capi::step(),
-    },
-    Step {
-        name: "python",
-        what: "the Python package: its wheel, its tests, the digests of the library; `python --all`: the studies too",
-        run: |options| python::step(options.studies),
-    },
-    Step {
-        name: "logs",
-        what: "what a run writes is read by rosbags and evo as it was meant; `logs --all`: by rerun too",
-        run: |options| peers::logs(options.studies),
-    },
-    Step {
-        name: "mavlink",
-        what: "pymavlink reads what is sent to flight stacks, writes what is read, and drives a vehicle over UDP",
-        run: |_| peers::mavlink(),
-    },
-    Step { name: "budget", what: "flash, RAM, stack and instructions are within budgets.toml", run: budget::step },
-    Step {
-        name: "counts",
-        what: "instructions on the host, by callgrind, are those of tests/benches/counts.toml",
-        run: |_| bench::counts(),
-    },
-    Step { name: "msrv", what: "nothing needs a newer Rust than the oldest supported", run: |_| msrv::step() },
+    step("fmt", "formatting of every package", |_| lint::fmt()),
+    step("lint", "clippy on every package, warnings are errors", |_| lint::lint()),
+    step("doc", "documentation builds without a warning", |_| lint::doc()),
+    step("package", "the libraries can be packaged, each whole", |_| package::step()),
+    step("unit", "every test of the workspace, documentation examples included", |_| unit::step()),
+    step("target", "core and what is on board beside it build for a Cortex-M without std and without alloc", |_| {
+        target::step()
+    }),
+    step("proof", "firmware images link for every board without a panic and without an allocator", |_| {
+        firmware::proof()
+    }),
+    step("firmware", "after every scan the boards, in QEMU, have the same state as the host, bit for bit", |_| {
+        firmware::digests()
+    }),
+    step(
+        "capi",
+        "the C library: its header, its symbols, C and C++ programs on the host and C on boards in QEMU",
+        |_| capi::step(),
+    ),
+    step(
+        "python",
+        "the Python package: its wheel, its tests, the digests of the library; `python --all`: the studies too",
+        |options| python::step(options.studies),
+    ),
+    step(
+        "logs",
+        "what a run writes is read by rosbags and evo as it was meant; `logs --all`: by rerun too",
+        |options| peers::logs(options.studies),
+    ),
+    step(
+        "mavlink",
+        "pymavlink reads what is sent to flight stacks, writes what is read, and drives a vehicle over UDP",
+        |_| peers::mavlink(),
+    ),
+    step("budget", "flash, RAM, stack and instructions are within budgets.toml", budget::step),
+    step("counts", "instructions on the host, by callgrind, are those of tests/benches/counts.toml", |_| {
+        bench::counts()
+    }),
+    step("msrv", "nothing needs a newer Rust than the oldest supported", |_| msrv::step()),
 ];
 
 /// Steps that are not part of `test`: the times of some depend on the machine and its load, some take long, one installs.
 pub const OTHERS: &[Step] = &[
-    Step {
-        name: "bench",
-        what: "prints what a scan costs: time, growth, peers, instructions on the target; some minutes",
-        run: bench::step,
-    },
-    Step {
-        name: "claims",
-        what: "every figure of the documentation by the whole of its command, of which `unit` does a part; takes long",
-        run: |_| claims(),
-    },
-    Step {
-        name: "fuzz",
-        what: "operations, snapshots, streams and log folders with hostile values, 20 million from seed 1, or `fuzz OPERATIONS SEED`",
-        run: fuzz,
-    },
-    Step {
-        name: "hil",
-        what: "the whole of thesis-dynamic to a target in QEMU over its serial port, scan by scan",
-        run: |_| firmware::hil(),
-    },
-    Step {
-        name: "rtos",
-        what: "the filter as a task of an operating system, interrupted by odometry, in QEMU; the step `firmware` has it too",
-        run: |_| firmware::rtos(),
-    },
-    Step {
-        name: "deny",
-        what: "licences and sources of all dependencies are those of deny.toml; needs cargo-deny",
-        run: |_| package::deny(),
-    },
-    Step {
-        name: "ros2",
-        what: "the node of ROS 2: another DDS, in Python, receives the poses of a replay, to the bit",
-        run: |_| ros2::step(),
-    },
-    Step {
-        name: "web",
-        what: "makes the page to try the filter in, and compares its digests with the host's in a browser without a window",
-        run: |_| web::step(),
-    },
-    Step {
-        name: "gpu",
-        what: "the module for GPUs: its bodies on the host, its code, what NVIDIA's assembler says of it, and a card where there is one",
-        run: |_| gpu::step(),
-    },
-    Step {
-        name: "install-c",
-        what: "installs the C library: `install-c PREFIX`, `install-c PREFIX thumbv7em-none-eabihf`",
-        run: |options| capi::install(&options.place),
-    },
+    step(
+        "bench",
+        "prints what a scan costs: time, growth, peers, instructions on the target; some minutes",
+        bench::step,
+    ),
+    step(
+        "claims",
+        "every figure of the documentation by the whole of its command, of which `unit` does a part; takes long",
+        |_| claims(),
+    ),
+    step(
+        "fuzz",
+        "operations, snapshots, streams and log folders with hostile values, 20 million from seed 1, or `fuzz OPERATIONS SEED`",
+        fuzz,
+    ),
+    step("hil", "the whole of thesis-dynamic to a target in QEMU over its serial port, scan by scan", |_| {
+        firmware::hil()
+    }),
+    step(
+        "rtos",
+        "the filter as a task of an operating system, interrupted by odometry, in QEMU; the step `firmware` has it too",
+        |_| firmware::rtos(),
+    ),
+    step("deny", "licences and sources of all dependencies are those of deny.toml; needs cargo-deny", |_| {
+        package::deny()
+    }),
+    step("ros2", "the node of ROS 2: another DDS, in Python, receives the poses of a replay, to the bit", |_| {
+        ros2::step()
+    }),
+    step(
+        "web",
+        "makes the page to try the filter in, and compares its digests with the host's in a browser without a window",
+        |_| web::step(),
+    ),
+    step(
+        "gpu",
+        "the module for GPUs: its bodies on the host, its code, what NVIDIA's assembler says of it, and a card where there is one",
+        |_| gpu::step(),
+    ),
+    step(
+        "install-c",
+        "installs the C library: `install-c PREFIX`, `install-c PREFIX thumbv7em-none-eabihf`",
+        |options| capi::install(&options.place),
+    ),
 ];
 
 /// Runs the steps and prints the summary. Returns `false` if a step failed or, in a strict run, if not everything was checked.
@@ -206,10 +196,10 @@ mod tests {
     use crate::outcome::Missing;
     use crate::quick;
 
-    const FAILS: Step = Step { name: "fails", what: "", run: |_| Err("on purpose".into()) };
-    const SKIPS: Step = Step { name: "skips", what: "", run: |_| Err(Missing("on purpose".into()).into()) };
-    const PARTLY: Step = Step { name: "partly", what: "", run: |_| Ok(Outcome::Partly("on purpose".into())) };
-    const PASSES: Step = Step { name: "passes", what: "", run: |_| Ok(Outcome::PASSED) };
+    const FAILS: Step = step("fails", "", |_| Err("on purpose".into()));
+    const SKIPS: Step = step("skips", "", |_| Err(Missing("on purpose".into()).into()));
+    const PARTLY: Step = step("partly", "", |_| Ok(Outcome::Partly("on purpose".into())));
+    const PASSES: Step = step("passes", "", |_| Ok(Outcome::PASSED));
 
     #[test]
     fn one_failure_fails_the_run_and_a_skip_does_not() {
@@ -234,7 +224,7 @@ mod tests {
             REACHED.store(true, Ordering::Relaxed);
             Ok(Outcome::PASSED)
         }
-        let reaches = Step { name: "reaches", what: "", run: reach };
+        let reaches = step("reaches", "", reach);
         assert!(!run(&[&FAILS, &reaches], &Options::default()));
         assert!(REACHED.load(Ordering::Relaxed));
     }

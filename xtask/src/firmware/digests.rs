@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::board::EMULATED;
+use super::board::FIRST;
 use super::emulator;
 use super::faults;
 use super::flips;
@@ -135,21 +135,20 @@ pub fn robot() -> Result<Outcome, Stop> {
     emulator::prepare()?;
     toolchain::find()?;
     several_sensors()?;
-    Ok(Outcome::Passed(EMULATED[0].name.into()))
+    Ok(Outcome::Passed(FIRST.name.into()))
 }
 
 /// The example of a robot with two detectors and fixes must have the same final states on a board and on the host, with the
 /// mixture and with the joint map.
 fn several_sensors() -> Result<(), String> {
-    let [board, ..] = &EMULATED;
     let mut example = process::cargo();
     let host =
         process::read(example.args(["run", "--quiet", "--release", "--package", "scphd", "--example", "robot"]))?;
-    let image = image::build(board, "robot", &[])?;
+    let image = image::build(FIRST, "robot", &[])?;
     // The image contains its inputs and ignores the stream.
     let nothing = process::own_target_dir("no-stream.bin");
     files::write(&nothing, [0; 8])?;
-    let text = emulator::run(board, &image, &nothing)?;
+    let text = emulator::run(FIRST, &image, &nothing)?;
     let end = text.lines().last().unwrap_or_default();
     // The digest of the mixture and, after it, that of the joint map.
     let digests = |text: &str| {
@@ -159,40 +158,38 @@ fn several_sensors() -> Result<(), String> {
     if digests(host.trim()).is_some_and(|of_host| digests(end) == Some(of_host)) {
         return Ok(());
     }
-    Err(format!("the robot ended with {end} on {}, with {host} on the host", board.name))
+    Err(format!("the robot ended with {end} on {}, with {host} on the host", FIRST.name))
 }
 
 /// Compares a board's replays of a black box from every snapshot on with the host's replay of all of it, after every scan.
 fn black_boxes() -> Result<usize, String> {
-    let [board, ..] = &EMULATED;
-    let image = image::build(board, "black-box", &[])?;
+    let image = image::build(FIRST, "black-box", &[])?;
     let (mut compared, mut failures) = (0, Vec::new());
     for (what, joint) in [(SURVEY, false), (Source { rig: JOINT, ..SURVEY }, true)] {
         let (all, whole) = streams::black_box(what, SNAPSHOT_EVERY, joint)?;
         for after in (SNAPSHOT_EVERY..what.scans).step_by(SNAPSHOT_EVERY) {
             let left = streams::cut(&all, after)?;
-            let replay = Replay::parse(&emulator::run(board, &image, &left)?)?;
+            let replay = Replay::parse(&emulator::run(FIRST, &image, &left)?)?;
             let expected = Replay { scans: whole.scans.iter().skip(after).cloned().collect(), ..Replay::default() };
             if expected.scans.is_empty() {
                 return Err(format!("the black box of {} has no scan {after}", what.what));
             }
             compared += replay.scans.len();
             failures.extend(expected.first_difference(&replay).map(|difference| {
-                format!("the black box of {} on {} from scan {after} on: {difference}", left.display(), board.name)
+                format!("the black box of {} on {} from scan {after} on: {difference}", left.display(), FIRST.name)
             }));
         }
     }
-    println!("black boxes: {compared} scans compared on {}", board.name);
+    println!("black boxes: {compared} scans compared on {}", FIRST.name);
     all_equal(compared, &failures)
 }
 
 /// The timer-driven loop must have the host's final state, without late scans and lost inputs.
 fn driven_by_a_timer() -> Result<(), String> {
-    let [board, ..] = &EMULATED;
     let stream = streams::make(SURVEY, Precision::F32)?;
     let host = streams::on_host(&stream, PLANAR, Precision::F32)?;
-    let image = image::build(board, "vehicle-loop", &[])?;
-    let run = Replay::parse(&emulator::run(board, &image, &stream)?)?;
+    let image = image::build(FIRST, "vehicle-loop", &[])?;
+    let run = Replay::parse(&emulator::run(FIRST, &image, &stream)?)?;
     let (Some(last), Some(end)) = (host.scans.last(), &run.end) else { return Err("nothing to compare".into()) };
     let expected = [("late", "0"), ("lost", "0"), ("digest", last.digest.as_str())];
     if expected.iter().all(|(name, value)| output::word(end, name) == Some(value)) {

@@ -1,7 +1,7 @@
 //! A drive with faults of sensor and odometry: the boards must have the states of the host, and no scan may exceed the worst
 //! case.
 
-use super::board::EMULATED;
+use super::board::FIRST;
 use super::digests::all_equal;
 use super::emulator;
 use super::image;
@@ -29,7 +29,6 @@ const TAKEN: [(Rig, &str); 6] = [
 
 /// Returns the number of compared scans, or the failures.
 pub fn check() -> Result<usize, String> {
-    let [bounded, ..] = &EMULATED;
     let (mut compared, mut failures) = (0, Vec::new());
     for (rig, configuration) in TAKEN {
         let source = Source { what: "faults", scans: SCANS, rig };
@@ -46,7 +45,7 @@ pub fn check() -> Result<usize, String> {
             let name = format!("faults{} on {board}", rig.mark);
             failures.extend(host.first_difference(&replay).map(|difference| format!("{name}: {difference}")));
             // The worst case is measured on one board.
-            if board == bounded.name {
+            if board == FIRST.name {
                 let why = budget::beyond_worst_case(board, configuration, replay.worst_scan())?;
                 failures.extend(why.map(|why| name.clone() + &why));
             }

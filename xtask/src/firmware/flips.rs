@@ -1,7 +1,7 @@
 //! Bit flips in the filter's state during a replay on a board: after every round the state and the number of repairs must be
 //! those of the host, and no scan may exceed the worst case.
 
-use super::board::EMULATED;
+use super::board::FIRST;
 use super::emulator;
 use super::image;
 use super::output;
@@ -46,11 +46,10 @@ impl Told {
 
 /// Fails if the board differs from the host.
 pub fn check() -> Result<(), String> {
-    let [board, ..] = &EMULATED;
     let stream = streams::make(DRIVE, Precision::F32)?;
     let host = Told::parse(&streams::flips_on_host(&stream, &FEATURES)?);
-    let image = image::build(board, IMAGE, &FEATURES)?;
-    let text = emulator::run(board, &image, &stream)?;
+    let image = image::build(FIRST, IMAGE, &FEATURES)?;
+    let text = emulator::run(FIRST, &image, &stream)?;
     let replay = Told::parse(&text);
     let (begin, end) = (text.lines().next().unwrap_or_default(), text.lines().last().unwrap_or_default());
     if !end.starts_with("end ") {
@@ -58,11 +57,11 @@ pub fn check() -> Result<(), String> {
     }
     let pairs = host.rounds.iter().zip(&replay.rounds);
     if let Some((left, right)) = pairs.clone().find(|(left, right)| left != right) {
-        return Err(format!("the host has {left}, {} {right}", board.name));
+        return Err(format!("the host has {left}, {} {right}", FIRST.name));
     }
     let all = FILTERS.len() * ROUNDS;
     if [host.rounds.len(), replay.rounds.len(), replay.worst.len()] != [all; 3] {
-        return Err(format!("{} of {all} rounds on {}", pairs.count(), board.name));
+        return Err(format!("{} of {all} rounds on {}", pairs.count(), FIRST.name));
     }
     let (Some(instructions), Some(ticks)) = (output::number(begin, "instructions"), output::number(begin, "ticks"))
     else {
@@ -74,17 +73,17 @@ pub fn check() -> Result<(), String> {
         println!(
             "flips on {}: {filter}: of {} bits {} scrubbings mended, {} particles isolated, {} times back to a snapshot; \
              the longest scan took {worst} instructions",
-            board.name,
+            FIRST.name,
             sum("flips"),
             sum("mended"),
             sum("isolated"),
             sum("refused")
         );
-        if let Some(why) = budget::beyond_worst_case(board.name, configuration, worst)? {
-            return Err(format!("{filter} on {}{why}", board.name));
+        if let Some(why) = budget::beyond_worst_case(FIRST.name, configuration, worst)? {
+            return Err(format!("{filter} on {}{why}", FIRST.name));
         }
         if !is_near(worst, stated) {
-            return Err(format!("{filter} on {}: a scan takes {worst} instructions, not {stated}", board.name));
+            return Err(format!("{filter} on {}: a scan takes {worst} instructions, not {stated}", FIRST.name));
         }
     }
     Ok(())

@@ -4,7 +4,7 @@ use std::net::TcpListener;
 use std::process::Child;
 use std::time::Duration;
 
-use super::board::EMULATED;
+use super::board::FIRST;
 use super::emulator;
 use super::image;
 use super::streams;
@@ -46,11 +46,10 @@ fn stream<'a>(port: u16, more: impl IntoIterator<Item = &'a str>) -> Result<(), 
 
 /// Runs the image while `work` uses its serial port.
 fn with_target(work: impl FnOnce(u16) -> Result<(), String>) -> Result<(), String> {
-    let [board, ..] = &EMULATED;
-    let image = image::build(board, IMAGE, &[])?;
+    let image = image::build(FIRST, IMAGE, &[])?;
     let port = free_port()?;
     let mut qemu = emulator::qemu()?.command();
-    qemu.args(["-machine", board.name, "-nographic", "-monitor", "none", "-icount", "shift=0"]);
+    qemu.args(["-machine", FIRST.name, "-nographic", "-monitor", "none", "-icount", "shift=0"]);
     qemu.args(["-serial", &format!("tcp:127.0.0.1:{port},server=on,wait=on"), "-kernel"]).arg(&image.path);
     println!("{IMAGE} in QEMU, its serial port at tcp:127.0.0.1:{port}");
     let mut running = Running(qemu.spawn().map_err(|error| format!("QEMU: {error}"))?);

@@ -111,19 +111,14 @@ impl Image {
     fn read(path: PathBuf, board: &Board) -> Result<Self, String> {
         let elf = files::bytes(&path)?;
         let image = Self { path, elf };
-        image.check_ram(board)?;
-        Ok(image)
-    }
-
-    /// Fails if the image is for another board.
-    fn check_ram(&self, board: &Board) -> Result<(), String> {
-        let file = self.file()?;
-        let data = file.section_by_name(".data").ok_or_else(|| format!("{} has no .data", self.path.display()))?;
-        if data.address() == board.ram {
-            Ok(())
-        } else {
-            Err(format!("{} has its variables at {:#x}, not at {:#x}", self.path.display(), data.address(), board.ram))
+        let file = image.file()?;
+        let data = file.section_by_name(".data").ok_or_else(|| format!("{} has no .data", image.path.display()))?;
+        let address = data.address();
+        if address != board.ram {
+            let path = image.path.display();
+            return Err(format!("{path} has its variables at {address:#x}, not at {:#x}", board.ram));
         }
+        Ok(image)
     }
 
     /// The flash and RAM of the image.

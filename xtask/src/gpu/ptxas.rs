@@ -61,7 +61,7 @@ impl Ptxas {
             let usage = usage_of(&said).map_err(|reason| format!("ptxas for {card}: {reason}: {said}"))?;
             let line = shown(&usage);
             println!("{card}: {line}");
-            for Kernel { name, registers, stack } in kernels(&said) {
+            for (name, registers, stack) in kernels(&said) {
                 println!("  {name}: {registers} registers, {stack} bytes of stack");
             }
             if let Some(beyond) = beyond(&usage) {
@@ -85,24 +85,16 @@ fn beyond(usage: &Usage) -> Option<String> {
     Some(format!("{used} {name}, of {limit}"))
 }
 
-/// Usage of a kernel for each thread, including its callees.
-#[derive(Debug, PartialEq, Eq)]
-struct Kernel<'s> {
-    name: &'s str,
-    registers: u64,
-    stack: u64,
-}
-
-/// Usage of each kernel, from the assembler's output.
-fn kernels(said: &str) -> Vec<Kernel<'_>> {
-    let mut all: Vec<Kernel<'_>> = Vec::new();
+/// Name, registers and bytes of stack of each kernel for each thread, its callees included, from the assembler's output.
+fn kernels(said: &str) -> Vec<(&str, u64, u64)> {
+    let mut all: Vec<(&str, u64, u64)> = Vec::new();
     for line in said.lines() {
         if let Some(name) = line.split("entry function '").nth(1).and_then(|rest| rest.split('\'').next()) {
-            all.push(Kernel { name, registers: 0, stack: 0 });
-        } else if let Some(kernel) = all.last_mut().filter(|kernel| kernel.registers == 0)
+            all.push((name, 0, 0));
+        } else if let Some((_, registers @ 0, stack)) = all.last_mut()
             && line.contains("Used ")
         {
-            (kernel.registers, kernel.stack) = (number(line, "registers"), number(line, "bytes cumulative stack size"));
+            (*registers, *stack) = (number(line, "registers"), number(line, "bytes cumulative stack size"));
         }
     }
     all
@@ -153,7 +145,7 @@ ptxas info    : Function properties for _RNvNtCs3run5scans
     #[test]
     fn the_output_of_the_assembler_is_parsed() {
         assert_eq!(usage_of(SAID), Ok([255, 7824, 1934, 2012, 64, 1104]));
-        assert_eq!(kernels(SAID), [Kernel { name: "scphd_runs", registers: 255, stack: 7824 }]);
+        assert_eq!(kernels(SAID), [("scphd_runs", 255, 7824)]);
         assert!(usage_of("ptxas info    : 1609 bytes gmem").is_err());
         let unknown = "ptxas warning : Stack size for entry function 'x' cannot be statically determined";
         assert!(usage_of(&format!("{SAID}{unknown}")).is_err());
