@@ -58,7 +58,7 @@ pub fn command(program: impl AsRef<OsStr>) -> Command {
 
 /// Runs a command to its end; its output goes to the terminal.
 pub fn run(command: &mut Command) -> Result<(), String> {
-    let status = start(command)?.wait();
+    let status = start(command)?.0.wait();
     judge(command, status.map_err(|error| error.to_string())?)
 }
 
@@ -98,20 +98,17 @@ pub fn side_by_side<T: Sync, R: Send>(
 
 /// As [`run`], but kills the program after `limit`.
 pub fn run_for(command: &mut Command, limit: Duration) -> Result<(), String> {
-    let mut child = start(command)?;
-    await_for(command, &mut child, limit)
+    let child = start(command)?;
+    await_for(command, child, limit)
 }
 
-fn await_for(command: &Command, child: &mut Child, limit: Duration) -> Result<(), String> {
+fn await_for(command: &Command, mut child: Running, limit: Duration) -> Result<(), String> {
     let started = Instant::now();
     loop {
-        if let Some(status) = child.try_wait().map_err(|error| error.to_string())? {
+        if let Some(status) = child.0.try_wait().map_err(|error| error.to_string())? {
             return judge(command, status);
         }
         if started.elapsed() >= limit {
-            // Both calls fail only if the process has just ended by itself, which is too late, too.
-            let _ = child.kill();
-            let _ = child.wait();
             return Err(format!("{} took longer than {} s", name(command), limit.as_secs_f32()));
         }
         thread::sleep(Duration::from_millis(50));
@@ -121,12 +118,12 @@ fn await_for(command: &Command, child: &mut Child, limit: Duration) -> Result<()
 /// As [`run`], but returns the standard output; kills the program after `limit`.
 pub fn capture_for(command: &mut Command, limit: Duration) -> Result<Vec<u8>, String> {
     let mut child = start(command.stdout(Stdio::piped()))?;
-    let mut output = child.stdout.take().ok_or("no output to read")?;
+    let mut output = child.0.stdout.take().ok_or("no output to read")?;
     let reader = thread::spawn(move || {
         let mut bytes = Vec::new();
         output.read_to_end(&mut bytes).map(|_| bytes)
     });
-    await_for(command, &mut child, limit)?;
+    await_for(command, child, limit)?;
     let bytes = reader.join().map_err(|_| "the reader of a program's output failed".to_owned())?;
     bytes.map_err(|error| format!("{}: {error}", name(command)))
 }
@@ -150,9 +147,20 @@ pub fn read(command: &mut Command) -> Result<String, String> {
     }
 }
 
-fn start(command: &mut Command) -> Result<Child, String> {
+/// A process that is killed when this is dropped.
+pub struct Running(pub Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // Both calls fail only if the process has already ended.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn start(command: &mut Command) -> Result<Running, String> {
     println!("$ {}", show(command));
-    command.spawn().map_err(|error| format!("{}: {error}", show(command)))
+    command.spawn().map(Running).map_err(|error| format!("{}: {error}", show(command)))
 }
 
 fn judge(command: &Command, status: ExitStatus) -> Result<(), String> {

@@ -35,7 +35,8 @@ struct Program {
 
 /// Builds the tests that these arguments select, with `cargo test`, and runs them, as many programs at a time as there are cores.
 /// Prints the output of each program when it has ended, and fails with the names of all programs that failed.
-pub fn run(arguments: &[&str], variable: (&str, &Path)) -> Result<(), String> {
+/// Tests without their data are recorded in the file `skipped`.
+pub fn run(arguments: &[&str], skipped: &Path) -> Result<(), String> {
     let mut build = process::cargo();
     build.args(["test", "--no-run", "--message-format", "json-render-diagnostics"]).args(arguments);
     let mut programs = programs(&process::read_loudly(&mut build)?)?;
@@ -48,7 +49,7 @@ pub fn run(arguments: &[&str], variable: (&str, &Path)) -> Result<(), String> {
         let started = Instant::now();
         let mut command = process::command(&program.path);
         command.current_dir(&program.folder).env("CARGO_MANIFEST_DIR", &program.folder);
-        let output = command.env("CARGO_PKG_NAME", &program.package).env(variable.0, variable.1).output();
+        let output = command.env("CARGO_PKG_NAME", &program.package).env(scphd_shared_data::SKIPPED, skipped).output();
         let output = output.map_err(|error| format!("{}: {error}", program.path.display()))?;
         let [said, complaint] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
         let elapsed = started.elapsed().as_secs_f32();

@@ -28,7 +28,7 @@ const QUICK_TARGETS: &str = "--lib --test mixture --test joint --test digest --t
 /// Runs the tests of the libraries.
 pub fn quick() -> Result<Outcome, Stop> {
     let arguments: Vec<&str> = QUICK.split(' ').chain(QUICK_TARGETS.split(' ')).collect();
-    counted(|list| test_programs::run(&arguments, (scphd_shared_data::SKIPPED, list)))
+    counted(|list| test_programs::run(&arguments, list))
 }
 
 /// Runs the examples of the library and of the guide.
@@ -53,7 +53,7 @@ pub fn step() -> Result<Outcome, Stop> {
     counted(|list| {
         // Without defmt, because a test program has no logger to link with. With `--tests`: otherwise examples with tests are
         // compiled a second time, as programs that are not run.
-        test_programs::run(&[&["--tests"][..], &PACKAGES].concat(), (scphd_shared_data::SKIPPED, list))?;
+        test_programs::run(&[&["--tests"][..], &PACKAGES].concat(), list)?;
         process::run(process::cargo().args(["test", "--no-fail-fast", "--doc"]).args(PACKAGES))?;
         let mut own = process::cargo();
         own.args(["test", "--package", "xtask", "--profile", "dev"]);

@@ -104,19 +104,15 @@ fn ask(chromium: &Tool, page: &Path, task: &str) -> Result<String, String> {
     browser.arg(profile).arg(format!("file://{}#{task}", page.display()));
     browser.stdout(Stdio::null()).stderr(Stdio::piped());
     println!("$ {} #{task}", CHROMIUM.program);
-    let mut child = browser.spawn().map_err(|error| format!("{}: {error}", CHROMIUM.program))?;
-    let console = child.stderr.take().ok_or("no console to read")?;
+    let mut running = process::Running(browser.spawn().map_err(|error| format!("{}: {error}", CHROMIUM.program))?);
+    let console = running.0.stderr.take().ok_or("no console to read")?;
     let (send, receive) = mpsc::channel();
     thread::spawn(move || {
         let said = BufReader::new(console).split(b'\n').map_while(Result::ok).find_map(|line| result_in(&line));
         // After a timeout there is no receiver.
         let _ = send.send(said);
     });
-    let said = receive.recv_timeout(LIMIT);
-    // Both calls fail only if the browser has just ended by itself.
-    let _ = child.kill();
-    let _ = child.wait();
-    match said {
+    match receive.recv_timeout(LIMIT) {
         Ok(Some(result)) => Ok(result),
         Ok(None) => Err("the browser has ended without a result".into()),
         Err(_) => Err(format!("the page has said nothing for {} s", LIMIT.as_secs())),

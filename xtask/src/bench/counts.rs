@@ -72,13 +72,14 @@ impl Counts {
         let same = now.compiler == self.compiler;
         let percent = if same { self.tolerance_percent } else { self.other_compiler_percent };
         let worse = self.risen(now, percent);
+        let (set, number) = (&self.compiler, now.instructions.len());
         let other = format!(
-            "of another compiler, so compared within {percent} %: counted with {}, this is {}",
-            self.compiler, now.compiler
+            "of another compiler, so compared within {percent} %: counted with {set}, this is {}",
+            now.compiler
         );
         match (worse.is_empty(), same) {
-            (true, true) => Ok(Outcome::Passed(format!("{} counts within {percent} %", now.instructions.len()))),
-            (true, false) => Ok(Outcome::Passed(format!("{} counts {other}", now.instructions.len()))),
+            (true, true) => Ok(Outcome::Passed(format!("{number} counts within {percent} %"))),
+            (true, false) => Ok(Outcome::Passed(format!("{number} counts {other}"))),
             (false, true) => Err(worse.join("; ").into()),
             (false, false) => Err(format!("{}; {other}", worse.join("; ")).into()),
         }

@@ -21,7 +21,7 @@ use crate::process;
 use crate::toolchain;
 use entry::Budget;
 use figures::{Code, Figures};
-use limits::{Budgets, FILE};
+use limits::FILE;
 
 pub use table::print;
 
@@ -30,7 +30,7 @@ pub fn step(options: &Options) -> Result<Outcome, Stop> {
     let measured = measure(|_| true)?;
     print(&measured);
     options.write(&measured)?;
-    let budgets = budgets()?;
+    let budgets = limits::read()?;
     let compiler = toolchain::find()?.compiler()?;
     if process::is_blessing() {
         let path = process::root().join(FILE);
@@ -49,13 +49,9 @@ pub fn step(options: &Options) -> Result<Outcome, Stop> {
     }))
 }
 
-fn budgets() -> Result<Budgets, String> {
-    limits::read(&process::root().join(FILE))
-}
-
 /// Measures the entries for which `wanted` is true, in their order; an error if the states on a board differ from those on the host.
 pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, Stop> {
-    let budgets: Vec<Budget> = budgets()?.entries.into_iter().filter(wanted).collect();
+    let budgets: Vec<Budget> = limits::read()?.entries.into_iter().filter(wanted).collect();
     emulator::prepare()?;
     toolchain::find()?;
     let (mut runs, mut images) = (Vec::new(), BTreeMap::new());
@@ -99,7 +95,7 @@ fn built(board: &Board, rig: Rig, precision: Precision) -> Result<(Image, Code),
 /// The reason why a scan with this number of instructions takes too long on a board, for which the limit of the worst case of the
 /// same board and configuration holds; `None` if it does not.
 pub fn beyond_worst_case(board: &str, configuration: &str, instructions: u64) -> Result<Option<String>, String> {
-    let limit = budgets()?.worst_case(board, configuration)?;
+    let limit = limits::read()?.worst_case(board, configuration)?;
     let why = || format!(": a scan takes {instructions} instructions, the worst case {limit}");
     Ok((instructions > limit).then(why))
 }

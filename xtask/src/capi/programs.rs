@@ -20,22 +20,22 @@ const WARNINGS: [&str; 5] = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "
 impl Compiler {
     /// The C compiler of the host.
     pub fn c() -> Result<Self, Missing> {
-        Self::find("CC", &["cc", "gcc", "clang"], "-std=c11", "c")
+        Self::find("CC", ["cc", "gcc", "clang"], "-std=c11", "c")
     }
 
     /// The C++ compiler of the host.
     pub fn cpp() -> Result<Self, Missing> {
-        Self::find("CXX", &["c++", "g++", "clang++"], "-std=c++17", "c++")
+        Self::find("CXX", ["c++", "g++", "clang++"], "-std=c++17", "c++")
     }
 
     fn find(
         variable: &str,
-        programs: &[&str],
+        programs: [&str; 3],
         standard: &'static str,
         language: &'static str,
     ) -> Result<Self, Missing> {
         let chosen = std::env::var(variable).ok().filter(|program| !program.is_empty());
-        let mut programs = chosen.into_iter().chain(programs.iter().map(|&program| program.to_owned()));
+        let mut programs = chosen.into_iter().chain(programs.map(str::to_owned));
         let here = |program: &String| process::read(process::command(program).arg("--version")).is_ok();
         let program = programs.find(here).ok_or_else(|| Missing(format!("no {language} compiler")))?;
         Ok(Self { program, standard, language })

@@ -1,7 +1,6 @@
 //! Hardware in the loop: the image `hil` in QEMU communicates with `scphd-sim hil` over its serial port.
 
 use std::net::TcpListener;
-use std::process::Child;
 use std::time::Duration;
 
 use super::board::FIRST;
@@ -52,7 +51,7 @@ fn with_target(work: impl FnOnce(u16) -> Result<(), String>) -> Result<(), Strin
     qemu.args(["-machine", FIRST.name, "-nographic", "-monitor", "none", "-icount", "shift=0"]);
     qemu.args(["-serial", &format!("tcp:127.0.0.1:{port},server=on,wait=on"), "-kernel"]).arg(&image.path);
     println!("{IMAGE} in QEMU, its serial port at tcp:127.0.0.1:{port}");
-    let mut running = Running(qemu.spawn().map_err(|error| format!("QEMU: {error}"))?);
+    let mut running = process::Running(qemu.spawn().map_err(|error| format!("QEMU: {error}"))?);
     let done = work(port);
     match running.0.try_wait() {
         Ok(Some(status)) => Err(format!("the target has ended ({status}): {done:?}")),
@@ -64,15 +63,4 @@ fn with_target(work: impl FnOnce(u16) -> Result<(), String>) -> Result<(), Strin
 fn free_port() -> Result<u16, String> {
     let port = TcpListener::bind(("127.0.0.1", 0)).and_then(|listener| listener.local_addr());
     port.map(|address| address.port()).map_err(|error| format!("no free port: {error}"))
-}
-
-/// A process that is killed when this is dropped.
-struct Running(Child);
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        // Both calls fail only if the process has already ended.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
 }

@@ -117,11 +117,9 @@ impl Replay {
 
     /// The first difference between two replays of the same stream.
     pub fn first_difference(&self, other: &Self) -> Option<String> {
-        let scans = self.scans.iter().zip(&other.scans);
-        for (left, right) in scans {
-            if left.state != right.state {
-                return Some(format!("{} / {}", left.state, right.state));
-            }
+        let mut pairs = self.scans.iter().zip(&other.scans);
+        if let Some((left, right)) = pairs.find(|(left, right)| left.state != right.state) {
+            return Some(format!("{} / {}", left.state, right.state));
         }
         let (left, right) = (self.scans.len(), other.scans.len());
         (left != right).then(|| format!("{left} scans / {right} scans"))
