@@ -131,8 +131,8 @@ fn test() -> Result<Outcome, Stop> {
             process::run(cargo.args(targets))?;
         }
     }
-    let names = |packages: BTreeSet<String>| packages.into_iter().collect::<Vec<_>>().join(", ");
-    Ok(Outcome::Passed(if own.is_empty() { "no package was changed".into() } else { names(own) }))
+    let names = own.into_iter().collect::<Vec<_>>().join(", ");
+    Ok(Outcome::Passed(if names.is_empty() { "no package was changed".into() } else { names }))
 }
 
 #[cfg(test)]

@@ -8,10 +8,8 @@ use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
 
 /// Features of the workspace that are only enabled by the firmware or not at all.
-const LINT_FEATURES: [&str; 2] = [
-    "--features",
-    "scphd/defmt,scphd/embedded-hal,scphd-link/defmt,scphd-sequencer/defmt,scphd-store/defmt,scphd-stream/defmt",
-];
+const LINT_FEATURES: &str =
+    "scphd/defmt,scphd/embedded-hal,scphd-link/defmt,scphd-sequencer/defmt,scphd-store/defmt,scphd-stream/defmt";
 
 /// The separate workspaces of bindings, and the targets that clippy checks in them.
 const BINDINGS: [(&str, &[&str]); 3] = [
@@ -73,7 +71,7 @@ pub fn doc() -> Result<Outcome, Stop> {
 pub fn workspace() -> Result<Command, String> {
     let mut cargo = process::cargo();
     cargo.args(["clippy", "--workspace", "--all-targets", "--keep-going"]);
-    cargo.args(LINT_FEATURES).args(["--", "-D", "warnings"]);
+    cargo.args(["--features", LINT_FEATURES, "--", "-D", "warnings"]);
     cargo.env("CLIPPY_CONF_DIR", settings()?);
     Ok(cargo)
 }

@@ -42,13 +42,7 @@ fn main() -> ExitCode {
             print!("{text}");
             ExitCode::SUCCESS
         }
-        Ok(Request::Run(chosen, options)) => {
-            if steps::run(&chosen, &options) {
-                ExitCode::SUCCESS
-            } else {
-                ExitCode::FAILURE
-            }
-        }
+        Ok(Request::Run(chosen, options)) => ExitCode::from(u8::from(!steps::run(&chosen, &options))),
         Err(message) => {
             eprintln!("xtask: {message}\n\n{}", args::usage());
             ExitCode::from(2)

@@ -5,7 +5,7 @@
 //! calls of the allocator's symbols without the crate.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::files;
 use crate::process;
@@ -19,7 +19,7 @@ pub const SYMBOLS: [&str; 4] = ["__rust_alloc", "__rust_realloc", "__rg_alloc", 
 /// Makes a sysroot in `dir` with `core` and its compiler support, but without `alloc`, from `sysroot`.
 ///
 /// Fails if a crate can still use `alloc` in it, because the check would then be void.
-pub fn core_only_sysroot(sysroot: &Path, target: &str, dir: &Path) -> Result<PathBuf, String> {
+pub fn core_only_sysroot(sysroot: &Path, target: &str, dir: &Path) -> Result<(), String> {
     let libraries = Path::new("lib/rustlib").join(target).join("lib");
     let from = sysroot.join(&libraries);
     let to = dir.join(&libraries);
@@ -38,8 +38,7 @@ pub fn core_only_sysroot(sysroot: &Path, target: &str, dir: &Path) -> Result<Pat
             fs::hard_link(&source, &copy).or_else(|_| fs::copy(&source, &copy).map(drop)).map_err(failed)?;
         }
     }
-    probe(target, dir)?;
-    Ok(dir.to_owned())
+    probe(target, dir)
 }
 
 /// Whether `sysroot` has `core` for the target; a removed target may leave an empty folder.

@@ -19,9 +19,8 @@ const LOG_RATE: u32 = 8;
 
 /// cargo, in the workspace of the node.
 fn cargo(command: &str) -> Command {
-    let mut cargo = process::cargo();
-    cargo.args([command, "--quiet", "--locked", "--release", "--manifest-path", "bindings/ros2/Cargo.toml"]);
-    cargo.arg("--target-dir").arg(process::own_target_dir("ros2"));
+    let mut cargo = process::cargo_in(command, "bindings/ros2/Cargo.toml", &process::own_target_dir("ros2"));
+    cargo.arg("--release");
     cargo
 }
 

@@ -19,7 +19,8 @@ pub fn step() -> Result<Outcome, Stop> {
     let mut cargo = toolchain.cargo("build", "core");
     if let Toolchain::Active { sysroot } = &toolchain {
         println!("setting up: a sysroot with core and without alloc, in {}", dir.display());
-        let core_only = noalloc::core_only_sysroot(sysroot, TARGET, &dir.join("core-only"))?;
+        let core_only = dir.join("core-only");
+        noalloc::core_only_sysroot(sysroot, TARGET, &core_only)?;
         // The encoded form allows spaces in paths.
         cargo.env("CARGO_ENCODED_RUSTFLAGS", format!("--sysroot={}", core_only.display()));
     }

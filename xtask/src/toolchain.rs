@@ -33,7 +33,6 @@ const DEBIAN: Bundle = Bundle {
 pub const OLDEST: &str = env!("CARGO_PKG_RUST_VERSION");
 
 /// The kinds of toolchains.
-const KINDS: [&str; 2] = [RUSTUP, DEBIANS];
 const RUSTUP: &str = "rustup";
 const DEBIANS: &str = "debian";
 
@@ -55,7 +54,7 @@ pub fn choice() -> Result<Option<&'static str>, String> {
 }
 
 fn kind(value: &str) -> Result<Option<&'static str>, String> {
-    match KINDS.into_iter().find(|kind| *kind == value) {
+    match [RUSTUP, DEBIANS].into_iter().find(|kind| *kind == value) {
         None if !value.is_empty() => Err(format!("{CHOICE_VARIABLE} is `{value}`; it may be `rustup` or `debian`")),
         found => Ok(found),
     }

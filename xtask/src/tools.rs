@@ -99,17 +99,15 @@ impl Wanted {
 
     /// The first of these that passes a trial.
     fn find_that(&self, trial: Trial) -> Option<Tool> {
-        let installed = Tool::probe(self.program.into(), None).ok();
+        let passes = |tool: &Tool| {
+            let why_not = |reason: &String| {
+                println!("the {} that is {} will not do: {reason}", self.program, tool.place());
+            };
+            trial(tool).inspect_err(why_not).is_ok()
+        };
         let unpacked = || debian::unpacked(&self.bundle).and_then(|tree| self.of(tree).ok());
-        installed.filter(|tool| self.passes(tool, trial)).or_else(|| unpacked().filter(|tool| self.passes(tool, trial)))
-    }
-
-    fn passes(&self, tool: &Tool, trial: Trial) -> bool {
-        let result = trial(tool);
-        if let Err(reason) = &result {
-            println!("the {} that is {} will not do: {reason}", self.program, tool.place());
-        }
-        result.is_ok()
+        let installed = Tool::probe(self.program.into(), None).ok();
+        installed.filter(passes).or_else(|| unpacked().filter(passes))
     }
 
     fn of(&self, tree: Tree) -> Result<Tool, String> {

@@ -34,13 +34,8 @@ pub fn installed() -> Result<Vec<Package>, String> {
 }
 
 fn parse_installed(text: &str) -> Vec<Package> {
-    let is_whole = |stanza: &&str| {
-        stanza
-            .trim_start()
-            .lines()
-            .next()
-            .is_some_and(|line| line.starts_with("Status: ii") || line.starts_with("Status: hi"))
-    };
+    let whole = ["Status: ii", "Status: hi"];
+    let is_whole = |stanza: &&str| whole.iter().any(|status| stanza.trim_start().starts_with(status));
     text.split("\n\n").filter(is_whole).flat_map(Package::parse_all).collect()
 }
 

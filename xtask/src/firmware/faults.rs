@@ -42,19 +42,15 @@ pub fn check() -> Result<usize, String> {
             images.push((board, image::build_replay(board, rig, Precision::F32)?));
         }
         for (board, replay) in emulator::replay(&images, &stream)? {
-            let name = format!("faults{} on {board}", rig.mark);
+            let (name, worst) = (format!("faults{} on {board}", rig.mark), replay.worst_scan());
             failures.extend(host.first_difference(&replay).map(|difference| format!("{name}: {difference}")));
             // The worst case is measured on one board.
             if board == FIRST.name {
-                let why = budget::beyond_worst_case(board, configuration, replay.worst_scan())?;
+                let why = budget::beyond_worst_case(board, configuration, worst)?;
                 failures.extend(why.map(|why| name.clone() + &why));
             }
             compared += replay.scans.len();
-            println!(
-                "{name}: {} scans compared, the longest of {} instructions",
-                replay.scans.len(),
-                replay.worst_scan()
-            );
+            println!("{name}: {} scans compared, the longest of {worst} instructions", replay.scans.len());
         }
         let short = short_of_room(&host);
         println!("faults{}: {short} scans tell that there is too little room", rig.mark);

@@ -9,8 +9,7 @@ use super::rig::{FEW, Precision};
 use super::streams::{self, Source};
 use crate::budget;
 
-/// The image and its features.
-const IMAGE: &str = "flips";
+/// The features of the image.
 const FEATURES: [&str; 2] = ["few-particles", "flips"];
 /// 60 scans without a flip and 20 rounds of 10.
 const DRIVE: Source<'_> = Source { what: "survey", scans: 260, rig: FEW };
@@ -48,7 +47,7 @@ impl Told {
 pub fn check() -> Result<(), String> {
     let stream = streams::make(DRIVE, Precision::F32)?;
     let host = Told::parse(&streams::flips_on_host(&stream, &FEATURES)?);
-    let image = image::build(FIRST, IMAGE, &FEATURES)?;
+    let image = image::build(FIRST, "flips", &FEATURES)?;
     let text = emulator::run(FIRST, &image, &stream)?;
     let replay = Told::parse(&text);
     let (begin, end) = (text.lines().next().unwrap_or_default(), text.lines().last().unwrap_or_default());

@@ -10,6 +10,7 @@ use super::board::{Board, REFERENCE};
 use super::rig::{Precision, Rig};
 use super::workbench;
 use crate::files;
+use crate::noalloc;
 use crate::once::Once;
 use crate::process;
 use crate::toolchain;
@@ -145,10 +146,10 @@ impl Image {
         Ok(sizes)
     }
 
-    /// The first symbol that contains one of `names`.
-    pub fn symbol_with(&self, names: &[&str]) -> Result<Option<String>, String> {
+    /// The first symbol with the name of one of the allocator's in it.
+    pub fn allocator_symbol(&self) -> Result<Option<String>, String> {
         let file = self.file()?;
         let mut symbols = file.symbols().filter_map(|symbol| symbol.name().ok());
-        Ok(symbols.find(|symbol| names.iter().any(|name| symbol.contains(name))).map(str::to_owned))
+        Ok(symbols.find(|symbol| noalloc::SYMBOLS.iter().any(|name| symbol.contains(name))).map(str::to_owned))
     }
 }

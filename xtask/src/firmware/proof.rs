@@ -6,7 +6,6 @@ use super::guide;
 use super::hil;
 use super::image::{self, Image};
 use super::rig::{JOINT, JOINT_HYPOTHESES, JOINT_MOVERS, PLANAR, Precision, Rig, UNDERWATER, UNDERWATER_JOINT};
-use crate::noalloc;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
 use crate::toolchain;
@@ -79,18 +78,14 @@ fn fits(name: &str, features: &[&str]) -> Result<(), String> {
 
 /// Checks that an allocator would be found.
 fn sees_a_heap() -> Result<(), String> {
-    let symbol = allocator_symbol(&image::build(&WITH_PANICS, PROOF, &["planted-heap"])?)?;
+    let symbol = image::build(&WITH_PANICS, PROOF, &["planted-heap"])?.allocator_symbol()?;
     println!("the planted heap shows as {}", symbol.ok_or("the check for an allocator does not see a planted heap")?);
     Ok(())
 }
 
 fn has_no_allocator(image: &Image) -> Result<(), String> {
-    match allocator_symbol(image)? {
+    match image.allocator_symbol()? {
         Some(symbol) => Err(format!("{} has the allocator's {symbol}", image.path.display())),
         None => Ok(()),
     }
-}
-
-fn allocator_symbol(image: &Image) -> Result<Option<String>, String> {
-    image.symbol_with(&noalloc::SYMBOLS)
 }

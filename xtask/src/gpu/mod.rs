@@ -8,6 +8,7 @@ mod ptxas;
 use std::path::Path;
 use std::process::Command;
 
+use crate::files;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
 use crate::toolchain;
@@ -43,7 +44,8 @@ pub fn step() -> Result<Outcome, Stop> {
         "{lines} lines of PTX: no double, nothing fused, nothing approximate, no panic, no call through a pointer"
     );
     let folder = process::own_target_dir("gpu").join("modules");
-    let file = module::write(&folder, &text)?;
+    let file = folder.join(module::FILE);
+    files::write(&file, &text)?;
     let executed = executed::check(&folder, cargo)?;
     let summary = match ptxas::Ptxas::obtain() {
         Ok(ptxas) => ptxas.assemble(&file, &folder)?,

@@ -1,8 +1,6 @@
 //! The module as text (PTX): built from the kernels and the library, and checked for instructions that would change bits or stop
 //! a thread.
 
-use std::path::{Path, PathBuf};
-
 use crate::files;
 use crate::outcome::Stop;
 use crate::process;
@@ -13,7 +11,7 @@ pub const TARGET: &str = "nvptx64-nvidia-cuda";
 /// Oldest supported architecture; newer GPUs run the module too.
 const OLDEST: &str = "sm_80";
 /// File name of the text, as the program expects it.
-const FILE: &str = "scphd.ptx";
+pub const FILE: &str = "scphd.ptx";
 
 /// Builds the text. The compiler generates it for the whole program, so that no linker is needed.
 pub fn build(toolchain: &Toolchain) -> Result<String, Stop> {
@@ -30,13 +28,6 @@ pub fn build(toolchain: &Toolchain) -> Result<String, Stop> {
     process::run(&mut cargo)?;
     let path = folder.join(TARGET).join("ptx/deps/scphd_gpu_kernels.s");
     Ok(files::text(&path)?)
-}
-
-/// Writes the text to the program's folder.
-pub fn write(folder: &Path, text: &str) -> Result<PathBuf, String> {
-    let path = folder.join(FILE);
-    files::write(&path, text)?;
-    Ok(path)
 }
 
 /// Checks all lines. Returns their number.
