@@ -7,7 +7,6 @@ use serde::Serialize;
 use crate::capi;
 use crate::files;
 
-/// Values of the options.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Options {
     /// File for the figures of the budget or the bench.

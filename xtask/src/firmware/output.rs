@@ -1,9 +1,7 @@
 //! The output of a replay, on a board or on the host.
 
-/// A replay.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Replay {
-    /// The scans.
     pub scans: Vec<Scan>,
     /// Instructions per tick of the clock; 0 without counts.
     pub instructions_per_tick: f64,
@@ -21,7 +19,6 @@ pub struct Replay {
     pub end: Option<String>,
 }
 
-/// A scan.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scan {
     /// Counts, health and digest: everything that must be equal on host and board.
@@ -30,7 +27,6 @@ pub struct Scan {
     pub digest: String,
     /// Greatest number of components in view of any candidate.
     pub in_view: u64,
-    /// Measurements.
     pub measurements: u64,
     /// Number of predictions before it.
     pub predictions: u64,

@@ -157,8 +157,9 @@ pub const UNDERWATER: Rig = Rig {
 pub const UNDERWATER_JOINT: Rig = Rig { vehicle: "underwater-joint-", features: &["underwater", "joint"], ..JOINT };
 
 /// The filters that a budget can name, of planar and of underwater vehicles.
-const AFLOAT: [Rig; 9] = [PLANAR, STATIC, FEW, JOINT, JOINT_MOVERS, JOINT_40, JOINT_40_MOVERS, JOINT_HYPOTHESES, SMALL];
-const SUBMERGED: [Rig; 2] = [UNDERWATER, UNDERWATER_JOINT];
+const IN_THE_PLANE: [Rig; 9] =
+    [PLANAR, STATIC, FEW, JOINT, JOINT_MOVERS, JOINT_40, JOINT_40_MOVERS, JOINT_HYPOTHESES, SMALL];
+const UNDER_WATER: [Rig; 2] = [UNDERWATER, UNDERWATER_JOINT];
 
 /// The scenario of underwater vehicles.
 pub const DIVE: &str = "girona-tank";
@@ -166,7 +167,7 @@ pub const DIVE: &str = "girona-tank";
 impl Rig {
     /// The filter, and its number type, with this name of a configuration in a scenario.
     pub fn named(configuration: &str, scenario: &str) -> Option<(Self, Precision)> {
-        let rigs = if scenario == DIVE { &SUBMERGED[..] } else { &AFLOAT };
+        let rigs = if scenario == DIVE { &UNDER_WATER[..] } else { &IN_THE_PLANE };
         let mut each = rigs.iter().flat_map(|rig| rig.precisions.iter().map(|&precision| (*rig, precision)));
         each.find(|(rig, precision)| rig.configuration(*precision) == configuration)
     }
