@@ -9,17 +9,13 @@ use crate::lint;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
 use crate::quick;
-use crate::steps::Step;
+use crate::steps::{Step, step};
 use crate::unit;
 
 /// Formatting, and tests of packages that were changed or depend on changed ones.
 const STEPS: [Step; 2] = [
-    Step { name: "fmt", what: "formatting of every package", run: |_| lint::fmt() },
-    Step {
-        name: "packages",
-        what: "all tests of changed packages, the quick ones of packages that depend on these",
-        run: |_| test().into(),
-    },
+    step("fmt", "formatting of every package", |_| lint::fmt()),
+    step("packages", "all tests of changed packages, the quick ones of packages that depend on these", |_| test()),
 ];
 
 /// A package of the workspace.
@@ -135,8 +131,8 @@ fn test() -> Result<Outcome, Stop> {
             process::run(cargo.args(targets))?;
         }
     }
-    let names = |packages: BTreeSet<String>| packages.into_iter().collect::<Vec<_>>().join(", ");
-    Ok(Outcome::Passed(if own.is_empty() { "no package was changed".into() } else { names(own) }))
+    let names = own.into_iter().collect::<Vec<_>>().join(", ");
+    Ok(Outcome::Passed(if names.is_empty() { "no package was changed".into() } else { names }))
 }
 
 #[cfg(test)]

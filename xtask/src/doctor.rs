@@ -6,6 +6,7 @@ use crate::capi::{self, Compiler};
 use crate::debian;
 use crate::firmware::board::TARGETS;
 use crate::gpu;
+use crate::msrv;
 use crate::noalloc;
 use crate::outcome::Missing;
 use crate::process;
@@ -17,20 +18,12 @@ use crate::web;
 /// The steps that build for a Cortex-M.
 const CROSS: &str = "target, proof, firmware, budget, capi, msrv";
 
-/// The state of a tool.
-struct Line {
-    what: &'static str,
-    /// Its version, or the reason why it is missing.
-    found: Result<String, String>,
-    steps: &'static str,
-}
+/// A tool, its version or the reason why it is missing, and the steps that need it.
+type Line = (&'static str, Result<String, String>, &'static str);
 
 /// The report.
 pub fn report() -> String {
-    let mut text = String::new();
-    for line in lines() {
-        text += &show(&line);
-    }
+    let mut text: String = lines().iter().map(show).collect();
     text += "\nWhat is missing is had by ";
     text += &match debian::can_fetch() {
         Ok(()) => format!("unpacking Debian's packages to {}, without root", debian::cache().display()),
@@ -41,7 +34,7 @@ pub fn report() -> String {
     text
 }
 
-fn show(Line { what, found, steps }: &Line) -> String {
+fn show((what, found, steps): &Line) -> String {
     let (mark, found) = match found {
         Ok(found) => ("here", found),
         Err(reason) => ("MISSING", reason),
@@ -50,43 +43,39 @@ fn show(Line { what, found, steps }: &Line) -> String {
 }
 
 fn lines() -> Vec<Line> {
-    let says = |mut command: Command, words: &[&str]| {
-        let said = process::read(command.args(words)).map(|text| text.lines().next().unwrap_or_default().to_owned());
-        said.map_err(|error| error.lines().next().unwrap_or_default().to_owned())
-    };
+    let first_line = |text: String| text.lines().next().unwrap_or_default().to_owned();
+    let says =
+        |mut command: Command, words: &[&str]| process::read(command.args(words)).map(first_line).map_err(first_line);
     let cargo = |words: &[&str]| says(process::cargo(), words);
-    let mut lines = vec![
-        Line { what: "cargo", found: cargo(&["--version"]), steps: "all" },
-        Line { what: "rustc", found: says(process::command(noalloc::rustc()), &["--version"]), steps: "all" },
-        Line { what: "rustfmt", found: cargo(&["fmt", "--version"]), steps: "fmt" },
-        Line { what: "clippy", found: cargo(&["clippy", "--version"]), steps: "lint, msrv" },
-    ];
-    lines.extend(TARGETS.map(|target| Line { what: target, found: has_target(target), steps: CROSS }));
-    lines.push(Line {
-        what: "toolchain for Cortex-M",
-        found: toolchain::here(&TARGETS)
-            .map(|found| format!("{}, {}", found.name(), found.compiler().unwrap_or_else(|reason| reason))),
-        steps: CROSS,
-    });
-    lines.push(Line { what: "linker for Cortex-M", found: linker(), steps: "proof, firmware, budget" });
-    lines.push(Line { what: QEMU.program, found: tool(&QEMU), steps: "firmware, budget, capi" });
-    lines.push(Line { what: VALGRIND.program, found: tool(&VALGRIND), steps: "counts, capi" });
-    let compiler = |found: Result<Compiler, Missing>| found.map(|c| c.version()).map_err(|Missing(reason)| reason);
-    lines.push(Line { what: "C compiler", found: compiler(Compiler::c()), steps: "capi" });
-    lines.push(Line { what: "C++ compiler", found: compiler(Compiler::cpp()), steps: "capi" });
-    lines.push(Line { what: ARM_GCC.program, found: tool(&ARM_GCC), steps: "capi" });
+    let compiler = |found: Result<Compiler, Missing>| found.map(|c| c.version()).map_err(String::from);
+    let builds_for = |target| toolchain::here(&[target]).map(|found| found.name().to_owned());
+    let for_boards = toolchain::here(&TARGETS)
+        .map(|found| format!("{}, {}", found.name(), found.compiler().unwrap_or_else(|reason| reason)));
     let [_, soft] = capi::TARGETS;
-    lines.push(Line { what: soft, found: has_target(soft), steps: "capi" });
-    let python = python::interpreter().map_err(|Missing(reason)| reason);
-    lines.push(Line { what: "python3", found: python, steps: "python, logs, mavlink" });
-    let toolchain = toolchain::here(&[web::TARGET]).map(|found| found.name().to_owned());
-    lines.push(Line { what: web::TARGET, found: toolchain, steps: "web" });
-    let [ptx] = gpu::TARGETS;
-    let toolchain = toolchain::here(&gpu::TARGETS).map(|found| found.name().to_owned());
-    lines.push(Line { what: ptx, found: toolchain, steps: "gpu" });
-    lines.push(Line { what: CHROMIUM.program, found: tool(&CHROMIUM), steps: "web" });
-    lines.push(Line { what: "oldest Rust", found: oldest(), steps: "msrv, else by clippy" });
-    lines.push(Line { what: "recorded logs", found: logs(), steps: "unit, firmware" });
+    let oldest = msrv::oldest_cargo().map(|_| OLDEST.to_owned());
+    let mut lines = vec![
+        ("cargo", cargo(&["--version"]), "all"),
+        ("rustc", says(process::rustc(), &["--version"]), "all"),
+        ("rustfmt", cargo(&["fmt", "--version"]), "fmt"),
+        ("clippy", cargo(&["clippy", "--version"]), "lint, msrv"),
+    ];
+    lines.extend(TARGETS.map(|target| (target, has_target(target), CROSS)));
+    lines.extend([
+        ("toolchain for Cortex-M", for_boards, CROSS),
+        ("linker for Cortex-M", linker(), "proof, firmware, budget"),
+        (QEMU.program, tool(&QEMU), "firmware, budget, capi"),
+        (VALGRIND.program, tool(&VALGRIND), "counts, capi"),
+        ("C compiler", compiler(Compiler::c()), "capi"),
+        ("C++ compiler", compiler(Compiler::cpp()), "capi"),
+        (ARM_GCC.program, tool(&ARM_GCC), "capi"),
+        (soft, has_target(soft), "capi"),
+        ("python3", python::interpreter().map_err(String::from), "python, logs, mavlink"),
+        (web::TARGET, builds_for(web::TARGET), "web"),
+        (gpu::TARGET, builds_for(gpu::TARGET), "gpu"),
+        (CHROMIUM.program, tool(&CHROMIUM), "web"),
+        ("oldest Rust", oldest.ok_or_else(|| format!("no toolchain {OLDEST}")), "msrv, else by clippy"),
+        ("recorded logs", logs(), "unit, firmware"),
+    ]);
     lines
 }
 
@@ -100,7 +89,7 @@ fn has_target(target: &str) -> Result<String, String> {
 }
 
 fn linker() -> Result<String, String> {
-    match toolchain::beside_rustc().filter(|path| path.is_file()) {
+    match toolchain::beside_rustc() {
         Some(_) => Ok("rust-lld of the active toolchain".into()),
         None => tool(&LLD),
     }
@@ -109,10 +98,6 @@ fn linker() -> Result<String, String> {
 fn tool(wanted: &Wanted) -> Result<String, String> {
     let found = wanted.find().ok_or_else(|| format!("no {} that runs", wanted.program))?;
     Ok(format!("{} ({})", found.version, found.place()))
-}
-
-fn oldest() -> Result<String, String> {
-    if crate::msrv::is_at_hand() { Ok(OLDEST.into()) } else { Err(format!("no toolchain {OLDEST}")) }
 }
 
 fn logs() -> Result<String, String> {
@@ -127,9 +112,8 @@ mod tests {
 
     #[test]
     fn missing_tools_are_marked_with_their_steps() {
-        let line = Line { what: "emulator", found: Err("no emulator".into()), steps: "firmware" };
-        let shown = show(&line);
+        let shown = show(&("emulator", Err("no emulator".into()), "firmware"));
         assert!(shown.starts_with("MISSING ") && shown.contains("firmware") && shown.ends_with("no emulator\n"));
-        assert!(show(&Line { found: Ok("7".into()), ..line }).starts_with("here "));
+        assert!(show(&("emulator", Ok("7".into()), "firmware")).starts_with("here "));
     }
 }

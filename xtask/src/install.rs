@@ -2,6 +2,7 @@
 
 use std::process::Command;
 
+use crate::debian;
 use crate::process;
 
 /// Installs Debian packages with apt-get. The error names them.
@@ -25,7 +26,6 @@ pub fn packages(names: &[&str]) -> Result<(), String> {
 fn apt_get() -> Command {
     let mut command = process::command("apt-get");
     command.env("DEBIAN_FRONTEND", "noninteractive");
-    command.args(["-q", "-o", "Acquire::Retries=1", "-o", "Acquire::http::Timeout=30"]);
-    command.args(["-o", "Acquire::https::Timeout=30"]);
+    command.arg("-q").args(debian::NETWORK);
     command
 }

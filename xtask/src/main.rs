@@ -7,17 +7,18 @@ mod capi;
 mod changed;
 mod debian;
 mod doctor;
+mod files;
 mod firmware;
 mod gpu;
 mod install;
 mod lint;
-mod logs;
-mod mavlink;
 mod msrv;
 mod noalloc;
+mod once;
 mod options;
 mod outcome;
 mod package;
+mod peers;
 mod process;
 mod python;
 mod quick;
@@ -37,21 +38,11 @@ use args::Request;
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
     match args::parse(&words) {
-        Ok(Request::Help(text)) => {
+        Ok(Request::Print(text)) => {
             print!("{text}");
             ExitCode::SUCCESS
         }
-        Ok(Request::Doctor) => {
-            print!("{}", doctor::report());
-            ExitCode::SUCCESS
-        }
-        Ok(Request::Run(chosen, options)) => {
-            if steps::run(&chosen, &options) {
-                ExitCode::SUCCESS
-            } else {
-                ExitCode::FAILURE
-            }
-        }
+        Ok(Request::Run(chosen, options)) => ExitCode::from(u8::from(!steps::run(&chosen, &options))),
         Err(message) => {
             eprintln!("xtask: {message}\n\n{}", args::usage());
             ExitCode::from(2)

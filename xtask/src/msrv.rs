@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 use std::process::Command;
 
+use crate::files;
 use crate::firmware::board::REFERENCE;
 use crate::lint;
-use crate::noalloc;
 use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
 use crate::toolchain::{self, OLDEST, Toolchain};
@@ -19,26 +19,23 @@ const FLAGS: [&str; 4] = ["-Aclippy::all", "-Awarnings", "-D", LINT];
 const PLANTED: &str = "pub fn planted(a: u32, b: i32) -> Option<u32> {\n    a.checked_sub_signed(b)\n}\n";
 
 /// The step: builds with the oldest Rust if it is present; otherwise clippy looks for newer items.
-pub fn step() -> Outcome {
-    if let Some(check) = oldest_cargo() {
-        return by_compiler(check).into();
-    }
-    println!("no toolchain {OLDEST} is at hand; clippy looks for what the standard library has only since later");
-    by_lint().into()
-}
-
-/// Whether the oldest Rust is present.
-pub fn is_at_hand() -> bool {
-    oldest_cargo().is_some()
+pub fn step() -> Result<Outcome, Stop> {
+    let Some(mut check) = oldest_cargo() else {
+        println!("no toolchain {OLDEST} is at hand; clippy looks for what the standard library has only since later");
+        return by_lint();
+    };
+    check.args(["check", "--workspace", "--all-targets", "--target-dir"]).arg(process::own_target_dir("msrv"));
+    process::run(&mut check)?;
+    Ok(Outcome::Passed(format!("built with Rust {OLDEST}")))
 }
 
 /// cargo of the oldest Rust: the active one, or one of rustup. A test does not download a toolchain.
-fn oldest_cargo() -> Option<Command> {
+pub fn oldest_cargo() -> Option<Command> {
     let is_oldest = |mut rustc: Command| {
         let version = process::read(rustc.arg("--version")).ok();
         version.and_then(|version| version.split(' ').nth(1).map(|number| is_version(number, OLDEST))) == Some(true)
     };
-    if is_oldest(process::command(noalloc::rustc())) {
+    if is_oldest(process::rustc()) {
         return Some(process::cargo());
     }
     let listed = process::read(process::command("rustup").args(["toolchain", "list"])).ok()?;
@@ -52,14 +49,8 @@ fn oldest_cargo() -> Option<Command> {
     is_oldest(rustup("rustc")).then(|| rustup("cargo"))
 }
 
-fn by_compiler(mut check: Command) -> Result<Outcome, Stop> {
-    check.args(["check", "--workspace", "--all-targets", "--target-dir"]).arg(process::own_target_dir("msrv"));
-    process::run(&mut check)?;
-    Ok(Outcome::Passed(format!("built with Rust {OLDEST}")))
-}
-
 fn by_lint() -> Result<Outcome, Stop> {
-    lint::need_clippy()?;
+    lint::need("clippy")?;
     let settings = lint::settings()?;
     let lint = |mut clippy: Command, arguments: &[&str]| {
         clippy.env("CLIPPY_CONF_DIR", &settings).args(arguments).arg("--").args(FLAGS);
@@ -89,7 +80,10 @@ fn by_lint() -> Result<Outcome, Stop> {
 
 /// clippy over the firmware, for the reference board.
 fn firmware_clippy(toolchain: &Toolchain) -> Result<Command, Missing> {
-    let mut clippy = toolchain.cargo_clippy("core").map_err(Missing)?;
+    if !toolchain.has_clippy() {
+        return Err(Missing(format!("{} has no clippy", toolchain.name())));
+    }
+    let mut clippy = toolchain.cargo("clippy", "core");
     clippy.current_dir(process::root().join("firmware"));
     clippy.args(["--quiet", "--locked", "--bins", "--lib", "--target", REFERENCE.target, "--target-dir"]);
     clippy.arg(process::own_target_dir(&format!("msrv-firmware-{}", toolchain.key())));
@@ -103,8 +97,8 @@ fn plant() -> Result<PathBuf, String> {
         "[package]\nname = \"planted\"\nversion = \"0.1.0\"\nedition = \"2024\"\nrust-version = \"{OLDEST}\"\n\n\
          [lib]\npath = \"lib.rs\"\n\n[workspace]\n"
     );
-    process::write(&folder, "Cargo.toml", &manifest)?;
-    process::write(&folder, "lib.rs", PLANTED)?;
+    files::write(&folder.join("Cargo.toml"), manifest)?;
+    files::write(&folder.join("lib.rs"), PLANTED)?;
     Ok(folder)
 }
 

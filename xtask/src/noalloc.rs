@@ -5,8 +5,9 @@
 //! calls of the allocator's symbols without the crate.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use crate::files;
 use crate::process;
 
 /// The libraries of a bare-metal target that the core may use.
@@ -18,7 +19,7 @@ pub const SYMBOLS: [&str; 4] = ["__rust_alloc", "__rust_realloc", "__rg_alloc", 
 /// Makes a sysroot in `dir` with `core` and its compiler support, but without `alloc`, from `sysroot`.
 ///
 /// Fails if a crate can still use `alloc` in it, because the check would then be void.
-pub fn core_only_sysroot(sysroot: &Path, target: &str, dir: &Path) -> Result<PathBuf, String> {
+pub fn core_only_sysroot(sysroot: &Path, target: &str, dir: &Path) -> Result<(), String> {
     let libraries = Path::new("lib/rustlib").join(target).join("lib");
     let from = sysroot.join(&libraries);
     let to = dir.join(&libraries);
@@ -37,8 +38,7 @@ pub fn core_only_sysroot(sysroot: &Path, target: &str, dir: &Path) -> Result<Pat
             fs::hard_link(&source, &copy).or_else(|_| fs::copy(&source, &copy).map(drop)).map_err(failed)?;
         }
     }
-    probe(target, dir)?;
-    Ok(dir.to_owned())
+    probe(target, dir)
 }
 
 /// Whether `sysroot` has `core` for the target; a removed target may leave an empty folder.
@@ -56,8 +56,8 @@ fn is_allowed(file_name: &str) -> bool {
 fn probe(target: &str, sysroot: &Path) -> Result<(), String> {
     let compile = |name: &str, text: &str| {
         let source = sysroot.join(name).with_extension("rs");
-        fs::write(&source, text).map_err(|error| error.to_string())?;
-        let mut rustc = process::command(rustc());
+        files::write(&source, text)?;
+        let mut rustc = process::rustc();
         rustc.args(["--crate-type=rlib", "--emit=metadata", "--target", target, "--sysroot"]).arg(sysroot);
         process::read(rustc.arg("--out-dir").arg(sysroot).arg(source))
     };
@@ -69,14 +69,9 @@ fn probe(target: &str, sysroot: &Path) -> Result<(), String> {
     }
 }
 
-/// The compiler that cargo would use.
-pub fn rustc() -> std::ffi::OsString {
-    std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into())
-}
-
 /// Fails if the library at `path` refers to an allocator.
 pub fn check_library(path: &Path) -> Result<(), String> {
-    let bytes = fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
+    let bytes = files::bytes(path)?;
     // Any other file would pass the scan.
     if !bytes.starts_with(b"!<arch>\n") {
         return Err(format!("{} is not a library archive", path.display()));

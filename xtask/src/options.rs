@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
-use crate::capi;
+use serde::Serialize;
 
-/// Values of the options.
+use crate::capi;
+use crate::files;
+
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Options {
     /// File for the figures of the budget or the bench.
@@ -17,4 +19,13 @@ pub struct Options {
     pub place: capi::Place,
     /// Whether the step `python` also runs the studies, and the step `logs` large packages.
     pub studies: bool,
+}
+
+impl Options {
+    /// Writes figures to their file, if there is to be one.
+    pub fn write(&self, figures: &impl Serialize) -> Result<(), String> {
+        let Some(path) = &self.json else { return Ok(()) };
+        let text = serde_json::to_string_pretty(figures).map_err(|error| error.to_string())?;
+        files::write(path, text + "\n")
+    }
 }

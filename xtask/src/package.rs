@@ -1,9 +1,9 @@
 //! The step `package`: checks that the packages for publication are complete.
 
 use std::collections::BTreeSet;
-use std::fs;
 
-use crate::outcome::{Outcome, Stop};
+use crate::files;
+use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
 
 /// Name and folder of each crate that is a library for others.
@@ -25,11 +25,7 @@ const FILES: [&str; 5] = ["Cargo.toml", "README.md", "LICENSE-MIT", "LICENSE-APA
 const MEANT: [&str; 2] = ["warning: manifest has no documentation, homepage or repository", "warning: ignoring test "];
 
 /// Creates all packages without building them, and checks their contents.
-pub fn step() -> Outcome {
-    packaged().into()
-}
-
-fn packaged() -> Result<Outcome, Stop> {
+pub fn step() -> Result<Outcome, Stop> {
     let mut cargo = process::cargo();
     // Offline, so that newer versions in a registry have no effect. Dirty, because a step may run before a commit.
     cargo.args(["package", "--no-verify", "--offline", "--allow-dirty", "--target-dir"]);
@@ -63,8 +59,7 @@ fn whole(name: &str, folder: &str) -> Result<(), Stop> {
         return Err(format!("{name}: {stray} needs the repository").into());
     }
     for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
-        let text = |path: std::path::PathBuf| fs::read(&path).map_err(|error| format!("{}: {error}", path.display()));
-        if text(process::root().join(folder).join(licence))? != text(process::root().join(licence))? {
+        if files::text(&process::root().join(folder).join(licence))? != files::text(&process::root().join(licence))? {
             return Err(format!("{folder}/{licence} is not that of the project").into());
         }
     }
@@ -72,17 +67,14 @@ fn whole(name: &str, folder: &str) -> Result<(), Stop> {
 }
 
 /// Checks that licences and sources of all dependencies are allowed by `deny.toml`, in every workspace.
-pub fn deny() -> Outcome {
+pub fn deny() -> Result<Outcome, Stop> {
     if process::read(process::cargo().args(["deny", "--version"])).is_err() {
-        return Outcome::Skipped("no `cargo deny` here: cargo install cargo-deny --locked".into());
+        return Err(Missing("no `cargo deny` here: cargo install cargo-deny --locked".into()).into());
     }
-    let check = |manifest: &str| {
+    for manifest in ["Cargo.toml", "bindings/capi/Cargo.toml", "firmware/Cargo.toml", "firmware/rtos/Cargo.toml"] {
         let mut cargo = process::cargo();
         cargo.args(["deny", "--manifest-path", manifest, "--config"]).arg(process::root().join("deny.toml"));
-        process::run(cargo.args(["check", "bans", "licenses", "sources"]))
-    };
-    ["Cargo.toml", "bindings/capi/Cargo.toml", "firmware/Cargo.toml", "firmware/rtos/Cargo.toml"]
-        .into_iter()
-        .try_for_each(check)
-        .into()
+        process::run(cargo.args(["check", "bans", "licenses", "sources"]))?;
+    }
+    Ok(Outcome::PASSED)
 }

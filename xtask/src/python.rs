@@ -1,10 +1,10 @@
 //! The Python package: builds a wheel in a virtual environment, runs its tests, and compares its digests with those of Rust.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::capi;
+use crate::files;
 use crate::install;
 use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
@@ -17,32 +17,6 @@ const NEEDED: [&str; 3] = ["maturin>=1.9,<2", "numpy>=1.23", "pytest>=8"];
 const STUDIES: [&str; 7] =
     ["dask[distributed]", "ipykernel", "matplotlib", "mypy", "nbclient", "nbformat", "stonesoup>=1.7"];
 
-/// The step: quick tests, and the studies if requested.
-pub fn step(studies: bool) -> Outcome {
-    check(studies).into()
-}
-
-/// cargo in the workspace of the package, for commands that need no Python.
-fn cargo(command: &str) -> Command {
-    let mut cargo = process::cargo_to_check(command, "bindings/python/Cargo.toml");
-    cargo.env("PYO3_NO_PYTHON", "1").env("PYO3_BUILD_EXTENSION_MODULE", "1");
-    cargo
-}
-
-/// clippy on the package, with warnings as errors.
-pub fn clippy() -> Command {
-    let mut clippy = cargo("clippy");
-    clippy.args(["--", "-D", "warnings"]);
-    clippy
-}
-
-/// The documentation of the crate, with warnings as errors.
-pub fn doc() -> Command {
-    let mut doc = cargo("doc");
-    doc.env("RUSTDOCFLAGS", "-D warnings").arg("--no-deps");
-    doc
-}
-
 /// Version of a Python that is present and not too old.
 pub fn interpreter() -> Result<String, Missing> {
     let said = process::read(process::command("python3").args(["-c", "import sys; print(sys.version.split()[0])"]))
@@ -54,9 +28,9 @@ pub fn interpreter() -> Result<String, Missing> {
     }
 }
 
-fn check(studies: bool) -> Result<Outcome, Stop> {
-    let version = interpreter()?;
-    let environment = Environment::of(&version)?;
+/// The step: quick tests, and the studies if requested.
+pub fn step(studies: bool) -> Result<Outcome, Stop> {
+    let environment = Environment::obtain()?;
     environment.equip(&NEEDED)?;
     let stream = capi::stream()?;
     environment.install()?;
@@ -65,7 +39,7 @@ fn check(studies: bool) -> Result<Outcome, Stop> {
         environment.equip(&STUDIES)?;
         environment.test("bindings/python/studies", ("SCPHD_SIM", &simulator()?))?;
     }
-    Ok(Outcome::Passed(format!("Python {version}")))
+    Ok(environment.passed())
 }
 
 /// The simulator, with a fast build.
@@ -79,14 +53,17 @@ fn simulator() -> Result<PathBuf, String> {
 
 /// A virtual environment of this project.
 pub struct Environment {
+    /// Version of its Python.
+    version: String,
     folder: PathBuf,
 }
 
 impl Environment {
-    /// The environment for this Python, which is created if necessary.
-    pub fn of(version: &str) -> Result<Self, Missing> {
-        let environment = Self { folder: process::own_target_dir("python").join(format!("venv-{version}")) };
-        if environment.runs() {
+    /// The environment for the Python that is present, which is created if necessary.
+    pub fn obtain() -> Result<Self, Missing> {
+        let version = interpreter()?;
+        let environment = Self { folder: process::own_target_dir("python").join(format!("venv-{version}")), version };
+        if process::read(environment.python().args(["-m", "pip", "--version"])).is_ok() {
             return Ok(environment);
         }
         let made = environment.make().or_else(|reason| {
@@ -96,13 +73,13 @@ impl Environment {
         });
         match made {
             Ok(()) => Ok(environment),
-            Err(reason) => Err(Missing(format!("no virtual environment for Python {version}: {reason}"))),
+            Err(reason) => Err(Missing(format!("no virtual environment for Python {}: {reason}", environment.version))),
         }
     }
 
-    /// Whether its Python has pip.
-    fn runs(&self) -> bool {
-        process::read(self.python().args(["-m", "pip", "--version"])).is_ok()
+    /// The outcome of a step whose checks passed with it.
+    pub fn passed(&self) -> Outcome {
+        Outcome::Passed(format!("Python {}", self.version))
     }
 
     fn make(&self) -> Result<(), String> {
@@ -141,11 +118,11 @@ impl Environment {
     fn equip_with(&self, way: &str, options: &[&str], packages: &[&str]) -> Result<(), Missing> {
         let list = self.folder.join(format!("equipped-{way}-{}.txt", packages.len()));
         let wanted = packages.join("\n");
-        if fs::read_to_string(&list).is_ok_and(|there| there == wanted) {
+        if files::text(&list).is_ok_and(|there| there == wanted) {
             return Ok(());
         }
         process::run(self.pip().args(options).args(packages))
-            .and_then(|()| fs::write(&list, wanted).map_err(|error| format!("{}: {error}", list.display())))
+            .and_then(|()| files::write(&list, wanted))
             .map_err(|reason| Missing(format!("pip cannot install {}: {reason}", packages.join(", "))))
     }
 
@@ -170,17 +147,8 @@ impl Environment {
     /// Runs the tests in a folder, with an environment variable that names a file.
     fn test(&self, folder: &str, (variable, file): (&str, &Path)) -> Result<(), String> {
         let mut pytest = self.python();
-        pytest.args([
-            "-m",
-            "pytest",
-            "-q",
-            "-rs",
-            "-p",
-            "no:cacheprovider",
-            "-c",
-            "bindings/python/pyproject.toml",
-            folder,
-        ]);
+        pytest.args(["-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider"]);
+        pytest.args(["-c", "bindings/python/pyproject.toml", folder]);
         process::run(pytest.env(variable, file))
     }
 }

@@ -1,39 +1,20 @@
 //! `cargo xtask test` without `--all`: one check of every kind, in minutes.
 
-use std::fs;
-
 use crate::capi;
 use crate::firmware;
-use crate::outcome::{Outcome, Stop};
-use crate::process;
 use crate::python;
-use crate::steps::Step;
+use crate::steps::{Step, step};
 use crate::unit;
 
 /// Steps of the quick run, fastest first.
 pub const STEPS: &[Step] = &[
-    Step {
-        name: "libraries",
-        what: "unit tests, closed forms and oracles of every library; filter and reference in lockstep; digests",
-        run: |_| unit::quick().into(),
-    },
-    Step {
-        name: "examples",
-        what: "the examples of the documentation compile and run",
-        run: |_| unit::examples().into(),
-    },
-    Step { name: "c", what: "C programs with the library on this machine", run: |_| capi::quick().into() },
-    Step { name: "wheel", what: "the Python package: its wheel, its tests", run: |_| python::step(false) },
-    Step {
-        name: "board",
-        what: "both filters on a Cortex-M7 in QEMU, with the host's digests",
-        run: |_| board().into(),
-    },
+    step(
+        "libraries",
+        "unit tests, closed forms and oracles of every library; filter and reference in lockstep; digests",
+        |_| unit::quick(),
+    ),
+    step("examples", "the examples of the documentation compile and run", |_| unit::examples()),
+    step("c", "C programs with the library on this machine", |_| capi::quick()),
+    step("wheel", "the Python package: its wheel, its tests", |_| python::step(false)),
+    step("board", "both filters on a Cortex-M7 in QEMU, with the host's digests", |_| firmware::robot()),
 ];
-
-/// The example of a robot, which contains its inputs, must have the same final state on a board and on the host.
-fn board() -> Result<Outcome, Stop> {
-    let nothing = process::own_target_dir("no-stream.bin");
-    fs::write(&nothing, [0; 8]).map_err(|error| format!("{}: {error}", nothing.display()))?;
-    firmware::robot(&nothing)
-}

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
-use crate::python::{self, Environment};
+use crate::python::Environment;
 
 /// The peer, and a package with the definitions of messages.
 const PEER: [&str; 2] = ["cyclonedds>=11,<12", "rosbags>=0.10,<0.12"];
@@ -17,31 +17,17 @@ const LOGS: [&str; 2] = ["survey", "thesis-compare"];
 const SCENARIOS: [&str; 2] = ["two-sensors@8", "survey-fixes@8"];
 const LOG_RATE: u32 = 8;
 
-/// The step.
-pub fn step() -> Outcome {
-    check().into()
-}
-
 /// cargo, in the workspace of the node.
 fn cargo(command: &str) -> Command {
-    let mut cargo = process::cargo();
-    cargo.args([command, "--quiet", "--locked", "--release", "--manifest-path", "bindings/ros2/Cargo.toml"]);
-    cargo.arg("--target-dir").arg(process::own_target_dir("ros2"));
+    let mut cargo = process::cargo_in(command, "bindings/ros2/Cargo.toml", &process::own_target_dir("ros2"));
+    cargo.arg("--release");
     cargo
 }
 
-/// clippy on the node, with warnings as errors.
-pub fn clippy() -> Command {
-    let mut clippy = cargo("clippy");
-    clippy.args(["--all-targets", "--", "-D", "warnings"]);
-    clippy
-}
-
-fn check() -> Result<Outcome, Stop> {
-    let version = python::interpreter()?;
-    let environment = Environment::of(&version)?;
+pub fn step() -> Result<Outcome, Stop> {
+    let environment = Environment::obtain()?;
     environment.equip(&PEER)?;
-    process::run(&mut clippy())?;
+    process::run(cargo("clippy").args(["--all-targets", "--", "-D", "warnings"]))?;
     process::run(cargo("test").args(["--lib", "--bins", "--tests", "--examples"]))?;
     process::run(cargo("build").args(["--bins", "--example", "reencode"]))?;
     let program = |name: &str| process::own_target_dir("ros2").join("release").join(name);
@@ -63,7 +49,7 @@ fn check() -> Result<Outcome, Stop> {
     peer.env("PYTHONDONTWRITEBYTECODE", "1");
     let status = peer.status().map_err(|error| error.to_string())?;
     match status.code() {
-        Some(0) => Ok(Outcome::Passed(format!("Python {version}"))),
+        Some(0) => Ok(environment.passed()),
         Some(NO_DISCOVERY) => Err(Missing("DDS finds nobody over loopback here".into()).into()),
         _ => Err(format!("the peer: {status}").into()),
     }

@@ -8,12 +8,11 @@ use crate::capi;
 use crate::firmware;
 use crate::gpu;
 use crate::lint;
-use crate::logs;
-use crate::mavlink;
 use crate::msrv;
 use crate::options::Options;
-use crate::outcome::{Outcome, Tally};
+use crate::outcome::{Outcome, Stop};
 use crate::package;
+use crate::peers;
 use crate::process;
 use crate::python;
 use crate::ros2;
@@ -27,112 +26,102 @@ pub struct Step {
     pub name: &'static str,
     /// Description for the headline and the help.
     pub what: &'static str,
-    pub run: fn(&Options) -> Outcome,
+    pub run: fn(&Options) -> Result<Outcome, Stop>,
+}
+
+pub const fn step(name: &'static str, what: &'static str, run: fn(&Options) -> Result<Outcome, Stop>) -> Step {
+    Step { name, what, run }
 }
 
 /// Fastest first, so that common errors show early.
 pub const STEPS: &[Step] = &[
-    Step { name: "fmt", what: "formatting of every package", run: |_| lint::fmt() },
-    Step { name: "lint", what: "clippy on every package, warnings are errors", run: |_| lint::lint() },
-    Step { name: "doc", what: "documentation builds without a warning", run: |_| doc() },
-    Step { name: "package", what: "the libraries can be packaged, each whole", run: |_| package::step() },
-    Step { name: "unit", what: "every test of the workspace, documentation examples included", run: |_| unit::step() },
-    Step {
-        name: "target",
-        what: "core and what is on board beside it build for a Cortex-M without std and without alloc",
-        run: |_| target::step(),
-    },
-    Step {
-        name: "proof",
-        what: "firmware images link for every board without a panic and without an allocator",
-        run: |_| firmware::proof(),
-    },
-    Step {
-        name: "firmware",
-        what: "after every scan the boards, in QEMU, have the same state as the host, bit for bit",
-        run: |_| firmware::digests(),
-    },
-    Step {
-        name: "capi",
-        what: "the C library: its header, its symbols, C and C++ programs on the host and C on boards in QEMU",
-        run: |_| capi::step(),
-    },
-    Step {
-        name: "python",
-        what: "the Python package: its wheel, its tests, the digests of the library; `python --all`: the studies too",
-        run: |options| python::step(options.studies),
-    },
-    Step {
-        name: "logs",
-        what: "what a run writes is read by rosbags and evo as it was meant; `logs --all`: by rerun too",
-        run: |options| logs::step(options.studies),
-    },
-    Step {
-        name: "mavlink",
-        what: "pymavlink reads what is sent to flight stacks, writes what is read, and drives a vehicle over UDP",
-        run: |_| mavlink::step(),
-    },
-    Step { name: "budget", what: "flash, RAM, stack and instructions are within budgets.toml", run: budget::step },
-    Step {
-        name: "counts",
-        what: "instructions on the host, by callgrind, are those of tests/benches/counts.toml",
-        run: |_| bench::counts(),
-    },
-    Step { name: "msrv", what: "nothing needs a newer Rust than the oldest supported", run: |_| msrv::step() },
+    step("fmt", "formatting of every package", |_| lint::fmt()),
+    step("lint", "clippy on every package, warnings are errors", |_| lint::lint()),
+    step("doc", "documentation builds without a warning", |_| lint::doc()),
+    step("package", "the libraries can be packaged, each whole", |_| package::step()),
+    step("unit", "every test of the workspace, documentation examples included", |_| unit::step()),
+    step("target", "core and what is on board beside it build for a Cortex-M without std and without alloc", |_| {
+        target::step()
+    }),
+    step("proof", "firmware images link for every board without a panic and without an allocator", |_| {
+        firmware::proof()
+    }),
+    step("firmware", "after every scan the boards, in QEMU, have the same state as the host, bit for bit", |_| {
+        firmware::digests()
+    }),
+    step(
+        "capi",
+        "the C library: its header, its symbols, C and C++ programs on the host and C on boards in QEMU",
+        |_| capi::step(),
+    ),
+    step(
+        "python",
+        "the Python package: its wheel, its tests, the digests of the library; `python --all`: the studies too",
+        |options| python::step(options.studies),
+    ),
+    step(
+        "logs",
+        "what a run writes is read by rosbags and evo as it was meant; `logs --all`: by rerun too",
+        |options| peers::logs(options.studies),
+    ),
+    step(
+        "mavlink",
+        "pymavlink reads what is sent to flight stacks, writes what is read, and drives a vehicle over UDP",
+        |_| peers::mavlink(),
+    ),
+    step("budget", "flash, RAM, stack and instructions are within budgets.toml", budget::step),
+    step("counts", "instructions on the host, by callgrind, are those of tests/benches/counts.toml", |_| {
+        bench::counts()
+    }),
+    step("msrv", "nothing needs a newer Rust than the oldest supported", |_| msrv::step()),
 ];
 
 /// Steps that are not part of `test`: the times of some depend on the machine and its load, some take long, one installs.
 pub const OTHERS: &[Step] = &[
-    Step {
-        name: "bench",
-        what: "prints what a scan costs: time, growth, peers, instructions on the target; some minutes",
-        run: bench::step,
-    },
-    Step {
-        name: "claims",
-        what: "every figure of the documentation by the whole of its command, of which `unit` does a part; takes long",
-        run: |_| claims(),
-    },
-    Step {
-        name: "fuzz",
-        what: "operations, snapshots, streams and log folders with hostile values, 20 million from seed 1, or `fuzz OPERATIONS SEED`",
-        run: fuzz,
-    },
-    Step {
-        name: "hil",
-        what: "the whole of thesis-dynamic to a target in QEMU over its serial port, scan by scan",
-        run: |_| firmware::hil(),
-    },
-    Step {
-        name: "rtos",
-        what: "the filter as a task of an operating system, interrupted by odometry, in QEMU; the step `firmware` has it too",
-        run: |_| firmware::rtos(),
-    },
-    Step {
-        name: "deny",
-        what: "licences and sources of all dependencies are those of deny.toml; needs cargo-deny",
-        run: |_| package::deny(),
-    },
-    Step {
-        name: "ros2",
-        what: "the node of ROS 2: another DDS, in Python, receives the poses of a replay, to the bit",
-        run: |_| ros2::step(),
-    },
-    Step {
-        name: "web",
-        what: "makes the page to try the filter in, and compares its digests with the host's in a browser without a window",
-        run: |_| web::step(),
-    },
-    Step {
-        name: "gpu",
-        what: "the module for GPUs: its bodies on the host, its code, what NVIDIA's assembler says of it, and a card where there is one",
-        run: |_| gpu::step(),
-    },
-    Step {
-        name: "install-c",
-        what: "installs the C library: `install-c PREFIX`, `install-c PREFIX thumbv7em-none-eabihf`",
-        run: |options| capi::install(&options.place),
-    },
+    step(
+        "bench",
+        "prints what a scan costs: time, growth, peers, instructions on the target; some minutes",
+        bench::step,
+    ),
+    step(
+        "claims",
+        "every figure of the documentation by the whole of its command, of which `unit` does a part; takes long",
+        |_| claims(),
+    ),
+    step(
+        "fuzz",
+        "operations, snapshots, streams and log folders with hostile values, 20 million from seed 1, or `fuzz OPERATIONS SEED`",
+        fuzz,
+    ),
+    step("hil", "the whole of thesis-dynamic to a target in QEMU over its serial port, scan by scan", |_| {
+        firmware::hil()
+    }),
+    step(
+        "rtos",
+        "the filter as a task of an operating system, interrupted by odometry, in QEMU; the step `firmware` has it too",
+        |_| firmware::rtos(),
+    ),
+    step("deny", "licences and sources of all dependencies are those of deny.toml; needs cargo-deny", |_| {
+        package::deny()
+    }),
+    step("ros2", "the node of ROS 2: another DDS, in Python, receives the poses of a replay, to the bit", |_| {
+        ros2::step()
+    }),
+    step(
+        "web",
+        "makes the page to try the filter in, and compares its digests with the host's in a browser without a window",
+        |_| web::step(),
+    ),
+    step(
+        "gpu",
+        "the module for GPUs: its bodies on the host, its code, what NVIDIA's assembler says of it, and a card where there is one",
+        |_| gpu::step(),
+    ),
+    step(
+        "install-c",
+        "installs the C library: `install-c PREFIX`, `install-c PREFIX thumbv7em-none-eabihf`",
+        |options| capi::install(&options.place),
+    ),
 ];
 
 /// Runs the steps and prints the summary. Returns `false` if a step failed or, in a strict run, if not everything was checked.
@@ -153,21 +142,23 @@ pub fn run(chosen: &[&Step], options: &Options) -> bool {
         println!("{}", verdict(name, outcome, *elapsed));
     }
     println!("{}", line("total", "", begun.elapsed(), ""));
-    let tally = Tally::of(results.iter().map(|(_, outcome, _)| outcome));
-    if options.strict && tally.skipped > 0 {
+    let passed = results.iter().filter(|(_, outcome, _)| matches!(outcome, Ok(Outcome::Passed(_)))).count();
+    let failed = results.iter().filter(|(_, outcome, _)| matches!(outcome, Err(Stop::Broken(_)))).count();
+    let skipped = results.len() - passed - failed;
+    if options.strict && skipped > 0 {
         println!("strict: a step that did not check everything is a failure");
     }
-    println!("{} passed, {} skipped, {} failed", tally.passed, tally.skipped, tally.failed);
-    tally.is_good(options.strict)
+    println!("{passed} passed, {skipped} skipped, {failed} failed");
+    failed == 0 && !(options.strict && skipped > 0)
 }
 
 /// A line of the summary.
-fn verdict(name: &str, outcome: &Outcome, elapsed: Duration) -> String {
+fn verdict(name: &str, outcome: &Result<Outcome, Stop>, elapsed: Duration) -> String {
     let (word, note) = match outcome {
-        Outcome::Passed(note) => ("ok", note),
-        Outcome::Partly(note) => ("partly", note),
-        Outcome::Skipped(note) => ("skipped", note),
-        Outcome::Failed(note) => ("FAILED", note),
+        Ok(Outcome::Passed(note)) => ("ok", note),
+        Ok(Outcome::Partly(note)) => ("partly", note),
+        Err(Stop::Missing(note)) => ("skipped", note),
+        Err(Stop::Broken(note)) => ("FAILED", note),
     };
     line(word, name, elapsed, note)
 }
@@ -177,22 +168,15 @@ fn line(word: &str, name: &str, elapsed: Duration, note: &str) -> String {
     line.trim_end().to_owned()
 }
 
-fn doc() -> Outcome {
-    let mut cargo = process::cargo();
-    cargo.env("RUSTDOCFLAGS", "-D warnings").args(["doc", "--workspace", "--no-deps", "--keep-going"]);
-    let others = [capi::doc(), python::doc(), web::doc()];
-    let done = process::run(&mut cargo);
-    others.into_iter().fold(done, |done, mut doc| done.and_then(|()| process::run(&mut doc))).into()
-}
-
-fn claims() -> Outcome {
+fn claims() -> Result<Outcome, Stop> {
     let mut cargo = process::cargo();
     cargo.args(["test", "--release", "--package", "scphd-sim", "--test", "claims", "--", "--ignored", "--nocapture"]);
-    process::run(&mut cargo).into()
+    process::run(&mut cargo)?;
+    Ok(Outcome::PASSED)
 }
 
 /// The tests run the same programs for a shorter time. One in a thousand operations is a log folder.
-fn fuzz(options: &Options) -> Outcome {
+fn fuzz(options: &Options) -> Result<Outcome, Stop> {
     let [operations, seed] =
         [(0, 20_000_000), (1, 1)].map(|(place, default)| options.numbers.get(place).copied().unwrap_or(default));
     let mut cargo = process::cargo();
@@ -201,18 +185,21 @@ fn fuzz(options: &Options) -> Outcome {
     let mut folders = process::cargo();
     folders.args(["test", "--release", "--package", "scphd-sim", "--test", "damaged_logs", "--", "--nocapture"]);
     folders.env("SCPHD_DAMAGED_FOLDERS", (operations / 1000).max(1).to_string());
-    process::run(&mut cargo).and_then(|()| process::run(&mut folders)).into()
+    process::run(&mut cargo)?;
+    process::run(&mut folders)?;
+    Ok(Outcome::PASSED)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::outcome::Missing;
     use crate::quick;
 
-    const FAILS: Step = Step { name: "fails", what: "", run: |_| Outcome::Failed("on purpose".into()) };
-    const SKIPS: Step = Step { name: "skips", what: "", run: |_| Outcome::Skipped("on purpose".into()) };
-    const PARTLY: Step = Step { name: "partly", what: "", run: |_| Outcome::Partly("on purpose".into()) };
-    const PASSES: Step = Step { name: "passes", what: "", run: |_| Outcome::Passed(String::new()) };
+    const FAILS: Step = step("fails", "", |_| Err("on purpose".into()));
+    const SKIPS: Step = step("skips", "", |_| Err(Missing("on purpose".into()).into()));
+    const PARTLY: Step = step("partly", "", |_| Ok(Outcome::Partly("on purpose".into())));
+    const PASSES: Step = step("passes", "", |_| Ok(Outcome::PASSED));
 
     #[test]
     fn one_failure_fails_the_run_and_a_skip_does_not() {
@@ -233,11 +220,11 @@ mod tests {
     fn steps_after_a_failure_still_run() {
         use std::sync::atomic::{AtomicBool, Ordering};
         static REACHED: AtomicBool = AtomicBool::new(false);
-        fn reach(_: &Options) -> Outcome {
+        fn reach(_: &Options) -> Result<Outcome, Stop> {
             REACHED.store(true, Ordering::Relaxed);
-            Outcome::Passed(String::new())
+            Ok(Outcome::PASSED)
         }
-        let reaches = Step { name: "reaches", what: "", run: reach };
+        let reaches = step("reaches", "", reach);
         assert!(!run(&[&FAILS, &reaches], &Options::default()));
         assert!(REACHED.load(Ordering::Relaxed));
     }

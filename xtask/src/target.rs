@@ -8,23 +8,19 @@ use crate::toolchain::{self, Toolchain};
 /// Cortex-M4F and M7 with an FPU. The target has no std, so that all its crates are no_std.
 const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// The step: find a toolchain, build, check.
-pub fn step() -> Outcome {
-    let check = || -> Result<Outcome, Stop> { Ok(Outcome::Passed(build(&toolchain::find()?)?)) };
-    check().into()
-}
-
 /// Filter, sequencer, link, post finder, flight stack messages, and assembled filters. Their dependencies heapless, cobs and
 /// embedded-io have a feature `alloc`, which must be off.
 const PACKAGES: [&str; 6] = ["scphd", "scphd-sequencer", "scphd-link", "scphd-lidar", "scphd-mavlink", "scphd-vehicle"];
 
-/// Builds them without `alloc`, and checks the libraries.
-fn build(toolchain: &Toolchain) -> Result<String, String> {
+/// The step: builds them without `alloc`, and checks the libraries.
+pub fn step() -> Result<Outcome, Stop> {
+    let toolchain = toolchain::find()?;
     let dir = process::own_target_dir(&format!("target-{}", toolchain.key()));
-    let mut cargo = toolchain.cargo_build("core");
-    if let Toolchain::Active { sysroot } = toolchain {
+    let mut cargo = toolchain.cargo("build", "core");
+    if let Toolchain::Active { sysroot } = &toolchain {
         println!("setting up: a sysroot with core and without alloc, in {}", dir.display());
-        let core_only = noalloc::core_only_sysroot(sysroot, TARGET, &dir.join("core-only"))?;
+        let core_only = dir.join("core-only");
+        noalloc::core_only_sysroot(sysroot, TARGET, &core_only)?;
         // The encoded form allows spaces in paths.
         cargo.env("CARGO_ENCODED_RUSTFLAGS", format!("--sysroot={}", core_only.display()));
     }
@@ -37,5 +33,5 @@ fn build(toolchain: &Toolchain) -> Result<String, String> {
         noalloc::check_library(&library)?;
         println!("no alloc to link with, and no allocator symbol in {}", library.display());
     }
-    Ok(format!("with {}", toolchain.name()))
+    Ok(Outcome::Passed(format!("with {}", toolchain.name())))
 }

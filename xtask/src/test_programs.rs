@@ -2,7 +2,6 @@
 //! outlasts its others leaves cores without work.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::time::Instant;
 
 use serde::Deserialize;
@@ -36,7 +35,8 @@ struct Program {
 
 /// Builds the tests that these arguments select, with `cargo test`, and runs them, as many programs at a time as there are cores.
 /// Prints the output of each program when it has ended, and fails with the names of all programs that failed.
-pub fn run(arguments: &[&str], variable: (&str, &Path)) -> Result<(), String> {
+/// Tests without their data are recorded in the file `skipped`.
+pub fn run(arguments: &[&str], skipped: &Path) -> Result<(), String> {
     let mut build = process::cargo();
     build.args(["test", "--no-run", "--message-format", "json-render-diagnostics"]).args(arguments);
     let mut programs = programs(&process::read_loudly(&mut build)?)?;
@@ -47,14 +47,16 @@ pub fn run(arguments: &[&str], variable: (&str, &Path)) -> Result<(), String> {
     programs.sort_by_key(|program| (program.target != "test claims", !program.target.starts_with("lib")));
     let ran = process::side_by_side(&programs, |program| {
         let started = Instant::now();
-        let output = program.command().env(variable.0, variable.1).output();
+        let mut command = process::command(&program.path);
+        command.current_dir(&program.folder).env("CARGO_MANIFEST_DIR", &program.folder);
+        let output = command.env("CARGO_PKG_NAME", &program.package).env(scphd_shared_data::SKIPPED, skipped).output();
         let output = output.map_err(|error| format!("{}: {error}", program.path.display()))?;
         let [said, complaint] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
         let elapsed = started.elapsed().as_secs_f32();
         println!("{} {}: {elapsed:.1} s\n{said}{complaint}", program.package, program.target);
-        if output.status.success() { Ok(()) } else { Err(format!("{} {}", program.package, program.target)) }
+        Ok((!output.status.success()).then(|| format!("{} {}", program.package, program.target)))
     })?;
-    let failed: Vec<String> = ran.into_iter().filter_map(Result::err).collect();
+    let failed: Vec<String> = ran.into_iter().flatten().collect();
     if failed.is_empty() { Ok(()) } else { Err(format!("failed tests: {}", failed.join(", "))) }
 }
 
@@ -85,14 +87,6 @@ fn programs(messages: &str) -> Result<Vec<Program>, String> {
 fn package(id: &str, folder: &Path) -> String {
     let named = id.rsplit_once('#').and_then(|(_, end)| end.split_once('@')).map(|(name, _)| name.to_owned());
     named.unwrap_or_else(|| folder.file_name().unwrap_or_default().display().to_string())
-}
-
-impl Program {
-    fn command(&self) -> Command {
-        let mut command = process::command(&self.path);
-        command.current_dir(&self.folder).env("CARGO_MANIFEST_DIR", &self.folder).env("CARGO_PKG_NAME", &self.package);
-        command
-    }
 }
 
 #[cfg(test)]

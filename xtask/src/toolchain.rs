@@ -32,23 +32,9 @@ const DEBIAN: Bundle = Bundle {
 /// The oldest supported compiler.
 pub const OLDEST: &str = env!("CARGO_PKG_RUST_VERSION");
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Choice {
-    First,
-    Rustup,
-    Debian,
-}
-
-impl Choice {
-    fn from_variable(value: Option<&str>) -> Result<Self, String> {
-        match value {
-            None | Some("") => Ok(Self::First),
-            Some("rustup") => Ok(Self::Rustup),
-            Some("debian") => Ok(Self::Debian),
-            Some(other) => Err(format!("{CHOICE_VARIABLE} is `{other}`; it may be `rustup` or `debian`")),
-        }
-    }
-}
+/// The kinds of toolchains.
+const RUSTUP: &str = "rustup";
+const DEBIANS: &str = "debian";
 
 /// A toolchain that can build for a Cortex-M.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -62,42 +48,41 @@ pub enum Toolchain {
 /// The result of the search, for later steps.
 static FOUND: OnceLock<Result<Toolchain, Missing>> = OnceLock::new();
 
-/// Fails if the value of [`CHOICE_VARIABLE`] is invalid.
-pub fn check_choice() -> Result<(), String> {
-    choice().map(drop)
+/// The kind in [`CHOICE_VARIABLE`], if there is one; fails if the value is invalid.
+pub fn choice() -> Result<Option<&'static str>, String> {
+    kind(&std::env::var(CHOICE_VARIABLE).unwrap_or_default())
 }
 
-fn choice() -> Result<Choice, String> {
-    Choice::from_variable(std::env::var(CHOICE_VARIABLE).ok().as_deref())
+fn kind(value: &str) -> Result<Option<&'static str>, String> {
+    match [RUSTUP, DEBIANS].into_iter().find(|kind| *kind == value) {
+        None if !value.is_empty() => Err(format!("{CHOICE_VARIABLE} is `{value}`; it may be `rustup` or `debian`")),
+        found => Ok(found),
+    }
 }
 
 /// A toolchain for the targets of all boards: tries the alternatives in order and prints their results.
 pub fn find() -> Result<Toolchain, Missing> {
-    FOUND.get_or_init(|| look(&TARGETS)).clone()
-}
-
-/// A toolchain for other targets; the search is not cached.
-pub fn find_for(targets: &[&str]) -> Result<Toolchain, Missing> {
-    look(targets)
+    FOUND.get_or_init(|| find_for(&TARGETS)).clone()
 }
 
 /// A way to obtain a toolchain for some targets.
 type Alternative = fn(&[&str]) -> Result<Toolchain, String>;
 
-fn look(targets: &[&str]) -> Result<Toolchain, Missing> {
+/// A toolchain for other targets; the search is not cached.
+pub fn find_for(targets: &[&str]) -> Result<Toolchain, Missing> {
     let names = targets.join(" and ");
     let choice = choice().map_err(Missing)?;
     println!("looking for a toolchain that builds for {names}");
     // Toolchains that are present come first, then those that have to be fetched.
-    let alternatives: [(&str, Choice, Alternative); 4] = [
-        ("active toolchain", Choice::Rustup, active),
-        ("Debian's packages", Choice::Debian, |_| debian_here()),
-        ("rustup target add", Choice::Rustup, add_with_rustup),
-        ("Debian's packages, unpacked or installed now", Choice::Debian, |_| debian_fetched()),
+    let alternatives: [(&str, &str, Alternative); 4] = [
+        ("active toolchain", RUSTUP, active),
+        ("Debian's packages", DEBIANS, |_| debian_here()),
+        ("rustup target add", RUSTUP, add_with_rustup),
+        ("Debian's packages, unpacked or installed now", DEBIANS, |_| debian_fetched()),
     ];
     let mut reasons = Vec::new();
     for (name, kind, alternative) in alternatives {
-        if choice != Choice::First && choice != kind {
+        if choice.is_some_and(|choice| choice != kind) {
             continue;
         }
         // The linker is checked too, so that later link errors are those of an image.
@@ -134,7 +119,7 @@ fn active(targets: &[&str]) -> Result<Toolchain, String> {
 
 /// The sysroot of the active toolchain.
 pub fn active_sysroot() -> Result<PathBuf, String> {
-    process::read(process::command(noalloc::rustc()).args(["--print", "sysroot"])).map(PathBuf::from)
+    process::read(process::rustc().args(["--print", "sysroot"])).map(PathBuf::from)
 }
 
 /// Lets rustup fetch the targets for the active toolchain.
@@ -147,27 +132,18 @@ fn add_with_rustup(targets: &[&str]) -> Result<Toolchain, String> {
 
 /// Debian's toolchain, if it is installed or was unpacked before.
 fn debian_here() -> Result<Toolchain, String> {
-    let installed = Toolchain::Debian { unpacked: None };
-    installed.debian_usable().map(|()| installed.clone()).or_else(|reason| match debian::unpacked(&DEBIAN) {
+    Toolchain::debian(None).or_else(|reason| match debian::unpacked(&DEBIAN) {
         None => Err(reason),
-        unpacked => {
-            let toolchain = Toolchain::Debian { unpacked };
-            toolchain.debian_usable().map(|()| toolchain.clone())
-        }
+        unpacked => Toolchain::debian(unpacked),
     })
 }
 
 /// Debian's toolchain, unpacked to a folder of this project, or installed if that is not possible.
 fn debian_fetched() -> Result<Toolchain, String> {
-    let unpacked = debian::fetch(&DEBIAN).and_then(|tree| {
-        let toolchain = Toolchain::Debian { unpacked: Some(tree) };
-        toolchain.debian_usable().map(|()| toolchain)
-    });
-    unpacked.or_else(|reason| {
+    debian::fetch(&DEBIAN).and_then(|tree| Toolchain::debian(Some(tree))).or_else(|reason| {
         println!("  unpacked: {reason}");
-        let installed = Toolchain::Debian { unpacked: None };
-        let done = install::packages(DEBIAN.packages[0]).and_then(|()| installed.debian_usable());
-        done.map(|()| installed).map_err(|other| format!("{reason}; {other}"))
+        let installed = install::packages(DEBIAN.packages[0]).and_then(|()| Toolchain::debian(None));
+        installed.map_err(|other| format!("{reason}; {other}"))
     })
 }
 
@@ -207,7 +183,7 @@ impl Toolchain {
     /// A program of the toolchain, independent of the toolchain that runs this program.
     fn program(&self, name: &str) -> Command {
         let Self::Debian { unpacked } = self else {
-            return process::command(if name == "rustc" { noalloc::rustc() } else { name.into() });
+            return if name == "rustc" { process::rustc() } else { process::command(name) };
         };
         let mut command = process::command(self.path(name));
         for variable in ["CARGO", "RUSTUP_TOOLCHAIN", "LD_LIBRARY_PATH", "RUSTC_WRAPPER", "RUSTC_WORKSPACE_WRAPPER"] {
@@ -228,102 +204,75 @@ impl Toolchain {
         }
     }
 
-    /// Checks that Debian's toolchain is present, recent enough, and has the sources of `core`.
-    fn debian_usable(&self) -> Result<(), String> {
-        for program in ["cargo", "rustc"].map(|name| self.path(name)) {
+    /// Debian's toolchain in a tree or in the system, if it is present, recent enough, and has the sources of `core`.
+    fn debian(unpacked: Option<Tree>) -> Result<Self, String> {
+        let toolchain = Self::Debian { unpacked };
+        for program in ["cargo", "rustc"].map(|name| toolchain.path(name)) {
             if !program.is_file() {
                 return Err(format!("{} is missing", program.display()));
             }
         }
-        let version = self.compiler()?;
+        let version = toolchain.compiler()?;
         if minor_version(&version).is_none_or(|minor| Some(minor) < minor_version(OLDEST)) {
-            return Err(format!("{} is `{version}`, older than {OLDEST}", self.path("rustc").display()));
+            return Err(format!("{} is `{version}`, older than {OLDEST}", toolchain.path("rustc").display()));
         }
         // The packages link the sources to the place that `-Zbuild-std` expects.
-        let sysroot = process::read(self.program("rustc").args(["--print", "sysroot"]))?;
+        let sysroot = process::read(toolchain.program("rustc").args(["--print", "sysroot"]))?;
         let sources = Path::new(&sysroot).join("lib/rustlib/src/rust/library/core/Cargo.toml");
-        if sources.is_file() { Ok(()) } else { Err(format!("{} is missing", sources.display())) }
+        if sources.is_file() { Ok(toolchain) } else { Err(format!("{} is missing", sources.display())) }
     }
 
-    /// `cargo build`, only with flags of the caller. `libraries` are built by a toolchain that has none for the target.
-    pub fn cargo_build(&self, libraries: &str) -> Command {
-        self.cargo("build", libraries)
+    /// Whether it has clippy; the active toolchain is asked elsewhere.
+    pub fn has_clippy(&self) -> bool {
+        matches!(self, Self::Active { .. }) || self.path("cargo-clippy").is_file()
     }
 
-    /// As [`Self::cargo_build`], for `cargo rustc`.
-    pub fn cargo_rustc(&self, libraries: &str) -> Command {
-        self.cargo("rustc", libraries)
-    }
-
-    fn cargo(&self, builds: &str, libraries: &str) -> Command {
-        match self {
-            Self::Active { .. } => {
-                let mut cargo = process::cargo();
-                clear_flags(&mut cargo);
-                cargo.arg(builds);
-                cargo
-            }
-            Self::Debian { .. } => {
-                let mut cargo = self.program("cargo");
-                self.with_sources(cargo.arg(builds), libraries);
-                cargo
-            }
+    /// `cargo build`, `rustc` or `clippy`, only with flags of the caller. `libraries` are built by a toolchain that has none for the
+    /// target.
+    pub fn cargo(&self, command: &str, libraries: &str) -> Command {
+        if let Self::Active { .. } = self {
+            let mut cargo = process::cargo();
+            clear_flags(&mut cargo);
+            cargo.arg(command);
+            return cargo;
         }
-    }
-
-    /// As [`Self::cargo_build`], for `cargo clippy`. An error if there is no clippy.
-    pub fn cargo_clippy(&self, libraries: &str) -> Result<Command, String> {
-        match self {
-            Self::Active { .. } => {
-                let mut cargo = process::cargo();
-                clear_flags(&mut cargo);
-                cargo.arg("clippy");
-                Ok(cargo)
-            }
-            Self::Debian { .. } if !self.path("cargo-clippy").is_file() => {
-                Err(format!("{} has no clippy", self.name()))
-            }
-            Self::Debian { .. } => {
-                let mut cargo = self.program("cargo-clippy");
-                cargo.env("CARGO", self.path("cargo"));
-                self.with_sources(cargo.arg("clippy"), libraries);
-                Ok(cargo)
-            }
-        }
-    }
-
-    fn with_sources(&self, cargo: &mut Command, libraries: &str) {
+        let mut cargo = self.program(if command == "clippy" { "cargo-clippy" } else { "cargo" });
         // Building `core` from its sources is an unstable feature, and this is a stable cargo.
-        cargo.env("RUSTC_BOOTSTRAP", "1").env("RUSTC", self.path("rustc")).arg(format!("-Zbuild-std={libraries}"));
+        cargo.env("RUSTC_BOOTSTRAP", "1").env("CARGO", self.path("cargo")).env("RUSTC", self.path("rustc"));
+        cargo.arg(command).arg(format!("-Zbuild-std={libraries}"));
+        cargo
     }
 
     /// Sets the bare-metal linker of a build, if the toolchain does not find its own. Returns the flags for its compiler.
     pub fn linker(&self, build: &mut Command) -> Result<Vec<String>, Missing> {
-        let own = beside_rustc().filter(|path| path.is_file());
-        if own.is_some() && matches!(self, Self::Active { .. }) {
+        if matches!(self, Self::Active { .. }) && beside_rustc().is_some() {
             return Ok(Vec::new());
         }
-        let linker = match own {
-            Some(path) => path,
-            None => {
-                let tool = tools::LLD.obtain()?;
-                tool.equip(build);
-                tool.program().to_owned()
-            }
-        };
+        let linker = linker(build, "ld.lld")?;
         Ok(vec![format!("-Clinker={}", linker.display()), "-Clinker-flavor=ld.lld".into()])
     }
 }
 
-/// The linker of the active toolchain.
+/// The linker of the active toolchain, or LLVM's with this name, for which `build` is prepared.
+pub fn linker(build: &mut Command, name: &str) -> Result<PathBuf, Missing> {
+    if let Some(path) = beside_rustc() {
+        return Ok(path);
+    }
+    let lld = tools::LLD.obtain()?;
+    lld.equip(build);
+    Ok(lld.program.with_file_name(name))
+}
+
+/// The linker of the active toolchain, if it has one.
 pub fn beside_rustc() -> Option<PathBuf> {
     let host = host().ok()?;
-    Some(active_sysroot().ok()?.join(format!("lib/rustlib/{host}/bin/rust-lld")))
+    let path = active_sysroot().ok()?.join(format!("lib/rustlib/{host}/bin/rust-lld"));
+    path.is_file().then_some(path)
 }
 
 /// The default target of the active compiler.
 pub fn host() -> Result<String, String> {
-    let text = process::read(process::command(noalloc::rustc()).arg("-vV"))?;
+    let text = process::read(process::rustc().arg("-vV"))?;
     let host = text.lines().find_map(|line| line.strip_prefix("host: "));
     host.map(str::to_owned).ok_or_else(|| "the compiler does not name its host".into())
 }
@@ -334,11 +283,8 @@ mod tests {
 
     #[test]
     fn the_variable_selects_the_toolchain() {
-        assert_eq!(Choice::from_variable(None), Ok(Choice::First));
-        assert_eq!(Choice::from_variable(Some("")), Ok(Choice::First));
-        assert_eq!(Choice::from_variable(Some("rustup")), Ok(Choice::Rustup));
-        assert_eq!(Choice::from_variable(Some("debian")), Ok(Choice::Debian));
-        assert!(Choice::from_variable(Some("Debian")).is_err());
+        assert_eq!((kind(""), kind("rustup"), kind("debian")), (Ok(None), Ok(Some(RUSTUP)), Ok(Some(DEBIANS))));
+        assert!(kind("Debian").is_err());
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Programs that steps need besides cargo: how they are found and obtained.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
 use crate::debian::{self, Bundle, Tree};
@@ -9,12 +9,18 @@ use crate::outcome::Missing;
 use crate::process;
 
 /// A program that a step needs.
-#[derive(Debug, Clone, Copy)]
 pub struct Wanted {
     /// Name of the program.
     pub program: &'static str,
     /// Debian packages that contain it.
     bundle: Bundle,
+}
+
+impl Wanted {
+    /// A program that is in the first of these packages, in any version.
+    const fn packaged(program: &'static str, name: &'static str, packages: &'static [&'static [&'static str]]) -> Self {
+        Self { program, bundle: Bundle { name, packages, oldest: "0" } }
+    }
 }
 
 /// Emulator of the boards.
@@ -25,37 +31,31 @@ pub const QEMU: Wanted = Wanted {
 };
 
 /// Bare-metal linker.
-pub const LLD: Wanted =
-    Wanted { program: "ld.lld", bundle: Bundle { name: "lld", packages: &[&["lld"]], oldest: "0" } };
+pub const LLD: Wanted = Wanted::packaged("ld.lld", "lld", &[&["lld"]]);
 
 /// Counts instructions on the host.
-pub const VALGRIND: Wanted =
-    Wanted { program: "valgrind", bundle: Bundle { name: "valgrind", packages: &[&["valgrind"]], oldest: "0" } };
+pub const VALGRIND: Wanted = Wanted::packaged("valgrind", "valgrind", &[&["valgrind"]]);
 
 /// Makes symbols of an object local.
-pub const OBJCOPY: Wanted =
-    Wanted { program: "llvm-objcopy", bundle: Bundle { name: "llvm", packages: &[&["llvm"]], oldest: "0" } };
+pub const OBJCOPY: Wanted = Wanted::packaged("llvm-objcopy", "llvm", &[&["llvm"]]);
 
 /// C compiler and C library for a Cortex-M.
-pub const ARM_GCC: Wanted = Wanted {
-    program: "arm-none-eabi-gcc",
-    bundle: Bundle { name: "gcc-arm", packages: &[&["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"]], oldest: "0" },
-};
+pub const ARM_GCC: Wanted =
+    Wanted::packaged("arm-none-eabi-gcc", "gcc-arm", &[&["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"]]);
 
 /// Browser.
-pub const CHROMIUM: Wanted =
-    Wanted { program: "chromium", bundle: Bundle { name: "chromium", packages: &[&["chromium"]], oldest: "0" } };
+pub const CHROMIUM: Wanted = Wanted::packaged("chromium", "chromium", &[&["chromium"]]);
 
 /// Builds programs that use the installed C library.
-pub const CMAKE: Wanted =
-    Wanted { program: "cmake", bundle: Bundle { name: "cmake", packages: &[&["cmake"]], oldest: "0" } };
+pub const CMAKE: Wanted = Wanted::packaged("cmake", "cmake", &[&["cmake"]]);
 
 /// A program that is present.
 #[derive(Debug, Clone)]
 pub struct Tool {
-    program: PathBuf,
+    /// Its path.
+    pub program: PathBuf,
     /// The tree to which it was unpacked; `None` if it is installed.
-    tree: Option<Tree>,
+    pub tree: Option<Tree>,
     /// Its version.
     pub version: String,
 }
@@ -66,16 +66,6 @@ impl Tool {
         let mut command = process::command(&self.program);
         self.equip(&mut command);
         command
-    }
-
-    /// Its path.
-    pub fn program(&self) -> &Path {
-        &self.program
-    }
-
-    /// The tree to which it was unpacked.
-    pub fn tree(&self) -> Option<&Tree> {
-        self.tree.as_ref()
     }
 
     /// Prepares a command that runs the program.
@@ -109,17 +99,15 @@ impl Wanted {
 
     /// The first of these that passes a trial.
     fn find_that(&self, trial: Trial) -> Option<Tool> {
-        let installed = Tool::probe(self.program.into(), None).ok();
+        let passes = |tool: &Tool| {
+            let why_not = |reason: &String| {
+                println!("the {} that is {} will not do: {reason}", self.program, tool.place());
+            };
+            trial(tool).inspect_err(why_not).is_ok()
+        };
         let unpacked = || debian::unpacked(&self.bundle).and_then(|tree| self.of(tree).ok());
-        installed.filter(|tool| self.passes(tool, trial)).or_else(|| unpacked().filter(|tool| self.passes(tool, trial)))
-    }
-
-    fn passes(&self, tool: &Tool, trial: Trial) -> bool {
-        let result = trial(tool);
-        if let Err(reason) = &result {
-            println!("the {} that is {} will not do: {reason}", self.program, tool.place());
-        }
-        result.is_ok()
+        let installed = Tool::probe(self.program.into(), None).ok();
+        installed.filter(passes).or_else(|| unpacked().filter(passes))
     }
 
     fn of(&self, tree: Tree) -> Result<Tool, String> {
@@ -155,23 +143,24 @@ impl Wanted {
 mod tests {
     use super::*;
 
+    const CARGO: Wanted = Wanted::packaged("cargo", "none", &[]);
+
     #[test]
     fn an_installed_program_is_used() {
-        let shell = Wanted { program: "cargo", bundle: Bundle { name: "none", packages: &[], oldest: "0" } };
-        let tool = shell.find().expect("cargo runs this test");
+        let tool = CARGO.find().expect("cargo runs this test");
         assert!(tool.tree.is_none() && tool.version.starts_with("cargo "), "{tool:?}");
     }
 
     #[test]
     fn a_program_that_fails_its_trial_is_treated_as_missing() {
-        let cargo = Wanted { program: "cargo", bundle: Bundle { name: "none", packages: &[], oldest: "0" } };
-        assert!(cargo.find_that(&|_| Err("it lacks a part".into())).is_none());
-        assert!(cargo.find_that(&|tool| process::read(tool.command().arg("--list")).map(|_| ())).is_some());
+        assert!(CARGO.find_that(&|_| Err("it lacks a part".into())).is_none());
+        assert!(CARGO.find_that(&|tool| process::read(tool.command().arg("--list")).map(drop)).is_some());
     }
 
     #[test]
     fn a_missing_program_is_not_found() {
-        let nothing = Bundle { name: "no-such-bundle", packages: &[&["scphd-no-such-package"]], oldest: "0" };
-        assert!(Wanted { program: "scphd-no-such-program", bundle: nothing }.find().is_none());
+        assert!(
+            Wanted::packaged("scphd-no-such-program", "no-such-bundle", &[&["scphd-no-such-package"]]).find().is_none()
+        );
     }
 }

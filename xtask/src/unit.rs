@@ -1,10 +1,9 @@
 //! The step `unit`: all tests of the workspace, and the number of those without their data.
 
 use std::collections::BTreeSet;
-use std::fs;
-use std::io;
 use std::path::Path;
 
+use crate::files;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
 use crate::test_programs;
@@ -14,81 +13,47 @@ use crate::web;
 /// build must have the same packages and features.
 pub const PACKAGES: [&str; 5] = ["--workspace", "--exclude", "xtask", "--features", "scphd/embedded-hal"];
 
-/// The step.
-pub fn step() -> Outcome {
-    test().into()
-}
-
 /// Tests of the quick run: the libraries of vehicles, filters in lockstep with their references, digests, and documents. The rest
 /// of the simulator, GPU studies and measurements are only in the whole run.
-const QUICK: [&str; 26] = [
-    "--features",
-    "scphd/embedded-hal",
-    "--package",
-    "scphd",
-    "--package",
-    "scphd-lidar",
-    "--package",
-    "scphd-link",
-    "--package",
-    "scphd-mavlink",
-    "--package",
-    "scphd-sequencer",
-    "--package",
-    "scphd-store",
-    "--package",
-    "scphd-stream",
-    "--package",
-    "scphd-vehicle",
-    "--package",
-    "scphd-reference",
-    "--package",
-    "scphd-lockstep",
-    "--package",
-    "scphd-digest",
-    "--package",
-    "scphd-documents",
-];
+const QUICK: &str = "--features scphd/embedded-hal --package scphd --package scphd-lidar --package scphd-link \
+    --package scphd-mavlink --package scphd-sequencer --package scphd-store --package scphd-stream --package scphd-vehicle \
+    --package scphd-reference --package scphd-lockstep --package scphd-digest --package scphd-documents";
 
 /// Packages that contain only tests of whole runs.
 pub const WHOLE_RUNS: [&str; 2] = ["scphd-digest", "scphd-lockstep"];
 
 /// Of these packages the tests of each library, and those of the last three, which contain only tests.
-const QUICK_TARGETS: [&str; 11] =
-    ["--lib", "--test", "mixture", "--test", "joint", "--test", "digest", "--test", "links", "--test", "safety"];
+const QUICK_TARGETS: &str = "--lib --test mixture --test joint --test digest --test links --test safety";
 
 /// Runs the tests of the libraries.
 pub fn quick() -> Result<Outcome, Stop> {
-    counted(|list| test_programs::run(&[&QUICK[..], &QUICK_TARGETS].concat(), (scphd_shared_data::SKIPPED, list)))
+    let arguments: Vec<&str> = QUICK.split(' ').chain(QUICK_TARGETS.split(' ')).collect();
+    counted(|list| test_programs::run(&arguments, list))
 }
 
 /// Runs the examples of the library and of the guide.
 pub fn examples() -> Result<Outcome, Stop> {
     let mut cargo = process::cargo();
     // With the packages of the libraries' tests: with other packages, dependencies have other features and are rebuilt.
-    cargo.args(["test", "--doc"]).args(QUICK);
+    cargo.args(["test", "--doc"]).args(QUICK.split(' '));
     process::run(&mut cargo)?;
-    Ok(Outcome::Passed(String::new()))
+    Ok(Outcome::PASSED)
 }
 
 /// Runs the tests, and counts those without their data.
 fn counted(tests: impl FnOnce(&Path) -> Result<(), String>) -> Result<Outcome, Stop> {
     let list = process::own_target_dir("skipped-tests.txt");
-    fresh(&list).map_err(|error| format!("{}: {error}", list.display()))?;
+    // In place of that of an earlier run.
+    files::write(&list, "")?;
     tests(&list)?;
-    let text = fs::read_to_string(&list).map_err(|error| format!("{}: {error}", list.display()))?;
-    let skipped = tests_in(&text);
-    for test in &skipped {
-        println!("skipped: {test}");
-    }
-    Ok(judge(skipped.len()))
+    Ok(judge(&files::text(&list)?))
 }
 
-fn test() -> Result<Outcome, Stop> {
+pub fn step() -> Result<Outcome, Stop> {
     counted(|list| {
         // Without defmt, because a test program has no logger to link with. With `--tests`: otherwise examples with tests are
         // compiled a second time, as programs that are not run.
-        test_programs::run(&[&["--tests"][..], &PACKAGES].concat(), (scphd_shared_data::SKIPPED, list))?;
+        test_programs::run(&[&["--tests"][..], &PACKAGES].concat(), list)?;
         process::run(process::cargo().args(["test", "--no-fail-fast", "--doc"]).args(PACKAGES))?;
         let mut own = process::cargo();
         own.args(["test", "--package", "xtask", "--profile", "dev"]);
@@ -96,26 +61,20 @@ fn test() -> Result<Outcome, Stop> {
         // The other capacities of the vehicle's filter, which streams fill differently.
         let crowded = ["test", "--package", "scphd-stream", "--features", "few-particles", "--test", "crowded"];
         process::run(process::cargo().args(crowded))?;
-        process::run(&mut web::test())
+        web::test()
     })
 }
 
-/// Creates an empty file, in place of that of an earlier run.
-fn fresh(list: &Path) -> io::Result<()> {
-    list.parent().map_or(Ok(()), fs::create_dir_all)?;
-    fs::write(list, "")
-}
-
-/// Names of skipped tests; a test that needs several logs is recorded several times.
-fn tests_in(text: &str) -> BTreeSet<&str> {
-    text.lines().collect()
-}
-
-fn judge(skipped: usize) -> Outcome {
-    match skipped {
-        0 => Outcome::Passed(String::new()),
+/// The outcome by the names of skipped tests; a test that needs several logs is recorded several times.
+fn judge(list: &str) -> Outcome {
+    let skipped: BTreeSet<&str> = list.lines().collect();
+    for test in &skipped {
+        println!("skipped: {test}");
+    }
+    match skipped.len() {
+        0 => Outcome::PASSED,
         1 => Outcome::Partly("1 test skipped for want of logs".into()),
-        _ => Outcome::Partly(format!("{skipped} tests skipped for want of logs")),
+        number => Outcome::Partly(format!("{number} tests skipped for want of logs")),
     }
 }
 
@@ -124,15 +83,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_test_with_several_missing_logs_counts_once() {
-        let text = "scphd-sim a::b\nscphd-sim a::b\nscphd a::b\nscphd-tests c\nscphd-sim a::b\n";
-        assert_eq!(tests_in(text).len(), 3);
-        assert_eq!(tests_in("").len(), 0);
-    }
-
-    #[test]
-    fn a_skipped_test_shows_in_the_outcome() {
-        assert_eq!(judge(0), Outcome::Passed(String::new()));
-        assert_eq!(judge(2), Outcome::Partly("2 tests skipped for want of logs".into()));
+    fn a_skipped_test_shows_in_the_outcome_once() {
+        assert_eq!(judge(""), Outcome::PASSED);
+        let list = "scphd-sim a::b\nscphd-sim a::b\nscphd a::b\nscphd-tests c\nscphd-sim a::b\n";
+        assert_eq!(judge(list), Outcome::Partly("3 tests skipped for want of logs".into()));
     }
 }

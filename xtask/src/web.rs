@@ -1,7 +1,6 @@
 //! The web page with the filter: builds it, and checks it in a headless browser.
 
 use std::ffi::OsString;
-use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -12,10 +11,11 @@ use std::time::Duration;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
+use crate::files;
 use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
 use crate::toolchain::{self, Toolchain};
-use crate::tools::{CHROMIUM, LLD, Tool};
+use crate::tools::{CHROMIUM, Tool};
 
 /// Target of browsers.
 pub const TARGET: &str = "wasm32-unknown-unknown";
@@ -27,40 +27,18 @@ const MEASURED_S: u32 = 5;
 /// Time limit of the browser.
 const LIMIT: Duration = Duration::from_secs(60);
 
-/// Manifest of the page's workspace.
-const MANIFEST: &str = "bindings/web/Cargo.toml";
-
-/// The step.
-pub fn step() -> Outcome {
-    check().into()
-}
-
 /// cargo, in the workspace of the page.
 fn cargo(command: &str) -> Command {
-    process::cargo_in(command, MANIFEST, &process::own_target_dir("web-host"))
-}
-
-/// clippy on the crate, with warnings as errors.
-pub fn clippy() -> Command {
-    let mut clippy = process::cargo_to_check("clippy", MANIFEST);
-    clippy.args(["--all-targets", "--", "-D", "warnings"]);
-    clippy
-}
-
-/// The documentation of the crate, with warnings as errors.
-pub fn doc() -> Command {
-    let mut doc = process::cargo_to_check("doc", MANIFEST);
-    doc.env("RUSTDOCFLAGS", "-D warnings").arg("--no-deps");
-    doc
+    process::cargo_in(command, "bindings/web/Cargo.toml", &process::own_target_dir("web-host"))
 }
 
 /// The tests of the crate, without the functions of the module.
-pub fn test() -> Command {
-    cargo("test")
+pub fn test() -> Result<(), String> {
+    process::run(&mut cargo("test"))
 }
 
-fn check() -> Result<Outcome, Stop> {
-    process::run(&mut test())?;
+pub fn step() -> Result<Outcome, Stop> {
+    test()?;
     let words = DRIVE.map(|number| number.to_string());
     let native = process::read(cargo("run").args(["--example", "native", "--"]).args(&words))?.replace('\n', "; ");
     let toolchain = toolchain::find_for(&[TARGET])?;
@@ -84,18 +62,11 @@ fn check() -> Result<Outcome, Stop> {
 /// Builds the module with a toolchain that has the target, or the sources for it.
 fn build(toolchain: &Toolchain) -> Result<Vec<u8>, Stop> {
     let dir = process::own_target_dir(&format!("web-{}", toolchain.key()));
-    let mut cargo = toolchain.cargo_rustc("core");
+    let mut cargo = toolchain.cargo("rustc", "core");
     let mut flags = Vec::new();
     if let Toolchain::Debian { .. } = toolchain {
         // Debian's compiler expects a linker that is in another package.
-        let linker = match toolchain::beside_rustc().filter(|path| path.is_file()) {
-            Some(path) => path,
-            None => {
-                let lld = LLD.obtain()?;
-                lld.equip(&mut cargo);
-                lld.program().with_file_name("wasm-ld")
-            }
-        };
+        let linker = toolchain::linker(&mut cargo, "wasm-ld")?;
         flags = vec![format!("-Clinker={}", linker.display()), "-Clinker-flavor=wasm-ld".into()];
     }
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
@@ -103,16 +74,13 @@ fn build(toolchain: &Toolchain) -> Result<Vec<u8>, Stop> {
     cargo.args(["--features", "module", "--crate-type", "cdylib", "--target", TARGET, "--target-dir"]).arg(&dir);
     process::run(&mut cargo)?;
     let path = dir.join(TARGET).join("release/scphd_web.wasm");
-    Ok(fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?)
+    Ok(files::bytes(&path)?)
 }
 
 /// Writes the page as a single file.
 fn write(module: &[u8]) -> Result<PathBuf, String> {
     let folder = process::root().join("bindings/web/page");
-    let read = |name: &str| {
-        let path = folder.join(name);
-        fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))
-    };
+    let read = |name: &str| files::text(&folder.join(name));
     let [mut page, style, script] = [read("index.html")?, read("page.css")?, read("page.js")?];
     for (name, part) in [("style", style), ("script", script), ("module", STANDARD.encode(module))] {
         let mark = format!("{{{{{name}}}}}");
@@ -122,8 +90,8 @@ fn write(module: &[u8]) -> Result<PathBuf, String> {
         page = page.replace(&mark, part.trim_end());
     }
     let path = process::own_target_dir("web").join("scphd.html");
-    let written = fs::create_dir_all(process::own_target_dir("web")).and_then(|()| fs::write(&path, page));
-    written.map(|()| path.clone()).map_err(|error| format!("{}: {error}", path.display()))
+    files::write(&path, page)?;
+    Ok(path)
 }
 
 /// Runs a task of the page in a headless browser, and returns its result, a line of the console.
@@ -136,19 +104,15 @@ fn ask(chromium: &Tool, page: &Path, task: &str) -> Result<String, String> {
     browser.arg(profile).arg(format!("file://{}#{task}", page.display()));
     browser.stdout(Stdio::null()).stderr(Stdio::piped());
     println!("$ {} #{task}", CHROMIUM.program);
-    let mut child = browser.spawn().map_err(|error| format!("{}: {error}", CHROMIUM.program))?;
-    let console = child.stderr.take().ok_or("no console to read")?;
+    let mut running = process::Running(browser.spawn().map_err(|error| format!("{}: {error}", CHROMIUM.program))?);
+    let console = running.0.stderr.take().ok_or("no console to read")?;
     let (send, receive) = mpsc::channel();
     thread::spawn(move || {
         let said = BufReader::new(console).split(b'\n').map_while(Result::ok).find_map(|line| result_in(&line));
         // After a timeout there is no receiver.
         let _ = send.send(said);
     });
-    let said = receive.recv_timeout(LIMIT);
-    // Both calls fail only if the browser has just ended by itself.
-    let _ = child.kill();
-    let _ = child.wait();
-    match said {
+    match receive.recv_timeout(LIMIT) {
         Ok(Some(result)) => Ok(result),
         Ok(None) => Err("the browser has ended without a result".into()),
         Err(_) => Err(format!("the page has said nothing for {} s", LIMIT.as_secs())),

@@ -7,7 +7,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::PACKAGE;
-use crate::noalloc;
+use crate::files;
 use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
 use crate::toolchain;
@@ -43,20 +43,15 @@ struct Counts {
     instructions: BTreeMap<String, u64>,
 }
 
-/// The step.
-pub fn step() -> Outcome {
-    compare().into()
-}
-
-fn compare() -> Result<Outcome, Stop> {
+pub fn step() -> Result<Outcome, Stop> {
     let path = process::root().join(FILE);
-    let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-    let committed: Counts = toml::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
-    let compiler = process::read(process::command(noalloc::rustc()).arg("--version"))?;
+    let committed: Counts =
+        toml::from_str(&files::text(&path)?).map_err(|error| format!("{}: {error}", path.display()))?;
+    let compiler = process::read(process::rustc().arg("--version"))?;
     let counted = Counts { compiler, host: toolchain::host()?, instructions: count()?, ..committed.clone() };
     if process::is_blessing() {
         let text = toml::to_string(&counted).map_err(|error| error.to_string())?;
-        std::fs::write(&path, format!("{HEAD}{text}")).map_err(|error| format!("{}: {error}", path.display()))?;
+        files::write(&path, format!("{HEAD}{text}"))?;
         return Ok(Outcome::Passed(format!("{FILE} rewritten")));
     }
     for (name, count) in &counted.instructions {
@@ -77,13 +72,14 @@ impl Counts {
         let same = now.compiler == self.compiler;
         let percent = if same { self.tolerance_percent } else { self.other_compiler_percent };
         let worse = self.risen(now, percent);
+        let (set, number) = (&self.compiler, now.instructions.len());
         let other = format!(
-            "of another compiler, so compared within {percent} %: counted with {}, this is {}",
-            self.compiler, now.compiler
+            "of another compiler, so compared within {percent} %: counted with {set}, this is {}",
+            now.compiler
         );
         match (worse.is_empty(), same) {
-            (true, true) => Ok(Outcome::Passed(format!("{} counts within {percent} %", now.instructions.len()))),
-            (true, false) => Ok(Outcome::Passed(format!("{} counts {other}", now.instructions.len()))),
+            (true, true) => Ok(Outcome::Passed(format!("{number} counts within {percent} %"))),
+            (true, false) => Ok(Outcome::Passed(format!("{number} counts {other}"))),
             (false, true) => Err(worse.join("; ").into()),
             (false, false) => Err(format!("{}; {other}", worse.join("; ")).into()),
         }
@@ -135,14 +131,12 @@ fn count() -> Result<BTreeMap<String, u64>, Stop> {
 
 /// A folder with a `valgrind` that finds its tools in the unpacked tree; without it, it looks for them in its installation path.
 fn valgrind_folder(valgrind: &Tool) -> Result<Option<PathBuf>, String> {
-    let Some(tree) = valgrind.tree() else { return Ok(None) };
+    let Some(tree) = &valgrind.tree else { return Ok(None) };
     let folder = process::own_target_dir("valgrind");
     let script = folder.join("valgrind");
     let tools = tree.path("usr/libexec/valgrind");
-    let text =
-        format!("#!/bin/sh\nVALGRIND_LIB='{}' exec '{}' \"$@\"\n", tools.display(), valgrind.program().display());
-    let written = std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&script, text));
-    written.map_err(|error| format!("{}: {error}", script.display()))?;
+    let text = format!("#!/bin/sh\nVALGRIND_LIB='{}' exec '{}' \"$@\"\n", tools.display(), valgrind.program.display());
+    files::write(&script, text)?;
     process::read(process::command("chmod").arg("+x").arg(&script))?;
     Ok(Some(folder))
 }
@@ -156,7 +150,7 @@ fn total(summary: &serde_json::Value) -> Option<u64> {
 
 /// The folder of the runner, installed in the version of the library.
 fn runner() -> Result<PathBuf, Stop> {
-    let lock = std::fs::read_to_string(process::root().join("Cargo.lock")).map_err(|error| error.to_string())?;
+    let lock = files::text(&process::root().join("Cargo.lock"))?;
     let version = locked_version(&lock, RUNNER).ok_or_else(|| format!("Cargo.lock has no {RUNNER}"))?;
     let tools = process::own_target_dir("tools");
     if process::read(process::command(tools.join("bin").join(RUNNER)).arg("--version"))
@@ -207,13 +201,15 @@ mod tests {
         let committed = counts(&[("scan", 1000)]);
         let with = |compiler: &str, host: &str, count| {
             let now = Counts { compiler: compiler.into(), host: host.into(), ..counts(&[("scan", count)]) };
-            Outcome::from(committed.judge(&now))
+            committed.judge(&now)
         };
-        assert!(matches!(with("rustc 1", "here", 1029), Outcome::Passed(_)));
-        assert!(matches!(with("rustc 1", "here", 1100), Outcome::Failed(_)));
-        assert!(matches!(with("rustc 2", "here", 1100), Outcome::Passed(note) if note.contains("another compiler")));
-        assert!(matches!(with("rustc 2", "here", 1160), Outcome::Failed(_)));
-        assert!(matches!(with("rustc 1", "there", 1000), Outcome::Skipped(note) if note.contains("NOT COMPARED")));
+        assert!(with("rustc 1", "here", 1029).is_ok());
+        assert!(matches!(with("rustc 1", "here", 1100), Err(Stop::Broken(_))));
+        assert!(
+            matches!(with("rustc 2", "here", 1100), Ok(Outcome::Passed(note)) if note.contains("another compiler"))
+        );
+        assert!(matches!(with("rustc 2", "here", 1160), Err(Stop::Broken(_))));
+        assert!(matches!(with("rustc 1", "there", 1000), Err(Stop::Missing(note)) if note.contains("NOT COMPARED")));
     }
 
     #[test]

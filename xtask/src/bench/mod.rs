@@ -12,6 +12,7 @@ use comfy_table::{CellAlignment, Table};
 use serde::{Deserialize, Serialize};
 
 use crate::budget;
+use crate::files;
 use crate::options::Options;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
@@ -47,11 +48,7 @@ const PEERS: [(&str, &str, f64); 3] = [
 ];
 
 /// The step `bench`.
-pub fn step(options: &Options) -> Outcome {
-    measure(options).map(Outcome::Passed).into()
-}
-
-fn measure(options: &Options) -> Result<String, Stop> {
+pub fn step(options: &Options) -> Result<Outcome, Stop> {
     let criterion = process::own_target_dir("criterion");
     let mut bench = process::cargo();
     bench.env("CRITERION_HOME", &criterion);
@@ -73,15 +70,11 @@ fn measure(options: &Options) -> Result<String, Stop> {
     println!("\ntime of a scan; growth.svg and growth.png in {} show the curves\n{}", out.display(), times.table());
     println!("\nothers:\n{}", peers(&figures));
     println!("\nfigures (`cargo xtask bench --help` defines them):\n{}", table(&figures));
-    if let Some(path) = &options.json {
-        let text = serde_json::to_string_pretty(&figures).map_err(|error| error.to_string())?;
-        std::fs::write(path, text + "\n").map_err(|error| format!("{}: {error}", path.display()))?;
-    }
-    let left_out =
-        definitions::DEFINITIONS.iter().filter(|(name, _)| figures.iter().all(|figure| figure.name != *name));
-    let left_out: Vec<&str> = left_out.map(|(name, _)| *name).collect();
+    options.write(&figures)?;
+    let is_missing = |name: &&str| figures.iter().all(|figure| figure.name != *name);
+    let left_out: Vec<&str> = definitions::all().map(|(name, _)| name).filter(is_missing).collect();
     let note = if left_out.is_empty() { String::new() } else { format!("; NOT MEASURED: {}", left_out.join(", ")) };
-    Ok(format!("{} figures{note}", figures.len()))
+    Ok(Outcome::Passed(format!("{} figures{note}", figures.len())))
 }
 
 /// The program of whole runs and plots.
@@ -97,7 +90,7 @@ struct Times(Vec<(String, String, f64)>);
 impl Times {
     /// Reads a file of `group,id,scan_us`.
     fn read(path: &Path) -> Result<Self, String> {
-        let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+        let text = files::text(path)?;
         let row = |line: &str| {
             let mut words = line.split(',');
             let (group, id) = (words.next()?, words.next()?);

@@ -2,8 +2,8 @@
 
 use serde::Deserialize;
 
-use crate::firmware::precision::Precision;
-use crate::firmware::streams::{Source, Variant};
+use crate::firmware::rig::{Precision, Rig};
+use crate::firmware::streams::Source;
 
 /// The scenario with the greatest cost of a scan: every page in use, every gate open, the maximum number of
 /// measurements.
@@ -29,25 +29,12 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// The stream to replay.
-    pub fn source(&self) -> Source<'_> {
-        Source { what: &self.scenario, scans: self.scans, variant: self.variant() }
-    }
-
-    fn variant(&self) -> Variant {
-        let named = Variant::NAMED.into_iter().filter(|variant| self.configuration.contains(variant.mark()));
-        // A mark may be part of another one, so that the longest is taken.
-        named.max_by_key(|variant| variant.mark().len()).unwrap_or(Variant::Plain)
-    }
-
-    /// The number type in the name of the configuration.
-    pub fn precision(&self) -> Result<Precision, String> {
-        let rig = self.source().rig();
-        let configuration = self.configuration.replace(self.variant().mark(), "");
-        let found = rig.precisions.iter().find(|&&precision| configuration == rig.configuration(precision));
-        found
-            .copied()
-            .ok_or_else(|| format!("budgets.toml: no configuration `{}` of {}", self.configuration, self.scenario))
+    /// The stream to replay, and the number type in the name of the configuration.
+    pub fn source(&self) -> Result<(Source<'_>, Precision), String> {
+        let Self { scenario: what, configuration, scans, .. } = self;
+        let (rig, precision) = Rig::named(configuration, what)
+            .ok_or_else(|| format!("budgets.toml: no configuration `{configuration}` of {what}"))?;
+        Ok((Source { what, scans: *scans, rig }, precision))
     }
 
     /// The name of the entry in messages.

@@ -1,11 +1,11 @@
 //! The limits of `budgets.toml`, and the comparison of figures with them.
 
-use std::path::Path;
-
 use serde::Deserialize;
 
 use super::entry::{Budget, FAULTS, WORST_CASE};
 use super::figures::Figures;
+use crate::files;
+use crate::process;
 
 /// The file of the limits.
 pub const FILE: &str = "budgets.toml";
@@ -28,9 +28,8 @@ pub struct Budgets {
 const LOOSE_TENTHS: u64 = 12;
 
 /// Reads the file. A file without entries is refused, because it would check nothing.
-pub fn read(path: &Path) -> Result<Budgets, String> {
-    let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
-    parse(&text).map_err(|error| format!("{}: {error}", path.display()))
+pub fn read() -> Result<Budgets, String> {
+    parse(&files::text(&process::root().join(FILE))?).map_err(|error| format!("{FILE}: {error}"))
 }
 
 fn parse(text: &str) -> Result<Budgets, String> {
@@ -106,7 +105,7 @@ fn rounded_up(figure: u64, percent: u64) -> u64 {
 }
 
 /// The number in groups of three digits, as `1_234_567`.
-fn grouped(number: u64) -> String {
+pub fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let groups = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy);
     groups.collect::<Vec<_>>().join("_")
@@ -147,12 +146,15 @@ impl Budget {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::process;
 
     const COMPILER: &str = "rustc 1";
 
-    fn projects() -> Budgets {
-        read(&process::root().join("budgets.toml")).unwrap()
+    /// The first of the project's budgets, set with [`COMPILER`].
+    fn one() -> Budgets {
+        let mut budgets = read().unwrap();
+        budgets.entries.truncate(1);
+        COMPILER.clone_into(&mut budgets.compiler);
+        budgets
     }
 
     /// Figures equal to the limits.
@@ -172,17 +174,17 @@ mod tests {
 
     #[test]
     fn the_projects_budgets_can_be_read() {
-        let budgets = projects();
+        let budgets = read().unwrap();
         assert!(budgets.compiler.starts_with("rustc 1."));
         for budget in budgets.entries {
-            assert!(budget.precision().is_ok() && budget.scans > 0, "{budget:?}");
+            assert!(budget.source().is_ok() && budget.scans > 0, "{budget:?}");
             assert!(super::super::board_of(&budget).is_ok());
         }
     }
 
     #[test]
     fn a_figure_above_its_limit_is_reported_and_one_at_it_is_not() {
-        let budget = projects().entries.remove(0);
+        let budget = read().unwrap().entries.remove(0);
         let mut figures = at_the_limits(&budget);
         assert!(budget.broken_by(&figures, 0).is_empty());
         for raise in [
@@ -204,7 +206,7 @@ mod tests {
 
     #[test]
     fn no_fault_makes_a_scan_longer_than_the_worst_case() {
-        let budgets = projects();
+        let budgets = read().unwrap();
         let mut figures: Vec<Figures> = budgets.entries.iter().map(at_the_limits).collect();
         assert!(budgets.entries.iter().filter(|entry| entry.scenario == FAULTS).count() >= 4);
         assert_eq!(budgets.longer_than_the_worst_case(&figures), Vec::<String>::new());
@@ -218,9 +220,7 @@ mod tests {
 
     #[test]
     fn another_compiler_has_an_additional_margin() {
-        let mut budgets = projects();
-        budgets.entries.truncate(1);
-        COMPILER.clone_into(&mut budgets.compiler);
+        let budgets = one();
         let mut figures = at_the_limits(&budgets.entries[0]);
         figures.flash_bytes += figures.flash_bytes * (budgets.other_compiler_percent - 1) / 100;
         assert_eq!(budgets.broken_by(&[figures.clone()], COMPILER).len(), 1);
@@ -231,9 +231,7 @@ mod tests {
 
     #[test]
     fn a_limit_far_above_its_figure_is_reported() {
-        let mut budgets = projects();
-        budgets.entries.truncate(1);
-        COMPILER.clone_into(&mut budgets.compiler);
+        let budgets = one();
         let mut figures = at_the_limits(&budgets.entries[0]);
         figures.instructions_per_scan_worst = figures.instructions_per_scan_worst * 10 / 13;
         let broken = budgets.broken_by(&[figures.clone()], COMPILER);
@@ -243,7 +241,7 @@ mod tests {
 
     #[test]
     fn new_limits_are_not_exceeded_and_not_loose() {
-        let before = projects();
+        let before = read().unwrap();
         let mut figures: Vec<Figures> = before.entries.iter().map(at_the_limits).collect();
         figures.iter_mut().for_each(|figures| figures.flash_bytes = 2 * figures.flash_bytes + 1);
         let text = before.rewritten("# Head.\n\ncompiler = \"old\"\n", &figures, COMPILER);

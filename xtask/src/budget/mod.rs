@@ -5,49 +5,36 @@ mod figures;
 mod limits;
 mod share;
 mod table;
-pub mod worst_case;
 
-use std::collections::HashMap;
-use std::path::PathBuf;
+use std::collections::BTreeMap;
 
+use crate::files;
 use crate::firmware::board::{Board, EMULATED};
-use crate::firmware::image::{self, Extra, Image};
+use crate::firmware::image::{self, Image};
 use crate::firmware::output::Replay;
-use crate::firmware::precision::Precision;
-use crate::firmware::rig::Rig;
+use crate::firmware::rig::{Precision, Rig};
 use crate::firmware::streams;
 use crate::firmware::{PROOF, emulator};
 use crate::options::Options;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
-use crate::toolchain::{self, Toolchain};
-use crate::tools::Tool;
+use crate::toolchain;
 use entry::Budget;
 use figures::{Code, Figures};
-use limits::{Budgets, FILE};
+use limits::FILE;
 
 pub use table::print;
 
-/// Runs the step.
-pub fn step(options: &Options) -> Outcome {
-    judge(options).into()
-}
-
 /// Measures every entry, and compares it with its limits or sets new ones.
-fn judge(options: &Options) -> Result<Outcome, Stop> {
+pub fn step(options: &Options) -> Result<Outcome, Stop> {
     let measured = measure(|_| true)?;
     print(&measured);
-    if let Some(path) = &options.json {
-        let text = serde_json::to_string_pretty(&measured).map_err(|error| error.to_string())?;
-        std::fs::write(path, text + "\n").map_err(|error| format!("{}: {error}", path.display()))?;
-    }
-    let budgets = budgets()?;
+    options.write(&measured)?;
+    let budgets = limits::read()?;
     let compiler = toolchain::find()?.compiler()?;
     if process::is_blessing() {
         let path = process::root().join(FILE);
-        let failed = |error: std::io::Error| format!("{}: {error}", path.display());
-        let text = std::fs::read_to_string(&path).map_err(failed)?;
-        std::fs::write(&path, budgets.rewritten(&text, &measured, &compiler)).map_err(failed)?;
+        files::write(&path, budgets.rewritten(&files::text(&path)?, &measured, &compiler))?;
         return Ok(Outcome::Passed(format!("{FILE} rewritten")));
     }
     let broken = budgets.broken_by(&measured, &compiler);
@@ -62,79 +49,55 @@ fn judge(options: &Options) -> Result<Outcome, Stop> {
     }))
 }
 
-fn budgets() -> Result<Budgets, String> {
-    limits::read(&process::root().join(FILE))
-}
-
-/// Measures the entries for which `wanted` is true, in their order.
+/// Measures the entries for which `wanted` is true, in their order; an error if the states on a board differ from those on the host.
 pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, Stop> {
-    let budgets: Vec<Budget> = budgets()?.entries.into_iter().filter(wanted).collect();
-    let qemu = emulator::prepare()?;
-    let toolchain = toolchain::find()?;
-    let mut wanted: HashMap<Key, (&Board, Rig, Precision)> = HashMap::new();
+    let budgets: Vec<Budget> = limits::read()?.entries.into_iter().filter(wanted).collect();
+    emulator::prepare()?;
+    toolchain::find()?;
+    let (mut runs, mut images) = (Vec::new(), BTreeMap::new());
     for budget in &budgets {
-        let (board, precision, rig) = (board_of(budget)?, budget.precision()?, budget.source().rig());
-        wanted.insert(key(board, rig, precision), (board, rig, precision));
+        let (board, (source, precision)) = (board_of(budget)?, budget.source()?);
+        let stream = streams::make(source, precision)?;
+        let host = streams::on_host(&stream, source.rig, precision)?;
+        // Entries with the same board, name and features have the same image.
+        let key = (board.name, source.rig.image(precision), source.rig.image_features());
+        images.insert(key.clone(), (board, source.rig, precision));
+        runs.push((budget, board, key, stream, host));
     }
-    let wanted: Vec<_> = wanted.into_iter().collect();
-    let images = process::side_by_side(&wanted, |(key, (board, rig, precision))| {
-        Ok((key.clone(), built(&toolchain, board, *rig, *precision)?))
+    let images: Vec<_> = images.into_iter().collect();
+    let built = process::side_by_side(&images, |(key, (board, rig, precision))| {
+        Ok((key.clone(), built(board, *rig, *precision)?))
     })?;
-    let images: HashMap<Key, (Image, Code)> = images.into_iter().collect::<Result<_, String>>()?;
-    let mut runs = Vec::new();
-    for budget in &budgets {
-        let (board, precision) = (board_of(budget)?, budget.precision()?);
-        let rig = budget.source().rig();
-        let stream = streams::make(budget.source(), precision)?;
-        let host = streams::on_host(&stream, rig, precision)?;
-        runs.push(Run { budget, board, key: key(board, rig, precision), stream, host });
-    }
+    let built: BTreeMap<_, _> = built.into_iter().collect();
     // A run of QEMU uses one core, and does not influence the figures of another run.
-    let measured = process::side_by_side(&runs, |run| {
-        let (image, code) = images.get(&run.key).ok_or("no image")?;
-        run.figures(&qemu, image, *code)
-    })?;
-    Ok(measured.into_iter().collect::<Result<_, String>>()?)
-}
-
-/// Key of an image: board, name, features.
-type Key = (&'static str, String, Vec<&'static str>);
-
-fn key(board: &'static Board, rig: Rig, precision: Precision) -> Key {
-    (board.name, rig.image(precision), rig.image_features())
-}
-
-/// One entry that is ready to run on its board.
-struct Run<'a> {
-    budget: &'a Budget,
-    board: &'static Board,
-    key: Key,
-    stream: PathBuf,
-    /// The replay of the stream on the host.
-    host: Replay,
-}
-
-impl Run<'_> {
-    /// Runs the entry; an error if the states on the board differ from those on the host.
-    fn figures(&self, qemu: &Tool, image: &Image, code: Code) -> Result<Figures, String> {
-        let Self { budget, board, host, .. } = self;
-        let replay = Replay::parse(&emulator::run(qemu, board, image, &self.stream)?)?;
+    let measured = process::side_by_side(&runs, |(budget, board, key, stream, host)| {
+        let (image, code) = &built[key];
+        let replay = Replay::parse(&emulator::run(board, image, stream)?)?;
         match host.first_difference(&replay) {
             Some(difference) => {
                 Err(format!("{} on {} is not what the host computes: {difference}", budget.scenario, board.name))
             }
-            None => Figures::of(budget, board, code, &replay, host.scan_interval_s),
+            None => Figures::of(budget, board, *code, &replay, host.scan_interval_s),
         }
-    }
+    })?;
+    Ok(measured)
 }
 
 /// The image of a replay, and the figures of its code and of the image without output.
-fn built(toolchain: &Toolchain, board: &Board, rig: Rig, precision: Precision) -> Result<(Image, Code), String> {
-    let image = image::build_replay(toolchain, board, rig, precision)?;
+fn built(board: &Board, rig: Rig, precision: Precision) -> Result<(Image, Code), String> {
+    let image = image::build_replay(board, rig, precision)?;
     let features = &rig.proof_features(precision)[..];
-    let bare = image::build(toolchain, board, PROOF, &Extra { features, flags: &[] })?;
+    let bare = image::build(board, PROOF, features)?;
     let code = Code { image: image.sizes()?, stack_bound: image.stack_bound()?, library: bare.library_flash()? };
     Ok((image, code))
+}
+
+/// The reason why a scan with this number of instructions takes too long on a board, for which the limit of the worst case of the
+/// same board and configuration holds; `None` if it does not.
+pub fn beyond_worst_case(board: &str, configuration: &str, instructions: u64) -> Result<Option<String>, String> {
+    let limit = limits::read()?.worst_case(board, configuration)?;
+    let why = || format!(": a scan takes {instructions} instructions, the worst case {limit}");
+    Ok((instructions > limit).then(why))
 }
 
 fn board_of(budget: &Budget) -> Result<&'static Board, String> {

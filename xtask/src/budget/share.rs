@@ -2,7 +2,6 @@
 //! emulated board.
 
 /// A microcontroller.
-#[derive(Debug, Clone, Copy)]
 pub struct Chip {
     /// Its name.
     pub name: &'static str,

@@ -4,6 +4,7 @@ use comfy_table::presets::ASCII_MARKDOWN;
 use comfy_table::{CellAlignment, Table};
 
 use super::figures::Figures;
+use super::limits;
 use super::share::CHIPS;
 use crate::firmware::output::STAGES;
 
@@ -33,7 +34,7 @@ pub fn print(all: &[Figures]) {
 
 fn memory(all: &[Figures]) -> Table {
     let parts = all.first().map(|figures| figures.state_parts.as_slice()).unwrap_or_default();
-    let mut header = words(&["flash", "text", "rodata", "library", "RAM"]);
+    let mut header = words("flash, text, rodata, library, RAM");
     header.extend(parts.iter().map(|(name, _)| name.clone()));
     header.extend(["stack".into(), "stack bound".into()]);
     table(header, all, |figures| {
@@ -46,19 +47,9 @@ fn memory(all: &[Figures]) -> Table {
 }
 
 fn instructions(all: &[Figures]) -> Table {
-    let header = words(&[
-        "scans",
-        "predict mean",
-        "worst",
-        "scan mean",
-        "p99",
-        "worst",
-        "estimate mean",
-        "pairs",
-        "pairs by capacity",
-        "bound",
-        "digest",
-    ]);
+    let header = words(
+        "scans, predict mean, worst, scan mean, p99, worst, estimate mean, pairs, pairs by capacity, bound, digest",
+    );
     table(header, all, |figures| {
         let mut row: Vec<String> = [
             figures.scans as u64,
@@ -81,14 +72,14 @@ fn instructions(all: &[Figures]) -> Table {
 }
 
 fn stages(all: &[Figures]) -> Table {
-    table(words(&STAGES), all, |figures| {
+    table(words(&STAGES.join(", ")), all, |figures| {
         let each = figures.stages.mean.iter().zip(figures.stages.worst);
         each.map(|(&mean, worst)| format!("{} ({})", grouped(mean), grouped(worst))).collect()
     })
 }
 
 fn shares(all: &[Figures]) -> Table {
-    let mut header = words(&["scans/s"]);
+    let mut header = words("scans/s");
     header.extend(CHIPS.iter().map(|chip| {
         format!("{} {:.0} MHz, {} cycles/instr.", chip.name, chip.clock_hz / 1e6, chip.cycles_per_instruction)
     }));
@@ -107,8 +98,8 @@ fn shares(all: &[Figures]) -> Table {
     })
 }
 
-fn words(columns: &[&str]) -> Vec<String> {
-    ["board", "configuration", "scenario"].iter().chain(columns).map(|&word| word.to_owned()).collect()
+fn words(columns: &str) -> Vec<String> {
+    ["board", "configuration", "scenario"].into_iter().chain(columns.split(", ")).map(str::to_owned).collect()
 }
 
 fn table(header: Vec<String>, all: &[Figures], row: impl Fn(&Figures) -> Vec<String>) -> Table {
@@ -127,24 +118,5 @@ fn table(header: Vec<String>, all: &[Figures], row: impl Fn(&Figures) -> Vec<Str
 
 /// The number in groups of three digits, as 1 234 567.
 fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push(' ');
-        }
-        text.push(digit);
-    }
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn digits_are_grouped_by_three() {
-        let numbers = [0, 999, 1000, 1_234_567].map(grouped);
-        assert_eq!(numbers, ["0", "999", "1 000", "1 234 567"]);
-    }
+    limits::grouped(number).replace('_', " ")
 }

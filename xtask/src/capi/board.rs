@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
+use super::archive;
+use crate::firmware::board::{Board, EMULATED};
 use crate::firmware::emulator;
 use crate::outcome::Stop;
 use crate::process;
@@ -14,9 +16,7 @@ const LIMIT: Duration = Duration::from_secs(600);
 
 /// A processor, and the number of scans that it replays.
 struct Processor {
-    /// QEMU's name of the board.
-    board: &'static str,
-    ram: &'static str,
+    board: Board,
     target: &'static str,
     flags: &'static [&'static str],
     scans: u32,
@@ -26,8 +26,7 @@ struct Processor {
 
 const PROCESSORS: [Processor; 2] = [
     Processor {
-        board: "mps2-an500",
-        ram: "0x60000000",
+        board: EMULATED[0],
         target: "thumbv7em-none-eabihf",
         flags: &["-mcpu=cortex-m7", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv5-d16"],
         scans: 300,
@@ -35,8 +34,7 @@ const PROCESSORS: [Processor; 2] = [
     },
     // With software floating point.
     Processor {
-        board: "mps2-an386",
-        ram: "0x21000000",
+        board: EMULATED[1],
         target: "thumbv7em-none-eabi",
         flags: &["-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=soft"],
         scans: 40,
@@ -44,25 +42,21 @@ const PROCESSORS: [Processor; 2] = [
     },
 ];
 
-/// Builds the program with the archive of each target, which `folder` returns, and runs it.
-pub fn check(folder: impl Fn(&str) -> Option<PathBuf>, inputs: &Path) -> Result<(), Stop> {
+/// Builds the program with the archive of each target, and runs it.
+pub fn check(inputs: &Path) -> Result<(), Stop> {
     let (gcc, qemu) = (ARM_GCC.obtain_that(&links)?, emulator::prepare()?);
     println!("{} ({})", gcc.version, gcc.place());
     for processor in &PROCESSORS {
-        let dir = folder(processor.target).ok_or_else(|| format!("no archive for {}", processor.target))?;
+        let dir = archive::folder(processor.target);
         let program = dir.join("replay.elf");
         let scans = format!("-DREPLAY_SCANS={}", processor.scans);
         let mut build = compile(&gcc, processor)?;
         build.arg(format!("-DREPLAY_FILE=\"{}\"", inputs.display())).arg(scans);
-        build
-            .arg(capi().join("tests/c/replay.c"))
-            .arg(dir.join(super::archive::NAME))
-            .args(["-lm", "-o"])
-            .arg(&program);
+        build.arg(capi().join("tests/c/replay.c")).arg(dir.join(archive::NAME)).args(["-lm", "-o"]).arg(&program);
         process::run_or_quote(&mut build)?;
         super::flash::check(&dir, processor.column, || compile(&gcc, processor))?;
         let mut run = qemu.command();
-        run.args(["-machine", processor.board, "-nographic", "-monitor", "none", "-serial", "none"]);
+        run.args(["-machine", processor.board.name, "-nographic", "-monitor", "none", "-serial", "none"]);
         run.args(["-semihosting-config", "enable=on,target=native", "-kernel"]).arg(&program);
         process::run_for(&mut run, LIMIT)?;
     }
@@ -74,7 +68,7 @@ fn links(gcc: &Tool) -> Result<(), String> {
     let folder = process::own_target_dir("capi-trial");
     std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     for processor in &PROCESSORS {
-        let program = folder.join(format!("{}.elf", processor.board));
+        let program = folder.join(format!("{}.elf", processor.board.name));
         let mut build = compile(gcc, processor)?;
         process::read(build.arg(capi().join("tests/c/trial.c")).args(["-lm", "-o"]).arg(program))?;
     }
@@ -90,10 +84,13 @@ fn compile(gcc: &Tool, processor: &Processor) -> Result<Command, String> {
     let mut command = gcc.command();
     command.args(processor.flags).args(["-std=c11", "-O2", "-ffunction-sections", "-nostartfiles"]);
     command.arg("-I").arg(capi().join("include")).arg("-I").arg(capi().join("tests/c"));
-    command.arg("-T").arg(capi().join("tests/c/board.ld")).arg(format!("-Wl,--defsym=RAM_START={}", processor.ram));
+    command
+        .arg("-T")
+        .arg(capi().join("tests/c/board.ld"))
+        .arg(format!("-Wl,--defsym=RAM_START={:#x}", processor.board.ram));
     // The C library has no note about executable stacks, which a board does not need.
     command.args(["-Wl,--gc-sections", "-Wl,--no-warn-execstack"]);
-    match gcc.tree() {
+    match &gcc.tree {
         None => command.arg("--specs=rdimon.specs"),
         // The compiler does not find its C library in an unpacked tree.
         Some(tree) => {

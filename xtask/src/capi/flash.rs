@@ -1,9 +1,9 @@
 //! Compares the flash of the loop of `docs/c.md` with each set with the table of that page.
 
-use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use crate::files;
 use crate::firmware::image::Image;
 use crate::process;
 
@@ -13,8 +13,7 @@ const MARGIN: f64 = 1.2;
 /// The sets of the page and their KB, with and without a floating-point unit. A set under water has other functions, and is not
 /// checked here.
 fn claimed() -> Result<Vec<(String, [f64; 2])>, String> {
-    let page = process::root().join("docs/c.md");
-    let text = fs::read_to_string(&page).map_err(|error| format!("{}: {error}", page.display()))?;
+    let text = files::text(&process::root().join("docs/c.md"))?;
     let rows = text.lines().filter(|line| line.starts_with("| `") && !line.starts_with("| `WATER"));
     Ok(rows.filter_map(claim).collect())
 }
@@ -58,7 +57,7 @@ fn flash(dir: &Path, mut compile: Command, set: Option<&str>) -> Result<u64, Str
         compile.arg(dir.join(super::archive::NAME));
     }
     process::run_or_quote(compile.arg("-o").arg(&path))?;
-    let elf = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let elf = files::bytes(&path)?;
     let sizes = Image { path, elf }.sizes()?;
     Ok(sizes.text + sizes.rodata)
 }

@@ -1,10 +1,10 @@
 //! The header: generated and compared.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::PathBuf;
 
-use super::workspace::{cargo, tools_dir};
+use super::{cargo, tools_dir};
+use crate::files;
 use crate::process;
 
 /// Path of the header.
@@ -14,7 +14,7 @@ pub fn path() -> PathBuf {
 
 /// Contents of the header.
 pub fn text() -> Result<String, String> {
-    fs::read_to_string(path()).map_err(|error| format!("{}: {error}", path().display()))
+    files::text(&path())
 }
 
 /// The functions that the header declares.
@@ -34,9 +34,9 @@ pub fn check() -> Result<(), String> {
     let made = dir.join("scphd.h");
     let mut cargo = cargo("run");
     process::run(cargo.args(["--package", "scphd-header", "--"]).arg(&made))?;
-    let text = fs::read_to_string(&made).map_err(|error| format!("{}: {error}", made.display()))?;
+    let text = files::text(&made)?;
     if process::is_blessing() {
-        return fs::write(path(), text).map_err(|error| format!("{}: {error}", path().display()));
+        return files::write(&path(), text);
     }
     if text == self::text()? {
         Ok(())

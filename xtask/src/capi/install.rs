@@ -1,12 +1,12 @@
 //! Installs the C library: header, archive, and files for pkg-config, CMake and Zephyr.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::TARGETS;
 use super::archive::{self, Builder};
 use super::header;
 use super::programs::Compiler;
-use super::workspace::TARGETS;
+use crate::files;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
 use crate::toolchain;
@@ -18,42 +18,26 @@ pub struct Place {
     /// The folder with `include` and `lib`.
     pub prefix: PathBuf,
     /// One of [`TARGETS`]; `None` for the host.
-    pub target: Option<String>,
+    pub target: Option<&'static str>,
 }
 
 /// Builds the archive and installs it.
-pub fn install(place: &Place) -> Outcome {
-    let install = || -> Result<Outcome, Stop> {
-        let functions = header::functions()?;
-        let dir = match &place.target {
-            None => archive::make(&Builder::Host, &functions)?,
-            Some(target) => {
-                let known = TARGETS.iter().find(|known| *known == target);
-                let known = known.ok_or_else(|| format!("{target} is not one of {}", TARGETS.join(", ")))?;
-                archive::make(&Builder::Bare(&toolchain::find_for(&[known])?, known), &functions)?
-            }
-        };
-        write(&place.prefix, &dir.join(archive::NAME), place.target.as_deref())?;
-        Ok(Outcome::Passed(format!("in {}", place.prefix.display())))
+pub fn install(place: &Place) -> Result<Outcome, Stop> {
+    let functions = header::functions()?;
+    let dir = match place.target {
+        None => archive::make(&Builder::Host, &functions)?,
+        Some(target) => archive::make(&Builder::Bare(&toolchain::find_for(&[target])?, target), &functions)?,
     };
-    install().into()
+    write(&place.prefix, &dir.join(archive::NAME), place.target)?;
+    Ok(Outcome::Passed(format!("in {}", place.prefix.display())))
 }
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 fn write(prefix: &Path, archive: &Path, target: Option<&str>) -> Result<(), String> {
-    let copy = |from: &Path, to: &str| {
-        let to = prefix.join(to);
-        let made = to.parent().map_or(Ok(()), fs::create_dir_all);
-        made.and_then(|()| fs::copy(from, &to).map(drop)).map_err(|error| format!("{}: {error}", to.display()))
-    };
-    let put = |text: &str, to: &str| {
-        let to = prefix.join(to);
-        let made = to.parent().map_or(Ok(()), fs::create_dir_all);
-        made.and_then(|()| fs::write(&to, text)).map_err(|error| format!("{}: {error}", to.display()))
-    };
-    copy(&header::path(), "include/scphd.h")?;
-    copy(archive, "lib/libscphd.a")?;
+    let put = |text: &str, to: &str| files::write(&prefix.join(to), text);
+    put(&header::text()?, "include/scphd.h")?;
+    files::write(&prefix.join("lib").join(archive::NAME), files::bytes(archive)?)?;
     put(&pkg_config(), "lib/pkgconfig/scphd.pc")?;
     put(CMAKE_CONFIG, "lib/cmake/scphd/scphd-config.cmake")?;
     put(&cmake_version(), "lib/cmake/scphd/scphd-config-version.cmake")?;

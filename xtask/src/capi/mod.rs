@@ -7,25 +7,31 @@ mod header;
 mod install;
 mod programs;
 mod symbols;
-mod workspace;
 
 use std::fs::{self, File};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::thread;
 
+use crate::files;
 use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
 use crate::toolchain;
 use archive::Builder;
 pub use install::{Place, install};
 pub use programs::Compiler;
-pub use workspace::TARGETS;
-use workspace::{MANIFEST, cargo, tools_dir};
 
-/// The step.
-pub fn step() -> Outcome {
-    check().into()
+/// The targets of archives other than the host: with and without a floating-point unit.
+pub const TARGETS: [&str; 2] = ["thumbv7em-none-eabihf", "thumbv7em-none-eabi"];
+
+/// Folder for host builds other than the archive.
+fn tools_dir() -> PathBuf {
+    process::own_target_dir("capi-tools")
+}
+
+/// cargo, in the workspace of the C interface.
+fn cargo(command: &str) -> Command {
+    process::cargo_in(command, "bindings/capi/Cargo.toml", &tools_dir())
 }
 
 /// Compiles and runs C programs with the header and the archive for the host.
@@ -35,25 +41,11 @@ pub fn quick() -> Result<Outcome, Stop> {
     let c = Compiler::c()?;
     println!("{}", c.version());
     header::check()?;
-    programs::check(&host.join(archive::NAME), &stream()?, &host)?;
+    programs::check(&c, &host.join(archive::NAME), &stream()?, &host)?;
     Ok(Outcome::Passed(format!("{} functions", functions.len())))
 }
 
-/// clippy on every package of the workspace, with warnings as errors.
-pub fn clippy() -> Command {
-    let mut clippy = process::cargo_to_check("clippy", MANIFEST);
-    clippy.args(["--workspace", "--all-targets", "--", "-D", "warnings"]);
-    clippy
-}
-
-/// The documentation of the crate, with warnings as errors.
-pub fn doc() -> Command {
-    let mut doc = process::cargo_to_check("doc", MANIFEST);
-    doc.env("RUSTDOCFLAGS", "-D warnings").arg("--no-deps");
-    doc
-}
-
-fn check() -> Result<Outcome, Stop> {
+pub fn step() -> Result<Outcome, Stop> {
     if !cfg!(target_os = "linux") {
         return Err(Missing("the archive is made of ELF objects".into()).into());
     }
@@ -64,49 +56,41 @@ fn check() -> Result<Outcome, Stop> {
     let (hosts, boards) = thread::scope(|scope| {
         let hosts = scope.spawn(|| {
             let archive = archive::make(&Builder::Host, &functions)?;
-            let inputs = tools()?;
-            Ok::<_, Stop>((archive, inputs))
+            header::check()?;
+            process::run(&mut cargo("test"))?;
+            Ok::<_, Stop>((archive, stream()?))
         });
         let boards = match &bare {
-            Ok(toolchain) => {
-                TARGETS.map(|target| archive::make(&Builder::Bare(toolchain, target), &functions).map(Some))
-            }
-            Err(Missing(reason)) => {
-                missing.push(reason.clone());
-                [Ok(None), Ok(None)]
-            }
+            Ok(toolchain) => TARGETS
+                .iter()
+                .try_for_each(|target| archive::make(&Builder::Bare(toolchain, target), &functions).map(drop)),
+            Err(missing) => Err(missing.clone().into()),
         };
         (hosts.join().map_err(|_| "building for the host ended with a panic"), boards)
     });
     let (host, inputs) = hosts??;
-    let [hard, soft] = boards;
-    let boards = [hard?, soft?];
+    note(boards, &mut missing)?;
 
     let archive = host.join(archive::NAME);
     match Compiler::c() {
         Err(Missing(reason)) => missing.push(reason),
         Ok(c) => {
             println!("{}", c.version());
-            programs::check(&archive, &inputs, &host)?;
+            programs::check(&c, &archive, &inputs, &host)?;
             install::check(&archive, &c, &host)?;
             note(programs::check_memory(&host), &mut missing)?;
         }
     }
     match Compiler::cpp() {
         Err(Missing(reason)) => missing.push(reason),
-        Ok(_) => programs::check_cpp(&archive, &host)?,
+        Ok(cpp) => programs::check_cpp(&cpp, &archive, &host)?,
     }
     if bare.is_ok() {
-        let folder = |target: &str| TARGETS.iter().position(|&known| known == target).and_then(|at| boards[at].clone());
-        note(board::check(folder, &inputs), &mut missing)?;
+        note(board::check(&inputs), &mut missing)?;
     }
-    let sizes = size(&archive)?;
-    let note = format!("{} functions, archive of {sizes} KiB", functions.len());
-    Ok(if missing.is_empty() {
-        Outcome::Passed(note)
-    } else {
-        Outcome::Partly(format!("{note}; NOT CHECKED: {}", missing.join("; ")))
-    })
+    let size = files::bytes(&archive)?.len() / 1024;
+    let note = format!("{} functions, archive of {size} KiB", functions.len());
+    Ok(Outcome::without(&missing.join("; "), note))
 }
 
 /// Collects the reason if something is missing; other errors are returned.
@@ -118,18 +102,6 @@ fn note(result: Result<(), Stop>, missing: &mut Vec<String>) -> Result<(), Stop>
         }
         other => other,
     }
-}
-
-fn size(archive: &Path) -> Result<u64, String> {
-    let metadata = fs::metadata(archive).map_err(|error| format!("{}: {error}", archive.display()))?;
-    Ok(metadata.len() / 1024)
-}
-
-/// Checks the header, runs the tests in Rust, and writes the inputs to a file.
-fn tools() -> Result<PathBuf, String> {
-    header::check()?;
-    process::run(&mut cargo("test"))?;
-    stream()
 }
 
 /// Writes the inputs to a file, with the states of the Rust library after every scan.

@@ -3,13 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::noalloc;
 use crate::outcome::Missing;
 use crate::process;
 use crate::tools::VALGRIND;
 
 /// A compiler and its language.
-#[derive(Debug, Clone)]
 pub struct Compiler {
     program: String,
     standard: &'static str,
@@ -22,22 +20,22 @@ const WARNINGS: [&str; 5] = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "
 impl Compiler {
     /// The C compiler of the host.
     pub fn c() -> Result<Self, Missing> {
-        Self::find("CC", &["cc", "gcc", "clang"], "-std=c11", "c")
+        Self::find("CC", ["cc", "gcc", "clang"], "-std=c11", "c")
     }
 
     /// The C++ compiler of the host.
     pub fn cpp() -> Result<Self, Missing> {
-        Self::find("CXX", &["c++", "g++", "clang++"], "-std=c++17", "c++")
+        Self::find("CXX", ["c++", "g++", "clang++"], "-std=c++17", "c++")
     }
 
     fn find(
         variable: &str,
-        programs: &[&str],
+        programs: [&str; 3],
         standard: &'static str,
         language: &'static str,
     ) -> Result<Self, Missing> {
         let chosen = std::env::var(variable).ok().filter(|program| !program.is_empty());
-        let mut programs = chosen.into_iter().chain(programs.iter().map(|&program| program.to_owned()));
+        let mut programs = chosen.into_iter().chain(programs.map(str::to_owned));
         let here = |program: &String| process::read(process::command(program).arg("--version")).is_ok();
         let program = programs.find(here).ok_or_else(|| Missing(format!("no {language} compiler")))?;
         Ok(Self { program, standard, language })
@@ -79,21 +77,18 @@ impl Compiler {
 }
 
 /// Builds and runs the programs; `inputs` are replayed.
-pub fn check(archive: &Path, inputs: &Path, dir: &Path) -> Result<(), String> {
-    let c = Compiler::c().map_err(|Missing(reason)| reason)?;
-    let program = |source: &str| c.build(source, &[archive], dir);
+pub fn check(c: &Compiler, archive: &Path, inputs: &Path, dir: &Path) -> Result<(), String> {
+    let program = |source: &str| c.build(source, &[archive], dir).map(process::command);
     c.compile("examples/loop.c", dir)?;
-    process::run(&mut process::command(program("tests/c/misuse.c")?))?;
-    process::run(&mut process::command(program("tests/c/all_that_a_filter_can.c")?))?;
-    process::run(&mut process::command(program("examples/robot.c")?))?;
-    process::run(&mut process::command(program("tests/c/worn_wheels.c")?))?;
-    process::run(process::command(program("tests/c/replay.c")?).arg(inputs))?;
-    beside_another(&c, archive, dir)
+    for source in ["tests/c/misuse.c", "tests/c/all_that_a_filter_can.c", "examples/robot.c", "tests/c/worn_wheels.c"] {
+        process::run(&mut program(source)?)?;
+    }
+    process::run(program("tests/c/replay.c")?.arg(inputs))?;
+    beside_another(c, archive, dir)
 }
 
 /// Compiles and runs programs that use the header in C++.
-pub fn check_cpp(archive: &Path, dir: &Path) -> Result<(), String> {
-    let cpp = Compiler::cpp().map_err(|Missing(reason)| reason)?;
+pub fn check_cpp(cpp: &Compiler, archive: &Path, dir: &Path) -> Result<(), String> {
     cpp.compile("examples/robot.c", dir)?;
     process::run(&mut process::command(cpp.build("examples/robot.cpp", &[archive], dir)?))
 }
@@ -101,7 +96,7 @@ pub fn check_cpp(archive: &Path, dir: &Path) -> Result<(), String> {
 /// Links the complete archive, another Rust archive with a panic handler of its own, and a copy of ours into one program.
 fn beside_another(c: &Compiler, archive: &Path, dir: &Path) -> Result<(), String> {
     let (other, copy) = (dir.join("libother.a"), dir.join("libcopy.a"));
-    let mut rustc = process::command(noalloc::rustc());
+    let mut rustc = process::rustc();
     rustc.args(["--edition", "2024", "--crate-type", "staticlib", "-Cpanic=abort", "-Copt-level=1", "-Clto=fat"]);
     process::run(rustc.arg("-o").arg(&other).arg(process::root().join("bindings/capi/tests/c/other.rs")))?;
     std::fs::copy(archive, &copy).map_err(|error| format!("{}: {error}", copy.display()))?;

@@ -17,7 +17,7 @@ const DOWNLOAD_LIMIT: Duration = Duration::from_secs(1200);
 /// Lists of this age are fetched again.
 const LISTS_AGE: Duration = Duration::from_secs(6 * 3600);
 
-/// Fails if apt or dpkg is missing.
+/// Fails if apt or dpkg is missing; the network is not tested.
 pub fn present() -> Result<(), String> {
     let missing = ["apt-get", "apt-cache", "dpkg-query", "dpkg-deb"]
         .into_iter()
@@ -34,13 +34,8 @@ pub fn installed() -> Result<Vec<Package>, String> {
 }
 
 fn parse_installed(text: &str) -> Vec<Package> {
-    let is_whole = |stanza: &&str| {
-        stanza
-            .trim_start()
-            .lines()
-            .next()
-            .is_some_and(|line| line.starts_with("Status: ii") || line.starts_with("Status: hi"))
-    };
+    let whole = ["Status: ii", "Status: hi"];
+    let is_whole = |stanza: &&str| whole.iter().any(|status| stanza.trim_start().starts_with(status));
     text.split("\n\n").filter(is_whole).flat_map(Package::parse_all).collect()
 }
 
@@ -82,17 +77,14 @@ impl Apt {
         // Only the packages, without further indices.
         let arguments =
             ["-o", "Acquire::Languages=none", "-o", "Acquire::IndexTargets::deb::DEP-11::DefaultEnabled=false"];
-        process::run_for(
-            self.command("apt-get").arg("-qq").args(arguments).args(network()).arg("update"),
-            LISTS_LIMIT,
-        )?;
+        process::run_for(self.command("apt-get").arg("-qq").args(arguments).args(NETWORK).arg("update"), LISTS_LIMIT)?;
         fs::write(&stamp, "").map_err(|error| format!("{}: {error}", stamp.display()))
     }
 
     /// Downloads packages to a folder.
     pub fn download(&self, packages: &[Package], folder: &Path) -> Result<(), String> {
         let mut get = self.command("apt-get");
-        get.current_dir(folder).arg("-qq").args(network()).arg("download");
+        get.current_dir(folder).arg("-qq").args(NETWORK).arg("download");
         get.args(packages.iter().map(|package| format!("{}={}", package.name, package.version)));
         process::run_for(&mut get, DOWNLOAD_LIMIT)
     }
@@ -112,9 +104,8 @@ impl Apt {
 }
 
 /// Network limits of apt.
-fn network() -> [&'static str; 6] {
-    ["-o", "Acquire::Retries=1", "-o", "Acquire::http::Timeout=30", "-o", "Acquire::https::Timeout=30"]
-}
+pub const NETWORK: [&str; 6] =
+    ["-o", "Acquire::Retries=1", "-o", "Acquire::http::Timeout=30", "-o", "Acquire::https::Timeout=30"];
 
 impl Archive for Apt {
     fn offers(&mut self, name: &str) -> Result<Vec<Package>, String> {

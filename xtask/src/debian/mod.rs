@@ -10,6 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::process;
+pub use apt::{NETWORK, present as can_fetch};
 pub use tree::Tree;
 
 /// Packages for a purpose.
@@ -44,11 +45,6 @@ fn is_writable(folder: &Path) -> bool {
 /// The tree that was unpacked before.
 pub fn unpacked(bundle: &Bundle) -> Option<Tree> {
     places().find_map(|place| Tree::at(&place.join(bundle.name)))
-}
-
-/// Whether apt and dpkg are present; the network is not tested.
-pub fn can_fetch() -> Result<(), String> {
-    apt::present()
 }
 
 /// Downloads and unpacks the packages of a bundle, with dependencies that are not installed.

@@ -43,22 +43,18 @@ impl Tree {
         let set = command.get_envs().find(|(name, _)| *name == VARIABLE).map(|(_, value)| value.map(OsString::from));
         let before = set.unwrap_or_else(|| std::env::var_os(VARIABLE)).unwrap_or_default();
         let before = std::env::split_paths(&before).filter(|path| !path.as_os_str().is_empty());
-        // With a path that cannot be in such a list, no program of the tree could run.
-        let all = std::env::join_paths(self.library_folders().into_iter().chain(before)).unwrap_or_default();
-        command.env(VARIABLE, all);
-    }
-
-    /// All folders with a shared library.
-    fn library_folders(&self) -> BTreeSet<PathBuf> {
         let mut folders = BTreeSet::new();
         for top in ["lib", "usr/lib"] {
             // A missing folder has no libraries.
             let _ = shared_libraries(&self.root.join(top), &mut folders);
         }
-        folders
+        // With a path that cannot be in such a list, no program of the tree could run.
+        let all = std::env::join_paths(folders.into_iter().chain(before)).unwrap_or_default();
+        command.env(VARIABLE, all);
     }
 }
 
+/// Adds all folders with a shared library.
 fn shared_libraries(folder: &Path, found: &mut BTreeSet<PathBuf>) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let entry = entry?;

@@ -57,6 +57,9 @@ pub const EMULATED: [Board; 3] = [
     },
 ];
 
+/// The board of checks that do not depend on it.
+pub const FIRST: &Board = &EMULATED[0];
+
 /// All targets, without duplicates.
 pub const TARGETS: [&str; 2] = ["thumbv7em-none-eabihf", "thumbv8m.main-none-eabihf"];
 

@@ -1,15 +1,14 @@
 //! A drive with faults of sensor and odometry: the boards must have the states of the host, and no scan may exceed the worst
 //! case.
 
-use super::board::EMULATED;
+use super::board::FIRST;
+use super::digests::all_equal;
 use super::emulator;
 use super::image;
 use super::output::{self, Replay};
-use super::precision::Precision;
-use super::streams::{self, Source, Variant};
-use crate::budget::worst_case;
-use crate::toolchain::Toolchain;
-use crate::tools::Tool;
+use super::rig::{FEW, JOINT, JOINT_MOVERS, PLANAR, Precision, Rig, SMALL, SMALL_JOINT};
+use super::streams::{self, Source};
+use crate::budget;
 
 /// Number of scans of `faults`: all.
 const SCANS: usize = 501;
@@ -18,23 +17,21 @@ const SCANS: usize = 501;
 const WANT_OF_ROOM: u16 = 0b1_1100;
 
 /// The filters for the drive, and the configurations whose worst cases are their limits.
-const TAKEN: [(Variant, &str); 6] = [
-    (Variant::Plain, "32x2-f32"),
-    (Variant::Informed, "4x1-informed-f32"),
-    (Variant::Joint, "1x1-joint-f32"),
-    (Variant::JointMovers, "1x1-joint-movers-f32"),
+const TAKEN: [(Rig, &str); 6] = [
+    (PLANAR, "32x2-f32"),
+    (FEW, "4x1-informed-f32"),
+    (JOINT, "1x1-joint-f32"),
+    (JOINT_MOVERS, "1x1-joint-movers-f32"),
     // With less memory a scan must not exceed the worst case with all of it.
-    (Variant::Small, "32x2-f32"),
-    (Variant::SmallJoint, "1x1-joint-f32"),
+    (SMALL, "32x2-f32"),
+    (SMALL_JOINT, "1x1-joint-f32"),
 ];
 
-/// Returns the number of compared scans and the failures.
-pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(usize, Vec<String>), String> {
-    let [bounded, ..] = &EMULATED;
+/// Returns the number of compared scans, or the failures.
+pub fn check() -> Result<usize, String> {
     let (mut compared, mut failures) = (0, Vec::new());
-    for (variant, configuration) in TAKEN {
-        let source = Source { what: "faults", scans: SCANS, variant };
-        let rig = source.rig();
+    for (rig, configuration) in TAKEN {
+        let source = Source { what: "faults", scans: SCANS, rig };
         let stream = streams::make(source, Precision::F32)?;
         let host = streams::on_host(&stream, rig, Precision::F32)?;
         if host.scans.len() != SCANS {
@@ -42,30 +39,26 @@ pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(usize, Vec<String>),
         }
         let mut images = Vec::new();
         for board in rig.boards {
-            images.push((board, image::build_replay(toolchain, board, rig, Precision::F32)?));
+            images.push((board, image::build_replay(board, rig, Precision::F32)?));
         }
-        for (board, replay) in emulator::replay(qemu, &images, &stream)? {
-            let name = format!("faults{} on {board}", variant.mark());
+        for (board, replay) in emulator::replay(&images, &stream)? {
+            let (name, worst) = (format!("faults{} on {board}", rig.mark), replay.worst_scan());
             failures.extend(host.first_difference(&replay).map(|difference| format!("{name}: {difference}")));
             // The worst case is measured on one board.
-            if board == bounded.name {
-                let why = worst_case::exceeded(board, configuration, replay.worst_scan())?;
+            if board == FIRST.name {
+                let why = budget::beyond_worst_case(board, configuration, worst)?;
                 failures.extend(why.map(|why| name.clone() + &why));
             }
             compared += replay.scans.len();
-            println!(
-                "{name}: {} scans compared, the longest of {} instructions",
-                replay.scans.len(),
-                replay.worst_scan()
-            );
+            println!("{name}: {} scans compared, the longest of {worst} instructions", replay.scans.len());
         }
         let short = short_of_room(&host);
-        println!("faults{}: {short} scans tell that there is too little room", variant.mark());
-        if matches!(variant, Variant::Small | Variant::SmallJoint) && short == 0 {
-            failures.push(format!("no scan of faults{} tells that there is too little room", variant.mark()));
+        println!("faults{}: {short} scans tell that there is too little room", rig.mark);
+        if [SMALL, SMALL_JOINT].contains(&rig) && short == 0 {
+            failures.push(format!("no scan of faults{} tells that there is too little room", rig.mark));
         }
     }
-    Ok((compared, failures))
+    all_equal(compared, &failures)
 }
 
 /// Number of scans with a warning of too little memory.

@@ -1,21 +1,18 @@
 //! Bit flips in the filter's state during a replay on a board: after every round the state and the number of repairs must be
 //! those of the host, and no scan may exceed the worst case.
 
-use super::board::EMULATED;
+use super::board::FIRST;
 use super::emulator;
-use super::image::{self, Extra};
+use super::image;
 use super::output;
-use super::precision::Precision;
-use super::streams::{self, Source, Variant};
-use crate::budget::worst_case;
-use crate::toolchain::Toolchain;
-use crate::tools::Tool;
+use super::rig::{FEW, Precision};
+use super::streams::{self, Source};
+use crate::budget;
 
-/// The image and its features.
-const IMAGE: &str = "flips";
+/// The features of the image.
 const FEATURES: [&str; 2] = ["few-particles", "flips"];
 /// 60 scans without a flip and 20 rounds of 10.
-const DRIVE: Source<'_> = Source { what: "survey", scans: 260, variant: Variant::Informed };
+const DRIVE: Source<'_> = Source { what: "survey", scans: 260, rig: FEW };
 const ROUNDS: usize = 20;
 /// Its filters, the configurations whose worst cases are their limits, and the instructions of the longest scan as stated in
 /// `docs/performance.md`.
@@ -23,7 +20,6 @@ const FILTERS: [(&str, &str, u64); 2] =
     [("mixture", "4x1-informed-f32", 1_340_000), ("joint", "1x1-joint-f32", 2_090_000)];
 
 /// The output of a replay.
-#[derive(Debug, PartialEq)]
 struct Told {
     /// The rounds of both filters.
     rounds: Vec<String>,
@@ -32,8 +28,8 @@ struct Told {
 }
 
 impl Told {
-    fn parse(lines: &[String]) -> Self {
-        let of = |kind: &'static str| lines.iter().filter_map(move |line| line.strip_prefix(kind)?.strip_prefix(' '));
+    fn parse(text: &str) -> Self {
+        let of = |kind: &'static str| text.lines().filter_map(move |line| line.strip_prefix(kind)?.strip_prefix(' '));
         let rounds = of("round").map(str::to_owned).collect();
         Self { rounds, worst: of("worst").filter_map(|ticks| ticks.parse().ok()).collect() }
     }
@@ -48,24 +44,23 @@ impl Told {
 }
 
 /// Fails if the board differs from the host.
-pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
-    let [board, ..] = &EMULATED;
+pub fn check() -> Result<(), String> {
     let stream = streams::make(DRIVE, Precision::F32)?;
     let host = Told::parse(&streams::flips_on_host(&stream, &FEATURES)?);
-    let image = image::build(toolchain, board, IMAGE, &Extra { features: &FEATURES, flags: &[] })?;
-    let lines = emulator::run(qemu, board, &image, &stream)?;
-    let replay = Told::parse(&lines);
-    let (begin, end) = (lines.first().map_or("", String::as_str), lines.last().map_or("", String::as_str));
+    let image = image::build(FIRST, "flips", &FEATURES)?;
+    let text = emulator::run(FIRST, &image, &stream)?;
+    let replay = Told::parse(&text);
+    let (begin, end) = (text.lines().next().unwrap_or_default(), text.lines().last().unwrap_or_default());
     if !end.starts_with("end ") {
         return Err(format!("it ended with {end}"));
     }
     let pairs = host.rounds.iter().zip(&replay.rounds);
     if let Some((left, right)) = pairs.clone().find(|(left, right)| left != right) {
-        return Err(format!("the host has {left}, {} {right}", board.name));
+        return Err(format!("the host has {left}, {} {right}", FIRST.name));
     }
     let all = FILTERS.len() * ROUNDS;
     if [host.rounds.len(), replay.rounds.len(), replay.worst.len()] != [all; 3] {
-        return Err(format!("{} of {all} rounds on {}", pairs.count(), board.name));
+        return Err(format!("{} of {all} rounds on {}", pairs.count(), FIRST.name));
     }
     let (Some(instructions), Some(ticks)) = (output::number(begin, "instructions"), output::number(begin, "ticks"))
     else {
@@ -77,17 +72,17 @@ pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
         println!(
             "flips on {}: {filter}: of {} bits {} scrubbings mended, {} particles isolated, {} times back to a snapshot; \
              the longest scan took {worst} instructions",
-            board.name,
+            FIRST.name,
             sum("flips"),
             sum("mended"),
             sum("isolated"),
             sum("refused")
         );
-        if let Some(why) = worst_case::exceeded(board.name, configuration, worst)? {
-            return Err(format!("{filter} on {}{why}", board.name));
+        if let Some(why) = budget::beyond_worst_case(FIRST.name, configuration, worst)? {
+            return Err(format!("{filter} on {}{why}", FIRST.name));
         }
         if !is_near(worst, stated) {
-            return Err(format!("{filter} on {}: a scan takes {worst} instructions, not {stated}", board.name));
+            return Err(format!("{filter} on {}: a scan takes {worst} instructions, not {stated}", FIRST.name));
         }
     }
     Ok(())
@@ -112,7 +107,7 @@ mod tests {
     fn rounds_are_summed_and_the_longest_scan_found() {
         let text = "clock systick instructions 40 ticks 1\nround 0 of mixture flips 8 mended 1 digest 0a\nworst 7\n\
                     round 1 of mixture flips 8 mended 2 digest 0b\nworst 5\nround 0 of joint flips 8 mended 0 digest 0c\nworst 9\nend stack 1";
-        let told = Told::parse(&text.lines().map(str::to_owned).collect::<Vec<_>>());
+        let told = Told::parse(text);
         assert_eq!((told.rounds.len(), told.worst.as_slice()), (3, &[7, 5, 9][..]));
         assert_eq!((told.of("mixture", "mended"), told.of("joint", "flips")), ((3, 7), (8, 9)));
     }

@@ -1,11 +1,10 @@
 //! Builds the project of `docs/guide/embedding.md` as shown there.
 
 use super::board::REFERENCE;
+use super::image;
 use super::workbench;
-use crate::outcome::Missing;
+use crate::files;
 use crate::process;
-use crate::toolchain::Toolchain;
-use std::fs;
 
 const CHAPTER: &str = include_str!("../../../docs/guide/embedding.md");
 /// Path of the library in the chapter, relative to the project.
@@ -14,7 +13,7 @@ const LIBRARY: &str = "../scphd/core";
 const FILES: usize = 4;
 
 /// The files of the chapter: the names from its headings, and the code below them.
-fn files(chapter: &str) -> Vec<(&str, &str)> {
+fn shown(chapter: &str) -> Vec<(&str, &str)> {
     let sections = chapter.split("\n## `").skip(1);
     let file = |section| {
         let (name, rest) = str::split_once(section, '`')?;
@@ -27,20 +26,15 @@ fn files(chapter: &str) -> Vec<(&str, &str)> {
 }
 
 /// Builds the project for the reference board.
-pub fn build(toolchain: &Toolchain) -> Result<(), String> {
+pub fn build() -> Result<(), String> {
     let project = process::own_target_dir("guide");
-    let write = |name: &str, text: &str| {
-        let path = project.join(name);
-        fs::create_dir_all(path.parent().unwrap_or(&project))
-            .and_then(|()| fs::write(&path, text))
-            .map_err(|error| format!("{}: {error}", path.display()))
-    };
-    let read = |name: &str| fs::read_to_string(process::root().join(name)).map_err(|error| format!("{name}: {error}"));
-    let files = files(CHAPTER);
-    if files.len() != FILES {
-        return Err(format!("docs/guide/embedding.md has {} files for {FILES}", files.len()));
+    let write = |name: &str, text: &str| files::write(&project.join(name), text);
+    let read = |name: &str| files::text(&process::root().join(name));
+    let shown = shown(CHAPTER);
+    if shown.len() != FILES {
+        return Err(format!("docs/guide/embedding.md has {} files for {FILES}", shown.len()));
     }
-    for (name, code) in files {
+    for (name, code) in shown {
         if name == "Cargo.toml" {
             // The project is in a folder of this workspace, but is not one of its packages.
             let library = process::root().join("core");
@@ -53,13 +47,9 @@ pub fn build(toolchain: &Toolchain) -> Result<(), String> {
     write("memory.x", &read("memory.x")?)?;
     // The lock file of the other images.
     write("Cargo.lock", &read("firmware/Cargo.lock")?)?;
-    let mut cargo = toolchain.cargo_build("core");
-    let mut flags: Vec<String> = REFERENCE.flags.iter().map(|&flag| flag.to_owned()).collect();
-    flags.extend(toolchain.linker(&mut cargo).map_err(|Missing(reason)| reason)?);
-    cargo.current_dir(&project).env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
-    cargo.args(["--quiet", "--release", "--offline", "--target", REFERENCE.target, "--target-dir"]);
-    workbench::with(toolchain, |bench| process::run(cargo.arg(bench)))
-        .map_err(|error| format!("docs/guide/embedding.md: {error}"))
+    let mut cargo = image::cargo_for(&REFERENCE, "core")?;
+    cargo.current_dir(&project).args(["--offline", "--target-dir"]);
+    workbench::with(|bench| process::run(cargo.arg(bench))).map_err(|error| format!("docs/guide/embedding.md: {error}"))
 }
 
 #[cfg(test)]
@@ -68,7 +58,7 @@ mod tests {
 
     #[test]
     fn every_file_of_the_chapter_is_found() {
-        let names: Vec<_> = files(CHAPTER).into_iter().map(|(name, _)| name).collect();
+        let names: Vec<_> = shown(CHAPTER).into_iter().map(|(name, _)| name).collect();
         assert_eq!(names, ["Cargo.toml", "build.rs", "src/main.rs", "src/drivers.rs"]);
         assert!(CHAPTER.contains(LIBRARY));
     }

@@ -1,61 +1,42 @@
 //! Hardware in the loop: the image `hil` in QEMU communicates with `scphd-sim hil` over its serial port.
 
 use std::net::TcpListener;
-use std::process::Child;
 use std::time::Duration;
 
-use super::board::EMULATED;
+use super::board::FIRST;
 use super::emulator;
-use super::image::{self, Extra};
+use super::image;
 use super::streams;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
-use crate::toolchain::{self, Toolchain};
-use crate::tools::Tool;
+use crate::toolchain;
 
 /// The image. It links only if no panic is reachable.
 pub const IMAGE: &str = "hil";
 /// Time limit of a stream.
 const LIMIT: Duration = Duration::from_secs(900);
-/// Number of scans in the step `firmware`.
-const SCANS: &str = "40";
-/// Number of scans over a faulty line, and its error rates.
-const BAD: [&str; 12] = [
-    "--scans",
-    "12",
-    "--timeout-ms",
-    "300",
-    "--lose",
-    "0.01",
-    "--double",
-    "0.02",
-    "--late",
-    "0.02",
-    "--flip",
-    "0.0005",
-];
+/// Number of scans in the step `firmware`: over a good line, and over a faulty one with its error rates.
+const GOOD: &str = "--scans 40";
+const BAD: &str = "--scans 12 --timeout-ms 300 --lose 0.01 --double 0.02 --late 0.02 --flip 0.0005";
 
 /// The command `hil`: the whole scenario.
-pub fn step() -> Outcome {
-    let whole = || -> Result<Outcome, Stop> {
-        let qemu = emulator::prepare()?;
-        let toolchain = toolchain::find()?;
-        with_target(&qemu, &toolchain, |port| stream(port, &[]))?;
-        Ok(Outcome::Passed("every digest equal".into()))
-    };
-    whole().into()
+pub fn step() -> Result<Outcome, Stop> {
+    emulator::prepare()?;
+    toolchain::find()?;
+    with_target(|port| stream(port, []))?;
+    Ok(Outcome::Passed("every digest equal".into()))
 }
 
 /// Some scans over a good line; then, with the same target, over one that loses, duplicates, delays and damages frames.
-pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
-    with_target(qemu, toolchain, |port| {
-        stream(port, &["--scans", SCANS])?;
-        stream(port, &BAD)
+pub fn check() -> Result<(), String> {
+    with_target(|port| {
+        stream(port, GOOD.split(' '))?;
+        stream(port, BAD.split(' '))
     })
 }
 
 /// Lets the simulator stream the scenario of section 5.3.1 to the target at a port.
-fn stream(port: u16, more: &[&str]) -> Result<(), String> {
+fn stream<'a>(port: u16, more: impl IntoIterator<Item = &'a str>) -> Result<(), String> {
     let mut simulator = streams::simulator()?;
     simulator.args(["hil", "thesis-dynamic"]);
     simulator.args(["--particles", "32", "--samples", "2", "--port", &format!("tcp:127.0.0.1:{port}")]);
@@ -63,15 +44,14 @@ fn stream(port: u16, more: &[&str]) -> Result<(), String> {
 }
 
 /// Runs the image while `work` uses its serial port.
-fn with_target(qemu: &Tool, toolchain: &Toolchain, work: impl FnOnce(u16) -> Result<(), String>) -> Result<(), String> {
-    let [board, ..] = &EMULATED;
-    let image = image::build(toolchain, board, IMAGE, &Extra::default())?;
+fn with_target(work: impl FnOnce(u16) -> Result<(), String>) -> Result<(), String> {
+    let image = image::build(FIRST, IMAGE, &[])?;
     let port = free_port()?;
-    let mut emulator = qemu.command();
-    emulator.args(["-machine", board.name, "-nographic", "-monitor", "none", "-icount", "shift=0"]);
-    emulator.args(["-serial", &format!("tcp:127.0.0.1:{port},server=on,wait=on"), "-kernel"]).arg(&image.path);
+    let mut qemu = emulator::qemu()?.command();
+    qemu.args(["-machine", FIRST.name, "-nographic", "-monitor", "none", "-icount", "shift=0"]);
+    qemu.args(["-serial", &format!("tcp:127.0.0.1:{port},server=on,wait=on"), "-kernel"]).arg(&image.path);
     println!("{IMAGE} in QEMU, its serial port at tcp:127.0.0.1:{port}");
-    let mut running = Running(emulator.spawn().map_err(|error| format!("QEMU: {error}"))?);
+    let mut running = process::Running(qemu.spawn().map_err(|error| format!("QEMU: {error}"))?);
     let done = work(port);
     match running.0.try_wait() {
         Ok(Some(status)) => Err(format!("the target has ended ({status}): {done:?}")),
@@ -83,15 +63,4 @@ fn with_target(qemu: &Tool, toolchain: &Toolchain, work: impl FnOnce(u16) -> Res
 fn free_port() -> Result<u16, String> {
     let port = TcpListener::bind(("127.0.0.1", 0)).and_then(|listener| listener.local_addr());
     port.map(|address| address.port()).map_err(|error| format!("no free port: {error}"))
-}
-
-/// A process that is killed when this is dropped.
-struct Running(Child);
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        // Both calls fail only if the process has already ended.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
 }

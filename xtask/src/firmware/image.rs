@@ -1,20 +1,19 @@
 //! Builds images, and reads their contents.
 
-use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::{Mutex, PoisonError};
 
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, elf};
 
 use super::board::{Board, REFERENCE};
-use super::precision::Precision;
-use super::rig::Rig;
+use super::rig::{Precision, Rig};
 use super::workbench;
-use crate::outcome::Missing;
+use crate::files;
+use crate::noalloc;
+use crate::once::Once;
 use crate::process;
-use crate::toolchain::Toolchain;
+use crate::toolchain;
 
 /// A built image.
 pub struct Image {
@@ -35,109 +34,72 @@ pub struct Sizes {
     pub ram: u64,
 }
 
-/// Additional options of a build.
-#[derive(Default)]
-pub struct Extra<'a> {
-    /// Features of the firmware to enable.
-    pub features: &'a [&'a str],
-    /// Additional flags for the compiler.
-    pub flags: &'a [&'a str],
-}
-
 /// Builds the image that replays the streams of a rig, with its capacities.
-pub fn build_replay(toolchain: &Toolchain, board: &Board, rig: Rig, precision: Precision) -> Result<Image, String> {
-    build(toolchain, board, &rig.image(precision), &Extra { features: &rig.image_features(), flags: &[] })
+pub fn build_replay(board: &Board, rig: Rig, precision: Precision) -> Result<Image, String> {
+    build(board, &rig.image(precision), &rig.image_features())
 }
 
 /// The workspace of most images.
 const FOLDER: &str = "firmware";
 
-/// Builds an image of the firmware for a board.
-pub fn build(toolchain: &Toolchain, board: &Board, name: &str, extra: &Extra<'_>) -> Result<Image, String> {
-    build_in(toolchain, board, FOLDER, name, extra)
+/// Builds an image of the firmware for a board, with these features.
+pub fn build(board: &Board, name: &str, features: &[&str]) -> Result<Image, String> {
+    build_in(board, FOLDER, name, features)
 }
 
-/// The images that this run has built, with their flags: several steps need the same images, and the sources do not change during
-/// a run.
-static BUILT: Mutex<BTreeSet<(PathBuf, Vec<String>)>> = Mutex::new(BTreeSet::new());
+/// The images that this run has built: several steps need the same images, and the sources do not change during a run.
+static BUILT: Once<PathBuf, ()> = Once::new();
 
 /// Builds an image of a workspace for a board, unless this run has already built it.
-pub fn build_in(
-    toolchain: &Toolchain,
-    board: &Board,
-    folder: &str,
-    name: &str,
-    extra: &Extra<'_>,
-) -> Result<Image, String> {
-    let features = extra.features.iter().map(|feature| format!("-{feature}")).collect::<String>();
-    let path = images(toolchain)?.join(format!("{}-{name}{features}.elf", board.name));
-    let built = || BUILT.lock().unwrap_or_else(PoisonError::into_inner);
-    let key = (path.clone(), extra.flags.iter().map(ToString::to_string).collect::<Vec<_>>());
-    if built().contains(&key) {
-        return Image::read(path, board);
-    }
-    workbench::with(toolchain, |bench| {
-        process::run(&mut cargo(toolchain, board, folder, name, extra, bench)?)?;
-        // The build for the next board overwrites the image, so that it is moved to a folder for complete images: another step
-        // may already run the same image from there.
-        let (built, copy) = (bench.join(board.target).join("release").join(name), bench.join("built.elf"));
-        let kept = fs::copy(&built, &copy).and_then(|_| fs::rename(&copy, &path));
-        kept.map_err(|error| format!("{}: {error}", built.display()))
+pub fn build_in(board: &Board, folder: &str, name: &str, features: &[&str]) -> Result<Image, String> {
+    let images = process::own_target_dir(&format!("images-{}", toolchain::find()?.key()));
+    fs::create_dir_all(&images).map_err(|error| format!("{}: {error}", images.display()))?;
+    let mark = features.iter().map(|feature| format!("-{feature}")).collect::<String>();
+    let path = images.join(format!("{}-{name}{mark}.elf", board.name));
+    BUILT.get(path.clone(), || {
+        workbench::with(|bench| {
+            process::run(&mut cargo(board, folder, name, features, bench)?)?;
+            // The build for the next board overwrites the image, so that it is moved to the folder of complete images: another
+            // step may already run the same image from there.
+            let (built, copy) = (bench.join(board.target).join("release").join(name), bench.join("built.elf"));
+            let kept = fs::copy(&built, &copy).and_then(|_| fs::rename(&copy, &path));
+            kept.map_err(|error| format!("{}: {error}", built.display()))
+        })
     })?;
-    let image = Image::read(path, board)?;
-    built().insert(key);
-    Ok(image)
+    Image::read(path, board)
 }
 
 /// Builds an image that must not link, with an error that contains `complaint`.
-pub fn must_not_link(
-    toolchain: &Toolchain,
-    board: &Board,
-    name: &str,
-    extra: &Extra<'_>,
-    complaint: &str,
-) -> Result<(), String> {
-    let built = workbench::with(toolchain, |bench| {
-        Ok::<_, String>(process::read(&mut cargo(toolchain, board, FOLDER, name, extra, bench)?))
-    })?;
+pub fn must_not_link(board: &Board, name: &str, features: &[&str], complaint: &str) -> Result<(), String> {
+    let built =
+        workbench::with(|bench| Ok::<_, String>(process::read(&mut cargo(board, FOLDER, name, features, bench)?)))?;
     match built {
         Err(reason) if reason.contains(complaint) => Ok(()),
-        Err(reason) => Err(format!("{name} with {:?} failed for another reason: {reason}", extra.features)),
-        Ok(_) => Err(format!("{name} for {} linked with {:?}", board.name, extra.features)),
+        Err(reason) => Err(format!("{name} with {features:?} failed for another reason: {reason}")),
+        Ok(_) => Err(format!("{name} for {} linked with {features:?}", board.name)),
     }
 }
 
-/// The folder of complete images.
-fn images(toolchain: &Toolchain) -> Result<PathBuf, String> {
-    let folder = process::own_target_dir(&format!("images-{}", toolchain.key()));
-    fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    Ok(folder)
+/// `cargo build` for a board, without a place. `libraries` are built by a toolchain that has none for the target.
+pub fn cargo_for(board: &Board, libraries: &str) -> Result<Command, String> {
+    let toolchain = toolchain::find()?;
+    let mut cargo = toolchain.cargo("build", libraries);
+    let mut flags: Vec<String> = board.flags.iter().map(ToString::to_string).collect();
+    flags.extend(toolchain.linker(&mut cargo)?);
+    cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
+    cargo.args(["--quiet", "--release", "--target", board.target]);
+    Ok(cargo)
 }
 
-fn cargo(
-    toolchain: &Toolchain,
-    board: &Board,
-    folder: &str,
-    name: &str,
-    extra: &Extra<'_>,
-    bench: &Path,
-) -> Result<Command, String> {
-    let libraries = if extra.features.is_empty() { "core" } else { "core,alloc" };
-    let mut flags: Vec<String> = board.flags.iter().chain(extra.flags).map(|&flag| flag.to_owned()).collect();
-    let mut cargo = toolchain.cargo_build(libraries);
-    flags.extend(toolchain.linker(&mut cargo).map_err(|Missing(reason)| reason)?);
+fn cargo(board: &Board, folder: &str, name: &str, features: &[&str], bench: &Path) -> Result<Command, String> {
+    let mut cargo = cargo_for(board, if features.is_empty() { "core" } else { "core,alloc" })?;
     cargo.current_dir(process::root().join(folder));
-    cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
     if board.name == REFERENCE.name {
         cargo.env_remove("SCPHD_BOARD");
     } else {
         cargo.env("SCPHD_BOARD", board.name);
     }
-    cargo.args(["--quiet", "--release", "--locked", "--bin", name, "--target", board.target, "--target-dir"]);
-    cargo.arg(bench);
-    if !extra.features.is_empty() {
-        cargo.arg("--features").arg(extra.features.join(","));
-    }
+    cargo.args(["--locked", "--bin", name, "--features", &features.join(","), "--target-dir"]).arg(bench);
     Ok(cargo)
 }
 
@@ -148,21 +110,16 @@ impl Image {
 
     /// Reads the image in a file, which must be for this board.
     fn read(path: PathBuf, board: &Board) -> Result<Self, String> {
-        let elf = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+        let elf = files::bytes(&path)?;
         let image = Self { path, elf };
-        image.check_ram(board)?;
-        Ok(image)
-    }
-
-    /// Fails if the image is for another board.
-    fn check_ram(&self, board: &Board) -> Result<(), String> {
-        let file = self.file()?;
-        let data = file.section_by_name(".data").ok_or_else(|| format!("{} has no .data", self.path.display()))?;
-        if data.address() == board.ram {
-            Ok(())
-        } else {
-            Err(format!("{} has its variables at {:#x}, not at {:#x}", self.path.display(), data.address(), board.ram))
+        let file = image.file()?;
+        let data = file.section_by_name(".data").ok_or_else(|| format!("{} has no .data", image.path.display()))?;
+        let address = data.address();
+        if address != board.ram {
+            let path = image.path.display();
+            return Err(format!("{path} has its variables at {address:#x}, not at {:#x}", board.ram));
         }
+        Ok(image)
     }
 
     /// The flash and RAM of the image.
@@ -189,10 +146,10 @@ impl Image {
         Ok(sizes)
     }
 
-    /// The first symbol that contains one of `names`.
-    pub fn symbol_with(&self, names: &[&str]) -> Result<Option<String>, String> {
+    /// The first symbol with the name of one of the allocator's in it.
+    pub fn allocator_symbol(&self) -> Result<Option<String>, String> {
         let file = self.file()?;
         let mut symbols = file.symbols().filter_map(|symbol| symbol.name().ok());
-        Ok(symbols.find(|symbol| names.iter().any(|name| symbol.contains(name))).map(str::to_owned))
+        Ok(symbols.find(|symbol| noalloc::SYMBOLS.iter().any(|name| symbol.contains(name))).map(str::to_owned))
     }
 }

@@ -10,7 +10,6 @@ mod hil;
 pub mod image;
 mod library;
 pub mod output;
-pub mod precision;
 mod proof;
 pub mod rig;
 mod rtos;

@@ -1,9 +1,7 @@
 //! The output of a replay, on a board or on the host.
 
-/// A replay.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Replay {
-    /// The scans.
     pub scans: Vec<Scan>,
     /// Instructions per tick of the clock; 0 without counts.
     pub instructions_per_tick: f64,
@@ -21,7 +19,6 @@ pub struct Replay {
     pub end: Option<String>,
 }
 
-/// A scan.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scan {
     /// Counts, health and digest: everything that must be equal on host and board.
@@ -30,7 +27,6 @@ pub struct Scan {
     pub digest: String,
     /// Greatest number of components in view of any candidate.
     pub in_view: u64,
-    /// Measurements.
     pub measurements: u64,
     /// Number of predictions before it.
     pub predictions: u64,
@@ -52,9 +48,9 @@ pub const STAGES: [&str; 5] = ["predict", "weigh", "resample", "update", "reduce
 
 impl Replay {
     /// Parses the lines of a replay.
-    pub fn parse(lines: &[String]) -> Result<Self, String> {
+    pub fn parse(text: &str) -> Result<Self, String> {
         let mut replay = Self::default();
-        for line in lines {
+        for line in text.lines() {
             replay.line(line).ok_or_else(|| format!("unexpected output: {line}"))?;
         }
         if replay.end.is_some() { Ok(replay) } else { Err(format!("no end after {} scans", replay.scans.len())) }
@@ -117,11 +113,9 @@ impl Replay {
 
     /// The first difference between two replays of the same stream.
     pub fn first_difference(&self, other: &Self) -> Option<String> {
-        let scans = self.scans.iter().zip(&other.scans);
-        for (left, right) in scans {
-            if left.state != right.state {
-                return Some(format!("{} / {}", left.state, right.state));
-            }
+        let mut pairs = self.scans.iter().zip(&other.scans);
+        if let Some((left, right)) = pairs.find(|(left, right)| left.state != right.state) {
+            return Some(format!("{} / {}", left.state, right.state));
         }
         let (left, right) = (self.scans.len(), other.scans.len());
         (left != right).then(|| format!("{left} scans / {right} scans"))
@@ -178,13 +172,9 @@ pub fn number(text: &str, name: &str) -> Option<u64> {
 mod tests {
     use super::*;
 
-    fn parse(text: &str) -> Result<Replay, String> {
-        Replay::parse(&text.lines().map(str::to_owned).collect::<Vec<_>>())
-    }
-
     #[test]
     fn lines_are_parsed() {
-        let replay = parse(
+        let replay = Replay::parse(
             "clock systick instructions 2000000 ticks 50000\nram total 100\nram in and out 7\n\
              scan 0 measurements 5 predictions 2 in_view 9 health 0000 digest 0a\ncost 0 predict 9 worst 6 update 77 estimate 3\n\
              stages 0 predict 1 weigh 40 resample 2 update 20 reduce 10\n\
@@ -200,15 +190,15 @@ mod tests {
 
     #[test]
     fn incomplete_or_unexpected_output_is_an_error() {
-        assert!(parse("scan 0 measurements 5 predictions 2 in_view 9 digest 0a").is_err());
-        assert!(parse("Error damaged\nend scans 0").is_err());
+        assert!(Replay::parse("scan 0 measurements 5 predictions 2 in_view 9 digest 0a").is_err());
+        assert!(Replay::parse("Error damaged\nend scans 0").is_err());
     }
 
     #[test]
     fn the_first_difference_is_found() {
-        let one = parse("scan 0 measurements 5 predictions 2 in_view 9 digest 0a\nend scans 1").unwrap();
-        let other = parse("scan 0 measurements 5 predictions 2 in_view 9 digest 0b\nend scans 1").unwrap();
-        let longer = parse("scan 0 measurements 5 predictions 2 in_view 9 digest 0a\nscan 1 measurements 5 predictions 2 in_view 9 digest 0a\nend scans 2").unwrap();
+        let one = Replay::parse("scan 0 measurements 5 predictions 2 in_view 9 digest 0a\nend scans 1").unwrap();
+        let other = Replay::parse("scan 0 measurements 5 predictions 2 in_view 9 digest 0b\nend scans 1").unwrap();
+        let longer = Replay::parse("scan 0 measurements 5 predictions 2 in_view 9 digest 0a\nscan 1 measurements 5 predictions 2 in_view 9 digest 0a\nend scans 2").unwrap();
         assert_eq!(one.first_difference(&one), None);
         assert!(one.first_difference(&other).unwrap().contains("0b"));
         assert_eq!(one.first_difference(&longer).unwrap(), "1 scans / 2 scans");

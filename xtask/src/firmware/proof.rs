@@ -4,113 +4,88 @@
 use super::board::{Board, EMULATED, REFERENCE};
 use super::guide;
 use super::hil;
-use super::image::{self, Extra, Image};
-use super::precision::Precision;
-use super::rig::{
-    BLACK_BOXES, JOINT, JOINT_HYPOTHESES, JOINT_MOVERS, PLANAR, Rig, SENSORS, UNDERWATER, UNDERWATER_JOINT,
-};
-use crate::noalloc;
+use super::image::{self, Image};
+use super::rig::{JOINT, JOINT_HYPOTHESES, JOINT_MOVERS, PLANAR, Precision, Rig, UNDERWATER, UNDERWATER_JOINT};
 use crate::outcome::{Outcome, Stop};
 use crate::process;
-use crate::toolchain::{self, Toolchain};
+use crate::toolchain;
 
 /// The image whose panic handler calls a function that nobody defines.
 pub const PROOF: &str = "proof";
 /// The linker's error for that function.
 const NO_FUNCTION: &str = "undefined symbol: a_panic_is_reachable";
-/// Defines the address of that function, so that an image with a panic can be linked and examined.
-const WITH_PANICS: &str = "-Clink-arg=--defsym=a_panic_is_reachable=0";
 
 /// The reference board with less RAM than the filter needs.
 const TOO_SMALL: Board = Board { name: "too-small", ..REFERENCE };
-
-/// The step.
-pub fn step() -> Outcome {
-    prove().into()
-}
+/// The reference board with an address of that function, so that an image with a panic can be linked and examined.
+const WITH_PANICS: Board =
+    Board { flags: &["-Ctarget-cpu=cortex-m7", "-Clink-arg=--defsym=a_panic_is_reachable=0"], ..REFERENCE };
 
 /// A part of the step: builds and examines an image.
 type Check<'a> = Box<dyn Fn() -> Result<(), String> + Sync + 'a>;
 
-fn prove() -> Result<Outcome, Stop> {
-    let toolchain = &toolchain::find()?;
-    let mut checks: Vec<Check<'_>> = Vec::new();
-    for board in &EMULATED {
-        checks.push(Box::new(move || proves(toolchain, board, PLANAR, Precision::F32)));
-    }
+pub fn step() -> Result<Outcome, Stop> {
+    toolchain::find()?;
+    let in_single = |rig: Rig| rig.proof_features(Precision::F32);
+    let mut proofs = Vec::from_iter(EMULATED.iter().map(|board| (board, in_single(PLANAR))));
     // On one board: the code is the same for all.
-    let in_single =
-        [PLANAR, JOINT, JOINT_MOVERS, JOINT_HYPOTHESES, UNDERWATER, UNDERWATER_JOINT].map(|rig| (rig, Precision::F32));
-    for (rig, precision) in in_single.into_iter().chain([(PLANAR, Precision::F64)]) {
-        checks.push(Box::new(move || proves(toolchain, &REFERENCE, rig, precision)));
-    }
-    for features in BLACK_BOXES.into_iter().chain([SENSORS]) {
-        checks.push(Box::new(move || proves_with(toolchain, &REFERENCE, features)));
-    }
+    let rigs = [PLANAR, JOINT, JOINT_MOVERS, JOINT_HYPOTHESES, UNDERWATER, UNDERWATER_JOINT];
+    proofs.extend(rigs.map(|rig| (&REFERENCE, in_single(rig))));
+    proofs.push((&REFERENCE, PLANAR.proof_features(Precision::F64)));
+    // The black boxes of the three vehicles, and the crates beside the filters.
+    let others = [&["black-box"][..], &["black-box", "joint"], &["black-box", "underwater"], &["sensors"]];
+    proofs.extend(others.map(|features| (&REFERENCE, features.to_vec())));
     let images =
         [(PLANAR, Precision::F32), (PLANAR, Precision::F64), (JOINT, Precision::F32), (UNDERWATER, Precision::F32)];
-    for (rig, precision) in images {
-        checks.push(Box::new(move || {
-            fits(&rig.image(precision), &image::build_replay(toolchain, &REFERENCE, rig, precision)?)
-        }));
+    let mut images = Vec::from(images.map(|(rig, precision)| (rig.image(precision), rig.image_features())));
+    images.extend([vec![], vec!["joint"]].map(|features| (hil::IMAGE.to_owned(), features)));
+    let mut checks: Vec<Check<'_>> = Vec::new();
+    for (board, features) in &proofs {
+        checks.push(Box::new(move || proves(board, features)));
     }
-    for features in [&[][..], &["joint"]] {
-        checks.push(Box::new(move || {
-            let name = format!("{} with {features:?}", hil::IMAGE);
-            let image = image::build(toolchain, &REFERENCE, hil::IMAGE, &Extra { features, flags: &[] });
-            fits(&name, &image.map_err(|error| format!("{name}: {error}"))?)
-        }));
+    for (name, features) in &images {
+        checks.push(Box::new(move || fits(name, features)));
     }
-    checks.push(Box::new(|| guide::build(toolchain)));
+    checks.push(Box::new(guide::build));
     for (board, features, complaint) in [
         (&REFERENCE, &["planted-panic"][..], NO_FUNCTION),
         (&REFERENCE, &["planted-heap"], NO_FUNCTION),
         (&TOO_SMALL, &[], "will not fit in region 'RAM'"),
     ] {
-        checks.push(Box::new(move || {
-            image::must_not_link(toolchain, board, PROOF, &Extra { features, flags: &[] }, complaint)
-        }));
+        checks.push(Box::new(move || image::must_not_link(board, PROOF, features, complaint)));
     }
-    checks.push(Box::new(|| sees_a_heap(toolchain)));
-    process::side_by_side(&checks, |check| check())?.into_iter().collect::<Result<(), String>>()?;
+    checks.push(Box::new(sees_a_heap));
+    process::side_by_side(&checks, |check| check())?;
     Ok(Outcome::Passed("no panic, no allocator, fits the reference board; each check fails where it should".into()))
 }
 
-/// Checks that the image of a rig's filter contains no panic and no allocator.
-fn proves(toolchain: &Toolchain, board: &Board, rig: Rig, precision: Precision) -> Result<(), String> {
-    proves_with(toolchain, board, &rig.proof_features(precision))
-}
-
-/// Checks an image with these features.
-fn proves_with(toolchain: &Toolchain, board: &Board, features: &[&str]) -> Result<(), String> {
-    let image = image::build(toolchain, board, PROOF, &Extra { features, flags: &[] }).map_err(|error| {
+/// Checks that the image with these features contains no panic and no allocator.
+fn proves(board: &Board, features: &[&str]) -> Result<(), String> {
+    let image = image::build(board, PROOF, features).map_err(|error| {
         format!("with {features:?} a panic is reachable, or the image does not fit {}: {error}", board.name)
     })?;
     has_no_allocator(&image)
 }
 
-/// Checks that an image for the reference board has no allocator, and prints its size.
-fn fits(name: &str, image: &Image) -> Result<(), String> {
-    has_no_allocator(image)?;
-    println!("{name} fits {}: {:?}", REFERENCE.name, image.sizes()?);
+/// Checks that an image fits the reference board and has no allocator, and prints its size.
+fn fits(name: &str, features: &[&str]) -> Result<(), String> {
+    let image = image::build(&REFERENCE, name, features);
+    let image = image.map_err(|error| format!("{name} with {features:?}: {error}"))?;
+    has_no_allocator(&image)?;
+    println!("{name} with {features:?} fits {}: {:?}", REFERENCE.name, image.sizes()?);
     Ok(())
 }
 
 /// Checks that an allocator would be found.
-fn sees_a_heap(toolchain: &Toolchain) -> Result<(), String> {
-    let heap = Extra { features: &["planted-heap"], flags: &[WITH_PANICS] };
-    let symbol = allocator_symbol(&image::build(toolchain, &REFERENCE, PROOF, &heap)?)?;
+fn sees_a_heap() -> Result<(), String> {
+    let symbol = image::build(&WITH_PANICS, PROOF, &["planted-heap"])?.allocator_symbol()?;
     println!("the planted heap shows as {}", symbol.ok_or("the check for an allocator does not see a planted heap")?);
     Ok(())
 }
 
 fn has_no_allocator(image: &Image) -> Result<(), String> {
-    match allocator_symbol(image)? {
+    match image.allocator_symbol()? {
         Some(symbol) => Err(format!("{} has the allocator's {symbol}", image.path.display())),
         None => Ok(()),
     }
-}
-
-fn allocator_symbol(image: &Image) -> Result<Option<String>, String> {
-    image.symbol_with(&noalloc::SYMBOLS)
 }

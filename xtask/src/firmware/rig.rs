@@ -1,11 +1,31 @@
-//! The filters of the firmware by type of vehicle: their streams and images.
+//! The filters of the firmware: their streams and images.
 
 use super::board::{Board, EMULATED};
-use super::precision::Precision;
 
-/// The filter of a type of vehicle.
+/// Number type of a filter: single or double precision.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Precision {
+    F32,
+    F64,
+}
+
+impl Precision {
+    /// Its name on the command line and in names of images.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::F64 => "f64",
+        }
+    }
+}
+
+/// A filter, for a type of vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rig {
+    /// Part of the names of its configurations and streams before the precision.
+    pub mark: &'static str,
+    /// Whether it has moving-object tracks; `None` if the scenario decides.
+    pub moving: Option<&'static str>,
     /// Part of the names of its images between `replay-` and the precision.
     vehicle: &'static str,
     /// The filter in the argument of the replay on the host, before the precision.
@@ -29,6 +49,8 @@ pub struct Rig {
 
 /// A vehicle in the plane.
 pub const PLANAR: Rig = Rig {
+    mark: "",
+    moving: None,
     vehicle: "",
     filter: "",
     features: &[],
@@ -37,12 +59,16 @@ pub const PLANAR: Rig = Rig {
     particles: 32,
     samples: 2,
     settings: Some("firmware/blind.toml"),
-    precisions: &Precision::ALL,
+    precisions: &[Precision::F32, Precision::F64],
     boards: &EMULATED,
 };
 
+/// As `PLANAR`, but all features are assumed static, including moving ones.
+const STATIC: Rig = Rig { mark: "-static", moving: Some("off"), ..PLANAR };
+
 /// As `PLANAR`, with few informed particles instead of many blind ones.
 pub const FEW: Rig = Rig {
+    mark: "-informed",
     room: &["few-particles"],
     particles: 4,
     samples: 1,
@@ -53,6 +79,8 @@ pub const FEW: Rig = Rig {
 
 /// A vehicle in the plane with a joint map.
 pub const JOINT: Rig = Rig {
+    mark: "-joint",
+    moving: Some("off"),
     vehicle: "joint-",
     filter: "joint-",
     features: &["joint"],
@@ -64,13 +92,25 @@ pub const JOINT: Rig = Rig {
 };
 
 /// [`JOINT`] with moving-object tracks.
-pub const JOINT_MOVERS: Rig =
-    Rig { filter: "joint-movers-", features: &["joint", "movers"], choice: &["movers"], ..JOINT };
+pub const JOINT_MOVERS: Rig = Rig {
+    mark: "-joint-movers",
+    moving: Some("on"),
+    filter: "joint-movers-",
+    features: &["joint", "movers"],
+    choice: &["movers"],
+    ..JOINT
+};
 
 /// Both with capacity for 40 features; the code is the same, so that one board is enough.
-pub const JOINT_40: Rig =
-    Rig { filter: "joint-40-", choice: &["forty-features"], boards: EMULATED.split_at(1).0, ..JOINT };
-pub const JOINT_40_MOVERS: Rig = Rig {
+const JOINT_40: Rig = Rig {
+    mark: "-joint-40",
+    filter: "joint-40-",
+    choice: &["forty-features"],
+    boards: EMULATED.split_at(1).0,
+    ..JOINT
+};
+const JOINT_40_MOVERS: Rig = Rig {
+    mark: "-joint-40-movers",
     filter: "joint-40-movers-",
     choice: &["forty-features", "movers"],
     boards: EMULATED.split_at(1).0,
@@ -79,6 +119,8 @@ pub const JOINT_40_MOVERS: Rig = Rig {
 
 /// [`JOINT`] with eight hypotheses, each with capacity for 24 features, and moving-object tracks.
 pub const JOINT_HYPOTHESES: Rig = Rig {
+    mark: "-joint-hypotheses",
+    moving: Some("on"),
     filter: "joint-hypotheses-",
     features: &["joint", "hypotheses"],
     choice: &["hypotheses"],
@@ -88,9 +130,15 @@ pub const JOINT_HYPOTHESES: Rig = Rig {
 };
 
 /// Mixture and joint map with a quarter of the capacities, to test a lack of memory; on one board.
-pub const SMALL: Rig =
-    Rig { room: &["small-pools"], precisions: &[Precision::F32], boards: EMULATED.split_at(1).0, ..PLANAR };
-pub const SMALL_JOINT: Rig = Rig { room: &["small-pools"], boards: EMULATED.split_at(1).0, ..JOINT };
+pub const SMALL: Rig = Rig {
+    mark: "-small",
+    room: &["small-pools"],
+    precisions: &[Precision::F32],
+    boards: EMULATED.split_at(1).0,
+    ..PLANAR
+};
+pub const SMALL_JOINT: Rig =
+    Rig { mark: "-few-features", room: &["small-pools"], boards: EMULATED.split_at(1).0, ..JOINT };
 
 /// A vehicle under water.
 pub const UNDERWATER: Rig = Rig {
@@ -108,24 +156,20 @@ pub const UNDERWATER: Rig = Rig {
 /// [`UNDERWATER`] with a joint map.
 pub const UNDERWATER_JOINT: Rig = Rig { vehicle: "underwater-joint-", features: &["underwater", "joint"], ..JOINT };
 
-/// Features of `proof` for the black boxes of the three vehicles.
-pub const BLACK_BOXES: [&[&str]; 3] = [&["black-box"], &["black-box", "joint"], &["black-box", "underwater"]];
+/// The filters that a budget can name, of planar and of underwater vehicles.
+const IN_THE_PLANE: [Rig; 9] =
+    [PLANAR, STATIC, FEW, JOINT, JOINT_MOVERS, JOINT_40, JOINT_40_MOVERS, JOINT_HYPOTHESES, SMALL];
+const UNDER_WATER: [Rig; 2] = [UNDERWATER, UNDERWATER_JOINT];
 
-/// Features of `proof` for the crates beside the filters.
-pub const SENSORS: &[&str] = &["sensors"];
-
-/// Scenarios of underwater vehicles.
-const DIVES: [&str; 1] = ["girona-tank"];
+/// The scenario of underwater vehicles.
+pub const DIVE: &str = "girona-tank";
 
 impl Rig {
-    /// The rig of a scenario or log.
-    pub fn of(source: &str) -> Self {
-        if DIVES.contains(&source) { UNDERWATER } else { PLANAR }
-    }
-
-    /// The rig for a source with a joint map.
-    pub fn joint(source: &str) -> Self {
-        if DIVES.contains(&source) { UNDERWATER_JOINT } else { JOINT }
+    /// The filter, and its number type, with this name of a configuration in a scenario.
+    pub fn named(configuration: &str, scenario: &str) -> Option<(Self, Precision)> {
+        let rigs = if scenario == DIVE { &UNDER_WATER[..] } else { &IN_THE_PLANE };
+        let mut each = rigs.iter().flat_map(|rig| rig.precisions.iter().map(|&precision| (*rig, precision)));
+        each.find(|(rig, precision)| rig.configuration(*precision) == configuration)
     }
 
     /// The argument of the replay on the host: filter and precision.
@@ -149,9 +193,9 @@ impl Rig {
         self.features.iter().chain(self.room).copied().chain(double).collect()
     }
 
-    /// Name of its configuration, such as `64x1-f32`.
-    pub fn configuration(&self, precision: Precision) -> String {
-        format!("{}x{}-{}", self.particles, self.samples, precision.name())
+    /// Name of its configuration, such as `1x1-joint-f32`.
+    fn configuration(&self, precision: Precision) -> String {
+        format!("{}x{}{}-{}", self.particles, self.samples, self.mark, precision.name())
     }
 }
 
@@ -161,11 +205,8 @@ mod tests {
 
     #[test]
     fn names_follow_from_vehicle_and_precision() {
-        let dive = Rig::of("girona-tank");
-        assert_eq!(dive.image(Precision::F32), "replay-underwater-f32");
-        assert_eq!(dive.configuration(Precision::F32), "64x1-f32");
-        assert_eq!(dive.proof_features(Precision::F64), ["underwater", "double"]);
-        assert_eq!(FEW.configuration(Precision::F32), "4x1-f32");
+        assert_eq!(UNDERWATER.image(Precision::F32), "replay-underwater-f32");
+        assert_eq!(UNDERWATER.proof_features(Precision::F64), ["underwater", "double"]);
         let small = JOINT_40_MOVERS;
         assert_eq!(
             (small.image(Precision::F32), small.replay(Precision::F32)),
@@ -174,8 +215,18 @@ mod tests {
         // The code does not depend on the capacity for features.
         assert_eq!(small.image_features(), ["forty-features", "movers"]);
         assert_eq!(small.proof_features(Precision::F32), JOINT_MOVERS.proof_features(Precision::F32));
-        assert_eq!(Rig::joint("girona-tank").image(Precision::F32), "replay-underwater-joint-f32");
-        assert_eq!(Rig::joint("girona-tank").replay(Precision::F32), "joint-f32");
-        assert_eq!((Rig::of("survey"), PLANAR.image(Precision::F64).as_str()), (PLANAR, "replay-f64"));
+        assert_eq!(UNDERWATER_JOINT.image(Precision::F32), "replay-underwater-joint-f32");
+        assert_eq!(UNDERWATER_JOINT.replay(Precision::F32), "joint-f32");
+        assert_eq!(PLANAR.image(Precision::F64), "replay-f64");
+    }
+
+    #[test]
+    fn filters_are_found_by_configuration_and_scenario() {
+        assert_eq!(Rig::named("64x1-f32", DIVE), Some((UNDERWATER, Precision::F32)));
+        assert_eq!(Rig::named("1x1-joint-f32", DIVE), Some((UNDERWATER_JOINT, Precision::F32)));
+        assert_eq!(Rig::named("1x1-joint-f32", "survey"), Some((JOINT, Precision::F32)));
+        assert_eq!(Rig::named("4x1-informed-f32", "survey"), Some((FEW, Precision::F32)));
+        assert_eq!(Rig::named("32x2-f64", "survey"), Some((PLANAR, Precision::F64)));
+        assert_eq!(Rig::named("32x2-joint-f32", "survey"), None);
     }
 }

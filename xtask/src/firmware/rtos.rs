@@ -4,14 +4,12 @@ use std::path::Path;
 
 use super::board::{Board, EMULATED};
 use super::emulator;
-use super::image::{self, Extra, Image};
+use super::image;
 use super::output;
-use super::precision::Precision;
-use super::rig::PLANAR;
-use super::streams::{self, Source, Variant};
+use super::rig::{PLANAR, Precision};
+use super::streams::{self, Source};
 use crate::outcome::{Outcome, Stop};
-use crate::toolchain::{self, Toolchain};
-use crate::tools::Tool;
+use crate::toolchain;
 
 /// The workspace of these images.
 const FOLDER: &str = "firmware/rtos";
@@ -19,71 +17,54 @@ const FOLDER: &str = "firmware/rtos";
 const RTIC: &str = "rtic";
 const EMBASSY: &str = "embassy";
 /// The scenario.
-const DRIVE: Source<'_> = Source { what: "survey", scans: 200, variant: Variant::Plain };
+const DRIVE: Source<'_> = Source { what: "survey", scans: 200, rig: PLANAR };
 /// A feature by which the vehicle is too fast for the processor.
 const TOO_FAST: &str = "too-fast";
 /// Greatest latency of an odometry interrupt while the filter runs, ticks of 40 ns: 1 µs.
 const WAIT_TICKS: u64 = 25;
 
 /// The command `rtos`.
-pub fn step() -> Outcome {
-    let all = || -> Result<Outcome, Stop> {
-        let qemu = emulator::prepare()?;
-        let toolchain = toolchain::find()?;
-        check(&qemu, &toolchain)?;
-        Ok(Outcome::Passed(
-            "equal digests with scans interrupted, nothing lost or late; what is too fast is told".into(),
-        ))
-    };
-    all().into()
+pub fn step() -> Result<Outcome, Stop> {
+    emulator::prepare()?;
+    toolchain::find()?;
+    check()?;
+    Ok(Outcome::Passed("equal digests with scans interrupted, nothing lost or late; what is too fast is told".into()))
 }
 
 /// Runs the images on boards with known interrupts; checks that do not depend on the board use the first one only.
-pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
+pub fn check() -> Result<(), String> {
     let stream = streams::make(DRIVE, Precision::F32)?;
     let host = streams::on_host(&stream, PLANAR, Precision::F32)?;
     let last = host.scans.last().ok_or("nothing to compare")?;
     let [m7, m4f, ..] = &EMULATED;
     for (system, board) in [(RTIC, m7), (RTIC, m4f), (EMBASSY, m7)] {
-        let end = run(qemu, toolchain, board, system, &[], &stream)?;
+        let end = run(board, system, &[], &stream)?;
         holds(&end, &last.digest, host.scans.len())
             .map_err(|what| format!("{system} on {}: {what}: {end}", board.name))?;
     }
-    let end = run(qemu, toolchain, m7, RTIC, &[TOO_FAST], &stream)?;
+    let end = run(m7, RTIC, &[TOO_FAST], &stream)?;
     tells(&end, &last.digest).map_err(|what| format!("{RTIC}, {TOO_FAST}: {what}: {end}"))
 }
 
 /// Runs an image. Returns its last line.
-fn run(
-    qemu: &Tool,
-    toolchain: &Toolchain,
-    board: &Board,
-    system: &str,
-    features: &[&str],
-    stream: &Path,
-) -> Result<String, String> {
-    let image: Image = image::build_in(toolchain, board, FOLDER, system, &Extra { features, flags: &[] })?;
-    let lines = emulator::run(qemu, board, &image, stream)?;
-    lines.last().cloned().ok_or_else(|| format!("{system} on {} said nothing", board.name))
+fn run(board: &Board, system: &str, features: &[&str], stream: &Path) -> Result<String, String> {
+    let image = image::build_in(board, FOLDER, system, features)?;
+    let text = emulator::run(board, &image, stream)?;
+    text.lines().last().map(str::to_owned).ok_or_else(|| format!("{system} on {} said nothing", board.name))
 }
 
 fn count(end: &str, name: &str) -> Result<u64, String> {
-    output::word(end, name).and_then(|word| word.parse().ok()).ok_or_else(|| format!("no {name}"))
-}
-
-fn none_of(end: &str, names: &[&str]) -> Result<(), String> {
-    for name in names {
-        if count(end, name)? > 0 {
-            return Err((*name).to_owned());
-        }
-    }
-    Ok(())
+    output::number(end, name).ok_or_else(|| format!("no {name}"))
 }
 
 /// Checks a drive that the processor can follow: the state of the host, nothing lost or late, and odometry has preempted scans,
 /// including their longest stage.
 fn holds(end: &str, digest: &str, scans: usize) -> Result<(), String> {
-    none_of(end, &["late", "lost_odometry", "lost_scans", "refused", "pins_refused"])?;
+    for name in ["late", "lost_odometry", "lost_scans", "refused", "pins_refused"] {
+        if count(end, name)? > 0 {
+            return Err(name.into());
+        }
+    }
     if count(end, "scans")? != scans as u64 || output::word(end, "digest") != Some(digest) {
         return Err(format!("{scans} scans on the host, digest {digest}"));
     }

@@ -1,81 +1,28 @@
 //! Streams for boards and host, and replays on the host.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use super::output::Replay;
-use super::precision::Precision;
-use super::rig::{FEW, JOINT_40, JOINT_40_MOVERS, JOINT_HYPOTHESES, JOINT_MOVERS, Rig, SMALL, SMALL_JOINT};
+use super::rig::{Precision, Rig};
+use crate::once::Once;
 use crate::process;
 use crate::unit;
 
-/// The filter for a source.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Variant {
-    /// The default of the vehicle's firmware.
-    Plain,
-    /// All features are assumed static, including moving ones.
-    Static,
-    /// Few informed particles instead of many blind ones.
-    Informed,
-    /// A joint map without moving-object tracks.
-    Joint,
-    /// A joint map with moving-object tracks.
-    JointMovers,
-    /// A joint map with capacity for 40 features.
-    Joint40,
-    /// The same with moving-object tracks.
-    Joint40Movers,
-    /// A joint map with eight hypotheses and moving-object tracks.
-    JointHypotheses,
-    /// With a quarter of the capacities.
-    Small,
-    /// A joint map with a quarter of the capacities.
-    SmallJoint,
-}
-
-impl Variant {
-    /// The variants that a configuration can name.
-    pub const NAMED: [Self; 9] = [
-        Self::Static,
-        Self::Informed,
-        Self::Joint,
-        Self::JointMovers,
-        Self::Joint40,
-        Self::Joint40Movers,
-        Self::JointHypotheses,
-        Self::Small,
-        Self::SmallJoint,
-    ];
-
-    /// Suffix for names of configurations and streams.
-    pub fn mark(self) -> &'static str {
-        match self {
-            Self::Plain => "",
-            Self::Static => "-static",
-            Self::Informed => "-informed",
-            Self::Joint => "-joint",
-            Self::JointMovers => "-joint-movers",
-            Self::Joint40 => "-joint-40",
-            Self::Joint40Movers => "-joint-40-movers",
-            Self::JointHypotheses => "-joint-hypotheses",
-            Self::Small => "-small",
-            Self::SmallJoint => "-few-features",
-        }
-    }
-}
+/// The program that replays streams on the host.
+const REPLAY: &str = "scphd-replay";
 
 /// The source of a stream.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy)]
 pub struct Source<'a> {
     /// A scenario, `worst-case`, or the folder of a log.
     pub what: &'a str,
     /// Number of scans, from the first one on.
     pub scans: usize,
     /// The filter for it.
-    pub variant: Variant,
+    pub rig: Rig,
 }
 
 /// The worst case of a joint map, which has its own birth intensity of moving objects.
@@ -84,30 +31,7 @@ const WORST_CASE_JOINT: &str = "worst-case-joint";
 impl Source<'_> {
     /// Whether its filter has moving-object tracks; `None` if the source decides.
     fn moving(&self) -> Option<&'static str> {
-        match self.variant {
-            Variant::JointMovers | Variant::Joint40Movers | Variant::JointHypotheses
-                if self.what != WORST_CASE_JOINT =>
-            {
-                Some("on")
-            }
-            Variant::Static | Variant::Joint | Variant::Joint40 | Variant::SmallJoint => Some("off"),
-            _ => None,
-        }
-    }
-
-    /// The filter that replays it.
-    pub fn rig(&self) -> Rig {
-        match self.variant {
-            Variant::Informed => FEW,
-            Variant::Joint => Rig::joint(self.what),
-            Variant::JointMovers => JOINT_MOVERS,
-            Variant::Joint40 => JOINT_40,
-            Variant::Joint40Movers => JOINT_40_MOVERS,
-            Variant::JointHypotheses => JOINT_HYPOTHESES,
-            Variant::Small => SMALL,
-            Variant::SmallJoint => SMALL_JOINT,
-            Variant::Plain | Variant::Static => Rig::of(self.what),
-        }
+        self.rig.moving.filter(|&moving| self.what != WORST_CASE_JOINT || moving == "off")
     }
 }
 
@@ -118,18 +42,18 @@ pub fn make(source: Source<'_>, precision: Precision) -> Result<PathBuf, String>
 
 /// Lets the simulator write a black box of a planar vehicle in single precision, and replays it on the host.
 pub fn black_box(source: Source<'_>, snapshot_every: usize, joint: bool) -> Result<(PathBuf, Replay), String> {
-    let filter = if joint { "joint" } else { "core" };
+    let (filter, replay) = if joint { ("joint", "box-joint-f32") } else { ("core", "box-f32") };
     let arguments = ["--snapshot-every", &snapshot_every.to_string(), "--filter", filter];
     let path = write(source, Precision::F32, "-box", &arguments)?;
-    let words = if joint { "box-joint-f32" } else { "box-f32" };
-    let text = alone(of_streams("release", &[]).arg(words).arg(&path))?;
-    Ok((path, Replay::parse(&text.lines().map(str::to_owned).collect::<Vec<_>>())?))
+    let text = run(REPLAY, "release", &[], &[replay.as_ref(), path.as_ref()])?;
+    Ok((path, Replay::parse(&text)?))
 }
 
 /// The part of a black box from the snapshot after this number of scans on.
 pub fn cut(black_box: &Path, after: usize) -> Result<PathBuf, String> {
     let left = black_box.with_extension(format!("{after}.scphd"));
-    alone(of_streams("release", &[]).arg("cut").arg(black_box).arg(after.to_string()).arg(&left))?;
+    let after = after.to_string();
+    run(REPLAY, "release", &[], &["cut".as_ref(), black_box.as_ref(), after.as_ref(), left.as_ref()])?;
     Ok(left)
 }
 
@@ -137,23 +61,19 @@ fn write(source: Source<'_>, precision: Precision, suffix: &str, more: &[&str]) 
     let dir = process::own_target_dir("streams");
     std::fs::create_dir_all(&dir).map_err(|error| format!("{}: {error}", dir.display()))?;
     let name = Path::new(source.what).file_name().unwrap_or_default().display();
-    let mark = source.variant.mark();
-    let path = dir.join(format!("{name}-{}{mark}-{}{suffix}.scphd", source.scans, precision.name()));
+    let rig = source.rig;
+    let path = dir.join(format!("{name}-{}{}-{}{suffix}.scphd", source.scans, rig.mark, precision.name()));
     // Several checks need the same stream, some at the same time.
-    static WRITTEN: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
-    let mut written = WRITTEN.lock().unwrap_or_else(PoisonError::into_inner);
-    if written.contains(&path) {
-        return Ok(path);
-    }
-    let mut simulator = simulator()?;
-    simulator.args(["stream", source.what]).arg(&path);
-    simulator.args(["--scans", &source.scans.to_string(), "--precision", precision.name()]);
-    let rig = source.rig();
-    simulator.args(["--particles", &rig.particles.to_string(), "--samples", &rig.samples.to_string()]);
-    simulator.args(rig.settings.map(|settings| ["--settings", settings]).into_iter().flatten());
-    simulator.args(source.moving().map(|moving| ["--moving", moving]).into_iter().flatten());
-    process::run(simulator.args(more))?;
-    written.insert(path.clone());
+    static WRITTEN: Once<PathBuf, ()> = Once::new();
+    WRITTEN.get(path.clone(), || {
+        let mut simulator = simulator()?;
+        simulator.args(["stream", source.what]).arg(&path);
+        simulator.args(["--scans", &source.scans.to_string(), "--precision", precision.name()]);
+        simulator.args(["--particles", &rig.particles.to_string(), "--samples", &rig.samples.to_string()]);
+        simulator.args(rig.settings.map(|settings| ["--settings", settings]).into_iter().flatten());
+        simulator.args(source.moving().map(|moving| ["--moving", moving]).into_iter().flatten());
+        process::run(simulator.args(more))
+    })?;
     Ok(path)
 }
 
@@ -170,56 +90,30 @@ pub fn simulator() -> Result<Command, String> {
     BUILT.get_or_init(build).clone().map(process::command)
 }
 
-/// The replay program with this profile and these features.
-fn of_streams(profile: &str, room: &[&str]) -> Command {
-    let mut cargo = program("scphd-replay", profile);
-    cargo.args(["--features", &room.join(","), "--"]);
-    cargo
-}
-
-/// Runs a command alone and returns its output: the builds with different features use the same folder, and must not overwrite a
-/// running program.
-fn alone(cargo: &mut Command) -> Result<String, String> {
+/// Runs a program of the streams' package in this profile and with these features, and returns its output. One runs at a time: builds
+/// with different features use the same folder, and must not overwrite a running program.
+fn run(program: &str, profile: &str, features: &[&str], arguments: &[&OsStr]) -> Result<String, String> {
     static PLACE: Mutex<()> = Mutex::new(());
     let _place = PLACE.lock().unwrap_or_else(PoisonError::into_inner);
-    process::read(cargo)
-}
-
-fn program(name: &str, profile: &str) -> Command {
     let mut cargo = process::cargo();
-    cargo.args(["run", "--quiet", "--package", "scphd-stream", "--bin", name, "--profile", profile]);
-    cargo
+    cargo.args(["run", "--quiet", "--package", "scphd-stream", "--bin", program, "--profile", profile]);
+    process::read(cargo.args(["--features", &features.join(","), "--"]).args(arguments))
 }
 
 /// The output of a replay with bit flips on the host, with these features.
-pub fn flips_on_host(stream: &Path, features: &[&str]) -> Result<Vec<String>, String> {
-    let mut cargo = program("scphd-flips", "release");
-    let text = alone(cargo.args(["--features", &features.join(","), "--"]).arg(stream))?;
-    Ok(text.lines().map(str::to_owned).collect())
-}
-
-/// The lines of a replay in a build of this profile.
-fn replayed_in(profile: &str, stream: &Path, rig: Rig, precision: Precision) -> Result<Vec<String>, String> {
-    let text = alone(of_streams(profile, rig.room).arg(rig.replay(precision)).arg(stream))?;
-    Ok(text.lines().map(str::to_owned).collect())
-}
-
-/// Replays a stream on the host without optimisation.
-pub fn unoptimised(stream: &Path, rig: Rig, precision: Precision) -> Result<Replay, String> {
-    Replay::parse(&replayed_in("dev", stream, rig, precision)?)
+pub fn flips_on_host(stream: &Path, features: &[&str]) -> Result<String, String> {
+    run("scphd-flips", "release", features, &[stream.as_ref()])
 }
 
 /// Replays a stream on the host with the capacities of the vehicle, unless this program has already done so.
 pub fn on_host(stream: &Path, rig: Rig, precision: Precision) -> Result<Replay, String> {
-    static REPLAYED: Mutex<BTreeMap<(PathBuf, String), Vec<String>>> = Mutex::new(BTreeMap::new());
-    let replayed = || REPLAYED.lock().unwrap_or_else(PoisonError::into_inner);
-    let key = (stream.to_owned(), format!("{} {:?}", rig.replay(precision), rig.room));
-    let known = replayed().get(&key).cloned();
-    let lines = match known {
-        Some(lines) => lines,
-        None => replayed_in("release", stream, rig, precision)?,
-    };
-    let replay = Replay::parse(&lines)?;
-    replayed().insert(key, lines);
-    Ok(replay)
+    on_host_in("release", stream, rig, precision)
+}
+
+/// As [`on_host`], in a build of this profile.
+pub fn on_host_in(profile: &'static str, stream: &Path, rig: Rig, precision: Precision) -> Result<Replay, String> {
+    static REPLAYED: Once<(&str, PathBuf, String, &[&str]), Replay> = Once::new();
+    REPLAYED.get((profile, stream.to_owned(), rig.replay(precision), rig.room), || {
+        Replay::parse(&run(REPLAY, profile, rig.room, &[rig.replay(precision).as_ref(), stream.as_ref()])?)
+    })
 }

@@ -1,16 +1,14 @@
-//! Folders for building images, as many as there are cores, because linking an image uses one core.
+//! Folders for building images, as many as there are builds side by side.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
-use std::sync::{Condvar, Mutex, PoisonError};
-use std::thread;
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use crate::process;
-use crate::toolchain::Toolchain;
+use crate::toolchain;
 
 /// Numbers of the folders in use.
 static TAKEN: Mutex<BTreeSet<usize>> = Mutex::new(BTreeSet::new());
-static GIVEN_BACK: Condvar = Condvar::new();
 
 /// A number that is reserved until it is dropped.
 struct Number(usize);
@@ -18,33 +16,22 @@ struct Number(usize);
 impl Number {
     /// The smallest free number, so that consecutive builds use the same folder and its build products.
     fn take() -> Self {
-        let count = thread::available_parallelism().map_or(1, usize::from);
         let mut taken = TAKEN.lock().unwrap_or_else(PoisonError::into_inner);
-        loop {
-            if let Some(number) = (0..count).find(|number| !taken.contains(number)) {
-                taken.insert(number);
-                return Self(number);
-            }
-            taken = GIVEN_BACK.wait(taken).unwrap_or_else(PoisonError::into_inner);
-        }
+        let number = (0..=taken.len()).find(|&number| taken.insert(number));
+        Self(number.expect("one more number than are taken"))
     }
 }
 
 impl Drop for Number {
     fn drop(&mut self) {
         TAKEN.lock().unwrap_or_else(PoisonError::into_inner).remove(&self.0);
-        GIVEN_BACK.notify_one();
     }
 }
 
 /// Calls `work` with a folder for its exclusive use.
-pub fn with<R>(toolchain: &Toolchain, work: impl FnOnce(&Path) -> R) -> R {
+pub fn with<R>(work: impl FnOnce(&Path) -> Result<R, String>) -> Result<R, String> {
     let number = Number::take();
-    work(&folder(toolchain, number.0))
-}
-
-fn folder(toolchain: &Toolchain, number: usize) -> PathBuf {
-    process::own_target_dir(&format!("firmware-{}-{number}", toolchain.key()))
+    work(&process::own_target_dir(&format!("firmware-{}-{}", toolchain::find()?.key(), number.0)))
 }
 
 #[cfg(test)]
@@ -58,8 +45,9 @@ mod tests {
         let hold = |_: &u32| {
             let number = Number::take();
             assert!(held.lock().unwrap().insert(number.0), "{} twice", number.0);
-            thread::yield_now();
+            std::thread::yield_now();
             held.lock().unwrap().remove(&number.0);
+            Ok(())
         };
         assert!(process::side_by_side(&numbers, hold).is_ok());
     }

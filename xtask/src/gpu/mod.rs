@@ -6,12 +6,13 @@ mod module;
 mod ptxas;
 
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
+use crate::files;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
 use crate::toolchain;
-use module::TARGET;
+pub use module::TARGET;
 
 /// Exit code of the program without a driver or GPU.
 const NO_DEVICE: i32 = 3;
@@ -27,11 +28,6 @@ const TIMED_RUNS: &str = "10000";
 /// Scenarios, with their arguments.
 const SCENARIOS: [&[&str]; 2] = [&["thesis-dynamic"], &["survey", "--particles", "32"]];
 
-/// The step.
-pub fn step() -> Outcome {
-    check().into()
-}
-
 /// cargo, for the program that runs the kernels.
 fn cargo(command: &str) -> Command {
     let mut cargo = process::cargo();
@@ -39,19 +35,17 @@ fn cargo(command: &str) -> Command {
     cargo
 }
 
-/// The targets that the step builds for, for `doctor`.
-pub const TARGETS: [&str; 1] = [TARGET];
-
-fn check() -> Result<Outcome, Stop> {
+pub fn step() -> Result<Outcome, Stop> {
     process::run(cargo("test").args(["--package", "scphd-gpu-kernels", "--package", "scphd-ptx"]))?;
-    let toolchain = toolchain::find_for(&TARGETS)?;
+    let toolchain = toolchain::find_for(&[TARGET])?;
     let text = module::build(&toolchain)?;
     let lines = module::look_through(&text)?;
     println!(
         "{lines} lines of PTX: no double, nothing fused, nothing approximate, no panic, no call through a pointer"
     );
     let folder = process::own_target_dir("gpu").join("modules");
-    let file = module::write(&folder, &text)?;
+    let file = folder.join(module::FILE);
+    files::write(&file, &text)?;
     let executed = executed::check(&folder, cargo)?;
     let summary = match ptxas::Ptxas::obtain() {
         Ok(ptxas) => ptxas.assemble(&file, &folder)?,
@@ -61,33 +55,28 @@ fn check() -> Result<Outcome, Stop> {
     };
     println!("{summary}");
     let summary = format!("{executed}; {summary}");
-    match on_card(&folder)? {
+    match on_card(&folder) {
         Ok(said) => Ok(Outcome::Passed(format!("{summary}; {said}"))),
-        Err(reason) => Ok(Outcome::Partly(format!("{summary}; NOT RUN: {reason}"))),
+        Err(Stop::Missing(reason)) => Ok(Outcome::Partly(format!("{summary}; NOT RUN: {reason}"))),
+        Err(broken) => Err(broken),
     }
 }
 
-/// The result of a GPU, or the reason why there is none.
-fn on_card(modules: &Path) -> Result<Result<String, String>, Stop> {
-    let of_card = |command: &mut Command, words: &[&str]| -> Result<Result<String, String>, Stop> {
-        command.args(words).args(["--device", "cuda", "--modules"]).arg(modules);
-        let output = command.stdin(Stdio::null()).output().map_err(|error| error.to_string())?;
+/// The result of a GPU.
+fn on_card(modules: &Path) -> Result<String, Stop> {
+    let of_card = |profile: &[&str], words: &[&str]| -> Result<String, Stop> {
+        let mut command = cargo("run");
+        command.args(profile).arg("--").args(words).args(["--device", "cuda", "--modules"]).arg(modules);
+        let output = command.output().map_err(|error| error.to_string())?;
         let [said, complaint] =
             [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).trim().to_owned());
         match output.status.code() {
-            Some(0) => Ok(Ok(said)),
-            Some(NO_DEVICE) => Ok(Err(complaint)),
+            Some(0) => Ok(said),
+            Some(NO_DEVICE) => Err(Stop::Missing(complaint)),
             _ => Err(format!("{}: {said} {complaint}", words.join(" ")).into()),
         }
     };
-    if let Err(reason) = of_card(cargo("run").arg("--"), &["device"])? {
-        return Ok(Err(reason));
-    }
-    let fast = || {
-        let mut run = cargo("run");
-        run.args(["--release", "--"]);
-        run
-    };
+    of_card(&[], &["device"])?;
     let mut commands = Vec::new();
     for scenario in SCENARIOS {
         commands.push([&["check"], scenario, &["--scans", SCANS, "--runs", COMPARED_RUNS]].concat());
@@ -99,13 +88,9 @@ fn on_card(modules: &Path) -> Result<Result<String, String>, Stop> {
     commands.push(vec!["large-time", LARGE_SCENARIO]);
     let mut all = Vec::new();
     for words in commands {
-        match of_card(&mut fast(), &words)? {
-            Ok(said) => {
-                println!("{said}");
-                all.push(said);
-            }
-            Err(reason) => return Ok(Err(reason)),
-        }
+        let said = of_card(&["--release"], &words)?;
+        println!("{said}");
+        all.push(said);
     }
-    Ok(Ok(all.join("; ")))
+    Ok(all.join("; "))
 }

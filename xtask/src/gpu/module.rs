@@ -1,9 +1,7 @@
 //! The module as text (PTX): built from the kernels and the library, and checked for instructions that would change bits or stop
 //! a thread.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-
+use crate::files;
 use crate::outcome::Stop;
 use crate::process;
 use crate::toolchain::Toolchain;
@@ -13,12 +11,12 @@ pub const TARGET: &str = "nvptx64-nvidia-cuda";
 /// Oldest supported architecture; newer GPUs run the module too.
 const OLDEST: &str = "sm_80";
 /// File name of the text, as the program expects it.
-const FILE: &str = "scphd.ptx";
+pub const FILE: &str = "scphd.ptx";
 
 /// Builds the text. The compiler generates it for the whole program, so that no linker is needed.
 pub fn build(toolchain: &Toolchain) -> Result<String, Stop> {
     let folder = process::own_target_dir(&format!("gpu-{}", toolchain.key()));
-    let mut cargo = toolchain.cargo_rustc("core");
+    let mut cargo = toolchain.cargo("rustc", "core");
     // Kernels are an unstable feature, and this is a stable compiler.
     cargo.env("RUSTC_BOOTSTRAP", "1");
     // Nothing is linked, but the compiler calls a linker.
@@ -29,14 +27,7 @@ pub fn build(toolchain: &Toolchain) -> Result<String, Stop> {
     cargo.args(["--target", TARGET, "--target-dir"]).arg(&folder).args(["--", "--emit=asm"]);
     process::run(&mut cargo)?;
     let path = folder.join(TARGET).join("ptx/deps/scphd_gpu_kernels.s");
-    Ok(fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?)
-}
-
-/// Writes the text to the program's folder.
-pub fn write(folder: &Path, text: &str) -> Result<PathBuf, String> {
-    let path = folder.join(FILE);
-    let written = fs::create_dir_all(folder).and_then(|()| fs::write(&path, text));
-    written.map(|()| path.clone()).map_err(|error| format!("{}: {error}", path.display()))
+    Ok(files::text(&path)?)
 }
 
 /// Checks all lines. Returns their number.

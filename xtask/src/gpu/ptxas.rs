@@ -1,11 +1,10 @@
 //! NVIDIA's assembler: registers and memory of each kernel, and modules for certain architectures.
 
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use crate::outcome::Missing;
 use crate::process;
-use crate::python::{self, Environment};
+use crate::python::Environment;
 
 /// The package with the assembler, without other parts of the compiler.
 const PACKAGE: [&str; 1] = ["nvidia-cuda-nvcc>=13.0,<14"];
@@ -14,25 +13,20 @@ const PLACE: &str = "nvidia/cu13/bin/ptxas";
 /// Architectures for which modules are assembled: Ampere and Hopper for data centres.
 const CARDS: [&str; 2] = ["sm_80", "sm_90"];
 
-/// Greatest usage: 1.2 times the figures in docs/gpu.md, except for registers, where it is the limit of a thread.
-const LIMITS: Usage =
-    Usage { registers: 255, stack: 3_530, spill_stores: 1_360, spill_loads: 1_900, shared: 0, constant: 1_260 };
+/// What the assembler counts for each thread of a kernel and its callees: the greatest figure allowed, which is 1.2 times that in
+/// docs/gpu.md, except for registers, where it is the limit of a thread. Spilled registers are counted in the code of all functions,
+/// shared memory is that of a block, and constants are those with arguments, if the assembler reports them.
+const LIMITS: [(u64, &str); 6] = [
+    (255, "registers"),
+    (3_530, "bytes of stack"),
+    (1_360, "bytes of spill stores"),
+    (1_900, "bytes of spill loads"),
+    (0, "bytes of shared memory"),
+    (1_260, "bytes of constants"),
+];
 
-/// Greatest usage of any kernel of a module for each thread, including its callees; in bytes, except for registers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct Usage {
-    /// Registers of four bytes.
-    registers: u64,
-    /// Stack of the kernel and its callees.
-    stack: u64,
-    /// Spilled registers, stores and loads, as counted in the code of all functions.
-    spill_stores: u64,
-    spill_loads: u64,
-    /// Shared memory of a block.
-    shared: u64,
-    /// Constants with arguments, if the assembler reports them.
-    constant: u64,
-}
+/// Greatest usage of any kernel of a module, in the order of [`LIMITS`].
+type Usage = [u64; LIMITS.len()];
 
 /// The assembler.
 pub struct Ptxas {
@@ -43,7 +37,7 @@ pub struct Ptxas {
 impl Ptxas {
     /// The assembler in the project's Python environment, which is created if necessary.
     pub fn obtain() -> Result<Self, Missing> {
-        let environment = Environment::of(&python::interpreter()?)?;
+        let environment = Environment::obtain()?;
         environment.equip_alone(&PACKAGE)?;
         let program = environment.packages().map_err(Missing)?.join(PLACE);
         let said = process::read(process::command(&program).arg("--version")).map_err(Missing)?;
@@ -65,64 +59,42 @@ impl Ptxas {
                 return Err(format!("ptxas for {card}: {said}"));
             }
             let usage = usage_of(&said).map_err(|reason| format!("ptxas for {card}: {reason}: {said}"))?;
-            println!("{card}: {usage}");
-            for Kernel { name, registers, stack } in kernels(&said) {
+            let line = shown(&usage);
+            println!("{card}: {line}");
+            for (name, registers, stack) in kernels(&said) {
                 println!("  {name}: {registers} registers, {stack} bytes of stack");
             }
-            if let Some(beyond) = usage.beyond(&LIMITS) {
+            if let Some(beyond) = beyond(&usage) {
                 return Err(format!("{card}: the module takes more than it may: {beyond}"));
             }
-            all.push(format!("{card}: {usage}"));
+            all.push(format!("{card}: {line}"));
         }
         Ok(all.join("; "))
     }
 }
 
-impl Usage {
-    fn fields(&self) -> [(&'static str, u64); 6] {
-        [
-            ("registers", self.registers),
-            ("bytes of stack", self.stack),
-            ("bytes of spill stores", self.spill_stores),
-            ("bytes of spill loads", self.spill_loads),
-            ("bytes of shared memory", self.shared),
-            ("bytes of constants", self.constant),
-        ]
-    }
-
-    /// The first field above its limit.
-    fn beyond(&self, limits: &Self) -> Option<String> {
-        let pairs = self.fields().into_iter().zip(limits.fields());
-        let mut beyond = pairs.filter(|((_, used), (_, limit))| used > limit);
-        beyond.next().map(|((name, used), (_, limit))| format!("{used} {name}, of {limit}"))
-    }
+/// The usage in a line.
+fn shown(usage: &Usage) -> String {
+    let figures = LIMITS.iter().zip(usage).map(|((_, name), used)| format!("{used} {name}"));
+    figures.collect::<Vec<_>>().join(", ")
 }
 
-impl fmt::Display for Usage {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let fields = self.fields().map(|(name, used)| format!("{used} {name}"));
-        f.write_str(&fields.join(", "))
-    }
+/// The first figure above its limit.
+fn beyond(usage: &Usage) -> Option<String> {
+    let ((limit, name), used) = LIMITS.iter().zip(usage).find(|((limit, _), used)| *used > limit)?;
+    Some(format!("{used} {name}, of {limit}"))
 }
 
-/// Usage of a kernel for each thread, including its callees.
-#[derive(Debug, PartialEq, Eq)]
-struct Kernel<'s> {
-    name: &'s str,
-    registers: u64,
-    stack: u64,
-}
-
-/// Usage of each kernel, from the assembler's output.
-fn kernels(said: &str) -> Vec<Kernel<'_>> {
-    let mut all: Vec<Kernel<'_>> = Vec::new();
+/// Name, registers and bytes of stack of each kernel for each thread, its callees included, from the assembler's output.
+fn kernels(said: &str) -> Vec<(&str, u64, u64)> {
+    let mut all: Vec<(&str, u64, u64)> = Vec::new();
     for line in said.lines() {
         if let Some(name) = line.split("entry function '").nth(1).and_then(|rest| rest.split('\'').next()) {
-            all.push(Kernel { name, registers: 0, stack: 0 });
-        } else if let Some(kernel) = all.last_mut().filter(|kernel| kernel.registers == 0)
+            all.push((name, 0, 0));
+        } else if let Some((_, registers @ 0, stack)) = all.last_mut()
             && line.contains("Used ")
         {
-            (kernel.registers, kernel.stack) = (number(line, "registers"), number(line, "bytes cumulative stack size"));
+            (*registers, *stack) = (number(line, "registers"), number(line, "bytes cumulative stack size"));
         }
     }
     all
@@ -139,18 +111,21 @@ fn usage_of(said: &str) -> Result<Usage, &'static str> {
     if said.contains("cannot be statically determined") {
         return Err("the stack of a kernel is not known");
     }
-    let mut usage = Usage::default();
+    let [mut registers, mut stack, mut spill_stores, mut spill_loads, mut shared, mut constant] = [0; LIMITS.len()];
     for line in said.lines() {
         let number = |after: &str| number(line, after);
-        usage.registers = usage.registers.max(number("registers"));
-        usage.stack = usage.stack.max(number("bytes cumulative stack size")).max(number("bytes stack frame"));
-        usage.spill_stores += number("bytes spill stores");
-        usage.spill_loads += number("bytes spill loads");
-        usage.shared = usage.shared.max(number("bytes smem"));
+        registers = number("registers").max(registers);
+        stack = number("bytes cumulative stack size").max(number("bytes stack frame")).max(stack);
+        spill_stores += number("bytes spill stores");
+        spill_loads += number("bytes spill loads");
+        shared = number("bytes smem").max(shared);
         // Arguments and constants are in different banks.
-        usage.constant = usage.constant.max(number("bytes cmem[0]") + number("bytes cmem[2]"));
+        constant = (number("bytes cmem[0]") + number("bytes cmem[2]")).max(constant);
     }
-    if usage.registers == 0 { Err("it says nothing of a kernel") } else { Ok(usage) }
+    if registers == 0 {
+        return Err("it says nothing of a kernel");
+    }
+    Ok([registers, stack, spill_stores, spill_loads, shared, constant])
 }
 
 #[cfg(test)]
@@ -169,10 +144,8 @@ ptxas info    : Function properties for _RNvNtCs3run5scans
 
     #[test]
     fn the_output_of_the_assembler_is_parsed() {
-        let usage =
-            Usage { registers: 255, stack: 7824, spill_stores: 1934, spill_loads: 2012, shared: 64, constant: 1104 };
-        assert_eq!(usage_of(SAID), Ok(usage));
-        assert_eq!(kernels(SAID), [Kernel { name: "scphd_runs", registers: 255, stack: 7824 }]);
+        assert_eq!(usage_of(SAID), Ok([255, 7824, 1934, 2012, 64, 1104]));
+        assert_eq!(kernels(SAID), [("scphd_runs", 255, 7824)]);
         assert!(usage_of("ptxas info    : 1609 bytes gmem").is_err());
         let unknown = "ptxas warning : Stack size for entry function 'x' cannot be statically determined";
         assert!(usage_of(&format!("{SAID}{unknown}")).is_err());
@@ -180,9 +153,9 @@ ptxas info    : Function properties for _RNvNtCs3run5scans
 
     #[test]
     fn a_module_above_a_limit_is_reported() {
-        let limits = Usage { registers: 255, stack: 100, ..Usage::default() };
-        assert_eq!(limits.beyond(&limits), None);
-        let beyond = Usage { stack: 101, ..limits }.beyond(&limits);
-        assert_eq!(beyond.as_deref(), Some("101 bytes of stack, of 100"));
+        let mut usage = LIMITS.map(|(limit, _)| limit);
+        assert_eq!(beyond(&usage), None);
+        usage[1] += 1;
+        assert_eq!(beyond(&usage).as_deref(), Some("3531 bytes of stack, of 3530"));
     }
 }
