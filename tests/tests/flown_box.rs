@@ -114,7 +114,7 @@ fn seen([x, y, heading]: [f32; 3], draws: &mut Noise) -> Vec<[f32; 2]> {
         measured[1] = wrap(measured[1] + SIGMAS[1] * draws.normal::<f32>());
     }
     for _ in 0..2 {
-        scan.push([RANGE_M * draws.uniform::<f32>().sqrt(), wrap(6.28 * draws.uniform::<f32>())]);
+        scan.push([RANGE_M * draws.uniform::<f32>().sqrt(), wrap(std::f32::consts::TAU * draws.uniform::<f32>())]);
     }
     scan
 }
