@@ -3,7 +3,6 @@
 //! What depends on every element is written out for each size. The compiler would not unroll the two nested loops, and what is
 //! written out for six rows alone is compiled for six rows in every matrix.
 
-use super::vector::Array;
 use crate::Real;
 
 /// Position of element (`row`, `column`), `row` ≥ `column`.
@@ -18,7 +17,7 @@ pub(crate) fn element<T: Real>(lower: &[T], place: usize) -> T {
 }
 
 /// A lower triangle.
-pub trait Triangle<T>: Array<T> {
+pub trait Triangle<T>: Sized {
     /// The triangle with the elements `element(row, column)`, which is called row by row, with `row` ≥ `column`.
     fn with(element: impl FnMut(usize, usize) -> T) -> Self;
 

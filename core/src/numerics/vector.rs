@@ -21,7 +21,7 @@ pub trait Vector:
     /// An array with one element for each coordinate.
     type Array<X: Zero>: Array<X>;
     /// The lower triangle of a symmetric matrix, row after row.
-    type Lower: Triangle<Self::Scalar>;
+    type Lower: Array<Self::Scalar> + Triangle<Self::Scalar>;
     /// A matrix that maps a `C` to this vector: one row for each coordinate of this vector, one column for each of `C`.
     type Rows<C: Vector>: Matrix<Scalar = C::Scalar>;
     /// A matrix with `R` rows of the length of this vector.
