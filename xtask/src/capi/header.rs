@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use super::{cargo, tools_dir};
+use super::workspace::{cargo, tools_dir};
 use crate::files;
 use crate::process;
 

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use super::TARGETS;
 use super::archive::{self, Builder};
 use super::header;
 use super::programs::Compiler;
+use super::workspace::TARGETS;
 use crate::files;
 use crate::outcome::{Outcome, Stop};
 use crate::process;

@@ -7,10 +7,11 @@ mod header;
 mod install;
 mod programs;
 mod symbols;
+mod workspace;
 
 use std::fs::{self, File};
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::thread;
 
 use crate::files;
@@ -20,19 +21,8 @@ use crate::toolchain;
 use archive::Builder;
 pub use install::{Place, install};
 pub use programs::Compiler;
-
-/// The targets of archives other than the host: with and without a floating-point unit.
-pub const TARGETS: [&str; 2] = ["thumbv7em-none-eabihf", "thumbv7em-none-eabi"];
-
-/// Folder for host builds other than the archive.
-fn tools_dir() -> PathBuf {
-    process::own_target_dir("capi-tools")
-}
-
-/// cargo, in the workspace of the C interface.
-fn cargo(command: &str) -> Command {
-    process::cargo_in(command, "bindings/capi/Cargo.toml", &tools_dir())
-}
+pub use workspace::TARGETS;
+use workspace::{cargo, tools_dir};
 
 /// Compiles and runs C programs with the header and the archive for the host.
 pub fn quick() -> Result<Outcome, Stop> {

@@ -8,7 +8,7 @@ use super::faults;
 use super::flips;
 use super::hil;
 use super::image;
-use super::output::{self, Replay};
+use super::output::{self, Replay, all_equal};
 use super::rig::{DIVE, JOINT, JOINT_HYPOTHESES, JOINT_MOVERS, PLANAR, Precision, Rig, UNDERWATER, UNDERWATER_JOINT};
 use super::rtos;
 use super::streams::{self, Source};
@@ -81,11 +81,6 @@ pub fn step() -> Result<Outcome, Stop> {
     let compared = all_equal(compared, &failures)?;
     let missing: Vec<String> = missing.iter().map(|log| format!("no {log}")).collect();
     Ok(Outcome::without(&missing.join(", "), format!("{compared} digests equal")))
-}
-
-/// The number of compared scans, if there is no difference.
-pub fn all_equal(compared: usize, differences: &[String]) -> Result<usize, String> {
-    if differences.is_empty() { Ok(compared) } else { Err(differences.join("; ")) }
 }
 
 /// Compares every board with the host on the sources of a rig, and the host with itself without optimisation.

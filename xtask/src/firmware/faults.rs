@@ -2,10 +2,9 @@
 //! case.
 
 use super::board::FIRST;
-use super::digests::all_equal;
 use super::emulator;
 use super::image;
-use super::output::{self, Replay};
+use super::output::{self, Replay, all_equal};
 use super::rig::{FEW, JOINT, JOINT_MOVERS, PLANAR, Precision, Rig, SMALL, SMALL_JOINT};
 use super::streams::{self, Source};
 use crate::budget;

@@ -168,6 +168,11 @@ pub fn number(text: &str, name: &str) -> Option<u64> {
     word(text, name)?.parse().ok()
 }
 
+/// The number of compared scans, if there is no difference.
+pub fn all_equal(compared: usize, differences: &[String]) -> Result<usize, String> {
+    if differences.is_empty() { Ok(compared) } else { Err(differences.join("; ")) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,0 +1,19 @@
+//! The workspace of the C interface.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use crate::process;
+
+/// The targets of archives other than the host: with and without a floating-point unit.
+pub const TARGETS: [&str; 2] = ["thumbv7em-none-eabihf", "thumbv7em-none-eabi"];
+
+/// Folder for host builds other than the archive.
+pub fn tools_dir() -> PathBuf {
+    process::own_target_dir("capi-tools")
+}
+
+/// cargo, in the workspace of the C interface.
+pub fn cargo(command: &str) -> Command {
+    process::cargo_in(command, "bindings/capi/Cargo.toml", &tools_dir())
+}
