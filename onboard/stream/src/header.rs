@@ -320,66 +320,67 @@ impl<K: Kind> Header<K> {
             return Err(StreamError::Header);
         }
         let content = whole.get(..Self::LENGTH - CHECK).ok_or(StreamError::Truncated)?;
-        let header = Self::fields(vehicle, choices, bytes).ok_or(StreamError::Header);
+        let mut header = Self { vehicle, ..Self::EMPTY };
+        let is_valid = header.read(choices, bytes).is_some();
         let check = bytes.u32().ok_or(StreamError::Truncated)?;
         if check != CRC.checksum(content) {
             return Err(StreamError::HeaderDamaged);
         }
-        Ok((header?, check))
+        if is_valid { Ok((header, check)) } else { Err(StreamError::Header) }
     }
 
-    /// Decodes the fields behind the choices, with the meaning of the choices; reads all of them even if a choice is unknown.
-    fn fields(vehicle: K::Vehicle, choices: [u8; 8], bytes: &mut Bytes<'_>) -> Option<Self> {
-        let mut header = Self { vehicle, ..Self::EMPTY };
+    /// Decodes the fields behind the choices, with the meaning of the choices; reads all of them even if a choice is unknown. In
+    /// place: a head has more than half a kilobyte, and a copy would lie on the stack.
+    fn read(&mut self, choices: [u8; 8], bytes: &mut Bytes<'_>) -> Option<()> {
         for count in [
-            &mut header.scans,
-            &mut header.predictions,
-            &mut header.most_measurements,
-            &mut header.particles,
-            &mut header.samples,
-            &mut header.max_components,
+            &mut self.scans,
+            &mut self.predictions,
+            &mut self.most_measurements,
+            &mut self.particles,
+            &mut self.samples,
+            &mut self.max_components,
         ] {
             *count = bytes.u32()?;
         }
-        header.seed = bytes.u64()?;
+        self.seed = bytes.u64()?;
         let mark = Mark { scans: bytes.u32()?, parts: bytes.u32()?, digest: bytes.u64()? };
         // The checksum of the previous record is checked by the reader.
         bytes.u32()?;
         let mut number = || bytes.f64();
-        header.models = Numbers::take(&mut number)?;
-        header.recursion = Numbers::take(&mut number)?;
-        header.moving = Numbers::take(&mut number)?;
-        header.joint = Numbers::take(&mut number)?;
-        header.scan_interval_s = number()?;
+        self.models = Numbers::take(&mut number)?;
+        self.recursion = Numbers::take(&mut number)?;
+        self.moving = Numbers::take(&mut number)?;
+        self.joint = Numbers::take(&mut number)?;
+        self.scan_interval_s = number()?;
         let [scalar, _, 0, 0, proposal, extraction, begins, births_wait] = choices else { return None };
-        header.begins = match begins {
+        self.begins = match begins {
             0 => Begins::Start,
             SNAPSHOT => Begins::Snapshot(mark),
             RETUNED => Begins::Retuned,
             _ => return None,
         };
-        header.scalar = match scalar {
+        self.scalar = match scalar {
             4 => Scalar::F32,
             8 => Scalar::F64,
             _ => return None,
         };
-        header.proposal = match proposal {
+        self.proposal = match proposal {
             0 => Proposal::Blind,
             1 => Proposal::Informed,
             _ => return None,
         };
-        header.extraction = match extraction {
+        self.extraction = match extraction {
             0 => Extraction::Heaviest,
             1 => Extraction::Peaks,
             2 => Extraction::Confirmed,
             _ => return None,
         };
-        header.births_wait = match births_wait {
+        self.births_wait = match births_wait {
             0 => false,
             1 => true,
             _ => return None,
         };
-        Some(header)
+        Some(())
     }
 }
 
