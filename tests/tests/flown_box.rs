@@ -113,7 +113,7 @@ fn seen([x, y, heading]: [f32; 3], draws: &mut Noise) -> Vec<[f32; 2]> {
         measured[0] += SIGMAS[0] * draws.normal::<f32>();
         measured[1] = wrap(measured[1] + SIGMAS[1] * draws.normal::<f32>());
     }
-    for _ in 0..2 {
+    for _ in 0..CLUTTER as usize {
         scan.push([RANGE_M * draws.uniform::<f32>().sqrt(), wrap(std::f32::consts::TAU * draws.uniform::<f32>())]);
     }
     scan

@@ -6,7 +6,7 @@
 // iterators would hide the linear algebra.
 #![allow(clippy::indexing_slicing)]
 
-use super::triangle::{Triangle, at};
+use super::triangle::{Triangle, at, element};
 use crate::{Linear, Matrix, Real, Vector, Zero};
 
 /// A symmetric matrix in packed storage: the covariance of a `V`.
@@ -40,8 +40,7 @@ impl<T: Real, V: Vector<Scalar = T>> Symmetric<V> {
     #[inline]
     #[must_use]
     pub fn from_diagonal(diagonal: V::Array<T>) -> Self {
-        let on_diagonal = |row: usize| diagonal.as_ref().get(row).copied().unwrap_or(T::ZERO);
-        Self::from_fn(|row, column| if row == column { on_diagonal(row) } else { T::ZERO })
+        Self::from_fn(|row, column| if row == column { element(diagonal.as_ref(), row) } else { T::ZERO })
     }
 
     /// Element (`row`, `column`); zero outside the matrix.

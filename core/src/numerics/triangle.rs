@@ -10,10 +10,10 @@ pub(crate) const fn at(row: usize, column: usize) -> usize {
     row * (row + 1) / 2 + column
 }
 
-/// The element at a position. The loops stay inside the triangle, which the compiler cannot always see.
+/// The element at a position, which the caller keeps inside the numbers: the compiler cannot always see that.
 #[inline]
-pub(crate) fn element<T: Real>(lower: &[T], place: usize) -> T {
-    lower.get(place).copied().unwrap_or(T::ZERO)
+pub(crate) fn element<T: Real>(numbers: &[T], place: usize) -> T {
+    numbers.get(place).copied().unwrap_or(T::ZERO)
 }
 
 /// A lower triangle.
