@@ -2,6 +2,7 @@
 
 mod args;
 mod bench;
+mod beside;
 mod budget;
 mod capi;
 mod changed;

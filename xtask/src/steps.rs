@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use crate::bench;
+use crate::beside::{self, Beside};
 use crate::budget;
 use crate::capi;
 use crate::firmware;
@@ -69,6 +70,9 @@ pub const STEPS: &[Step] = &[
         "pymavlink reads what is sent to flight stacks, writes what is read, and drives a vehicle over UDP",
         |_| peers::mavlink(),
     ),
+    step("ros2", "the node of ROS 2: another DDS, in Python, receives the poses of a replay, to the bit", |_| {
+        ros2::step()
+    }),
     step("budget", "flash, RAM, stack and instructions are within budgets.toml", budget::step),
     step("counts", "instructions on the host, by callgrind, are those of tests/benches/counts.toml", |_| {
         bench::counts()
@@ -104,9 +108,6 @@ pub const OTHERS: &[Step] = &[
     step("deny", "licences and sources of all dependencies are those of deny.toml; needs cargo-deny", |_| {
         package::deny()
     }),
-    step("ros2", "the node of ROS 2: another DDS, in Python, receives the poses of a replay, to the bit", |_| {
-        ros2::step()
-    }),
     step(
         "web",
         "makes the page to try the filter in, and compares its digests with the host's in a browser without a window",
@@ -124,27 +125,39 @@ pub const OTHERS: &[Step] = &[
     ),
 ];
 
-/// Runs the steps and prints the summary. Returns `false` if a step failed or, in a strict run, if not everything was checked.
+/// The line before the summary, and the first word of the line behind it.
+pub const SUMMARY: &str = "=== summary\n";
+pub const TOTAL: &str = "total";
+
+/// Runs the steps, some of them in a second process if that is asked for, and prints the summary. Returns `false` if a step failed
+/// or, in a strict run, if not everything was checked.
 pub fn run(chosen: &[&Step], options: &Options) -> bool {
     let begun = Instant::now();
-    let mut results = Vec::new();
-    for (index, step) in chosen.iter().enumerate() {
-        println!("\n=== [{}/{}] {}: {}", index + 1, chosen.len(), step.name, step.what);
+    let (here, there) = if options.side_by_side { beside::split(chosen) } else { (chosen.to_vec(), Vec::new()) };
+    let second = (!here.is_empty() && !there.is_empty()).then(|| Beside::start(&there, options.strict));
+    let here = if second.is_some() { here } else { chosen.to_vec() };
+    let mut lines = Vec::new();
+    for (index, step) in here.iter().enumerate() {
+        println!("\n=== [{}/{}] {}: {}", index + 1, here.len(), step.name, step.what);
         let started = Instant::now();
         let outcome = (step.run)(options);
-        let elapsed = started.elapsed();
-        println!("=== {}", verdict(step.name, &outcome, elapsed));
-        results.push((step.name, outcome, elapsed));
+        let line = verdict(step.name, &outcome, started.elapsed());
+        println!("=== {line}");
+        lines.push(line);
+    }
+    if let Some(second) = second {
+        match second.and_then(Beside::finish) {
+            Ok(more) => lines.extend(more),
+            Err(reason) => lines.push(line(FAILED, "beside", begun.elapsed(), &reason)),
+        }
     }
 
-    println!("\n=== summary");
-    for (name, outcome, elapsed) in &results {
-        println!("{}", verdict(name, outcome, *elapsed));
-    }
-    println!("{}", line("total", "", begun.elapsed(), ""));
-    let passed = results.iter().filter(|(_, outcome, _)| matches!(outcome, Ok(Outcome::Passed(_)))).count();
-    let failed = results.iter().filter(|(_, outcome, _)| matches!(outcome, Err(Stop::Broken(_)))).count();
-    let skipped = results.len() - passed - failed;
+    print!("\n{SUMMARY}");
+    lines.iter().for_each(|line| println!("{line}"));
+    println!("{}", line(TOTAL, "", begun.elapsed(), ""));
+    let count = |word: &str| lines.iter().filter(|line| line.starts_with(word)).count();
+    let (passed, failed) = (count(PASSED), count(FAILED));
+    let skipped = lines.len() - passed - failed;
     if options.strict && skipped > 0 {
         println!("strict: a step that did not check everything is a failure");
     }
@@ -152,19 +165,24 @@ pub fn run(chosen: &[&Step], options: &Options) -> bool {
     failed == 0 && !(options.strict && skipped > 0)
 }
 
+/// The first words of lines of the summary.
+const PASSED: &str = "ok";
+const FAILED: &str = "FAILED";
+
 /// A line of the summary.
 fn verdict(name: &str, outcome: &Result<Outcome, Stop>, elapsed: Duration) -> String {
     let (word, note) = match outcome {
-        Ok(Outcome::Passed(note)) => ("ok", note),
+        Ok(Outcome::Passed(note)) => (PASSED, note),
         Ok(Outcome::Partly(note)) => ("partly", note),
         Err(Stop::Missing(note)) => ("skipped", note),
-        Err(Stop::Broken(note)) => ("FAILED", note),
+        Err(Stop::Broken(note)) => (FAILED, note),
     };
     line(word, name, elapsed, note)
 }
 
+/// One line, whatever the note.
 fn line(word: &str, name: &str, elapsed: Duration, note: &str) -> String {
-    let line = format!("{word:<8}{name:<10}{:>7.1} s  {note}", elapsed.as_secs_f64());
+    let line = format!("{word:<8}{name:<10}{:>7.1} s  {}", elapsed.as_secs_f64(), note.replace('\n', " "));
     line.trim_end().to_owned()
 }
 
