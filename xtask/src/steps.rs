@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use crate::bench;
-use crate::beside::{self, Beside};
+use crate::beside::{Beside, OF_WORKSPACE, SUMMARY, TOTAL};
 use crate::budget;
 use crate::capi;
 use crate::firmware;
@@ -125,16 +125,14 @@ pub const OTHERS: &[Step] = &[
     ),
 ];
 
-/// The line before the summary, and the first word of the line behind it.
-pub const SUMMARY: &str = "=== summary\n";
-pub const TOTAL: &str = "total";
-
 /// Runs the steps, some of them in a second process if that is asked for, and prints the summary. Returns `false` if a step failed
 /// or, in a strict run, if not everything was checked.
 pub fn run(chosen: &[&Step], options: &Options) -> bool {
     let begun = Instant::now();
-    let (here, there) = if options.side_by_side { beside::split(chosen) } else { (chosen.to_vec(), Vec::new()) };
-    let second = (!here.is_empty() && !there.is_empty()).then(|| Beside::start(&there, options.strict));
+    let (here, there): (Vec<&Step>, Vec<&Step>) = chosen.iter().partition(|step| OF_WORKSPACE.contains(&step.name));
+    let two = options.side_by_side && !here.is_empty() && !there.is_empty();
+    let names: Vec<&str> = there.iter().map(|step| step.name).collect();
+    let second = two.then(|| Beside::start(&names, options.strict));
     let here = if second.is_some() { here } else { chosen.to_vec() };
     let mut lines = Vec::new();
     for (index, step) in here.iter().enumerate() {
@@ -253,5 +251,6 @@ mod tests {
         names.sort_unstable();
         names.dedup();
         assert_eq!(names.len(), STEPS.len() + OTHERS.len() + quick::STEPS.len());
+        assert!(OF_WORKSPACE.iter().all(|name| names.contains(name) || *name == "packages"));
     }
 }
