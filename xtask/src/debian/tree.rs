@@ -7,8 +7,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use super::Bundle;
 use super::apt::Apt;
-use super::package::Package;
 use crate::process;
 
 /// The list of its packages, which is written last.
@@ -68,43 +68,33 @@ fn shared_libraries(folder: &Path, found: &mut BTreeSet<PathBuf>) -> io::Result<
     Ok(())
 }
 
-/// Downloads and unpacks packages to the new folder `root`, which is complete or does not exist afterwards.
-pub fn make(root: &Path, packages: &[Package], archive: &Apt) -> Result<Tree, String> {
-    let partial = root.with_extension(format!("partial-{}", std::process::id()));
-    let made = fill(&partial, packages, archive).and_then(|()| put_in_place(&partial, root));
+/// Downloads and unpacks a bundle to the new folder `root`, by way of `partial`: it is complete or does not exist afterwards.
+/// Package lists are fetched to the folder `lists`; without one, those of the system are used.
+pub fn make(root: &Path, partial: &Path, bundle: &Bundle, lists: Option<&Path>) -> Result<Tree, String> {
+    let failed = |error| format!("{}: {error}", root.display());
+    let made = fill(partial, bundle, lists).and_then(|()| fs::rename(partial, root).map_err(failed));
     // Exists only after a failure, whose reason is returned.
-    let _ = fs::remove_dir_all(&partial);
-    made?;
-    Tree::at(root).ok_or_else(|| format!("{} is not complete", root.display()))
+    let _ = fs::remove_dir_all(partial);
+    // If another run was faster, its tree is used.
+    Tree::at(root).ok_or_else(|| made.err().unwrap_or_default())
 }
 
-fn fill(partial: &Path, packages: &[Package], archive: &Apt) -> Result<(), String> {
+fn fill(partial: &Path, bundle: &Bundle, lists: Option<&Path>) -> Result<(), String> {
     let failed = |error: io::Error| format!("{}: {error}", partial.display());
     let downloads = partial.join("downloads");
-    fs::create_dir_all(&downloads).map_err(failed)?;
-    archive.download(packages, &downloads)?;
-    let mut unpacked = 0;
+    let apt = Apt::new(&downloads, lists)?;
+    if lists.is_some() {
+        apt.update()?;
+    }
+    let packages = apt.download(bundle)?;
     for entry in fs::read_dir(&downloads).map_err(failed)? {
         let path = entry.map_err(failed)?.path();
         if path.extension().is_some_and(|extension| extension == "deb") {
             process::read(process::command("dpkg-deb").arg("-x").arg(&path).arg(partial))?;
-            unpacked += 1;
         }
     }
-    if unpacked != packages.len() {
-        return Err(format!("{unpacked} of {} packages were downloaded", packages.len()));
-    }
     fs::remove_dir_all(&downloads).map_err(failed)?;
-    let list: String = packages.iter().map(|package| format!("{} {}\n", package.name, package.version)).collect();
-    fs::write(partial.join(LIST), list).map_err(failed)
-}
-
-/// Moves the tree to its place. If another run was faster, its tree is kept.
-fn put_in_place(partial: &Path, root: &Path) -> Result<(), String> {
-    match fs::rename(partial, root) {
-        Err(error) if Tree::at(root).is_none() => Err(format!("{}: {error}", root.display())),
-        _ => Ok(()),
-    }
+    fs::write(partial.join(LIST), packages.join("\n")).map_err(failed)
 }
 
 #[cfg(test)]
@@ -122,8 +112,8 @@ mod tests {
     fn an_incomplete_tree_is_not_used() {
         let root = folder("tree");
         assert_eq!(Tree::at(&root), None);
-        fs::write(root.join(LIST), "emulator 7\nlibrary 1\n").unwrap();
-        assert_eq!(Tree::at(&root).unwrap().what(), "emulator 7");
+        fs::write(root.join(LIST), "emulator=7\nlibrary=1").unwrap();
+        assert_eq!(Tree::at(&root).unwrap().what(), "emulator=7");
         fs::remove_dir_all(root).unwrap();
     }
 
