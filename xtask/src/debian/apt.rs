@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-use super::Bundle;
 use crate::process;
 
 /// Time limit for the lists, which have about 10 MB.
@@ -69,13 +68,13 @@ impl Apt {
 
     /// Downloads the first set of packages that is available, with dependencies. Returns them as `name=version`, the first
     /// package of the set first.
-    pub fn download(&self, bundle: &Bundle) -> Result<Vec<String>, String> {
+    pub fn download(&self, sets: &[&[&str]], oldest: &str) -> Result<Vec<String>, String> {
         let installed = process::read(process::command("dpkg-query").args(["-W", FIELDS]))?;
         let mut reasons = Vec::new();
-        for names in bundle.packages {
-            match self.resolve(names, bundle.oldest, &installed) {
+        for names in sets {
+            match self.resolve(names, oldest, &installed) {
                 Ok(packages) => {
-                    println!("setting up: {} from {} packages", bundle.name, packages.len());
+                    println!("setting up: {} from {} packages", names[0], packages.len());
                     let mut get = self.command("apt-get");
                     get.current_dir(&self.folder).arg("-qq").args(NETWORK).arg("download").args(&packages);
                     return process::run_for(&mut get, DOWNLOAD_LIMIT)

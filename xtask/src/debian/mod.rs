@@ -2,6 +2,7 @@
 //! needs no root and does not change the system.
 
 mod apt;
+mod bundle;
 mod tree;
 
 use std::fs;
@@ -9,18 +10,8 @@ use std::path::{Path, PathBuf};
 
 use crate::process;
 pub use apt::{NETWORK, present as can_fetch};
+pub use bundle::Bundle;
 pub use tree::Tree;
-
-/// Packages for a purpose.
-#[derive(Debug, Clone, Copy)]
-pub struct Bundle {
-    /// Name of the folder to which they are unpacked.
-    pub name: &'static str,
-    /// Alternative sets of packages; the first set that is completely available is used.
-    pub packages: &'static [&'static [&'static str]],
-    /// Oldest suitable version of the first package.
-    pub oldest: &'static str,
-}
 
 /// Folders for unpacked packages, in order of preference: in the user's cache, because checkouts are often deleted; otherwise in
 /// the build folder.

@@ -7,8 +7,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use super::Bundle;
 use super::apt::Apt;
+use super::bundle::Bundle;
 use crate::process;
 
 /// The list of its packages, which is written last.
@@ -86,7 +86,7 @@ fn fill(partial: &Path, bundle: &Bundle, lists: Option<&Path>) -> Result<(), Str
     if lists.is_some() {
         apt.update()?;
     }
-    let packages = apt.download(bundle)?;
+    let packages = apt.download(bundle.packages, bundle.oldest)?;
     for entry in fs::read_dir(&downloads).map_err(failed)? {
         let path = entry.map_err(failed)?.path();
         if path.extension().is_some_and(|extension| extension == "deb") {
