@@ -902,8 +902,8 @@ const char *scphd_setting_name(uint32_t setting);
 // The range of a setting, such as "finite and at least 0". The text is static.
 const char *scphd_setting_range(uint32_t setting);
 
-// Replaces the description by one with the same parts, at any time between other calls; the settings of movers and archive of a
-// joint map are kept. The monitoring of rejected fixes starts again. The reason may be null. A service.
+// Replaces the description by one with the same parts, at any time between other calls; the settings of movers, archive and
+// hypotheses of a joint map must not change. The monitoring of rejected fixes starts again. The reason may be null. A service.
 scphd_status scphd_slam_configure(scphd_slam *slam,
                                   scphd_description *description,
                                   scphd_reason *reason);

@@ -15,8 +15,8 @@ use scphd::numerics::Symmetric;
 use scphd::snapshot::{SliceEnd, from_slice};
 use scphd_vehicle::{Control, Measurements};
 
-/// Replaces the description by one with the same parts, at any time between other calls; the settings of movers and archive of a
-/// joint map are kept. The monitoring of rejected fixes starts again. The reason may be null. A service.
+/// Replaces the description by one with the same parts, at any time between other calls; the settings of movers, archive and
+/// hypotheses of a joint map must not change. The monitoring of rejected fixes starts again. The reason may be null. A service.
 #[unsafe(no_mangle)]
 pub extern "C" fn scphd_slam_configure(
     slam: Handed<scphd_slam>,

@@ -10,7 +10,7 @@ use crate::{Component, LnSum, MeasurementModel, Pose, Real, Vector};
 
 /// ln L and |V| of one candidate of `particle`, with η_z = κ(z) + Σ w_b + Σ_{j∈V} p_D,j w_j N(z; ẑ_j, S_j) (4.51, 5.19).
 ///
-/// Reads the maps and writes only its scratch `eta`, so that candidates can be weighted in any order or in parallel.
+/// Reads the maps and writes only `eta`, so that candidates can be weighted in any order or in parallel.
 pub(crate) fn weigh<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
     view: &View<'_, X>,
     particle: usize,

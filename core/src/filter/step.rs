@@ -9,7 +9,7 @@ use crate::{
 impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
     /// The update with a scan whose measurements the caller has checked.
     ///
-    /// With `DRAFTS` several maps are updated at the same time. Without it, the code for that is not linked.
+    /// If `DRAFTS` is true, several maps are updated in parallel; otherwise that code is not linked.
     pub(crate) fn step<X: MeasurementModel<Pose = M::Pose>, const DRAFTS: bool>(
         &mut self,
         detector: &mut Detector<X, ScanRoom<'_, X::Measurement>>,
@@ -48,7 +48,8 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         Ok(scanning.finish())
     }
 
-    /// Checks the measurements and begins a scan update whose stages the caller calls one by one, with scratch for one worker.
+    /// Checks the measurements and begins a scan update whose stages the caller runs one after the other. The scratch is
+    /// that of one worker.
     ///
     /// # Errors
     /// As for [`scan`](Self::scan).

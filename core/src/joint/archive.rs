@@ -1,4 +1,5 @@
-//! The archive of features outside the window, and the data of an archived feature.
+//! The archive of distant features, and the data of an archived feature. The window is the map of the state, with the
+//! features near the vehicle.
 
 use super::existence::Existence;
 use crate::numerics::range::is_within_range;
@@ -21,7 +22,7 @@ pub struct JointArchive<P: Pose, const CAPACITY: usize> {
     entries: [Entry<P>; CAPACITY],
 }
 
-/// The data of an archive in addition to its features.
+/// The data of an archive other than its features.
 #[derive(Debug, Clone, Copy)]
 pub struct Index {
     /// Number of archived features.
@@ -66,7 +67,7 @@ pub struct Split<P: Pose> {
 }
 
 /// A landmark of the window on which the distributions of submaps are conditioned. It is archived itself only if no
-/// other landmark may be.
+/// other landmark can be archived.
 #[derive(Debug, Clone, Copy)]
 pub struct Anchor<P: Pose> {
     pub(super) label: u32,
@@ -97,7 +98,7 @@ pub trait Archive<P: Pose>: sealed::Sealed {
     /// The archived features.
     #[doc(hidden)]
     fn kept(&self) -> &[Entry<P>];
-    /// The data in addition to the features, if there is an archive.
+    /// The data other than the features, if there is an archive.
     #[doc(hidden)]
     fn index(&self) -> Option<&Index>;
 }

@@ -92,8 +92,8 @@ where
         let landmarks = landmarks.get(..header.len).unwrap_or(&[]);
         tracks.predict_detection(models, &frame, measurements, config.occlusion_factor, landmarks);
     }
-    // The innovation of a landmark that the last scan initiated would have the covariance 2 R + Hx W Hxᵀ. This bound
-    // is not used if no landmark can be initiated.
+    // The innovation of a landmark that the last scan initiated would have the covariance 2 R + Hx W Hxᵀ, with W the
+    // covariance that the motion since then has added. This bound is not used if no landmark can be initiated.
     let may_be_born = births.of_static > T::ZERO && header.len < landmarks.len();
     let newborn = sensor.noise().plus(sensor.noise());
     let ln_newborn = newborn.factor().filter(|_| may_be_born).map_or(T::NEG_INFINITY, |factor| factor.ln_peak());

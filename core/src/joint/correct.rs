@@ -49,8 +49,9 @@ where
     tally
 }
 
-/// Updates the existence probability of one landmark with its share of the detections. If it may be a moving
-/// object instead, returns the multiple of its association probabilities with which only its position is still to be corrected.
+/// Updates the existence probability of one landmark with `detected`, the sum of its association probabilities. If it
+/// may be a moving object instead, returns the factor on these probabilities for the additional correction of its
+/// position alone.
 #[inline]
 pub(super) fn update_existence<T, P, Z>(
     memory: &mut Memory<'_, P, Z>,

@@ -27,10 +27,10 @@ const OLD_FRACTION: f64 = 0.5;
 const LEAST_PROBABILITY: f64 = 0.99;
 /// Greatest number of candidates for a match of one landmark: the nearest ones.
 const CANDIDATES: usize = 8;
-/// Number of candidates, after the alignment, for each of the other landmarks in view: the nearest ones.
+/// Number of candidates for each of the other landmarks in view: the nearest ones after the fusion of the pair.
 const NEIGHBOURS: usize = 3;
-/// Number of landmarks in view that are tried: those detected most often. One is not enough, because it may be a new
-/// landmark without a match.
+/// Number of landmarks in view for which a match is searched: those detected most often. One is not enough, because it
+/// may be a new landmark without a match.
 const SEEDS: usize = 6;
 
 /// The threshold below which ln of the peak of the innovation's density means that a landmark is weakly determined;

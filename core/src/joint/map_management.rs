@@ -13,8 +13,8 @@ use crate::{Births, FieldOfView, Linear, Matrix, MeasurementModel, Pose, Positio
 
 /// A landmark with fewer detections than this is tentative.
 pub(super) const TENTATIVE_BELOW: f64 = 1.5;
-/// Dropping a landmark with a lower probability of existence is not reported as a loss: clutter stays in the map for a
-/// while as a landmark that may be occluded.
+/// Dropping a landmark with a lower probability of existence is not reported as a loss: it is probably clutter, which
+/// stays in the map for some time because it may be an occluded landmark.
 const NEGLIGIBLE_EXISTENCE: f64 = 0.01;
 
 /// Counts of landmark initiation.
@@ -125,8 +125,8 @@ fn least_likely<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(memory: &Me
     })
 }
 
-/// Repairs the variances of the pose, and drops landmarks whose position or variance is invalid because of rounding or
-/// of a model. Returns the number of repairs and dropped landmarks.
+/// Repairs the variances of the pose, and drops landmarks whose position or variance is invalid, because of rounding or
+/// an invalid value of a model. Returns the number of repairs and dropped landmarks.
 pub(super) fn drop_degenerate<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     memory: &mut Memory<'_, P, Z>,
 ) -> usize {

@@ -1,4 +1,5 @@
-//! Search for pose hypotheses: two landmarks of the vehicle are aligned with every two of the map that have the same distance.
+//! Search for pose hypotheses: two landmarks of the vehicle's own map are aligned with every two landmarks of the known map
+//! that have the same distance.
 
 use super::alignment::{Alignment, Landmark};
 use super::config::LocatorConfig;
@@ -9,8 +10,8 @@ use crate::{MeasurementModel, PlanarPose, Real};
 const FARTHER_THAN: f64 = 6.0;
 
 impl<T: Real> Memory<'_, T> {
-    /// Continues the search: at most `config.trials` trial alignments, and twice as many comparisons of distances as the map has
-    /// ordered pairs.
+    /// Continues the search: makes at most `config.trials` trial alignments, and compares at most twice as many distances as the
+    /// known map has ordered pairs. Returns the number of trial alignments.
     pub(super) fn search<X: MeasurementModel<Pose = PlanarPose<T>>>(
         &mut self,
         config: &LocatorConfig<T>,
@@ -47,8 +48,8 @@ impl<T: Real> Memory<'_, T> {
         trials
     }
 
-    /// Selects the next two landmarks that are far enough apart; `false` if there are none. Cycles through all pairs, beginning with
-    /// neighbours in the list.
+    /// Selects the next two landmarks of the vehicle's own map that are far enough apart; `false` if there are none. Cycles through
+    /// all pairs, beginning with neighbours in the list.
     fn next_pair(&mut self, inflation: T) -> bool {
         let seen = self.known.seen;
         if seen < 2 {
@@ -70,7 +71,7 @@ impl<T: Real> Memory<'_, T> {
         false
     }
 
-    /// Aligns a pair with one of the map, and keeps the hypothesis if its evidence is sufficient.
+    /// Aligns a pair with one of the known map, and keeps the hypothesis if three landmarks match.
     fn try_pair<X: MeasurementModel<Pose = PlanarPose<T>>>(
         &mut self,
         config: &LocatorConfig<T>,
@@ -80,7 +81,7 @@ impl<T: Real> Memory<'_, T> {
     ) {
         let alignment = Alignment::of_lines([&a.mean, &b.mean], [&first.mean, &second.mean]);
         let Some(alignment) = alignment.fitted(config.inflation, [(a, first), (b, second)].into_iter()) else { return };
-        // A hypothesis that is known already needs no evaluation.
+        // A stored hypothesis is not evaluated again here.
         let same = |hypothesis: &Hypothesis<T>| hypothesis.alignment.is_same(&alignment, T::ONE);
         if self.hypotheses().iter().any(same) {
             return;
@@ -90,7 +91,7 @@ impl<T: Real> Memory<'_, T> {
         }
     }
 
-    /// Stores a hypothesis; replaces an equal one, or the least probable one if the memory is full.
+    /// Stores a hypothesis. It replaces an equal one, or the least probable one if the memory is full, if these are less probable.
     pub(super) fn keep(&mut self, config: &LocatorConfig<T>, new: &Hypothesis<T>) {
         let len = self.known.hypotheses;
         let held = self.hypotheses.get_mut(..len).unwrap_or(&mut []);
@@ -112,7 +113,7 @@ impl<T: Real> Memory<'_, T> {
     }
 }
 
-/// Whether the distance of two landmarks of the map equals that of the pair, within both covariances.
+/// Whether the distance of two landmarks of the known map equals that of the pair, within the covariances of all four.
 fn is_as_long<T: Real>(
     config: &LocatorConfig<T>,
     pair: &[Landmark<T>; 2],

@@ -54,7 +54,7 @@ pub trait Slam<T: Real> {
     /// Predicts by `dt_s` seconds.
     ///
     /// # Errors
-    /// The control or the time is refused, which the next report shows; the state is unchanged.
+    /// The control or the time is refused, which the next report shows. Only the time since the last scan advances.
     fn predict(&mut self, control: Control<T>, dt_s: T) -> Result<PredictReport, PredictError>;
 
     /// Updates the filter with a scan of the sensor with this index in the description.
@@ -63,13 +63,13 @@ pub trait Slam<T: Real> {
     /// There is no such sensor, or the scan is refused; the state is unchanged.
     fn scan(&mut self, sensor: usize, measurements: Measurements<'_, T>) -> Result<Scanned<T>, Refused<ScanError>>;
 
-    /// Updates the filter with a position, m, of fixes without a monitor.
+    /// Updates the filter with a measured position, m, if its fix has no monitor.
     ///
     /// # Errors
-    /// The description has no such fix, or one with a monitor, or it is refused; the state is unchanged.
+    /// The description has no such fix, the fix has a monitor, or the measurement is refused; the state is unchanged.
     fn observe_position(&mut self, x_m: T, y_m: T) -> Result<FixReport<T>, Refused<ObserveError>>;
 
-    /// Updates the filter with a heading, rad, of fixes without a monitor.
+    /// Updates the filter with a measured heading, rad, if its fix has no monitor.
     ///
     /// # Errors
     /// As for a position.
@@ -91,11 +91,11 @@ pub trait Slam<T: Real> {
 /// Further operations of a filter. A separate trait, so that a program that uses only [`Slam`] as a trait object does not link
 /// them.
 pub trait Services<T: Real>: Slam<T> {
-    /// Replaces the description between any two steps. It must have the same parts; their settings may differ, except those of
-    /// movers and archive of a joint map. The monitors are reset.
+    /// Replaces the description between any two steps. The new one must have the same parts; their settings may differ, except
+    /// those of movers, archive and hypotheses of a joint map. The monitors are reset.
     ///
     /// # Errors
-    /// It is out of range, or has other parts; the filter keeps the previous one.
+    /// The new description is out of range, or has other parts; the filter keeps the previous one.
     fn configure(&mut self, description: &Description<T>) -> Result<(), StartError>;
 
     /// Sets the pose with a covariance; the map is unchanged.
@@ -134,13 +134,13 @@ pub trait Services<T: Real>: Slam<T> {
     /// The snapshot is refused.
     fn restore(&mut self, kind: u32, source: &mut Source<'_>) -> Result<usize, RestoreError<SliceEnd>>;
 
-    /// Updates the filter with a position, m, and passes the result to the monitor, if there is one.
+    /// Updates the filter with a measured position, m, and passes the result to the monitor, if there is one.
     ///
     /// # Errors
-    /// The description has no such fix, or it is refused; the state is unchanged.
+    /// The description has no such fix, or the measurement is refused; the state is unchanged.
     fn watch_position(&mut self, x_m: T, y_m: T) -> Result<Watched<T>, Refused<ObserveError>>;
 
-    /// Updates the filter with a heading, rad, and passes the result to the monitor, if there is one.
+    /// Updates the filter with a measured heading, rad, and passes the result to the monitor, if there is one.
     ///
     /// # Errors
     /// As for a position.
