@@ -34,7 +34,7 @@ pub const fn step(name: &'static str, what: &'static str, run: fn(&Options) -> R
     Step { name, what, run }
 }
 
-/// Fastest first, so that common errors show early.
+/// Fastest first, so that common errors show early; from `firmware` on those that use what `unit` has built.
 pub const STEPS: &[Step] = &[
     step("fmt", "formatting of every package", |_| lint::fmt()),
     step("lint", "clippy on every package, warnings are errors", |_| lint::lint()),
@@ -47,9 +47,6 @@ pub const STEPS: &[Step] = &[
     step("proof", "firmware images link for every board without a panic and without an allocator", |_| {
         firmware::proof()
     }),
-    step("firmware", "after every scan the boards, in QEMU, have the same state as the host, bit for bit", |_| {
-        firmware::digests()
-    }),
     step(
         "capi",
         "the C library: its header, its symbols, C and C++ programs on the host and C on boards in QEMU",
@@ -60,6 +57,13 @@ pub const STEPS: &[Step] = &[
         "the Python package: its wheel, its tests, the digests of the library; `python --all`: the studies too",
         |options| python::step(options.studies),
     ),
+    step("counts", "instructions on the host, by callgrind, are those of tests/benches/counts.toml", |_| {
+        bench::counts()
+    }),
+    step("firmware", "after every scan the boards, in QEMU, have the same state as the host, bit for bit", |_| {
+        firmware::digests()
+    }),
+    step("budget", "flash, RAM, stack and instructions are within budgets.toml", budget::step),
     step(
         "logs",
         "what a run writes is read by rosbags and evo as it was meant; `logs --all`: by rerun too",
@@ -72,10 +76,6 @@ pub const STEPS: &[Step] = &[
     ),
     step("ros2", "the node of ROS 2: another DDS, in Python, receives the poses of a replay, to the bit", |_| {
         ros2::step()
-    }),
-    step("budget", "flash, RAM, stack and instructions are within budgets.toml", budget::step),
-    step("counts", "instructions on the host, by callgrind, are those of tests/benches/counts.toml", |_| {
-        bench::counts()
     }),
     step("msrv", "nothing needs a newer Rust than the oldest supported", |_| msrv::step()),
 ];
