@@ -1,12 +1,11 @@
 //! The black box of a filter that was built from a description replays to the bits that it had on the vehicle.
 
 use nalgebra::Vector2;
-use scphd::models::ControlNoise;
 use scphd::numerics::{Noise, wrap};
-use scphd::settings::{HypothesesConfig, MovingConfig};
+use scphd::settings::MovingConfig;
 use scphd::{Births, JointConfig};
-use scphd_stream::planar::{self, BlackBoxArchive, BlackBoxMovers, Models, Odometry, Planar, SensorModels, Vehicle};
-use scphd_stream::{Header, How, Joint, Moving, Numbers, Recursion, Scalar, Writer};
+use scphd_stream::planar::{self, BlackBoxArchive, BlackBoxMovers, Odometry};
+use scphd_stream::{Header, How, Scalar, Writer};
 use scphd_tests::with_roomy_stack;
 use scphd_vehicle::{
     Backing, Control, Description, Filter, FixSpec, JointSettings, Measurements, Sensor, Services, Slam, joint_backing,
@@ -50,56 +49,6 @@ fn description() -> Description<f32> {
     robot
 }
 
-/// The head of its recording.
-fn head(robot: &Description<f32>) -> Header<Planar> {
-    let double = f64::from;
-    let (Filter::Joint(joint), Some(lidar)) = (robot.filter, robot.sensors[0]) else { unreachable!() };
-    let (ControlNoise { speed_sigma_mps, speed_sigma_ratio, turn_sigma, turn_sigma_ratio, interval_s }, window) =
-        (robot.vehicle.noise, lidar.window);
-    let moving = joint.movers.unwrap();
-    Header {
-        scalar: Scalar::F32,
-        vehicle: Vehicle::UnicycleArc,
-        models: Models {
-            speed_sigma_mps: double(speed_sigma_mps),
-            speed_sigma_ratio: double(speed_sigma_ratio),
-            turn_sigma: double(turn_sigma),
-            turn_sigma_ratio: double(turn_sigma_ratio),
-            noise_interval_s: double(interval_s),
-            sensor: SensorModels {
-                range_sigma_m: double(lidar.range_sigma_m),
-                bearing_sigma_rad: double(lidar.bearing_sigma_rad),
-                range_min_m: double(window.range_min_m),
-                range_max_m: double(window.range_max_m),
-                range_edge_m: double(window.range_edge_m),
-                bearing_center_rad: double(window.bearing_center_rad),
-                bearing_half_width_rad: double(window.bearing_half_width_rad),
-                bearing_edge_rad: double(window.bearing_edge_rad),
-                detection_near: double(window.probability_near),
-                detection_far: double(window.probability_far),
-                clutter_per_scan: double(lidar.clutter_per_scan),
-                ..SensorModels::ZERO
-            },
-            ..Models::ZERO
-        },
-        recursion: Recursion { birth_intensity: double(lidar.births.of_static), ..Recursion::ZERO },
-        moving: Moving {
-            birth_intensity: double(lidar.births.of_moving),
-            velocity_sigma_mps: double(moving.velocity_sigma_mps),
-            acceleration_psd: double(moving.motion.acceleration_psd),
-            lifetime_s: double(moving.motion.lifetime_s),
-            spread_max_m: double(moving.spread_max_m),
-            extraction_weight: double(moving.extraction_weight),
-        },
-        joint: Joint {
-            archive_reach_m: double(joint.archive_reach_m.unwrap()),
-            ..Joint::of(&joint.config, &HypothesesConfig::default())
-        },
-        scan_interval_s: double(DT_S),
-        ..Header::EMPTY
-    }
-}
-
 /// Detections of posts along a circle, some with clutter, from a true pose.
 fn seen([x, y, heading]: [f32; 3], draws: &mut Noise) -> Vec<[f32; 2]> {
     let posts = (0..150).map(|k| {
@@ -131,7 +80,7 @@ fn flown() -> (Vec<u8>, Vec<(u32, u64)>, [usize; 2]) {
         bytes.extend_from_slice(piece);
         Ok::<(), Infallible>(())
     };
-    let Ok(mut log) = Writer::start(&head(&robot), sink);
+    let Ok(mut log) = Writer::start(&Header::of(&robot, Scalar::F32).unwrap(), sink);
     let mut draws = Noise::seeded(7);
     let (mut true_pose, speed, rate) = ([0.0_f32; 3], 4.0_f32, 4.0_f32 / 25.0);
     for scan in 0..SCANS {
@@ -143,8 +92,9 @@ fn flown() -> (Vec<u8>, Vec<(u32, u64)>, [usize; 2]) {
             true_pose[1] -= 7.0;
         }
         let [speed, rate] = [speed + 0.1 * draws.normal::<f32>(), rate + 0.01 * draws.normal::<f32>()];
-        slam.predict(Control { speed_mps: speed, turn: rate, ..Control::STILL }, DT_S).unwrap();
-        let Ok(()) = log.predict(&Odometry { control: [speed, rate].map(f64::from), dt_s: f64::from(DT_S) });
+        let control = Control { speed_mps: speed, turn: rate, ..Control::STILL };
+        slam.predict(control, DT_S).unwrap();
+        let Ok(()) = log.predict(&Odometry::of(control, DT_S));
         if scan % 10 == 9 {
             let place = [0, 1].map(|k| true_pose[k] + 0.3 * draws.normal::<f32>());
             let watched = slam.watch_position(place[0], place[1]).unwrap();

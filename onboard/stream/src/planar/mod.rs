@@ -1,6 +1,7 @@
 //! Streams of planar vehicles that measure range and bearing.
 
 mod black_box;
+mod description;
 mod fix;
 #[cfg(feature = "flips")]
 mod flips;
@@ -10,6 +11,7 @@ mod onboard;
 mod vehicle;
 
 pub use black_box::{BlackBox, BlackBoxArchive, BlackBoxHypotheses, BlackBoxJoint, BlackBoxMovers};
+pub use description::NotRecorded;
 pub use fix::Fix;
 pub use joint::{PlanarHypotheses, PlanarJoint, PlanarJoint40, PlanarJoint40Movers, PlanarJointMovers};
 pub use models::{Models, Sensor, SensorModels};
