@@ -24,6 +24,8 @@ pub enum StreamError {
     Header,
     /// The checksum of the header is wrong.
     HeaderDamaged,
+    /// The bytes begin with a change of models or tuning: neither the start of a stream nor a snapshot.
+    NoBeginning,
     /// The stream ends before its last record.
     Truncated,
     /// A record has an unknown type, or its length does not fit its type.
@@ -46,6 +48,9 @@ impl fmt::Display for StreamError {
             Self::Vehicle { found } => write!(f, "the stream is for another type of vehicle: {found}"),
             Self::Header => f.write_str("the stream header has an unknown value or length"),
             Self::HeaderDamaged => f.write_str("the stream header is damaged"),
+            Self::NoBeginning => {
+                f.write_str("the stream begins with a change of models or tuning, not with a snapshot")
+            }
             Self::Truncated => f.write_str("the stream ends before its last record"),
             Self::Record { index } => write!(f, "record {index} has an unknown type or a wrong length"),
             Self::RecordDamaged { index } => write!(f, "record {index} is damaged, or the one before it is missing"),

@@ -294,9 +294,11 @@ impl<K: Kind> Header<K> {
         sink.end()
     }
 
-    /// The number type of the records behind the head at the front of `bytes`, which is decoded completely.
+    /// The number type of the records behind the head at the front of `bytes`, which is decoded completely and must be that of a
+    /// start or a snapshot.
     pub(crate) fn scalar_of(bytes: &[u8]) -> Result<Scalar, StreamError> {
-        Self::decode(&mut Bytes(bytes)).map(|(header, _)| header.scalar)
+        let (Self { begins, scalar, .. }, _) = Self::decode(&mut Bytes(bytes))?;
+        if begins == Begins::Retuned { Err(StreamError::NoBeginning) } else { Ok(scalar) }
     }
 
     /// Takes the head from the front of `bytes`. Returns it with its checksum. Not inlined, so that its stack frame is temporary

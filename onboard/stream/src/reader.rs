@@ -185,6 +185,22 @@ mod tests {
         assert!(reader.read().unwrap().is_none() && reader.read().unwrap().is_none());
     }
 
+    /// A ring buffer may be torn at such a record.
+    #[test]
+    fn a_change_of_tuning_is_no_beginning() {
+        let mut bytes = Vec::new();
+        let mut writer = Writer::start(&Header::<Planar>::EMPTY, |piece: &[u8]| {
+            bytes.extend_from_slice(piece);
+            Ok::<(), ()>(())
+        })
+        .unwrap();
+        writer.retune(&Header::EMPTY).unwrap();
+        writer.end().unwrap();
+        assert!(Reader::<Planar>::open(&bytes).is_ok());
+        let torn = Reader::<Planar>::open(&bytes[Header::<Planar>::LENGTH..]);
+        assert_eq!(torn.map(drop), Err(StreamError::NoBeginning));
+    }
+
     fn damage_is_seen<K: Kind>(good: &[u8]) {
         assert!(records::<K>(good).is_ok());
         for place in 0..good.len() {

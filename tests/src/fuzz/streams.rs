@@ -1,4 +1,4 @@
-//! Streams of version 5: with all kinds of records and hostile numbers under correct checksums, with snapshots; also damaged,
+//! Streams: with all kinds of records and hostile numbers under correct checksums, with snapshots; also damaged,
 //! truncated and concatenated. A replay finishes or reports an error; the states that it reaches from a damaged stream are those
 //! from the undamaged one.
 
@@ -10,8 +10,12 @@ use nalgebra::Vector2;
 use scphd::models::{PlanarPose, Reading};
 use scphd::navigation::Instruments;
 use scphd::numerics::Symmetric;
-use scphd::{Component, Real};
-use scphd_stream::planar::{self, BlackBox, BlackBoxJoint, Odometry, Planar, PlanarJoint, PlanarJointMovers};
+use scphd::settings::HypothesesConfig;
+use scphd::{Component, JointConfig, Real};
+use scphd_stream::planar::{
+    self, BlackBox, BlackBoxArchive, BlackBoxHypotheses, BlackBoxJoint, Odometry, Planar, PlanarJoint,
+    PlanarJointMovers,
+};
 use scphd_stream::underwater::{self, Navigation, Underwater, UnderwaterJoint};
 use scphd_stream::{
     Aboard, Extraction, Header, How, Kind, Monitor, Numbers, Proposal, Refusal, ReplayError, Saves, Scalar, ScanCost,
@@ -99,6 +103,8 @@ vessels! {
     PlanarJointMovers: "joint map with movers", drive, bare;
     BlackBox: "black box", drive, keeps;
     BlackBoxJoint: "black box of a joint map", drive, keeps;
+    BlackBoxArchive: "black box of a joint map with an archive", drive, keeps;
+    BlackBoxHypotheses: "black box of several hypotheses", drive, keeps;
     Underwater: "under water", dive, bare;
     UnderwaterJoint: "joint map under water", dive, bare;
     underwater::BlackBox: "black box under water", dive, keeps;
@@ -119,8 +125,8 @@ fn spoilt<N: Numbers>(draw: &mut Draw, numbers: &N) -> N {
 }
 
 fn header<K: Kind>(draw: &mut Draw, models: K::Models, scalar: Scalar) -> Header<K> {
-    let (mut recursion, mut moving, mut joint) =
-        (scphd_stream::Recursion::ZERO, scphd_stream::Moving::ZERO, scphd_stream::Joint::ZERO);
+    let (mut recursion, mut moving) = (scphd_stream::Recursion::ZERO, scphd_stream::Moving::ZERO);
+    let mut joint = scphd_stream::Joint::of(&JointConfig::<f64>::default(), &HypothesesConfig::default());
     recursion.birth_intensity = draw.magnitude(1e-4, 0.1);
     recursion.resample_threshold = 0.5;
     recursion.prune_weight = draw.magnitude(1e-6, 0.05);
@@ -137,6 +143,7 @@ fn header<K: Kind>(draw: &mut Draw, models: K::Models, scalar: Scalar) -> Header
     }
     (joint.visible_s, joint.occluded_s, joint.lifetime_s) = (draw.magnitude(1.0, 1e3), 5.0, 1e4);
     (joint.occlusion_factor, joint.merge_distance) = (draw.even(0.0, 1.0), 9.0);
+    (joint.archive_reach_m, joint.hypotheses) = (draw.magnitude(1.0, 100.0), 1.0 + draw.below(9) as f64);
     Header {
         scalar,
         proposal: [Proposal::Blind, Proposal::Informed][draw.below(2)],
@@ -428,6 +435,8 @@ pub(super) fn kind_of(seed: u64) -> (String, Run) {
         of::<BlackBox, f64>(),
         of::<BlackBoxJoint, f32>(),
         of::<BlackBoxJoint, f64>(),
+        of::<BlackBoxArchive, f32>(),
+        of::<BlackBoxHypotheses, f32>(),
         of::<Underwater, f32>(),
         of::<UnderwaterJoint, f32>(),
         of::<underwater::BlackBox, f32>(),
