@@ -49,7 +49,7 @@ impl<S: Sensor, N: Fn(&S::Measurement) -> Symmetric<S::Measurement> + Sync> Nois
 pub struct WithNoise<S, N> {
     /// The sensor.
     pub sensor: S,
-    /// The noise model: a closure of the predicted measurement, or [`ReportedNoise`].
+    /// The noise model: a closure of the predicted measurement, [`RangeNoise`](super::RangeNoise) or [`ReportedNoise`].
     pub noise: N,
 }
 
