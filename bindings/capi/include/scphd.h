@@ -55,7 +55,7 @@
 #define SCPHD_SIZE_SONAR_64 1792
 
 /* A description of a vehicle. */
-#define SCPHD_SIZE_DESCRIPTION 640
+#define SCPHD_SIZE_DESCRIPTION 656
 
 /*
  * Settings of a description, for scphd_description_set: what each is, its unit, and the numbers that it may have.
@@ -334,69 +334,72 @@
 /* Standard deviation of the range. In m. Must be between 0.000001 and 1000000. */
 #define SCPHD_SENSOR_RANGE_SIGMA_M 81
 
+/* Standard deviation of the range divided by the range; adds in quadrature. Must be between 0 and 1. */
+#define SCPHD_SENSOR_RANGE_SIGMA_RATIO 82
+
 /* Standard deviation of the bearing. In rad. Must be between 0.000001 and 1000000. */
-#define SCPHD_SENSOR_BEARING_SIGMA_RAD 82
+#define SCPHD_SENSOR_BEARING_SIGMA_RAD 83
 
 /* Least range of the view. In m. Must be finite and at least 0. */
-#define SCPHD_SENSOR_RANGE_MIN_M 83
+#define SCPHD_SENSOR_RANGE_MIN_M 84
 
 /* Greatest range of the view. In m. Must be finite and above 0. */
-#define SCPHD_SENSOR_RANGE_MAX_M 84
+#define SCPHD_SENSOR_RANGE_MAX_M 85
 
 /* Half width of the gradual edge at both ranges. In m. Must be finite and at least 0. */
-#define SCPHD_SENSOR_RANGE_EDGE_M 85
+#define SCPHD_SENSOR_RANGE_EDGE_M 86
 
 /* Centre of the view. In rad. Must be finite. */
-#define SCPHD_SENSOR_BEARING_CENTER_RAD 86
+#define SCPHD_SENSOR_BEARING_CENTER_RAD 87
 
 /* Half width of the view; pi or more for a full circle. In rad. Must be finite and above 0. */
-#define SCPHD_SENSOR_BEARING_HALF_WIDTH_RAD 87
+#define SCPHD_SENSOR_BEARING_HALF_WIDTH_RAD 88
 
 /* Half width of the gradual edge at both sides. In rad. Must be finite and at least 0. */
-#define SCPHD_SENSOR_BEARING_EDGE_RAD 88
+#define SCPHD_SENSOR_BEARING_EDGE_RAD 89
 
 /* Probability of detection at range zero. Must be at least 0 and below 1. */
-#define SCPHD_SENSOR_PROBABILITY_NEAR 89
+#define SCPHD_SENSOR_PROBABILITY_NEAR 90
 
 /* Probability of detection at the greatest range. Must be at least 0 and below 1. */
-#define SCPHD_SENSOR_PROBABILITY_FAR 90
+#define SCPHD_SENSOR_PROBABILITY_FAR 91
 
 /* Expected number of false measurements in a scan. Must be between 0 and 1000000000. */
-#define SCPHD_SENSOR_CLUTTER_PER_SCAN 91
+#define SCPHD_SENSOR_CLUTTER_PER_SCAN 92
 
 /* Birth intensity of static features. In 1/(m rad). Must be finite and at least 0. */
-#define SCPHD_SENSOR_BIRTHS_STILL 92
+#define SCPHD_SENSOR_BIRTHS_STILL 93
 
 /* Birth intensity of moving features. In 1/(m rad). Must be finite and at least 0. */
-#define SCPHD_SENSOR_BIRTHS_MOVING 93
+#define SCPHD_SENSOR_BIRTHS_MOVING 94
 
 /* Bearing-only sensor: range of the nearest births. In m. Must be finite and above 0. */
-#define SCPHD_SENSOR_BIRTHS_NEAREST_M 94
+#define SCPHD_SENSOR_BIRTHS_NEAREST_M 95
 
 /* Bearing-only sensor: range of the farthest births. In m. Must be finite and above 0. */
-#define SCPHD_SENSOR_BIRTHS_FARTHEST_M 95
+#define SCPHD_SENSOR_BIRTHS_FARTHEST_M 96
 
 /* Bearing-only sensor: number of ranges with births. Must be between 2 and 65535. */
-#define SCPHD_SENSOR_BIRTHS_RINGS 96
+#define SCPHD_SENSOR_BIRTHS_RINGS 97
 
 /* Bearing-only sensor: number of births at each range. Must be between 1 and 65535. */
-#define SCPHD_SENSOR_BIRTHS_SECTORS 97
+#define SCPHD_SENSOR_BIRTHS_SECTORS 98
 
 /* Bearing-only sensor: weight of each birth. Must be finite and at least 0. */
-#define SCPHD_SENSOR_BIRTHS_WEIGHT 98
+#define SCPHD_SENSOR_BIRTHS_WEIGHT 99
 
 /* Distance of the sensor ahead of the pose. In m. Must be finite. */
-#define SCPHD_SENSOR_FORWARD_M 99
+#define SCPHD_SENSOR_FORWARD_M 100
 
 /* Distance of the sensor to the left of the pose. In m. Must be finite. */
-#define SCPHD_SENSOR_LEFT_M 100
+#define SCPHD_SENSOR_LEFT_M 101
 
 /* Direction of the sensor, counterclockwise from that of the vehicle. In rad. Must be finite. */
-#define SCPHD_SENSOR_YAW_RAD 101
+#define SCPHD_SENSOR_YAW_RAD 102
 
 
 // The version of this interface. It changes whenever a program that was compiled with another header would not work.
-#define SCPHD_ABI_VERSION 3
+#define SCPHD_ABI_VERSION 4
 
 // No candidate explains the scan: the vehicle is lost, or clutter and birth intensities are both zero.
 #define SCPHD_HEALTH_UNEXPLAINED_SCAN 1

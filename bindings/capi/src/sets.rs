@@ -51,7 +51,7 @@ pub(crate) const SONAR_64: Set = Set {
 };
 /// A description.
 pub(crate) const DESCRIPTION: Set =
-    Set { name: "DESCRIPTION", number: 401, bytes: 640, about: " A description of a vehicle.", functions: None };
+    Set { name: "DESCRIPTION", number: 401, bytes: 656, about: " A description of a vehicle.", functions: None };
 
 /// Passes the table of the sets for described filters to another macro.
 macro_rules! table {

@@ -24,6 +24,7 @@ impl Described {
         sensor: Sensor {
             model: SensorModel::RangeBearing,
             range_sigma_m: 1.0,
+            range_sigma_ratio: 0.0,
             bearing_sigma_rad: 1.0,
             window: RangeBearingLimits {
                 range_min_m: 0.0,
@@ -54,6 +55,7 @@ impl Described {
             [of(self.sensor.range_sigma_m), of(self.sensor.bearing_sigma_rad)],
         );
         sensor.model = self.sensor.model;
+        sensor.range_sigma_ratio = of(self.sensor.range_sigma_ratio);
         sensor.window = RangeBearingLimits {
             range_min_m: of(window.range_min_m),
             range_edge_m: of(window.range_edge_m),
@@ -112,6 +114,8 @@ impl Described {
 /// ----------
 /// range_sigma_m, bearing_sigma_rad : float
 ///     Standard deviations of range and bearing, m and rad.
+/// range_sigma_ratio : float
+///     Standard deviation of the range divided by the range, in [0, 1]; adds in quadrature.
 /// range_max_m, range_min_m : float
 ///     Greatest and smallest range, m.
 /// range_edge_m, bearing_edge_rad : float
@@ -135,14 +139,16 @@ pub struct RangeBearing(pub Described);
 #[pymethods]
 impl RangeBearing {
     #[new]
-    #[pyo3(signature = (*, range_sigma_m, bearing_sigma_rad, range_max_m, range_min_m=0.0, range_edge_m=0.0,
-                        bearing_center_rad=0.0, bearing_half_width_rad=PI, bearing_edge_rad=0.0, probability=0.9,
-                        probability_far=None, clutter_per_scan=1.0, births_still=None, births_moving=0.0, mounting=None))]
+    #[pyo3(signature = (*, range_sigma_m, bearing_sigma_rad, range_max_m, range_sigma_ratio=0.0, range_min_m=0.0,
+                        range_edge_m=0.0, bearing_center_rad=0.0, bearing_half_width_rad=PI, bearing_edge_rad=0.0,
+                        probability=0.9, probability_far=None, clutter_per_scan=1.0, births_still=None, births_moving=0.0,
+                        mounting=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn new(
         range_sigma_m: f64,
         bearing_sigma_rad: f64,
         range_max_m: f64,
+        range_sigma_ratio: f64,
         range_min_m: f64,
         range_edge_m: f64,
         bearing_center_rad: f64,
@@ -166,6 +172,7 @@ impl RangeBearing {
             probability_far: probability_far.unwrap_or(probability),
         };
         let mut sensor = seated(window, [range_sigma_m, bearing_sigma_rad], clutter_per_scan, mounting);
+        sensor.range_sigma_ratio = range_sigma_ratio;
         sensor.births.of_static = births_still.unwrap_or_default();
         sensor.births.of_moving = births_moving;
         let described = Described { sensor, usual_births: births_still.is_none() };
@@ -177,6 +184,7 @@ impl RangeBearing {
 object! { RangeBearing, |described| {
     let Described { sensor, usual_births } = described;
     let keywords = described.of_view().number("range_sigma_m", sensor.range_sigma_m);
+    let keywords = keywords.number("range_sigma_ratio", sensor.range_sigma_ratio);
     let keywords = keywords.number("births_moving", sensor.births.of_moving);
     if *usual_births { keywords } else { keywords.number("births_still", sensor.births.of_static) }
 } }

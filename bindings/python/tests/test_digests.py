@@ -27,9 +27,9 @@ def detectors():
         births_still=0.002, births_moving=0.001, mounting=SEAT,
     )
     radar = scphd.RangeBearing(
-        range_sigma_m=0.2, bearing_sigma_rad=0.03, range_max_m=20.0, range_edge_m=single(3, 0.2),
-        bearing_edge_rad=single(3, 0.03), bearing_half_width_rad=0.8, probability=0.85, clutter_per_scan=1.0,
-        births_still=0.003, mounting=BACK,
+        range_sigma_m=0.2, range_sigma_ratio=0.02, bearing_sigma_rad=0.03, range_max_m=20.0,
+        range_edge_m=single(3, 0.2), bearing_edge_rad=single(3, 0.03), bearing_half_width_rad=0.8, probability=0.85,
+        clutter_per_scan=1.0, births_still=0.003, mounting=BACK,
     )
     camera = scphd.BearingOnly(
         bearing_sigma_rad=0.02, range_max_m=12.0, bearing_half_width_rad=2.0, probability=0.85, births_nearest_m=2.0,

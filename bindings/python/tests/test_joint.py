@@ -198,6 +198,7 @@ def test_copies_of_filters(make, kind):
         scphd.Holonomic(speed_sigma_mps=0.3),
         scphd.Mounting(forward_m=0.2, yaw_rad=1.0),
         scphd.RangeBearing(**LIDAR),
+        scphd.RangeBearing(**LIDAR, range_sigma_ratio=0.1),
         scphd.RangeBearing(**LIDAR, births_still=0.01, births_moving=0.02, mounting=scphd.Mounting(left_m=1.0)),
         scphd.BearingOnly(bearing_sigma_rad=0.1, range_max_m=9.0, births_rings=5),
         scphd.PositionFix(sigma_m=0.5, gate=16.0, antenna_left_m=0.3, watch_patience_s=3.0),

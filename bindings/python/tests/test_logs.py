@@ -95,6 +95,13 @@ def test_a_run_with_features_that_move(folder):
     assert with_movers.digest != log.run(SETTINGS).digest
 
 
+def test_noise_that_grows_with_the_range(folder):
+    log = scphd.logs.read(folder)
+    digests = {log.run({**SETTINGS, "sensor": {**SETTINGS["sensor"], **ratio}}).digest
+               for ratio in ({}, {"range_sigma_ratio": 0.0}, {"range_sigma_ratio": 0.1})}  # fmt: skip
+    assert len(digests) == 2
+
+
 def test_settings_by_default(folder, tmp_path, monkeypatch):
     log = scphd.logs.read(folder)
     monkeypatch.setenv("PATH", str(tmp_path / "bin"))

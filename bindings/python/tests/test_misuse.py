@@ -31,6 +31,7 @@ SENSOR = {"range_sigma_m": 0.1, "bearing_sigma_rad": 0.01, "range_max_m": 10.0}
         (lambda: scphd.Mounting(yaw_rad=NAN), scphd.SettingError, "yaw_rad must be"),
         (lambda: scphd.RangeBearing(**SENSOR, probability=1.0), scphd.SettingError, r"probability must be in \[0, 1\)"),
         (lambda: scphd.RangeBearing(**{**SENSOR, "range_sigma_m": 0.0}), scphd.SettingError, "range_sigma_m must be"),
+        (lambda: scphd.RangeBearing(**SENSOR, range_sigma_ratio=1.5), scphd.SettingError, "range_sigma_ratio must be between 0 and 1"),
         (lambda: scphd.RangeBearing(**{**SENSOR, "range_max_m": NAN}), scphd.SettingError, "range_max_m must be"),
         (lambda: scphd.RangeBearing(**SENSOR, births_still=-1.0), scphd.SettingError, "births_still must be"),
         (lambda: scphd.RangeBearing(**SENSOR, clutter_per_scan=NAN), scphd.SettingError, "clutter_per_scan must be"),

@@ -338,6 +338,7 @@ settings! {
     }
     of a sensor {
         number("sensor.range_sigma_m", "m", ranges::SIGMA, "Standard deviation of the range.", Number, |s| &mut s.range_sigma_m),
+        number("sensor.range_sigma_ratio", "", ranges::SHARE, "Standard deviation of the range divided by the range; adds in quadrature.", Number, |s| &mut s.range_sigma_ratio),
         number("sensor.bearing_sigma_rad", "rad", ranges::SIGMA, "Standard deviation of the bearing.", Number, |s| &mut s.bearing_sigma_rad),
         number("sensor.range_min_m", "m", ranges::NOT_NEGATIVE, "Least range of the view.", Number, |s| &mut s.window.range_min_m),
         number("sensor.range_max_m", "m", ranges::POSITIVE, "Greatest range of the view.", Number, |s| &mut s.window.range_max_m),

@@ -4,7 +4,7 @@ use crate::PlanarState;
 use nalgebra::{Vector1, Vector2};
 use scphd::models::{
     BearingOnly, ModelError, Mounting, PolarBirths, PolarGrid, RangeBearing, RangeBearingLimits, RangeBearingWindow,
-    Sensing, UniformClutter,
+    RangeNoise, Sensing, UniformClutter, WithNoise,
 };
 use scphd::{Births, Detector, Real};
 
@@ -24,6 +24,8 @@ pub struct Sensor<T> {
     pub model: SensorModel,
     /// Standard deviation of the range, m.
     pub range_sigma_m: T,
+    /// Standard deviation of the range divided by the range; adds in quadrature.
+    pub range_sigma_ratio: T,
     /// Standard deviation of the bearing, rad.
     pub bearing_sigma_rad: T,
     /// Field of view, with the probability of detection.
@@ -49,9 +51,11 @@ pub enum Measurements<'a, T> {
     Bearing(&'a [Vector1<T>]),
 }
 
+/// A sensor of range and bearing whose noise may grow with the range.
+type Ranging<T> = WithNoise<RangeBearing<T>, RangeNoise<T>>;
 /// A detector of range and bearing for this state.
 pub type Polar<P, T> =
-    Detector<Sensing<<P as PlanarState>::Seen<RangeBearing<T>>, RangeBearingWindow<T>, UniformClutter<T>>>;
+    Detector<Sensing<<P as PlanarState>::Seen<Ranging<T>>, RangeBearingWindow<T>, UniformClutter<T>>>;
 /// A bearing-only detector for this state.
 pub type Direction<P, T> = Detector<
     Sensing<<P as PlanarState>::Seen<BearingOnly<T, PolarBirths<T>>>, RangeBearingWindow<T>, UniformClutter<T>>,
@@ -67,6 +71,7 @@ impl<T: Real> Sensor<T> {
         Self {
             model: SensorModel::RangeBearing,
             range_sigma_m,
+            range_sigma_ratio: T::ZERO,
             bearing_sigma_rad,
             window: RangeBearingLimits::full_circle(range_max_m, probability),
             clutter_per_scan: T::ONE,
@@ -95,7 +100,10 @@ impl<T: Real> Sensor<T> {
     /// A number is out of range.
     pub fn polar<P: PlanarState<Scalar = T>>(&self) -> Result<Polar<P, T>, ModelError> {
         let field_of_view = RangeBearingWindow::new(self.window)?;
-        let sensor = P::seen(RangeBearing::new(self.range_sigma_m, self.bearing_sigma_rad)?);
+        let sensor = P::seen(WithNoise {
+            sensor: RangeBearing::new(self.range_sigma_m, self.bearing_sigma_rad)?,
+            noise: RangeNoise::new(self.range_sigma_ratio)?,
+        });
         let clutter = UniformClutter::of_scan(self.clutter_per_scan, field_of_view.measure())?;
         let detector = Detector::new(Sensing { sensor, field_of_view, clutter }, self.births)?;
         match self.mounting()? {

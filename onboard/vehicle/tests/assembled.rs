@@ -3,7 +3,8 @@
 use nalgebra::{Vector1, Vector2};
 use scphd::models::{
     Calibrated, CalibratedPose, ControlNoise, OdometryCorrection, OdometryPrior, PlanarPose, RangeBearing,
-    RangeBearingWindow, SelfCalibrating, Sensing, Step, Unicycle, UnicycleControl, UniformClutter,
+    RangeBearingWindow, RangeNoise, SelfCalibrating, Sensing, Step, Unicycle, UnicycleControl, UniformClutter,
+    WithNoise,
 };
 use scphd::settings::{HypothesesConfig, MovingConfig};
 use scphd::snapshot::{from_slice, into_slice};
@@ -105,6 +106,30 @@ fn a_joint_map() {
         .collect();
     let mut memory = Box::new(Joint40::new());
     assert_eq!(digests(&mut memory.start(&described()).unwrap(), &described()), expected);
+}
+
+/// The tests above and below compare descriptions with a ratio of 0 with the sensor alone.
+#[test]
+fn noise_that_grows_with_the_range() {
+    joint_memory! { type Memory: Unicycle<f32> { measurement: Vector2<f32>, features: 40, measurements: 32 } }
+    let mut state = Box::new(Memory::new());
+    let mut slam = JointSlam::new(unicycle(), JointConfig::default(), &mut state).unwrap();
+    slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
+    let sensor = WithNoise { sensor: lidar(), noise: RangeNoise::new(0.05).unwrap() };
+    let detector = Detector::new(sensing(sensor), births(0.0)).unwrap().mounted(seat()).unwrap();
+    let expected: Vec<u64> = (0..SCANS)
+        .map(|step| {
+            slam.predict(&BY_HAND, 0.1).unwrap();
+            slam.scan(&detector, &scan(step)).unwrap();
+            slam.digest()
+        })
+        .collect();
+    let mut robot = described();
+    robot.sensors[1].as_mut().unwrap().range_sigma_ratio = 0.05;
+    let mut memory = Box::new(Joint40::new());
+    let grown = digests(&mut memory.start(&robot).unwrap(), &robot);
+    assert_eq!(grown, expected);
+    assert_ne!(grown, digests(&mut Box::new(Joint40::new()).start(&described()).unwrap(), &described()));
 }
 
 #[test]

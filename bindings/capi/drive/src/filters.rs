@@ -5,8 +5,8 @@ use nalgebra::{Vector1, Vector2, Vector3};
 use scphd::models::{
     Auv, AuvControl, AuvPose, BearingOnly, Calibrated, CalibratedPose, ControlNoise, HeadingFix, HeightFix, Mounting,
     OdometryCorrection, OdometryPrior, PlanarPose, PolarBirths, PolarGrid, PositionFix, RangeBearing,
-    RangeBearingElevation, RangeBearingLimits, RangeBearingWindow, Reading, SelfCalibrating, Sensing, SonarLimits,
-    SonarWindow, Step, Unicycle, UnicycleControl, UniformClutter,
+    RangeBearingElevation, RangeBearingLimits, RangeBearingWindow, RangeNoise, Reading, SelfCalibrating, Sensing,
+    SonarLimits, SonarWindow, Step, Unicycle, UnicycleControl, UniformClutter, WithNoise,
 };
 use scphd::numerics::Symmetric;
 use scphd::settings::{HypothesesConfig, MovingConfig};
@@ -45,8 +45,9 @@ type Learner = SelfCalibrating<Unicycle<f32>, f32>;
 type Others = JointHypotheses<PlanarPose<f32>, 7, 24, { joint_numbers(3, 2, 24) }, 16, 8>;
 /// A joint map with movers and an archive.
 type WithMovers<'m, A> = JointSlam<'m, Unicycle<f32>, Vector2<f32>, A, Tracked<'m, PlanarPose<f32>>>;
-type Polar = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
-type OfLearner = Sensing<Calibrated<RangeBearing<f32>>, RangeBearingWindow<f32>, UniformClutter<f32>>;
+type Ranging = WithNoise<RangeBearing<f32>, RangeNoise<f32>>;
+type Polar = Sensing<Ranging, RangeBearingWindow<f32>, UniformClutter<f32>>;
+type OfLearner = Sensing<Calibrated<Ranging>, RangeBearingWindow<f32>, UniformClutter<f32>>;
 type Direction = Sensing<BearingOnly<f32, PolarBirths<f32>>, RangeBearingWindow<f32>, UniformClutter<f32>>;
 type Spherical = Sensing<RangeBearingElevation<f32>, SonarWindow<f32>, UniformClutter<f32>>;
 type Over<'m, X, Z> = Detector<X, ScanRoom<'m, Z>>;
@@ -104,7 +105,7 @@ pub struct Filters<'m> {
     sonar: Over<'m, Spherical, Vector3<f32>>,
 }
 
-fn polar(range_m: f32, half_width_rad: f32, sigmas: [f32; 2], clutter: f32) -> Result<Polar, Box<dyn Error>> {
+fn polar(range_m: f32, half_width_rad: f32, sigmas: [f32; 2], ratio: f32, clutter: f32) -> Result<Polar, Box<dyn Error>> {
     let field_of_view = RangeBearingWindow::new(RangeBearingLimits {
         range_edge_m: 3.0 * sigmas[0],
         bearing_half_width_rad: half_width_rad,
@@ -112,7 +113,8 @@ fn polar(range_m: f32, half_width_rad: f32, sigmas: [f32; 2], clutter: f32) -> R
         ..RangeBearingLimits::full_circle(range_m, 0.85)
     })?;
     let clutter = UniformClutter::of_scan(clutter, field_of_view.measure())?;
-    Ok(Sensing { sensor: RangeBearing::new(sigmas[0], sigmas[1])?, field_of_view, clutter })
+    let sensor = WithNoise { sensor: RangeBearing::new(sigmas[0], sigmas[1])?, noise: RangeNoise::new(ratio)? };
+    Ok(Sensing { sensor, field_of_view, clutter })
 }
 
 fn direction() -> Result<Direction, Box<dyn Error>> {
@@ -148,7 +150,7 @@ impl<'m> Filters<'m> {
     pub fn new(memory: &'m mut Memory) -> Result<Self, Box<dyn Error>> {
         let motion = Unicycle::new(Step::Arc, ControlNoise::wheeled())?;
         let births = [Births { of_static: 0.002, of_moving: 0.001 }, Births::of_static(0.003)];
-        let views = [polar(12.0, 2.0, [0.05, 0.01], 2.0)?, polar(20.0, 0.8, [0.2, 0.03], 1.0)?];
+        let views = [polar(12.0, 2.0, [0.05, 0.01], 0.0, 2.0)?, polar(20.0, 0.8, [0.2, 0.03], 0.02, 1.0)?];
         let seats = [Mounting::in_plane(0.22, 0.0, 0.5)?, Mounting::in_plane(-0.3, 0.1, 3.0)?];
         let seat = |place: usize| Detector::new(views[place], births[place])?.mounted(seats[place]);
         let learner = |place: usize| {

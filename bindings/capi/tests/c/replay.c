@@ -60,6 +60,7 @@ static void describe_sensors(void) {
     set(SCPHD_SENSOR_YAW_RAD, LIDAR, 0.5f);
 
     describe_polar(RADAR, 20.0f, 0.2f, 0.03f);
+    set(SCPHD_SENSOR_RANGE_SIGMA_RATIO, RADAR, 0.02f);
     set(SCPHD_SENSOR_BEARING_HALF_WIDTH_RAD, RADAR, 0.8f);
     set(SCPHD_SENSOR_BIRTHS_STILL, RADAR, 0.003f);
     set(SCPHD_SENSOR_FORWARD_M, RADAR, -0.3f);

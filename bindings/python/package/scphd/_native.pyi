@@ -121,6 +121,7 @@ class RangeBearing:
         range_sigma_m: float,
         bearing_sigma_rad: float,
         range_max_m: float,
+        range_sigma_ratio: float = 0.0,
         range_min_m: float = 0.0,
         range_edge_m: float = 0.0,
         bearing_center_rad: float = 0.0,

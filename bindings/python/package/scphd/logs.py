@@ -254,6 +254,7 @@ def _detector(section: dict[str, float], recursion: dict[str, Any], moving: dict
     factor = section.get("birth_factor", 1.0)
     same = "range_sigma_m bearing_sigma_rad range_min_m range_max_m range_edge_m bearing_edge_rad clutter_per_scan"
     return RangeBearing(
+        range_sigma_ratio=section.get("range_sigma_ratio", 0.0),
         bearing_center_rad=0.5 * (least + greatest),
         bearing_half_width_rad=0.5 * (greatest - least),
         probability=section["detection_near"],
