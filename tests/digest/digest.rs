@@ -87,6 +87,7 @@ fn thesis() -> Settings {
         },
         sensor: SensorSettings {
             range_sigma_m: 0.25,
+            range_sigma_ratio: 0.0,
             bearing_sigma_rad: 0.00875,
             range_min_m: 0.0,
             range_max_m: 15.0,

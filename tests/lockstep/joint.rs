@@ -103,6 +103,19 @@ fn worlds() {
     }
 }
 
+/// Noise that grows with the range, also while a loop is closed and with moving features.
+#[test]
+fn noise_that_grows_with_the_range() {
+    for (name, seed) in [("worlds-exact", 1), ("worlds", 900_016), ("worlds-moving", 4), ("two-sensors", 1)] {
+        let log = short(name, seed, 200);
+        let comparison = lockstep(&log, Precision::F64, |settings| {
+            settings.moving.birth_intensity = 0.2 * settings.filter.birth_intensity;
+            settings.sensor.range_sigma_ratio = 0.05;
+        });
+        assert_agreement(name, &comparison.overall, 200);
+    }
+}
+
 /// The vehicle returns to its start with an error of some decimetres among known features: for 33 and 40 scans some of them are
 /// too uncertain for association, until new features are merged with them (loop closure).
 #[test]

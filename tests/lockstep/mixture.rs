@@ -95,6 +95,18 @@ fn survey_in_single_precision() {
     }
 }
 
+/// Noise that grows with the range, of static and moving features.
+#[test]
+fn noise_that_grows_with_the_range() {
+    let mut log = scenario::by_name("thesis-dynamic", SEED).expect("a built-in scenario");
+    log.scans.truncate(150);
+    let comparison = lockstep_with(&log, 16, 2, Precision::F64, |settings| {
+        settings.moving.birth_intensity = settings.filter.birth_intensity;
+        settings.sensor.range_sigma_ratio = 0.05;
+    });
+    assert_agreement("thesis-dynamic", &comparison.overall, 150);
+}
+
 /// Moving and static features, over a whole scenario.
 #[test]
 fn moving_features() {

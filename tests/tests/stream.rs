@@ -318,6 +318,14 @@ fn the_worst_case_of_a_joint_map_fills_it() {
 }
 
 #[test]
+fn noise_that_grows_with_the_range_is_refused() {
+    let (log, mut settings) = short_log();
+    settings.sensor.range_sigma_ratio = 0.01;
+    let refused = stream::write(&log, &settings, SEED, Scalar::F64, usize::MAX).unwrap_err().to_string();
+    assert_eq!(refused, "streams do not record sensor.range_sigma_ratio");
+}
+
+#[test]
 fn the_header_describes_the_contents_of_the_stream() {
     let (log, settings) = short_log();
     let stream = stream::write(&log, &settings, SEED, Scalar::F64, usize::MAX).unwrap();

@@ -14,6 +14,9 @@ use scphd_gpu_kernels::{MOUNTED, Setup, extraction, vehicle};
 pub fn setup_of(numbers: &PlanarNumbers<f32>, room: [usize; 2]) -> Result<Setup, Unfit> {
     let PlanarNumbers { vehicle, noise, sensors, config, start } = numbers;
     let [sensor] = &sensors[..] else { return Err(Unfit(format!("{} sensors; there may be one", sensors.len()))) };
+    if sensor.range_sigma_ratio != 0.0 {
+        return Err(Unfit("noise that grows with the range (sensor.range_sigma_ratio)".to_owned()));
+    }
     let limits = sensor.limits;
     Ok(Setup {
         speed_sigma_mps: noise.speed_sigma_mps,

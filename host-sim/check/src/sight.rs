@@ -9,8 +9,8 @@ const GATE: f64 = 3.0;
 
 /// The sensors of a log under a reading.
 pub(super) struct Sight<'a> {
-    /// Each with the standard deviations of range, m, and bearing, rad.
-    sensors: Vec<(&'a Sensor, [f64; 2])>,
+    /// Each with the standard deviations of range, m, and bearing, rad, and the ratio of that of the range that grows with it.
+    sensors: Vec<(&'a Sensor, [f64; 2], f64)>,
     yaw_rad: f64,
     unit_m: f64,
     sign: f64,
@@ -24,7 +24,7 @@ impl<'a> Sight<'a> {
         let sensors = log.sensors().map(|(_, sensor, nominal)| {
             let (range_sigma_m, bearing_sigma_rad) = (stated(nominal.range_sigma_m), stated(nominal.bearing_sigma_rad));
             let [sigma_m, sigma_rad] = Nominal { range_sigma_m, bearing_sigma_rad, ..*nominal }.sigmas(sensor);
-            (sensor, [reading.range * sigma_m, sigma_rad])
+            (sensor, [reading.range * sigma_m, sigma_rad], nominal.range_sigma_ratio)
         });
         let sign = if reading.mirrored { -1.0 } else { 1.0 };
         Self {
@@ -39,7 +39,7 @@ impl<'a> Sight<'a> {
     /// Transforms a detection of this sensor from the first pose to the second: range, m, and bearing, rad; `None` if out of
     /// view.
     pub(super) fn carried(&self, sensor: usize, poses: [[f64; 3]; 2], [range, bearing]: [f64; 2]) -> Option<[f64; 2]> {
-        let (sensor, _) = self.sensors[sensor];
+        let (sensor, ..) = self.sensors[sensor];
         let mounting = Mounting { yaw_rad: sensor.mounting.yaw_rad + self.yaw_rad, ..sensor.mounting };
         let [from, to] = poses.map(|pose| mounting.seat(pose));
         let [ahead_from, ahead_to] = if self.absolute { [0.0; 2] } else { [from[2], to[2]] };
@@ -78,14 +78,15 @@ impl<'a> Sight<'a> {
         self.squares(sensor, a, b) < 2.0 * (gates * GATE).powi(2)
     }
 
-    /// Standard deviations of a sensor: range, m, and bearing, rad.
-    pub(super) fn sigmas(&self, sensor: usize) -> [f64; 2] {
-        self.sensors[sensor].1
+    /// Standard deviations of a sensor at this range, m: range, m, and bearing, rad.
+    pub(super) fn sigmas(&self, sensor: usize, range_m: f64) -> [f64; 2] {
+        let (_, [sigma_m, sigma_rad], ratio) = self.sensors[sensor];
+        [libm::hypot(sigma_m, ratio * range_m), sigma_rad]
     }
 
     /// Squared distance in standard deviations of one measurement.
     fn squares(&self, sensor: usize, a: [f64; 2], b: [f64; 2]) -> f64 {
-        let (_, [sigma_m, sigma_rad]) = self.sensors[sensor];
+        let [sigma_m, sigma_rad] = self.sigmas(sensor, 0.5 * (a[0] + b[0]));
         let off = [(a[0] - b[0]) / sigma_m, wrap(a[1] - b[1]) / sigma_rad];
         off[0] * off[0] + off[1] * off[1]
     }

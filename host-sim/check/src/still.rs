@@ -181,7 +181,7 @@ fn zone(sight: &Sight<'_>, along: &[Along], place: [f64; 2], sensor: usize) -> Z
     let edges = |k: usize| {
         let of = |share| quantile(members().map(|one| wrap_near(one, place)[k]).collect(), share).unwrap_or(place[k]);
         let [least, most] = [of(EDGE), of(1.0 - EDGE)];
-        let margin = (0.5 * (most - least)).max(MARGIN_SIGMAS * sight.sigmas(sensor)[k]);
+        let margin = (0.5 * (most - least)).max(MARGIN_SIGMAS * sight.sigmas(sensor, place[0])[k]);
         [least - margin, most + margin]
     };
     let [range_m, bearing_rad] = [edges(0), edges(1)];

@@ -68,7 +68,7 @@ pub(super) fn planar(log: &Log, findings: &mut Findings) -> Option<f64> {
 
 /// Whether a detection is in view, with a margin for noise.
 fn holds(sensor: &Sensor, nominal: &Nominal, [range_m, bearing_rad]: [f64; 2]) -> bool {
-    let [slack_m, slack_rad] = nominal.sigmas(sensor).map(|sigma| SIGMAS * sigma);
+    let [slack_m, slack_rad] = nominal.sigmas_at(sensor, range_m).map(|sigma| SIGMAS * sigma);
     if !(sensor.range_min_m - slack_m..=sensor.range_max_m + slack_m).contains(&range_m) {
         return false;
     }

@@ -41,6 +41,7 @@ pub fn description(log: &Log, settings: &Settings) -> Description<f64> {
     for (place, of) in description.sensors.iter_mut().zip(&numbers.sensors) {
         let [forward_m, left_m, yaw_rad] = of.mounting.unwrap_or_default();
         *place = Some(Sensor {
+            range_sigma_ratio: of.range_sigma_ratio,
             window: of.limits,
             clutter_per_scan: of.clutter_per_scan,
             births: of.births,
@@ -112,6 +113,7 @@ mod tests {
         };
     }
     is_the_simulators!(plain: PlanarPose => |_| ());
+    is_the_simulators!(with_noise_that_grows: PlanarPose => |settings| settings.sensor.range_sigma_ratio = 0.05);
     is_the_simulators!(with_tracks: PlanarPose, movers: 16 => |settings| settings.moving.birth_intensity = 1e-3);
     is_the_simulators!(with_calibration: CalibratedPose => |settings| {
         settings.calibration = Some(CalibrationSettings {

@@ -92,6 +92,8 @@ impl Mounting {
 pub struct Nominal {
     /// Standard deviation of the range, m.
     pub range_sigma_m: Option<f64>,
+    /// Standard deviation of the range divided by the range; adds in quadrature. 0 if not stated.
+    pub range_sigma_ratio: f64,
     /// Standard deviation of the bearing, rad.
     pub bearing_sigma_rad: Option<f64>,
     /// Standard deviation of the speed, m/s, independent in each sample.
@@ -112,12 +114,18 @@ impl Nominal {
     /// Default standard deviation of the bearing, rad.
     const BEARING_SIGMA_RAD: f64 = 0.02;
 
-    /// Standard deviations of range, m, and bearing, rad: as stated, or defaults.
+    /// Standard deviations of range, m, without the part that grows with it, and bearing, rad: as stated, or defaults.
     pub fn sigmas(&self, sensor: &Sensor) -> [f64; 2] {
         [
             self.range_sigma_m.unwrap_or(Self::RANGE_SIGMA_SHARE * sensor.range_max_m),
             self.bearing_sigma_rad.unwrap_or(Self::BEARING_SIGMA_RAD),
         ]
+    }
+
+    /// The same at a range, m.
+    pub fn sigmas_at(&self, sensor: &Sensor, range_m: f64) -> [f64; 2] {
+        let [range_sigma_m, bearing_sigma_rad] = self.sigmas(sensor);
+        [libm::hypot(range_sigma_m, self.range_sigma_ratio * range_m), bearing_sigma_rad]
     }
 }
 

@@ -44,7 +44,7 @@
 //!         noise: ControlNoise { speed_sigma_mps: 0.1, second_sigma: 0.01, speed_ratio: 0.0, second_ratio: 0.0, interval_s: 0.0 },
 //!     },
 //!     mounting: [0.0; 3],
-//!     sensor: RangeBearing { range_sigma_m: 0.25, bearing_sigma_rad: 0.01 },
+//!     sensor: RangeBearing { range_sigma_m: 0.25, range_sigma_ratio: 0.0, bearing_sigma_rad: 0.01 },
 //!     field_of_view,
 //! };
 //! let mut draws = OwnDraws::new(1);

@@ -136,7 +136,7 @@ fn groups<S: Sensor>(sight: &Sight<'_, S>) -> Vec<Vec<Point>> {
 fn seen_as_point<S: Sensor>(feature: &InView<2>, sight: &Sight<'_, S>) -> Point {
     let detection = feature.detection_probability.min(1.0 - f64::EPSILON);
     let (predicted, _) = sight.sensor.predicted(feature.prior.mean, sight.pose).expect("in view is observable");
-    let noise = sight.sensor.noise();
+    let noise = sight.sensor.noise(predicted);
     let precision = inverse(&noise);
     let near = |z: Vector| quadratic(&precision, sight.sensor.innovation(z, predicted)) <= FARTHEST;
     let all = ln_at_mean(feature, sight).into_iter().enumerate();
@@ -147,7 +147,7 @@ fn seen_as_point<S: Sensor>(feature: &InView<2>, sight: &Sight<'_, S>) -> Point 
 /// ln g(z|m) = ln N(z; h(m, x), R) of every measurement, for the mean of a component.
 fn ln_at_mean<S: Sensor>(feature: &InView<2>, sight: &Sight<'_, S>) -> Vec<f64> {
     let (predicted, _) = sight.sensor.predicted(feature.prior.mean, sight.pose).expect("in view is observable");
-    let noise = sight.sensor.noise();
+    let noise = sight.sensor.noise(predicted);
     sight.measurements.iter().map(|&z| ln_density(sight.sensor.innovation(z, predicted), &noise)).collect()
 }
 
@@ -269,7 +269,7 @@ mod tests {
             + born_mass;
         let g = |z: Vector, m: Vector| {
             let (predicted, _) = sight.sensor.predicted(m, POSE).expect("observable");
-            ln_density(sight.sensor.innovation(z, predicted), &sight.sensor.noise()).exp()
+            ln_density(sight.sensor.innovation(z, predicted), &sight.sensor.noise(predicted)).exp()
         };
         let all = sight.measurements.len();
         // Enumerates numbers with a digit for each feature: the index of its measurement, `all` for none.

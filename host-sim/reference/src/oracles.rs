@@ -62,7 +62,7 @@ impl Sensor for Linear {
         minus(measurement, predicted)
     }
 
-    fn noise(&self) -> Matrix {
+    fn noise(&self, _predicted: Vector) -> Matrix {
         self.noise
     }
 }
@@ -118,7 +118,8 @@ fn gaussian_mixture_update_by_range_and_bearing() {
     let oracle = oracle("gmphd_update.json");
     let case = &oracle["cases"][1];
     let noise = matrix(&case["R_bearing_range"]);
-    let sensor = RangeBearing { range_sigma_m: noise[1][1].sqrt(), bearing_sigma_rad: noise[0][0].sqrt() };
+    let [range_sigma_m, bearing_sigma_rad] = [noise[1][1].sqrt(), noise[0][0].sqrt()];
+    let sensor = RangeBearing { range_sigma_m, range_sigma_ratio: 0.0, bearing_sigma_rad };
     let measurements: Vec<Vector> =
         vectors(&case["measurements_bearing_range"]).iter().map(|[bearing, range]| [*range, *bearing]).collect();
     let (posterior, _) = updated(case, &measurements, &sensor);

@@ -49,7 +49,7 @@ pub(super) fn pre_update<const N: usize, S: Sensor>(
         match sensor.predicted(prior.position(), pose) {
             Some((predicted, by_position)) if detection_probability > 0.0 => {
                 let jacobian = by_state(&by_position);
-                let (covariance, gain, innovation_covariance) = kalman(&prior, &jacobian, &sensor.noise());
+                let (covariance, gain, innovation_covariance) = kalman(&prior, &jacobian, &sensor.noise(predicted));
                 let updated = measurements.iter().map(|&measurement| {
                     let innovation = sensor.innovation(measurement, predicted);
                     (plus(prior.mean, apply(&gain, innovation)), ln_density(innovation, &innovation_covariance))

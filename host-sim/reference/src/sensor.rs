@@ -12,8 +12,8 @@ pub trait Sensor {
     /// z ⊖ ẑ: the difference of two measurements.
     fn innovation(&self, measurement: Vector, predicted: Vector) -> Vector;
 
-    /// R, the covariance of the measurement noise.
-    fn noise(&self) -> Matrix;
+    /// R, the covariance of the measurement noise, of a measurement with this prediction.
+    fn noise(&self, predicted: Vector) -> Matrix;
 }
 
 /// Range (m) and bearing (rad, 0 straight ahead, growing to the left).
@@ -21,6 +21,8 @@ pub trait Sensor {
 pub struct RangeBearing {
     /// Standard deviation of the range, m.
     pub range_sigma_m: f64,
+    /// Standard deviation of the range divided by the range; adds in quadrature.
+    pub range_sigma_ratio: f64,
     /// Standard deviation of the bearing, rad.
     pub bearing_sigma_rad: f64,
 }
@@ -47,8 +49,9 @@ impl Sensor for RangeBearing {
         [measurement[0] - predicted[0], wrap(measurement[1] - predicted[1])]
     }
 
-    fn noise(&self) -> Matrix {
-        [[self.range_sigma_m.powi(2), 0.0], [0.0, self.bearing_sigma_rad.powi(2)]]
+    fn noise(&self, predicted: Vector) -> Matrix {
+        let range_variance = self.range_sigma_m.powi(2) + (self.range_sigma_ratio * predicted[0]).powi(2);
+        [[range_variance, 0.0], [0.0, self.bearing_sigma_rad.powi(2)]]
     }
 }
 
@@ -63,7 +66,7 @@ impl RangeBearing {
         let (sin, cos) = (pose[2] + measurement[1]).sin_cos();
         let position = [pose[0] + range * cos, pose[1] + range * sin];
         let jacobian = [[cos, -range * sin], [sin, range * cos]];
-        Some((position, transformed(&jacobian, &self.noise())))
+        Some((position, transformed(&jacobian, &self.noise(measurement))))
     }
 }
 
@@ -72,7 +75,7 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    const SENSOR: RangeBearing = RangeBearing { range_sigma_m: 0.25, bearing_sigma_rad: 0.01 };
+    const SENSOR: RangeBearing = RangeBearing { range_sigma_m: 0.25, range_sigma_ratio: 0.0, bearing_sigma_rad: 0.01 };
     const STEP: f64 = 1e-6;
 
     /// Central differences of `function` along each coordinate, as columns.
@@ -127,7 +130,7 @@ mod tests {
             let position = |z: Vector| SENSOR.inverse(z, pose).expect("range above 0").0;
             let (_, covariance) = SENSOR.inverse(measurement, pose).expect("range above 0");
             let jacobian = central_differences(position, measurement);
-            close(&covariance, &transformed(&jacobian, &SENSOR.noise()), 1e-9);
+            close(&covariance, &transformed(&jacobian, &SENSOR.noise(measurement)), 1e-9);
         }
     }
 
@@ -139,6 +142,12 @@ mod tests {
             let difference = SENSOR.innovation(measurement, back);
             assert!(difference[0].abs() < 1e-13 && difference[1].abs() < 1e-13);
         }
+    }
+
+    #[test]
+    fn noise_grows_with_the_predicted_range() {
+        let sensor = RangeBearing { range_sigma_ratio: 0.05, ..SENSOR };
+        close(&sensor.noise([20.0, 0.3]), &[[0.0625 + 1.0, 0.0], [0.0, 1e-4]], 1e-15);
     }
 
     #[test]

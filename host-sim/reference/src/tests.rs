@@ -27,7 +27,8 @@ pub(super) const CONFIG: Config = Config {
     },
 };
 
-pub(super) const SENSOR: RangeBearing = RangeBearing { range_sigma_m: 0.2, bearing_sigma_rad: 0.02 };
+pub(super) const SENSOR: RangeBearing =
+    RangeBearing { range_sigma_m: 0.2, range_sigma_ratio: 0.0, bearing_sigma_rad: 0.02 };
 
 /// A field of view of a kilometre in all directions.
 pub(super) const WIDE_VIEW: FieldOfView = FieldOfView {

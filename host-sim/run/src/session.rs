@@ -415,6 +415,8 @@ mod far_out;
 #[cfg(test)]
 mod fixes;
 #[cfg(test)]
+mod growing_noise;
+#[cfg(test)]
 mod several;
 #[cfg(test)]
 mod tests;

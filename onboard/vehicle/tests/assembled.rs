@@ -129,7 +129,8 @@ fn noise_that_grows_with_the_range() {
     let mut memory = Box::new(Joint40::new());
     let grown = digests(&mut memory.start(&robot).unwrap(), &robot);
     assert_eq!(grown, expected);
-    assert_ne!(grown, digests(&mut Box::new(Joint40::new()).start(&described()).unwrap(), &described()));
+    let mut memory = Box::new(Joint40::new());
+    assert_ne!(grown, digests(&mut memory.start(&described()).unwrap(), &described()));
 }
 
 #[test]

@@ -28,7 +28,7 @@ const FLOWN: Test = ("tests/tests/flown_box.rs", "a_strict_map_with_tracks_archi
 const NO: Test = ("", "");
 
 /// Each feature with its test for every interface.
-const FEATURES: [(&str, [Test; 5]); 22] = [
+const FEATURES: [(&str, [Test; 5]); 23] = [
     (
         "`JointSlam`, in the plane",
         [
@@ -217,6 +217,16 @@ const FEATURES: [(&str, [Test; 5]); 22] = [
             (PYTHON_JOINT, "test_double_precision"),
             (BLACK_BOX, "cut_at_every_50th_scan_the_joint_map_ends_alike"),
             (JOINT, "survey_in_double_precision"),
+        ],
+    ),
+    (
+        "noise that grows with the range",
+        [
+            (VEHICLE, "noise_that_grows_with_the_range"),
+            (C, "describe_sensors"),
+            (PYTHON_DIGESTS, "test_seven_filters_over_300_scans"),
+            NO,
+            (JOINT, "noise_that_grows_with_the_range"),
         ],
     ),
     (

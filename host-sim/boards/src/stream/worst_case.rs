@@ -47,6 +47,7 @@ pub fn worst_case(particles: usize, samples: usize, measurements: usize) -> (Log
         fix_noise: FixNoise::default(),
         nominal: Nominal {
             range_sigma_m: Some(RANGE_MAX_M),
+            range_sigma_ratio: 0.0,
             bearing_sigma_rad: Some(3.0),
             speed_sigma_mps: Some(0.01),
             steering_sigma_rad: Some(0.01),

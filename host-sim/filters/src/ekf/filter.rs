@@ -33,6 +33,16 @@ struct Eye {
     mounting: Mounting,
     /// Variances of range, m², and bearing, rad².
     noise: Vector2<f64>,
+    /// Standard deviation of the range divided by the range; adds in quadrature.
+    range_sigma_ratio: f64,
+}
+
+impl Eye {
+    /// R of a measurement with this predicted range, m.
+    fn noise_at(&self, range: f64) -> Matrix2<f64> {
+        let growing = Vector2::new((self.range_sigma_ratio * range).powi(2), 0.0);
+        Matrix2::from_diagonal(&(self.noise + growing))
+    }
 }
 
 /// EKF SLAM over one log.
@@ -80,7 +90,8 @@ impl Ekf {
         let trust = if log.simulated { 1.0 } else { DISTRUST };
         let eyes = log.sensors().map(|(_, sensor, nominal)| {
             let noise = Vector2::from(nominal.sigmas(sensor)).map(|sigma| (trust * sigma).powi(2));
-            Eye { mounting: sensor.mounting, noise }
+            let range_sigma_ratio = trust * nominal.range_sigma_ratio;
+            Eye { mounting: sensor.mounting, noise, range_sigma_ratio }
         });
         let FixNoise { position_sigma_m, heading_sigma_rad, .. } = log.fix_noise;
         Ok(Self {
@@ -133,7 +144,7 @@ impl Ekf {
             dy / squared, -dx / squared, swing[1] / squared - 1.0, -dy / squared, dx / squared,
         );
         let block = self.covariance.block([0, 1, 2, at, at + 1]);
-        let noise = Matrix2::from_diagonal(&eye.noise);
+        let noise = eye.noise_at(range);
         let information = (jacobian * block * jacobian.transpose() + noise).try_inverse()?;
         let innovation = Vector2::new(detection[0] - range, wrap(detection[1] - (atan2(dy, dx) - heading)));
         let distance = innovation.dot(&(information * innovation));
@@ -180,7 +191,7 @@ impl Ekf {
             covariance.set(old, column, cross.x);
             covariance.set(old + 1, column, cross.y);
         }
-        let noise = Matrix2::from_diagonal(&eye.noise);
+        let noise = eye.noise_at(range);
         let own = by_pose * self.covariance.block([0, 1, 2]) * by_pose.transpose()
             + by_measurement * noise * by_measurement.transpose();
         for (row, column) in [(0, 0), (0, 1), (1, 1)] {

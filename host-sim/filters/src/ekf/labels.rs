@@ -63,9 +63,9 @@ fn by_label(log: &Log, labels: &[Vec<Option<i64>>]) -> BTreeMap<i64, Vec<Seen>> 
         };
         let [x, y] = true_pose.position;
         let [x, y, heading] = sensor.mounting.seat([x, y, heading]);
-        let [range_sigma, bearing_sigma] = nominal.sigmas(sensor);
         for (detection, (&[range, bearing], label)) in detections.iter().zip(labels).enumerate() {
             let Some(label) = label else { continue };
+            let [range_sigma, bearing_sigma] = nominal.sigmas_at(sensor, range);
             let place = [x + range * cos(heading + bearing), y + range * sin(heading + bearing)];
             let sigma_m = libm::hypot(range_sigma, range * bearing_sigma);
             all.entry(*label).or_default().push(Seen { scan, detection, place, sigma_m });

@@ -92,6 +92,17 @@ fn the_noise_of_a_data_sheet_is_increased() {
 }
 
 #[test]
+fn noise_grows_with_the_range() {
+    let mut log = log(true);
+    log.nominal.range_sigma_ratio = 0.02;
+    let mut ekf = Ekf::start(&log, Association::NearestNeighbour).unwrap();
+    for _ in 0..4 {
+        ekf.scan(0, &[[5.0, 0.0]]).unwrap();
+    }
+    assert!((ekf.map().unwrap().1[0].covariance[0][0] - (0.01 + 0.01) / 4.0).abs() < 1e-9);
+}
+
+#[test]
 fn known_labels_distinguish_two_landmarks_at_one_position() {
     let mut log = log(true);
     let scan = Scan { t_s: 0.0, sensor: 0, detections: vec![], labels: vec![4, 9, -1, 2] };

@@ -68,7 +68,7 @@ impl Kind for Planar {
         let [x, y, heading] = sensor.mounting().seat(*pose);
         let angle = heading + bearing_rad;
         let place = [x + range_m * libm::cos(angle), y + range_m * libm::sin(angle)];
-        Some((place, sensor.range_sigma_m.max(range_m.abs() * sensor.bearing_sigma_rad)))
+        Some((place, sensor.range_sigma_at(*range_m).max(range_m.abs() * sensor.bearing_sigma_rad)))
     }
 
     fn events(log: &Log, _settings: &Settings) -> Result<Vec<Event>, Refusal> {

@@ -281,10 +281,12 @@ impl Settings {
     }
 }
 
-/// The rules by the expected number of false measurements in a scan within three standard deviations of a feature: κ 9π σ_r σ_b.
+/// The rules by the expected number of false measurements in a scan within three standard deviations of a feature: κ 9π σ_r σ_b, with
+/// σ_r in the middle of the view.
 fn memory(sensor: &SensorSettings) -> &'static Memory {
     let density = sensor.clutter_per_scan / sensor.measure();
-    let near = density * 9.0 * PI * sensor.range_sigma_m * sensor.bearing_sigma_rad;
+    let range_sigma_m = sensor.range_sigma_at(0.5 * (sensor.range_min_m + sensor.range_max_m));
+    let near = density * 9.0 * PI * range_sigma_m * sensor.bearing_sigma_rad;
     if near < SPARSE_CLUTTER { &SPARSE } else { &DENSE }
 }
 
@@ -346,6 +348,7 @@ fn sensor(simulated: bool, window: &Sensor, nominal: &Nominal) -> SensorSettings
         if all_around { (-PI, PI) } else { (window.bearing_min_rad, window.bearing_max_rad) };
     SensorSettings {
         range_sigma_m,
+        range_sigma_ratio: (margin * nominal.range_sigma_ratio).min(1.0),
         bearing_sigma_rad,
         range_min_m: window.range_min_m,
         range_max_m: window.range_max_m,
@@ -402,10 +405,11 @@ mod tests {
     fn a_data_sheet_has_a_margin_for_any_name_and_vehicle() {
         let mut log = scenario::survey(1);
         log.simulated = false;
-        log.nominal = Nominal { range_sigma_m: Some(0.4), ..Default::default() };
+        log.nominal = Nominal { range_sigma_m: Some(0.4), range_sigma_ratio: 0.02, ..Default::default() };
         (log.sensor.bearing_min_rad, log.sensor.bearing_max_rad) = (-1.0, 1.0);
         let settings = Settings::for_log(&log);
         assert!((settings.sensor.range_sigma_m - 0.6).abs() < 1e-12);
+        assert!((settings.sensor.range_sigma_ratio - 0.03).abs() < 1e-12);
         assert!((settings.sensor.bearing_sigma_rad - 0.03).abs() < 1e-12);
         assert_eq!((settings.sensor.range_max_m, settings.filter.particles), (log.sensor.range_max_m, 16));
         assert_eq!((settings.vehicle.noise_interval_s, settings.vehicle.speed_sigma_ratio), (0.5, 0.1));
@@ -462,6 +466,7 @@ mod tests {
         let mut log = scenario::survey(1);
         log.nominal = Nominal {
             range_sigma_m: Some(0.0),
+            range_sigma_ratio: 1.0,
             bearing_sigma_rad: Some(0.0),
             speed_sigma_mps: Some(0.0),
             steering_sigma_rad: Some(0.0),

@@ -272,6 +272,7 @@ mod tests {
             ("[sensor]\nrange_sigma_m = 1", "sensor: the log has several, [sensors.lidar], [sensors.radar]"),
             ("[sensors.sonar]\nrange_sigma_m = 1", "sensors.sonar: the log has no such sensor, it has lidar, radar"),
             ("[sensors.radar]\nrange_sigma_m = -1", "sensors.radar.range_sigma_m = -1, must be 1e-6 to 1000 m"),
+            ("[sensors.radar]\nrange_sigma_ratio = 2", "sensors.radar.range_sigma_ratio = 2, must be 0 to 1"),
             ("[sensors.lidar]\nrange_max_m = -1", "sensors.lidar.range_max_m = -1, must be"),
         ] {
             let error = settings.with_toml(text).unwrap_err().to_string();

@@ -113,6 +113,7 @@ pub(super) const LIMITS: &[Limit<Settings>] = &[
     limit!(vehicle.turn_sigma_ratio, "0 to 10", |x| (0.0..=1e1).contains(&x)),
     limit!(vehicle.noise_interval_s, "0 to 1000 s", |x| (0.0..=1e3).contains(&x)),
     limit!(sensor.range_sigma_m, "1e-6 to 1000 m", |x| (1e-6..=1e3).contains(&x)),
+    limit!(sensor.range_sigma_ratio, "0 to 1", |x| (0.0..=1.0).contains(&x)),
     limit!(sensor.bearing_sigma_rad, "1e-6 to 3 rad", |x| (1e-6..=3.0).contains(&x)),
     limit!(sensor.range_min_m, "0 to 1e6 m", |x| (0.0..=1e6).contains(&x)),
     limit!(sensor.range_max_m, "more than 0 and at most 1e6 m", |x| x > 0.0 && x <= 1e6),
@@ -246,8 +247,8 @@ mod tests {
     #[test]
     fn every_field_has_a_limit() {
         let mut settings = Settings::for_log(&scenario::survey(1));
-        // Otherwise the field is not serialised.
-        settings.sensor.birth_factor = 2.0;
+        // Otherwise the fields are not serialised.
+        (settings.sensor.birth_factor, settings.sensor.range_sigma_ratio) = (2.0, 0.1);
         let table = toml::Table::try_from(&settings).unwrap();
         let mut fields = Vec::new();
         for (section, keys) in &table {

@@ -230,6 +230,9 @@ pub struct CalibrationSettings {
 pub struct SensorSettings {
     /// Standard deviation of the range, m.
     pub range_sigma_m: f64,
+    /// Standard deviation of the range divided by the range; adds in quadrature.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub range_sigma_ratio: f64,
     /// Standard deviation of the bearing, rad.
     pub bearing_sigma_rad: f64,
     /// Least range, m.
@@ -270,7 +273,18 @@ fn is_one(factor: &f64) -> bool {
     *factor == 1.0
 }
 
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_zero(ratio: &f64) -> bool {
+    *ratio == 0.0
+}
+
 impl SensorSettings {
+    /// Standard deviation of a range, m.
+    #[must_use]
+    pub fn range_sigma_at(&self, range_m: f64) -> f64 {
+        libm::hypot(self.range_sigma_m, self.range_sigma_ratio * range_m)
+    }
+
     /// The mounting of the sensor.
     #[must_use]
     pub fn mounting(&self) -> Mounting {

@@ -158,6 +158,8 @@ fn stated(log: &Log) -> Vec<(String, Origin)> {
         add(nominal.detection_probability.is_some(), &section, &["detection_near", "detection_far"]);
         add(nominal.clutter_per_scan.is_some(), &section, &["clutter_per_scan"]);
         noises.push((format!("{section}.range_sigma_m"), nominal.range_sigma_m));
+        let ratio = Some(nominal.range_sigma_ratio).filter(|&ratio| ratio > 0.0);
+        noises.push((format!("{section}.range_sigma_ratio"), ratio));
         noises.push((format!("{section}.bearing_sigma_rad"), nominal.bearing_sigma_rad));
     }
     if !log.fixes.is_empty() {
@@ -243,6 +245,7 @@ mod tests {
     fn fields_called_stated_are_those_that_depend_on_statements() {
         let full = Nominal {
             range_sigma_m: Some(0.37),
+            range_sigma_ratio: 0.03,
             bearing_sigma_rad: Some(0.043),
             speed_sigma_mps: Some(0.21),
             rate_sigma_radps: Some(0.031),

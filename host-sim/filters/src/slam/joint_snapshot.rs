@@ -129,7 +129,7 @@ mod tests {
         let models = Planar {
             motion: reference::Motion { vehicle: reference::Vehicle::UnicycleArc, noise },
             mounting: [0.0; 3],
-            sensor: reference::RangeBearing { range_sigma_m: 0.1, bearing_sigma_rad: 0.01 },
+            sensor: reference::RangeBearing { range_sigma_m: 0.1, range_sigma_ratio: 0.0, bearing_sigma_rad: 0.01 },
             field_of_view,
             clutter_intensity: field_of_view.clutter_intensity(2.0),
         };

@@ -14,7 +14,8 @@ use nalgebra::Vector2;
 use scphd::models::{
     Ackermann, AckermannControl, Calibrated, CalibratedPose, Holonomic, HolonomicControl, MeasurementModel, Motion,
     Mounting, OdometryCorrection, OdometryPrior, PlanarControl, PlanarMotion, PlanarPose, Pose, RangeBearing,
-    RangeBearingWindow, SelfCalibrating, Sensing, TangentOf, Unicycle, UnicycleControl, UniformClutter,
+    RangeBearingWindow, RangeNoise, SelfCalibrating, Sensing, TangentOf, Unicycle, UnicycleControl, UniformClutter,
+    WithNoise,
 };
 use scphd::numerics::Symmetric;
 use scphd::settings::Persistence;
@@ -44,7 +45,9 @@ const CALIBRATED_NUMBERS: usize = joint_numbers(6, 2, FEATURES);
 const HYPOTHESIS_NUMBERS: usize = joint_numbers(3, 2, FEATURES_OF_EACH);
 const CALIBRATED_HYPOTHESIS_NUMBERS: usize = joint_numbers(6, 2, FEATURES_OF_EACH);
 
-type PlanarSensing<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
+/// The sensor of a planar log; its noise may grow with the range.
+pub type Ranging<T> = WithNoise<RangeBearing<T>, RangeNoise<T>>;
+type PlanarSensing<T> = Sensing<Ranging<T>, RangeBearingWindow<T>, UniformClutter<T>>;
 /// Converts a row of odometry to a control.
 type Steered<T> = fn([f64; 3]) -> PlanarControl<T>;
 
@@ -217,7 +220,7 @@ fn models<T: Real>(
 fn sensor_models<T: Real>(numbers: &SensorNumbers<T>) -> Result<SensorModels<PlanarSensing<T>>, Refusal> {
     let field_of_view = RangeBearingWindow::new(numbers.limits).map_err(refusal)?;
     let sensing = Sensing {
-        sensor: RangeBearing::new(numbers.range_sigma_m, numbers.bearing_sigma_rad).map_err(refusal)?,
+        sensor: ranging([numbers.range_sigma_m, numbers.range_sigma_ratio, numbers.bearing_sigma_rad])?,
         field_of_view,
         clutter: UniformClutter::of_scan(numbers.clutter_per_scan, field_of_view.measure()).map_err(refusal)?,
     };
@@ -229,6 +232,11 @@ fn sensor_models<T: Real>(numbers: &SensorNumbers<T>) -> Result<SensorModels<Pla
 ///
 /// # Errors
 /// The noise is out of range.
-pub fn range_bearing<T: Real>(sensor: &SensorSettings) -> Result<RangeBearing<T>, Refusal> {
-    RangeBearing::new(T::from_f64(sensor.range_sigma_m), T::from_f64(sensor.bearing_sigma_rad)).map_err(refusal)
+pub fn range_bearing<T: Real>(sensor: &SensorSettings) -> Result<Ranging<T>, Refusal> {
+    ranging([sensor.range_sigma_m, sensor.range_sigma_ratio, sensor.bearing_sigma_rad].map(T::from_f64))
+}
+
+fn ranging<T: Real>([range_sigma_m, ratio, bearing_sigma_rad]: [T; 3]) -> Result<Ranging<T>, Refusal> {
+    let sensor = RangeBearing::new(range_sigma_m, bearing_sigma_rad).map_err(refusal)?;
+    Ok(WithNoise { sensor, noise: RangeNoise::new(ratio).map_err(refusal)? })
 }

@@ -38,6 +38,8 @@ pub enum PlanarVehicle<T> {
 pub struct SensorNumbers<T> {
     /// Standard deviation of the range, m.
     pub range_sigma_m: T,
+    /// Standard deviation of the range divided by the range; adds in quadrature.
+    pub range_sigma_ratio: T,
     /// Standard deviation of the bearing, rad.
     pub bearing_sigma_rad: T,
     /// The field of view, with the probability of detection.
@@ -117,6 +119,7 @@ fn sensor_of<T: Real>(settings: &Settings, sensor: &SensorSettings) -> SensorNum
     let place = sensor.mounting();
     SensorNumbers {
         range_sigma_m: T::from_f64(sensor.range_sigma_m),
+        range_sigma_ratio: T::from_f64(sensor.range_sigma_ratio),
         bearing_sigma_rad: T::from_f64(sensor.bearing_sigma_rad),
         limits: limits_of(sensor),
         clutter_per_scan: T::from_f64(sensor.clutter_per_scan),

@@ -90,6 +90,7 @@ fn of_sensor(settings: &Settings, sensor: &SensorSettings, vehicle: &Vehicle) ->
         mounting: [sensor.forward_m, sensor.left_m, sensor.yaw_rad],
         sensor: reference::RangeBearing {
             range_sigma_m: sensor.range_sigma_m,
+            range_sigma_ratio: sensor.range_sigma_ratio,
             bearing_sigma_rad: sensor.bearing_sigma_rad,
         },
         field_of_view,

@@ -157,7 +157,7 @@ impl Head {
 }
 
 /// Keys of an only sensor, whose mounting is in the section of the vehicle.
-const SENSOR_KEYS: &[&str] = MOUNTED_SENSOR_KEYS.split_at(11).0;
+const SENSOR_KEYS: &[&str] = MOUNTED_SENSOR_KEYS.split_at(12).0;
 /// Keys of one of several sensors.
 const MOUNTED_SENSOR_KEYS: &[&str] = &[
     "model",
@@ -166,6 +166,7 @@ const MOUNTED_SENSOR_KEYS: &[&str] = &[
     "bearing_min_rad",
     "bearing_max_rad",
     "range_sigma_m",
+    "range_sigma_ratio",
     "bearing_sigma_rad",
     "detection_probability",
     "clutter_per_scan",
@@ -447,6 +448,9 @@ impl<'a> Section<'a> {
         Ok(Nominal {
             // As in settings: without noise, the density of a measurement would be infinite.
             range_sigma_m: self.limited("range_sigma_m", "1e-6 to 1000 m", |s| (1e-6..=1e3).contains(&s))?,
+            range_sigma_ratio: self
+                .limited("range_sigma_ratio", "0 to 1", |ratio| (0.0..=1.0).contains(&ratio))?
+                .unwrap_or(0.0),
             bearing_sigma_rad: self.limited("bearing_sigma_rad", "1e-6 to 3 rad", |s| (1e-6..=3.0).contains(&s))?,
             speed_sigma_mps: vehicle.limited("speed_sigma_mps", "0 to 1000 m/s", |s| (0.0..=1e3).contains(&s))?,
             rate_sigma_radps: vehicle.limited("rate_sigma_radps", "0 to 100 rad/s", |s| (0.0..=1e2).contains(&s))?,

@@ -252,6 +252,8 @@ fn the_head_is_checked() {
     assert_eq!(message, "log.toml, key sensor.range_sigma_m: -1, expected 1e-6 to 1000 m");
     let message = with_head("range_sigma_m = 0.1", "range_sigma_m = 0");
     assert_eq!(message, "log.toml, key sensor.range_sigma_m: 0, expected 1e-6 to 1000 m");
+    let message = with_head("range_sigma_m = 0.1", "range_sigma_ratio = 1.5");
+    assert_eq!(message, "log.toml, key sensor.range_sigma_ratio: 1.5, expected 0 to 1");
     let message = with_head("range_sigma_m = 0.1", "bearing_sigma_rad = 0.0");
     assert_eq!(message, "log.toml, key sensor.bearing_sigma_rad: 0, expected 1e-6 to 3 rad");
     let message = with_head("wheelbase_m = 2.83", "wheelbase_m = 2.83\nspeed_sigm_mps = 1.0");
@@ -471,6 +473,7 @@ fn written_logs_are_read_bit_for_bit() {
     log.sensor.range_min_m = 0.1 + 0.2;
     log.nominal = Nominal {
         range_sigma_m: Some(third),
+        range_sigma_ratio: third,
         bearing_sigma_rad: Some(third * 1e-5),
         speed_sigma_mps: Some(0.0),
         rate_sigma_radps: Some(2e-20),

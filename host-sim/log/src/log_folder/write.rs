@@ -163,6 +163,7 @@ fn sensor(of: &Sensor, nominal: &Nominal) -> Table {
     put(&mut sensor, "bearing_min_rad", Some(of.bearing_min_rad));
     put(&mut sensor, "bearing_max_rad", Some(of.bearing_max_rad));
     put(&mut sensor, "range_sigma_m", nominal.range_sigma_m);
+    put(&mut sensor, "range_sigma_ratio", Some(nominal.range_sigma_ratio).filter(|&ratio| ratio > 0.0));
     put(&mut sensor, "bearing_sigma_rad", nominal.bearing_sigma_rad);
     put(&mut sensor, "detection_probability", nominal.detection_probability);
     put(&mut sensor, "clutter_per_scan", nominal.clutter_per_scan);

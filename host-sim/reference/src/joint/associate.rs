@@ -106,7 +106,7 @@ impl<M: Models> Joint<M> {
             let none = if detection[place] > 0.0 { not_detected[place] } else { 1.0 - probability };
             if let Some(expected) = expected.as_ref().filter(|_| probability > 0.0) {
                 let h = over_all(state, place, expected);
-                let s = &h * &state.covariance * h.transpose() + self.models.noise();
+                let s = &h * &state.covariance * h.transpose() + self.models.noise_at(expected.measurement.as_slice());
                 claim(place, none, expected, s, probability);
             }
         }
@@ -184,16 +184,19 @@ impl<M: Models> Joint<M> {
         rivals: &[Option<usize>],
     ) -> Vec<usize> {
         let may_be_born = self.config.birth_intensity > 0.0 && state.features.len() < self.config.capacity;
+        let usual = self.models.noise().determinant();
         let claims: Vec<(usize, [f64; 2])> = (0..state.features.len())
             .filter(|&place| detection[place] * state.features[place].in_sight > 0.0)
             .filter_map(|place| {
                 let expected = expected[place].as_ref()?;
                 let h = over_all(state, place, expected);
-                let s = &h * &state.covariance * h.transpose() + self.models.noise();
+                let noise = self.models.noise_at(expected.measurement.as_slice());
+                let s = &h * &state.covariance * h.transpose() + &noise;
                 let walked = &expected.by_pose * &state.process_noise * expected.by_pose.transpose();
-                let newborn =
-                    if may_be_born { (walked + self.models.noise() * 2.0).determinant().sqrt() } else { f64::INFINITY };
-                Some((place, [s.determinant().sqrt(), newborn]))
+                // Innovations with another R are compared relative to it.
+                let relative = (usual / noise.determinant()).sqrt();
+                let newborn = if may_be_born { (walked + noise * 2.0).determinant().sqrt() } else { f64::INFINITY };
+                Some((place, [relative * s.determinant().sqrt(), relative * newborn]))
             })
             .collect();
         let least = claims.iter().map(|&(_, [size, _])| size).fold(f64::INFINITY, f64::min);

@@ -61,7 +61,7 @@ impl<M: Models> Joint<M> {
         let from = DVector::from_column_slice(measurements[surest]);
         let apart: Vec<DVector<f64>> = measurements.iter().map(|z| self.models.innovation(z, &from)).collect();
         let mean = shares.iter().zip(&apart).map(|(&share, d)| d * (share / beta)).sum::<DVector<f64>>();
-        let noise = self.models.noise().try_inverse().expect("R is positive definite");
+        let noise = self.models.noise_at(measurements[surest]).try_inverse().expect("R is positive definite");
         let scatter = shares.iter().zip(&apart).map(|(&share, d)| share / beta * squared(&(d - &mean), &noise));
         scatter.sum::<f64>() > 9.0
     }
@@ -77,7 +77,7 @@ impl<M: Models> Joint<M> {
     ) {
         let Some(expected) = self.models.expected(&state.pose, &state.places[place]) else { return };
         let h = over_all(state, place, &expected);
-        let s = &h * &state.covariance * h.transpose() + self.models.noise();
+        let s = &h * &state.covariance * h.transpose() + self.models.noise_at(expected.measurement.as_slice());
         let inverse = s.clone().try_inverse().expect("R is positive definite");
         let gain = &state.covariance * h.transpose() * &inverse;
         let mut mean = DVector::zeros(s.nrows());
@@ -106,7 +106,7 @@ impl<M: Models> Joint<M> {
         let Some(expected) = self.models.expected(&state.pose, &state.places[place]) else { return };
         let h = over_all(state, place, &expected);
         let common = &state.covariance * h.transpose();
-        let s = &h * &common + self.models.noise();
+        let s = &h * &common + self.models.noise_at(expected.measurement.as_slice());
         let inverse = s.try_inverse().expect("R is positive definite");
         let mut mean = DVector::zeros(inverse.nrows());
         let mut spread = DMatrix::zeros(inverse.nrows(), inverse.nrows());

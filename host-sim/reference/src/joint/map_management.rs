@@ -46,7 +46,7 @@ impl<M: Models> Joint<M> {
                 no_birth += 1;
                 continue;
             };
-            let own = &inverse.by_measurement * self.models.noise() * inverse.by_measurement.transpose();
+            let own = &inverse.by_measurement * self.models.noise_at(z) * inverse.by_measurement.transpose();
             if w > 0.0 {
                 lost += self.initiate_track(state, label, w, &inverse.feature, &own);
             }
@@ -107,7 +107,10 @@ impl<M: Models> Joint<M> {
     fn told_by_one(&self, pose: &[f64], place: &[f64]) -> Option<DMatrix<f64>> {
         let expected = self.models.expected(pose, place)?;
         let inverse = self.models.inverse(pose, expected.measurement.as_slice())?;
-        (&inverse.by_measurement * self.models.noise() * inverse.by_measurement.transpose()).try_inverse()
+        (&inverse.by_measurement
+            * self.models.noise_at(expected.measurement.as_slice())
+            * inverse.by_measurement.transpose())
+        .try_inverse()
     }
 
     /// Fuses two features by the constraint m_one = m_other, if their distance is within the gate. Returns whether it did.

@@ -58,8 +58,13 @@ pub trait Models {
     /// z ⊖ ẑ.
     fn innovation(&self, measurement: &[f64], expected: &DVector<f64>) -> DVector<f64>;
 
-    /// R.
+    /// R of the sensor; its number of rows is that of the coordinates of a measurement.
     fn noise(&self) -> DMatrix<f64>;
+
+    /// R of a measurement with this prediction, if it is another one.
+    fn noise_at(&self, _expected: &[f64]) -> DMatrix<f64> {
+        self.noise()
+    }
 
     /// Whether the measured object is in front of the feature with the prediction `expected`.
     fn occludes(&self, measurement: &[f64], expected: &DVector<f64>) -> bool;

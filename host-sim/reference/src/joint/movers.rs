@@ -39,7 +39,8 @@ impl<M: Models> Joint<M> {
 
     pub(super) fn sight(&self, state: &State, mover: &Mover) -> Option<Sight> {
         let expected = self.models.expected(&state.pose, mover.position())?;
-        let noise = self.models.noise() + &expected.by_pose * &state.process_noise * expected.by_pose.transpose();
+        let noise = self.models.noise_at(expected.measurement.as_slice())
+            + &expected.by_pose * &state.process_noise * expected.by_pose.transpose();
         Some(Sight { h: mover.h(&expected), noise, expected })
     }
 

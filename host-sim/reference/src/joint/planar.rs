@@ -143,13 +143,19 @@ impl Models for Planar {
     }
 
     fn noise(&self) -> DMatrix<f64> {
-        let RangeBearing { range_sigma_m, bearing_sigma_rad } = self.sensor;
+        let RangeBearing { range_sigma_m, bearing_sigma_rad, .. } = self.sensor;
         DMatrix::from_diagonal(&DVector::from_vec(vec![range_sigma_m.powi(2), bearing_sigma_rad.powi(2)]))
+    }
+
+    fn noise_at(&self, expected: &[f64]) -> DMatrix<f64> {
+        let mut noise = self.noise();
+        noise[(0, 0)] += (self.sensor.range_sigma_ratio * expected[0]).powi(2);
+        noise
     }
 
     fn occludes(&self, measurement: &[f64], expected: &DVector<f64>) -> bool {
         let off = self.innovation(measurement, expected);
-        let RangeBearing { range_sigma_m, bearing_sigma_rad } = self.sensor;
+        let RangeBearing { range_sigma_m, bearing_sigma_rad, .. } = self.sensor;
         -off[0] > HIDING_SIGMAS * range_sigma_m && off[1].abs() < HIDING_SIGMAS * bearing_sigma_rad
     }
 

@@ -22,7 +22,7 @@ pub(super) fn planar(vehicle: Vehicle, mounting: [f64; 3]) -> Planar {
     Planar {
         motion: Motion { vehicle, noise: NOISE },
         mounting,
-        sensor: RangeBearing { range_sigma_m: 0.2, bearing_sigma_rad: 0.02 },
+        sensor: RangeBearing { range_sigma_m: 0.2, range_sigma_ratio: 0.0, bearing_sigma_rad: 0.02 },
         field_of_view,
         clutter_intensity: field_of_view.clutter_intensity(2.0),
     }

@@ -123,7 +123,7 @@ impl Statistics {
 /// Runs a filter over the log up to the end of the part to learn from.
 fn observe<K: Learn>(log: &K::Log, settings: &K::Settings, plan: &Plan) -> Result<Statistics, SessionError> {
     let eye = K::eye(log, settings).map_err(SessionError::Start)?;
-    let (noise, learn) = (eye.noise(), &plan.learn);
+    let learn = &plan.learn;
     let mut statistics =
         Statistics { detections: Detections::over(K::reach_m(log, settings)), ..Statistics::default() };
     let mut map: Vec<MapFeature<K>> = Vec::new();
@@ -138,7 +138,7 @@ fn observe<K: Learn>(log: &K::Log, settings: &K::Settings, plan: &Plan) -> Resul
             if learn.contains(&scan) {
                 let (found, expected) = pairs(&*eye, scan, &known, &before, &taken.detections);
                 statistics.odometry.correct::<K>(&before.0, &after);
-                statistics.noise.scan(&found, &matrix::<K::Pose>(&before.1), &noise);
+                statistics.noise.scan(&found, &matrix::<K::Pose>(&before.1));
                 statistics.detections.scan(&expected);
                 let unpaired = |index: &usize| found.iter().all(|pair| pair.detection != *index);
                 let unpaired = (0..taken.detections.len()).filter(unpaired);

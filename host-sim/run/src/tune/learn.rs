@@ -90,8 +90,8 @@ pub trait Eye<D: Dimensions> {
     /// z ⊖ ẑ.
     fn innovation(&self, measured: &D::Measurement, expected: &D::Measurement) -> DVector<f64>;
 
-    /// R.
-    fn noise(&self) -> DMatrix<f64>;
+    /// R of a measurement with this prediction.
+    fn noise(&self, expected: &D::Measurement) -> DMatrix<f64>;
 
     /// The position of a measurement, and the covariance by its noise; `None` if there is none.
     fn place(&self, scan: usize, pose: &D::Pose, measured: &D::Measurement) -> Option<(D::Position, DMatrix<f64>)>;
@@ -146,15 +146,17 @@ impl<D: Dimensions, S: Sensor<Measurement: Vector<Scalar = f64>, Pose: scphd::mo
         DVector::from_row_slice(self.sensor.innovation(&measured, &expected).as_slice())
     }
 
-    fn noise(&self) -> DMatrix<f64> {
-        full::<S::Measurement, S::Measurement>(&self.sensor.noise().to_matrix())
+    fn noise(&self, expected: &D::Measurement) -> DMatrix<f64> {
+        let expected = vector::<S::Measurement>(expected.as_ref());
+        let noise = self.sensor.noise_of(&expected, &expected).unwrap_or(*self.sensor.noise());
+        full::<S::Measurement, S::Measurement>(&noise.to_matrix())
     }
 
     fn place(&self, scan: usize, pose: &D::Pose, measured: &D::Measurement) -> Option<(D::Position, DMatrix<f64>)> {
         let frame = self.sensor.frame(&(self.seat)(scan, pose).0);
         let inverse = self.sensor.invert(&frame, &vector::<S::Measurement>(measured.as_ref()))?;
         let by_measurement = full::<PositionOf<S::Pose>, S::Measurement>(&inverse.jacobian);
-        let covariance = &by_measurement * self.noise() * by_measurement.transpose();
+        let covariance = &by_measurement * Eye::<D>::noise(self, measured) * by_measurement.transpose();
         Some((coordinates(inverse.feature.as_slice()), covariance))
     }
 

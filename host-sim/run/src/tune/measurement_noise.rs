@@ -17,25 +17,26 @@ pub struct MeasurementNoise {
 }
 
 impl MeasurementNoise {
-    /// Adds the residuals of a scan, with the covariance of the predicted pose, and noise R.
-    pub fn scan(&mut self, pairs: &[Pair], predicted: &DMatrix<f64>, noise: &DMatrix<f64>) {
+    /// Adds the residuals of a scan, with the covariance of the predicted pose.
+    pub fn scan(&mut self, pairs: &[Pair], predicted: &DMatrix<f64>) {
         let known: Vec<&Pair> = pairs.iter().filter(|pair| pair.well_known).collect();
         if known.len() < 2 {
             return;
         }
-        let Some(weights) = noise.clone().try_inverse() else { return };
         let Some(mut information) = predicted.clone().try_inverse() else { return };
         let mut weighted = DVector::zeros(predicted.nrows());
         for pair in &known {
+            let Some(weights) = pair.noise.clone().try_inverse() else { return };
             let gain = pair.by_pose.transpose() * &weights;
             information += &gain * &pair.by_pose;
             weighted += gain * &pair.innovation;
         }
         let Some(covariance) = information.try_inverse() else { return };
         let correction = &covariance * weighted;
-        self.squares.resize(noise.nrows(), 0.0);
-        self.freedoms.resize(noise.nrows(), 0.0);
         for pair in &known {
+            let noise = &pair.noise;
+            self.squares.resize(noise.nrows(), 0.0);
+            self.freedoms.resize(noise.nrows(), 0.0);
             let residual = &pair.innovation - &pair.by_pose * &correction;
             let fitted = &pair.by_pose * &covariance * pair.by_pose.transpose();
             for k in 0..noise.nrows() {

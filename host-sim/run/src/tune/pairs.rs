@@ -19,6 +19,8 @@ pub struct Pair {
     pub innovation: DVector<f64>,
     /// ∂ẑ/∂x.
     pub by_pose: DMatrix<f64>,
+    /// R.
+    pub noise: DMatrix<f64>,
     /// Whether the covariance of the feature is negligible.
     pub well_known: bool,
 }
@@ -47,13 +49,13 @@ pub fn pairs<D: Dimensions>(
     (pose, pose_covariance): &(D::Pose, Covariance<D::Pose>),
     detections: &[D::Measurement],
 ) -> (Vec<Pair>, Vec<Expectation>) {
-    let noise = eye.noise();
     let pose_covariance = matrix::<D::Pose>(pose_covariance);
     let mut candidates = Vec::new();
     let mut expected = Vec::new();
     for feature in map {
         let Some(seen) = eye.expect(scan, pose, &feature.mean) else { continue };
         let Some(range_m) = eye.inside(&seen.measurement) else { continue };
+        let noise = eye.noise(&seen.measurement);
         let of_feature = &seen.by_place * matrix::<D::Position>(&feature.covariance) * seen.by_place.transpose();
         let well_known = (0..noise.nrows()).all(|k| of_feature[(k, k)] <= WELL_KNOWN * noise[(k, k)]);
         let place = expected.len();
@@ -64,7 +66,8 @@ pub fn pairs<D: Dimensions>(
             let innovation = eye.innovation(z, &seen.measurement);
             let distance = innovation.dot(&(&precision * &innovation));
             if distance <= GATE {
-                let pair = Pair { detection, innovation, by_pose: seen.by_pose.clone(), well_known };
+                let pair =
+                    Pair { detection, innovation, by_pose: seen.by_pose.clone(), noise: noise.clone(), well_known };
                 candidates.push((distance, place, pair));
             }
         }

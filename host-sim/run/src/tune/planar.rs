@@ -36,7 +36,7 @@ impl Learn for Planar {
         &["vehicle.turn_sigma", "vehicle.turn_sigma_ratio"],
     ];
     const NOISE: &'static [NoiseOf] = &[
-        NoiseOf { fields: &["sensor.range_sigma_m"], coordinates: &[0] },
+        NoiseOf { fields: &["sensor.range_sigma_m", "sensor.range_sigma_ratio"], coordinates: &[0] },
         NoiseOf { fields: &["sensor.bearing_sigma_rad"], coordinates: &[1] },
     ];
     const DETECTION: &'static [&'static str] = &["sensor.detection_near", "sensor.detection_far"];
@@ -57,6 +57,7 @@ impl Learn for Planar {
     fn states(log: &Log, field: &str) -> bool {
         match field {
             "sensor.range_sigma_m" => log.nominal.range_sigma_m.is_some(),
+            "sensor.range_sigma_ratio" => log.nominal.range_sigma_ratio > 0.0,
             "sensor.bearing_sigma_rad" => log.nominal.bearing_sigma_rad.is_some(),
             _ => false,
         }
@@ -118,7 +119,7 @@ fn seat([x, y, heading]: [f64; 3], view: &SensorSettings) -> (PlanarPose<f64>, O
 
 /// Whether a measurement is far enough inside the view that its soft edges have no effect.
 fn is_inside(sensor: &SensorSettings, range: f64, bearing: f64) -> bool {
-    let edge = sensor.range_edge_m.max(2.0 * sensor.range_sigma_m);
+    let edge = sensor.range_edge_m.max(2.0 * sensor.range_sigma_at(range));
     let full_circle = sensor.bearing_half_width_rad() >= PI;
     let aside = wrap(bearing - sensor.bearing_center_rad()).abs();
     range > sensor.range_min_m + edge

@@ -130,6 +130,7 @@ impl Simulation {
             fix_noise: FixNoise::default(),
             nominal: Nominal {
                 range_sigma_m: Some(imperfection.range_sigma_m),
+                range_sigma_ratio: 0.0,
                 bearing_sigma_rad: Some(imperfection.bearing_sigma_rad),
                 speed_sigma_mps: Some(imperfection.speed_sigma_mps),
                 rate_sigma_radps: None,

@@ -84,6 +84,7 @@ impl Eye {
     fn nominal(&self) -> Nominal {
         Nominal {
             range_sigma_m: Some(self.sigmas[0]),
+            range_sigma_ratio: 0.0,
             bearing_sigma_rad: Some(self.sigmas[1]),
             speed_sigma_mps: Some(SPEED_SIGMA_MPS),
             rate_sigma_radps: None,

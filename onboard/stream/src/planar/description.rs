@@ -145,6 +145,7 @@ impl Sensor {
     /// It measures bearings only.
     pub fn of<T: Real>(sensor: &scphd_vehicle::Sensor<T>) -> Result<Self, NotRecorded> {
         recorded(sensor.model == SensorModel::RangeBearing, "bearings")?;
+        recorded(sensor.range_sigma_ratio == T::ZERO, "sensor.range_sigma_ratio")?;
         let (window, [forward_m, left_m]) = (sensor.window, sensor.seat_m);
         Ok(Self {
             models: SensorModels {
@@ -214,6 +215,8 @@ mod tests {
         };
         assert_eq!(refused(|d| d.vehicle.kind = VehicleKind::Holonomic), "a holonomic vehicle");
         assert_eq!(refused(|d| d.sensors[2].as_mut().unwrap().model = SensorModel::Bearing), "bearings");
+        let growing = refused(|d| d.sensors[2].as_mut().unwrap().range_sigma_ratio = 0.1);
+        assert_eq!(growing, "sensor.range_sigma_ratio");
         let calibrated = refused(|d| {
             joint(d, |joint| {
                 joint.odometry = Some(OdometryPrior {
