@@ -103,7 +103,6 @@ impl Change {
         let folder = match step {
             "c" => "bindings/capi/",
             "wheel" => "bindings/python/",
-            "node" => "bindings/ros2/",
             "board" => "firmware/",
             "examples" => "docs/",
             _ => return false,

@@ -3,7 +3,6 @@
 use crate::capi;
 use crate::firmware;
 use crate::python;
-use crate::ros2;
 use crate::steps::{Step, step};
 use crate::unit;
 
@@ -17,6 +16,5 @@ pub const STEPS: &[Step] = &[
     step("examples", "the examples of the documentation compile and run", |_| unit::examples()),
     step("c", "C programs with the library on this machine", |_| capi::quick()),
     step("wheel", "the Python package: its wheel, its tests", |_| python::step(false)),
-    step("node", "the node of ROS 2: a log and a scenario, with another DDS as peer, over loopback", |_| ros2::quick()),
     step("board", "both filters on a Cortex-M7 in QEMU, with the host's digests", |_| firmware::robot()),
 ];

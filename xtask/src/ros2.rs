@@ -24,19 +24,9 @@ fn cargo(command: &str) -> Command {
     cargo
 }
 
-/// A log and a scenario from the publisher through the node to the peer.
-pub fn quick() -> Result<Outcome, Stop> {
-    play(&LOGS[..1], &SCENARIOS[..1])
-}
-
-/// The tests of the node too, and all logs and scenarios.
 pub fn step() -> Result<Outcome, Stop> {
     process::run(cargo("clippy").args(["--all-targets", "--", "-D", "warnings"]))?;
     process::run(cargo("test").args(["--lib", "--bins", "--tests", "--examples"]))?;
-    play(&LOGS, &SCENARIOS)
-}
-
-fn play(logs: &[&str], scenarios: &[&str]) -> Result<Outcome, Stop> {
     let environment = Environment::obtain()?;
     environment.equip(&PEER)?;
     process::run(cargo("build").args(["--bins", "--example", "reencode"]))?;
@@ -47,13 +37,13 @@ fn play(logs: &[&str], scenarios: &[&str]) -> Result<Outcome, Stop> {
         fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     }
     let mut sources = Vec::new();
-    for log in logs {
+    for log in LOGS {
         let place = folder.join(format!("{log}-log"));
         let mut publish = process::command(program("scphd-publish"));
-        process::run(publish.args([*log, "--no-play", "--log"]).arg(&place))?;
+        process::run(publish.args([log, "--no-play", "--log"]).arg(&place))?;
         sources.push(PathBuf::from(format!("{}@{LOG_RATE}", place.display())));
     }
-    sources.extend(scenarios.iter().map(PathBuf::from));
+    sources.extend(SCENARIOS.map(PathBuf::from));
     let mut peer = process::command(environment.program());
     peer.arg("bindings/ros2/tests/peer.py").arg(program("")).arg(&folder).args(sources);
     peer.env("PYTHONDONTWRITEBYTECODE", "1");
