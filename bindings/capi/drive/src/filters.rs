@@ -105,7 +105,13 @@ pub struct Filters<'m> {
     sonar: Over<'m, Spherical, Vector3<f32>>,
 }
 
-fn polar(range_m: f32, half_width_rad: f32, sigmas: [f32; 2], ratio: f32, clutter: f32) -> Result<Polar, Box<dyn Error>> {
+fn polar(
+    range_m: f32,
+    half_width_rad: f32,
+    sigmas: [f32; 2],
+    ratio: f32,
+    clutter: f32,
+) -> Result<Polar, Box<dyn Error>> {
     let field_of_view = RangeBearingWindow::new(RangeBearingLimits {
         range_edge_m: 3.0 * sigmas[0],
         bearing_half_width_rad: half_width_rad,
