@@ -2,7 +2,6 @@
 
 mod args;
 mod bench;
-mod beside;
 mod budget;
 mod capi;
 mod changed;

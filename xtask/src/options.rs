@@ -13,8 +13,6 @@ pub struct Options {
     pub json: Option<PathBuf>,
     /// Whether a step that could not check everything makes the run fail.
     pub strict: bool,
-    /// Whether steps that do not share the build folder of the workspace run in a second process.
-    pub side_by_side: bool,
     /// Number of operations and seed for the fuzzer.
     pub numbers: Vec<u64>,
     /// Destination of the C library.

@@ -1,5 +1,6 @@
 //! The node of ROS 2: its tests, and another implementation of DDS as its peer, over loopback.
 
+use std::ffi::OsStr;
 use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
@@ -16,6 +17,32 @@ const NO_DISCOVERY: i32 = 77;
 const LOGS: [&str; 2] = ["survey", "thesis-compare"];
 const SCENARIOS: [&str; 2] = ["two-sensors@8", "survey-fixes@8"];
 const LOG_RATE: u32 = 8;
+
+/// Runs a command in a network of its own, which has nothing but loopback, with multicast: nothing leaves the machine, and no other
+/// node is found.
+const ALONE: [&str; 6] = [
+    "--map-root-user",
+    "--net",
+    "sh",
+    "-c",
+    "ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo && exec \"$@\"",
+    "sh",
+];
+
+/// A command in such a network or, where none can be made, in that of the machine.
+fn in_network(program: impl AsRef<OsStr>) -> Command {
+    match process::read(process::command("unshare").args(ALONE).arg("true")) {
+        Ok(_) => {
+            let mut unshare = process::command("unshare");
+            unshare.args(ALONE).arg(program);
+            unshare
+        }
+        Err(reason) => {
+            println!("no network of its own, so that of this machine: {reason}");
+            process::command(program)
+        }
+    }
+}
 
 /// cargo, in the workspace of the node.
 fn cargo(command: &str) -> Command {
@@ -44,7 +71,7 @@ pub fn step() -> Result<Outcome, Stop> {
         sources.push(PathBuf::from(format!("{}@{LOG_RATE}", place.display())));
     }
     sources.extend(SCENARIOS.map(PathBuf::from));
-    let mut peer = process::command(environment.program());
+    let mut peer = in_network(environment.program());
     peer.arg("bindings/ros2/tests/peer.py").arg(program("")).arg(&folder).args(sources);
     peer.env("PYTHONDONTWRITEBYTECODE", "1");
     let status = peer.status().map_err(|error| error.to_string())?;

@@ -3,7 +3,6 @@
 use std::time::{Duration, Instant};
 
 use crate::bench;
-use crate::beside::{Beside, OF_WORKSPACE, SUMMARY, TOTAL};
 use crate::budget;
 use crate::capi;
 use crate::firmware;
@@ -34,7 +33,7 @@ pub const fn step(name: &'static str, what: &'static str, run: fn(&Options) -> R
     Step { name, what, run }
 }
 
-/// Fastest first, so that common errors show early; from `firmware` on those that use what `unit` has built.
+/// Fastest first, so that common errors show early.
 pub const STEPS: &[Step] = &[
     step("fmt", "formatting of every package", |_| lint::fmt()),
     step("lint", "clippy on every package, warnings are errors", |_| lint::lint()),
@@ -47,6 +46,9 @@ pub const STEPS: &[Step] = &[
     step("proof", "firmware images link for every board without a panic and without an allocator", |_| {
         firmware::proof()
     }),
+    step("firmware", "after every scan the boards, in QEMU, have the same state as the host, bit for bit", |_| {
+        firmware::digests()
+    }),
     step(
         "capi",
         "the C library: its header, its symbols, C and C++ programs on the host and C on boards in QEMU",
@@ -57,13 +59,6 @@ pub const STEPS: &[Step] = &[
         "the Python package: its wheel, its tests, the digests of the library; `python --all`: the studies too",
         |options| python::step(options.studies),
     ),
-    step("counts", "instructions on the host, by callgrind, are those of tests/benches/counts.toml", |_| {
-        bench::counts()
-    }),
-    step("firmware", "after every scan the boards, in QEMU, have the same state as the host, bit for bit", |_| {
-        firmware::digests()
-    }),
-    step("budget", "flash, RAM, stack and instructions are within budgets.toml", budget::step),
     step(
         "logs",
         "what a run writes is read by rosbags and evo as it was meant; `logs --all`: by rerun too",
@@ -76,6 +71,10 @@ pub const STEPS: &[Step] = &[
     ),
     step("ros2", "the node of ROS 2: another DDS, in Python, receives the poses of a replay, to the bit", |_| {
         ros2::step()
+    }),
+    step("budget", "flash, RAM, stack and instructions are within budgets.toml", budget::step),
+    step("counts", "instructions on the host, by callgrind, are those of tests/benches/counts.toml", |_| {
+        bench::counts()
     }),
     step("msrv", "nothing needs a newer Rust than the oldest supported", |_| msrv::step()),
 ];
@@ -125,37 +124,27 @@ pub const OTHERS: &[Step] = &[
     ),
 ];
 
-/// Runs the steps, some of them in a second process if that is asked for, and prints the summary. Returns `false` if a step failed
-/// or, in a strict run, if not everything was checked.
+/// Runs the steps and prints the summary. Returns `false` if a step failed or, in a strict run, if not everything was checked.
 pub fn run(chosen: &[&Step], options: &Options) -> bool {
     let begun = Instant::now();
-    let (here, there): (Vec<&Step>, Vec<&Step>) = chosen.iter().partition(|step| OF_WORKSPACE.contains(&step.name));
-    let two = options.side_by_side && !here.is_empty() && !there.is_empty();
-    let names: Vec<&str> = there.iter().map(|step| step.name).collect();
-    let second = two.then(|| Beside::start(&names, options.strict));
-    let here = if second.is_some() { here } else { chosen.to_vec() };
-    let mut lines = Vec::new();
-    for (index, step) in here.iter().enumerate() {
-        println!("\n=== [{}/{}] {}: {}", index + 1, here.len(), step.name, step.what);
+    let mut results = Vec::new();
+    for (index, step) in chosen.iter().enumerate() {
+        println!("\n=== [{}/{}] {}: {}", index + 1, chosen.len(), step.name, step.what);
         let started = Instant::now();
         let outcome = (step.run)(options);
-        let line = verdict(step.name, &outcome, started.elapsed());
-        println!("=== {line}");
-        lines.push(line);
-    }
-    if let Some(second) = second {
-        match second.and_then(Beside::finish) {
-            Ok(more) => lines.extend(more),
-            Err(reason) => lines.push(line(FAILED, "beside", begun.elapsed(), &reason)),
-        }
+        let elapsed = started.elapsed();
+        println!("=== {}", verdict(step.name, &outcome, elapsed));
+        results.push((step.name, outcome, elapsed));
     }
 
-    print!("\n{SUMMARY}");
-    lines.iter().for_each(|line| println!("{line}"));
-    println!("{}", line(TOTAL, "", begun.elapsed(), ""));
-    let count = |word: &str| lines.iter().filter(|line| line.starts_with(word)).count();
-    let (passed, failed) = (count(PASSED), count(FAILED));
-    let skipped = lines.len() - passed - failed;
+    println!("\n=== summary");
+    for (name, outcome, elapsed) in &results {
+        println!("{}", verdict(name, outcome, *elapsed));
+    }
+    println!("{}", line("total", "", begun.elapsed(), ""));
+    let passed = results.iter().filter(|(_, outcome, _)| matches!(outcome, Ok(Outcome::Passed(_)))).count();
+    let failed = results.iter().filter(|(_, outcome, _)| matches!(outcome, Err(Stop::Broken(_)))).count();
+    let skipped = results.len() - passed - failed;
     if options.strict && skipped > 0 {
         println!("strict: a step that did not check everything is a failure");
     }
@@ -163,24 +152,19 @@ pub fn run(chosen: &[&Step], options: &Options) -> bool {
     failed == 0 && !(options.strict && skipped > 0)
 }
 
-/// The first words of lines of the summary.
-const PASSED: &str = "ok";
-const FAILED: &str = "FAILED";
-
 /// A line of the summary.
 fn verdict(name: &str, outcome: &Result<Outcome, Stop>, elapsed: Duration) -> String {
     let (word, note) = match outcome {
-        Ok(Outcome::Passed(note)) => (PASSED, note),
+        Ok(Outcome::Passed(note)) => ("ok", note),
         Ok(Outcome::Partly(note)) => ("partly", note),
         Err(Stop::Missing(note)) => ("skipped", note),
-        Err(Stop::Broken(note)) => (FAILED, note),
+        Err(Stop::Broken(note)) => ("FAILED", note),
     };
     line(word, name, elapsed, note)
 }
 
-/// One line, whatever the note.
 fn line(word: &str, name: &str, elapsed: Duration, note: &str) -> String {
-    let line = format!("{word:<8}{name:<10}{:>7.1} s  {}", elapsed.as_secs_f64(), note.replace('\n', " "));
+    let line = format!("{word:<8}{name:<10}{:>7.1} s  {note}", elapsed.as_secs_f64());
     line.trim_end().to_owned()
 }
 
@@ -251,6 +235,5 @@ mod tests {
         names.sort_unstable();
         names.dedup();
         assert_eq!(names.len(), STEPS.len() + OTHERS.len() + quick::STEPS.len());
-        assert!(OF_WORKSPACE.iter().all(|name| names.contains(name) || *name == "packages"));
     }
 }
