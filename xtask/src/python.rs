@@ -132,7 +132,8 @@ impl Environment {
         process::read(self.python().args(words)).map(PathBuf::from)
     }
 
-    /// Builds and installs the wheel as a user does, but with the packages that are present.
+    /// Builds and installs the wheel as a user does, but with the packages that are present, and with less optimisation, which builds
+    /// in two thirds of the time: the filter's bits are the same.
     fn install(&self) -> Result<(), String> {
         let mut pip = self.pip();
         pip.args(["--no-deps", "--no-build-isolation", "--force-reinstall", "./bindings/python"]);
@@ -141,6 +142,7 @@ impl Environment {
         let first = [self.folder.join("bin")].into_iter().chain(std::env::split_paths(&path));
         let path = std::env::join_paths(first).map_err(|error| error.to_string())?;
         pip.env("PATH", path).env("CARGO_TARGET_DIR", process::own_target_dir("python").join("build"));
+        pip.env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "1");
         process::run(&mut pip)
     }
 
