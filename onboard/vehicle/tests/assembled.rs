@@ -2,13 +2,13 @@
 
 use nalgebra::{Vector1, Vector2};
 use scphd::models::{
-    Calibrated, CalibratedPose, ControlNoise, OdometryCorrection, OdometryPrior, PlanarPose, RangeBearing,
-    RangeBearingWindow, RangeNoise, SelfCalibrating, Sensing, Step, Unicycle, UnicycleControl, UniformClutter,
-    WithNoise,
+    Calibrated, CalibratedPose, ControlNoise, MeasurementModel, Motion, OdometryCorrection, OdometryPrior, PlanarPose,
+    Pose, RangeBearing, RangeBearingWindow, RangeNoise, SelfCalibrating, Sensing, Step, Unicycle, UnicycleControl,
+    UniformClutter, WithNoise,
 };
 use scphd::settings::{HypothesesConfig, MovingConfig};
 use scphd::snapshot::{from_slice, into_slice};
-use scphd::storage::{JointHypotheses, JointMovers, joint_numbers};
+use scphd::storage::{JointFilter, JointHypotheses, JointMovers, joint_numbers};
 use scphd::{Births, Config, Detector, DetectorMemory, JointConfig, JointSlam, ScPhd, joint_memory, memory};
 use scphd_vehicle::sets::{
     Joint24Hypotheses, Joint40, Joint40Archive, Joint60Learning, Joint60Movers, MixtureInformed4,
@@ -90,6 +90,21 @@ fn digests(slam: &mut impl Services<f32>, description: &Description<f32>) -> Vec
 
 const BY_HAND: UnicycleControl<f32> = UnicycleControl { speed_mps: 2.0, rate_radps: 0.2 };
 
+/// The digests of a joint map that was constructed directly, after every scan.
+fn digests_by_hand<P, F, X>(slam: &mut F, detector: &Detector<X>) -> Vec<u64>
+where
+    P: Pose<Scalar = f32>,
+    F: JointFilter<Motion: Motion<Pose = P, Control = UnicycleControl<f32>>>,
+    X: MeasurementModel<Pose = P, Measurement = Vector2<f32>>,
+{
+    let step = |step| {
+        slam.predict(&BY_HAND, 0.1).unwrap();
+        slam.scan(detector, &scan(step)).unwrap();
+        slam.digest()
+    };
+    (0..SCANS).map(step).collect()
+}
+
 #[test]
 fn a_joint_map() {
     joint_memory! { type Memory: Unicycle<f32> { measurement: Vector2<f32>, features: 40, measurements: 32 } }
@@ -97,13 +112,7 @@ fn a_joint_map() {
     let mut slam = JointSlam::new(unicycle(), JointConfig::default(), &mut state).unwrap();
     slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
     let detector = Detector::new(sensing(lidar()), births(0.0)).unwrap().mounted(seat()).unwrap();
-    let expected: Vec<u64> = (0..SCANS)
-        .map(|step| {
-            slam.predict(&BY_HAND, 0.1).unwrap();
-            slam.scan(&detector, &scan(step)).unwrap();
-            slam.digest()
-        })
-        .collect();
+    let expected = digests_by_hand(&mut slam, &detector);
     let mut memory = Box::new(Joint40::new());
     assert_eq!(digests(&mut memory.start(&described()).unwrap(), &described()), expected);
 }
@@ -117,13 +126,7 @@ fn noise_that_grows_with_the_range() {
     slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
     let sensor = WithNoise { sensor: lidar(), noise: RangeNoise::new(0.05).unwrap() };
     let detector = Detector::new(sensing(sensor), births(0.0)).unwrap().mounted(seat()).unwrap();
-    let expected: Vec<u64> = (0..SCANS)
-        .map(|step| {
-            slam.predict(&BY_HAND, 0.1).unwrap();
-            slam.scan(&detector, &scan(step)).unwrap();
-            slam.digest()
-        })
-        .collect();
+    let expected = digests_by_hand(&mut slam, &detector);
     let mut robot = described();
     robot.sensors[1].as_mut().unwrap().range_sigma_ratio = 0.05;
     let mut memory = Box::new(Joint40::new());
@@ -141,13 +144,7 @@ fn a_joint_map_with_movers() {
     let mut slam = slam.with_movers(&mut movers, MovingConfig::walkers()).unwrap();
     slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
     let detector = Detector::new(sensing(lidar()), births(1e-4)).unwrap().mounted(seat()).unwrap();
-    let expected: Vec<u64> = (0..SCANS)
-        .map(|step| {
-            slam.predict(&BY_HAND, 0.1).unwrap();
-            slam.scan(&detector, &scan(step)).unwrap();
-            slam.digest()
-        })
-        .collect();
+    let expected = digests_by_hand(&mut slam, &detector);
     let mut robot = described();
     let Filter::Joint(joint) = &mut robot.filter else { panic!() };
     (joint.config, joint.movers) = (JointConfig::strict(), Some(MovingConfig::walkers()));
@@ -168,13 +165,7 @@ fn a_joint_map_that_learns_its_odometry() {
     let mut slam = JointSlam::new(motion, JointConfig::default(), &mut state).unwrap();
     slam.reset_within(CalibratedPose::at(PlanarPose::new(0.0, 0.0, 0.0)), &motion.prior()).unwrap();
     let detector = Detector::new(sensing(Calibrated(lidar())), births(0.0)).unwrap().mounted(seat()).unwrap();
-    let expected: Vec<u64> = (0..SCANS)
-        .map(|step| {
-            slam.predict(&BY_HAND, 0.1).unwrap();
-            slam.scan(&detector, &scan(step)).unwrap();
-            slam.digest()
-        })
-        .collect();
+    let expected = digests_by_hand(&mut slam, &detector);
     let mut robot = described();
     let Filter::Joint(joint) = &mut robot.filter else { panic!() };
     joint.odometry = Some(prior);

@@ -19,9 +19,9 @@ pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: u
     let too_many = || refusal(format_args!("a stream has at most {} sensors", Planar::DETECTORS));
     let which = |sensor: usize| u8::try_from(sensor).ok().and_then(Which::number).ok_or_else(too_many);
     let description = description(log, settings);
-    let mut sensors = description.sensors.iter().flatten().enumerate().skip(1);
+    let sensors = description.sensors.iter().flatten().enumerate();
     let others = sensors
-        .by_ref()
+        .skip(1)
         .map(|(place, sensor)| Ok(Entry::Detector(which(place)?, planar::Sensor::of(sensor).map_err(refusal)?)));
     let mut taken = 0;
     let kept = events(log).take_while(|event| {

@@ -142,7 +142,7 @@ impl Sensor {
     /// A sensor of a description.
     ///
     /// # Errors
-    /// It measures bearings only.
+    /// It measures bearings only, or its noise grows with the range.
     pub fn of<T: Real>(sensor: &scphd_vehicle::Sensor<T>) -> Result<Self, NotRecorded> {
         recorded(sensor.model == SensorModel::RangeBearing, "bearings")?;
         recorded(sensor.range_sigma_ratio == T::ZERO, "sensor.range_sigma_ratio")?;
