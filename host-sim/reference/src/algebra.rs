@@ -75,7 +75,7 @@ pub(super) fn inverse<const N: usize>(a: &[[f64; N]; N]) -> [[f64; N]; N] {
 }
 
 /// Inverse and determinant by Gauss and Jordan's elimination with row pivoting.
-fn eliminated<const N: usize>(a: &[[f64; N]; N]) -> ([[f64; N]; N], f64) {
+pub(super) fn eliminated<const N: usize>(a: &[[f64; N]; N]) -> ([[f64; N]; N], f64) {
     let (mut left, mut right, mut determinant) = (*a, identity(), 1.0);
     for k in 0..N {
         let pivot = (k..N).max_by(|&i, &j| left[i][k].abs().total_cmp(&left[j][k].abs())).expect("rows are left");

@@ -1,6 +1,6 @@
 //! Components of a map.
 
-use super::algebra::{determinant, inverse, quadratic};
+use super::algebra::{eliminated, quadratic};
 use std::f64::consts::TAU;
 
 /// A position (m, m) or a measurement (m, rad).
@@ -32,9 +32,22 @@ impl<const N: usize> Component<N> {
     }
 }
 
-/// ln N(residual; 0, covariance).
-pub(super) fn ln_density<const N: usize>(residual: [f64; N], covariance: &[[f64; N]; N]) -> f64 {
-    -0.5 * (quadratic(&inverse(covariance), residual) + determinant(covariance).ln() + N as f64 * TAU.ln())
+/// The density of a Gaussian with mean zero.
+pub(super) struct Density<const N: usize> {
+    inverse: [[f64; N]; N],
+    ln_determinant: f64,
+}
+
+impl<const N: usize> Density<N> {
+    pub(super) fn new(covariance: &[[f64; N]; N]) -> Self {
+        let (inverse, determinant) = eliminated(covariance);
+        Self { inverse, ln_determinant: determinant.ln() }
+    }
+
+    /// ln N(residual; 0, covariance).
+    pub(super) fn ln(&self, residual: [f64; N]) -> f64 {
+        -0.5 * (quadratic(&self.inverse, residual) + self.ln_determinant + N as f64 * TAU.ln())
+    }
 }
 
 #[cfg(test)]
@@ -45,11 +58,11 @@ mod tests {
     fn density_integrates_to_one() {
         let covariance = [[0.5, 0.2], [0.2, 0.3]];
         let step = 0.05;
-        let mut mass = 0.0;
+        let (density, mut mass) = (Density::new(&covariance), 0.0);
         for i in -100..100 {
             for j in -100..100 {
                 let point = [step * f64::from(i), step * f64::from(j)];
-                mass += ln_density(point, &covariance).exp() * step * step;
+                mass += density.ln(point).exp() * step * step;
             }
         }
         assert!((mass - 1.0).abs() < 1e-9, "mass {mass}");
@@ -59,7 +72,7 @@ mod tests {
     fn independent_parts_multiply() {
         let (a, b) = ([[0.5, 0.2], [0.2, 0.3]], [[1.5, -0.4], [-0.4, 0.7]]);
         let both = [[0.5, 0.0, 0.2, 0.0], [0.0, 1.5, 0.0, -0.4], [0.2, 0.0, 0.3, 0.0], [0.0, -0.4, 0.0, 0.7]];
-        let apart = ln_density([0.1, -0.7], &a) + ln_density([1.1, 0.3], &b);
-        assert!((ln_density([0.1, 1.1, -0.7, 0.3], &both) - apart).abs() < 1e-14);
+        let apart = Density::new(&a).ln([0.1, -0.7]) + Density::new(&b).ln([1.1, 0.3]);
+        assert!((Density::new(&both).ln([0.1, 1.1, -0.7, 0.3]) - apart).abs() < 1e-14);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::algebra::{inverse, quadratic};
 use super::config::Likelihood;
-use super::gaussian::{Vector, ln_density};
+use super::gaussian::{Density, Vector};
 use super::log_domain::log_sum_exp;
 use super::pre_update::{InView, PreUpdate};
 use super::reduce::heaviest_first;
@@ -147,8 +147,8 @@ fn seen_as_point<S: Sensor>(feature: &InView<2>, sight: &Sight<'_, S>) -> Point 
 /// ln g(z|m) = ln N(z; h(m, x), R) of every measurement, for the mean of a component.
 fn ln_at_mean<S: Sensor>(feature: &InView<2>, sight: &Sight<'_, S>) -> Vec<f64> {
     let (predicted, _) = sight.sensor.predicted(feature.prior.mean, sight.pose).expect("in view is observable");
-    let noise = sight.sensor.noise(predicted);
-    sight.measurements.iter().map(|&z| ln_density(sight.sensor.innovation(z, predicted), &noise)).collect()
+    let density = Density::new(&sight.sensor.noise(predicted));
+    sight.measurements.iter().map(|&z| density.ln(sight.sensor.innovation(z, predicted))).collect()
 }
 
 /// ln κ of `count` false measurements together.
@@ -255,7 +255,7 @@ mod tests {
 
     /// The intensity of a mixture at a point.
     fn intensity(mixture: &[Component], point: Vector) -> f64 {
-        mixture.iter().map(|c| (c.ln_weight + ln_density(minus(point, c.mean), &c.covariance)).exp()).sum()
+        mixture.iter().map(|c| (c.ln_weight + Density::new(&c.covariance).ln(minus(point, c.mean))).exp()).sum()
     }
 
     /// RB-PHD SLAM's likelihood with features by its definition: the likelihood of the scan for the map of these features, by
@@ -269,7 +269,7 @@ mod tests {
             + born_mass;
         let g = |z: Vector, m: Vector| {
             let (predicted, _) = sight.sensor.predicted(m, POSE).expect("observable");
-            ln_density(sight.sensor.innovation(z, predicted), &sight.sensor.noise(predicted)).exp()
+            Density::new(&sight.sensor.noise(predicted)).ln(sight.sensor.innovation(z, predicted)).exp()
         };
         let all = sight.measurements.len();
         // Enumerates numbers with a digit for each feature: the index of its measurement, `all` for none.

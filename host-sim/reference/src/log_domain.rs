@@ -6,7 +6,8 @@ pub(super) fn log_sum_exp(terms: &[f64]) -> f64 {
     if largest == f64::NEG_INFINITY {
         return f64::NEG_INFINITY;
     }
-    let relative: f64 = terms.iter().map(|term| (term - largest).exp()).sum();
+    // Below this, exp is zero in double precision, and slow.
+    let relative: f64 = terms.iter().map(|term| term - largest).filter(|&term| term > -746.0).map(f64::exp).sum();
     largest + relative.ln()
 }
 

@@ -2,7 +2,7 @@
 
 use super::algebra::{apply, difference, identity, inverse, plus, product, sum, symmetrised, transformed, transpose};
 use super::field_of_view::FieldOfView;
-use super::gaussian::{Component, Matrix, Vector, ln_density};
+use super::gaussian::{Component, Density, Matrix, Vector};
 use super::sensor::Sensor;
 use std::array::from_fn;
 
@@ -17,12 +17,24 @@ pub(super) struct InView<const N: usize> {
     pub(super) covariance: [[f64; N]; N],
     /// For each measurement: m⁺ (5.20) and ln N(z; ẑ, S).
     pub(super) updated: Vec<([f64; N], f64)>,
+    /// ln(p_D w).
+    ln_detected: f64,
 }
 
 impl<const N: usize> InView<N> {
+    pub(super) fn new(
+        prior: Component<N>,
+        detection_probability: f64,
+        covariance: [[f64; N]; N],
+        updated: Vec<([f64; N], f64)>,
+    ) -> Self {
+        let ln_detected = detection_probability.ln() + prior.ln_weight;
+        Self { prior, detection_probability, covariance, updated, ln_detected }
+    }
+
     /// ln(p_D w N(z; ẑ, S)) for a measurement: the component's part of η_z.
     pub(super) fn ln_detection(&self, measurement: usize) -> f64 {
-        self.detection_probability.ln() + self.prior.ln_weight + self.updated[measurement].1
+        self.ln_detected + self.updated[measurement].1
     }
 }
 
@@ -50,11 +62,12 @@ pub(super) fn pre_update<const N: usize, S: Sensor>(
             Some((predicted, by_position)) if detection_probability > 0.0 => {
                 let jacobian = by_state(&by_position);
                 let (covariance, gain, innovation_covariance) = kalman(&prior, &jacobian, &sensor.noise(predicted));
+                let density = Density::new(&innovation_covariance);
                 let updated = measurements.iter().map(|&measurement| {
                     let innovation = sensor.innovation(measurement, predicted);
-                    (plus(prior.mean, apply(&gain, innovation)), ln_density(innovation, &innovation_covariance))
+                    (plus(prior.mean, apply(&gain, innovation)), density.ln(innovation))
                 });
-                result.in_view.push(InView { prior, detection_probability, covariance, updated: updated.collect() });
+                result.in_view.push(InView::new(prior, detection_probability, covariance, updated.collect()));
             }
             _ => result.out_of_view.push(prior),
         }

@@ -5,7 +5,7 @@ use super::algebra::{apply, identity, inverse, minus, plus, product, quadratic, 
 use super::angle::wrap;
 use super::config::Config;
 use super::draws::Draws;
-use super::gaussian::{Component, ln_density};
+use super::gaussian::{Component, Density};
 use super::log_domain::{log_sum_exp, normalised};
 use super::pre_update::{InView, PreUpdate, kalman};
 use super::recursion::Recursion;
@@ -150,12 +150,12 @@ impl Space {
             match (projected, detected) {
                 (Some((predicted, slope, _)), Some(detection_probability)) if detection_probability > 0.0 => {
                     let (covariance, gain, s) = kalman(&prior, &product(&slope, &to_body), &self.noise);
+                    let density = Density::new(&s);
                     let updated = measurements.iter().map(|&z| {
                         let innovation = minus(z, predicted);
-                        (plus(prior.mean, apply(&gain, innovation)), ln_density(innovation, &s))
+                        (plus(prior.mean, apply(&gain, innovation)), density.ln(innovation))
                     });
-                    let updated = updated.collect();
-                    seen.in_view.push(InView { prior, detection_probability, covariance, updated });
+                    seen.in_view.push(InView::new(prior, detection_probability, covariance, updated.collect()));
                 }
                 _ => seen.out_of_view.push(prior),
             }
