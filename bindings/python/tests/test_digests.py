@@ -8,6 +8,8 @@ import pytest
 
 import scphd
 
+# Places of the holonomic vehicle and of the cars among the filters.
+SIDEWAYS, CARS = 7, (8, 9)
 SEAT = scphd.Mounting(forward_m=0.22, yaw_rad=0.5)
 BACK = scphd.Mounting(forward_m=-0.3, left_m=0.1, yaw_rad=3.0)
 
@@ -52,9 +54,25 @@ def filters():
         scphd.JointFilter(robot, memory="JOINT_60_LEARNING", odometry=True),
         scphd.JointFilter(robot, memory="JOINT_24_HYPOTHESES", movers=True, hypotheses=True),
     ]
-    for joint in maps:
+    car = scphd.Ackermann(wheelbase_m=2.5, encoder_offset_m=0.5, pose_forward_m=3.0, pose_left_m=0.25)
+    strict = {"least_existence": 0.01, "least_tentative": 0.1}
+    of_others = [
+        scphd.JointFilter(scphd.Holonomic(), memory="JOINT_40"),
+        scphd.JointFilter(car, memory="JOINT_40"),
+        scphd.Filter(car, proposal="informed", particles=4, memory=sets[1]),
+        scphd.JointFilter(scphd.Unicycle(step="euler"), memory="JOINT_40", **strict),
+    ]
+    for joint in (*maps, *of_others):
         joint.reset(5.0, 0.0, 1.5)
-    return blind, informed, *maps
+    of_others[2].reset(5.0, 0.0, 1.5, seed=10)
+    return blind, informed, *maps, *of_others
+
+
+def control(place, speed, rate):
+    """The holonomic vehicle also moves to the left, and a car has a steering angle."""
+    if place == SIDEWAYS:
+        return [speed, np.float32(0.25) * rate, rate]
+    return [speed, np.float32(0.5) * rate if place in CARS else rate]
 
 
 def take(letter, numbers, each, of):
@@ -62,9 +80,9 @@ def take(letter, numbers, each, of):
     lidar, radar, camera = of
     gps = scphd.PositionFix(sigma_m=0.3, gate=25.0, antenna_forward_m=-0.5, antenna_left_m=0.1)
     compass = scphd.HeadingFix(sigma_rad=0.05)
-    for slam in each:
+    for place, slam in enumerate(each):
         if letter == "p":
-            slam.predict(numbers[:2], numbers[2])
+            slam.predict(control(place, *numbers[:2]), numbers[2])
         elif letter in "lr":
             slam.scan(lidar if letter == "l" else radar, numbers.reshape(-1, 2))
         elif letter == "g":
@@ -106,7 +124,7 @@ def stream():
     return pathlib.Path(path)
 
 
-def test_seven_filters_over_300_scans(stream):
+def test_eleven_filters_over_300_scans(stream):
     assert replay(stream) == (300, [])
 
 

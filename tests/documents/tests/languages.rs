@@ -34,7 +34,7 @@ const FEATURES: [(&str, [Test; 5]); 23] = [
         [
             (VEHICLE, "a_joint_map"),
             (C, "start_filters"),
-            (PYTHON_DIGESTS, "test_seven_filters_over_300_scans"),
+            (PYTHON_DIGESTS, "test_eleven_filters_over_300_scans"),
             (BLACK_BOX, "cut_at_every_50th_scan_the_joint_map_ends_alike"),
             (JOINT, "survey_in_single_precision"),
         ],
@@ -74,7 +74,7 @@ const FEATURES: [(&str, [Test; 5]); 23] = [
         [
             (VEHICLE, "a_joint_map_with_several_hypotheses"),
             (C, "start_filters"),
-            (PYTHON_DIGESTS, "test_seven_filters_over_300_scans"),
+            (PYTHON_DIGESTS, "test_eleven_filters_over_300_scans"),
             (BLACK_BOX, "cut_at_every_50th_scan_tracks_and_hypotheses_end_alike"),
             (DESCRIBED, "agree"),
         ],
@@ -84,7 +84,7 @@ const FEATURES: [(&str, [Test; 5]); 23] = [
         [
             (VEHICLE, "a_mixture"),
             (C, "start_filters"),
-            (PYTHON_DIGESTS, "test_seven_filters_over_300_scans"),
+            (PYTHON_DIGESTS, "test_eleven_filters_over_300_scans"),
             (BLACK_BOX, "cut_at_every_50th_scan_the_mixture_ends_alike"),
             (MIXTURE, "survey_in_single_precision"),
         ],
@@ -224,7 +224,7 @@ const FEATURES: [(&str, [Test; 5]); 23] = [
         [
             (VEHICLE, "noise_that_grows_with_the_range"),
             (C, "describe_sensors"),
-            (PYTHON_DIGESTS, "test_seven_filters_over_300_scans"),
+            (PYTHON_DIGESTS, "test_eleven_filters_over_300_scans"),
             NO,
             (JOINT, "noise_that_grows_with_the_range"),
         ],

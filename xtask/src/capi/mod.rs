@@ -73,7 +73,7 @@ pub fn step() -> Result<Outcome, Stop> {
     }
     match Compiler::cpp() {
         Err(Missing(reason)) => missing.push(reason),
-        Ok(cpp) => programs::check_cpp(&cpp, &archive, &host)?,
+        Ok(cpp) => programs::check_cpp(&cpp, &archive, &inputs, &host)?,
     }
     if bare.is_ok() {
         note(board::check(&inputs), &mut missing)?;

@@ -87,9 +87,10 @@ pub fn check(c: &Compiler, archive: &Path, inputs: &Path, dir: &Path) -> Result<
     beside_another(c, archive, dir)
 }
 
-/// Compiles and runs programs that use the header in C++.
-pub fn check_cpp(cpp: &Compiler, archive: &Path, dir: &Path) -> Result<(), String> {
+/// Compiles and runs programs that use the header in C++; `inputs` are replayed.
+pub fn check_cpp(cpp: &Compiler, archive: &Path, inputs: &Path, dir: &Path) -> Result<(), String> {
     cpp.compile("examples/robot.c", dir)?;
+    process::run(process::command(cpp.build("tests/c/replay.c", &[archive], dir)?).arg(inputs))?;
     process::run(&mut process::command(cpp.build("examples/robot.cpp", &[archive], dir)?))
 }
 

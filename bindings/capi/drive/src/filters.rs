@@ -3,10 +3,11 @@
 use crate::Event;
 use nalgebra::{Vector1, Vector2, Vector3};
 use scphd::models::{
-    Auv, AuvControl, AuvPose, BearingOnly, Calibrated, CalibratedPose, ControlNoise, HeadingFix, HeightFix, Mounting,
-    OdometryCorrection, OdometryPrior, PlanarPose, PolarBirths, PolarGrid, PositionFix, RangeBearing,
-    RangeBearingElevation, RangeBearingLimits, RangeBearingWindow, RangeNoise, Reading, SelfCalibrating, Sensing,
-    SonarLimits, SonarWindow, Step, Unicycle, UnicycleControl, UniformClutter, WithNoise,
+    Ackermann, AckermannControl, AckermannGeometry, Auv, AuvControl, AuvPose, BearingOnly, Calibrated, CalibratedPose,
+    ControlNoise, HeadingFix, HeightFix, Holonomic, HolonomicControl, Mounting, OdometryCorrection, OdometryPrior,
+    PlanarPose, PolarBirths, PolarGrid, PositionFix, RangeBearing, RangeBearingElevation, RangeBearingLimits,
+    RangeBearingWindow, RangeNoise, Reading, SelfCalibrating, Sensing, SonarLimits, SonarWindow, Step, Unicycle,
+    UnicycleControl, UniformClutter, WithNoise,
 };
 use scphd::numerics::Symmetric;
 use scphd::settings::{HypothesesConfig, MovingConfig};
@@ -39,6 +40,11 @@ joint_memory! { type Joint60: Unicycle<f32> { measurement: Vector2<f32>, feature
 joint_memory! { type Joint24: Unicycle<f32> { measurement: Vector2<f32>, features: 24, measurements: 16 } }
 joint_memory! { type Learning: Learner { measurement: Vector2<f32>, features: 60, measurements: 32 } }
 
+/// Speed to the left of the holonomic vehicle divided by the turn rate, m/rad.
+const SIDEWAYS: f32 = 0.25;
+/// Steering angle of the car divided by the turn rate, s.
+const STEERED: f32 = 0.5;
+
 /// A robot that estimates its odometry error.
 type Learner = SelfCalibrating<Unicycle<f32>, f32>;
 /// Seven hypotheses beside the likeliest.
@@ -62,6 +68,10 @@ pub struct Memory {
     archive: (Joint, JointMovers<PlanarPose<f32>, 16>, JointArchive<PlanarPose<f32>, 1000>),
     learning: Learning,
     hypotheses: (Joint24, JointMovers<PlanarPose<f32>, 8>, Others),
+    sideways: Joint,
+    car: Joint,
+    car_mixture: Informed,
+    strict: Joint,
     water: Water,
     lidar: DetectorMemory<Vector2<f32>, 32>,
     radar: DetectorMemory<Vector2<f32>, 128>,
@@ -79,6 +89,10 @@ impl Memory {
         archive: (Joint::new(), JointMovers::new(), JointArchive::new()),
         learning: Learning::new(),
         hypotheses: (Joint24::new(), JointMovers::new(), Others::new()),
+        sideways: Joint::new(),
+        car: Joint::new(),
+        car_mixture: Informed::new(),
+        strict: Joint::new(),
         water: Water::new(),
         lidar: DetectorMemory::new(),
         radar: DetectorMemory::new(),
@@ -98,6 +112,10 @@ pub struct Filters<'m> {
     learning: JointSlam<'m, Learner, Vector2<f32>>,
     hypotheses: MultiHypothesisSlam<'m, Unicycle<f32>, Vector2<f32>, Tracked<'m, PlanarPose<f32>>, 7>,
     learners: [Detector<OfLearner>; 2],
+    sideways: JointSlam<'m, Holonomic<f32>, Vector2<f32>>,
+    car: JointSlam<'m, Ackermann<f32>, Vector2<f32>>,
+    car_mixture: ScPhd<'m, Ackermann<f32>>,
+    strict: JointSlam<'m, Unicycle<f32>, Vector2<f32>>,
     water: ScPhd<'m, Auv<f32>>,
     lidar: Over<'m, Polar, Vector2<f32>>,
     radar: Over<'m, Polar, Vector2<f32>>,
@@ -155,6 +173,9 @@ impl<'m> Filters<'m> {
     /// None, because the configuration is in range.
     pub fn new(memory: &'m mut Memory) -> Result<Self, Box<dyn Error>> {
         let motion = Unicycle::new(Step::Arc, ControlNoise::wheeled())?;
+        let geometry =
+            AckermannGeometry { wheelbase_m: 2.5, encoder_offset_m: 0.5, sensor_forward_m: 3.0, sensor_left_m: 0.25 };
+        let car = Ackermann::new(geometry, ControlNoise::wheeled())?;
         let births = [Births { of_static: 0.002, of_moving: 0.001 }, Births::of_static(0.003)];
         let views = [polar(12.0, 2.0, [0.05, 0.01], 0.0, 2.0)?, polar(20.0, 0.8, [0.2, 0.03], 0.02, 1.0)?];
         let seats = [Mounting::in_plane(0.22, 0.0, 0.5)?, Mounting::in_plane(-0.3, 0.1, 3.0)?];
@@ -182,6 +203,18 @@ impl<'m> Filters<'m> {
             hypotheses: JointSlam::new(motion, JointConfig::default(), &mut memory.hypotheses.0)?
                 .with_movers(&mut memory.hypotheses.1, MovingConfig::walkers())?
                 .with_hypotheses(&mut memory.hypotheses.2, HypothesesConfig::default())?,
+            sideways: JointSlam::new(
+                Holonomic::new(ControlNoise::wheeled())?,
+                JointConfig::default(),
+                &mut memory.sideways,
+            )?,
+            car: JointSlam::new(car, JointConfig::default(), &mut memory.car)?,
+            car_mixture: ScPhd::new(car, Config::informed(4), &mut memory.car_mixture)?,
+            strict: JointSlam::new(
+                Unicycle::new(Step::Euler, ControlNoise::wheeled())?,
+                JointConfig::strict(),
+                &mut memory.strict,
+            )?,
             water: ScPhd::new(Auv::new(0.1, 1.0)?, Config::informed(16), &mut memory.water)?,
             lidar: seat(0)?.over(&mut memory.lidar)?,
             radar: seat(1)?.over(&mut memory.radar)?,
@@ -195,6 +228,10 @@ impl<'m> Filters<'m> {
         filters.movers.reset(start)?;
         filters.archive.reset(start)?;
         filters.hypotheses.reset(start)?;
+        filters.sideways.reset(start)?;
+        filters.car.reset(start)?;
+        filters.car_mixture.reset(start, 10)?;
+        filters.strict.reset(start)?;
         let of_odometry = learns.prior();
         let certain = Symmetric::from_fn(|row, column| if column < 3 { 0.0 } else { of_odometry.get(row, column) });
         filters.learning.reset_within(CalibratedPose::at(start), &certain)?;
@@ -217,6 +254,12 @@ impl<'m> Filters<'m> {
                 self.archive.predict(&control, *dt)?;
                 self.hypotheses.predict(&control, *dt)?;
                 self.learning.predict(&control, *dt)?;
+                self.strict.predict(&control, *dt)?;
+                let (forward_mps, left_mps) = (*speed_mps, SIDEWAYS * *rate_radps);
+                self.sideways.predict(&HolonomicControl { forward_mps, left_mps, rate_radps: *rate_radps }, *dt)?;
+                let steered = AckermannControl { speed_mps: *speed_mps, steering_rad: STEERED * *rate_radps };
+                self.car.predict(&steered, *dt)?;
+                self.car_mixture.predict(&steered, *dt)?;
             }
             Event::Lidar(scan) => {
                 let scan: Vec<Vector2<f32>> = scan.iter().map(|&z| z.into()).collect();
@@ -227,6 +270,10 @@ impl<'m> Filters<'m> {
                 self.archive.scan(&self.lidar, &scan)?;
                 self.hypotheses.scan(&self.lidar, &scan)?;
                 self.learning.scan(&self.learners[0], &scan)?;
+                self.sideways.scan(&self.lidar, &scan)?;
+                self.car.scan(&self.lidar, &scan)?;
+                self.car_mixture.scan(&mut self.lidar, &scan)?;
+                self.strict.scan(&self.lidar, &scan)?;
             }
             Event::Radar(scan) => {
                 let scan: Vec<Vector2<f32>> = scan.iter().map(|&z| z.into()).collect();
@@ -237,6 +284,10 @@ impl<'m> Filters<'m> {
                 self.archive.scan(&self.radar, &scan)?;
                 self.hypotheses.scan(&self.radar, &scan)?;
                 self.learning.scan(&self.learners[1], &scan)?;
+                self.sideways.scan(&self.radar, &scan)?;
+                self.car.scan(&self.radar, &scan)?;
+                self.car_mixture.scan(&mut self.radar, &scan)?;
+                self.strict.scan(&self.radar, &scan)?;
             }
             Event::Camera(scan) => {
                 let scan: Vec<Vector1<f32>> = scan.iter().map(|&z| Vector1::new(z)).collect();
@@ -251,6 +302,10 @@ impl<'m> Filters<'m> {
                 self.archive.observe(&fix, &(*position).into())?;
                 self.hypotheses.observe(&fix, &(*position).into())?;
                 self.learning.observe(&Calibrated(fix), &(*position).into())?;
+                self.sideways.observe(&fix, &(*position).into())?;
+                self.car.observe(&fix, &(*position).into())?;
+                self.car_mixture.observe(&fix, &(*position).into())?;
+                self.strict.observe(&fix, &(*position).into())?;
             }
             Event::Heading(heading) => {
                 let (fix, heading) = (HeadingFix::new(0.05)?, Vector1::new(*heading));
@@ -261,6 +316,10 @@ impl<'m> Filters<'m> {
                 self.archive.observe(&fix, &heading)?;
                 self.hypotheses.observe(&fix, &heading)?;
                 self.learning.observe(&Calibrated(fix), &heading)?;
+                self.sideways.observe(&fix, &heading)?;
+                self.car.observe(&fix, &heading)?;
+                self.car_mixture.observe(&fix, &heading)?;
+                self.strict.observe(&fix, &heading)?;
             }
             Event::Dive([x, y, z, rate, height, dt]) => {
                 let control = AuvControl {
@@ -285,10 +344,11 @@ impl<'m> Filters<'m> {
         Ok(())
     }
 
-    /// Digests of the states: blind mixture, informed mixture, joint map, diver, and joint maps with movers, with an archive,
-    /// with estimation of the odometry error, and with several hypotheses.
+    /// Digests of the states: blind mixture, informed mixture, joint map, diver; joint maps with movers, with an archive, with
+    /// estimation of the odometry error, and with several hypotheses; joint map of a holonomic vehicle; joint map and informed
+    /// mixture of a car; joint map with strict settings and Euler steps.
     #[must_use]
-    pub fn digests(&self) -> [u64; 8] {
+    pub fn digests(&self) -> [u64; 12] {
         [
             self.blind.digest(),
             self.informed.digest(),
@@ -298,6 +358,10 @@ impl<'m> Filters<'m> {
             self.archive.digest(),
             self.learning.digest(),
             self.hypotheses.digest(),
+            self.sideways.digest(),
+            self.car.digest(),
+            self.car_mixture.digest(),
+            self.strict.digest(),
         ]
     }
 }

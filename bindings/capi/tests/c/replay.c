@@ -22,12 +22,16 @@ static SCPHD_MEMORY(movers_memory, SCPHD_SIZE_JOINT_60_MOVERS);
 static SCPHD_MEMORY(archive_memory, SCPHD_SIZE_JOINT_40_ARCHIVE);
 static SCPHD_MEMORY(learning_memory, SCPHD_SIZE_JOINT_60_LEARNING);
 static SCPHD_MEMORY(hypotheses_memory, SCPHD_SIZE_JOINT_24_HYPOTHESES);
+static SCPHD_MEMORY(sideways_memory, SCPHD_SIZE_JOINT_40);
+static SCPHD_MEMORY(car_memory, SCPHD_SIZE_JOINT_40);
+static SCPHD_MEMORY(car_mixture_memory, SCPHD_SIZE_MIXTURE_INFORMED_4_MOVING);
+static SCPHD_MEMORY(strict_memory, SCPHD_SIZE_JOINT_40);
 static SCPHD_MEMORY(water_memory, SCPHD_SIZE_WATER_INFORMED_16);
 static SCPHD_MEMORY(sonar_memory, SCPHD_SIZE_SONAR_64);
 static SCPHD_MEMORY(about_memory, SCPHD_SIZE_DESCRIPTION);
 
 /* The filters in the plane, in the order of their states in the file; between the third and the fourth is the diver. */
-enum { BLIND, INFORMED, JOINT, MOVERS, ARCHIVE, LEARNING, HYPOTHESES, PLANAR };
+enum { BLIND, INFORMED, JOINT, MOVERS, ARCHIVE, LEARNING, HYPOTHESES, SIDEWAYS, CAR, CAR_MIXTURE, STRICT, PLANAR };
 static scphd_slam *planar[PLANAR];
 static scphd_water *water;
 static scphd_sonar_detector *sonar;
@@ -84,6 +88,12 @@ static void describe_camera(void) {
     set(SCPHD_SENSOR_YAW_RAD, CAMERA, 0.5f);
 }
 
+static void start_joint_40(void *memory, size_t bytes, int place) {
+    OK(scphd_start_joint_40(SCPHD_ABI_VERSION, memory, bytes, about, NULL, &planar[place]));
+    OK(scphd_services_joint_40(planar[place]));
+    OK(scphd_slam_reset(planar[place], about));
+}
+
 static void start_filters(void) {
     OK(scphd_description_start(SCPHD_ABI_VERSION, about_memory, sizeof about_memory, &about));
     describe_sensors();
@@ -96,9 +106,7 @@ static void start_filters(void) {
     set(SCPHD_HEADING_SIGMA, 0, 0.05f);
     set(SCPHD_START_X_M, 0, 5.0f);
     set(SCPHD_START_HEADING_RAD, 0, 1.5f);
-    OK(scphd_start_joint_40(SCPHD_ABI_VERSION, joint_memory, sizeof joint_memory, about, NULL, &planar[JOINT]));
-    OK(scphd_services_joint_40(planar[JOINT]));
-    OK(scphd_slam_reset(planar[JOINT], about));
+    start_joint_40(joint_memory, sizeof joint_memory, JOINT);
 
     set(SCPHD_JOINT_MOVERS, 0, SCPHD_JOINT_MOVERS_YES);
     OK(scphd_start_joint_60_movers(SCPHD_ABI_VERSION, movers_memory, sizeof movers_memory, about, NULL, &planar[MOVERS]));
@@ -125,14 +133,39 @@ static void start_filters(void) {
     OK(scphd_services_joint_24_hypotheses(planar[HYPOTHESES]));
     OK(scphd_slam_reset(planar[HYPOTHESES], about));
 
+    set(SCPHD_JOINT_MOVERS, 0, SCPHD_JOINT_MOVERS_NO);
+    set(SCPHD_JOINT_HYPOTHESES, 0, SCPHD_JOINT_HYPOTHESES_NO);
+    set(SCPHD_VEHICLE_KIND, 0, SCPHD_VEHICLE_KIND_HOLONOMIC);
+    start_joint_40(sideways_memory, sizeof sideways_memory, SIDEWAYS);
+
+    set(SCPHD_VEHICLE_KIND, 0, SCPHD_VEHICLE_KIND_UNICYCLE_EULER);
+    set(SCPHD_JOINT_LEAST_EXISTENCE, 0, 0.01f);
+    set(SCPHD_JOINT_LEAST_TENTATIVE, 0, 0.1f);
+    start_joint_40(strict_memory, sizeof strict_memory, STRICT);
+
+    /* Another filter than before has its defaults. */
     set(SCPHD_FILTER, 0, SCPHD_FILTER_MIXTURE);
+    set(SCPHD_FILTER, 0, SCPHD_FILTER_JOINT);
+    set(SCPHD_VEHICLE_KIND, 0, SCPHD_VEHICLE_KIND_ACKERMANN);
+    set(SCPHD_VEHICLE_WHEELBASE_M, 0, 2.5f);
+    set(SCPHD_VEHICLE_ENCODER_OFFSET_M, 0, 0.5f);
+    set(SCPHD_VEHICLE_SENSOR_FORWARD_M, 0, 3.0f);
+    set(SCPHD_VEHICLE_SENSOR_LEFT_M, 0, 0.25f);
+    start_joint_40(car_memory, sizeof car_memory, CAR);
+
+    set(SCPHD_FILTER, 0, SCPHD_FILTER_MIXTURE);
+    set(SCPHD_START_SEED, 0, 10);
+    OK(scphd_start_mixture_informed_4_moving(SCPHD_ABI_VERSION, car_mixture_memory, sizeof car_mixture_memory, about, NULL, &planar[CAR_MIXTURE]));
+    OK(scphd_services_mixture_informed_4_moving(planar[CAR_MIXTURE]));
+    OK(scphd_slam_reset(planar[CAR_MIXTURE], about));
+
+    set(SCPHD_VEHICLE_KIND, 0, SCPHD_VEHICLE_KIND_UNICYCLE);
     set(SCPHD_MIXTURE_PRUNE_WEIGHT, 0, 1e-3f);
     set(SCPHD_START_SEED, 0, 8);
     OK(scphd_start_mixture_informed_4_moving(SCPHD_ABI_VERSION, informed_memory, sizeof informed_memory, about, NULL, &planar[INFORMED]));
     OK(scphd_services_mixture_informed_4_moving(planar[INFORMED]));
     OK(scphd_slam_reset(planar[INFORMED], about));
 
-    /* Another filter than before has its defaults. */
     set(SCPHD_FILTER, 0, SCPHD_FILTER_JOINT);
     set(SCPHD_FILTER, 0, SCPHD_FILTER_MIXTURE);
     set(SCPHD_MIXTURE_PARTICLES, 0, 16);
@@ -167,7 +200,10 @@ static void take(char letter, const float *numbers, size_t count) {
     switch (letter) {
     case 'p':
         for (int each = 0; each < PLANAR; each++) {
-            OK(scphd_slam_predict(planar[each], numbers[0], 0.0f, numbers[1], numbers[2], NULL));
+            /* The holonomic vehicle also moves to the left, and a car has a steering angle. */
+            const float left = each == SIDEWAYS ? 0.25f * numbers[1] : 0.0f;
+            const float turn = each == CAR || each == CAR_MIXTURE ? 0.5f * numbers[1] : numbers[1];
+            OK(scphd_slam_predict(planar[each], numbers[0], left, turn, numbers[2], NULL));
         }
         break;
     case 'l':
