@@ -147,6 +147,7 @@ impl<T: Real, D: Place<Scalar = T>> Workspaces<'_, '_, D> {
         let (of_static, of_moving) = (&mut *self.of_static, &mut *self.of_moving);
         let (ln_static, ln_moving) = (births.of_static.ln(), births.of_moving.ln());
         let waiting = if births_on == Measured::Unexplained { *births_wait } else { 0 };
+        let mut last = [(T::NEG_INFINITY, T::ZERO); 2];
         for (index, (ln_normaliser, measurement)) in normalisers.each_ln().zip(scan.iter()).enumerate() {
             let ln_eta = measurement.ln_reference() - ln_normaliser;
             if measurement.is_explained(ln_eta) != (births_on == Measured::Explained) {
@@ -157,7 +158,7 @@ impl<T: Real, D: Place<Scalar = T>> Workspaces<'_, '_, D> {
             if ln_static.is_none() && ln_moving.is_none() {
                 continue;
             }
-            if index < waiting && noted.note(index, [ln_static, ln_moving]) {
+            if index < waiting && noted.note(index, [ln_static, ln_moving], &mut last) {
                 tally.births += usize::from(ln_static.is_some()) + usize::from(ln_moving.is_some());
                 continue;
             }
@@ -331,15 +332,14 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
     ) {
         self.settle_remembered(normalisers, known, tally);
         let (known_below, first_label) = known;
-        self.retain(|Entry { component, origin }| {
-            if let Origin::Detected { measurement, distance } = *origin {
-                component.ln_weight += normalisers.ln(usize::from(measurement));
-                let is_known = !F::MOVES && is_known(component.label, known_below, first_label);
-                tally.detected(component.ln_weight.exp(), distance, is_known);
-            }
-            true
+        self.prune(|Entry { component, origin }| {
+            let Origin::Detected { measurement, distance } = *origin else { return None };
+            component.ln_weight += normalisers.ln(usize::from(measurement));
+            let is_known = !F::MOVES && is_known(component.label, known_below, first_label);
+            let weight = component.ln_weight.exp();
+            tally.detected(weight, distance, is_known);
+            Some(weight)
         });
-        self.prune();
     }
 
     /// Merges and caps the components in view, and makes their labels unique.

@@ -7,6 +7,9 @@ use crate::{Component, Real, Vector};
 
 /// Number of cells along each axis.
 const CELLS: usize = 16;
+/// Up to this number of components the first axis is not divided: it takes less time to compare with a few more components than to
+/// search a second axis.
+const FEW: usize = 80;
 
 /// A grid that covers all components.
 #[derive(Debug)]
@@ -47,7 +50,11 @@ impl<T: Real> Cells<T> {
 
     /// Adds all components to the lists of their cells, in `links`, which must be as long as `entries`. The grid must be empty.
     pub(crate) fn fill<N: Vector<Scalar = T>>(&mut self, entries: &[Entry<N>], links: &mut [Linked]) {
-        self.axes = [0, 1].map(|axis| Axis::over(entries.iter().map(|entry| along(&entry.component, axis))));
+        let coordinates = |axis| entries.iter().map(move |entry| along(&entry.component, axis));
+        if entries.len() > FEW {
+            self.axes[0] = Axis::over(coordinates(0));
+        }
+        self.axes[1] = Axis::over(coordinates(1));
         for (index, (entry, link)) in entries.iter().zip(links).enumerate() {
             *link = Linked { next: NONE, head: NONE, first_member: NONE };
             let [row, column] = [0, 1].map(|axis| self.axis(axis).cell(along(&entry.component, axis)));
@@ -77,6 +84,9 @@ impl<T: Real> Cells<T> {
         // The distance is increased by more than the rounding errors.
         let widened = distance * (T::ONE + T::from_f64(16.0) * T::EPSILON);
         let reached = |axis| {
+            if self.axis(axis).per_unit == T::ZERO {
+                return 0..1;
+            }
             let (x, reach) = (along(component, axis), (widened * component.covariance.get(axis, axis)).sqrt_above());
             self.axis(axis).cell(x - reach)..self.axis(axis).cell(x + reach) + 1
         };

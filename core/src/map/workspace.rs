@@ -282,20 +282,22 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
             }
             self.ln_floor = ln_raised;
             self.tightened = true;
-            self.prune();
+            self.prune(|_| None);
         }
         self.lost += 1;
         false
     }
 
-    /// Removes the components in view below the threshold.
-    pub(crate) fn prune(&mut self) {
+    /// Removes the components in view below the threshold, each after a `change`, which returns its weight if it has computed it.
+    #[inline]
+    pub(crate) fn prune(&mut self, mut change: impl FnMut(&mut Entry<N>) -> Option<T>) {
         let ln_floor = self.ln_floor;
         let mut pruned_mass = self.pruned_mass;
         self.retain(|entry| {
+            let weight = change(entry);
             let keep = entry.component.ln_weight >= ln_floor;
             if !keep {
-                pruned_mass += entry.component.ln_weight.exp();
+                pruned_mass += weight.unwrap_or_else(|| entry.component.ln_weight.exp());
             }
             keep
         });

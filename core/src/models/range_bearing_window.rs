@@ -50,6 +50,8 @@ pub struct RangeBearingWindow<T> {
     /// Up to this range, m, p_D is that at the sensor. Most features are within it, and cost only one comparison. Negative: no such
     /// range.
     even_within_m: T,
+    /// Beyond the square root of this, m, p_D is zero.
+    blind_beyond_m2: T,
 }
 
 impl<T: Real> RangeBearingLimits<T> {
@@ -104,7 +106,8 @@ impl<T: Real> RangeBearingWindow<T> {
             && limits.bearing_half_width_rad >= T::PI;
         // The factor allows for rounding errors.
         let inner = (limits.range_max_m - limits.range_edge_m) * (T::ONE - T::from_f64(4.0) * T::EPSILON);
-        Ok(Self { limits, even_within_m: if is_even { inner } else { -T::ONE } })
+        let outer = (limits.range_max_m + limits.range_edge_m) * (T::ONE + T::from_f64(8.0) * T::EPSILON);
+        Ok(Self { limits, even_within_m: if is_even { inner } else { -T::ONE }, blind_beyond_m2: outer * outer })
     }
 
     /// A full circle of this radius, m, with hard edges and a constant probability of detection, as in (5.15).
@@ -166,6 +169,12 @@ impl<T: Real> FieldOfView<PlanarFrame<T>, Vector2<T>, Vector2<T>> for RangeBeari
         probability
     }
 
+    #[inline(always)]
+    fn may_see(&self, frame: &PlanarFrame<T>, feature: &Vector2<T>) -> bool {
+        let [[dx, dy]] = (feature - frame.position).data.0;
+        dx * dx + dy * dy <= self.blind_beyond_m2
+    }
+
     fn bounds(&self, frame: &PlanarFrame<T>) -> Bounds<Vector2<T>> {
         // The factor keeps features in view inside the box in spite of rounding errors.
         let reach = (self.limits.range_max_m + self.limits.range_edge_m) * (T::ONE + T::from_f64(4.0) * T::EPSILON);
@@ -194,7 +203,7 @@ mod tests {
     fn probability_is_constant_inside_the_edges() {
         let limits = RangeBearingLimits { range_edge_m: 0.3, ..RangeBearingLimits::full_circle(15.0, 0.95) };
         let even = RangeBearingWindow::new(limits).unwrap();
-        let without = RangeBearingWindow { limits, even_within_m: -1.0 };
+        let without = RangeBearingWindow { even_within_m: -1.0, ..even };
         assert!(even.even_within_m > 14.6);
         for step in 0..4000 {
             let range = 14.0 + 0.000_4 * f64::from(step);

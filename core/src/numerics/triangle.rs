@@ -35,8 +35,8 @@ fn eliminate<T: Real, const COLUMN: usize, const ROWS: usize>(l: &mut [T], pivot
         *scaled = element(l, at(COLUMN, k)) * earlier;
         pivot -= element(l, at(COLUMN, k)) * *scaled;
     }
-    // The comparison is written so that NaN fails it. Below the least normal number the reciprocal would overflow.
-    if !(pivot >= T::LEAST_NORMAL && pivot < T::INFINITY) {
+    // Below the least normal number the reciprocal would overflow.
+    if !pivot.is_normal_positive() {
         return false;
     }
     if let Some(slot) = pivots.get_mut(COLUMN) {

@@ -56,6 +56,9 @@ pub(crate) fn enter<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>
                 for (&missed_of, _) in awaited.missed.iter().zip(is_met).filter(|&(_, is_met)| !is_met) {
                     *missed += missed_of;
                 }
+                if is_met == [false; 2] {
+                    continue;
+                }
                 let mut ln_weights = intensities.map(|ln_intensity| awaited.ln_weight(ln_intensity, ln_floor));
                 for (ln_weight, is_met) in ln_weights.iter_mut().zip(is_met) {
                     *ln_weight = ln_weight.filter(|_| is_met);

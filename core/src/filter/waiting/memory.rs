@@ -54,15 +54,20 @@ pub(crate) struct Noted<T> {
 impl<T: Real> Noted<T> {
     pub(crate) const NOTHING: Self = Self { births: [0; MOST_WORDS], weights: [T::ZERO; 2] };
 
-    /// Adds the births of a measurement, a static and a moving one; `false` if they must not be delayed.
-    pub(crate) fn note(&mut self, index: usize, ln_weights: [Option<T>; 2]) -> bool {
+    /// Adds the births of a measurement, a static and a moving one; `false` if they must not be delayed. `last` holds ln w and w of
+    /// the last ones: with uniform clutter, most births have the same.
+    pub(crate) fn note(&mut self, index: usize, ln_weights: [Option<T>; 2], last: &mut [(T, T); 2]) -> bool {
         let ln_heavy = T::from_f64(HEAVY).ln();
         if ln_weights.iter().flatten().any(|&ln_weight| !(ln_weight < ln_heavy)) {
             return false;
         }
         mark(&mut self.births, index);
-        for (sum, ln_weight) in self.weights.iter_mut().zip(ln_weights) {
-            *sum += ln_weight.map_or(T::ZERO, Real::exp);
+        for ((sum, ln_weight), last) in self.weights.iter_mut().zip(ln_weights).zip(last) {
+            let Some(ln_weight) = ln_weight else { continue };
+            if last.0 != ln_weight {
+                *last = (ln_weight, ln_weight.exp());
+            }
+            *sum += last.1;
         }
         true
     }
