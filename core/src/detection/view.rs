@@ -50,7 +50,7 @@ impl<'a, X: MeasurementModel> Views<'a, X> {
             ln_sharpest,
             most_births,
             missed: <ScalarOf<X::Pose> as Zero>::ZERO,
-            last_detection: Cell::new(Detection::of(ScalarOf::<X::Pose>::ONE)),
+            last_detection: Cell::new(Detection::NONE),
         }
     }
 }
@@ -75,6 +75,9 @@ pub(crate) struct Detection<T> {
 }
 
 impl<T: Real> Detection<T> {
+    /// Before the first one.
+    const NONE: Self = Self { probability: T::ZERO, modelled: T::ZERO, ln_detected: T::ZERO, ln_missed: T::ZERO };
+
     /// The model's probability and its logarithms.
     pub(crate) fn of(modelled: T) -> Self {
         let probability = below_one(modelled);

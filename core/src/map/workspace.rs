@@ -238,7 +238,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
             self.pruned_mass += ln_weight.exp();
             return None;
         }
-        if !self.make_room(ln_weight) {
+        if self.is_full() && !self.make_room(ln_weight) {
             return None;
         }
         let slot = self.entries.get_mut(self.in_view)?;
@@ -256,7 +256,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
 
     /// Adds a component that is not in view.
     pub(crate) fn push_outside(&mut self, component: &Component<N>) {
-        if !self.make_room(T::INFINITY) {
+        if self.is_full() && !self.make_room(T::INFINITY) {
             return;
         }
         let from_back = self.outside + 1;
@@ -267,11 +267,17 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         }
     }
 
+    #[inline]
+    fn is_full(&self) -> bool {
+        self.len() >= self.entries.len()
+    }
+
     /// Makes room for a component with this weight by raising the pruning threshold; `false` if that does not help, or the
     /// component itself is below the new threshold.
+    #[inline(never)]
     fn make_room(&mut self, ln_weight: T) -> bool {
         for _ in 0..TIGHTENINGS {
-            if self.len() < self.entries.len() {
+            if !self.is_full() {
                 return ln_weight >= self.ln_floor;
             }
             work::round();
