@@ -135,7 +135,16 @@ where
         }
         let ln_expected = expected.ln() - ln_not_detected;
         let ln_peak = ln_expected + factor.ln_peak();
+        // The squared distance is at least ν²/S along the first coordinate, which excludes most measurements. The last factor
+        // exceeds rounding errors.
+        let sifts = X::Sensor::SIFTED_BY == Some(0) && own.is_none();
+        let farthest =
+            config.gate * (covariance.get(0, 0) + noise.get(0, 0)) * (T::ONE + T::EPSILON * T::from_f64(16.0));
         for (row, z) in association_table.iter_mut().zip(measurements) {
+            let apart = z.at(0) - predicted.measurement.at(0);
+            if sifts && apart * apart > farthest {
+                continue;
+            }
             let innovation = sensor.innovation(z, &predicted.measurement);
             let of_own_noise = OwnNoise::of(sensor, z, &predicted.measurement)
                 .and_then(|own| covariance.plus(&own.covariance).factor());
@@ -199,6 +208,9 @@ where
     X: MeasurementModel<Pose: Pose<Scalar = T>>,
 {
     let sensor = models.sensor();
+    if !models.field_of_view().may_see(frame, feature) {
+        return None;
+    }
     let predicted = Predicted::of(sensor, frame, feature)?;
     let in_window = models.field_of_view().detection_probability(frame, feature, &predicted.measurement);
     // The comparison is written so that NaN is out of view.
