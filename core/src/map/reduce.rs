@@ -181,7 +181,7 @@ fn leader<T: Real, N: Vector<Scalar = T>>(
             && *origin != Origin::Gone
             && place != index
             && near.holds(&other.mean)
-            && comes_before((place, other), first)
+            && (clearly_lighter(first.1, other) || comes_before((place, other), first))
         {
             first = (place, other);
         }

@@ -262,6 +262,9 @@ mod tests {
             assert!(window.detection_probability(&frame, &feature, &expected) > 0.0);
             assert!(feature.x >= bounds.low.x && feature.x <= bounds.high.x);
             assert!(feature.y >= bounds.low.y && feature.y <= bounds.high.y);
+            assert!(FieldOfView::<_, _, Vector2<f64>>::may_see(&window, &frame, &feature));
+            let outside = frame.position + (feature - frame.position) * 1.000_001;
+            assert!(!FieldOfView::<_, _, Vector2<f64>>::may_see(&window, &frame, &outside));
         }
     }
 

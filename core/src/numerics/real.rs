@@ -34,8 +34,6 @@ pub trait Real:
     const ONE: Self;
     /// Distance from 1 to the next greater number.
     const EPSILON: Self;
-    /// The least positive number of full precision.
-    const LEAST_NORMAL: Self;
     /// −∞, the logarithm of a weight of zero.
     const NEG_INFINITY: Self;
     /// ln of a quarter of [`EPSILON`](Self::EPSILON), or a little less: a term smaller than a sum by this factor does not change
@@ -104,7 +102,6 @@ macro_rules! implement_real {
         impl Real for $t {
             const ONE: Self = 1.0;
             const EPSILON: Self = $t::EPSILON;
-            const LEAST_NORMAL: Self = $t::MIN_POSITIVE;
             const NEG_INFINITY: Self = $t::NEG_INFINITY;
             const INFINITY: Self = $t::INFINITY;
             const LN_VANISHING: Self = $vanishing;
