@@ -56,7 +56,7 @@ pub struct Standing {
     /// Median of its RMSE divided by the yardstick's.
     pub ratio_median: f64,
     /// The 90 % quantile of this ratio.
-    pub ratio_tenth: f64,
+    pub ratio_percentile_90: f64,
     /// Share of the worlds with less error than the yardstick.
     pub better_share: f64,
     /// Share of the worlds with a ratio above 1.5.
@@ -100,7 +100,7 @@ pub fn standing(runs: &[WorldRun], filter: &str, yardstick: &str, worlds: &[&str
         yardstick: yardstick.to_owned(),
         worlds: pairs.len(),
         ratio_median: median(&ratios)?,
-        ratio_tenth: *ratios.get(ratios.len() * 9 / 10)?,
+        ratio_percentile_90: *ratios.get(ratios.len() * 9 / 10)?,
         better_share: share(ratios.iter().filter(|ratio| **ratio < 1.0).count()),
         above_one_and_a_half_share: share(ratios.iter().filter(|ratio| **ratio > 1.5).count()),
         above_three_share: share(ratios.iter().filter(|ratio| **ratio > 3.0).count()),
@@ -162,14 +162,14 @@ pub fn write_json(path: &Path, standings: &[Standing]) -> Result<(), OutputError
 pub fn told(dimension: usize, standing: &Standing) -> String {
     let percent = |share: f64| 100.0 * share;
     format!(
-        "{} over {}, {} worlds: RMSE ratio median {:.2}, a tenth above {:.2}, above 1.5 in {:.1} %, above 3 in {:.1} %, better in {:.1} %; \
+        "{} over {}, {} worlds: RMSE ratio median {:.2}, 90th percentile {:.2}, above 1.5 in {:.1} %, above 3 in {:.1} %, better in {:.1} %; \
          above dead reckoning in {}, {:.2} of its error in the median; RMSE median {:.3} m; NEES/{dimension} median {}, between \
          0.15 and 2 in {:.1} %",
         standing.filter,
         standing.yardstick,
         standing.worlds,
         standing.ratio_median,
-        standing.ratio_tenth,
+        standing.ratio_percentile_90,
         percent(standing.above_one_and_a_half_share),
         percent(standing.above_three_share),
         percent(standing.better_share),
@@ -206,7 +206,7 @@ mod tests {
         }
         let worlds = ["a", "b", "c", "d"];
         let standing = standing(&runs, "scphd", "ekf", &worlds).unwrap();
-        assert_eq!((standing.worlds, standing.ratio_median, standing.ratio_tenth), (3, 1.5, 6.0));
+        assert_eq!((standing.worlds, standing.ratio_median, standing.ratio_percentile_90), (3, 1.5, 6.0));
         assert_eq!((standing.above_dead_reckoning, standing.rmse_median_m), (1, 1.5));
         assert_eq!(standing.dead_reckoning_ratio_median, 0.3);
         assert!(
