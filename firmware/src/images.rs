@@ -48,13 +48,12 @@ macro_rules! handlers {
     };
 }
 
-/// Replays a black box of a planar vehicle, complete or from a snapshot on, with the filter of its first snapshot.
+/// Replays a black box of a planar vehicle, complete or from a snapshot on, with the filter of its head.
 pub fn replay_black_box<T: Real>(
     mixture: Option<&'static mut <BlackBox as Aboard<T>>::Memory>,
     joint: Option<&'static mut <BlackBoxJoint as Aboard<T>>::Memory>,
 ) -> ! {
-    let snapshot = Reader::<Planar>::open(board::stream()).ok().and_then(|reader| reader.snapshot());
-    if snapshot.is_some_and(|snapshot| snapshot.is_of_joint_map()) {
+    if Reader::<Planar>::open(board::stream()).is_ok_and(|reader| reader.is_of_joint_map()) {
         replay_and_report::<BlackBoxJoint, T>(joint)
     } else {
         replay_and_report::<BlackBox, T>(mixture)

@@ -1,6 +1,6 @@
 //! Bit flips in the state during a replay, as in the firmware's image `flips`: the filter continues, with reproducible results.
 
-use scphd_boards::stream;
+use scphd_boards::stream::{self, Recorded};
 use scphd_filters::settings::Settings;
 use scphd_stream::planar::{Planar, PlanarJoint};
 use scphd_stream::{Aboard, Failing, Monitor, Round, Scalar, ScanCost, Seen, replay_with_flips};
@@ -46,8 +46,8 @@ fn a_replay_goes_on_whatever_flips_and_does_the_same_twice() {
         let log = scenario::survey(1);
         let settings = Settings::for_scenario("survey", &log);
         let settings = settings.with_toml(include_str!("../../firmware/informed.toml")).unwrap();
-        let stream = stream::write(&log, &settings, 1, Scalar::F32, SCANS).unwrap().bytes;
-        goes_on::<Planar>(&stream);
-        goes_on::<PlanarJoint>(&stream);
+        let of = |filter| stream::write(&log, &settings, filter, 1, Scalar::F32, SCANS).unwrap().bytes;
+        goes_on::<Planar>(&of(Recorded::Mixture));
+        goes_on::<PlanarJoint>(&of(Recorded::Joint));
     });
 }

@@ -1,7 +1,7 @@
 //! Frames over a faulty line: damaged ones are rejected, and the state of the filter is that of a run without those frames.
 
 use scphd_boards::hil::{Rates, Trouble};
-use scphd_boards::stream;
+use scphd_boards::stream::{self, Recorded};
 use scphd_filters::settings::Settings;
 use scphd_link::{
     Frame, FrameKind, Gaps, OVERHEAD, Received, Receiver, Refused, Report, Sender, Target, Unit, line_bytes,
@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 use std::convert::Infallible;
 
 const FRAMES: usize = 10_000;
-const LONGEST: usize = 1024;
+const LONGEST: usize = 2048;
 
 /// A line in memory: one end writes, the other one reads.
 #[derive(Default)]
@@ -191,11 +191,11 @@ impl Monitor for Digests {
 }
 
 /// A survey as a stream.
-fn survey(seed: u64) -> Vec<u8> {
+fn survey(seed: u64, filter: Recorded) -> Vec<u8> {
     let log = scenario::survey(seed);
     let mut settings = Settings::for_log(&log);
     (settings.filter.particles, settings.filter.samples) = (4, 1);
-    stream::write(&log, &settings, seed, Scalar::F32, usize::MAX).unwrap().bytes
+    stream::write(&log, &settings, filter, seed, Scalar::F32, usize::MAX).unwrap().bytes
 }
 
 /// The digests of a filter for these records, read from the stream directly; the header has number 0.
@@ -226,13 +226,14 @@ fn fed<A: Aboard<f32, Kind = Planar>>(bytes: &[u8], accepted: &BTreeSet<usize>) 
 /// Sends surveys over a faulty line to a target, each as a session. Returns the numbers of frames and scans sent, and of scans
 /// accepted.
 fn state_is_that_of_what_was_taken<A: Aboard<f32, Kind = Planar>>(
+    filter: Recorded,
     seeds: std::ops::Range<u64>,
     rates: Rates,
 ) -> [usize; 3] {
     let (mut wire, mut expected, mut counts) = (Wire::default(), Vec::new(), [0; 3]);
     let mut damaged = 0;
     for seed in seeds {
-        let bytes = survey(seed);
+        let bytes = survey(seed, filter);
         let records: Vec<&[u8]> = pieces::<Planar>(&bytes).collect();
         let arrived = sent(seed as u16, &records, rates, seed);
         let (accepted, report) = model(&arrived);
@@ -255,10 +256,12 @@ fn state_is_that_of_what_was_taken<A: Aboard<f32, Kind = Planar>>(
 #[test]
 fn the_state_is_that_of_a_run_without_the_frames_that_were_hit() {
     let rates = Rates { lose: 0.01, flip: 0.01, ..Rates::default() };
-    let [frames, scans, taken] = with_roomy_stack(|| state_is_that_of_what_was_taken::<BlackBoxJoint>(1..7, rates));
+    let [frames, scans, taken] =
+        with_roomy_stack(|| state_is_that_of_what_was_taken::<BlackBoxJoint>(Recorded::Joint, 1..7, rates));
     assert!(frames >= FRAMES && taken > 0 && taken < scans, "{frames} frames, {taken} of {scans} scans");
     // With lower error rates, and for a mixture.
     let rates = Rates { lose: 0.01, flip: 0.001, double: 0.01, late: 0.01 };
-    let [_, scans, taken] = with_roomy_stack(|| state_is_that_of_what_was_taken::<BlackBox>(7..8, rates));
+    let [_, scans, taken] =
+        with_roomy_stack(|| state_is_that_of_what_was_taken::<BlackBox>(Recorded::Mixture, 7..8, rates));
     assert!(2 * taken > scans && taken < scans, "{taken} of {scans} scans");
 }

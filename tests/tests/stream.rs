@@ -1,13 +1,15 @@
 //! A replay of a stream by the code of vehicles ends in the same state as the simulator's session with the log.
 
 use scphd::Real;
-use scphd_boards::stream;
-use scphd_filters::settings::Settings;
+use scphd_boards::stream::{self, Recorded};
+use scphd_filters::settings::{CalibrationSettings, Settings};
 use scphd_filters::slam::Precision;
 use scphd_log::dimensions;
-use scphd_log::log::Log;
+use scphd_log::log::{Log, Vehicle};
 use scphd_run::session::{self, Filter};
-use scphd_stream::planar::{Planar, PlanarJoint, PlanarJoint40, PlanarJoint40Movers, PlanarJointMovers};
+use scphd_stream::planar::{
+    BlackBoxCalibrated, Planar, PlanarJoint, PlanarJoint40, PlanarJoint40Movers, PlanarJointMovers,
+};
 use scphd_stream::underwater::{Underwater, UnderwaterJoint};
 use scphd_stream::{
     Aboard, Filter as _, Monitor, Reader, Record, ReplayError, Scalar, ScanCost, Seen, StreamError, planar, replay,
@@ -82,7 +84,7 @@ fn a_replay_ends_in_the_state_of_the_session() {
     for (precision, scalar) in [(Precision::F32, Scalar::F32), (Precision::F64, Scalar::F64)] {
         let session =
             session::run::<dimensions::Planar>(&log, &settings, Filter::Core(precision), SEED, &mut |_| ()).unwrap();
-        let bytes = stream::write(&log, &settings, SEED, scalar, usize::MAX).unwrap().bytes;
+        let bytes = stream::write(&log, &settings, Recorded::Mixture, SEED, scalar, usize::MAX).unwrap().bytes;
         let digests = match precision {
             Precision::F32 => replayed::<f32>(&bytes, u32::MAX),
             Precision::F64 => replayed::<f64>(&bytes, u32::MAX),
@@ -104,7 +106,7 @@ fn a_joint_map_ends_where_its_session_ends() {
         settings.set_moving(moving);
         let filter = Filter::Joint(Precision::F32);
         let session = session::run::<dimensions::Planar>(&log, &settings, filter, SEED, &mut |_| ()).unwrap();
-        let bytes = stream::write(&log, &settings, SEED, Scalar::F32, usize::MAX).unwrap().bytes;
+        let bytes = stream::write(&log, &settings, Recorded::Joint, SEED, Scalar::F32, usize::MAX).unwrap().bytes;
         let replays = if moving {
             [
                 replayed_as::<PlanarJointMovers, f32>(&bytes, u32::MAX),
@@ -151,7 +153,7 @@ fn on_board_there_is_room_for_what_moves_in_the_thesis() {
     let log = scenario::thesis_dynamic(900_000);
     let mut settings = Settings::for_log(&log);
     settings.set_moving(true);
-    let bytes = stream::write(&log, &settings, SEED, Scalar::F32, usize::MAX).unwrap().bytes;
+    let bytes = stream::write(&log, &settings, Recorded::Joint, SEED, Scalar::F32, usize::MAX).unwrap().bytes;
     let error_m = position_error_m::<PlanarJointMovers>(&log, &bytes);
     assert!(error_m < 0.15, "{error_m} m");
 }
@@ -161,7 +163,8 @@ fn a_dive_with_a_joint_map_ends_where_its_session_ends() {
     let (log, settings) = short_dive();
     let filter = Filter::Joint(Precision::F32);
     let session = session::run::<dimensions::Underwater>(&log, &settings, filter, SEED, &mut |_| ()).unwrap();
-    let bytes = stream::write_underwater(&log, &settings, SEED, Scalar::F32, usize::MAX).unwrap().bytes;
+    let bytes =
+        stream::write_underwater(&log, &settings, Recorded::Joint, SEED, Scalar::F32, usize::MAX).unwrap().bytes;
     let digests = replayed_as::<UnderwaterJoint, f32>(&bytes, u32::MAX).unwrap();
     assert!(!digests.full);
     assert_eq!((digests.all.len(), digests.all.last().copied()), (log.scans.len(), session.summary.digest));
@@ -174,13 +177,13 @@ fn an_implausible_row_is_refused_on_board_and_in_the_session() {
     let drive = |speed: f64| {
         let (mut log, settings) = short_log();
         log.odometry[7].control = [speed, 0.0, 0.0];
-        let bytes = stream::write(&log, &settings, SEED, Scalar::F32, usize::MAX).unwrap().bytes;
+        let of = |filter| stream::write(&log, &settings, filter, SEED, Scalar::F32, usize::MAX).unwrap().bytes;
         let core = Filter::Core(Precision::F32);
         let session = session::run::<dimensions::Planar>(&log, &settings, core, SEED, &mut |_| ()).unwrap();
         let last = |digests: Digests| digests.all.last().copied();
-        let mixture = last(replayed::<f32>(&bytes, u32::MAX).unwrap());
+        let mixture = last(replayed::<f32>(&of(Recorded::Mixture), u32::MAX).unwrap());
         assert_eq!(mixture, session.summary.digest, "{speed} m/s");
-        [mixture, last(replayed_as::<PlanarJoint, f32>(&bytes, u32::MAX).unwrap())]
+        [mixture, last(replayed_as::<PlanarJoint, f32>(&of(Recorded::Joint), u32::MAX).unwrap())]
     };
     // All speeds beyond the limit leave the same state, and others a different one.
     let left_out = drive(400.0);
@@ -199,7 +202,8 @@ fn a_dive_ends_in_the_state_of_its_session() {
     for (precision, scalar) in [(Precision::F32, Scalar::F32), (Precision::F64, Scalar::F64)] {
         let filter = Filter::Core(precision);
         let session = session::run::<dimensions::Underwater>(&log, &settings, filter, SEED, &mut |_| ()).unwrap();
-        let bytes = stream::write_underwater(&log, &settings, SEED, scalar, usize::MAX).unwrap().bytes;
+        let bytes =
+            stream::write_underwater(&log, &settings, Recorded::Mixture, SEED, scalar, usize::MAX).unwrap().bytes;
         let digests = match precision {
             Precision::F32 => replayed_as::<Underwater, f32>(&bytes, u32::MAX),
             Precision::F64 => replayed_as::<Underwater, f64>(&bytes, u32::MAX),
@@ -215,7 +219,7 @@ fn a_dive_ends_in_the_state_of_its_session() {
 fn a_dive_that_cannot_be_replayed_is_refused_by_name() {
     let (log, settings) = short_dive();
     let refused = |log: &scphd_log::underwater::Log, settings: &scphd_filters::underwater::settings::Settings| {
-        let bytes = stream::write_underwater(log, settings, SEED, Scalar::F32, 3).unwrap().bytes;
+        let bytes = stream::write_underwater(log, settings, Recorded::Mixture, SEED, Scalar::F32, 3).unwrap().bytes;
         replayed_as::<Underwater, f32>(&bytes, u32::MAX).err().map(|error| error.to_string())
     };
     assert_eq!(refused(&log, &settings), None);
@@ -232,19 +236,19 @@ fn a_dive_that_cannot_be_replayed_is_refused_by_name() {
     let error = "the filter refuses the stream header: right must be finite, with a 3 x 3 part that is not singular";
     assert_eq!(refused(&blind, &settings).as_deref(), Some(error));
     // Each kind refuses streams of the other.
-    let bytes = stream::write_underwater(&log, &settings, SEED, Scalar::F32, 3).unwrap().bytes;
+    let bytes = stream::write_underwater(&log, &settings, Recorded::Mixture, SEED, Scalar::F32, 3).unwrap().bytes;
     let error = replayed::<f32>(&bytes, u32::MAX).err().unwrap().to_string();
     assert_eq!(error, "the stream is for another type of vehicle: 3");
     let mut unmanned = log;
     unmanned.instruments.clear();
-    assert!(stream::write_underwater(&unmanned, &settings, SEED, Scalar::F32, 3).is_err());
+    assert!(stream::write_underwater(&unmanned, &settings, Recorded::Mixture, SEED, Scalar::F32, 3).is_err());
 }
 
 #[test]
 fn a_stream_of_fewer_scans_is_the_beginning_of_the_whole_one() {
     let (log, settings) = short_log();
-    let whole = stream::write(&log, &settings, SEED, Scalar::F32, usize::MAX).unwrap();
-    let part = stream::write(&log, &settings, SEED, Scalar::F32, 10).unwrap();
+    let whole = stream::write(&log, &settings, Recorded::Mixture, SEED, Scalar::F32, usize::MAX).unwrap();
+    let part = stream::write(&log, &settings, Recorded::Mixture, SEED, Scalar::F32, 10).unwrap();
     assert_eq!((whole.scans as usize, part.scans), (SCANS, 10));
     let expected = replayed::<f32>(&whole.bytes, 10).unwrap().all;
     assert_eq!(expected.len(), 10);
@@ -254,7 +258,7 @@ fn a_stream_of_fewer_scans_is_the_beginning_of_the_whole_one() {
 #[test]
 fn a_truncated_stream_is_replayed_up_to_its_end_and_then_refused() {
     let (log, settings) = short_log();
-    let bytes = stream::write(&log, &settings, SEED, Scalar::F32, 10).unwrap().bytes;
+    let bytes = stream::write(&log, &settings, Recorded::Mixture, SEED, Scalar::F32, 10).unwrap().bytes;
     let cut = &bytes[..bytes.len() - 20];
     assert!(matches!(replayed::<f32>(cut, u32::MAX), Err(ReplayError::Stream(StreamError::Truncated))));
     assert_eq!(replayed::<f32>(cut, 9).unwrap().all.len(), 9);
@@ -264,12 +268,12 @@ fn a_truncated_stream_is_replayed_up_to_its_end_and_then_refused() {
 fn a_stream_beyond_the_capacities_on_board_is_refused_by_name() {
     let (log, mut settings) = short_log();
     settings.filter.particles = 1000;
-    let bytes = stream::write(&log, &settings, SEED, Scalar::F32, 2).unwrap().bytes;
+    let bytes = stream::write(&log, &settings, Recorded::Mixture, SEED, Scalar::F32, 2).unwrap().bytes;
     let error = replayed::<f32>(&bytes, u32::MAX).err().unwrap().to_string();
     assert_eq!(error, "the filter refuses the stream header: 1000 particles do not fit a state for 32");
     let (mut log, settings) = short_log();
     log.scans[1].detections = vec![[5.0, 0.0]; 65];
-    let bytes = stream::write(&log, &settings, SEED, Scalar::F32, 2).unwrap().bytes;
+    let bytes = stream::write(&log, &settings, Recorded::Mixture, SEED, Scalar::F32, 2).unwrap().bytes;
     let error = replayed::<f32>(&bytes, u32::MAX).err().unwrap().to_string();
     assert_eq!(error, "scan 1: the filter refuses: 65 measurements do not fit a state for 64");
 }
@@ -288,8 +292,13 @@ impl Monitor for Fullness {
 }
 
 /// Number of the first scans that fill the memory.
-fn full_scans<A: Aboard<f32>>((log, settings): &(Log, Settings), scans: usize, is_full: fn(&Seen) -> bool) -> usize {
-    let bytes = stream::write(log, settings, SEED, Scalar::F32, scans).unwrap().bytes;
+fn full_scans<A: Aboard<f32>>(
+    (log, settings): &(Log, Settings),
+    filter: Recorded,
+    scans: usize,
+    is_full: fn(&Seen) -> bool,
+) -> usize {
+    let bytes = stream::write(log, settings, filter, SEED, Scalar::F32, scans).unwrap().bytes;
     with_roomy_stack(|| {
         let (mut memory, mut fullness) = (Box::new(A::MEMORY), Fullness { is_full, scans: 0 });
         replay::<A, f32>(&bytes, &mut memory, u32::MAX, &mut fullness).unwrap();
@@ -301,7 +310,7 @@ fn full_scans<A: Aboard<f32>>((log, settings): &(Log, Settings), scans: usize, i
 /// too little memory.
 #[test]
 fn the_worst_case_fills_the_memory() {
-    let full = full_scans::<Planar>(&stream::worst_case(32, 2, planar::MEASUREMENTS), 8, |seen| {
+    let full = full_scans::<Planar>(&stream::worst_case(32, 2, planar::MEASUREMENTS), Recorded::Mixture, 8, |seen| {
         let tightened = scphd::Health::PRUNING_TIGHTENED.bits();
         seen.pages_used == seen.pages && seen.maps_updated == 32 && seen.health & tightened != 0
     });
@@ -311,29 +320,86 @@ fn the_worst_case_fills_the_memory() {
 /// The worst case of a joint map has all features in view, and the maximum number of measurements.
 #[test]
 fn the_worst_case_of_a_joint_map_fills_it() {
-    let full = full_scans::<PlanarJoint>(&stream::worst_case_joint(planar::MEASUREMENTS), 24, |seen| {
+    let (log, mut settings) = stream::worst_case_joint(planar::MEASUREMENTS);
+    settings.set_moving(false);
+    let full = full_scans::<PlanarJoint>(&(log, settings), Recorded::Joint, 24, |seen| {
         seen.pages_used == seen.pages && seen.in_view == seen.pages
     });
     assert!(full >= 18, "{full}");
 }
 
+/// A log whose map fits every memory on board.
+fn few_features() -> (Log, Settings) {
+    let mut log = scenario::faults(1);
+    log.scans.truncate(12);
+    let mut settings = Settings::for_log(&log);
+    settings.restrict_to_reference();
+    (settings.filter.particles, settings.filter.samples) = (4, 1);
+    (log, settings)
+}
+
+/// A replay by this filter of a log with these settings ends where the session ends.
+fn ends_alike<A: Aboard<f32, Kind = Planar>>(log: &Log, settings: &Settings, of: Recorded) -> Vec<u8> {
+    let filter = match of {
+        Recorded::Mixture => Filter::Core(Precision::F32),
+        Recorded::Joint => Filter::Joint(Precision::F32),
+    };
+    let session = session::run::<dimensions::Planar>(log, settings, filter, SEED, &mut |_| ()).unwrap();
+    let bytes = stream::write(log, settings, of, SEED, Scalar::F32, usize::MAX).unwrap().bytes;
+    let digests = replayed_as::<A, f32>(&bytes, u32::MAX).unwrap();
+    assert_eq!(digests.all.last().copied(), session.summary.digest);
+    bytes
+}
+
 #[test]
-fn noise_that_grows_with_the_range_is_refused() {
-    let (log, mut settings) = short_log();
+fn noise_that_grows_with_the_range_ends_where_the_session_ends() {
+    let (log, mut settings) = few_features();
     settings.sensor.range_sigma_ratio = 0.01;
-    let refused = stream::write(&log, &settings, SEED, Scalar::F64, usize::MAX).unwrap_err().to_string();
-    assert_eq!(refused, "streams do not record sensor.range_sigma_ratio");
+    ends_alike::<Planar>(&log, &settings, Recorded::Mixture);
+    ends_alike::<PlanarJoint>(&log, &settings, Recorded::Joint);
+}
+
+#[test]
+fn calibrated_odometry_ends_where_the_session_ends() {
+    let (log, mut settings) = few_features();
+    settings.calibration = Some(CalibrationSettings {
+        speed_scale_sigma: 0.05,
+        turn_scale_sigma: 0.05,
+        turn_offset_sigma: 0.02,
+        lasts_s: 3600.0,
+    });
+    let bytes = ends_alike::<BlackBoxCalibrated>(&log, &settings, Recorded::Joint);
+    let error = replayed_as::<PlanarJoint, f32>(&bytes, u32::MAX).err().unwrap().to_string();
+    assert_eq!(error, "the filter refuses the stream header: the memory is not for what joint.odometry says");
+}
+
+#[test]
+fn a_vehicle_with_sideways_speed_ends_where_the_session_ends() {
+    let (mut log, _) = few_features();
+    log.vehicle = Vehicle::Holonomic;
+    log.odometry.iter_mut().for_each(|row| row.control = [0.5, 0.1, -0.25]);
+    let mut settings = Settings::for_log(&log);
+    settings.restrict_to_reference();
+    (settings.filter.particles, settings.filter.samples) = (4, 1);
+    ends_alike::<Planar>(&log, &settings, Recorded::Mixture);
+    let bytes = ends_alike::<PlanarJoint>(&log, &settings, Recorded::Joint);
+    let mut reader = Reader::<Planar>::open(&bytes).unwrap();
+    let sideways = std::iter::from_fn(|| reader.read().unwrap())
+        .filter(|record| matches!(record, Record::Predict(odometry) if odometry.control[2] == -0.25));
+    assert!(sideways.count() > 10);
 }
 
 #[test]
 fn the_header_describes_the_contents_of_the_stream() {
     let (log, settings) = short_log();
-    let stream = stream::write(&log, &settings, SEED, Scalar::F64, usize::MAX).unwrap();
+    let stream = stream::write(&log, &settings, Recorded::Mixture, SEED, Scalar::F64, usize::MAX).unwrap();
     let reader = Reader::<Planar>::open(&stream.bytes).unwrap();
     let header = reader.header();
     let most = log.scans.iter().map(|scan| scan.detections.len()).max().unwrap();
     assert_eq!((header.scans as usize, header.most_measurements as usize), (SCANS, most));
-    assert_eq!((header.particles, header.samples, header.seed), (32, 2, SEED));
+    let description = header.description::<f64>().unwrap();
+    let scphd_vehicle::Filter::Mixture(config) = description.filter else { unreachable!() };
+    assert_eq!((config.particles, config.samples, header.seed), (32, 2, SEED));
     assert!((header.scan_interval_s - 0.1).abs() < 1e-9);
-    assert_eq!(header.models.sensor.range_sigma_m.to_bits(), settings.sensor.range_sigma_m.to_bits());
+    assert_eq!(description.sensors[0].unwrap().range_sigma_m.to_bits(), settings.sensor.range_sigma_m.to_bits());
 }

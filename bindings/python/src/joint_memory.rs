@@ -58,7 +58,7 @@ macro_rules! room {
         {
             fn start(&mut self, description: &Description<$scalar>) -> Result<Slam<'_, $scalar>, StartError> {
                 let Self { state, movers, archive, hypotheses } = self;
-                Ok(Box::new(Joint::start(description, state, movers, archive, hypotheses)?))
+                Ok(Box::new(<Joint<_, $pose<$scalar>>>::start(description, state, movers, archive, hypotheses)?))
             }
         }
     };

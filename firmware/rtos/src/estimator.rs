@@ -7,7 +7,7 @@ use defmt_semihosting as _;
 use scphd::diagnostics::StagePins;
 use scphd_firmware::{board, report};
 use scphd_sequencer::{Action, Sequencer, Settings, Stamp};
-use scphd_stream::planar::{Memory, Odometry, Planar};
+use scphd_stream::planar::{Odometry, Planar};
 use scphd_stream::{Aboard, Filter as _, Measurements, Reader};
 use static_cell::ConstStaticCell;
 
@@ -26,7 +26,7 @@ const SETTINGS: Settings = Settings { window_ns: SCAN_DELAY_NS - 10_000_000, ..S
 /// The sequencer.
 type Waiting = Sequencer<Odometry, Measurements<'static, Planar>, CONTROLS, SCANS>;
 
-static MEMORY: ConstStaticCell<Memory<f32>> = ConstStaticCell::new(<Planar as Aboard<f32>>::MEMORY);
+static MEMORY: ConstStaticCell<<Planar as Aboard<f32>>::Memory> = ConstStaticCell::new(<Planar as Aboard<f32>>::MEMORY);
 static WAITING: ConstStaticCell<Waiting> = ConstStaticCell::new(Sequencer::new());
 
 /// The task of the filter.
@@ -58,7 +58,7 @@ impl Estimator {
     #[must_use]
     pub unsafe fn start() -> Self {
         let (Some(memory), Some(waiting)) = (MEMORY.try_take(), WAITING.try_take()) else { report::failed() };
-        let standing = Odometry { control: [0.0; 2], dt_s: 0.0 };
+        let standing = Odometry { control: [0.0; 3], dt_s: 0.0 };
         if let Err(error) = waiting.start(SETTINGS, 0, standing) {
             defmt::error!("{}", error);
             report::failed()

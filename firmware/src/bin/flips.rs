@@ -1,5 +1,5 @@
 //! Replays a planar vehicle's stream in single precision while bits of the filter's state flip, and reports the outcome of every
-//! round of scans: first with few informed particles, then with a joint map.
+//! round of scans: with few informed particles or with a joint map, as the stream says.
 #![no_std]
 #![no_main]
 
@@ -10,7 +10,7 @@ use scphd_firmware::clock::{Clock, LOOP_INSTRUCTIONS};
 use scphd_firmware::report::{self, Report};
 use scphd_firmware::{board, handlers};
 use scphd_stream::planar::{Planar, PlanarJoint};
-use scphd_stream::{Aboard, FLIP_SEEDS, Failing, Round, replay_with_flips};
+use scphd_stream::{Aboard, FLIP_SEEDS, Failing, Reader, Round, replay_with_flips};
 use static_cell::ConstStaticCell;
 
 /// Capacity for a snapshot, bytes.
@@ -33,8 +33,10 @@ fn main() -> ! {
     let ticks = clock.of_known_loop();
     defmt::println!("clock {=str} instructions {=u32} ticks {=u64}", clock.name(), LOOP_INSTRUCTIONS, ticks);
     let [of_mixture, of_joint] = FLIP_SEEDS;
-    run::<Planar>("mixture", mixture, room, of_mixture, clock);
-    run::<PlanarJoint>("joint", joint, room, of_joint, clock);
+    match Reader::<Planar>::open(board::stream()).map(|reader| reader.is_of_joint_map()) {
+        Ok(true) => run::<PlanarJoint>("joint", joint, room, of_joint, clock),
+        _ => run::<Planar>("mixture", mixture, room, of_mixture, clock),
+    }
     defmt::println!("end stack {=usize}", board::stack_used());
     report::done()
 }

@@ -15,7 +15,7 @@ use cortex_m_rt::{ExceptionFrame, entry, exception};
 use defmt_semihosting as _;
 use heapless::Deque;
 use scphd_firmware::{board, report};
-use scphd_stream::planar::{Memory, Odometry, Planar};
+use scphd_stream::planar::{Odometry, Planar};
 use scphd_stream::{Aboard, Filter, Measurements, Reader, Record};
 use static_cell::ConstStaticCell;
 
@@ -49,7 +49,7 @@ struct Arrivals {
 static ARRIVALS: Mutex<RefCell<Arrivals>> =
     Mutex::new(RefCell::new(Arrivals { source: None, inputs: Deque::new(), tick: 0, lost: 0, ended: false }));
 
-static MEMORY: ConstStaticCell<Memory<f32>> = ConstStaticCell::new(<Planar as Aboard<f32>>::MEMORY);
+static MEMORY: ConstStaticCell<<Planar as Aboard<f32>>::Memory> = ConstStaticCell::new(<Planar as Aboard<f32>>::MEMORY);
 
 #[entry]
 fn main() -> ! {

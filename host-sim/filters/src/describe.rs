@@ -1,7 +1,8 @@
 //! The description of a vehicle from a log with its settings, for use outside the simulator.
 
-use crate::settings::Settings;
-use crate::slam::{PlanarNumbers, PlanarVehicle, joint_config};
+use crate::settings::{FilterSettings, Settings};
+use crate::slam::{PlanarNumbers, PlanarVehicle, config_of, joint_config};
+use scphd::Births;
 use scphd::models::{OdometryCorrection, OdometryPrior, Step};
 use scphd::settings::HypothesesConfig;
 use scphd_log::log::{FixNoise, Log};
@@ -64,6 +65,32 @@ pub fn description(log: &Log, settings: &Settings) -> Description<f64> {
     description.position = spec(position_sigma_m, [forward_m, left_m]);
     description.heading = spec(heading_sigma_rad, [0.0; 2]);
     description.start.pose = numbers.start;
+    description
+}
+
+/// The same vehicle with the mixture of the settings, whose random numbers have this seed.
+#[must_use]
+pub fn mixture(log: &Log, settings: &Settings, seed: u64) -> Description<f64> {
+    let numbers = PlanarNumbers::<f64>::of(settings, &log.vehicle, log.initial_pose);
+    let mut description = description(log, settings);
+    description.vehicle.noise = numbers.noise;
+    description.filter = Filter::Mixture(numbers.config);
+    description.start.seed = seed;
+    description
+}
+
+/// The filter under water, and the births of its camera; a description has no other models of such a vehicle.
+#[must_use]
+pub fn under_water(filter: &FilterSettings, is_joint: bool, seed: u64) -> Description<f64> {
+    let mut description = Description::robot();
+    description.filter = if is_joint {
+        Filter::Joint(JointSettings { config: scphd_stream::underwater::joint_config(), ..JointSettings::default() })
+    } else {
+        Filter::Mixture(config_of(filter))
+    };
+    let births = Births::of_static(filter.birth_intensity);
+    description.sensors[0] = Some(Sensor { births, ..Sensor::range_bearing(1.0, 0.5, [1.0; 2]) });
+    description.start.seed = seed;
     description
 }
 

@@ -467,8 +467,8 @@ pub struct StreamArgs {
     /// Runs the filter of a black box too, and writes a snapshot of its state after every N scans.
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..))]
     pub snapshot_every: Option<u32>,
-    /// The filter of the snapshots.
-    #[arg(long, value_enum, default_value_t = ComparedFilter::Core, requires = "snapshot_every")]
+    /// The filter of the stream; that of `worst-case-joint` is the joint map.
+    #[arg(long, value_enum, default_value_t = ComparedFilter::Core)]
     pub filter: ComparedFilter,
     #[command(flatten)]
     pub tuning: Tuning,

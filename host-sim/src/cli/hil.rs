@@ -35,11 +35,11 @@ pub fn hil(args: &HilArgs) -> Result<(), Failure> {
     let log = source.log(seed)?;
     let settings = source.tuned(&log, &args.tuning, &[args.filter.choice()])?;
     let scans = args.scans.unwrap_or(usize::MAX);
-    let stream = stream::write(&log, &settings, seed, Scalar::F32, scans).map_err(Failure::input)?;
     let filter = match args.filter {
         ComparedFilter::Core => Recorded::Mixture,
         ComparedFilter::Joint => Recorded::Joint,
     };
+    let stream = stream::write(&log, &settings, filter, seed, Scalar::F32, scans).map_err(Failure::input)?;
     let digests = expected(&stream.bytes, filter)
         .map_err(|why| Failure::input(format_args!("a target has room for 32 particles of 2 samples: {why}")))?;
     let HilArgs { lose, flip, double, late, .. } = *args;

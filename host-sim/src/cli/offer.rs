@@ -41,6 +41,7 @@ pub trait Offer: Lockstep + Learn + Checked + Exported {
     fn stream(
         log: &Self::Log,
         settings: &Self::Settings,
+        filter: Recorded,
         seed: u64,
         scalar: Scalar,
         scans: usize,
@@ -88,12 +89,19 @@ impl Offer for Planar {
         Ok(())
     }
 
-    fn stream(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: usize) -> Result<Stream, Refusal> {
-        stream::write(log, settings, seed, scalar, scans)
+    fn stream(
+        log: &Log,
+        settings: &Settings,
+        filter: Recorded,
+        seed: u64,
+        scalar: Scalar,
+        scans: usize,
+    ) -> Result<Stream, Refusal> {
+        stream::write(log, settings, filter, seed, scalar, scans)
     }
 
-    fn with_snapshots(stream: Stream, filter: Recorded, scalar: Scalar, every: u32) -> Result<Stream, Refusal> {
-        stream.with_snapshots(filter, scalar, every)
+    fn with_snapshots(stream: Stream, _: Recorded, scalar: Scalar, every: u32) -> Result<Stream, Refusal> {
+        stream.with_snapshots(scalar, every)
     }
 
     /// For a log, or a scenario like one; not for an experiment of the thesis.
@@ -144,11 +152,12 @@ impl Offer for Underwater {
     fn stream(
         log: &scphd_log::underwater::Log,
         settings: &in_space::Settings,
+        filter: Recorded,
         seed: u64,
         scalar: Scalar,
         scans: usize,
     ) -> Result<Stream, Refusal> {
-        stream::write_underwater(log, settings, seed, scalar, scans)
+        stream::write_underwater(log, settings, filter, seed, scalar, scans)
     }
 
     fn with_snapshots(stream: Stream, filter: Recorded, scalar: Scalar, every: u32) -> Result<Stream, Refusal> {

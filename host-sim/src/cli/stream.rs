@@ -28,6 +28,10 @@ pub fn stream(args: StreamArgs) -> Result<(), Failure> {
         PrecisionName::F64 => Scalar::F64,
     };
     let is_of_joint = args.source.as_os_str() == WORST_CASE_JOINT;
+    let filter = match args.filter {
+        ComparedFilter::Core if !is_of_joint => Recorded::Mixture,
+        _ => Recorded::Joint,
+    };
     let stream = if is_of_joint || args.source.as_os_str() == WORST_CASE {
         let Tuning { particles, samples, .. } = args.tuning;
         let (log, defaults) = if is_of_joint {
@@ -36,11 +40,11 @@ pub fn stream(args: StreamArgs) -> Result<(), Failure> {
             worst_case(particles.unwrap_or(PARTICLES), samples.unwrap_or(SAMPLES), MEASUREMENTS)
         };
         let settings = tuned::<Planar>(defaults, &mut Origins::default(), &log, &args.tuning, &[])?;
-        let stream = Planar::stream(&log, &settings, seed, scalar, scans).map_err(Failure::input)?;
-        recorded::<Planar>(stream, &args, scalar)?
+        let stream = Planar::stream(&log, &settings, filter, seed, scalar, scans).map_err(Failure::input)?;
+        recorded::<Planar>(stream, &args, filter, scalar)?
     } else {
         let found = Found::find(&args.source, args.scenario_seed.scenario_seed)?;
-        either!(found, source => of(&source, &args, scalar, scans)?)
+        either!(found, source => of(&source, &args, filter, scalar, scans)?)
     };
     write_file("FILE", &args.file, &stream.bytes)?;
     let said = format!(
@@ -55,19 +59,21 @@ pub fn stream(args: StreamArgs) -> Result<(), Failure> {
 }
 
 /// The stream of a log or scenario.
-fn of<K: Offer>(source: &Source<K>, args: &StreamArgs, scalar: Scalar, scans: usize) -> Result<Stream, Failure> {
+fn of<K: Offer>(
+    source: &Source<K>,
+    args: &StreamArgs,
+    filter: Recorded,
+    scalar: Scalar,
+    scans: usize,
+) -> Result<Stream, Failure> {
     let log = source.log(args.seed.seed)?;
     let settings = source.tuned(&log, &args.tuning, &[])?;
-    let stream = K::stream(&log, &settings, args.seed.seed, scalar, scans).map_err(Failure::input)?;
-    recorded::<K>(stream, args, scalar)
+    let stream = K::stream(&log, &settings, filter, args.seed.seed, scalar, scans).map_err(Failure::input)?;
+    recorded::<K>(stream, args, filter, scalar)
 }
 
 /// The stream with snapshots, if requested.
-fn recorded<K: Offer>(stream: Stream, args: &StreamArgs, scalar: Scalar) -> Result<Stream, Failure> {
+fn recorded<K: Offer>(stream: Stream, args: &StreamArgs, filter: Recorded, scalar: Scalar) -> Result<Stream, Failure> {
     let Some(every) = args.snapshot_every else { return Ok(stream) };
-    let filter = match args.filter {
-        ComparedFilter::Core => Recorded::Mixture,
-        ComparedFilter::Joint => Recorded::Joint,
-    };
     K::with_snapshots(stream, filter, scalar, every).map_err(Failure::input)
 }

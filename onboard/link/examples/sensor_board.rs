@@ -8,7 +8,7 @@ use std::cell::RefCell;
 use std::convert::Infallible;
 
 /// Maximum number of bytes of a record: 64 measurements in single precision, or the head.
-const RECORD: usize = 1024;
+const RECORD: usize = 2048;
 const STEPS: usize = 20;
 
 /// The line: on boards, two serial ports.
@@ -41,7 +41,7 @@ fn sensors(line: &mut Line) -> Result<(), Box<dyn std::error::Error>> {
     })?;
     sender.open(line, &made.take(), None)?;
     for step in 0..STEPS {
-        writer.predict(&Odometry { control: [1.5, 0.1], dt_s: 0.05 })?;
+        writer.predict(&Odometry { control: [1.5, 0.1, 0.0], dt_s: 0.05 })?;
         sender.record(line, &made.take(), None)?;
         writer.scan(&[[4.0 + step as f64, 0.25], [7.0, -0.5]])?;
         sender.record(line, &made.take(), None)?;

@@ -10,7 +10,7 @@ use scphd::Births;
 use scphd::models::{ControlNoise, Motion, PlanarPose, Step, Unicycle, UnicycleControl};
 use scphd::numerics::{Noise, wrap};
 use scphd::snapshot::into_slice;
-use scphd_stream::planar::{self, BlackBoxJoint, Fix, Odometry, Planar};
+use scphd_stream::planar::{BlackBoxJoint, Fix, Odometry, Planar};
 use scphd_stream::{
     Aboard, Header, Monitor, Part, Scalar, ScanCost, Seen, Which, Writer, find_whole_snapshot, recover,
 };
@@ -94,9 +94,6 @@ fn drive() -> Result<Driven, Box<dyn std::error::Error>> {
         bytes.extend_from_slice(piece);
         Ok::<(), Infallible>(())
     })?;
-    if let Some(left) = &robot.sensors[1] {
-        log.detector(second, &planar::Sensor::of(left)?)?;
-    }
     let mut memory = Box::new(Joint40::new());
     let mut slam = memory.start(&robot)?;
     slam.reset(&robot.start)?;
@@ -125,8 +122,9 @@ fn drive() -> Result<Driven, Box<dyn std::error::Error>> {
         if let (120, Some(left)) = (scan, &mut robot.sensors[1]) {
             // Rain: more false measurements, and a smaller probability of detection.
             (left.clutter_per_scan, left.window.probability_far) = (4.0, 0.5);
-            log.detector(second, &planar::Sensor::of(left)?)?;
+            let numbers = left.numbers();
             slam.configure(&robot)?;
+            log.detector(second, &numbers)?;
         }
 
         let which = scan % 2;

@@ -16,7 +16,7 @@ use crate::reader::Reader;
 ///
 /// let mut log = Vec::new();
 /// let mut writer = Writer::start(&Header::<Planar>::EMPTY, |bytes: &[u8]| Ok::<(), ()>(log.extend_from_slice(bytes)))?;
-/// writer.predict(&Odometry { control: [1.0, 0.1], dt_s: 0.05 })?;
+/// writer.predict(&Odometry { control: [1.0, 0.1, 0.0], dt_s: 0.05 })?;
 /// writer.snapshot(&[Part::Filter], 0x1234)?;
 /// // Whatever the filter saves.
 /// writer.slice(Part::Filter, b"...")?;

@@ -3,16 +3,16 @@
 /// The first bytes of every stream.
 pub(crate) const MAGIC: [u8; 8] = *b"SCPHDLOG";
 /// The version that this code reads and writes.
-pub(crate) const VERSION: u16 = 7;
+pub(crate) const VERSION: u16 = 8;
 /// Number of bytes before the numbers: magic, version, length, choices, counts, seed, mark of the snapshot, previous checksum.
-pub(crate) const FRONT: usize = 72;
+pub(crate) const FRONT: usize = 56;
 
 /// Position of the byte that is the type of the head, and its values.
-pub(crate) const BEGINS: usize = 18;
+pub(crate) const BEGINS: usize = 14;
 pub(crate) const SNAPSHOT: u8 = 1;
 pub(crate) const RETUNED: u8 = 2;
 /// Position of the mark of a snapshot.
-pub(crate) const MARK: usize = 52;
+pub(crate) const MARK: usize = 36;
 
 /// Purpose of a head. A stream begins with one; others are among its records.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,4 +34,9 @@ pub struct Mark {
     pub parts: u32,
     /// Digest of the state.
     pub digest: u64,
+}
+
+impl Mark {
+    /// That of a head that begins no snapshot.
+    pub(crate) const NONE: Self = Self { scans: 0, parts: 0, digest: 0 };
 }

@@ -6,9 +6,7 @@ use core::fmt::Debug;
 
 /// A kind of stream: the parameters of the vehicle in its head, and the content of its records.
 pub trait Kind: Copy + Debug + PartialEq {
-    /// The motion model: one of those for this kind of vehicle.
-    type Vehicle: Copy + Debug + PartialEq;
-    /// The numbers of the models in the head.
+    /// Numbers of the head in addition to the settings of a description.
     type Models: Numbers + Debug + PartialEq;
     /// The content of a record of a prediction.
     type Input: Input;
@@ -18,7 +16,7 @@ pub trait Kind: Copy + Debug + PartialEq {
     type Pose: Numbers + Debug + PartialEq;
     /// A measurement of the pose with its noise.
     type Fix: Input;
-    /// The models of a further detector; the first one is in the head.
+    /// The settings of a sensor.
     type Sensor: Numbers + Debug + PartialEq;
     /// All numbers of a pose, in the order of [`scphd::models::Pose::to_numbers`].
     type Full: Numbers + Debug + AsRef<[f64]> + AsMut<[f64]>;
@@ -30,14 +28,8 @@ pub trait Kind: Copy + Debug + PartialEq {
     /// Maximum number of detectors of a vehicle.
     const DETECTORS: u8;
 
-    /// The vehicle of an empty head.
-    const VEHICLE: Self::Vehicle;
-
-    /// The code of a vehicle, unique among all kinds.
-    fn code(vehicle: Self::Vehicle) -> u8;
-
-    /// The vehicle with this code, if it is of this kind.
-    fn vehicle(code: u8) -> Option<Self::Vehicle>;
+    /// The code of the kind in a head.
+    const CODE: u8;
 }
 
 /// The content of a record of a prediction or a fix.

@@ -6,8 +6,8 @@
 //! can be replayed to the last bit.
 //!
 //! There are two kinds of stream, for planar vehicles ([`planar`]) and for underwater vehicles ([`underwater`]). These two
-//! modules contain their differences: the numbers of models and records ([`Kind`]), the capacities of the memory, and the models
-//! constructed from the numbers ([`Aboard`]). Format, filter and loop are generic over both.
+//! modules contain their differences: the numbers of models and records ([`Kind`]), the capacities of the memory, and the filter
+//! ([`Aboard`]), which `scphd-vehicle` builds in the plane. Format and loop are generic over both.
 //!
 //! No heap, no panics.
 #![no_std]
@@ -30,7 +30,6 @@ mod flips;
 mod front;
 mod head;
 mod header;
-mod joint;
 mod kind;
 mod numbers;
 mod onboard;
@@ -46,18 +45,17 @@ mod snapshot;
 pub mod underwater;
 mod writer;
 
-pub use black_box::{BlackBoxFilter, Saves};
+pub use black_box::Saves;
 pub use error::StreamError;
 pub use find::{find_snapshot, find_whole_snapshot};
 #[cfg(feature = "flips")]
 pub use flips::{FLIP_SEEDS, Failing, Round, replay_with_flips};
 pub use front::{Begins, Mark};
 pub use head::Head;
-pub use header::{Extraction, Header, Joint, Moving, Proposal, Recursion, UNKNOWN};
-pub use joint::{Archive, Hypotheses, JointMemory, OnboardJoint, OptionalParts, Tracks};
+pub use header::{Header, Settings, UNKNOWN};
 pub use kind::{Input, Kind};
 pub use numbers::Numbers;
-pub use onboard::{Aboard, Capacities, Filter, Helm, Memory, Onboard, RamPart, Refusal, Scan, Seen};
+pub use onboard::{Aboard, Capacities, Filter, RamPart, Refusal, Scan, Seen};
 pub use piecewise::{Piece, Piecewise, pieces};
 pub use reader::Reader;
 pub use record::{Features, How, Later, Measurements, Part, Place, Record, Shown, Which};

@@ -1,20 +1,17 @@
 //! The filter that processes a stream, generic over the vehicle.
 
-use crate::header::{self, Header, Moving};
+use crate::header::Header;
 use crate::kind::Kind;
 use crate::numbers::Numbers;
 use crate::record::{Measurements, Record};
 use crate::snapshot::Snapshot;
 use core::fmt;
-use core::marker::PhantomData;
 use scphd::diagnostics::Probe;
-use scphd::errors::{ConfigError, LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError};
-use scphd::models::{ConstantVelocity, MeasurementModel, ModelError, Motion, Pose, PositionOf};
+use scphd::errors::{LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError};
+use scphd::models::ModelError;
 use scphd::numerics::Vector;
-use scphd::settings::{Extraction, Informed, MovingConfig, Proposal};
-use scphd::snapshot::{RestoreError, SaveError};
-use scphd::storage::ScanRoom;
-use scphd::{Births, Component, Config, Detector, DetectorMemory, PredictReport, Real, ScPhd, ScanReport};
+use scphd::{JointReport, PredictReport, Real, ScanReport};
+use scphd_vehicle::{Invalid, Refused, Setting, StartError};
 
 /// A filter on board for streams of a kind, with this number type.
 pub trait Aboard<T: Real> {
@@ -98,118 +95,6 @@ pub trait Filter<K: Kind> {
     fn digest(&self) -> u64;
 }
 
-/// Converts inputs of a stream to controls of a motion model, with their duration, s.
-pub trait Helm<T, I, C> {
-    /// Whether it has a state, which a snapshot must contain.
-    const HAS_STATE: bool = false;
-
-    /// Converts an input; `None` if no time has passed.
-    ///
-    /// # Errors
-    /// The input is invalid; the state is unchanged.
-    fn control(&mut self, input: &I) -> Result<Option<(C, T)>, PredictError>;
-
-    /// Saves its state, if it has one.
-    ///
-    /// # Errors
-    /// The error of the sink, or the state is damaged.
-    fn save<E>(&self, _kind: u32, _sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>> {
-        Ok(0)
-    }
-
-    /// Restores the saved state.
-    ///
-    /// # Errors
-    /// The bytes are not its state, or it has none.
-    fn restore<E>(
-        &mut self,
-        _kind: u32,
-        _source: impl FnMut(usize, &mut [u8]) -> Result<(), E>,
-    ) -> Result<usize, RestoreError<E>> {
-        Err(RestoreError::Content)
-    }
-}
-
-/// All memory of a filter on board: its state, the working memory of its detector, a received scan, and an estimated map.
-#[derive(Debug)]
-pub struct Memory<S, D: Vector, Z: Vector, const MEASUREMENTS: usize, const FEATURES: usize> {
-    pub(crate) state: S,
-    pub(crate) scratch: DetectorMemory<Z, MEASUREMENTS>,
-    pub(crate) measurements: [Z; MEASUREMENTS],
-    pub(crate) features: [Component<D>; FEATURES],
-}
-
-impl<S, D: Vector, Z: Vector, const MEASUREMENTS: usize, const FEATURES: usize>
-    Memory<S, D, Z, MEASUREMENTS, FEATURES>
-{
-    /// Memory with this state, and without data.
-    pub(crate) const fn with(state: S) -> Self {
-        Self {
-            state,
-            scratch: DetectorMemory::new(),
-            measurements: [Z::ZERO; MEASUREMENTS],
-            features: [Component::ZERO; FEATURES],
-        }
-    }
-}
-
-/// A filter for streams of kind `G`, with memory for its inputs and outputs, and the conversion of its inputs.
-#[derive(Debug)]
-pub struct Onboard<'m, G, N, M: Motion, X: MeasurementModel> {
-    pub(crate) filter: ScPhd<'m, M>,
-    pub(crate) detector: Detector<X, ScanRoom<'m, X::Measurement>>,
-    pub(crate) helm: N,
-    pub(crate) kind: PhantomData<G>,
-    pub(crate) measurements: &'m mut [X::Measurement],
-    pub(crate) features: &'m mut [Component<PositionOf<M::Pose>>],
-}
-
-impl<G, T, N, M, X, const Z: usize, const K: usize> Filter<G> for Onboard<'_, G, N, M, X>
-where
-    G: Kind<Measurement = [f64; Z], Pose = [f64; K]>,
-    T: Real,
-    N: Helm<T, G::Input, M::Control>,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    X: MeasurementModel<Pose = M::Pose>,
-{
-    fn predict(&mut self, input: &G::Input) -> Result<(), Refusal> {
-        if let Some((control, dt)) = self.helm.control(input).map_err(Refusal::Predict)? {
-            moved(self.filter.predict(&control, dt))?;
-        }
-        Ok(())
-    }
-
-    fn receive(&mut self, measurements: Measurements<'_, G>) -> Scan {
-        const { assert!(X::Measurement::DIMENSION == Z, "the sensor must measure what the stream holds") };
-        Scan::received(measurements, self.measurements)
-    }
-
-    fn scan_with(&mut self, scan: Scan, probe: &mut impl Probe) -> Result<Seen, Refusal> {
-        if !scan.is_plain() {
-            return Err(Refusal::NotAboard);
-        }
-        let measurements = scan.of(self.measurements).map_err(Refusal::Scan)?;
-        let report = self.filter.scan_with(&mut self.detector, measurements, probe).map_err(Refusal::Scan)?;
-        Ok(Seen::of(&report))
-    }
-
-    fn estimate(&mut self) -> ([f64; K], usize) {
-        let pose = self.filter.estimate_pose().map_or(M::Pose::ZERO, |pose| pose.mean).coordinates();
-        let map = self.filter.estimate_map(&self.detector, self.features);
-        (core::array::from_fn(|k| pose.at(k).to_f64()), map.features)
-    }
-
-    fn estimate_pose(&self) -> ([f64; K], G::Covariance) {
-        let Some(pose) = self.filter.estimate_pose() else { return ([0.0; K], G::Covariance::ZERO) };
-        let mean = pose.mean.coordinates();
-        (core::array::from_fn(|k| mean.at(k).to_f64()), lower::<G, _>(pose.covariance.as_lower()))
-    }
-
-    fn digest(&self) -> u64 {
-        self.filter.digest()
-    }
-}
-
 /// The lower triangle of a covariance.
 pub(crate) fn lower<K: Kind, T: Real>(numbers: &[T]) -> K::Covariance {
     let mut lower = K::Covariance::ZERO;
@@ -241,8 +126,52 @@ pub enum Refusal {
         /// The reason, as a text: with the details of the error, images without a black box would be two kilobytes larger.
         why: &'static str,
     },
+    /// A setting of the description, by its number in the list, is out of range.
+    Setting {
+        /// The number of the setting.
+        number: u32,
+    },
+    /// The memory is for another filter than this setting says, or the setting cannot change while the filter runs.
+    Part {
+        /// The number of the setting.
+        number: u32,
+    },
     /// The filter does not support the record, or has no such detector.
     NotAboard,
+}
+
+impl From<StartError> for Refusal {
+    fn from(error: StartError) -> Self {
+        match error {
+            StartError::Setup(error) => Self::Setup(error),
+            StartError::Invalid(invalid) => invalid.into(),
+            StartError::NoRoom { part } | StartError::NotDescribed { part } | StartError::Fixed { part } => {
+                Self::Part { number: part.number() }
+            }
+            _ => Self::NotAboard,
+        }
+    }
+}
+
+impl From<Invalid> for Refusal {
+    fn from(invalid: Invalid) -> Self {
+        Self::Setting { number: invalid.setting.number() }
+    }
+}
+
+impl From<Refused<ScanError>> for Refusal {
+    fn from(refused: Refused<ScanError>) -> Self {
+        match refused {
+            Refused::Filter(error) => Self::Scan(error),
+            _ => Self::NotAboard,
+        }
+    }
+}
+
+impl From<ScanError> for Refusal {
+    fn from(error: ScanError) -> Self {
+        Self::Scan(error)
+    }
 }
 
 impl From<ModelError> for Refusal {
@@ -257,12 +186,6 @@ impl From<SetupError> for Refusal {
     }
 }
 
-impl From<ConfigError> for Refusal {
-    fn from(error: ConfigError) -> Self {
-        Self::Setup(error.into())
-    }
-}
-
 impl From<ResetError> for Refusal {
     fn from(error: ResetError) -> Self {
         Self::Reset(error)
@@ -271,7 +194,11 @@ impl From<ResetError> for Refusal {
 
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let of =
+            |number: &u32| Setting::of_number(*number).map_or(("?", "?"), |setting| (setting.name(), setting.range()));
         match self {
+            Self::Setting { number } => write!(f, "{} must be {}", of(number).0, of(number).1),
+            Self::Part { number } => write!(f, "the memory is not for what {} says", of(number).0),
             Self::Model(error) => error.fmt(f),
             Self::Setup(error) => error.fmt(f),
             Self::Reset(error) => error.fmt(f),
@@ -303,6 +230,12 @@ pub struct Seen {
 }
 
 impl Seen {
+    /// From the report of a scan of a joint map that has `held` features, and capacity for `room`.
+    pub(crate) fn of_joint<T: Real>(report: &JointReport<T>, held: usize, room: usize) -> Self {
+        let (health, in_view) = (report.health.bits(), report.in_view as u32);
+        Self { health, in_view, maps_updated: 1, pages_used: held as u32, pages: room as u32 }
+    }
+
     /// From the report of a scan.
     pub(crate) fn of<T: Real>(report: &ScanReport<T>) -> Self {
         Self {
@@ -315,13 +248,18 @@ impl Seen {
     }
 }
 
+/// A zero, for memory without measurements.
+pub(crate) const fn zero<Z: Vector>() -> Z {
+    Z::ZERO
+}
+
 /// A stored scan.
 #[derive(Debug, Clone, Copy)]
 pub struct Scan {
     len: usize,
     beyond: usize,
-    /// Index of its detector among those beyond the first.
-    pub(crate) beyond_first: Option<usize>,
+    /// Index of its detector.
+    pub(crate) detector: usize,
     /// Whether it updates the pose only.
     pub(crate) localising: bool,
 }
@@ -332,8 +270,8 @@ impl Scan {
         measurements: Measurements<'_, K>,
         slots: &mut [Z],
     ) -> Self {
-        let (beyond_first, localising) = (measurements.detector().beyond_first(), measurements.localising());
-        let mut scan = Self { len: 0, beyond: 0, beyond_first, localising };
+        let (detector, localising) = (usize::from(measurements.detector().get()), measurements.localising());
+        let mut scan = Self { len: 0, beyond: 0, detector, localising };
         let mut slots = slots.iter_mut();
         for measurement in measurements {
             match slots.next() {
@@ -349,7 +287,7 @@ impl Scan {
 
     /// Whether it is of the first detector, and updates the map.
     pub(crate) fn is_plain(self) -> bool {
-        self.beyond_first.is_none() && !self.localising
+        self.detector == 0 && !self.localising
     }
 
     /// The measurements in that memory.
@@ -404,6 +342,11 @@ pub(crate) struct Ram {
 }
 
 impl Ram {
+    /// Of a joint map, whose memory has this size in all, and that of its filter.
+    pub(crate) const fn of_joint(total: usize, state: usize) -> Self {
+        Self { total, state, particles: 0, pages: 0, moving_pages: 0, scratch: 0 }
+    }
+
     pub(crate) const fn parts(&self) -> [RamPart; 6] {
         let named = self.particles + self.pages + self.moving_pages + self.scratch;
         [
@@ -422,62 +365,5 @@ pub(crate) fn moved(outcome: Result<PredictReport, PredictError>) -> Result<(), 
     match outcome {
         Ok(_) | Err(PredictError::Implausible(_)) => Ok(()),
         Err(refusal) => Err(Refusal::Predict(refusal)),
-    }
-}
-
-/// The tuning of a head.
-pub(crate) fn config<K: Kind, T: Real>(header: &Header<K>) -> Config<T> {
-    let Header { recursion, moving, .. } = header;
-    Config {
-        particles: header.particles as usize,
-        samples: header.samples as usize,
-        resample_threshold: T::from_f64(recursion.resample_threshold),
-        prune_weight: T::from_f64(recursion.prune_weight),
-        confirming_detections: T::from_f64(recursion.confirming_detections),
-        unconfirmed_weight: T::from_f64(recursion.unconfirmed_weight),
-        confirmed_weight: T::from_f64(recursion.confirmed_weight),
-        proposal: match header.proposal {
-            header::Proposal::Blind => Proposal::Blind,
-            header::Proposal::Informed => Proposal::Informed(Informed {
-                rounds: recursion.proposal_rounds as usize,
-                sampled_fraction: T::from_f64(recursion.proposal_sampled_fraction),
-                min_responsibility: T::from_f64(recursion.proposal_min_responsibility),
-            }),
-        },
-        merge_distance: T::from_f64(recursion.merge_distance),
-        extraction: match header.extraction {
-            header::Extraction::Heaviest => Extraction::Heaviest,
-            header::Extraction::Peaks => Extraction::Peaks,
-            header::Extraction::Confirmed => Extraction::Confirmed,
-        },
-        extraction_weight: T::from_f64(recursion.extraction_weight),
-        births_wait: header.births_wait,
-        moving: moving_config(moving),
-        max_components: header.max_components as usize,
-        ..Config::default()
-    }
-}
-
-/// The birth intensities of a head.
-pub(crate) fn births<K: Kind, T: Real>(header: &Header<K>) -> Births<T> {
-    Births {
-        of_static: T::from_f64(header.recursion.birth_intensity),
-        of_moving: T::from_f64(header.moving.birth_intensity),
-    }
-}
-
-/// The tuning for moving features; without births of moving features the other numbers are not used and may be zero.
-pub(crate) fn moving_config<T: Real>(moving: &Moving) -> MovingConfig<T> {
-    if moving.birth_intensity == 0.0 {
-        return MovingConfig::walkers();
-    }
-    MovingConfig {
-        velocity_sigma_mps: T::from_f64(moving.velocity_sigma_mps),
-        motion: ConstantVelocity {
-            acceleration_psd: T::from_f64(moving.acceleration_psd),
-            lifetime_s: T::from_f64(moving.lifetime_s),
-        },
-        spread_max_m: T::from_f64(moving.spread_max_m),
-        extraction_weight: T::from_f64(moving.extraction_weight),
     }
 }

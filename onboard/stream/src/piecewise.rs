@@ -15,7 +15,7 @@ use crate::scalar::Scalar;
 ///
 /// let mut log = Vec::new();
 /// let mut writer = Writer::start(&Header::<Planar>::EMPTY, |bytes: &[u8]| Ok::<(), ()>(log.extend_from_slice(bytes)))?;
-/// writer.predict(&Odometry { control: [1.0, 0.1], dt_s: 0.05 })?;
+/// writer.predict(&Odometry { control: [1.0, 0.1, 0.0], dt_s: 0.05 })?;
 /// writer.end()?;
 /// let mut pieces = pieces::<Planar>(&log);
 /// let (_, mut reader) = Piecewise::open::<Planar>(pieces.next().unwrap()).unwrap();
@@ -110,7 +110,7 @@ mod tests {
     use crate::{Part, Writer};
     use std::vec::Vec;
 
-    const MOVED: Odometry = Odometry { control: [1.5, -0.25], dt_s: 0.5 };
+    const MOVED: Odometry = Odometry { control: [1.5, -0.25, 0.0], dt_s: 0.5 };
 
     fn stream() -> Vec<u8> {
         let mut bytes = Vec::new();

@@ -8,6 +8,10 @@ use crate::kind::Kind;
 use crate::record::{END, Raw, Record, Records, SLICE};
 use crate::snapshot::Snapshot;
 use core::marker::PhantomData;
+use scphd_vehicle::Setting;
+
+/// The place of the setting of the filter, whose second choice is the joint map.
+const FILTER: usize = Setting::FILTER.place();
 
 /// Reads a stream that is completely in memory.
 #[derive(Debug, Clone)]
@@ -37,7 +41,13 @@ impl<'a, K: Kind> Reader<'a, K> {
     #[must_use]
     pub fn header(&self) -> Header<K> {
         // It was decoded successfully when the stream was opened.
-        self.head.decode().unwrap_or(Header::EMPTY)
+        self.head.decode().unwrap_or_else(|_| Header::zero())
+    }
+
+    /// Whether its filter is a joint map.
+    #[must_use]
+    pub fn is_of_joint_map(&self) -> bool {
+        self.header().settings.get(FILTER) == Some(&1.0)
     }
 
     /// The snapshot at the beginning of the stream, if any.
@@ -90,7 +100,7 @@ mod tests {
     use std::vec;
     use std::vec::Vec;
 
-    const MOVED: Odometry = Odometry { control: [1.1, -0.2], dt_s: 0.05 };
+    const MOVED: Odometry = Odometry { control: [1.1, -0.2, 0.3], dt_s: 0.05 };
     const SCAN_OF_TWO: [[f64; 2]; 2] = [[3.3, 0.4], [5.5, -0.6]];
     const PIXELS: [[f64; 4]; 1] = [[401.5, 300.25, 310.75, 299.5]];
 
@@ -167,7 +177,7 @@ mod tests {
         for (parts, ok) in [(0, true), (1, true), (2, false), (3, true), (4, false), (5, true), (6, false), (7, true)] {
             assert_eq!(Navigation::count(parts).is_some(), ok, "{parts}");
         }
-        assert_eq!((Navigation::count(8), Odometry::count(1)), (None, None));
+        assert_eq!((Navigation::count(8), Odometry::count(2)), (None, None));
         // A record of an unknown type in an otherwise valid stream.
         let mut bytes = planar(Scalar::F32);
         bytes[Header::<Planar>::LENGTH] = 99;

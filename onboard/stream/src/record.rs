@@ -32,7 +32,7 @@ pub enum Record<'a, K: Kind> {
     Scan(Measurements<'a, K>),
     /// A measurement of the pose.
     Fix(Shown<'a, K>),
-    /// A further detector was added, or its models were changed.
+    /// A detector was added, or its models were changed.
     Detector(Which<K>, Later<'a, K::Sensor>),
     /// The pose was set from outside.
     Place(Place<'a, K>),
@@ -50,7 +50,7 @@ pub struct Which<K> {
 }
 
 impl<K: Kind> Which<K> {
-    /// The detector of the head.
+    /// The first detector.
     pub const FIRST: Self = Self { number: 0, kind: PhantomData };
 
     /// The detector with this number, from 0; `None` if it is not below [`Kind::DETECTORS`].
@@ -63,11 +63,6 @@ impl<K: Kind> Which<K> {
     #[must_use]
     pub const fn get(self) -> u8 {
         self.number
-    }
-
-    /// Its index among those beyond the first; `None` for the first.
-    pub(crate) fn beyond_first(self) -> Option<usize> {
-        self.number.checked_sub(1).map(usize::from)
     }
 }
 
@@ -360,7 +355,7 @@ fn length<K: Kind>(kind: u8, parts: u8, count: u16, scalar: Scalar) -> Option<us
         (SCAN, parts, _) if is_one(parts & !LOCALISING) => Some(K::Measurement::COUNT * many * scalar.bytes()),
         (END, 0, 0) => Some(0),
         (FIX, parts, 1) => Some(8 * K::Fix::count(parts)?),
-        (DETECTOR, 1.., 1) if is_one(parts) => Some(8 * K::Sensor::COUNT),
+        (DETECTOR, _, 1) if K::Sensor::COUNT > 0 && is_one(parts) => Some(8 * K::Sensor::COUNT),
         (PLACE, 0..=3, 1) => Some(8 * (K::Full::COUNT + K::Covariance::COUNT) + 8),
         (MAP, 0, _) => Some(8 * K::Feature::COUNT * many),
         (SLICE, 0..=31, _) => Some(many),

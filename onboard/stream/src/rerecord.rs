@@ -30,7 +30,8 @@ impl<E: fmt::Display> fmt::Display for RerecordError<E> {
 impl<E: fmt::Debug + fmt::Display> core::error::Error for RerecordError<E> {}
 
 /// Replays the stream in `bytes`, which begins with a start, and writes it again, with a snapshot after every `every` scans.
-/// Refused records are kept, because a vehicle records all inputs of its filter. Existing snapshots are left out.
+/// Refused records are kept, because a vehicle records all inputs of its filter, except refused changes of models or tuning. Existing
+/// snapshots are left out.
 ///
 /// # Errors
 /// The stream is damaged, the filter refuses its head, a snapshot cannot be written, or the sink returned an error.
@@ -53,16 +54,23 @@ where
     let mut log = Writer::start(&reader.header(), sink).map_err(of_sink)?;
     let mut scans = 0_u32;
     while let Some((raw, record)) = reader.read_both().map_err(of_stream)? {
-        log.again(&raw, &record).map_err(of_sink)?;
         let is_scan = matches!(record, Record::Scan(_));
-        // A refused record has the same effect on this filter as on that of a replay.
+        // A refused change of models has no effect, and must not be in the head of a snapshot. Any other refused record has the same
+        // effect on this filter as on that of a replay.
+        if matches!(record, Record::Head(_) | Record::Detector(..)) {
+            let is_snapshot = matches!(record, Record::Head(head) if head.mark().is_some());
+            if !is_snapshot && filter.take(&record).is_ok() {
+                log.again(&raw, &record).map_err(of_sink)?;
+            }
+            continue;
+        }
+        log.again(&raw, &record).map_err(of_sink)?;
         let _: Result<(), Refusal> = match record {
             Record::Predict(input) => filter.predict(&input),
             Record::Scan(measurements) => {
                 let scan = filter.receive(measurements);
                 filter.scan(scan).map(drop)
             }
-            Record::Head(head) if head.mark().is_some() => Ok(()),
             record => filter.take(&record),
         };
         if is_scan {

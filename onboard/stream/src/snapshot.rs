@@ -3,7 +3,7 @@
 use crate::error::StreamError;
 use crate::front::Mark;
 use crate::kind::Kind;
-use crate::record::{DETECTOR, END, Later, Part, Raw, Record, Records, SLICE, Which};
+use crate::record::{END, Part, Raw, Records, SLICE};
 use core::marker::PhantomData;
 
 /// A snapshot in a stream: its slices, which are behind its head, with other records between them.
@@ -25,18 +25,6 @@ impl<'a, K: Kind> Snapshot<'a, K> {
         self.mark
     }
 
-    /// The further detectors at that time, encoded.
-    pub fn detectors(&self) -> impl Iterator<Item = (Which<K>, Later<'a, K::Sensor>)> + use<'a, K> {
-        let mut records = self.records.clone();
-        core::iter::from_fn(move || {
-            let (raw, rest) = records.next::<K>().ok()?;
-            let Raw::Record { kind: DETECTOR, .. } = raw else { return None };
-            let record = records.meaning::<K>(raw).ok()?;
-            records = rest;
-            if let Record::Detector(which, models) = record { Some((which, models)) } else { None }
-        })
-    }
-
     /// The bytes of a part, as a source for [`scphd::ScPhd::restore`]; `None` if the snapshot does not have the part.
     #[must_use]
     pub fn part(&self, part: Part) -> Option<impl FnMut(usize, &mut [u8]) -> Result<(), StreamError> + use<'a, K>> {
@@ -53,13 +41,6 @@ impl<'a, K: Kind> Snapshot<'a, K> {
         let mut kind = [0; 4];
         let read = self.part(part).map(|mut source| source(8, &mut kind));
         if read == Some(Ok(())) { u32::from_le_bytes(kind) } else { 0 }
-    }
-
-    /// Whether it is of a filter with a joint map.
-    #[must_use]
-    pub fn is_of_joint_map(&self) -> bool {
-        let mut content = [0];
-        self.part(Part::Filter).is_some_and(|mut source| source(6, &mut content) == Ok(())) && content == [1]
     }
 
     /// Whether it is complete: the last byte of every part can be read.

@@ -10,9 +10,8 @@ use scphd::models::{Pose, TangentOf};
 use scphd::numerics::{Symmetric, Vector};
 use scphd::snapshot::SaveError;
 use scphd::{Component, Real};
+use scphd_vehicle::numbers_of_sensor;
 
-/// Number of detectors beyond the first whose models a writer stores, for the heads of snapshots.
-pub(crate) const OTHERS: usize = 3;
 /// Number of bytes in a slice of a snapshot by [`Writer::save`].
 const SLICE_BYTES: usize = 256;
 
@@ -25,7 +24,7 @@ const SLICE_BYTES: usize = 256;
 /// let mut log = Vec::new();
 /// let head = Header::<Planar>::EMPTY;
 /// let mut writer = Writer::start(&head, |bytes: &[u8]| Ok::<(), ()>(log.extend_from_slice(bytes)))?;
-/// let moved = Odometry { control: [1.0, 0.1], dt_s: 0.05 };
+/// let moved = Odometry { control: [1.0, 0.1, 0.0], dt_s: 0.05 };
 /// writer.predict(&moved)?;
 /// writer.scan(&[[4.0, 0.5]])?;
 /// writer.end()?;
@@ -65,7 +64,7 @@ const SLICE_BYTES: usize = 256;
 /// let mut saved = 0..0; // of it, what is still to be written
 /// for scan in 0..60 {
 ///     let (speed_mps, rate_radps, dt) = (1.0, 0.1, 0.1);
-///     log.predict(&Odometry { control: [speed_mps, rate_radps].map(f64::from), dt_s: f64::from(dt) })?;
+///     log.predict(&Odometry { control: [speed_mps, rate_radps, 0.0].map(f64::from), dt_s: f64::from(dt) })?;
 ///     slam.predict(&UnicycleControl { speed_mps, rate_radps }, dt)?;
 ///     let seen = [Vector2::new(4.0, 0.5)];
 ///     log.scan(&[[4.0, 0.5]])?;
@@ -89,7 +88,6 @@ pub struct Writer<K: Kind, F> {
     sink: F,
     /// The models and the tuning in force.
     header: Header<K>,
-    others: [Option<K::Sensor>; OTHERS],
     /// Checksum of the last record or head.
     check: u32,
     scans: u32,
@@ -103,7 +101,7 @@ impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
     pub fn start(header: &Header<K>, mut sink: F) -> Result<Self, E> {
         let header = Header { begins: Begins::Start, ..*header };
         let check = header.write(0, &mut sink)?;
-        Ok(Self { sink, header, others: [None; OTHERS], check, scans: 0 })
+        Ok(Self { sink, header, check, scans: 0 })
     }
 
     /// Records a prediction.
@@ -156,18 +154,19 @@ impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
         self.numbers([FIX, fix.parts()], 1, Scalar::F64, |mut number| fix.put(&mut number))
     }
 
-    /// Records that a further detector was added, or its models were changed. The models of the first detector are in the head,
-    /// and not recorded by this function.
+    /// Records that a detector was added, or its models were changed, after the filter has accepted it: the head of the next snapshot
+    /// has these models.
     ///
     /// # Errors
     /// The error of the sink.
     pub fn detector(&mut self, which: Which<K>, models: &K::Sensor) -> Result<(), E> {
-        let Some(slot) = which.beyond_first().and_then(|place| self.others.get_mut(place)) else { return Ok(()) };
-        *slot = Some(*models);
+        let slots = self.header.settings.get_mut(numbers_of_sensor(usize::from(which.get()))).unwrap_or_default();
+        let mut slots = slots.iter_mut();
+        models.put(&mut |number| slots.next().into_iter().for_each(|slot| *slot = number));
         self.numbers([DETECTOR, which.get()], 1, Scalar::F64, |mut number| models.put(&mut number))
     }
 
-    /// Records a change of the models or the tuning to those of this head. Its initial pose, seed and number type are not used.
+    /// Records a change of the models or the tuning to those of this head, after the filter has accepted it. Its initial pose, seed and number type are not used.
     ///
     /// # Errors
     /// The error of the sink.
@@ -227,13 +226,7 @@ impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
     pub fn snapshot(&mut self, parts: &[Part], digest: u64) -> Result<(), E> {
         let parts = parts.iter().fold(0, |bits, part| bits | part.bit());
         self.header.begins = Begins::Snapshot(Mark { scans: self.scans, parts, digest });
-        self.head()?;
-        for (number, models) in (1..).zip(self.others) {
-            if let Some((which, models)) = Which::number(number).zip(models) {
-                self.detector(which, &models)?;
-            }
-        }
-        Ok(())
+        self.head()
     }
 
     /// Records the next bytes of a part of the last snapshot, at most 65535.

@@ -2,14 +2,14 @@
 //! ends, and the scans report the components left out. A replay that does not end fails after a minute.
 
 use nalgebra::Vector3;
-use scphd::Health;
-use scphd::models::{AuvPose, Reading, Sensor};
+use scphd::models::{AuvPose, ControlNoise, Reading, Sensor};
 use scphd::navigation::Instruments;
-use scphd_stream::planar::{Odometry, Planar, Vehicle};
+use scphd::settings::{Extraction, Informed, Proposal};
+use scphd::{Births, Config, Health};
+use scphd_stream::planar::{Odometry, Planar};
 use scphd_stream::underwater::{Navigation, Underwater};
-use scphd_stream::{
-    Aboard, Header, Kind, Monitor, Numbers, Proposal, Recursion, ScanCost, Seen, Writer, planar, replay, underwater,
-};
+use scphd_stream::{Aboard, Header, Kind, Monitor, Numbers, Scalar, ScanCost, Seen, Writer, replay, underwater};
+use scphd_vehicle::{self as vehicle, Description};
 use std::sync::mpsc;
 use std::time::Duration;
 
@@ -61,18 +61,29 @@ fn written<K: Kind>(header: &Header<K>, steps: &[Step<K>]) -> Vec<u8> {
     bytes
 }
 
-/// An informed proposal with maps without merging and nearly without pruning.
-fn recursion(birth_intensity: f64) -> Recursion {
-    Recursion {
-        birth_intensity,
+/// A vehicle with four particles, an informed proposal, and maps without merging and nearly without pruning.
+fn described(sensor: vehicle::Sensor<f64>) -> Description<f64> {
+    let informed = Informed { rounds: 3, sampled_fraction: 1.0, min_responsibility: 1e-6 };
+    let filter = vehicle::Filter::Mixture(Config {
+        particles: 4,
+        samples: 1,
+        proposal: Proposal::Informed(informed),
         resample_threshold: 0.5,
         prune_weight: 1e-6,
         confirming_detections: 1.0,
-        proposal_rounds: 3.0,
-        proposal_sampled_fraction: 1.0,
-        proposal_min_responsibility: 1e-6,
-        ..Recursion::ZERO
-    }
+        unconfirmed_weight: 0.0,
+        confirmed_weight: 0.0,
+        merge_distance: 0.0,
+        max_components: usize::MAX,
+        extraction: Extraction::Heaviest,
+        extraction_weight: 0.0,
+        ..Config::default()
+    });
+    let mut described = Description { filter, ..Description::robot() };
+    described.vehicle.noise = ControlNoise::white(0.01, 0.01);
+    described.sensors[0] = Some(sensor);
+    described.start.seed = 0;
+    described
 }
 
 /// The last scan sees two places together, which the previous scans have filled with components one after the other.
@@ -85,25 +96,9 @@ fn ends_crowded(scans: &[Seen], count: usize, view: u32) {
 
 #[test]
 fn scans_of_a_planar_vehicle() {
-    let sensor = planar::SensorModels {
-        range_sigma_m: 0.02,
-        bearing_sigma_rad: 0.02,
-        range_max_m: 1.5,
-        bearing_half_width_rad: 4.0,
-        detection_near: 0.5,
-        detection_far: 0.5,
-        clutter_per_scan: 1.0,
-        ..planar::SensorModels::ZERO
-    };
-    let numbers = planar::Models { speed_sigma_mps: 0.01, turn_sigma: 0.01, sensor, ..planar::Models::ZERO };
-    let header = Header::<Planar> {
-        vehicle: Vehicle::UnicycleArc,
-        proposal: Proposal::Informed,
-        particles: 4,
-        models: numbers,
-        recursion: recursion(0.1),
-        ..Header::EMPTY
-    };
+    let mut sensor = vehicle::Sensor::range_bearing(1.5, 0.5, [0.02, 0.02]);
+    sensor.births = Births::of_static(0.1);
+    let header = Header::<Planar>::of(&described(sensor), Scalar::F64).unwrap();
     // A place around x = 1 m and one around x = 2 m, with 32 features each.
     let place = |x: f64| (0..32).map(move |k| [x + 0.12 * (f64::from(k % 4) - 1.5), 0.1 * (f64::from(k / 4) - 3.5)]);
     let seen_from = |x: f64, features: &mut dyn Iterator<Item = [f64; 2]>| -> Vec<[f64; 2]> {
@@ -115,7 +110,7 @@ fn scans_of_a_planar_vehicle() {
     let few = cfg!(feature = "few-particles");
     let way = if few { &[0.0, 0.0, 0.0, 3.0, 3.0, 1.5][..] } else { &[0.0, 0.0, 0.0, 3.0, 3.0, 3.0, 1.5] };
     for &x in way {
-        let control = [(x - before) / 3.0, 0.0];
+        let control = [(x - before) / 3.0, 0.0, 0.0];
         let scan = match x {
             0.0 => seen_from(x, &mut place(1.0)),
             3.0 => seen_from(x, &mut place(2.0)),
@@ -160,13 +155,9 @@ fn seven_scans_of_an_underwater_vehicle() {
         ..underwater::Models::ZERO
     };
     let models = numbers.of_filter::<f64>().unwrap().sensing;
-    let header = Header::<Underwater> {
-        proposal: Proposal::Informed,
-        particles: 4,
-        models: numbers,
-        recursion: recursion(1e-9),
-        ..Header::EMPTY
-    };
+    let births = Births::of_static(1e-9);
+    let camera = vehicle::Sensor { births, ..vehicle::Sensor::range_bearing(1.0, 0.5, [1.0; 2]) };
+    let header = Header::<Underwater>::with(&described(camera), numbers, Scalar::F64);
     // Pitched aft or ahead the camera sees one patch of the floor, level it sees both.
     let patch = |x: f64| {
         (0..48).map(move |k| Vector3::new(x + 0.1 * (f64::from(k % 3) - 1.0), 0.08 * (f64::from(k / 3) - 7.5), 0.0))

@@ -1,15 +1,20 @@
 //! The static memory of a filter, with named capacities.
 
-use crate::{Description, PlanarState, Services, StartError};
-use scphd::Real;
-use scphd::models::TangentOf;
+use crate::{
+    ArchiveMemory, Description, Empty, HypothesesMemory, Joint, MoversMemory, PlanarState, Ranging, Recordable,
+    StartError,
+};
+use core::marker::PhantomData;
+use nalgebra::Vector2;
+use scphd::models::{RangeNoise, ScalarOf, TangentOf};
 use scphd::numerics::Vector;
 use scphd::storage::joint_numbers;
+use scphd::{JointState, Real};
 
 /// The memory of a filter, all zero when new.
 pub trait Backing<T: Real> {
     /// The filter in this memory.
-    type Slam<'m>: Services<T>
+    type Slam<'m>: Recordable<T>
     where
         Self: 'm;
 
@@ -43,67 +48,89 @@ macro_rules! joint_backing {
         $(, movers: $movers:expr)? $(, archived: $archived:expr)? $(, hypotheses: $hypotheses:expr)? $(,)?
     }) => {
         $(#[$about])*
-        #[derive(Debug)]
-        $public struct $name {
-            state: $crate::scphd::JointState<
-                $crate::scphd::models::$pose<$scalar>,
-                $crate::scphd::numerics::nalgebra::Vector2<$scalar>,
-                { $features },
-                { $crate::numbers::<$crate::scphd::models::$pose<$scalar>>($features) },
-                { $measurements },
-            >,
-            movers: $crate::joint_beside!(JointMovers, $pose<$scalar> $(, $movers)?),
-            archive: $crate::joint_beside!(JointArchive, $pose<$scalar> $(, $archived)?),
-            hypotheses: $crate::joint_hypotheses!(
-                $pose<$scalar>, $features, $measurements, (0 $(+ $movers)?) $(, $hypotheses)?
-            ),
-        }
-
-        impl $name {
-            /// An empty memory, all zero.
-            #[must_use]
-            $public const fn new() -> Self {
-                Self {
-                    state: $crate::scphd::JointState::new(),
-                    movers: $crate::Empty::EMPTY,
-                    archive: $crate::Empty::EMPTY,
-                    hypotheses: $crate::Empty::EMPTY,
-                }
-            }
-        }
-
-        impl Default for $name {
-            fn default() -> Self {
-                Self::new()
-            }
-        }
-
-        impl $crate::Backing<$scalar> for $name {
-            type Slam<'m> = $crate::Joint<
-                <$crate::joint_hypotheses!(
-                    $pose<$scalar>, $features, $measurements, (0 $(+ $movers)?) $(, $hypotheses)?
-                ) as $crate::HypothesesMemory<
-                    'm,
-                    $crate::scphd::models::$pose<$scalar>,
-                    <$crate::joint_beside!(JointArchive, $pose<$scalar> $(, $archived)?) as
-                        $crate::ArchiveMemory<$crate::scphd::models::$pose<$scalar>>>::Archive<'m>,
-                    <$crate::joint_beside!(JointMovers, $pose<$scalar> $(, $movers)?) as
-                        $crate::MoversMemory<$crate::scphd::models::$pose<$scalar>>>::Movers<'m>,
-                >>::Filter,
-                $crate::scphd::models::$pose<$scalar>,
-            >;
-
-            // Inlined, so that an image contains the generic code only once.
-            #[inline]
-            fn start(
-                &mut self,
-                description: &$crate::Description<$scalar>,
-            ) -> Result<Self::Slam<'_>, $crate::StartError> {
-                let Self { state, movers, archive, hypotheses } = self;
-                $crate::Joint::start(description, state, movers, archive, hypotheses)
-            }
-        }
+        $public type $name = $crate::JointBacking<
+            $crate::scphd::models::$pose<$scalar>,
+            $crate::joint_beside!(JointMovers, $pose<$scalar> $(, $movers)?),
+            $crate::joint_beside!(JointArchive, $pose<$scalar> $(, $archived)?),
+            $crate::joint_hypotheses!($pose<$scalar>, $features, $measurements, (0 $(+ $movers)?) $(, $hypotheses)?),
+            { $features },
+            { $crate::numbers::<$crate::scphd::models::$pose<$scalar>>($features) },
+            { $measurements },
+        >;
     };
+}
+
+/// The memory of a joint map: its state, moving features `M`, archive `A` and hypotheses `H`; `()` for a part that it does not have.
+#[derive(Debug)]
+pub struct JointBacking<
+    P: PlanarState,
+    M,
+    A,
+    H,
+    const FEATURES: usize,
+    const NUMBERS: usize,
+    const MEASUREMENTS: usize,
+    N = RangeNoise<ScalarOf<P>>,
+> {
+    state: JointState<P, Vector2<ScalarOf<P>>, FEATURES, NUMBERS, MEASUREMENTS>,
+    movers: M,
+    archive: A,
+    hypotheses: H,
+    noise: PhantomData<N>,
+}
+
+impl<
+    P: PlanarState,
+    M: Empty,
+    A: Empty,
+    H: Empty,
+    const FEATURES: usize,
+    const NUMBERS: usize,
+    const MEASUREMENTS: usize,
+    N,
+> JointBacking<P, M, A, H, FEATURES, NUMBERS, MEASUREMENTS, N>
+{
+    /// An empty memory, all zero.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { state: JointState::new(), movers: M::EMPTY, archive: A::EMPTY, hypotheses: H::EMPTY, noise: PhantomData }
+    }
+}
+
+impl<
+    P: PlanarState,
+    M: Empty,
+    A: Empty,
+    H: Empty,
+    const FEATURES: usize,
+    const NUMBERS: usize,
+    const MEASUREMENTS: usize,
+    N,
+> Default for JointBacking<P, M, A, H, FEATURES, NUMBERS, MEASUREMENTS, N>
+{
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T, P, M, A, H, const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize, N> Backing<T>
+    for JointBacking<P, M, A, H, FEATURES, NUMBERS, MEASUREMENTS, N>
+where
+    T: Real,
+    P: PlanarState<Scalar = T> + 'static,
+    M: MoversMemory<P> + 'static,
+    A: ArchiveMemory<P> + 'static,
+    H: for<'m> HypothesesMemory<'m, P, A::Archive<'m>, M::Movers<'m>> + 'static,
+    N: Ranging<T> + 'static,
+{
+    type Slam<'m> = Joint<<H as HypothesesMemory<'m, P, A::Archive<'m>, M::Movers<'m>>>::Filter, P, N>;
+
+    // Inlined, so that an image contains the generic code only once.
+    #[inline]
+    fn start(&mut self, description: &Description<T>) -> Result<Self::Slam<'_>, StartError> {
+        let Self { state, movers, archive, hypotheses, noise: _ } = self;
+        Joint::start(description, state, movers, archive, hypotheses)
+    }
 }
 
 /// Optional memory of a joint map, or none.

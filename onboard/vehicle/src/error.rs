@@ -6,7 +6,7 @@ use scphd::errors::{ScanError, SetupError};
 use scphd::models::ModelError;
 
 /// A setting that is out of range.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Invalid {
     /// The setting.
     pub setting: Setting,
@@ -15,6 +15,11 @@ pub struct Invalid {
 }
 
 impl Invalid {
+    /// The error of the setting at this place of the list.
+    pub(crate) fn at(place: usize, sensor: usize) -> Self {
+        Self::of(Setting::at(place), sensor)
+    }
+
     /// The error of a setting; `sensor` is used only for settings of a sensor.
     pub(crate) fn of(setting: Setting, sensor: usize) -> Self {
         Self { setting, sensor: setting.is_of_a_sensor().then_some(sensor) }
@@ -34,7 +39,7 @@ impl fmt::Display for Invalid {
 impl core::error::Error for Invalid {}
 
 /// Errors of building a filter.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum StartError {
     /// A setting is out of range.

@@ -23,6 +23,12 @@ impl Range {
         Self { least, most, closed: [true; 2] }
     }
 
+    /// Whether it is the same range.
+    pub(crate) const fn is(&self, other: &Self) -> bool {
+        let ([a, b], [c, d]) = (self.closed, other.closed);
+        self.least.to_bits() == other.least.to_bits() && self.most.to_bits() == other.most.to_bits() && a == c && b == d
+    }
+
     /// Whether a number is in the range; NaN is in no range.
     pub(crate) fn has<T: Real>(&self, number: T) -> bool {
         let [least, most] = [self.least, self.most].map(|end| T::from_f64(f64::from(end)));

@@ -1,16 +1,16 @@
 //! A joint map built from a description.
 
 use crate::optional::{ArchiveMemory, HypothesesMemory, MoversMemory, odd, stays};
-use crate::sensor::Polar;
 use crate::slam::{Sink, Source, described, unwatched, watched};
 use crate::{
-    Control, Description, Filter, Fixes, JointSettings, Measurements, PlanarState, Refused, SENSORS, Scanned, Sensor,
-    SensorModel, Services, Setting, Slam, Start, StartError, VehicleKind, Watched,
+    Control, Description, Filter, Fixes, JointSettings, Measurements, PlanarState, Polar, Ranging, Recordable, Refused,
+    SENSORS, Scanned, Sensor, Services, Setting, Slam, Start, StartError, VehicleKind, Watched,
 };
 use nalgebra::{Vector1, Vector2, Vector3};
+use scphd::diagnostics::{Probe, Stage};
 use scphd::errors::{Flaw, LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError};
 use scphd::fixes::FixReport;
-use scphd::models::{MovingOf, OdometryCorrection, PlanarPose, ScalarOf};
+use scphd::models::{Fix, MovingOf, OdometryCorrection, PlanarPose, RangeNoise, ScalarOf};
 use scphd::numerics::Symmetric;
 use scphd::settings::{HypothesesConfig, MovingConfig};
 use scphd::snapshot::{RestoreError, SaveError, SliceEnd};
@@ -19,13 +19,13 @@ use scphd::{Component, JointSlam, JointState, MapEstimate, PoseEstimate, Predict
 
 /// A joint map in its memory, with the sensors and fixes of its description. `P` is [`PlanarPose`], or
 /// [`CalibratedPose`](scphd::models::CalibratedPose) if the odometry is calibrated; the filter `F` depends on the optional parts of
-/// the memory.
+/// the memory. `N` is the noise of its sensors.
 #[derive(Debug)]
-pub struct Joint<F, P: PlanarState> {
+pub struct Joint<F, P: PlanarState, N: Ranging<ScalarOf<P>> = RangeNoise<ScalarOf<P>>> {
     slam: F,
     optional: Optional<ScalarOf<P>>,
     kind: VehicleKind,
-    detectors: [Option<Polar<P, ScalarOf<P>>>; SENSORS],
+    detectors: [Option<Polar<P, ScalarOf<P>, N>>; SENSORS],
     fixes: Fixes<ScalarOf<P>>,
 }
 
@@ -33,35 +33,28 @@ pub struct Joint<F, P: PlanarState> {
 type Optional<T> = (Option<MovingConfig<T>>, Option<T>, Option<HypothesesConfig<T>>);
 
 /// The parts of a description for a joint map.
-struct Parts<P: PlanarState> {
+struct Parts<P: PlanarState, N: Ranging<ScalarOf<P>>> {
     joint: JointSettings<ScalarOf<P>>,
     motion: P::Moves,
-    detectors: [Option<Polar<P, ScalarOf<P>>>; SENSORS],
+    detectors: [Option<Polar<P, ScalarOf<P>, N>>; SENSORS],
     fixes: Fixes<ScalarOf<P>>,
 }
 
-impl<T: Real, P: PlanarState<Scalar = T>> Parts<P> {
+impl<T: Real, P: PlanarState<Scalar = T>, N: Ranging<T>> Parts<P, N> {
     fn of(description: &Description<T>) -> Result<Self, StartError> {
         description.check_ranges()?;
         let Filter::Joint(joint) = description.filter else { return Err(StartError::NoRoom { part: Setting::FILTER }) };
         let motion = P::moves(description.vehicle.drive()?, joint.odometry)?;
         let motion = motion.ok_or_else(|| odd(Setting::ODOMETRY, joint.odometry.is_some()))?;
         let mut detectors = [const { None }; SENSORS];
-        for (place, sensor) in detectors.iter_mut().zip(description.sensors) {
-            *place = match sensor {
-                // A bearing has no inverse, so that no feature could be initiated.
-                Some(Sensor { model: SensorModel::Bearing, .. }) => {
-                    return Err(StartError::NoRoom { part: Setting::SENSOR_MODEL });
-                }
-                Some(sensor) => Some(sensor.polar::<P>()?),
-                None => None,
-            };
+        for (place, sensor) in detectors.iter_mut().zip(&description.sensors) {
+            *place = sensor.as_ref().map(Sensor::seen::<P, N>).transpose()?;
         }
         Ok(Self { joint, motion, detectors, fixes: Fixes::of(description)? })
     }
 }
 
-impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>> Joint<F, P> {
+impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>, N: Ranging<T>> Joint<F, P, N> {
     /// Builds the filter of the description in the memory of its state, moving features, archive and hypotheses, whose content is
     /// kept: reset new ones first. The memory of an omitted part is `()`.
     ///
@@ -79,12 +72,20 @@ impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>> Joi
         B: ArchiveMemory<P>,
         H: HypothesesMemory<'m, P, B::Archive<'m>, M::Movers<'m>, Filter = F>,
     {
-        let Parts { joint, motion, detectors, fixes } = Parts::<P>::of(description)?;
+        let Parts { joint, motion, detectors, fixes } = Parts::<P, N>::of(description)?;
         let slam = JointSlam::new(motion, joint.config, state)?;
         let slam = movers.add_movers(archive.add_archive(slam, joint.archive_reach_m)?, joint.movers)?;
         let slam = hypotheses.add_hypotheses(slam, joint.hypotheses)?;
         let optional = (joint.movers, joint.archive_reach_m, joint.hypotheses);
         Ok(Self { slam, optional, kind: description.vehicle.kind, detectors, fixes })
+    }
+}
+
+impl<F, P: PlanarState, N: Ranging<ScalarOf<P>>> Joint<F, P, N> {
+    /// The filter, for tests.
+    #[doc(hidden)]
+    pub fn filter(&mut self) -> &mut F {
+        &mut self.slam
     }
 }
 
@@ -113,7 +114,7 @@ fn write<C>(all: impl Iterator<Item = C>, room: &mut [C]) -> (usize, usize) {
     })
 }
 
-impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>> Slam<T> for Joint<F, P> {
+impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>, N: Ranging<T>> Slam<T> for Joint<F, P, N> {
     fn reset(&mut self, start: &Start<T>) -> Result<(), ResetError> {
         let certain = start.covariance().unwrap_or(Symmetric::ZERO);
         let (pose, covariance) = P::start(self.slam.motion(), start.pose, &certain);
@@ -126,8 +127,7 @@ impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>> Sla
     }
 
     fn scan(&mut self, sensor: usize, measurements: Measurements<'_, T>) -> Result<Scanned<T>, Refused<ScanError>> {
-        let (detector, measurements) = (detector(&self.detectors, sensor)?, polar(measurements)?);
-        Ok(Scanned::Joint(self.slam.scan(detector, measurements)?))
+        self.scan_with(sensor, measurements, &mut ())
     }
 
     fn observe_position(&mut self, x_m: T, y_m: T) -> Result<FixReport<T>, Refused<ObserveError>> {
@@ -161,9 +161,11 @@ impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>> Sla
     }
 }
 
-impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>> Services<T> for Joint<F, P> {
+impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>, N: Ranging<T>> Services<T>
+    for Joint<F, P, N>
+{
     fn configure(&mut self, description: &Description<T>) -> Result<(), StartError> {
-        let Parts { joint, motion, detectors, fixes } = Parts::<P>::of(description)?;
+        let Parts { joint, motion, detectors, fixes } = Parts::<P, N>::of(description)?;
         stays(self.optional.0, joint.movers, Setting::MOVERS)?;
         stays(self.optional.1, joint.archive_reach_m, Setting::ARCHIVE)?;
         stays(self.optional.2, joint.hypotheses, Setting::HYPOTHESES)?;
@@ -222,5 +224,68 @@ impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>> Ser
 
     fn audit(&mut self) -> Result<(), Flaw> {
         self.slam.audit()
+    }
+}
+
+impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>, N: Ranging<T>> Recordable<T>
+    for Joint<F, P, N>
+{
+    fn scan_with(
+        &mut self,
+        sensor: usize,
+        measurements: Measurements<'_, T>,
+        probe: &mut impl Probe,
+    ) -> Result<Scanned<T>, Refused<ScanError>> {
+        let (detector, measurements) = (detector(&self.detectors, sensor)?, polar(measurements)?);
+        // A joint map has only one stage.
+        probe.enter(Stage::Update);
+        let report = self.slam.scan(detector, measurements);
+        probe.leave(Stage::Update);
+        Ok(Scanned::Joint(report?))
+    }
+
+    fn observe<X: Fix<Pose = PlanarPose<T>>>(
+        &mut self,
+        fix: X,
+        measured: &X::Measurement,
+    ) -> Result<FixReport<T>, ObserveError> {
+        self.slam.observe(&P::fixed(fix), measured)
+    }
+
+    fn reset_within(
+        &mut self,
+        pose: PlanarPose<T>,
+        covariance: &Symmetric<Vector3<T>>,
+        _: u64,
+    ) -> Result<(), ResetError> {
+        let (pose, covariance) = P::start(self.slam.motion(), pose, covariance);
+        self.slam.reset_within(pose, &covariance)
+    }
+
+    fn replace(&mut self, sensor: usize, models: &Sensor<T>) -> Result<(), StartError> {
+        let detector = models.seen::<P, N>()?;
+        let place = self.detectors.get_mut(sensor).ok_or(StartError::NoRoom { part: Setting::SENSOR_MODEL })?;
+        *place = Some(detector);
+        Ok(())
+    }
+
+    fn save_to<E>(&mut self, kind: u32, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>> {
+        self.slam.save(kind, sink)
+    }
+
+    fn restore_from<E>(
+        &mut self,
+        kind: u32,
+        source: impl FnMut(usize, &mut [u8]) -> Result<(), E>,
+    ) -> Result<usize, RestoreError<E>> {
+        self.slam.restore(kind, source)
+    }
+
+    fn count(&mut self, _: &mut [Component<Vector2<T>>]) -> usize {
+        self.slam.features().count()
+    }
+
+    fn held(&self) -> usize {
+        self.slam.held()
     }
 }

@@ -40,8 +40,10 @@ mod fixes;
 mod joint;
 mod list;
 mod mixture;
+mod numbers;
 mod optional;
 mod planar;
+mod ranging;
 mod rooms;
 mod sensor;
 pub mod sets;
@@ -49,7 +51,7 @@ mod setting;
 mod settings;
 mod slam;
 
-pub use backing::Backing;
+pub use backing::{Backing, JointBacking};
 #[doc(hidden)]
 pub use backing::{MixtureState, numbers};
 pub use description::{Description, Filter, JointSettings, SENSORS, Start};
@@ -59,14 +61,16 @@ pub use fix_spec::FixSpec;
 pub use fixes::{Fixes, Watched};
 pub use joint::Joint;
 pub use mixture::Mixture;
+pub use numbers::numbers_of_sensor;
 #[doc(hidden)]
 pub use optional::Empty;
 pub use optional::{ArchiveMemory, HypothesesMemory, MoversMemory};
 pub use planar::PlanarState;
+pub use ranging::{Ranging, SameNoise};
 pub use rooms::{BearingRooms, PolarRooms, Rooms};
 pub use sensor::{Direction, Measurements, Polar, Sensor, SensorModel};
 pub use setting::Setting;
-pub use slam::{Scanned, Services, Sink, Slam, Source};
+pub use slam::{Recordable, Scanned, Services, Sink, Slam, Source};
 
 #[doc(hidden)]
 pub use scphd;

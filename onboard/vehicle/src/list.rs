@@ -38,12 +38,11 @@ macro_rules! numbers {
     (number $name:literal, $unit:literal, $range:expr, $($rest:tt)*) => {{
         // Without its words.
         const RANGE: Range = $range.0;
-        &RANGE
+        RANGE
     }};
-    (choice $name:literal, [$($names:literal),+], $($rest:tt)*) => {{
-        const RANGE: Range = Range::within(0.0, ([$($names),+].len() - 1) as f32);
-        &RANGE
-    }};
+    (choice $name:literal, [$($names:literal),+], $($rest:tt)*) => {
+        Range::within(0.0, ([$($names),+].len() - 1) as f32)
+    };
 }
 
 /// Where a description, or one of its sensors, keeps a setting that is a number.
@@ -112,7 +111,7 @@ macro_rules! settings {
         /// Their names.
         pub(crate) const NAMES: &[&CStr] = &[$(text(concat!($name, "\0")),)+ $(text(concat!($sensor_name, "\0"))),+];
         /// The numbers that they may be.
-        pub(crate) const NUMBERS: &[&Range] =
+        const NUMBERS: &[Range] =
             &[$(numbers!($kind $name, $($rest)*),)+ $(numbers!($sensor_kind $sensor_name, $($sensor_rest)*)),+];
         /// The same in words.
         pub(crate) const RANGES: &[&CStr] =
@@ -146,6 +145,33 @@ macro_rules! settings {
             }
         }
     };
+}
+
+/// Number of different ranges, that of each setting by its index, and the ranges: a program links each only once.
+#[expect(clippy::indexing_slicing, reason = "evaluated by the compiler")]
+const DISTINCT: (usize, [u8; NUMBERS.len()], [Range; NUMBERS.len()]) = {
+    let (mut len, mut of, mut all) = (0, [0; NUMBERS.len()], [NUMBERS[0]; NUMBERS.len()]);
+    let mut place = 0;
+    while place < NUMBERS.len() {
+        let mut known = 0;
+        while known < len && !all[known].is(&NUMBERS[place]) {
+            known += 1;
+        }
+        if known == len {
+            all[len] = NUMBERS[place];
+            len += 1;
+        }
+        of[place] = known as u8;
+        place += 1;
+    }
+    (len, of, all)
+};
+static RANGE_OF: [u8; NUMBERS.len()] = DISTINCT.1;
+static RANGES_ONCE: [Range; DISTINCT.0] = *DISTINCT.2.first_chunk().unwrap();
+
+/// The numbers that the setting at this place of the list may be.
+pub(crate) fn numbers(place: usize) -> Option<&'static Range> {
+    RANGES_ONCE.get(usize::from(*RANGE_OF.get(place)?))
 }
 
 /// A text that ends with a zero.

@@ -2,13 +2,14 @@
 
 use crate::slam::{Sink, Source, described, unwatched, watched};
 use crate::{
-    Control, Description, Filter, Fixes, Measurements, Refused, Rooms, SENSORS, Scanned, Services, Setting, Slam,
-    Start, StartError, VehicleKind, Watched,
+    Control, Description, Filter, Fixes, Measurements, Recordable, Refused, Rooms, SENSORS, Scanned, Sensor, Services,
+    Setting, Slam, Start, StartError, VehicleKind, Watched,
 };
 use nalgebra::{Vector1, Vector2, Vector3};
+use scphd::diagnostics::Probe;
 use scphd::errors::{Flaw, LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError};
 use scphd::fixes::FixReport;
-use scphd::models::{MovingOf, OdometryCorrection, PlanarMotion, PlanarPose};
+use scphd::models::{Fix, MovingOf, OdometryCorrection, PlanarMotion, PlanarPose};
 use scphd::numerics::Symmetric;
 use scphd::snapshot::{RestoreError, SaveError, SliceEnd};
 use scphd::{Component, Config, MapEstimate, PoseEstimate, PredictReport, Real, ScPhd};
@@ -67,6 +68,14 @@ impl<'m, T: Real, R: Rooms<T>> Mixture<'m, T, R> {
     }
 }
 
+impl<'m, T: Real, R: Rooms<T>> Mixture<'m, T, R> {
+    /// The filter, for tests.
+    #[doc(hidden)]
+    pub fn filter(&mut self) -> &mut ScPhd<'m, PlanarMotion<T>> {
+        &mut self.filter
+    }
+}
+
 impl<T: Real, R: Rooms<T>> Slam<T> for Mixture<'_, T, R> {
     fn reset(&mut self, start: &Start<T>) -> Result<(), ResetError> {
         match start.covariance() {
@@ -81,8 +90,7 @@ impl<T: Real, R: Rooms<T>> Slam<T> for Mixture<'_, T, R> {
     }
 
     fn scan(&mut self, sensor: usize, measurements: Measurements<'_, T>) -> Result<Scanned<T>, Refused<ScanError>> {
-        let detector = self.detectors.get(sensor).and_then(Option::as_ref).ok_or(Refused::NotDescribed)?;
-        self.rooms.scan(&mut self.filter, detector, measurements).map(Scanned::Mixture)
+        self.scan_with(sensor, measurements, &mut ())
     }
 
     fn observe_position(&mut self, x_m: T, y_m: T) -> Result<FixReport<T>, Refused<ObserveError>> {
@@ -171,5 +179,62 @@ impl<T: Real, R: Rooms<T>> Services<T> for Mixture<'_, T, R> {
 
     fn audit(&mut self) -> Result<(), Flaw> {
         self.filter.audit()
+    }
+}
+
+impl<T: Real, R: Rooms<T>> Recordable<T> for Mixture<'_, T, R> {
+    fn scan_with(
+        &mut self,
+        sensor: usize,
+        measurements: Measurements<'_, T>,
+        probe: &mut impl Probe,
+    ) -> Result<Scanned<T>, Refused<ScanError>> {
+        let detector = self.detectors.get(sensor).and_then(Option::as_ref).ok_or(Refused::NotDescribed)?;
+        self.rooms.scan_with(&mut self.filter, detector, measurements, probe).map(Scanned::Mixture)
+    }
+
+    fn observe<F: Fix<Pose = PlanarPose<T>>>(
+        &mut self,
+        fix: F,
+        measured: &F::Measurement,
+    ) -> Result<FixReport<T>, ObserveError> {
+        self.filter.observe(&fix, measured)
+    }
+
+    fn reset_within(
+        &mut self,
+        pose: PlanarPose<T>,
+        covariance: &Symmetric<Vector3<T>>,
+        seed: u64,
+    ) -> Result<(), ResetError> {
+        self.filter.reset_within(pose, covariance, seed)
+    }
+
+    fn replace(&mut self, sensor: usize, models: &Sensor<T>) -> Result<(), StartError> {
+        let detector = R::detector(models)?;
+        R::check(&self.filter, &detector)?;
+        let place = self.detectors.get_mut(sensor).ok_or(StartError::NoRoom { part: Setting::SENSOR_MODEL })?;
+        *place = Some(detector);
+        Ok(())
+    }
+
+    fn save_to<E>(&mut self, kind: u32, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>> {
+        self.filter.save(kind, sink)
+    }
+
+    fn restore_from<E>(
+        &mut self,
+        kind: u32,
+        source: impl FnMut(usize, &mut [u8]) -> Result<(), E>,
+    ) -> Result<usize, RestoreError<E>> {
+        self.filter.restore(kind, source)
+    }
+
+    fn count(&mut self, room: &mut [Component<Vector2<T>>]) -> usize {
+        self.features(room).features
+    }
+
+    fn held(&self) -> usize {
+        0
     }
 }

@@ -1,11 +1,13 @@
 //! Working memory that the sensors of a mixture share, which determines the supported sensor models. The code for other models is
 //! not linked.
 
-use crate::{Direction, Measurements, Polar, Refused, Sensor, SensorModel, Setting, StartError};
+use crate::{Direction, Measurements, Polar, Ranging, Refused, Sensor, SensorModel, StartError};
 use core::fmt::Debug;
+use core::marker::PhantomData;
 use nalgebra::{Vector1, Vector2};
+use scphd::diagnostics::Probe;
 use scphd::errors::{ScanError, SetupError};
-use scphd::models::{PlanarMotion, PlanarPose};
+use scphd::models::{PlanarMotion, PlanarPose, RangeNoise};
 use scphd::{Component, DetectorMemory, MapEstimate, Real, ScPhd, ScanReport};
 
 type Filter<'m, T> = ScPhd<'m, PlanarMotion<T>>;
@@ -31,11 +33,12 @@ pub trait Rooms<T: Real>: Debug {
     ///
     /// # Errors
     /// The scan is refused, or is of another sensor model.
-    fn scan(
+    fn scan_with(
         &mut self,
         filter: &mut Filter<'_, T>,
         detector: &Self::Detector,
         measurements: Measurements<'_, T>,
+        probe: &mut impl Probe,
     ) -> Result<ScanReport<T>, Refused<ScanError>>;
 
     /// Writes the features; the detection model of this detector decides which are confirmed.
@@ -46,47 +49,48 @@ pub trait Rooms<T: Real>: Debug {
     ) -> MapEstimate<T>;
 }
 
-/// For sensors of range and bearing.
+/// For sensors of range and bearing, with this noise.
 #[derive(Debug)]
-pub struct PolarRooms<T: Real, const MEASUREMENTS: usize>(DetectorMemory<Vector2<T>, MEASUREMENTS>);
+pub struct PolarRooms<T: Real, const MEASUREMENTS: usize, N = RangeNoise<T>> {
+    memory: DetectorMemory<Vector2<T>, MEASUREMENTS>,
+    noise: PhantomData<N>,
+}
 
-impl<T: Real, const MEASUREMENTS: usize> PolarRooms<T, MEASUREMENTS> {
+impl<T: Real, const MEASUREMENTS: usize, N> PolarRooms<T, MEASUREMENTS, N> {
     /// An empty working memory.
     #[must_use]
     pub const fn new() -> Self {
-        Self(DetectorMemory::new())
+        Self { memory: DetectorMemory::new(), noise: PhantomData }
     }
 }
 
-impl<T: Real, const MEASUREMENTS: usize> Default for PolarRooms<T, MEASUREMENTS> {
+impl<T: Real, const MEASUREMENTS: usize, N> Default for PolarRooms<T, MEASUREMENTS, N> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<T: Real, const MEASUREMENTS: usize> Rooms<T> for PolarRooms<T, MEASUREMENTS> {
-    type Detector = Polar<PlanarPose<T>, T>;
+impl<T: Real, const MEASUREMENTS: usize, N: Ranging<T>> Rooms<T> for PolarRooms<T, MEASUREMENTS, N> {
+    type Detector = Polar<PlanarPose<T>, T, N>;
 
     fn detector(sensor: &Sensor<T>) -> Result<Self::Detector, StartError> {
-        match sensor.model {
-            SensorModel::RangeBearing => Ok(sensor.polar::<PlanarPose<T>>()?),
-            SensorModel::Bearing => Err(StartError::NoRoom { part: Setting::SENSOR_MODEL }),
-        }
+        sensor.seen::<PlanarPose<T>, N>()
     }
 
     fn check(filter: &Filter<'_, T>, detector: &Self::Detector) -> Result<(), SetupError> {
         filter.check(detector)
     }
 
-    fn scan(
+    fn scan_with(
         &mut self,
         filter: &mut Filter<'_, T>,
         detector: &Self::Detector,
         measurements: Measurements<'_, T>,
+        probe: &mut impl Probe,
     ) -> Result<ScanReport<T>, Refused<ScanError>> {
         let Measurements::RangeBearing(measurements) = measurements else { return Err(Refused::NotDescribed) };
-        let mut detector = detector.over(&mut self.0).map_err(|_| Refused::NotDescribed)?;
-        Ok(filter.scan(&mut detector, measurements)?)
+        let mut detector = detector.over(&mut self.memory).map_err(|_| Refused::NotDescribed)?;
+        Ok(filter.scan_with(&mut detector, measurements, probe)?)
     }
 
     fn features(
@@ -145,17 +149,18 @@ impl<T: Real, const MEASUREMENTS: usize> Rooms<T> for BearingRooms<T, MEASUREMEN
         }
     }
 
-    fn scan(
+    fn scan_with(
         &mut self,
         filter: &mut Filter<'_, T>,
         detector: &Self::Detector,
         measurements: Measurements<'_, T>,
+        probe: &mut impl Probe,
     ) -> Result<ScanReport<T>, Refused<ScanError>> {
         match (detector, measurements) {
-            (Either::Polar(detector), measurements) => self.polar.scan(filter, detector, measurements),
+            (Either::Polar(detector), measurements) => self.polar.scan_with(filter, detector, measurements, probe),
             (Either::Direction(detector), Measurements::Bearing(measurements)) => {
                 let mut detector = detector.over(&mut self.direction).map_err(|_| Refused::NotDescribed)?;
-                Ok(filter.scan(&mut detector, measurements)?)
+                Ok(filter.scan_with(&mut detector, measurements, probe)?)
             }
             _ => Err(Refused::NotDescribed),
         }

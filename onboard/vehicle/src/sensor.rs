@@ -1,10 +1,11 @@
 //! A sensor, and its detector.
 
 use crate::PlanarState;
+use core::fmt::Debug;
 use nalgebra::{Vector1, Vector2};
 use scphd::models::{
-    BearingOnly, ModelError, Mounting, PolarBirths, PolarGrid, RangeBearing, RangeBearingLimits, RangeBearingWindow,
-    RangeNoise, Sensing, UniformClutter, WithNoise,
+    BearingOnly, ModelError, Mounting, NoiseModel, PolarBirths, PolarGrid, RangeBearing, RangeBearingLimits,
+    RangeBearingWindow, RangeNoise, Sensing, UniformClutter, WithNoise,
 };
 use scphd::{Births, Detector, Real};
 
@@ -51,11 +52,10 @@ pub enum Measurements<'a, T> {
     Bearing(&'a [Vector1<T>]),
 }
 
-/// A sensor of range and bearing whose noise may grow with the range.
-type Ranging<T> = WithNoise<RangeBearing<T>, RangeNoise<T>>;
-/// A detector of range and bearing for this state.
-pub type Polar<P, T> =
-    Detector<Sensing<<P as PlanarState>::Seen<Ranging<T>>, RangeBearingWindow<T>, UniformClutter<T>>>;
+/// A detector of range and bearing for this state, with this noise.
+pub type Polar<P, T, N = RangeNoise<T>> = Detector<
+    Sensing<<P as PlanarState>::Seen<WithNoise<RangeBearing<T>, N>>, RangeBearingWindow<T>, UniformClutter<T>>,
+>;
 /// A bearing-only detector for this state.
 pub type Direction<P, T> = Detector<
     Sensing<<P as PlanarState>::Seen<BearingOnly<T, PolarBirths<T>>>, RangeBearingWindow<T>, UniformClutter<T>>,
@@ -99,11 +99,16 @@ impl<T: Real> Sensor<T> {
     /// # Errors
     /// A number is out of range.
     pub fn polar<P: PlanarState<Scalar = T>>(&self) -> Result<Polar<P, T>, ModelError> {
+        self.with::<P, _>(RangeNoise::new(self.range_sigma_ratio)?)
+    }
+
+    pub(crate) fn with<P: PlanarState<Scalar = T>, N: NoiseModel<RangeBearing<T>> + Debug>(
+        &self,
+        noise: N,
+    ) -> Result<Polar<P, T, N>, ModelError> {
         let field_of_view = RangeBearingWindow::new(self.window)?;
-        let sensor = P::seen(WithNoise {
-            sensor: RangeBearing::new(self.range_sigma_m, self.bearing_sigma_rad)?,
-            noise: RangeNoise::new(self.range_sigma_ratio)?,
-        });
+        let sensor = RangeBearing::new(self.range_sigma_m, self.bearing_sigma_rad)?;
+        let sensor = P::seen(WithNoise { sensor, noise });
         let clutter = UniformClutter::of_scan(self.clutter_per_scan, field_of_view.measure())?;
         let detector = Detector::new(Sensing { sensor, field_of_view, clutter }, self.births)?;
         match self.mounting()? {

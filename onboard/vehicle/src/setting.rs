@@ -1,13 +1,13 @@
 //! The settings of a description, with name, range, unit and meaning.
 
-use crate::list::{MEANINGS, NAMES, NUMBERS, RANGES};
+use crate::list::{MEANINGS, NAMES, RANGES};
 use core::ffi::CStr;
 
 /// A setting of a [`Description`](crate::Description), by its index in the list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Setting(u8);
 
-const _: () = assert!(NAMES.len() < 256 && RANGES.len() == NUMBERS.len());
+const _: () = assert!(NAMES.len() < 256);
 
 const fn equal(mut left: &[u8], mut right: &[u8]) -> bool {
     while let (Some((a, rest)), Some((b, behind))) = (left.split_first(), right.split_first()) {
@@ -24,9 +24,11 @@ impl Setting {
     pub const COUNT: usize = NAMES.len();
 
     /// The type of the filter.
-    pub(crate) const FILTER: Self = Self::named("filter");
+    pub const FILTER: Self = Self::named("filter");
     /// The sensor model.
     pub(crate) const SENSOR_MODEL: Self = Self::named("sensor.model");
+    /// How the noise grows with the range.
+    pub(crate) const RANGE_RATIO: Self = Self::named("sensor.range_sigma_ratio");
     /// Whether there are moving features.
     pub(crate) const MOVERS: Self = Self::named("joint.movers");
     /// Whether there is an archive.
@@ -76,8 +78,15 @@ impl Setting {
         Self::all().find(|setting| setting.name() == name)
     }
 
-    pub(crate) fn place(self) -> usize {
-        usize::from(self.0)
+    /// Its place in the list, from 0; also that of its number among those of a description, except for a sensor.
+    #[must_use]
+    pub const fn place(self) -> usize {
+        self.0 as usize
+    }
+
+    /// The setting at this place of the list.
+    pub(crate) fn at(place: usize) -> Self {
+        Self(place as u8)
     }
 
     /// Whether each sensor has this setting.
@@ -151,7 +160,8 @@ mod tests {
 
     #[test]
     fn texts_of_ranges_agree_with_the_numbers() {
-        for (setting, range) in Setting::all().zip(NUMBERS) {
+        for setting in Setting::all() {
+            let range = crate::list::numbers(setting.place()).unwrap();
             let words = match setting.choices() {
                 [] => spelled(range),
                 names => std::format!("one of {}", names.join(", ")),

@@ -1,7 +1,7 @@
 //! Reading, writing and checking the settings of a description.
 
 use crate::field::Place;
-use crate::list::NUMBERS;
+use crate::list::numbers;
 use crate::{Description, Filter, Fixes, Invalid, PlanarState, SENSORS, Setting, StartError};
 use scphd::Real;
 use scphd::models::{CalibratedPose, ModelError, PlanarPose};
@@ -36,7 +36,7 @@ impl<T: Real> Description<T> {
     /// The number is out of range, or the description has no such part; the description is unchanged.
     pub fn set(&mut self, setting: Setting, sensor: usize, number: T) -> Result<(), Invalid> {
         let invalid = Invalid::of(setting, sensor);
-        if !NUMBERS.get(setting.place()).is_some_and(|range| range.has(number)) {
+        if !numbers(setting.place()).is_some_and(|range| range.has(number)) {
             return Err(invalid);
         }
         let whole = || whole(number).ok_or(invalid);
@@ -56,7 +56,8 @@ impl<T: Real> Description<T> {
     /// Checks the range of every setting. Whether they fit each other is checked when models and filter are constructed.
     pub(crate) fn check_ranges(&self) -> Result<(), StartError> {
         let mut copy = *self;
-        for (setting, range) in Setting::all().zip(NUMBERS) {
+        for setting in Setting::all() {
+            let Some(range) = numbers(setting.place()) else { continue };
             let places = if setting.is_of_a_sensor() { SENSORS } else { 1 };
             for sensor in 0..places {
                 if copy.place(setting.place(), sensor).is_some_and(|place| !place.is_in(range)) {

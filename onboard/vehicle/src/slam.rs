@@ -1,10 +1,11 @@
 //! The common interface of both filters.
 
-use crate::{Control, Description, Measurements, Refused, Start, StartError, Watched};
+use crate::{Control, Description, Measurements, Refused, Sensor, Start, StartError, Watched};
 use nalgebra::{Vector2, Vector3};
+use scphd::diagnostics::Probe;
 use scphd::errors::{Flaw, LoadMapError, ObserveError, PredictError, ResetError, ScanError};
 use scphd::fixes::FixReport;
-use scphd::models::{MovingOf, OdometryCorrection, PlanarPose};
+use scphd::models::{Fix, MovingOf, OdometryCorrection, PlanarPose};
 use scphd::numerics::Symmetric;
 use scphd::snapshot::{RestoreError, SaveError, SliceEnd};
 use scphd::{Component, Health, JointReport, MapEstimate, PoseEstimate, PredictReport, Real, ScanReport};
@@ -154,6 +155,70 @@ pub trait Services<T: Real>: Slam<T> {
     /// # Errors
     /// The first flaw that is found.
     fn audit(&mut self) -> Result<(), Flaw>;
+}
+
+/// Operations of recordings and test benches, beside those of [`Services`]. They are generic: not for trait objects, and what a
+/// program does not call is not linked.
+pub trait Recordable<T: Real>: Services<T> {
+    /// [`Slam::scan`] with a probe.
+    ///
+    /// # Errors
+    /// As for `scan`.
+    fn scan_with(
+        &mut self,
+        sensor: usize,
+        measurements: Measurements<'_, T>,
+        probe: &mut impl Probe,
+    ) -> Result<Scanned<T>, Refused<ScanError>>;
+
+    /// Updates the filter with a fix that is not in the description.
+    ///
+    /// # Errors
+    /// The measurement is refused; the state is unchanged.
+    fn observe<F: Fix<Pose = PlanarPose<T>>>(
+        &mut self,
+        fix: F,
+        measured: &F::Measurement,
+    ) -> Result<FixReport<T>, ObserveError>;
+
+    /// Restarts with an empty map at a pose with a covariance.
+    ///
+    /// # Errors
+    /// The pose or the covariance is out of range; the state is unchanged.
+    fn reset_within(
+        &mut self,
+        pose: PlanarPose<T>,
+        covariance: &Symmetric<Vector3<T>>,
+        seed: u64,
+    ) -> Result<(), ResetError>;
+
+    /// Adds a sensor, or replaces its models.
+    ///
+    /// # Errors
+    /// A number of the sensor is out of range, or the filter does not support it; the filter keeps the previous one.
+    fn replace(&mut self, sensor: usize, models: &Sensor<T>) -> Result<(), StartError>;
+
+    /// [`Services::save`] into a sink with errors of its own.
+    ///
+    /// # Errors
+    /// As for `save`.
+    fn save_to<E>(&mut self, kind: u32, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>>;
+
+    /// [`Services::restore`] from a source with errors of its own.
+    ///
+    /// # Errors
+    /// As for `restore`.
+    fn restore_from<E>(
+        &mut self,
+        kind: u32,
+        source: impl FnMut(usize, &mut [u8]) -> Result<(), E>,
+    ) -> Result<usize, RestoreError<E>>;
+
+    /// Number of static features that are estimated; `room` as for [`Slam::features`], which a joint map does not use.
+    fn count(&mut self, room: &mut [Component<Vector2<T>>]) -> usize;
+
+    /// Number of static features that a joint map has; 0 for a mixture.
+    fn held(&self) -> usize;
 }
 
 /// The fix if it has no monitor.

@@ -62,3 +62,28 @@ fn settings_out_of_range_are_named() {
     assert_eq!(robot.check().unwrap_err().to_string(), "vehicle.noise must be above 0 in one of its numbers");
     assert!(Setting::of_name("joint").is_none());
 }
+
+#[test]
+fn a_description_comes_back_from_its_numbers() {
+    for mut description in full() {
+        description.sensors[3] = Some(Sensor::range_bearing(7.0, 0.8, [0.3, 0.04]));
+        // All numbers differ from those of the default.
+        for (setting, sensor) in Setting::all().flat_map(|setting| [(setting, 0), (setting, 3)]) {
+            if let Some(number) = description.get(setting, sensor).filter(|_| setting.choices().is_empty()) {
+                let _ = [0.75 * number, number + 1.0].map(|other| description.set(setting, sensor, other));
+            }
+        }
+        assert_eq!(Description::of_numbers(&description.numbers()), Ok(description));
+        let sensor = description.sensors[3].unwrap();
+        assert_eq!(Sensor::of_numbers(&sensor.numbers()), Ok(Some(sensor)));
+        assert_eq!(description.numbers()[scphd_vehicle::numbers_of_sensor(3)], sensor.numbers());
+        // What a vehicle in single precision had is exact, too.
+        let single = Description::<f32>::of_numbers(&description.numbers()).unwrap();
+        assert_eq!(Description::of_numbers(&single.numbers()), Ok(single));
+        for (place, choice) in [(0, 4.0), (0, f64::NAN), (Setting::FILTER.place(), 2.0)] {
+            let mut numbers = description.numbers();
+            numbers[place] = choice;
+            assert_eq!(Description::<f32>::of_numbers(&numbers).unwrap_err().setting.place(), place);
+        }
+    }
+}

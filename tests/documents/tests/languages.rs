@@ -23,6 +23,7 @@ const UNDER_WATER: &str = "host-sim/run/src/compare/underwater.rs";
 /// A test: its file and its name.
 type Test = (&'static str, &'static str);
 /// A vehicle that records what its filter gets, with every optional part of a joint map except several hypotheses.
+const STREAM: &str = "tests/tests/stream.rs";
 const FLOWN: Test = ("tests/tests/flown_box.rs", "a_strict_map_with_tracks_archive_and_watch_replays_as_it_flew");
 /// No such feature.
 const NO: Test = ("", "");
@@ -55,7 +56,7 @@ const FEATURES: [(&str, [Test; 5]); 23] = [
             (VEHICLE, "a_joint_map_that_learns_its_odometry"),
             (C_SERVICES, "learning"),
             (PYTHON_JOINT, "test_learnt_odometry"),
-            NO,
+            (STREAM, "calibrated_odometry_ends_where_the_session_ends"),
             ("host-sim/tests/program/cli.rs", "a_log_gets_a_joint_map_where_nothing_asks_for_what_it_has_not"),
         ],
     ),
@@ -115,7 +116,7 @@ const FEATURES: [(&str, [Test; 5]); 23] = [
             ("core/src/models/holonomic.rs", "without_a_speed_to_the_side_it_is_a_unicycle"),
             (C_SERVICES, "watch"),
             (PYTHON, "test_a_vehicle_that_moves_sideways"),
-            NO,
+            (STREAM, "a_vehicle_with_sideways_speed_ends_where_the_session_ends"),
             ("host-sim/log/src/vehicle.rs", "a_holonomic_vehicle_goes_any_way_while_it_turns"),
         ],
     ),
@@ -224,8 +225,8 @@ const FEATURES: [(&str, [Test; 5]); 23] = [
         [
             (VEHICLE, "noise_that_grows_with_the_range"),
             (C, "describe_sensors"),
-            (PYTHON_DIGESTS, "test_eleven_filters_over_300_scans"),
-            NO,
+(PYTHON_DIGESTS, "test_eleven_filters_over_300_scans"),
+            (STREAM, "noise_that_grows_with_the_range_ends_where_the_session_ends"),
             (JOINT, "noise_that_grows_with_the_range"),
         ],
     ),

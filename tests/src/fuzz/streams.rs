@@ -7,20 +7,22 @@ use super::draw::Draw;
 use super::session::Seeded;
 use super::{Failure, Operations, Run, Watch};
 use nalgebra::Vector2;
+use scphd::models::{OdometryCorrection, OdometryPrior};
 use scphd::models::{PlanarPose, Reading};
 use scphd::navigation::Instruments;
 use scphd::numerics::Symmetric;
-use scphd::settings::HypothesesConfig;
-use scphd::{Component, JointConfig, Real};
+use scphd::settings::{Extraction, HypothesesConfig, Informed, MovingConfig, Persistence, Proposal};
+use scphd::{Births, Component, Config, Real};
 use scphd_stream::planar::{
-    self, BlackBox, BlackBoxArchive, BlackBoxHypotheses, BlackBoxJoint, Odometry, Planar, PlanarJoint,
-    PlanarJointMovers,
+    self, BlackBox, BlackBoxArchive, BlackBoxCalibrated, BlackBoxHypotheses, BlackBoxJoint, Odometry, Planar,
+    PlanarJoint, PlanarJointMovers,
 };
 use scphd_stream::underwater::{self, Navigation, Underwater, UnderwaterJoint};
 use scphd_stream::{
-    Aboard, Extraction, Header, How, Kind, Monitor, Numbers, Proposal, Refusal, ReplayError, Saves, Scalar, ScanCost,
-    Seen, Which, Writer, recover, replay, rerecord,
+    Aboard, Header, How, Kind, Monitor, Numbers, Refusal, ReplayError, Saves, Scalar, ScanCost, Seen, Which, Writer,
+    recover, replay, rerecord,
 };
+use scphd_vehicle::{Description, Filter, JointSettings, Sensor, VehicleKind};
 use std::convert::Infallible;
 
 /// Maximum number of scans in a stream.
@@ -77,12 +79,13 @@ where
 }
 
 macro_rules! vessels {
-    ($($vessel:ty: $name:literal, $stream:ident, $snapshots:ident;)*) => {$(
+    ($($vessel:ty: $name:literal, $stream:ident of $filter:ident, $snapshots:ident;)*) => {$(
         impl<T: Real> Vessel<T> for $vessel {
             const NAME: &'static str = $name;
 
             fn stream(draw: &mut Draw) -> Vec<u8> {
-                $stream::<T>(draw)
+                let filter = $filter(draw);
+                $stream::<T>(draw, filter)
             }
 
             fn with_snapshots(bytes: &[u8], memory: &mut Self::Memory, every: u32) -> Option<Vec<u8>> {
@@ -98,16 +101,17 @@ macro_rules! vessels {
 }
 
 vessels! {
-    Planar: "in the plane", drive, bare;
-    PlanarJoint: "joint map", drive, bare;
-    PlanarJointMovers: "joint map with movers", drive, bare;
-    BlackBox: "black box", drive, keeps;
-    BlackBoxJoint: "black box of a joint map", drive, keeps;
-    BlackBoxArchive: "black box of a joint map with an archive", drive, keeps;
-    BlackBoxHypotheses: "black box of several hypotheses", drive, keeps;
-    Underwater: "under water", dive, bare;
-    UnderwaterJoint: "joint map under water", dive, bare;
-    underwater::BlackBox: "black box under water", dive, keeps;
+    Planar: "in the plane", drive of mixture, bare;
+    PlanarJoint: "joint map", drive of joint, bare;
+    PlanarJointMovers: "joint map with movers", drive of with_movers, bare;
+    BlackBox: "black box", drive of mixture, keeps;
+    BlackBoxJoint: "black box of a joint map", drive of joint, keeps;
+    BlackBoxArchive: "black box of a joint map with an archive", drive of with_archive, keeps;
+    BlackBoxHypotheses: "black box of several hypotheses", drive of with_hypotheses, keeps;
+    BlackBoxCalibrated: "black box with calibrated odometry", drive of calibrated, keeps;
+    Underwater: "under water", dive of mixture, bare;
+    UnderwaterJoint: "joint map under water", dive of joint, bare;
+    underwater::BlackBox: "black box under water", dive of mixture, keeps;
 }
 
 fn scalar<T: Real>(draw: &mut Draw) -> Scalar {
@@ -124,40 +128,67 @@ fn spoilt<N: Numbers>(draw: &mut Draw, numbers: &N) -> N {
     N::take(&mut || all.next().map(|number| draw.spoilt(number))).unwrap_or(N::ZERO)
 }
 
-fn header<K: Kind>(draw: &mut Draw, models: K::Models, scalar: Scalar) -> Header<K> {
-    let (mut recursion, mut moving) = (scphd_stream::Recursion::ZERO, scphd_stream::Moving::ZERO);
-    let mut joint = scphd_stream::Joint::of(&JointConfig::<f64>::default(), &HypothesesConfig::default());
-    recursion.birth_intensity = draw.magnitude(1e-4, 0.1);
-    recursion.resample_threshold = 0.5;
-    recursion.prune_weight = draw.magnitude(1e-6, 0.05);
-    recursion.confirming_detections = draw.even(1.0, 4.0);
-    recursion.merge_distance = draw.even(0.0, 9.0);
-    recursion.extraction_weight = 0.5;
-    recursion.proposal_rounds = 1.0 + draw.below(4) as f64;
-    recursion.proposal_sampled_fraction = draw.even(0.0, 1.0);
-    recursion.proposal_min_responsibility = 1e-3;
-    if draw.chance(0.3) {
-        moving.birth_intensity = 1e-3;
-        (moving.velocity_sigma_mps, moving.acceleration_psd, moving.lifetime_s) = (1.0, 0.1, 20.0);
-        (moving.spread_max_m, moving.extraction_weight) = (5.0, 0.5);
-    }
-    (joint.visible_s, joint.occluded_s, joint.lifetime_s) = (draw.magnitude(1.0, 1e3), 5.0, 1e4);
-    (joint.occlusion_factor, joint.merge_distance) = (draw.even(0.0, 1.0), 9.0);
-    (joint.archive_reach_m, joint.hypotheses) = (draw.magnitude(1.0, 100.0), 1.0 + draw.below(9) as f64);
-    Header {
-        scalar,
-        proposal: [Proposal::Blind, Proposal::Informed][draw.below(2)],
+/// A mixture with random tuning.
+fn mixture(draw: &mut Draw) -> Filter<f64> {
+    let informed =
+        Informed { rounds: 1 + draw.below(4), sampled_fraction: draw.even(0.0, 1.0), min_responsibility: 1e-3 };
+    Filter::Mixture(Config {
+        particles: if draw.chance(0.05) { draw.word() as u32 as usize } else { 1 + draw.below(4) },
+        samples: if draw.chance(0.05) { draw.word() as u32 as usize } else { 1 + draw.below(2) },
+        proposal: [Proposal::Blind, Proposal::Informed(informed)][draw.below(2)],
         extraction: [Extraction::Heaviest, Extraction::Peaks, Extraction::Confirmed][draw.below(3)],
-        particles: if draw.chance(0.05) { draw.word() as u32 } else { 1 + draw.below(4) as u32 },
-        samples: if draw.chance(0.05) { draw.word() as u32 } else { 1 + draw.below(2) as u32 },
-        seed: draw.word(),
-        models: spoilt(draw, &models),
-        recursion: spoilt(draw, &recursion),
-        moving: spoilt(draw, &moving),
-        joint: spoilt(draw, &joint),
-        scan_interval_s: 0.1,
-        ..Header::EMPTY
+        prune_weight: draw.magnitude(1e-6, 0.05),
+        confirming_detections: draw.even(1.0, 4.0),
+        merge_distance: draw.even(0.0, 9.0),
+        births_wait: draw.chance(0.1),
+        ..Config::default()
+    })
+}
+
+fn joint_settings(draw: &mut Draw) -> JointSettings<f64> {
+    let mut joint = JointSettings::default();
+    joint.config.persistence = Persistence { visible_s: draw.magnitude(1.0, 1e3), occluded_s: 5.0, lifetime_s: 1e4 };
+    joint.config.occlusion_factor = draw.even(0.0, 1.0);
+    joint
+}
+
+/// Joint maps with random tuning.
+fn joint(draw: &mut Draw) -> Filter<f64> {
+    Filter::Joint(joint_settings(draw))
+}
+
+fn with_movers(draw: &mut Draw) -> Filter<f64> {
+    Filter::Joint(JointSettings { movers: Some(MovingConfig::walkers()), ..joint_settings(draw) })
+}
+
+fn with_archive(draw: &mut Draw) -> Filter<f64> {
+    let (movers, archive_reach_m) = (Some(MovingConfig::walkers()), Some(draw.magnitude(1.0, 100.0)));
+    Filter::Joint(JointSettings { movers, archive_reach_m, ..joint_settings(draw) })
+}
+
+fn with_hypotheses(draw: &mut Draw) -> Filter<f64> {
+    let hypotheses = HypothesesConfig { most: 1 + draw.below(9), ..HypothesesConfig::default() };
+    let (movers, hypotheses) = (Some(MovingConfig::walkers()), Some(hypotheses));
+    Filter::Joint(JointSettings { movers, hypotheses, ..joint_settings(draw) })
+}
+
+fn calibrated(draw: &mut Draw) -> Filter<f64> {
+    let sigma = OdometryCorrection { speed_scale: 0.1, turn_scale: 0.1, turn_offset: draw.even(0.0, 0.1) };
+    let odometry = Some(OdometryPrior { sigma, lasts_s: draw.magnitude(1.0, 1e4) });
+    Filter::Joint(JointSettings { odometry, ..joint_settings(draw) })
+}
+
+/// A head with these models; some numbers are hostile, as in the tuning of a change.
+fn header<K: Kind>(draw: &mut Draw, of: &Description<f64>, models: &K::Models, scalar: Scalar) -> Header<K> {
+    let mut header = Header { scan_interval_s: 0.1, ..Header::with(of, spoilt(draw, models), scalar) };
+    header.seed = draw.word();
+    header.settings.iter_mut().filter(|setting| **setting != 0.0).for_each(|setting| *setting = draw.spoilt(*setting));
+    if draw.chance(0.02) {
+        // Also a choice, or a number that the description does not have.
+        let place = draw.below(header.settings.len());
+        header.settings[place] = draw.real(-1.0, 9.0);
     }
+    header
 }
 
 type Log<'a, K> = Writer<K, &'a mut dyn FnMut(&[u8]) -> Result<(), Infallible>>;
@@ -176,22 +207,31 @@ fn written<K: Kind>(header: &Header<K>, write: impl FnOnce(&mut Log<'_, K>) -> R
     bytes
 }
 
-fn drive<T: Real>(draw: &mut Draw) -> Vec<u8> {
-    let mut models = planar::Models::ZERO;
-    (models.speed_sigma_mps, models.turn_sigma, models.noise_interval_s) = (0.2, 0.05, 0.1);
-    let sensor = &mut models.sensor;
-    (sensor.range_sigma_m, sensor.bearing_sigma_rad, sensor.range_max_m) = (0.1, 0.01, 12.0);
-    (sensor.bearing_half_width_rad, sensor.detection_near, sensor.detection_far) = (draw.even(1.0, 3.5), 0.9, 0.8);
+fn drive<T: Real>(draw: &mut Draw, filter: Filter<f64>) -> Vec<u8> {
+    let mut sensor = Sensor::range_bearing(12.0, 0.9, [0.1, 0.01]);
+    sensor.window.bearing_half_width_rad = draw.even(1.0, 3.5);
+    sensor.window.probability_far = 0.8;
     sensor.clutter_per_scan = draw.even(0.1, 5.0);
-    (sensor.mounted_forward_m, models.wheelbase_m) = (draw.even(0.0, 1.0), 2.0);
+    sensor.births =
+        Births { of_static: draw.magnitude(1e-4, 0.1), of_moving: if draw.chance(0.3) { 1e-3 } else { 0.0 } };
+    sensor.range_sigma_ratio = if draw.chance(0.3) { 0.02 } else { 0.0 };
+    sensor.seat_m = [draw.even(0.0, 1.0), 0.0];
+    let mut robot = Description { filter, ..Description::robot() };
+    robot.vehicle.kind =
+        [VehicleKind::Ackermann, VehicleKind::UnicycleEuler, VehicleKind::Unicycle, VehicleKind::Holonomic]
+            [draw.below(4)];
+    robot.vehicle.geometry.wheelbase_m = 2.0;
+    robot.sensors[0] = Some(sensor);
+    if draw.chance(0.3) {
+        (robot.start.position_sigma_m, robot.start.heading_sigma_rad) = (0.5, 0.1);
+    }
     let scalar = scalar::<T>(draw);
-    let mut header: Header<Planar> = header(draw, models, scalar);
-    header.vehicle =
-        [planar::Vehicle::Ackermann, planar::Vehicle::Unicycle, planar::Vehicle::UnicycleArc][draw.below(3)];
+    let header: Header<Planar> = header(draw, &robot, &[], scalar);
     written(&header, |log| {
         for _ in 0..1 + draw.below(SCANS) {
             for _ in 0..draw.below(3) {
-                let control = [draw.real(-1.0, 3.0), draw.real(-0.4, 0.4)];
+                let left_mps = if draw.chance(0.2) { draw.real(-0.5, 0.5) } else { 0.0 };
+                let control = [draw.real(-1.0, 3.0), draw.real(-0.4, 0.4), left_mps];
                 log.predict(&Odometry { control, dt_s: draw.real(0.0, 0.2) })?;
             }
             let scan: Vec<[f64; 2]> =
@@ -207,15 +247,13 @@ fn drive<T: Real>(draw: &mut Draw) -> Vec<u8> {
                     log.place(how, &pose, &doubt, draw.word())?;
                 }
                 2 | 3 => {
-                    let sensor = spoilt(draw, &planar::Sensor::first(&header));
+                    let sensor = spoilt(draw, &sensor.numbers());
                     log.detector(which, &sensor)?;
                 }
                 4 | 5 => log.scan_of(which, &scan)?,
                 6 => log.localise(which, &scan)?,
                 8 => {
-                    let mut retuned = header;
-                    retuned.models = spoilt(draw, &header.models);
-                    retuned.recursion = spoilt(draw, &header.recursion);
+                    let retuned = super::streams::header(draw, &robot, &[], scalar);
                     log.retune(&retuned)?;
                 }
                 9..12 => log.fix(&fix(draw))?,
@@ -261,7 +299,7 @@ fn map(draw: &mut Draw) -> Vec<Component<Vector2<f64>>> {
         .collect()
 }
 
-fn dive<T: Real>(draw: &mut Draw) -> Vec<u8> {
+fn dive<T: Real>(draw: &mut Draw, filter: Filter<f64>) -> Vec<u8> {
     let mut models = underwater::Models::ZERO;
     (models.start_m, models.velocity_walk_mps_rts, models.velocity_sigma_mps) = ([0.0, 0.0, 2.0], 0.1, 0.1);
     (models.z_sigma_m, models.gate_sigmas, models.outliers_believed) = (0.02, 4.0, 5.0);
@@ -274,7 +312,10 @@ fn dive<T: Real>(draw: &mut Draw) -> Vec<u8> {
     (models.depth_edge_m, models.detection, models.clutter_per_scan) = (0.1, 0.8, 3.0);
     (models.disparities_px, models.row_tolerance_px) = ([10.0, 200.0], 5.0);
     let scalar = scalar::<T>(draw);
-    let header: Header<Underwater> = header(draw, models, scalar);
+    let births = Births::of_static(draw.magnitude(1e-4, 0.1));
+    let mut vehicle = Description { filter, ..Description::robot() };
+    vehicle.sensors[0] = Some(Sensor { births, ..Sensor::range_bearing(1.0, 0.5, [1.0; 2]) });
+    let header: Header<Underwater> = header(draw, &vehicle, &models, scalar);
     written(&header, |log| {
         for _ in 0..1 + draw.below(SCANS / 2) {
             let row = Instruments {
@@ -294,8 +335,7 @@ fn dive<T: Real>(draw: &mut Draw) -> Vec<u8> {
             match draw.below(12) {
                 1 => log.scan(&frame)?,
                 2 => {
-                    let mut retuned = header;
-                    retuned.models = spoilt(draw, &header.models);
+                    let retuned = super::streams::header(draw, &vehicle, &models, scalar);
                     log.retune(&retuned)?;
                 }
                 _ => (),
@@ -435,6 +475,7 @@ pub(super) fn kind_of(seed: u64) -> (String, Run) {
         of::<BlackBox, f64>(),
         of::<BlackBoxJoint, f32>(),
         of::<BlackBoxJoint, f64>(),
+        of::<BlackBoxCalibrated, f32>(),
         of::<BlackBoxArchive, f32>(),
         of::<BlackBoxHypotheses, f32>(),
         of::<Underwater, f32>(),

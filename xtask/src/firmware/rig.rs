@@ -41,6 +41,8 @@ pub struct Rig {
     pub samples: usize,
     /// Settings of its streams that differ from the simulator's defaults.
     pub settings: Option<&'static str>,
+    /// Further arguments of the simulator for its streams.
+    pub more: &'static [&'static str],
     /// Precisions with images.
     pub precisions: &'static [Precision],
     /// Boards that replay its streams in the step `firmware`.
@@ -59,6 +61,7 @@ pub const PLANAR: Rig = Rig {
     particles: 32,
     samples: 2,
     settings: Some("firmware/blind.toml"),
+    more: &[],
     precisions: &[Precision::F32, Precision::F64],
     boards: &EMULATED,
 };
@@ -76,6 +79,9 @@ pub const FEW: Rig = Rig {
     precisions: &[Precision::F32],
     ..PLANAR
 };
+
+/// The joint map with the settings of [`FEW`].
+pub const FEW_JOINT: Rig = Rig { mark: "-informed-joint", filter: "joint-", features: &["joint"], ..FEW };
 
 /// A vehicle in the plane with a joint map.
 pub const JOINT: Rig = Rig {
@@ -124,6 +130,7 @@ pub const JOINT_HYPOTHESES: Rig = Rig {
     filter: "joint-hypotheses-",
     features: &["joint", "hypotheses"],
     choice: &["hypotheses"],
+    more: &["--hypotheses", "8"],
     // On one board only, to save minutes.
     boards: EMULATED.split_at(1).0,
     ..JOINT
@@ -170,6 +177,11 @@ impl Rig {
         let rigs = if scenario == DIVE { &UNDER_WATER[..] } else { &IN_THE_PLANE };
         let mut each = rigs.iter().flat_map(|rig| rig.precisions.iter().map(|&precision| (*rig, precision)));
         each.find(|(rig, precision)| rig.configuration(*precision) == configuration)
+    }
+
+    /// Whether its filter is a joint map.
+    pub fn is_joint(&self) -> bool {
+        self.features.contains(&"joint")
     }
 
     /// The argument of the replay on the host: filter and precision.

@@ -42,8 +42,8 @@ pub fn make(source: Source<'_>, precision: Precision) -> Result<PathBuf, String>
 
 /// Lets the simulator write a black box of a planar vehicle in single precision, and replays it on the host.
 pub fn black_box(source: Source<'_>, snapshot_every: usize, joint: bool) -> Result<(PathBuf, Replay), String> {
-    let (filter, replay) = if joint { ("joint", "box-joint-f32") } else { ("core", "box-f32") };
-    let arguments = ["--snapshot-every", &snapshot_every.to_string(), "--filter", filter];
+    let replay = if joint { "box-joint-f32" } else { "box-f32" };
+    let arguments = ["--snapshot-every", &snapshot_every.to_string()];
     let path = write(source, Precision::F32, "-box", &arguments)?;
     let text = run(REPLAY, "release", &[], &[replay.as_ref(), path.as_ref()])?;
     Ok((path, Replay::parse(&text)?))
@@ -70,6 +70,7 @@ fn write(source: Source<'_>, precision: Precision, suffix: &str, more: &[&str]) 
         simulator.args(["stream", source.what]).arg(&path);
         simulator.args(["--scans", &source.scans.to_string(), "--precision", precision.name()]);
         simulator.args(["--particles", &rig.particles.to_string(), "--samples", &rig.samples.to_string()]);
+        simulator.args(["--filter", if rig.is_joint() { "joint" } else { "core" }]).args(rig.more);
         simulator.args(rig.settings.map(|settings| ["--settings", settings]).into_iter().flatten());
         simulator.args(source.moving().map(|moving| ["--moving", moving]).into_iter().flatten());
         process::run(simulator.args(more))

@@ -2,14 +2,15 @@
 
 use super::entry::Stream;
 use scphd_filters::slam::contract::{Refusal, refusal};
-use scphd_stream::{Aboard, Kind, RerecordError, Saves, Scalar, planar, rerecord, underwater};
+use scphd_stream::{Aboard, Kind, Reader, RerecordError, Saves, Scalar, planar, rerecord, underwater};
+use scphd_vehicle::Filter;
 use std::convert::Infallible;
 
 /// Stack of the thread that replays, bytes: an unoptimised build creates the memory on the stack before moving it to the heap,
 /// several times.
 const STACK_BYTES: usize = 64 << 20;
 
-/// The filter whose snapshots are in a stream.
+/// The filter of a stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Recorded {
     /// The filter with a mixture for each particle.
@@ -23,12 +24,10 @@ impl Stream {
     ///
     /// # Errors
     /// The filter refuses the stream, or its state cannot be saved.
-    pub fn with_snapshots(self, filter: Recorded, scalar: Scalar, every: u32) -> Result<Self, Refusal> {
-        match (filter, scalar) {
-            (Recorded::Mixture, Scalar::F32) => recorded::<planar::BlackBox, f32>(self, every),
-            (Recorded::Mixture, Scalar::F64) => recorded::<planar::BlackBox, f64>(self, every),
-            (Recorded::Joint, Scalar::F32) => recorded::<planar::BlackBoxJoint, f32>(self, every),
-            (Recorded::Joint, Scalar::F64) => recorded::<planar::BlackBoxJoint, f64>(self, every),
+    pub fn with_snapshots(self, scalar: Scalar, every: u32) -> Result<Self, Refusal> {
+        match scalar {
+            Scalar::F32 => by_filter::<f32>(self, every),
+            Scalar::F64 => by_filter::<f64>(self, every),
         }
     }
 
@@ -41,6 +40,20 @@ impl Stream {
             Scalar::F32 => recorded::<underwater::BlackBox, f32>(self, every),
             Scalar::F64 => recorded::<underwater::BlackBox, f64>(self, every),
         }
+    }
+}
+
+/// By the black box with the optional parts of the filter in the head.
+fn by_filter<T: scphd::Real>(stream: Stream, every: u32) -> Result<Stream, Refusal> {
+    let header = Reader::<planar::Planar>::open(&stream.bytes).map_err(refusal)?.header();
+    let Filter::Joint(joint) = header.description::<f64>().map_err(refusal)?.filter else {
+        return recorded::<planar::BlackBox, T>(stream, every);
+    };
+    match (joint.hypotheses.is_some(), joint.odometry.is_some(), joint.movers.is_some()) {
+        (true, ..) => recorded::<planar::BlackBoxHypotheses, T>(stream, every),
+        (_, true, _) => recorded::<planar::BlackBoxCalibrated, T>(stream, every),
+        (_, _, true) => recorded::<planar::BlackBoxMovers, T>(stream, every),
+        _ => recorded::<planar::BlackBoxJoint, T>(stream, every),
     }
 }
 

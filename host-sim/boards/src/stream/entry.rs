@@ -1,7 +1,8 @@
 //! Records and header of a stream, for any vehicle.
 
-use scphd_filters::settings::{self, FilterSettings};
-use scphd_stream::{Extraction, Header, Kind, Proposal, Recursion, Scalar, Which, Writer};
+use scphd::Config;
+use scphd_stream::{Header, Kind, Scalar, Which, Writer};
+use scphd_vehicle::{Description, Filter};
 use std::convert::Infallible;
 
 /// The stream of a log.
@@ -19,8 +20,6 @@ pub struct Stream {
 
 /// A record to be written.
 pub(super) enum Entry<'a, K: Kind> {
-    /// A detector beyond the first.
-    Detector(Which<K>, K::Sensor),
     /// A prediction.
     Predict(K::Input),
     /// A measurement of the pose.
@@ -56,7 +55,6 @@ fn fill<K: Kind>(header: &Header<K>, entries: &[Entry<'_, K>], bytes: &mut Vec<u
     })?;
     for entry in entries {
         match entry {
-            Entry::Detector(which, models) => writer.detector(*which, models)?,
             Entry::Predict(input) => writer.predict(input)?,
             Entry::Fix(fix) => writer.fix(fix)?,
             Entry::Scan(which, measurements) => writer.scan_of(*which, measurements)?,
@@ -78,38 +76,13 @@ pub(super) fn scan_interval_s(times_s: impl Iterator<Item = f64>) -> f64 {
     intervals.get(intervals.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// A header with the settings of the recursion.
-pub(super) fn head<K: Kind>(filter: &FilterSettings, seed: u64, scalar: Scalar) -> Header<K> {
-    Header {
-        scalar,
-        proposal: match filter.proposal {
-            settings::Proposal::Blind => Proposal::Blind,
-            settings::Proposal::Informed => Proposal::Informed,
-        },
-        extraction: match filter.extraction {
-            settings::Extraction::Heaviest => Extraction::Heaviest,
-            settings::Extraction::Peaks => Extraction::Peaks,
-            settings::Extraction::Confirmed => Extraction::Confirmed,
-        },
-        births_wait: filter.births_wait,
-        particles: count(filter.particles),
-        samples: count(filter.samples),
-        max_components: count(filter.max_components),
-        seed,
-        recursion: Recursion {
-            birth_intensity: filter.birth_intensity,
-            resample_threshold: filter.resample_threshold,
-            prune_weight: filter.prune_weight,
-            confirming_detections: filter.confirming_detections,
-            unconfirmed_weight: filter.unconfirmed_weight,
-            confirmed_weight: filter.confirmed_weight,
-            merge_distance: filter.merge_distance,
-            extraction_weight: filter.extraction_weight,
-            proposal_rounds: f64::from(count(filter.proposal_rounds)),
-            proposal_sampled_fraction: filter.proposal_sampled_fraction,
-            proposal_min_responsibility: filter.proposal_min_responsibility,
-            interval_margin: filter.interval_margin,
-        },
-        ..Header::EMPTY
+/// The description for a filter that computes in this number type, whose precision decides what is negligible.
+pub(super) fn in_precision(mut description: Description<f64>, scalar: Scalar) -> Description<f64> {
+    if let Filter::Mixture(config) = &mut description.filter {
+        config.negligible = match scalar {
+            Scalar::F32 => f64::from(Config::<f32>::default().negligible),
+            Scalar::F64 => Config::<f64>::default().negligible,
+        };
     }
+    description
 }

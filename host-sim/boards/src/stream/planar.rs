@@ -1,28 +1,34 @@
 //! Streams of planar vehicles.
 
-use super::entry::{Entry, Stream, head, scan_interval_s};
-use scphd_filters::describe::description;
+use super::Recorded;
+use super::entry::{Entry, Stream, in_precision, scan_interval_s};
+use scphd_filters::describe::{description, mixture};
 use scphd_filters::settings::Settings;
 use scphd_filters::slam::contract::{Refusal, refusal};
 use scphd_log::events::{Event, events};
 use scphd_log::log::{FixNoise, Log, PoseFix};
-use scphd_stream::planar::{self, Fix, Odometry, Planar};
-use scphd_stream::{Header, Kind, Recursion, Scalar, Which};
+use scphd_stream::planar::{Fix, Odometry, Planar};
+use scphd_stream::{Header, Kind, Scalar, Which};
 
-/// The first `scans` scans of `log` with all motion and fixes before them; the parameters of the filter are in the header, or in
-/// records before the others.
+/// The first `scans` scans of `log` with all motion and fixes before them; the parameters of the filter are in the header.
 ///
 /// # Errors
 /// The log has more sensors than a stream can have, or fixes without stated noise.
-pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: usize) -> Result<Stream, Refusal> {
+pub fn write(
+    log: &Log,
+    settings: &Settings,
+    filter: Recorded,
+    seed: u64,
+    scalar: Scalar,
+    scans: usize,
+) -> Result<Stream, Refusal> {
     let scans = scans.min(log.scans.len());
     let too_many = || refusal(format_args!("a stream has at most {} sensors", Planar::DETECTORS));
     let which = |sensor: usize| u8::try_from(sensor).ok().and_then(Which::number).ok_or_else(too_many);
-    let description = description(log, settings);
-    let sensors = description.sensors.iter().flatten().enumerate();
-    let others = sensors
-        .skip(1)
-        .map(|(place, sensor)| Ok(Entry::Detector(which(place)?, planar::Sensor::of(sensor).map_err(refusal)?)));
+    let description = match filter {
+        Recorded::Mixture => mixture(log, settings, seed),
+        Recorded::Joint => description(log, settings),
+    };
     let mut taken = 0;
     let kept = events(log).take_while(|event| {
         let open = taken < scans;
@@ -30,23 +36,14 @@ pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: u
         open
     });
     let records = kept.map(|event| match event {
-        Event::Predict { control: [speed, turn, _], dt_s, .. } => {
-            Ok(Entry::Predict(Odometry { control: [speed, turn], dt_s }))
-        }
+        Event::Predict { control, dt_s, .. } => Ok(Entry::Predict(Odometry { control, dt_s })),
         Event::Scan { index } => Ok(Entry::Scan(which(log.scans[index].sensor)?, &log.scans[index].detections)),
         Event::Fix { fix: measured } => Ok(Entry::Fix(fix(&settings.fixes.unwrap_or_default(), measured)?)),
     });
-    let entries: Vec<Entry<'_, Planar>> = others.chain(records).collect::<Result<_, Refusal>>()?;
-    let Header { vehicle, models, moving, joint, recursion, .. } = Header::of(&description, scalar).map_err(refusal)?;
-    let head = head(&settings.filter, seed, scalar);
+    let entries: Vec<Entry<'_, Planar>> = records.collect::<Result<_, Refusal>>()?;
     let header = Header {
-        vehicle,
-        models,
-        moving,
-        joint,
         scan_interval_s: scan_interval_s(log.scans.iter().map(|scan| scan.t_s)),
-        recursion: Recursion { birth_intensity: recursion.birth_intensity, ..head.recursion },
-        ..head
+        ..Header::of(&in_precision(description, scalar), scalar).map_err(refusal)?
     };
     Ok(Stream::of(header, &entries))
 }

@@ -15,7 +15,6 @@ use scphd_log::dimensions::Underwater;
 use scphd_log::events::Event;
 use scphd_log::log::{MovingLandmark, Scan, TruePose};
 use scphd_log::underwater::{Instruments, Log};
-use scphd_stream::Helm;
 
 impl Kind for Underwater {
     type Log = Log;
@@ -110,7 +109,7 @@ impl Kind for Underwater {
         let (mut events, mut row) = (Vec::new(), 0);
         for (index, scan) in log.scans.iter().enumerate() {
             for step in timeline.steps_to(scan.t_s) {
-                if let Some((control, dt_s)) = navigator.control(&step.navigation).map_err(refusal)? {
+                if let Some((control, dt_s)) = step.navigation.control(&mut navigator).map_err(refusal)? {
                     events.push(Event::Predict { row, control, dt_s });
                 }
                 row = timeline.row();

@@ -22,6 +22,7 @@ mod underwater;
 /// Greatest number of measurements in a scan, for all filters of the host except the EKF.
 pub const MEASUREMENTS: usize = 256;
 
+pub(crate) use config::config_of;
 pub use contract::refusal;
 pub use contract::{FoundPlace, PoseAndCovariance, Refusal, ScanOutcome, Search, Slam};
 pub use core_filter::{Snapshot, Transparent};

@@ -1,8 +1,8 @@
 //! Replays a stream of a planar vehicle on the host while bits of the filter's state flip, and prints the result of every round
-//! in the same format as the firmware image `flips`: first for the mixture, then for the joint map.
+//! in the same format as the firmware image `flips`: of the mixture or the joint map, as the stream says.
 
 use scphd_stream::planar::{Planar, PlanarJoint};
-use scphd_stream::{Aboard, FLIP_SEEDS, Failing, Monitor, Round, ScanCost, Seen, replay_with_flips};
+use scphd_stream::{Aboard, FLIP_SEEDS, Failing, Monitor, Reader, Round, ScanCost, Seen, replay_with_flips};
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -48,8 +48,10 @@ fn execute() -> Result<(), String> {
     let path = std::env::args().nth(1).ok_or("usage: scphd-flips FILE")?;
     let stream = std::fs::read(&path).map_err(|error| format!("{path}: {error}"))?;
     let [of_mixture, of_joint] = FLIP_SEEDS;
-    let work = move || {
-        run::<Planar>("mixture", &stream, of_mixture).and_then(|()| run::<PlanarJoint>("joint", &stream, of_joint))
+    let is_joint = Reader::<Planar>::open(&stream).is_ok_and(|reader| reader.is_of_joint_map());
+    let work = move || match is_joint {
+        true => run::<PlanarJoint>("joint", &stream, of_joint),
+        false => run::<Planar>("mixture", &stream, of_mixture),
     };
     let thread = std::thread::Builder::new().stack_size(STACK_BYTES).spawn(work);
     let thread = thread.map_err(|error| format!("cannot start a thread: {error}"))?;

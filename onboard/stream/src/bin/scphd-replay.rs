@@ -7,14 +7,15 @@
 
 use scphd::Real;
 use scphd_stream::planar::{
-    BlackBox, BlackBoxJoint, Planar, PlanarHypotheses, PlanarJoint, PlanarJoint40, PlanarJoint40Movers,
-    PlanarJointMovers,
+    BlackBox, BlackBoxArchive, BlackBoxCalibrated, BlackBoxHypotheses, BlackBoxJoint, BlackBoxMovers, Planar,
+    PlanarHypotheses, PlanarJoint, PlanarJoint40, PlanarJoint40Movers, PlanarJointMovers,
 };
 use scphd_stream::underwater::{self, Underwater, UnderwaterJoint};
 use scphd_stream::{
     Aboard, Kind, Monitor, Numbers, Reader, Refusal, ScanCost, Seen, Snapshot, find_snapshot, find_whole_snapshot,
     recover, replay,
 };
+use scphd_vehicle::Filter;
 use std::io::{self, Write};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -118,6 +119,26 @@ fn run_box<T: Real>(bytes: &[u8]) -> Result<(), String> {
     of_either(bytes, || run_box_kind::<BlackBox, T>(bytes), || run_box_kind::<underwater::BlackBox, T>(bytes))
 }
 
+/// The black box of a joint map in the plane, with the optional parts in its first readable head.
+fn run_joint_box<T: Real>(bytes: &[u8]) -> Result<(), String> {
+    let from = if Reader::<Planar>::open(bytes).is_ok() { 0 } else { find_snapshot::<Planar>(bytes, 0).unwrap_or(0) };
+    let header = Reader::<Planar>::open(&bytes[from..]).map_err(|error| error.to_string())?.header();
+    let Filter::Joint(joint) = header.description::<f64>().map_err(|error| error.to_string())?.filter else {
+        return run_box_kind::<BlackBoxJoint, T>(bytes);
+    };
+    if joint.hypotheses.is_some() {
+        run_box_kind::<BlackBoxHypotheses, T>(bytes)
+    } else if joint.odometry.is_some() {
+        run_box_kind::<BlackBoxCalibrated, T>(bytes)
+    } else if joint.archive_reach_m.is_some() {
+        run_box_kind::<BlackBoxArchive, T>(bytes)
+    } else if joint.movers.is_some() {
+        run_box_kind::<BlackBoxMovers, T>(bytes)
+    } else {
+        run_box_kind::<BlackBoxJoint, T>(bytes)
+    }
+}
+
 /// Replays all available parts of a black box.
 fn run_box_kind<K: Aboard<T>, T: Real>(bytes: &[u8]) -> Result<(), String> {
     let mut memory = Box::new(K::MEMORY);
@@ -204,8 +225,8 @@ fn execute() -> Result<(), String> {
                 "joint-hypotheses-f32" => run_kind::<PlanarHypotheses, f32>,
                 "box-f32" => |bytes, _| run_box::<f32>(bytes),
                 "box-f64" => |bytes, _| run_box::<f64>(bytes),
-                "box-joint-f32" => |bytes, _| run_box_kind::<BlackBoxJoint, f32>(bytes),
-                "box-joint-f64" => |bytes, _| run_box_kind::<BlackBoxJoint, f64>(bytes),
+                "box-joint-f32" => |bytes, _| run_joint_box::<f32>(bytes),
+                "box-joint-f64" => |bytes, _| run_joint_box::<f64>(bytes),
                 other => return Err(format!("`{other}` is no filter; {USAGE}")),
             };
             in_thread(read(path)?, move |bytes| work(bytes, scans))

@@ -1,14 +1,13 @@
 //! Measurements of the pose of a planar vehicle.
 
-use super::onboard::place;
 use crate::Scalar;
-use crate::black_box::Observes;
 use crate::kind::Input;
 use crate::numbers::Numbers;
 use crate::onboard::Refusal;
 use nalgebra::{Vector1, Vector2};
 use scphd::Real;
-use scphd::models::{BeaconFix, HeadingFix, PlanarPose, PositionFix, RangeBearing};
+use scphd::models::{BeaconFix, HeadingFix, ModelError, Mounting, PositionFix, RangeBearing};
+use scphd_vehicle::Recordable;
 
 /// A measurement of the pose with its noise, in double precision in every stream.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -112,24 +111,31 @@ impl Input for Fix {
 
 impl Fix {
     /// Passes it to a filter.
-    pub(crate) fn shown<T: Real>(&self, filter: &mut impl Observes<PlanarPose<T>>) -> Result<(), Refusal> {
+    pub(crate) fn shown<T: Real>(&self, filter: &mut impl Recordable<T>) -> Result<(), Refusal> {
         let real = T::from_f64;
-        match *self {
+        let report = match *self {
             Self::Position { place_m, sigma_m, gate, antenna_m: [forward, left] } => {
                 let fix = PositionFix::new(real(sigma_m))?.gated(real(gate))?;
                 let fix = if [forward, left] == [0.0; 2] { fix } else { fix.mounted(real(forward), real(left))? };
-                filter.take(&fix, &Vector2::from(place_m.map(real)))
+                filter.observe(fix, &Vector2::from(place_m.map(real)))
             }
             Self::Heading { heading_rad, sigma_rad, gate } => {
                 let fix = HeadingFix::new(real(sigma_rad))?.gated(real(gate))?;
-                filter.take(&fix, &Vector1::new(real(heading_rad)))
+                filter.observe(fix, &Vector1::new(real(heading_rad)))
             }
             Self::Beacon { measured, sigmas: [range, bearing], gate, place_m, mounted } => {
                 let sensor = RangeBearing::new(real(range), real(bearing))?;
                 let place_m = Vector2::from(place_m.map(real));
-                let fix = BeaconFix { sensor, mounting: place(mounted)?, place: place_m, gate: real(gate) };
-                filter.take(&fix, &Vector2::from(measured.map(real)))
+                let fix = BeaconFix { sensor, mounting: seat(mounted)?, place: place_m, gate: real(gate) };
+                filter.observe(fix, &Vector2::from(measured.map(real)))
             }
-        }
+        };
+        report.map(drop).map_err(Refusal::Observe)
     }
+}
+
+/// A mounting: position ahead and to the left, m, and rotation to the left, rad; `None` if all are zero.
+fn seat<T: Real>(seat: [f64; 3]) -> Result<Option<Mounting<T>>, ModelError> {
+    let [forward, left, yaw] = seat.map(T::from_f64);
+    (seat != [0.0; 3]).then(|| Mounting::in_plane(forward, left, yaw)).transpose()
 }

@@ -1,80 +1,96 @@
-//! The joint map of a planar vehicle on board.
+//! The joint maps of a planar vehicle on board.
 
-use super::onboard::{Direct, Drive, MEASUREMENTS, PlanarSensing, detector, motion, start};
-use super::{Planar, Sensor};
+use super::onboard::{MEASUREMENTS, Memory, Noise, OnBoard};
+use super::{Planar, onboard};
 use crate::header::Header;
-use crate::joint::{self, Hypotheses, JointMemory, OnboardJoint, OptionalParts, Tracks};
-use crate::onboard::{Aboard, Capacities, RamPart, Refusal};
-use core::marker::PhantomData;
-use nalgebra::Vector2;
-use scphd::models::PlanarPose;
-use scphd::storage::{NoMovers, joint_numbers};
-use scphd::{JointSlam, JointState, Real};
+use crate::onboard::{Aboard, Capacities, Ram, RamPart, Refusal};
+use scphd::Real;
+use scphd::models::{CalibratedPose, PlanarPose, ScalarOf};
+use scphd::storage::{JointArchive, JointHypotheses, JointMovers, joint_numbers};
+use scphd_vehicle::{Backing, JointBacking};
 
 /// Capacity of the joint map, features.
-pub(super) const FEATURES: usize = if cfg!(feature = "small-pools") { 16 } else { 64 };
-
+const FEATURES: usize = if cfg!(feature = "small-pools") { 16 } else { 64 };
 /// Capacity of the smaller map, features.
 const FEW: usize = 40;
-/// Capacity for moving-object tracks of both.
-pub(super) const MOVERS: usize = 64;
-
-/// The filter with a joint map, for streams of planar vehicles: with capacity for `ROOM` features, and optional parts `V`.
-#[derive(Debug, Clone, Copy)]
-pub struct PlanarJoint<
-    const ROOM: usize = FEATURES,
-    const NUMBERS: usize = { joint_numbers(3, 2, FEATURES) },
-    V = NoMovers,
->(PhantomData<V>);
-
-/// [`PlanarJoint`] with moving-object tracks.
-pub type PlanarJointMovers = PlanarJoint<FEATURES, { joint_numbers(3, 2, FEATURES) }, Tracks<MOVERS>>;
-/// [`PlanarJoint`] with capacity for 40 features.
-pub type PlanarJoint40 = PlanarJoint<FEW, { joint_numbers(3, 2, FEW) }>;
-/// [`PlanarJoint40`] with moving-object tracks.
-pub type PlanarJoint40Movers = PlanarJoint<FEW, { joint_numbers(3, 2, FEW) }, Tracks<MOVERS>>;
-
 /// Capacity of each of several hypotheses, features.
-pub(super) const OF_EACH: usize = 24;
+const OF_EACH: usize = 24;
+/// Capacity for moving-object tracks.
+const MOVERS: usize = 64;
 
-/// [`PlanarJoint`] with eight hypotheses of data association, each with capacity for 24 features and 8 moving-object tracks.
-pub type PlanarHypotheses = PlanarJoint<OF_EACH, { joint_numbers(3, 2, OF_EACH) }, EightHypotheses>;
-/// Its hypotheses.
-pub(super) type EightHypotheses = Hypotheses<7, OF_EACH, { joint_numbers(3, 2, OF_EACH) }, MEASUREMENTS, 8>;
-
-/// Its memory.
-pub type Memory<T, const ROOM: usize, const NUMBERS: usize, V> = JointMemory<
-    JointState<PlanarPose<T>, Vector2<T>, ROOM, NUMBERS, MEASUREMENTS>,
-    <V as OptionalParts<Drive<T>, Vector2<T>>>::Memory,
-    Vector2<T>,
-    MEASUREMENTS,
+type Pose<T> = PlanarPose<T>;
+type Room<P, M, A, H, const FEATURES: usize, const NUMBERS: usize> =
+    JointBacking<P, M, A, H, FEATURES, NUMBERS, MEASUREMENTS, Noise<ScalarOf<P>>>;
+type Plain<T> = Room<Pose<T>, (), (), (), FEATURES, { joint_numbers(3, 2, FEATURES) }>;
+type Movers<T> = Room<Pose<T>, JointMovers<Pose<T>, MOVERS>, (), (), FEATURES, { joint_numbers(3, 2, FEATURES) }>;
+type Few<T> = Room<Pose<T>, (), (), (), FEW, { joint_numbers(3, 2, FEW) }>;
+type FewMovers<T> = Room<Pose<T>, JointMovers<Pose<T>, MOVERS>, (), (), FEW, { joint_numbers(3, 2, FEW) }>;
+type Archive<T> = Room<
+    Pose<T>,
+    JointMovers<Pose<T>, MOVERS>,
+    JointArchive<Pose<T>, 256>,
+    (),
+    FEATURES,
+    { joint_numbers(3, 2, FEATURES) },
 >;
+type Calibrated<T> = Room<CalibratedPose<T>, (), (), (), FEATURES, { joint_numbers(6, 2, FEATURES) }>;
+type Others<T> = JointHypotheses<Pose<T>, 7, OF_EACH, { joint_numbers(3, 2, OF_EACH) }, MEASUREMENTS, 8>;
+type Hypotheses<T> = Room<Pose<T>, JointMovers<Pose<T>, 8>, (), Others<T>, OF_EACH, { joint_numbers(3, 2, OF_EACH) }>;
 
-/// The joint map with optional parts `V`.
-pub(super) type OnboardPlanar<'m, T, V = NoMovers> =
-    OnboardJoint<'m, Planar, Direct, <V as OptionalParts<Drive<T>, Vector2<T>>>::Filter<'m>, PlanarSensing<T>>;
+/// Declares filters on board. Those of a black box have room for a loaded map.
+macro_rules! on_board {
+    ($($(#[$about:meta])* $name:ident: $room:ident, $features:expr, $black_box:literal;)+) => {$(
+        $(#[$about])*
+        #[derive(Debug, Clone, Copy)]
+        pub struct $name;
 
-impl<T: Real, V: OptionalParts<Drive<T>, Vector2<T>>, const ROOM: usize, const NUMBERS: usize> Aboard<T>
-    for PlanarJoint<ROOM, NUMBERS, V>
-{
-    type Kind = Planar;
-    type Memory = Memory<T, ROOM, NUMBERS, V>;
-    type Filter<'m>
-        = OnboardPlanar<'m, T, V>
-    where
-        T: 'm;
+        impl<T: Real> Aboard<T> for $name {
+            type Kind = Planar;
+            type Memory = Memory<$room<T>, T, { if $black_box { $features } else { 0 } }>;
+            type Filter<'m>
+                = OnBoard<'m, <$room<T> as Backing<T>>::Slam<'m>, T, $black_box>
+            where
+                T: 'm;
 
-    const MEMORY: Self::Memory = JointMemory::with(JointState::new(), V::MEMORY);
-    const CAPACITIES: Capacities = joint::capacities(ROOM, MEASUREMENTS);
-    const RAM_PARTS: [RamPart; 6] = <Self::Memory>::RAM_PARTS;
+            const MEMORY: Self::Memory = Memory::with(JointBacking::new());
+            const CAPACITIES: Capacities = Capacities {
+                candidates: 1,
+                particles: 1,
+                components: $features,
+                components_in_all: $features,
+                measurements: onboard::MEASUREMENTS,
+            };
+            const RAM_PARTS: [RamPart; 6] = Ram::of_joint(size_of::<Self::Memory>(), size_of::<$room<T>>()).parts();
 
-    fn start<'m>(header: &Header<Planar>, memory: &'m mut Self::Memory) -> Result<Self::Filter<'m>, Refusal>
-    where
-        T: 'm,
-    {
-        let JointMemory { state, parts, measurements } = memory;
-        let map = JointSlam::new(motion(header, 1.0)?, header.joint.config(), state)?;
-        let detector = detector(&Sensor::first(header))?;
-        OnboardJoint::start::<_, V>(map, (parts, header), (detector, Direct), (measurements, ROOM), start(header))
-    }
+            fn start<'m>(header: &Header<Planar>, memory: &'m mut Self::Memory) -> Result<Self::Filter<'m>, Refusal>
+            where
+                T: 'm,
+            {
+                memory.start(header, $features)
+            }
+        }
+    )+};
+}
+
+on_board! {
+    /// The joint map.
+    PlanarJoint: Plain, FEATURES, false;
+    /// [`PlanarJoint`] with moving-object tracks.
+    PlanarJointMovers: Movers, FEATURES, false;
+    /// [`PlanarJoint`] with capacity for 40 features.
+    PlanarJoint40: Few, FEW, false;
+    /// [`PlanarJoint40`] with moving-object tracks.
+    PlanarJoint40Movers: FewMovers, FEW, false;
+    /// Eight hypotheses of data association, each with capacity for 24 features and 8 moving-object tracks.
+    PlanarHypotheses: Hypotheses, OF_EACH, false;
+    /// The joint map for black boxes: fixes, scans that update the pose only, and all other records.
+    BlackBoxJoint: Plain, FEATURES, true;
+    /// [`BlackBoxJoint`] with moving-object tracks.
+    BlackBoxMovers: Movers, FEATURES, true;
+    /// [`BlackBoxMovers`] with an archive of 256 distant features.
+    BlackBoxArchive: Archive, FEATURES, true;
+    /// [`BlackBoxJoint`] with several hypotheses of data association, as [`PlanarHypotheses`].
+    BlackBoxHypotheses: Hypotheses, OF_EACH, true;
+    /// [`BlackBoxJoint`] that calibrates its odometry.
+    BlackBoxCalibrated: Calibrated, FEATURES, true;
 }

@@ -1,28 +1,36 @@
 //! Streams of planar vehicles that measure range and bearing.
 
-mod black_box;
 mod description;
 mod fix;
 #[cfg(feature = "flips")]
 mod flips;
 mod joint;
-mod models;
+mod mixture;
+mod odometry;
 mod onboard;
-mod vehicle;
 
-pub use black_box::{BlackBox, BlackBoxArchive, BlackBoxHypotheses, BlackBoxJoint, BlackBoxMovers};
 pub use description::NotRecorded;
 pub use fix::Fix;
-pub use joint::{PlanarHypotheses, PlanarJoint, PlanarJoint40, PlanarJoint40Movers, PlanarJointMovers};
-pub use models::{Models, Sensor, SensorModels};
-pub use onboard::{MEASUREMENTS, Memory};
-pub use vehicle::{Odometry, Planar, Vehicle};
+pub use joint::{
+    BlackBoxArchive, BlackBoxCalibrated, BlackBoxHypotheses, BlackBoxJoint, BlackBoxMovers, PlanarHypotheses,
+    PlanarJoint, PlanarJoint40, PlanarJoint40Movers, PlanarJointMovers,
+};
+pub use mixture::BlackBox;
+pub use odometry::Odometry;
+pub use onboard::{MEASUREMENTS, Memory, OnBoard};
 
 use crate::kind::Kind;
 
+/// The kind of streams of planar vehicles, and its mixture filter without a black box.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Planar;
+
+/// The numbers of a sensor: [`scphd_vehicle::Sensor::numbers`].
+pub type Sensor = [f64; scphd_vehicle::Sensor::<f64>::NUMBERS];
+
 impl Kind for Planar {
-    type Vehicle = Vehicle;
-    type Models = Models;
+    /// A description has all of them.
+    type Models = [f64; 0];
     type Input = Odometry;
     /// Range (m) and bearing (rad).
     type Measurement = [f64; 2];
@@ -34,23 +42,6 @@ impl Kind for Planar {
     type Covariance = [f64; 6];
     type Feature = [f64; 7];
 
-    const DETECTORS: u8 = 4;
-    const VEHICLE: Vehicle = Vehicle::Ackermann;
-
-    fn code(vehicle: Vehicle) -> u8 {
-        match vehicle {
-            Vehicle::Ackermann => 0,
-            Vehicle::Unicycle => 1,
-            Vehicle::UnicycleArc => 2,
-        }
-    }
-
-    fn vehicle(code: u8) -> Option<Vehicle> {
-        match code {
-            0 => Some(Vehicle::Ackermann),
-            1 => Some(Vehicle::Unicycle),
-            2 => Some(Vehicle::UnicycleArc),
-            _ => None,
-        }
-    }
+    const DETECTORS: u8 = scphd_vehicle::SENSORS as u8;
+    const CODE: u8 = 0;
 }

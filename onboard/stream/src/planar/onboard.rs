@@ -1,313 +1,159 @@
-//! The filter of a planar vehicle on board: its capacities, and its models from the head of the stream.
+//! The filter of a planar vehicle on board: that of `scphd-vehicle` in its memory.
 
-use super::{Odometry, Planar, Sensor, SensorModels, Vehicle};
+use super::{Odometry, Planar};
 use crate::Header;
-use crate::onboard::{self, Aboard, Capacities, Helm, Onboard, Ram, RamPart, Refusal, config};
-use core::marker::PhantomData;
-use nalgebra::{Vector2, Vector3};
-use scphd::errors::PredictError;
-use scphd::models::{
-    Ackermann, AckermannControl, AckermannGeometry, ControlNoise, Linearised, ModelError, Motion, Mounting, PlanarPose,
-    RangeBearing, RangeBearingLimits, RangeBearingWindow, Rates, Sensing, Step, Unicycle, UnicycleControl,
-    UniformClutter,
-};
-use scphd::numerics::Noise;
-use scphd::storage::{Dynamic, MapMemory, Static};
-use scphd::{Births, Detector, DetectorMemory, Real, ScPhd, State};
+use crate::black_box::{KIND, Saves, loaded, placed, unreadable, unrestored};
+use crate::onboard::{Filter, Refusal, Scan, Seen, lower, moved, zero};
+use crate::record::{How, Measurements, Part, Place, Record};
+use crate::snapshot::Snapshot;
+use crate::writer::Writer;
+use nalgebra::Vector2;
+use scphd::diagnostics::Probe;
+use scphd::models::PlanarPose;
+use scphd::snapshot::SaveError;
+use scphd::{Component, PoseEstimate, Real};
+use scphd_vehicle::{self as vehicle, Backing, Description, Recordable, Scanned, Start};
 
-/// Capacities for the particles of section 5.3.1.
-#[cfg(not(any(feature = "few-particles", feature = "small-pools")))]
-mod room {
-    pub(super) const PARTICLES: usize = 32;
-    pub(super) const CANDIDATES: usize = 64;
-    pub(super) const PAGES: usize = 192;
-    pub(super) const MAP_PAGES: usize = 32;
-    pub(super) const VIEW: usize = 96;
-    pub(super) const MOVING_PAGES: usize = 112;
-    pub(super) const MOVING_MAP_PAGES: usize = 10;
-    pub(super) const MOVING_VIEW: usize = 72;
-}
-
-/// Capacities for informed particles, which need no samples.
-#[cfg(feature = "few-particles")]
-mod room {
-    pub(super) const PARTICLES: usize = 4;
-    pub(super) const CANDIDATES: usize = 4;
-    pub(super) const PAGES: usize = 176;
-    pub(super) const MAP_PAGES: usize = 40;
-    pub(super) const VIEW: usize = 256;
-    pub(super) const MOVING_PAGES: usize = 48;
-    pub(super) const MOVING_MAP_PAGES: usize = 16;
-    pub(super) const MOVING_VIEW: usize = 160;
-}
-
-/// Capacities for the same number of particles: a quarter of the pages that they need; the other capacities are what the stream
-/// `faults` uses.
-#[cfg(all(feature = "small-pools", not(feature = "few-particles")))]
-mod room {
-    pub(super) const PARTICLES: usize = 32;
-    pub(super) const CANDIDATES: usize = 64;
-    pub(super) const PAGES: usize = 80;
-    pub(super) const MAP_PAGES: usize = 8;
-    pub(super) const VIEW: usize = 96;
-    pub(super) const MOVING_PAGES: usize = 24;
-    pub(super) const MOVING_MAP_PAGES: usize = 10;
-    pub(super) const MOVING_VIEW: usize = 72;
-}
-
-use room::{CANDIDATES, MAP_PAGES, MOVING_MAP_PAGES, MOVING_PAGES, MOVING_VIEW, PAGES, PARTICLES, VIEW};
 /// Maximum number of measurements of a scan.
 pub const MEASUREMENTS: usize = 64;
-/// Capacity of an estimated map, features.
-const FEATURES: usize = 128;
 
-/// State of a filter with these increases of all capacities of the one on board.
-type StateWith<
-    T,
-    const PARTICLES_AND: usize,
-    const CANDIDATES_AND: usize,
-    const PAGES_AND: usize,
-    const VIEW_AND: usize,
-    const MOVING_PAGES_AND: usize,
-    const MOVING_VIEW_AND: usize,
-> = State<
-    PlanarPose<T>,
-    PARTICLES_AND,
-    CANDIDATES_AND,
-    MapMemory<Static<Vector2<T>>, PARTICLES_AND, PAGES_AND, MAP_PAGES, VIEW_AND>,
-    MapMemory<Dynamic<Vector2<T>>, PARTICLES_AND, MOVING_PAGES_AND, MOVING_MAP_PAGES, MOVING_VIEW_AND>,
->;
+/// The noise of the sensors.
+#[cfg(not(feature = "same-noise"))]
+pub(super) type Noise<T> = scphd::models::RangeNoise<T>;
+#[cfg(feature = "same-noise")]
+pub(super) type Noise<T> = vehicle::SameNoise<T>;
 
-/// The working memory of the detector.
-type Scratch<T, const MEASUREMENTS_AND: usize> = DetectorMemory<Vector2<T>, MEASUREMENTS_AND>;
-
-type OnboardState<T> = StateWith<T, PARTICLES, CANDIDATES, PAGES, VIEW, MOVING_PAGES, MOVING_VIEW>;
-
-/// All memory of the filter on board.
-pub type Memory<T> = onboard::Memory<OnboardState<T>, Vector2<T>, Vector2<T>, MEASUREMENTS, FEATURES>;
-
-/// The size of the state with these increases of the capacities, minus that of the one on board.
-macro_rules! price {
-    ($particles:expr, $candidates:expr, $pages:expr, $view:expr, $moving_pages:expr, $moving_view:expr) => {
-        size_of::<
-            StateWith<
-                T,
-                { PARTICLES + $particles },
-                { CANDIDATES + $candidates },
-                { PAGES + $pages },
-                { VIEW + $view },
-                { MOVING_PAGES + $moving_pages },
-                { MOVING_VIEW + $moving_view },
-            >,
-        >() - size_of::<OnboardState<T>>()
-    };
+/// All memory of a filter: that of `scphd-vehicle`, a received scan, and an estimated or loaded map.
+#[derive(Debug)]
+pub struct Memory<B, T: Real, const FEATURES: usize> {
+    backing: B,
+    measurements: [Vector2<T>; MEASUREMENTS],
+    features: [Component<Vector2<T>>; FEATURES],
 }
 
-/// Use of the RAM, from the cost of each capacity: the size of a state with eight more of it.
-const fn ram<T: Real>() -> Ram {
-    let candidates = price!(0, 8, 0, 0, 0, 0) / 8;
-    let particles = price!(8, 8, 0, 0, 0, 0) / 8 - candidates;
-    Ram {
-        total: size_of::<Memory<T>>(),
-        state: size_of::<OnboardState<T>>() + size_of::<Scratch<T, MEASUREMENTS>>(),
-        particles: particles * PARTICLES + candidates * CANDIDATES,
-        pages: price!(0, 0, 8, 0, 0, 0) / 8 * PAGES,
-        moving_pages: price!(0, 0, 0, 0, 8, 0) / 8 * MOVING_PAGES,
-        scratch: size_of::<Scratch<T, MEASUREMENTS>>()
-            + price!(0, 0, 0, 8, 0, 0) / 8 * VIEW
-            + price!(0, 0, 0, 0, 0, 8) / 8 * MOVING_VIEW,
+impl<B, T: Real, const FEATURES: usize> Memory<B, T, FEATURES> {
+    /// With this memory of the filter, and without data.
+    pub(super) const fn with(backing: B) -> Self {
+        Self { backing, measurements: [zero(); MEASUREMENTS], features: [Component::ZERO; FEATURES] }
     }
-}
 
-impl<T: Real> Aboard<T> for Planar {
-    type Kind = Self;
-    type Memory = Memory<T>;
-    type Filter<'m>
-        = Onboard<'m, Self, Direct, Drive<T>, Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>>
+    /// Builds and starts the filter of a head, whose map has room for this number of features.
+    pub(super) fn start<const BOX: bool>(
+        &mut self,
+        header: &Header<Planar>,
+        room: usize,
+    ) -> Result<OnBoard<'_, B::Slam<'_>, T, BOX>, Refusal>
     where
-        T: 'm;
-
-    const MEMORY: Memory<T> = Memory::with(State::new());
-    const CAPACITIES: Capacities = Capacities {
-        candidates: CANDIDATES,
-        particles: PARTICLES,
-        components: (MAP_PAGES + MOVING_MAP_PAGES) * scphd::storage::PAGE_LEN,
-        components_in_all: (PAGES + MOVING_PAGES) * scphd::storage::PAGE_LEN,
-        measurements: MEASUREMENTS,
-    };
-    const RAM_PARTS: [RamPart; 6] = ram::<T>().parts();
-
-    fn start<'m>(header: &Header<Self>, memory: &'m mut Memory<T>) -> Result<Self::Filter<'m>, Refusal>
-    where
-        T: 'm,
+        B: Backing<T>,
     {
-        let onboard::Memory { state, scratch, measurements, features } = memory;
-        let mut filter = ScPhd::new(motion(header, margin(header))?, config(header), state)?;
-        let detector = detector(&Sensor::first(header))?.over(scratch)?;
-        filter.check(&detector)?;
-        filter.reset(start(header), header.seed)?;
-        Ok(Onboard { filter, detector, helm: Direct, kind: PhantomData, measurements, features })
+        // The record of a fix has its own numbers.
+        let description = Description { position: None, heading: None, ..header.description()? };
+        let mut slam = self.backing.start(&description)?;
+        vehicle::Slam::reset(&mut slam, &description.start)?;
+        Ok(OnBoard { slam, measurements: &mut self.measurements, features: &mut self.features, room })
     }
 }
 
-/// Passes controls through unchanged.
-#[derive(Debug, Clone, Copy)]
-pub struct Direct;
-
-impl<T: Real> Helm<T, Odometry, [T; 2]> for Direct {
-    fn control(&mut self, odometry: &Odometry) -> Result<Option<([T; 2], T)>, PredictError> {
-        Ok(Some((odometry.control.map(T::from_f64), T::from_f64(odometry.dt_s))))
-    }
+/// A filter of `scphd-vehicle` with memory for its inputs and outputs; with `BOX` it processes all records of a black box.
+#[derive(Debug)]
+pub struct OnBoard<'m, S, T: Real, const BOX: bool> {
+    pub(super) slam: S,
+    measurements: &'m mut [Vector2<T>],
+    features: &'m mut [Component<Vector2<T>>],
+    /// Capacity of a joint map for features.
+    room: usize,
 }
 
-/// The motion model that the head selects.
-#[derive(Debug, Clone, Copy)]
-pub enum Drive<T> {
-    /// Speed of the encoder's wheel and steering angle.
-    Ackermann(Ackermann<T>),
-    /// Speed and turn rate.
-    Unicycle(Unicycle<T>),
-}
-
-fn ackermann<T: Copy>([speed_mps, steering_rad]: [T; 2]) -> AckermannControl<T> {
-    AckermannControl { speed_mps, steering_rad }
-}
-
-fn unicycle<T: Copy>([speed_mps, rate_radps]: [T; 2]) -> UnicycleControl<T> {
-    UnicycleControl { speed_mps, rate_radps }
-}
-
-impl<T: Real> Motion for Drive<T> {
-    type Pose = PlanarPose<T>;
-    type Control = [T; 2];
-
-    const TRANSLATION_INVARIANT: bool = true;
-
-    fn check(&self) -> Result<(), ModelError> {
-        match self {
-            Self::Ackermann(car) => car.check(),
-            Self::Unicycle(robot) => robot.check(),
+impl<S: Recordable<T>, T: Real, const BOX: bool> OnBoard<'_, S, T, BOX> {
+    #[inline(never)]
+    fn taken(&mut self, record: &Record<'_, Planar>) -> Result<(), Refusal> {
+        match record {
+            Record::Fix(fix) => fix.get().ok_or(Refusal::NotAboard)?.shown(&mut self.slam),
+            Record::Detector(which, models) => {
+                let sensor = vehicle::Sensor::of_numbers(&models.get())?.ok_or(Refusal::NotAboard)?;
+                Ok(self.slam.replace(usize::from(which.get()), &sensor)?)
+            }
+            Record::Place(place) => self.place(place),
+            Record::Map(features) => {
+                let count = loaded(features.clone(), self.features)?;
+                self.slam.load_map(self.features.get(..count).unwrap_or(&[])).map_err(Refusal::Map)
+            }
+            Record::Head(head) => {
+                let header = head.decode::<Planar>().map_err(unreadable)?;
+                Ok(self.slam.configure(&header.description()?)?)
+            }
+            Record::Predict(_) | Record::Scan(_) => Err(Refusal::NotAboard),
         }
     }
 
-    fn admits(&self, control: &[T; 2]) -> bool {
-        match self {
-            Self::Ackermann(car) => car.admits(&ackermann(*control)),
-            Self::Unicycle(robot) => robot.admits(&unicycle(*control)),
-        }
+    #[inline(never)]
+    fn restored(&mut self, snapshot: &Snapshot<'_, Planar>) -> Result<(), Refusal> {
+        let source = snapshot.part(Part::Filter).ok_or(Refusal::NotAboard)?;
+        self.slam.restore_from(snapshot.user_kind(Part::Filter), source).map(drop).map_err(unrestored)
     }
 
-    fn rates(&self, control: &[T; 2]) -> Rates<T> {
-        match self {
-            Self::Ackermann(car) => car.rates(&ackermann(*control)),
-            Self::Unicycle(robot) => robot.rates(&unicycle(*control)),
-        }
-    }
-
-    fn propagate(&self, pose: &Self::Pose, control: &[T; 2], dt: T) -> Self::Pose {
-        match self {
-            Self::Ackermann(car) => car.propagate(pose, &ackermann(*control), dt),
-            Self::Unicycle(robot) => robot.propagate(pose, &unicycle(*control), dt),
-        }
-    }
-
-    fn sample(&self, pose: &Self::Pose, control: &[T; 2], dt: T, noise: &mut Noise) -> Self::Pose {
-        match self {
-            Self::Ackermann(car) => car.sample(pose, &ackermann(*control), dt, noise),
-            Self::Unicycle(robot) => robot.sample(pose, &unicycle(*control), dt, noise),
-        }
-    }
-
-    fn linearise(&self, pose: &Self::Pose, control: &[T; 2], dt: T) -> Linearised<Vector3<T>> {
-        match self {
-            Self::Ackermann(car) => car.linearise(pose, &ackermann(*control), dt),
-            Self::Unicycle(robot) => robot.linearise(pose, &unicycle(*control), dt),
-        }
+    fn place(&mut self, place: &Place<'_, Planar>) -> Result<(), Refusal> {
+        let (pose, covariance, seed): (PlanarPose<T>, _, _) = placed(place);
+        let exact = Start { pose, position_sigma_m: T::ZERO, heading_sigma_rad: T::ZERO, seed };
+        Ok(match place.how {
+            How::Reset => self.slam.reset(&exact),
+            How::ResetWithin => self.slam.reset_within(pose, &covariance, seed),
+            How::Relocate => self.slam.relocate(pose, &covariance),
+            How::Scatter => self.slam.scatter(&covariance),
+        }?)
     }
 }
 
-/// Factor on the correlation time of odometry errors in a mixture.
-pub(super) fn margin(header: &Header<Planar>) -> f64 {
-    let margin = header.recursion.interval_margin;
-    if margin == 0.0 { 1.0 } else { margin }
-}
+impl<S: Recordable<T>, T: Real, const BOX: bool> Filter<Planar> for OnBoard<'_, S, T, BOX> {
+    const BLACK_BOX: bool = BOX;
 
-/// The motion model, with this factor on the correlation time of its errors.
-pub(super) fn motion<T: Real>(header: &Header<Planar>, margin: f64) -> Result<Drive<T>, ModelError> {
-    let numbers = &header.models;
-    let noise = ControlNoise {
-        speed_sigma_mps: T::from_f64(numbers.speed_sigma_mps),
-        speed_sigma_ratio: T::from_f64(numbers.speed_sigma_ratio),
-        turn_sigma: T::from_f64(numbers.turn_sigma),
-        turn_sigma_ratio: T::from_f64(numbers.turn_sigma_ratio),
-        interval_s: T::from_f64(numbers.noise_interval_s * margin),
-    };
-    Ok(match header.vehicle {
-        Vehicle::Ackermann => {
-            let geometry = AckermannGeometry {
-                wheelbase_m: T::from_f64(numbers.wheelbase_m),
-                encoder_offset_m: T::from_f64(numbers.encoder_offset_m),
-                sensor_forward_m: T::from_f64(numbers.sensor_forward_m),
-                sensor_left_m: T::from_f64(numbers.sensor_left_m),
-            };
-            Drive::Ackermann(Ackermann::new(geometry, noise)?)
-        }
-        Vehicle::Unicycle => Drive::Unicycle(Unicycle::new(Step::Euler, noise)?),
-        Vehicle::UnicycleArc => Drive::Unicycle(Unicycle::new(Step::Arc, noise)?),
-    })
-}
+    fn predict(&mut self, odometry: &Odometry) -> Result<(), Refusal> {
+        let (control, dt_s) = odometry.input();
+        moved(self.slam.predict(control, dt_s))
+    }
 
-/// The initial pose.
-pub(super) fn start<T: Real>(header: &Header<Planar>) -> PlanarPose<T> {
-    let super::Models { start_x_m, start_y_m, start_heading_rad, .. } = header.models;
-    let [x, y, heading] = [start_x_m, start_y_m, start_heading_rad].map(T::from_f64);
-    PlanarPose::new(x, y, heading)
-}
+    fn receive(&mut self, measurements: Measurements<'_, Planar>) -> Scan {
+        Scan::received(measurements, self.measurements)
+    }
 
-pub(super) type PlanarSensing<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
+    fn scan_with(&mut self, scan: Scan, probe: &mut impl Probe) -> Result<Seen, Refusal> {
+        let measurements = vehicle::Measurements::RangeBearing(scan.of(self.measurements)?);
+        let scanned = match scan.localising {
+            false => self.slam.scan_with(scan.detector, measurements, probe)?,
+            true if BOX => self.slam.localise(scan.detector, measurements)?,
+            true => return Err(Refusal::NotAboard),
+        };
+        Ok(match &scanned {
+            Scanned::Mixture(report) => Seen::of(report),
+            Scanned::Joint(report) => Seen::of_joint(report, self.slam.held(), self.room),
+        })
+    }
 
-/// A detector with its mounting.
-pub(super) fn detector<T: Real>(sensor: &Sensor) -> Result<Detector<PlanarSensing<T>>, ModelError> {
-    let births = Births {
-        of_static: T::from_f64(sensor.birth_intensity),
-        of_moving: T::from_f64(sensor.moving_birth_intensity),
-    };
-    let detector = Detector::new(sensing(&sensor.models)?, births)?;
-    match mounting(&sensor.models)? {
-        Some(mounting) => detector.mounted(mounting),
-        None => Ok(detector),
+    fn take(&mut self, record: &Record<'_, Planar>) -> Result<(), Refusal> {
+        if BOX { self.taken(record) } else { Err(Refusal::NotAboard) }
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot<'_, Planar>) -> Result<(), Refusal> {
+        if BOX { self.restored(snapshot) } else { Err(Refusal::NotAboard) }
+    }
+
+    fn estimate(&mut self) -> ([f64; 3], usize) {
+        (self.estimate_pose().0, self.slam.count(self.features))
+    }
+
+    fn estimate_pose(&self) -> ([f64; 3], [f64; 6]) {
+        let Some(PoseEstimate { mean, covariance }) = self.slam.pose() else { return ([0.0; 3], [0.0; 6]) };
+        ([mean.x_m, mean.y_m, mean.heading_rad].map(T::to_f64), lower::<Planar, _>(covariance.as_lower()))
+    }
+
+    fn digest(&self) -> u64 {
+        self.slam.digest()
     }
 }
 
-/// The mounting of the sensor; `None` if its pose is that of the vehicle.
-fn mounting<T: Real>(sensor: &SensorModels) -> Result<Option<Mounting<T>>, ModelError> {
-    place([sensor.mounted_forward_m, sensor.mounted_left_m, sensor.mounted_yaw_rad])
-}
-
-/// A mounting: position ahead and to the left, m, and rotation to the left, rad; `None` if all are zero.
-pub(super) fn place<T: Real>(place: [f64; 3]) -> Result<Option<Mounting<T>>, ModelError> {
-    if place == [0.0; 3] {
-        return Ok(None);
+impl<S: Recordable<T>, T: Real> Saves<Planar> for OnBoard<'_, S, T, true> {
+    fn save<E, F: FnMut(&[u8]) -> Result<(), E>>(&mut self, log: &mut Writer<Planar, F>) -> Result<(), SaveError<E>> {
+        log.snapshot(&[Part::Filter], self.digest()).map_err(SaveError::Sink)?;
+        log.save(Part::Filter, |sink| self.slam.save_to(KIND, sink)).map(drop)
     }
-    let [forward, left, yaw] = place.map(T::from_f64);
-    Mounting::in_plane(forward, left, yaw).map(Some)
-}
-
-fn sensing<T: Real>(sensor: &SensorModels) -> Result<PlanarSensing<T>, ModelError> {
-    let limits = RangeBearingLimits {
-        range_min_m: T::from_f64(sensor.range_min_m),
-        range_max_m: T::from_f64(sensor.range_max_m),
-        range_edge_m: T::from_f64(sensor.range_edge_m),
-        bearing_center_rad: T::from_f64(sensor.bearing_center_rad),
-        bearing_half_width_rad: T::from_f64(sensor.bearing_half_width_rad),
-        bearing_edge_rad: T::from_f64(sensor.bearing_edge_rad),
-        probability_near: T::from_f64(sensor.detection_near),
-        probability_far: T::from_f64(sensor.detection_far),
-    };
-    let field_of_view = RangeBearingWindow::new(limits)?;
-    Ok(Sensing {
-        sensor: RangeBearing::new(T::from_f64(sensor.range_sigma_m), T::from_f64(sensor.bearing_sigma_rad))?,
-        field_of_view,
-        clutter: UniformClutter::of_scan(T::from_f64(sensor.clutter_per_scan), field_of_view.measure())?,
-    })
 }

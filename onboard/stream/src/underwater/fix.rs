@@ -1,13 +1,8 @@
 //! Measurements of the pose of an underwater vehicle, in addition to those of its velocity filter.
 
 use crate::Scalar;
-use crate::black_box::Observes;
 use crate::kind::Input;
 use crate::numbers::Numbers;
-use crate::onboard::Refusal;
-use nalgebra::Vector1;
-use scphd::Real;
-use scphd::models::{AuvPose, HeadingFix, HeightFix};
 
 /// A measurement of the pose with its noise, in double precision in every stream.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,9 +20,9 @@ pub struct Fix {
 /// The measured quantity of a fix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Of {
-    /// The heading: [`HeadingFix`].
+    /// The heading: [`HeadingFix`](scphd::models::HeadingFix).
     Heading,
-    /// z: [`HeightFix`].
+    /// z: [`HeightFix`](scphd::models::HeightFix).
     Height,
 }
 
@@ -57,16 +52,5 @@ impl Input for Fix {
     fn take(parts: u8, source: &mut impl FnMut() -> Option<f64>) -> Option<Self> {
         let [value, sigma, gate] = Numbers::take(source)?;
         Some(Self { of: if parts == HEADING { Of::Heading } else { Of::Height }, value, sigma, gate })
-    }
-}
-
-impl Fix {
-    /// Passes it to a filter.
-    pub(crate) fn shown<T: Real>(&self, filter: &mut impl Observes<AuvPose<T>>) -> Result<(), Refusal> {
-        let [value, sigma, gate] = [self.value, self.sigma, self.gate].map(T::from_f64);
-        match self.of {
-            Of::Heading => filter.take(&HeadingFix::new(sigma)?.gated(gate)?, &Vector1::new(value)),
-            Of::Height => filter.take(&HeightFix::new(sigma)?.gated(gate)?, &Vector1::new(value)),
-        }
     }
 }

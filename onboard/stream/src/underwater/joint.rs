@@ -1,16 +1,18 @@
 //! The joint map of an underwater vehicle on board.
 
-use super::onboard::MEASUREMENTS;
-use super::{AuvModels, Underwater};
+use super::onboard::{MEASUREMENTS, StereoSensing, births, other_filter, told};
+use super::{AuvModels, Navigation, Underwater};
 use crate::header::Header;
-use crate::joint::{self, JointMemory, OnboardJoint};
-use crate::onboard::{Aboard, Capacities, RamPart, Refusal, births};
+use crate::onboard::{Aboard, Capacities, Filter, Ram, RamPart, Refusal, Scan, Seen, moved, zero};
+use crate::record::Measurements;
 use nalgebra::Vector4;
-use scphd::models::{Auv, AuvPose, Sensing, StereoCamera, StereoFrustum, UniformClutter};
+use scphd::diagnostics::{Probe, Stage};
+use scphd::models::{Auv, AuvPose};
 use scphd::navigation::Navigator;
 use scphd::settings::Persistence;
-use scphd::storage::{NoMovers, joint_numbers};
+use scphd::storage::joint_numbers;
 use scphd::{Detector, JointConfig, JointSlam, JointState, Real};
+use scphd_vehicle as vehicle;
 
 /// Capacity of the joint map, features.
 const FEATURES: usize = 128;
@@ -26,38 +28,92 @@ pub fn joint_config<T: Real>() -> JointConfig<T> {
     JointConfig { persistence: Persistence::FOR_EVER, occlusion_factor: T::ONE, ..JointConfig::strict() }
 }
 
+/// All memory of the joint map: its state, and the received scan.
+#[derive(Debug)]
+pub struct JointMemory<T: Real> {
+    state: JointState<AuvPose<T>, Vector4<T>, FEATURES, { joint_numbers(5, 3, FEATURES) }, MEASUREMENTS>,
+    measurements: [Vector4<T>; MEASUREMENTS],
+}
+
+/// The joint map with the memory of received measurements and the velocity filter.
+#[derive(Debug)]
+pub struct OnboardJoint<'m, T: Real> {
+    filter: JointSlam<'m, Auv<T>, Vector4<T>>,
+    detector: Detector<StereoSensing<T>>,
+    navigator: Navigator<f64>,
+    measurements: &'m mut [Vector4<T>],
+}
+
 impl<T: Real> Aboard<T> for UnderwaterJoint {
     type Kind = Underwater;
-    type Memory = JointMemory<
-        JointState<AuvPose<T>, Vector4<T>, FEATURES, { joint_numbers(5, 3, FEATURES) }, MEASUREMENTS>,
-        (),
-        Vector4<T>,
-        MEASUREMENTS,
-    >;
+    type Memory = JointMemory<T>;
     type Filter<'m>
-        = OnboardJoint<
-        'm,
-        Underwater,
-        Navigator<f64>,
-        JointSlam<'m, Auv<T>, Vector4<T>>,
-        Sensing<StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>>,
-    >
+        = OnboardJoint<'m, T>
     where
         T: 'm;
 
-    const MEMORY: Self::Memory = JointMemory::with(JointState::new(), ());
-    const CAPACITIES: Capacities = joint::capacities(FEATURES, MEASUREMENTS);
-    const RAM_PARTS: [RamPart; 6] = <Self::Memory>::RAM_PARTS;
+    const MEMORY: JointMemory<T> = JointMemory { state: JointState::new(), measurements: [zero(); MEASUREMENTS] };
+    const CAPACITIES: Capacities = Capacities {
+        candidates: 1,
+        particles: 1,
+        components: FEATURES,
+        components_in_all: FEATURES,
+        measurements: MEASUREMENTS,
+    };
+    const RAM_PARTS: [RamPart; 6] = {
+        let scan = size_of::<[Vector4<T>; MEASUREMENTS]>();
+        Ram::of_joint(size_of::<JointMemory<T>>(), size_of::<JointMemory<T>>() - scan).parts()
+    };
 
-    fn start<'m>(header: &Header<Underwater>, memory: &'m mut Self::Memory) -> Result<Self::Filter<'m>, Refusal>
+    fn start<'m>(header: &Header<Underwater>, memory: &'m mut JointMemory<T>) -> Result<Self::Filter<'m>, Refusal>
     where
         T: 'm,
     {
-        let JointMemory { state, parts, measurements } = memory;
+        let JointMemory { state, measurements } = memory;
+        let description = header.description()?;
+        let vehicle::Filter::Joint(joint) = description.filter else { return Err(other_filter()) };
         let AuvModels { motion, sensing } = header.models.of_filter()?;
-        let map = JointSlam::new(motion, header.joint.config(), state)?;
-        let seated = (Detector::new(sensing, births(header))?, header.models.navigator()?);
-        let start = header.models.start();
-        OnboardJoint::start::<_, NoMovers>(map, (parts, header), seated, (measurements, FEATURES), start)
+        let mut filter = JointSlam::new(motion, joint.config, state)?;
+        let detector = Detector::new(sensing, births(&description))?;
+        let navigator = header.models.navigator()?;
+        filter.reset(header.models.start())?;
+        Ok(OnboardJoint { filter, detector, navigator, measurements })
+    }
+}
+
+impl<T: Real> Filter<Underwater> for OnboardJoint<'_, T> {
+    fn predict(&mut self, input: &Navigation) -> Result<(), Refusal> {
+        if let Some((control, dt)) = input.control(&mut self.navigator).map_err(Refusal::Predict)? {
+            moved(self.filter.predict(&control, dt))?;
+        }
+        Ok(())
+    }
+
+    fn receive(&mut self, measurements: Measurements<'_, Underwater>) -> Scan {
+        Scan::received(measurements, self.measurements)
+    }
+
+    fn scan_with(&mut self, scan: Scan, probe: &mut impl Probe) -> Result<Seen, Refusal> {
+        if !scan.is_plain() {
+            return Err(Refusal::NotAboard);
+        }
+        let measurements = scan.of(self.measurements)?;
+        // A joint map has only one stage.
+        probe.enter(Stage::Update);
+        let report = self.filter.scan(&self.detector, measurements);
+        probe.leave(Stage::Update);
+        Ok(Seen::of_joint(&report?, self.filter.held(), FEATURES))
+    }
+
+    fn estimate(&mut self) -> ([f64; 5], usize) {
+        (told(self.filter.estimate_pose()).0, self.filter.features().count())
+    }
+
+    fn estimate_pose(&self) -> ([f64; 5], [f64; 15]) {
+        told(self.filter.estimate_pose())
+    }
+
+    fn digest(&self) -> u64 {
+        self.filter.digest()
     }
 }

@@ -1,30 +1,26 @@
 //! Streams of underwater vehicles with a stereo camera.
 
-mod black_box;
 mod fix;
 mod joint;
 mod models;
 mod onboard;
 
-pub use black_box::BlackBox;
 pub use fix::{Fix, Of};
 pub use joint::{UnderwaterJoint, joint_config};
 pub use models::{AuvModels, Models};
-pub use onboard::{MEASUREMENTS, Memory};
+pub use onboard::{BlackBox, MEASUREMENTS, Memory};
 
 use crate::kind::{Input, Kind};
 use crate::numbers::Numbers;
 use crate::scalar::Scalar;
-use scphd::models::Reading;
-use scphd::navigation::Instruments;
+use scphd::Real;
+use scphd::errors::PredictError;
+use scphd::models::{AuvControl, Reading};
+use scphd::navigation::{Instruments, Navigator};
 
 /// The kind of streams of underwater vehicles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Underwater;
-
-/// The only motion model: (7.1).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Auv;
 
 /// A prediction, usually with readings of the instruments.
 ///
@@ -38,8 +34,21 @@ pub struct Navigation {
     pub instruments: Option<Instruments<f64>>,
 }
 
+impl Navigation {
+    /// The control by the velocity filter, with its duration, s; `None` if no time has passed.
+    ///
+    /// # Errors
+    /// A reading is invalid; the state of the velocity filter is unchanged.
+    pub fn control<T: Real>(&self, navigator: &mut Navigator<f64>) -> Result<Option<(AuvControl<T>, T)>, PredictError> {
+        let control = match &self.instruments {
+            Some(row) => navigator.instruments(row, self.dt_s),
+            None => navigator.onward(self.dt_s),
+        };
+        Ok(control?.map(|control| (control.rounded(), T::from_f64(self.dt_s))))
+    }
+}
+
 impl Kind for Underwater {
-    type Vehicle = Auv;
     type Models = Models;
     type Input = Navigation;
     /// Column and row in the left and in the right image, px.
@@ -55,15 +64,7 @@ impl Kind for Underwater {
     type Feature = [f64; 11];
 
     const DETECTORS: u8 = 1;
-    const VEHICLE: Auv = Auv;
-
-    fn code(_vehicle: Auv) -> u8 {
-        3
-    }
-
-    fn vehicle(code: u8) -> Option<Auv> {
-        (code == 3).then_some(Auv)
-    }
+    const CODE: u8 = 3;
 }
 
 /// Roll, pitch, yaw rate and its standard deviation.

@@ -1,17 +1,22 @@
 //! The filter of an underwater vehicle on board, and its capacities.
 
-use super::AuvModels;
-use super::{Navigation, Underwater};
+use super::fix::Of;
+use super::{AuvModels, Fix, Navigation, Underwater};
 use crate::Header;
-use crate::onboard::{self, Aboard, Capacities, Helm, Onboard, Ram, RamPart, Refusal, births, config};
-use core::marker::PhantomData;
-use nalgebra::{Vector3, Vector4};
-use scphd::errors::PredictError;
-use scphd::models::{Auv, AuvControl, AuvPose, Sensing, StereoCamera, StereoFrustum, UniformClutter};
+use crate::black_box::{KIND, Saves, loaded, placed, unreadable, unrestored};
+use crate::onboard::{Aboard, Capacities, Filter, Ram, RamPart, Refusal, Scan, Seen, lower, moved, zero};
+use crate::record::{How, Measurements, Part, Place, Record};
+use crate::snapshot::Snapshot;
+use crate::writer::Writer;
+use nalgebra::{Vector1, Vector3, Vector4};
+use scphd::diagnostics::Probe;
+use scphd::models::{Auv, AuvPose, HeadingFix, HeightFix, Pose, Sensing, StereoCamera, StereoFrustum, UniformClutter};
 use scphd::navigation::Navigator;
-use scphd::snapshot::{RestoreError, SaveError};
-use scphd::storage::{MapMemory, NoMoving, Static};
-use scphd::{Detector, DetectorMemory, Real, ScPhd, State};
+use scphd::numerics::Vector;
+use scphd::snapshot::SaveError;
+use scphd::storage::{MapMemory, NoMoving, ScanRoom, Static};
+use scphd::{Births, Component, Config, Detector, DetectorMemory, PoseEstimate, Real, ScPhd, State};
+use scphd_vehicle::{self as vehicle, Description, Setting};
 
 const PARTICLES: usize = 64;
 const CANDIDATES: usize = 64;
@@ -38,8 +43,17 @@ type OnboardState<T> = AuvState<T, PARTICLES, CANDIDATES, PAGES, VIEW>;
 /// The working memory of the detector.
 type Scratch<T> = DetectorMemory<Vector4<T>, MEASUREMENTS>;
 
-/// All memory of the filter on board.
-pub type Memory<T> = onboard::Memory<OnboardState<T>, Vector3<T>, Vector4<T>, MEASUREMENTS, FEATURES>;
+/// The models of the camera.
+pub(super) type StereoSensing<T> = Sensing<StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>>;
+
+/// All memory of the filter on board: its state, the working memory of its detector, a received scan, and a map.
+#[derive(Debug)]
+pub struct Memory<T: Real> {
+    state: OnboardState<T>,
+    scratch: Scratch<T>,
+    measurements: [Vector4<T>; MEASUREMENTS],
+    features: [Component<Vector3<T>>; FEATURES],
+}
 
 /// The increase of the size of the state with these increases of the capacities.
 macro_rules! price {
@@ -64,59 +78,210 @@ const fn ram<T: Real>() -> Ram {
     }
 }
 
-impl<T: Real> Aboard<T> for Underwater {
-    type Kind = Self;
-    type Memory = Memory<T>;
-    type Filter<'m>
-        = Onboard<'m, Self, Navigator<f64>, Auv<T>, Sensing<StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>>>
-    where
-        T: 'm;
+/// A mixture for streams of underwater vehicles, with memory for its inputs and outputs; with `BOX` it processes all records of a
+/// black box.
+#[derive(Debug)]
+pub struct Onboard<'m, T: Real, const BOX: bool> {
+    filter: ScPhd<'m, Auv<T>>,
+    detector: Detector<StereoSensing<T>, ScanRoom<'m, Vector4<T>>>,
+    navigator: Navigator<f64>,
+    measurements: &'m mut [Vector4<T>],
+    features: &'m mut [Component<Vector3<T>>],
+}
 
-    const MEMORY: Memory<T> = Memory::with(State::new());
-    const CAPACITIES: Capacities = Capacities {
-        candidates: CANDIDATES,
-        particles: PARTICLES,
-        components: MAP_PAGES * scphd::storage::PAGE_LEN,
-        components_in_all: PAGES * scphd::storage::PAGE_LEN,
-        measurements: MEASUREMENTS,
-    };
-    const RAM_PARTS: [RamPart; 6] = ram::<T>().parts();
+/// The mixture filter for black boxes of underwater vehicles.
+#[derive(Debug, Clone, Copy)]
+pub struct BlackBox;
 
-    fn start<'m>(header: &Header<Self>, memory: &'m mut Memory<T>) -> Result<Self::Filter<'m>, Refusal>
-    where
-        T: 'm,
-    {
-        let onboard::Memory { state, scratch, measurements, features } = memory;
-        let AuvModels { motion, sensing } = header.models.of_filter()?;
-        let mut filter = ScPhd::new(motion, config(header), state)?;
-        let detector = Detector::new(sensing, births(header))?.over(scratch)?;
+/// Declares the filter on board, and that of a black box.
+macro_rules! on_board {
+    ($($name:ident: $black_box:literal;)+) => {$(
+        impl<T: Real> Aboard<T> for $name {
+            type Kind = Underwater;
+            type Memory = Memory<T>;
+            type Filter<'m>
+                = Onboard<'m, T, $black_box>
+            where
+                T: 'm;
+
+            const MEMORY: Memory<T> = Memory {
+                state: State::new(),
+                scratch: DetectorMemory::new(),
+                measurements: [zero(); MEASUREMENTS],
+                features: [Component::ZERO; FEATURES],
+            };
+            const CAPACITIES: Capacities = Capacities {
+                candidates: CANDIDATES,
+                particles: PARTICLES,
+                components: MAP_PAGES * scphd::storage::PAGE_LEN,
+                components_in_all: PAGES * scphd::storage::PAGE_LEN,
+                measurements: MEASUREMENTS,
+            };
+            const RAM_PARTS: [RamPart; 6] = ram::<T>().parts();
+
+            fn start<'m>(header: &Header<Underwater>, memory: &'m mut Memory<T>) -> Result<Self::Filter<'m>, Refusal>
+            where
+                T: 'm,
+            {
+                Onboard::start(header, memory)
+            }
+        }
+    )+};
+}
+
+on_board! {
+    Underwater: false;
+    BlackBox: true;
+}
+
+/// The births of the only sensor of a description.
+pub(super) fn births<T: Real>(description: &Description<T>) -> Births<T> {
+    let [first, ..] = description.sensors;
+    first.map_or(Births::NONE, |sensor| sensor.births)
+}
+
+/// The mean, and the lower triangle of the covariance.
+pub(super) fn told<T: Real>(pose: Option<PoseEstimate<AuvPose<T>>>) -> ([f64; 5], [f64; 15]) {
+    let Some(pose) = pose else { return ([0.0; 5], [0.0; 15]) };
+    let mean = pose.mean.coordinates();
+    (core::array::from_fn(|k| mean.at(k).to_f64()), lower::<Underwater, _>(pose.covariance.as_lower()))
+}
+
+/// The motion model, the tuning and the detector of a head.
+type Parts<T> = (Auv<T>, Config<T>, Detector<StereoSensing<T>>);
+
+fn parts<T: Real>(header: &Header<Underwater>) -> Result<Parts<T>, Refusal> {
+    let description = header.description()?;
+    let vehicle::Filter::Mixture(config) = description.filter else { return Err(other_filter()) };
+    let AuvModels { motion, sensing } = header.models.of_filter()?;
+    Ok((motion, config, Detector::new(sensing, births(&description))?))
+}
+
+/// The refusal of a head of another filter.
+pub(super) fn other_filter() -> Refusal {
+    Refusal::Part { number: Setting::FILTER.number() }
+}
+
+impl<'m, T: Real, const BOX: bool> Onboard<'m, T, BOX> {
+    fn start(header: &Header<Underwater>, memory: &'m mut Memory<T>) -> Result<Self, Refusal> {
+        let Memory { state, scratch, measurements, features } = memory;
+        let (motion, config, detector) = parts(header)?;
+        // The memory may be of an earlier replay, of another number of particles.
+        state.clear();
+        let mut filter = ScPhd::new(motion, config, state)?;
+        let detector = detector.over(scratch)?;
         filter.check(&detector)?;
         filter.reset(header.models.start(), header.seed)?;
-        Ok(Onboard { filter, detector, helm: header.models.navigator()?, kind: PhantomData, measurements, features })
+        Ok(Self { filter, detector, navigator: header.models.navigator()?, measurements, features })
+    }
+
+    #[inline(never)]
+    fn taken(&mut self, record: &Record<'_, Underwater>) -> Result<(), Refusal> {
+        match record {
+            Record::Fix(fix) => self.observe(&fix.get().ok_or(Refusal::NotAboard)?),
+            Record::Place(place) => self.place(place),
+            Record::Map(features) => {
+                let count = loaded(features.clone(), self.features)?;
+                self.filter.load_map(self.features.get(..count).unwrap_or(&[])).map_err(Refusal::Map)
+            }
+            Record::Head(head) => self.retune(&head.decode().map_err(unreadable)?),
+            Record::Detector(..) | Record::Predict(_) | Record::Scan(_) => Err(Refusal::NotAboard),
+        }
+    }
+
+    #[inline(never)]
+    fn restored(&mut self, snapshot: &Snapshot<'_, Underwater>) -> Result<(), Refusal> {
+        if let Some(source) = snapshot.part(Part::Navigator) {
+            self.navigator.restore(snapshot.user_kind(Part::Navigator), source).map_err(unrestored)?;
+        }
+        let source = snapshot.part(Part::Filter).ok_or(Refusal::NotAboard)?;
+        self.filter.restore(snapshot.user_kind(Part::Filter), source).map(drop).map_err(unrestored)
+    }
+
+    fn place(&mut self, place: &Place<'_, Underwater>) -> Result<(), Refusal> {
+        let (pose, covariance, seed) = placed(place);
+        Ok(match place.how {
+            How::Reset => self.filter.reset(pose, seed),
+            How::ResetWithin => self.filter.reset_within(pose, &covariance, seed),
+            How::Relocate => self.filter.relocate(pose, &covariance),
+            How::Scatter => self.filter.scatter(&covariance),
+        }?)
+    }
+
+    /// Continues with the models and the tuning of a head.
+    fn retune(&mut self, header: &Header<Underwater>) -> Result<(), Refusal> {
+        let (motion, config, detector) = parts(header)?;
+        // Checks the noise first: a refused head changes nothing.
+        header.models.navigator()?;
+        self.filter.check(&detector)?;
+        self.filter.configure(config)?;
+        self.filter.retune(motion)?;
+        self.navigator.retune(header.models.velocity_noise())?;
+        self.detector.adopt(detector);
+        Ok(())
+    }
+
+    fn observe(&mut self, fix: &Fix) -> Result<(), Refusal> {
+        let [value, sigma, gate] = [fix.value, fix.sigma, fix.gate].map(T::from_f64);
+        let report = match fix.of {
+            Of::Heading => self.filter.observe(&HeadingFix::new(sigma)?.gated(gate)?, &Vector1::new(value)),
+            Of::Height => self.filter.observe(&HeightFix::new(sigma)?.gated(gate)?, &Vector1::new(value)),
+        };
+        report.map(drop).map_err(Refusal::Observe)
     }
 }
 
-impl<T: Real> Helm<T, Navigation, AuvControl<T>> for Navigator<f64> {
-    fn control(&mut self, navigation: &Navigation) -> Result<Option<(AuvControl<T>, T)>, PredictError> {
-        let dt_s = navigation.dt_s;
-        let control = match &navigation.instruments {
-            Some(row) => self.instruments(row, dt_s),
-            None => self.onward(dt_s),
-        };
-        Ok(control?.map(|control| (control.rounded(), T::from_f64(dt_s))))
+impl<T: Real, const BOX: bool> Filter<Underwater> for Onboard<'_, T, BOX> {
+    const BLACK_BOX: bool = BOX;
+
+    fn predict(&mut self, input: &Navigation) -> Result<(), Refusal> {
+        if let Some((control, dt)) = input.control(&mut self.navigator).map_err(Refusal::Predict)? {
+            moved(self.filter.predict(&control, dt))?;
+        }
+        Ok(())
     }
 
-    const HAS_STATE: bool = true;
-
-    fn save<E>(&self, kind: u32, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>> {
-        self.save(kind, sink)
+    fn receive(&mut self, measurements: Measurements<'_, Underwater>) -> Scan {
+        Scan::received(measurements, self.measurements)
     }
 
-    fn restore<E>(
+    fn scan_with(&mut self, scan: Scan, probe: &mut impl Probe) -> Result<Seen, Refusal> {
+        if !scan.is_plain() {
+            return Err(Refusal::NotAboard);
+        }
+        let measurements = scan.of(self.measurements)?;
+        Ok(Seen::of(&self.filter.scan_with(&mut self.detector, measurements, probe)?))
+    }
+
+    fn take(&mut self, record: &Record<'_, Underwater>) -> Result<(), Refusal> {
+        if BOX { self.taken(record) } else { Err(Refusal::NotAboard) }
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot<'_, Underwater>) -> Result<(), Refusal> {
+        if BOX { self.restored(snapshot) } else { Err(Refusal::NotAboard) }
+    }
+
+    fn estimate(&mut self) -> ([f64; 5], usize) {
+        let map = self.filter.estimate_map(&self.detector, self.features);
+        (told(self.filter.estimate_pose()).0, map.features)
+    }
+
+    fn estimate_pose(&self) -> ([f64; 5], [f64; 15]) {
+        told(self.filter.estimate_pose())
+    }
+
+    fn digest(&self) -> u64 {
+        self.filter.digest()
+    }
+}
+
+impl<T: Real> Saves<Underwater> for Onboard<'_, T, true> {
+    fn save<E, F: FnMut(&[u8]) -> Result<(), E>>(
         &mut self,
-        kind: u32,
-        source: impl FnMut(usize, &mut [u8]) -> Result<(), E>,
-    ) -> Result<usize, RestoreError<E>> {
-        self.restore(kind, source)
+        log: &mut Writer<Underwater, F>,
+    ) -> Result<(), SaveError<E>> {
+        log.snapshot(&[Part::Filter, Part::Navigator], self.digest()).map_err(SaveError::Sink)?;
+        log.save(Part::Filter, |sink| self.filter.save(KIND, sink))?;
+        log.save(Part::Navigator, |sink| self.navigator.save(KIND, sink)).map(drop)
     }
 }
