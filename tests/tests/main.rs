@@ -6,4 +6,5 @@ mod flown_box;
 mod link;
 mod logs;
 mod stream;
+mod twelve_kinds;
 mod worn_wheels;

@@ -66,14 +66,17 @@ impl<S: Sensor, N: NoiseModel<S>> Sensor for WithNoise<S, N> {
         self.sensor.check()
     }
 
+    #[inline(always)]
     fn frame(&self, pose: &S::Pose) -> S::Frame {
         self.sensor.frame(pose)
     }
 
+    #[inline(always)]
     fn expect(&self, frame: &S::Frame, feature: &PositionOf<S::Pose>) -> Option<ExpectedOf<S>> {
         self.sensor.expect(frame, feature)
     }
 
+    #[inline(always)]
     fn innovation(&self, measured: &S::Measurement, expected: &S::Measurement) -> S::Measurement {
         self.sensor.innovation(measured, expected)
     }
@@ -82,10 +85,12 @@ impl<S: Sensor, N: NoiseModel<S>> Sensor for WithNoise<S, N> {
         self.sensor.occludes(measured, expected)
     }
 
+    #[inline(always)]
     fn noise(&self) -> &Symmetric<S::Measurement> {
         self.sensor.noise()
     }
 
+    #[inline(always)]
     fn noise_of(&self, measured: &S::Measurement, expected: &S::Measurement) -> Option<Symmetric<S::Measurement>> {
         self.noise.covariance(&self.sensor, measured, expected)
     }

@@ -35,7 +35,7 @@ pub fn find_snapshot<K: Kind>(bytes: &[u8], from: usize) -> Option<usize> {
     heads.find(|&place| {
         let begins = |bytes| {
             Head::take::<K>(&mut Bytes(bytes)).is_some_and(|head| head.mark().is_some())
-                && Header::<K>::decode(&mut Bytes(bytes)).is_ok()
+                && Header::<K>::zero().decode(&mut Bytes(bytes)).is_ok()
         };
         bytes.get(place..).is_some_and(begins)
     })

@@ -43,6 +43,11 @@ impl<'a> Head<'a> {
     /// # Errors
     /// It has another version, is for another kind of vehicle, or has an unknown choice.
     pub fn decode<K: Kind>(&self) -> Result<Header<K>, StreamError> {
-        Header::decode(&mut Bytes(self.bytes)).map(|(header, _)| header)
+        Header::decoded(&mut Bytes(self.bytes)).map(|(header, _)| header)
+    }
+
+    /// Decodes the head in place of another.
+    pub(crate) fn decode_into<K: Kind>(&self, header: &mut Header<K>) -> Result<(), StreamError> {
+        header.decode(&mut Bytes(self.bytes)).map(drop)
     }
 }

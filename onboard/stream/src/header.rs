@@ -91,12 +91,19 @@ impl<K: Kind> Header<K> {
     /// # Errors
     /// A choice that the setting does not have.
     pub fn description<T: Real>(&self) -> Result<Description<T>, Invalid> {
-        let mut description = Description::of_numbers(&self.settings)?;
+        let mut description = Description::robot();
+        self.describe(&mut description)?;
+        Ok(description)
+    }
+
+    /// Changes the description of a robot to that of the filter, in place.
+    pub(crate) fn describe<T: Real>(&self, description: &mut Description<T>) -> Result<(), Invalid> {
+        description.take_numbers(&self.settings)?;
         description.start.seed = self.seed;
         if let Filter::Mixture(config) = &mut description.filter {
             config.births_wait = self.births_wait;
         }
-        Ok(description)
+        Ok(())
     }
 
     /// Writes the head behind a record with this checksum, 0 for none. Returns the checksum of the head.
@@ -129,14 +136,22 @@ impl<K: Kind> Header<K> {
     /// The number type of the records behind the head at the front of `bytes`, which is decoded completely and must be that of a
     /// start or a snapshot.
     pub(crate) fn scalar_of(bytes: &[u8]) -> Result<Scalar, StreamError> {
-        let (Self { begins, scalar, .. }, _) = Self::decode(&mut Bytes(bytes))?;
-        if begins == Begins::Retuned { Err(StreamError::NoBeginning) } else { Ok(scalar) }
+        let mut header = Self::zero();
+        header.decode(&mut Bytes(bytes))?;
+        if header.begins == Begins::Retuned { Err(StreamError::NoBeginning) } else { Ok(header.scalar) }
     }
 
-    /// Takes the head from the front of `bytes`. Returns it with its checksum. Not inlined, so that its stack frame is temporary
-    /// and its code exists once.
+    /// The head at the front of `bytes`, with its checksum.
+    pub(crate) fn decoded(bytes: &mut Bytes<'_>) -> Result<(Self, u32), StreamError> {
+        let mut header = Self::zero();
+        let check = header.decode(bytes)?;
+        Ok((header, check))
+    }
+
+    /// Becomes the head at the front of `bytes`. Returns its checksum. In place, because a head has more than a kilobyte, and a
+    /// copy would lie on the stack. Not inlined, so that its code exists once.
     #[inline(never)]
-    pub(crate) fn decode(bytes: &mut Bytes<'_>) -> Result<(Self, u32), StreamError> {
+    pub(crate) fn decode(&mut self, bytes: &mut Bytes<'_>) -> Result<u32, StreamError> {
         let whole = bytes.0;
         if bytes.array().ok_or(StreamError::Truncated)? != MAGIC {
             return Err(StreamError::NotAStream);
@@ -156,17 +171,15 @@ impl<K: Kind> Header<K> {
             return Err(StreamError::Header);
         }
         let content = whole.get(..Self::LENGTH - CHECK).ok_or(StreamError::Truncated)?;
-        let mut header = Self::zero();
-        let is_valid = header.read(choices, bytes).is_some();
+        let is_valid = self.read(choices, bytes).is_some();
         let check = bytes.u32().ok_or(StreamError::Truncated)?;
         if check != CRC.checksum(content) {
             return Err(StreamError::HeaderDamaged);
         }
-        if is_valid { Ok((header, check)) } else { Err(StreamError::Header) }
+        if is_valid { Ok(check) } else { Err(StreamError::Header) }
     }
 
-    /// Decodes the fields behind the choices, with the meaning of the choices; reads all of them even if a choice is unknown. In
-    /// place: a head has more than a kilobyte, and a copy would lie on the stack.
+    /// Decodes the fields behind the choices, with the meaning of the choices; reads all of them even if a choice is unknown.
     fn read(&mut self, choices: [u8; 4], bytes: &mut Bytes<'_>) -> Option<()> {
         for count in [&mut self.scans, &mut self.predictions, &mut self.most_measurements] {
             *count = bytes.u32()?;
@@ -241,7 +254,7 @@ mod tests {
     }
 
     fn comes_back<K: Kind>(header: Header<K>) {
-        assert_eq!(Header::decode(&mut Bytes(&encoded(&header))).map(|(header, _)| header), Ok(header));
+        assert_eq!(Header::decoded(&mut Bytes(&encoded(&header))).map(|(header, _)| header), Ok(header));
     }
 
     #[test]
@@ -274,14 +287,14 @@ mod tests {
         for place in 0..good.len() {
             let mut bytes = good.clone();
             bytes[place] ^= 0x10;
-            assert!(Header::<Planar>::decode(&mut Bytes(&bytes)).is_err(), "byte {place}");
-            assert!(Header::<Planar>::decode(&mut Bytes(&good[..place])).is_err(), "cut at {place}");
+            assert!(Header::<Planar>::decoded(&mut Bytes(&bytes)).is_err(), "byte {place}");
+            assert!(Header::<Planar>::decoded(&mut Bytes(&good[..place])).is_err(), "cut at {place}");
         }
     }
 
     #[test]
     fn other_versions_vehicles_and_files_are_distinguished() {
-        let decoded = |bytes: &[u8]| Header::<Planar>::decode(&mut Bytes(bytes)).map(drop);
+        let decoded = |bytes: &[u8]| Header::<Planar>::decoded(&mut Bytes(bytes)).map(drop);
         let mut bytes = encoded(&numbered::<Planar>());
         bytes[8] = 7;
         assert_eq!(decoded(&bytes), Err(StreamError::Version { found: 7 }));
@@ -289,7 +302,7 @@ mod tests {
         assert_eq!(decoded(&bytes), Err(StreamError::NotAStream));
         assert_eq!(decoded(b"SCPHD"), Err(StreamError::Truncated));
         assert_eq!(decoded(&encoded(&numbered::<Underwater>())), Err(StreamError::Vehicle { found: 3 }));
-        let error = Header::<Underwater>::decode(&mut Bytes(&encoded(&numbered::<Planar>()))).map(drop);
+        let error = Header::<Underwater>::decoded(&mut Bytes(&encoded(&numbered::<Planar>()))).map(drop);
         assert_eq!(error, Err(StreamError::Vehicle { found: 0 }));
     }
 }

@@ -3,6 +3,7 @@
 use crate::header::Header;
 use crate::kind::Kind;
 use crate::numbers::Numbers;
+use crate::reader::Reader;
 use crate::record::{Measurements, Record};
 use crate::snapshot::Snapshot;
 use core::fmt;
@@ -38,6 +39,17 @@ pub trait Aboard<T: Real> {
     fn start<'m>(header: &Header<Self::Kind>, memory: &'m mut Self::Memory) -> Result<Self::Filter<'m>, Refusal>
     where
         T: 'm;
+
+    /// [`start`](Self::start) with the head of a stream, which is decoded for it.
+    ///
+    /// # Errors
+    /// As for [`start`](Self::start).
+    fn start_of<'m>(reader: &Reader<'_, Self::Kind>, memory: &'m mut Self::Memory) -> Result<Self::Filter<'m>, Refusal>
+    where
+        T: 'm,
+    {
+        Self::start(&reader.header(), memory)
+    }
 }
 
 /// A filter for streams of one kind.

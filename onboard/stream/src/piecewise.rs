@@ -50,7 +50,7 @@ impl Piecewise {
     /// # Errors
     /// The bytes are not a head, or one that this code cannot read.
     pub fn open<K: Kind>(head: &[u8]) -> Result<(Header<K>, Self), StreamError> {
-        let (header, check) = Header::decode(&mut Bytes(head))?;
+        let (header, check) = Header::decoded(&mut Bytes(head))?;
         Ok((header, Self { scalar: header.scalar, check, index: 0 }))
     }
 
@@ -89,7 +89,7 @@ impl Piecewise {
 
 /// The pieces of a stream: its head, every record, and its end. Stops before the first that cannot be read.
 pub fn pieces<K: Kind>(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
-    let opened = Header::<K>::decode(&mut Bytes(bytes)).ok().zip(bytes.split_at_checked(Header::<K>::LENGTH));
+    let opened = Header::<K>::decoded(&mut Bytes(bytes)).ok().zip(bytes.split_at_checked(Header::<K>::LENGTH));
     let (head, mut rest) = match opened {
         Some(((header, check), (head, rest))) => (Some(head), Some(Records::behind(check, header.scalar, Bytes(rest)))),
         None => (None, None),

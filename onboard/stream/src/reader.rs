@@ -17,7 +17,7 @@ const FILTER: usize = Setting::FILTER.place();
 #[derive(Debug, Clone)]
 pub struct Reader<'a, K: Kind> {
     /// In encoded form: the decoded numbers would take half a kilobyte of stack for the lifetime of the reader.
-    head: Head<'a>,
+    pub(crate) head: Head<'a>,
     first: Records<'a>,
     rest: Records<'a>,
     kind: PhantomData<K>,
@@ -40,8 +40,10 @@ impl<'a, K: Kind> Reader<'a, K> {
     /// The head.
     #[must_use]
     pub fn header(&self) -> Header<K> {
+        let mut header = Header::zero();
         // It was decoded successfully when the stream was opened.
-        self.head.decode().unwrap_or_else(|_| Header::zero())
+        let _ = self.head.decode_into(&mut header);
+        header
     }
 
     /// Whether its filter is a joint map.

@@ -116,13 +116,13 @@ pub fn replay<A: Aboard<T>, T: Real>(
     Ok(totals)
 }
 
-/// Constructs the filter. Not inlined, so that the decoded head is on the stack only here.
+/// Constructs the filter. Not inlined, so that what is needed only for this is on the stack only here.
 #[inline(never)]
 pub(crate) fn start<'m, A: Aboard<T>, T: Real>(
     reader: &Reader<'_, A::Kind>,
     memory: &'m mut A::Memory,
 ) -> Result<A::Filter<'m>, Refusal> {
-    A::start(&reader.header(), memory)
+    A::start_of(reader, memory)
 }
 
 /// Replays the stream from a reader's position behind its head, until `scans` scans in total.

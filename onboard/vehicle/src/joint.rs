@@ -33,25 +33,34 @@ pub struct Joint<F, P: PlanarState, N: Ranging<ScalarOf<P>> = RangeNoise<ScalarO
 type Optional<T> = (Option<MovingConfig<T>>, Option<T>, Option<HypothesesConfig<T>>);
 
 /// The parts of a description for a joint map.
-struct Parts<P: PlanarState, N: Ranging<ScalarOf<P>>> {
+struct Parts<P: PlanarState> {
     joint: JointSettings<ScalarOf<P>>,
     motion: P::Moves,
-    detectors: [Option<Polar<P, ScalarOf<P>, N>>; SENSORS],
     fixes: Fixes<ScalarOf<P>>,
 }
 
-impl<T: Real, P: PlanarState<Scalar = T>, N: Ranging<T>> Parts<P, N> {
+impl<T: Real, P: PlanarState<Scalar = T>> Parts<P> {
     fn of(description: &Description<T>) -> Result<Self, StartError> {
         description.check_ranges()?;
         let Filter::Joint(joint) = description.filter else { return Err(StartError::NoRoom { part: Setting::FILTER }) };
         let motion = P::moves(description.vehicle.drive()?, joint.odometry)?;
         let motion = motion.ok_or_else(|| odd(Setting::ODOMETRY, joint.odometry.is_some()))?;
-        let mut detectors = [const { None }; SENSORS];
-        for (place, sensor) in detectors.iter_mut().zip(&description.sensors) {
-            *place = sensor.as_ref().map(Sensor::seen::<P, N>).transpose()?;
-        }
-        Ok(Self { joint, motion, detectors, fixes: Fixes::of(description)? })
+        Ok(Self { joint, motion, fixes: Fixes::of(description)? })
     }
+}
+
+/// Detectors of a description.
+type Detectors<P, N> = [Option<Polar<P, ScalarOf<P>, N>>; SENSORS];
+
+/// Makes the detectors in place: they are most of a filter, and copies would lie on the stack.
+fn make_detectors<T: Real, P: PlanarState<Scalar = T>, N: Ranging<T>>(
+    description: &Description<T>,
+    detectors: &mut Detectors<P, N>,
+) -> Result<(), StartError> {
+    for (place, sensor) in detectors.iter_mut().zip(&description.sensors) {
+        *place = sensor.as_ref().map(Sensor::seen::<P, N>).transpose()?;
+    }
+    Ok(())
 }
 
 impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>, N: Ranging<T>> Joint<F, P, N> {
@@ -72,12 +81,15 @@ impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>, N: 
         B: ArchiveMemory<P>,
         H: HypothesesMemory<'m, P, B::Archive<'m>, M::Movers<'m>, Filter = F>,
     {
-        let Parts { joint, motion, detectors, fixes } = Parts::<P, N>::of(description)?;
+        let Parts { joint, motion, fixes } = Parts::<P>::of(description)?;
         let slam = JointSlam::new(motion, joint.config, state)?;
         let slam = movers.add_movers(archive.add_archive(slam, joint.archive_reach_m)?, joint.movers)?;
         let slam = hypotheses.add_hypotheses(slam, joint.hypotheses)?;
         let optional = (joint.movers, joint.archive_reach_m, joint.hypotheses);
-        Ok(Self { slam, optional, kind: description.vehicle.kind, detectors, fixes })
+        let detectors = [const { None }; SENSORS];
+        let mut started = Self { slam, optional, kind: description.vehicle.kind, detectors, fixes };
+        make_detectors::<T, P, N>(description, &mut started.detectors)?;
+        Ok(started)
     }
 }
 
@@ -165,7 +177,9 @@ impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>, N: 
     for Joint<F, P, N>
 {
     fn configure(&mut self, description: &Description<T>) -> Result<(), StartError> {
-        let Parts { joint, motion, detectors, fixes } = Parts::<P, N>::of(description)?;
+        let Parts { joint, motion, fixes } = Parts::<P>::of(description)?;
+        let mut detectors: Detectors<P, N> = [const { None }; SENSORS];
+        make_detectors::<T, P, N>(description, &mut detectors)?;
         stays(self.optional.0, joint.movers, Setting::MOVERS)?;
         stays(self.optional.1, joint.archive_reach_m, Setting::ARCHIVE)?;
         stays(self.optional.2, joint.hypotheses, Setting::HYPOTHESES)?;

@@ -34,17 +34,14 @@ impl<T: Real> Description<T> {
         numbers
     }
 
-    /// The description with these numbers; missing ones are 0.
+    /// Sets all settings of [`robot`](Self::robot) to these numbers; missing ones are 0. In place, because a description has more
+    /// than half a kilobyte.
     ///
     /// # Errors
     /// The first choice that the setting does not have. All other ranges are checked when a filter is built.
-    pub fn of_numbers(numbers: &[f64]) -> Result<Self, Invalid> {
-        let mut description = Self::robot();
+    pub fn take_numbers(&mut self, numbers: &[f64]) -> Result<(), Invalid> {
         let mut numbers = numbers.iter();
-        for (place, sensor) in places() {
-            description.put(place, sensor, numbers.next().copied().unwrap_or(0.0))?;
-        }
-        Ok(description)
+        places().try_for_each(|(place, sensor)| self.put(place, sensor, numbers.next().copied().unwrap_or(0.0)))
     }
 
     fn number(&mut self, place: usize, sensor: usize) -> f64 {

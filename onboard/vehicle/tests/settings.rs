@@ -73,7 +73,8 @@ fn a_description_comes_back_from_its_numbers() {
                 let _ = [0.75 * number, number + 1.0].map(|other| description.set(setting, sensor, other));
             }
         }
-        assert_eq!(Description::of_numbers(&description.numbers()), Ok(description));
+        let mut read = Description::robot();
+        assert_eq!((read.take_numbers(&description.numbers()), read), (Ok(()), description));
         let sensor = description.sensors[3].unwrap();
         assert_eq!(Sensor::of_numbers(&sensor.numbers()), Ok(Some(sensor)));
         assert_eq!(description.numbers()[scphd_vehicle::numbers_of_sensor(3)], sensor.numbers());

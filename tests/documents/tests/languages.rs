@@ -225,7 +225,7 @@ const FEATURES: [(&str, [Test; 5]); 23] = [
         [
             (VEHICLE, "noise_that_grows_with_the_range"),
             (C, "describe_sensors"),
-(PYTHON_DIGESTS, "test_eleven_filters_over_300_scans"),
+            (PYTHON_DIGESTS, "test_eleven_filters_over_300_scans"),
             (STREAM, "noise_that_grows_with_the_range_ends_where_the_session_ends"),
             (JOINT, "noise_that_grows_with_the_range"),
         ],

@@ -2,6 +2,7 @@
 
 use super::onboard::{MEASUREMENTS, Memory, Noise, OnBoard};
 use super::{Planar, onboard};
+use crate::Reader;
 use crate::header::Header;
 use crate::onboard::{Aboard, Capacities, Ram, RamPart, Refusal};
 use scphd::Real;
@@ -67,6 +68,16 @@ macro_rules! on_board {
                 T: 'm,
             {
                 memory.start(header, $features)
+            }
+
+            fn start_of<'m>(
+                reader: &Reader<'_, Planar>,
+                memory: &'m mut Self::Memory,
+            ) -> Result<Self::Filter<'m>, Refusal>
+            where
+                T: 'm,
+            {
+                memory.start_of(reader, $features)
             }
         }
     )+};

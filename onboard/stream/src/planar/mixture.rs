@@ -2,8 +2,8 @@
 
 use super::Planar;
 use super::onboard::{MEASUREMENTS, Memory, Noise, OnBoard};
-use crate::Header;
 use crate::onboard::{Aboard, Capacities, Ram, RamPart, Refusal};
+use crate::{Header, Reader};
 use nalgebra::Vector2;
 use scphd::models::PlanarPose;
 use scphd::storage::{Dynamic, MapMemory, Static};
@@ -158,6 +158,16 @@ macro_rules! on_board {
                 T: 'm,
             {
                 memory.start(header, 0)
+            }
+
+            fn start_of<'m>(
+                reader: &Reader<'_, Planar>,
+                memory: &'m mut Self::Memory,
+            ) -> Result<Self::Filter<'m>, Refusal>
+            where
+                T: 'm,
+            {
+                memory.start_of(reader, 0)
             }
         }
     )+};

@@ -1,12 +1,13 @@
 //! The filter of a planar vehicle on board: that of `scphd-vehicle` in its memory.
 
 use super::{Odometry, Planar};
-use crate::Header;
 use crate::black_box::{KIND, Saves, loaded, placed, unreadable, unrestored};
+use crate::head::Head;
 use crate::onboard::{Filter, Refusal, Scan, Seen, lower, moved, zero};
 use crate::record::{How, Measurements, Part, Place, Record};
 use crate::snapshot::Snapshot;
 use crate::writer::Writer;
+use crate::{Header, Reader};
 use nalgebra::Vector2;
 use scphd::diagnostics::Probe;
 use scphd::models::PlanarPose;
@@ -46,12 +47,49 @@ impl<B, T: Real, const FEATURES: usize> Memory<B, T, FEATURES> {
     where
         B: Backing<T>,
     {
+        let mut description = Description::robot();
+        header.describe(&mut description)?;
+        self.build(&mut description, room)
+    }
+
+    /// Builds and starts the filter of a stream.
+    pub(super) fn start_of<const BOX: bool>(
+        &mut self,
+        reader: &Reader<'_, Planar>,
+        room: usize,
+    ) -> Result<OnBoard<'_, B::Slam<'_>, T, BOX>, Refusal>
+    where
+        B: Backing<T>,
+    {
+        let mut description = Description::robot();
+        described(&reader.head, &mut description)?;
+        self.build(&mut description, room)
+    }
+
+    /// Not inlined, so that the decoded head is not on the stack beside its temporaries.
+    #[inline(never)]
+    fn build<const BOX: bool>(
+        &mut self,
+        description: &mut Description<T>,
+        room: usize,
+    ) -> Result<OnBoard<'_, B::Slam<'_>, T, BOX>, Refusal>
+    where
+        B: Backing<T>,
+    {
         // The record of a fix has its own numbers.
-        let description = Description { position: None, heading: None, ..header.description()? };
-        let mut slam = self.backing.start(&description)?;
+        (description.position, description.heading) = (None, None);
+        let mut slam = self.backing.start(description)?;
         vehicle::Slam::reset(&mut slam, &description.start)?;
         Ok(OnBoard { slam, measurements: &mut self.measurements, features: &mut self.features, room })
     }
+}
+
+/// Reads the description in a head. Not inlined, so that the decoded head is on the stack only here.
+#[inline(never)]
+fn described<T: Real>(head: &Head<'_>, description: &mut Description<T>) -> Result<(), Refusal> {
+    let mut header = Header::<Planar>::zero();
+    head.decode_into(&mut header).map_err(unreadable)?;
+    Ok(header.describe(description)?)
 }
 
 /// A filter of `scphd-vehicle` with memory for its inputs and outputs; with `BOX` it processes all records of a black box.
@@ -78,12 +116,16 @@ impl<S: Recordable<T>, T: Real, const BOX: bool> OnBoard<'_, S, T, BOX> {
                 let count = loaded(features.clone(), self.features)?;
                 self.slam.load_map(self.features.get(..count).unwrap_or(&[])).map_err(Refusal::Map)
             }
-            Record::Head(head) => {
-                let header = head.decode::<Planar>().map_err(unreadable)?;
-                Ok(self.slam.configure(&header.description()?)?)
-            }
+            Record::Head(head) => self.configured(head),
             Record::Predict(_) | Record::Scan(_) => Err(Refusal::NotAboard),
         }
+    }
+
+    #[inline(never)]
+    fn configured(&mut self, head: &Head<'_>) -> Result<(), Refusal> {
+        let mut description = Description::robot();
+        described(head, &mut description)?;
+        Ok(self.slam.configure(&description)?)
     }
 
     #[inline(never)]
