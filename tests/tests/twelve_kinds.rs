@@ -83,7 +83,7 @@ fn control(kind: VehicleKind, speed_mps: f32, rate: f32) -> Control<f32> {
 }
 
 /// The digest of the described filter in this memory after the drive.
-fn driven(described: &Description<f32>, mut memory: Box<impl Backing<f32>>, events: &[Event]) -> u64 {
+fn driven(described: &Description<f32>, memory: &mut impl Backing<f32>, events: &[Event]) -> u64 {
     let mut slam = memory.start(described).unwrap();
     slam.reset(&described.start).unwrap();
     let scan = |slam: &mut dyn Services<f32>, sensor, scan: &[[f32; 2]]| {
@@ -175,7 +175,7 @@ fn ten_filters_of_the_drive_replay_from_streams() {
         let mut euler = moving_as(VehicleKind::UnicycleEuler);
         euler.filter = Filter::Joint(JointSettings { config: JointConfig::strict(), ..usual });
         let usual_joint = |described: Description<f32>| {
-            same::<BlackBoxJoint>(&described, &events, driven(&described, Box::new(Plain::new()), &events))
+            same::<BlackBoxJoint>(&described, &events, driven(&described, &mut *Box::new(Plain::new()), &events))
         };
         let tracking = joint(movers);
         let archiving = joint(JointSettings { archive_reach_m: Some(12.0), ..movers });
@@ -184,9 +184,9 @@ fn ten_filters_of_the_drive_replay_from_streams() {
         let alike = [
             same::<BlackBox>(&particles, &events, informed),
             usual_joint(robot()),
-            same::<BlackBoxMovers>(&tracking, &events, driven(&tracking, Box::new(Tracks::new()), &events)),
-            same::<BlackBoxArchive>(&archiving, &events, driven(&archiving, Box::new(Archive::new()), &events)),
-            same::<BlackBoxCalibrated>(&learning, &events, driven(&learning, Box::new(Learning::new()), &events)),
+            same::<BlackBoxMovers>(&tracking, &events, driven(&tracking, &mut *Box::new(Tracks::new()), &events)),
+            same::<BlackBoxArchive>(&archiving, &events, driven(&archiving, &mut *Box::new(Archive::new()), &events)),
+            same::<BlackBoxCalibrated>(&learning, &events, driven(&learning, &mut *Box::new(Learning::new()), &events)),
             same::<BlackBoxHypotheses>(&several, &events, hypotheses),
             usual_joint(moving_as(VehicleKind::Holonomic)),
             usual_joint(moving_as(VehicleKind::Ackermann)),
