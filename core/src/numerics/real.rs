@@ -95,7 +95,7 @@ pub trait Real:
 }
 
 macro_rules! implement_real {
-    ($t:ident, $bits:ident, $sqrt:ident, $inverse_sqrt:expr, $sqrt_above:path, $exp:path, $ln:path, $sincos:path, $tan:path, $atan2:path, $floor:ident, $vanishing:literal) => {
+    ($t:ident, $is_normal_positive:expr, $sqrt:ident, $inverse_sqrt:expr, $sqrt_above:path, $exp:path, $ln:path, $sincos:path, $tan:path, $atan2:path, $floor:ident, $vanishing:literal) => {
         impl Zero for $t {
             const ZERO: Self = 0.0;
         }
@@ -141,9 +141,7 @@ macro_rules! implement_real {
             }
             #[inline]
             fn is_normal_positive(self) -> bool {
-                // One comparison of integers: for two of numbers, compilers produce up to fourteen instructions.
-                const LEAST: $bits = $t::MIN_POSITIVE.to_bits();
-                self.to_bits().wrapping_sub(LEAST) < $t::INFINITY.to_bits() - LEAST
+                $is_normal_positive(self)
             }
             #[inline]
             fn abs(self) -> Self {
@@ -191,7 +189,7 @@ macro_rules! implement_real {
 
 implement_real!(
     f32,
-    u32,
+    single::is_normal_positive,
     sqrtf,
     single::inverse_sqrt,
     single::sqrt_above,
@@ -205,7 +203,7 @@ implement_real!(
 );
 implement_real!(
     f64,
-    u64,
+    |x: f64| (f64::MIN_POSITIVE..f64::INFINITY).contains(&x),
     sqrt,
     |x| 1.0 / libm::sqrt(x),
     libm::sqrt,
