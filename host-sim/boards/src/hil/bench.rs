@@ -71,7 +71,7 @@ pub enum HilError {
     },
     /// The target cannot set up its filter.
     #[error(
-        "the target cannot set its filter up as the stream says: too little room, another version or another kind of vehicle"
+        "the target cannot set its filter up as the stream says: too little room, another filter, another version or another kind of vehicle"
     )]
     NotSetUp,
     /// A record is too long.
