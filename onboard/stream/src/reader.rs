@@ -16,7 +16,7 @@ const FILTER: usize = Setting::FILTER.place();
 /// Reads a stream that is completely in memory.
 #[derive(Debug, Clone)]
 pub struct Reader<'a, K: Kind> {
-    /// In encoded form: the decoded numbers would take half a kilobyte of stack for the lifetime of the reader.
+    /// In encoded form: the decoded numbers would take more than a kilobyte of stack for the lifetime of the reader.
     pub(crate) head: Head<'a>,
     first: Records<'a>,
     rest: Records<'a>,
