@@ -20,9 +20,9 @@ const LONG_ABOUT: &str = "\
 Runs the scphd SLAM filter (single-cluster PHD filter in fixed memory) over recorded logs and simulated scenarios, and \
 prints how well and how fast it did.
 
-Without a command: the scenario `survey` once through the filter in single precision (f32) and once through the \
-brute-force reference in double precision (f64), on the same measurements and with the same seed. Prints both side by \
-side and leaves plots (SVG and PNG) and CSV tables in `out/`. Takes some seconds: the reference computes everything. The \
+Without a command: the scenario `survey` through the recommended filter (a joint map), through the filter of the thesis, \
+both in single precision (f32), and through its reference in double precision (f64), on the same measurements and with \
+the same seed. Prints them side by side and leaves plots (SVG and PNG) and CSV tables in `out/`. Takes some seconds. The \
 settings are those of `scphd-sim run survey`.
 
 A name is looked up in one order by all commands: a built-in scenario goes first, then the folder of a log; `./NAME` is \
@@ -434,7 +434,7 @@ pub struct CompareArgs {
     #[arg(long, value_enum, default_value_t = ComparedFilter::Core)]
     pub filter: ComparedFilter,
     /// Number type of the filter; the reference always has f64.
-    #[arg(long, value_enum, default_value_t = ComparedPrecision::Both)]
+    #[arg(long, value_enum, default_value_t = ComparedPrecision::all())]
     pub precision: ComparedPrecision,
     #[command(flatten)]
     pub tuning: Tuning,
@@ -677,6 +677,11 @@ impl ComparedFilter {
 }
 
 impl ComparedPrecision {
+    /// All that are compiled.
+    fn all() -> Self {
+        if Precision::F64.is_built() { Self::Both } else { Self::F32 }
+    }
+
     /// The precisions to compare, in the order of the columns.
     pub fn each(self) -> &'static [Precision] {
         match self {

@@ -27,7 +27,10 @@ impl Stream {
     pub fn with_snapshots(self, scalar: Scalar, every: u32) -> Result<Self, Refusal> {
         match scalar {
             Scalar::F32 => by_filter::<f32>(self, every),
+            #[cfg(feature = "f64")]
             Scalar::F64 => by_filter::<f64>(self, every),
+            #[cfg(not(feature = "f64"))]
+            Scalar::F64 => Err(scphd_filters::slam::contract::not_built()),
         }
     }
 
@@ -38,7 +41,10 @@ impl Stream {
     pub fn with_snapshots_under_water(self, scalar: Scalar, every: u32) -> Result<Self, Refusal> {
         match scalar {
             Scalar::F32 => recorded::<underwater::BlackBox, f32>(self, every),
+            #[cfg(feature = "f64")]
             Scalar::F64 => recorded::<underwater::BlackBox, f64>(self, every),
+            #[cfg(not(feature = "f64"))]
+            Scalar::F64 => Err(scphd_filters::slam::contract::not_built()),
         }
     }
 }

@@ -186,6 +186,12 @@ pub fn refusal(error: impl core::fmt::Display) -> Refusal {
     Refusal(error.to_string())
 }
 
+/// The refusal of a precision for which the filters are not compiled.
+#[must_use]
+pub fn not_built() -> Refusal {
+    Refusal("double precision is not compiled: build the program with `--features f64`".to_owned())
+}
+
 /// The refusal of a scan of a sensor without settings.
 pub(crate) fn no_sensor(sensor: usize) -> Refusal {
     Refusal(format!("no settings of sensor {}", sensor + 1))

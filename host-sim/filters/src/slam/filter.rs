@@ -8,9 +8,40 @@ use crate::settings::{FilterSettings, Likelihood};
 pub enum Precision {
     /// Single precision.
     F32,
-    /// Double precision.
+    /// Double precision, if the Cargo feature `f64` is on.
     F64,
 }
+
+impl Precision {
+    /// Whether the filters are compiled for it.
+    #[must_use]
+    pub const fn is_built(self) -> bool {
+        match self {
+            Self::F32 => true,
+            Self::F64 => cfg!(any(feature = "f64", test)),
+        }
+    }
+}
+
+/// Evaluates `$start`, where `$T` is the number type of a precision, or refuses one that is not compiled.
+macro_rules! in_precision {
+    ($precision:expr, $T:ident => $start:expr) => {
+        match $precision {
+            $crate::slam::Precision::F32 => {
+                type $T = f32;
+                $start
+            }
+            #[cfg(any(feature = "f64", test))]
+            $crate::slam::Precision::F64 => {
+                type $T = f64;
+                $start
+            }
+            #[cfg(not(any(feature = "f64", test)))]
+            $crate::slam::Precision::F64 => Err($crate::slam::contract::not_built()),
+        }
+    };
+}
+pub(super) use in_precision;
 
 /// The filter of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

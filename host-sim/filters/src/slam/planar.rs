@@ -2,7 +2,7 @@
 
 use super::contract::{Refusal, refusal};
 use super::core_filter::{Transparent, start as core_of};
-use super::filter::Precision;
+use super::filter::{Precision, in_precision};
 use super::fixes::{Fixed, PlanarFixes};
 use super::in_map::{InMap, PlanarMap};
 use super::joint_filter::{OpenJoint, start as joint_of};
@@ -71,10 +71,7 @@ pub fn core_filter(
         return Err(refusal("calibration: particles do not learn what odometry is off by; --filter joint does"));
     }
     let margin = settings.filter.interval_margin;
-    match precision {
-        Precision::F32 => core_of_models(models::<f32>(settings, margin, vehicle, initial_pose)?, settings, seed),
-        Precision::F64 => core_of_models(models::<f64>(settings, margin, vehicle, initial_pose)?, settings, seed),
-    }
+    in_precision!(precision, T => core_of_models(models::<T>(settings, margin, vehicle, initial_pose)?, settings, seed))
 }
 
 /// The joint filter for a log's vehicle.
@@ -87,10 +84,7 @@ pub fn joint_filter(
     initial_pose: [f64; 3],
     precision: Precision,
 ) -> Result<Box<dyn OpenJoint<Planar>>, Refusal> {
-    match precision {
-        Precision::F32 => joint_of_models(models::<f32>(settings, 1.0, vehicle, initial_pose)?, settings),
-        Precision::F64 => joint_of_models(models::<f64>(settings, 1.0, vehicle, initial_pose)?, settings),
-    }
+    in_precision!(precision, T => joint_of_models(models::<T>(settings, 1.0, vehicle, initial_pose)?, settings))
 }
 
 /// Starts the filter with a mixture for each particle.

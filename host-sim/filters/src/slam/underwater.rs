@@ -3,7 +3,7 @@
 use super::config::config_of;
 use super::contract::{Refusal, refusal};
 use super::core_filter::{Transparent, start as core_of};
-use super::filter::Precision;
+use super::filter::{Precision, in_precision};
 use super::joint_filter::{OpenJoint, start as joint_of};
 use super::joint_room::{FEATURES, One};
 use super::models::{Models, SensorModels};
@@ -41,10 +41,7 @@ type Core = Box<dyn Transparent<Underwater, space::Pose, 3, 6>>;
 /// # Errors
 /// The filter refuses the settings.
 pub fn core_filter(log: &Log, settings: &Settings, precision: Precision, seed: u64) -> Result<Core, Refusal> {
-    match precision {
-        Precision::F32 => start::<f32>(log, settings, seed),
-        Precision::F64 => start::<f64>(log, settings, seed),
-    }
+    in_precision!(precision, T => start::<T>(log, settings, seed))
 }
 
 fn start<T: Real>(log: &Log, settings: &Settings, seed: u64) -> Result<Core, Refusal> {
@@ -60,10 +57,7 @@ pub fn joint_filter(
     settings: &Settings,
     precision: Precision,
 ) -> Result<Box<dyn OpenJoint<Underwater>>, Refusal> {
-    match precision {
-        Precision::F32 => start_joint::<f32>(log, settings),
-        Precision::F64 => start_joint::<f64>(log, settings),
-    }
+    in_precision!(precision, T => start_joint::<T>(log, settings))
 }
 
 fn start_joint<T: Real>(log: &Log, settings: &Settings) -> Result<Box<dyn OpenJoint<Underwater>>, Refusal> {
