@@ -2,22 +2,25 @@
 
 use crate::unfit::Unfit;
 use scphd::Config;
-use scphd::models::Step;
 use scphd::settings::{Extraction, Informed, Proposal};
-use scphd_filters::slam::{PlanarNumbers, PlanarVehicle};
+use scphd_filters::slam::PlanarNumbers;
 use scphd_gpu_kernels::{MOUNTED, Setup, extraction, vehicle};
+use scphd_vehicle::{Vehicle, VehicleKind};
 
 /// The numbers of a run, for a filter with at most `room` particles and samples of each.
 ///
 /// # Errors
 /// The kernels have no capacity or no code for such a filter; the error names the reason.
 pub fn setup_of(numbers: &PlanarNumbers<f32>, room: [usize; 2]) -> Result<Setup, Unfit> {
-    let PlanarNumbers { vehicle, noise, sensors, config, start } = numbers;
+    let PlanarNumbers { vehicle, sensors, config, start } = numbers;
+    let noise = vehicle.noise;
     let [sensor] = &sensors[..] else { return Err(Unfit(format!("{} sensors; there may be one", sensors.len()))) };
     if sensor.range_sigma_ratio != 0.0 {
         return Err(Unfit("noise that grows with the range (sensor.range_sigma_ratio)".to_owned()));
     }
-    let limits = sensor.limits;
+    let limits = sensor.window;
+    let [forward_m, left_m] = sensor.seat_m;
+    let mounting = [forward_m, left_m, sensor.yaw_rad];
     Ok(Setup {
         speed_sigma_mps: noise.speed_sigma_mps,
         speed_sigma_ratio: noise.speed_sigma_ratio,
@@ -36,8 +39,8 @@ pub fn setup_of(numbers: &PlanarNumbers<f32>, room: [usize; 2]) -> Result<Setup,
         probability_near: limits.probability_near,
         probability_far: limits.probability_far,
         clutter_per_scan: sensor.clutter_per_scan,
-        is_mounted: if sensor.mounting.is_some() { MOUNTED } else { 0 },
-        mounting: sensor.mounting.unwrap_or_default(),
+        is_mounted: if mounting == [0.0; 3] { 0 } else { MOUNTED },
+        mounting,
         births_of_static: sensor.births.of_static,
         births_of_moving: sensor.births.of_moving,
         ..of_config(config, room, of_vehicle(vehicle)?)?
@@ -45,10 +48,10 @@ pub fn setup_of(numbers: &PlanarNumbers<f32>, room: [usize; 2]) -> Result<Setup,
 }
 
 /// A setup with the fields of the vehicle; all others are zero.
-fn of_vehicle(moves: &PlanarVehicle<f32>) -> Result<Setup, Unfit> {
+fn of_vehicle(Vehicle { kind, geometry, .. }: &Vehicle<f32>) -> Result<Setup, Unfit> {
     let nothing: Setup = bytemuck::Zeroable::zeroed();
-    Ok(match *moves {
-        PlanarVehicle::Ackermann(geometry) => Setup {
+    Ok(match kind {
+        VehicleKind::Ackermann => Setup {
             vehicle: vehicle::ACKERMANN,
             wheelbase_m: geometry.wheelbase_m,
             encoder_offset_m: geometry.encoder_offset_m,
@@ -56,10 +59,9 @@ fn of_vehicle(moves: &PlanarVehicle<f32>) -> Result<Setup, Unfit> {
             sensor_left_m: geometry.sensor_left_m,
             ..nothing
         },
-        PlanarVehicle::Unicycle(Step::Euler) => Setup { vehicle: vehicle::UNICYCLE, ..nothing },
-        PlanarVehicle::Unicycle(Step::Arc) => Setup { vehicle: vehicle::UNICYCLE_ARC, ..nothing },
-        PlanarVehicle::Holonomic => return Err(Unfit("a holonomic vehicle".into())),
-        PlanarVehicle::Unicycle(other) => return Err(Unfit(format!("the step {other:?} of a unicycle"))),
+        VehicleKind::UnicycleEuler => Setup { vehicle: vehicle::UNICYCLE, ..nothing },
+        VehicleKind::Unicycle => Setup { vehicle: vehicle::UNICYCLE_ARC, ..nothing },
+        VehicleKind::Holonomic => return Err(Unfit("a holonomic vehicle".into())),
     })
 }
 

@@ -1,59 +1,29 @@
 //! The description of a vehicle from a log with its settings, for use outside the simulator.
 
 use crate::settings::{FilterSettings, Settings};
-use crate::slam::{PlanarNumbers, PlanarVehicle, config_of, joint_config};
+use crate::slam::{PlanarNumbers, config_of, joint_config, odometry_prior};
 use scphd::Births;
-use scphd::models::{OdometryCorrection, OdometryPrior, Step};
 use scphd::settings::HypothesesConfig;
 use scphd_log::log::{FixNoise, Log};
-use scphd_vehicle::{Description, Filter, FixSpec, JointSettings, Sensor, VehicleKind};
+use scphd_vehicle::{Description, Filter, FixSpec, JointSettings, Sensor};
 
 /// The joint map with the settings of a log; the number of sensors is limited.
 #[must_use]
 pub fn description(log: &Log, settings: &Settings) -> Description<f64> {
     let numbers = PlanarNumbers::<f64>::of(settings, &log.vehicle, log.initial_pose);
     let mut description = Description::robot();
-    description.vehicle.noise = numbers.noise;
+    description.vehicle = numbers.vehicle;
     // A joint map uses the stated correlation time of odometry errors, without a margin.
     description.vehicle.noise.interval_s = settings.vehicle.noise_interval_s;
-    description.vehicle.kind = match numbers.vehicle {
-        PlanarVehicle::Ackermann(geometry) => {
-            description.vehicle.geometry = geometry;
-            VehicleKind::Ackermann
-        }
-        PlanarVehicle::Unicycle(Step::Euler) => VehicleKind::UnicycleEuler,
-        PlanarVehicle::Unicycle(_) => VehicleKind::Unicycle,
-        PlanarVehicle::Holonomic => VehicleKind::Holonomic,
-    };
-    let odometry = settings.calibration.as_ref().map(|calibration| OdometryPrior {
-        sigma: OdometryCorrection {
-            speed_scale: calibration.speed_scale_sigma,
-            turn_scale: calibration.turn_scale_sigma,
-            turn_offset: calibration.turn_offset_sigma,
-        },
-        lasts_s: calibration.lasts_s,
-    });
+    let odometry = settings.calibration.as_ref().map(odometry_prior);
     let movers = (settings.moving.birth_intensity > 0.0).then_some(numbers.config.moving);
     let config = joint_config(&settings.joint);
     let most = settings.joint.hypotheses;
     let hypotheses = (most > 1).then(|| HypothesesConfig { most, ..HypothesesConfig::default() });
     let joint = JointSettings { config, movers, odometry, archive_reach_m: None, hypotheses };
     description.filter = Filter::Joint(joint);
-    for (place, of) in description.sensors.iter_mut().zip(&numbers.sensors) {
-        let [forward_m, left_m, yaw_rad] = of.mounting.unwrap_or_default();
-        *place = Some(Sensor {
-            range_sigma_ratio: of.range_sigma_ratio,
-            window: of.limits,
-            clutter_per_scan: of.clutter_per_scan,
-            births: of.births,
-            seat_m: [forward_m, left_m],
-            yaw_rad,
-            ..Sensor::range_bearing(
-                of.limits.range_max_m,
-                of.limits.probability_near,
-                [of.range_sigma_m, of.bearing_sigma_rad],
-            )
-        });
+    for (place, sensor) in description.sensors.iter_mut().zip(numbers.sensors) {
+        *place = Some(sensor);
     }
     let fixes = settings.fixes.filter(|_| !log.fixes.is_empty());
     let spec = |sigma: Option<f64>, antenna_m| {
@@ -73,7 +43,7 @@ pub fn description(log: &Log, settings: &Settings) -> Description<f64> {
 pub fn mixture(log: &Log, settings: &Settings, seed: u64) -> Description<f64> {
     let numbers = PlanarNumbers::<f64>::of(settings, &log.vehicle, log.initial_pose);
     let mut description = description(log, settings);
-    description.vehicle.noise = numbers.noise;
+    description.vehicle = numbers.vehicle;
     description.filter = Filter::Mixture(numbers.config);
     description.start.seed = seed;
     description

@@ -132,7 +132,7 @@ where
     X: MeasurementModel<Pose = M::Pose> + Copy + Debug + 'static,
 {
     let start = models.start;
-    let scratch = models.sensors.iter().map(|_| DetectorMemory::new()).collect();
+    let scratch = models.detectors.iter().map(|_| DetectorMemory::new()).collect();
     let mut started = CoreFilter { models, config, state, scratch, threads: Threads::default(), updates: None };
     for sensor in 0..started.scratch.len() {
         started.with(sensor, |filter, detector| filter.check(detector))?.map_err(refusal)?;
@@ -148,10 +148,10 @@ impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose =
         sensor: usize,
         work: impl FnOnce(&mut ScPhd<'_, M>, &mut scphd::Detector<X, ScanRoom<'_, X::Measurement>>) -> R,
     ) -> Result<R, Refusal> {
-        let (Some(sensor), Some(scratch)) = (self.models.sensors.get(sensor), self.scratch.get_mut(sensor)) else {
+        let (Some(&detector), Some(scratch)) = (self.models.detectors.get(sensor), self.scratch.get_mut(sensor)) else {
             return Err(no_sensor(sensor));
         };
-        let mut detector = sensor.detector()?.over(scratch).map_err(refusal)?;
+        let mut detector = detector.over(scratch).map_err(refusal)?;
         let mut filter = self.state.filter(self.models.motion, self.config).map_err(refusal)?;
         Ok(work(&mut filter, &mut detector))
     }

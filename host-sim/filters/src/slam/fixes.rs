@@ -4,14 +4,13 @@ use super::contract::{Refusal, refusal};
 use nalgebra::{Vector1, Vector2};
 use scphd::errors::ObserveError;
 use scphd::fixes::FixReport;
-use scphd::models::{
-    AuvPose, Calibrated, CalibratedPose, Fix, HeadingFix, Motion, PlanarPose, Pose, PositionFix, ScalarOf,
-};
+use scphd::models::{AuvPose, Fix, HeadingFix, Motion, PlanarPose, Pose, PositionFix, ScalarOf};
 use scphd::numerics::{Symmetric, Vector};
 use scphd::storage::{Movers, NoArchive};
 use scphd::{JointSlam, MultiHypothesisSlam, PoseEstimate, Real, ScPhd};
 use scphd_log::dimensions::{Covariance, Dimensions, Planar, Underwater};
 use scphd_log::log::{FixNoise, PoseFix};
+use scphd_vehicle::PlanarState;
 use std::convert::Infallible;
 use std::fmt::Debug;
 
@@ -27,7 +26,7 @@ pub(crate) enum Map {
 /// A filter of the core that processes any fix.
 pub(crate) trait Observes<P: Pose> {
     /// Processes a fix. Returns whether it was within its gate.
-    fn take<F: Fix<Pose = P> + Copy>(
+    fn take<F: Fix<Pose = P>>(
         &mut self,
         fix: &F,
         measured: &F::Measurement,
@@ -40,7 +39,7 @@ pub(crate) trait Observes<P: Pose> {
 /// Fixes and relocation of a filter, by its methods of the same names.
 macro_rules! observes {
     ($($seed:expr)?) => {
-        fn take<F: Fix<Pose = M::Pose> + Copy>(
+        fn take<F: Fix<Pose = M::Pose>>(
             &mut self,
             fix: &F,
             measured: &F::Measurement,
@@ -133,80 +132,35 @@ impl<T: Real> PlanarFixes<T> {
     }
 }
 
-impl<T: Real> Fixed<Planar> for PlanarPose<T> {
-    type Models = PlanarFixes<T>;
+impl<P: PlanarState> Fixed<Planar> for P {
+    type Models = PlanarFixes<P::Scalar>;
 
-    fn observe(filter: &mut impl Observes<Self>, models: &PlanarFixes<T>, fix: &PoseFix) -> Result<bool, Refusal> {
+    fn observe(filter: &mut impl Observes<P>, models: &Self::Models, fix: &PoseFix) -> Result<bool, Refusal> {
         let unstated = |what| refusal(format_args!("fixes.{what}: not stated"));
         let report = match fix {
             PoseFix::Position(place) => {
-                let model = models.position.as_ref().ok_or_else(|| unstated("position_sigma_m"))?;
-                filter.take(model, &Vector2::from(place.map(T::from_f64)))
+                let model = models.position.ok_or_else(|| unstated("position_sigma_m"))?;
+                filter.take(&P::fixed(model), &Vector2::from(place.map(P::Scalar::from_f64)))
             }
             PoseFix::Heading(heading) => {
-                let model = models.heading.as_ref().ok_or_else(|| unstated("heading_sigma_rad"))?;
-                filter.take(model, &Vector1::new(T::from_f64(*heading)))
+                let model = models.heading.ok_or_else(|| unstated("heading_sigma_rad"))?;
+                filter.take(&P::fixed(model), &Vector1::new(P::Scalar::from_f64(*heading)))
             }
         };
         Ok(report.map_err(refusal)?.accepted)
     }
 
     fn relocate(
-        filter: &mut impl Observes<Self>,
-        map: Map,
-        [x, y, heading]: &[f64; 3],
-        covariance: &[[f64; 3]; 3],
-    ) -> Result<(), Refusal> {
-        let mean = Self::new(T::from_f64(*x), T::from_f64(*y), T::from_f64(*heading));
-        let covariance = Symmetric::from_fn(|row, column| T::from_f64(covariance[row][column]));
-        filter.put(map, |_| PoseEstimate { mean, covariance })
-    }
-}
-
-impl<T: Real> Fixed<Planar> for CalibratedPose<T> {
-    type Models = PlanarFixes<T>;
-
-    fn observe(filter: &mut impl Observes<Self>, models: &PlanarFixes<T>, fix: &PoseFix) -> Result<bool, Refusal> {
-        PlanarPose::observe(&mut OfVehicle(filter), models, fix)
-    }
-
-    fn relocate(
-        filter: &mut impl Observes<Self>,
+        filter: &mut impl Observes<P>,
         map: Map,
         pose: &[f64; 3],
         covariance: &[[f64; 3]; 3],
     ) -> Result<(), Refusal> {
-        PlanarPose::relocate(&mut OfVehicle(filter), map, pose, covariance)
-    }
-}
-
-/// A filter with calibration of the odometry, seen as one of the vehicle's pose only.
-struct OfVehicle<'f, F>(&'f mut F);
-
-impl<T: Real, O: Observes<CalibratedPose<T>>> Observes<PlanarPose<T>> for OfVehicle<'_, O> {
-    fn take<F: Fix<Pose = PlanarPose<T>> + Copy>(
-        &mut self,
-        fix: &F,
-        measured: &F::Measurement,
-    ) -> Result<FixReport<T>, ObserveError> {
-        self.0.take(&Calibrated(*fix), measured)
-    }
-
-    /// The calibration and its covariance are not changed.
-    fn put(
-        &mut self,
-        map: Map,
-        place: impl FnOnce(PoseEstimate<PlanarPose<T>>) -> PoseEstimate<PlanarPose<T>>,
-    ) -> Result<(), Refusal> {
-        self.0.put(map, |PoseEstimate { mean, covariance }| {
-            let PoseEstimate { mean: vehicle, covariance: of_vehicle } =
-                place(PoseEstimate { mean: mean.vehicle, covariance: covariance.leading() });
-            let covariance = Symmetric::from_fn(|row, column| match (row < 3, column < 3) {
-                (true, true) => of_vehicle.get(row, column),
-                (false, false) => covariance.get(row, column),
-                _ => T::ZERO,
-            });
-            PoseEstimate { mean: CalibratedPose { vehicle, ..mean }, covariance }
+        let [x, y, heading] = pose.map(P::Scalar::from_f64);
+        let covariance = Symmetric::from_fn(|row, column| P::Scalar::from_f64(covariance[row][column]));
+        filter.put(map, |now| {
+            let (mean, covariance) = P::moved(&now, PlanarPose::new(x, y, heading), &covariance);
+            PoseEstimate { mean, covariance }
         })
     }
 }

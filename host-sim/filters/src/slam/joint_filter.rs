@@ -49,7 +49,7 @@ where
 /// # Errors
 /// The first setting that is out of range.
 pub(super) fn start<D, M, X, R>(
-    models: &Models<D, M, X>,
+    models: Models<D, M, X>,
     config: JointConfig<ScalarOf<M::Pose>>,
     mut state: Box<R>,
     maps: Option<Box<dyn InMap<X>>>,
@@ -69,8 +69,7 @@ where
         }
         .map_err(refusal)?;
     }
-    let Models { motion, control, fixes, start, .. } = *models;
-    let detectors = models.sensors.iter().map(|sensor| sensor.detector()).collect::<Result<_, _>>()?;
+    let Models { motion, detectors, fixes, start, control } = models;
     Ok(Box::new(JointFilter { motion, control, detectors, fixes, config, state, start, maps }))
 }
 

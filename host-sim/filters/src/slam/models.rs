@@ -1,41 +1,22 @@
 //! The core's models for the settings of a log, and conversion of results to the host's types.
 
-use super::contract::{PoseAndCovariance, Refusal, refusal};
+use super::contract::PoseAndCovariance;
 use super::fixes::Fixed;
-use scphd::models::{AuvPose, MeasurementModel, Motion, Mounting, PlanarPose, Pose, ScalarOf};
+use scphd::models::{AuvPose, MeasurementModel, Motion, PlanarPose, Pose};
 use scphd::numerics::{Symmetric, Vector};
-use scphd::{Births, Component, Detector, PoseEstimate, Real};
+use scphd::{Component, Detector, PoseEstimate, Real};
 use scphd_log::dimensions::{Coordinates, Dimensions};
 use scphd_reference::space;
 use scphd_score::record::{MapFeature, MovingFeature};
 
-/// Models of motion and sensors, and the initial pose.
+/// Models of motion, sensors and fixes, and the initial pose.
 pub(crate) struct Models<D: Dimensions, M: Motion<Pose: Fixed<D>>, X: MeasurementModel<Pose = M::Pose>> {
     pub(crate) motion: M,
-    pub(crate) sensors: Vec<SensorModels<X>>,
+    pub(crate) detectors: Vec<Detector<X>>,
     pub(crate) fixes: <M::Pose as Fixed<D>>::Models,
     pub(crate) start: M::Pose,
     /// Converts a control of the log.
     pub(crate) control: fn(D::Control) -> M::Control,
-}
-
-/// The sensor model, its mounting, and its births.
-#[derive(Clone, Copy)]
-pub(crate) struct SensorModels<X: MeasurementModel> {
-    pub(crate) sensing: X,
-    pub(crate) mounting: Option<Mounting<ScalarOf<X::Pose>>>,
-    pub(crate) births: Births<ScalarOf<X::Pose>>,
-}
-
-impl<X: MeasurementModel + Copy> SensorModels<X> {
-    /// The detector with these models.
-    pub(crate) fn detector(&self) -> Result<Detector<X>, Refusal> {
-        let detector = Detector::new(self.sensing, self.births).map_err(refusal)?;
-        match self.mounting {
-            Some(mounting) => detector.mounted(mounting).map_err(refusal),
-            None => Ok(detector),
-        }
-    }
 }
 
 /// Converts measurements to vectors of the core.

@@ -6,13 +6,13 @@ use super::core_filter::{Transparent, start as core_of};
 use super::filter::{Precision, in_precision};
 use super::joint_filter::{OpenJoint, start as joint_of};
 use super::joint_room::{FEATURES, One};
-use super::models::{Models, SensorModels};
+use super::models::Models;
 use crate::underwater::models::models;
 use crate::underwater::settings::Settings;
 use nalgebra::{Vector3, Vector4};
 use scphd::models::{Auv, AuvControl, AuvPose, Sensing, StereoCamera, StereoFrustum, UniformClutter};
 use scphd::storage::{MapMemory, NoMoving, Static, joint_numbers};
-use scphd::{Births, Real, State};
+use scphd::{Births, Detector, Real, State};
 use scphd_log::dimensions::Underwater;
 use scphd_log::underwater::Log;
 use scphd_reference::space;
@@ -62,19 +62,16 @@ pub fn joint_filter(
 
 fn start_joint<T: Real>(log: &Log, settings: &Settings) -> Result<Box<dyn OpenJoint<Underwater>>, Refusal> {
     let state = Box::new(One::<Auv<T>, Vector4<T>, FEATURES, { joint_numbers(5, 3, FEATURES) }>::new(None));
-    joint_of(&models_of::<T>(log, settings)?, joint_config(), state, None, None)
+    joint_of(models_of::<T>(log, settings)?, joint_config(), state, None, None)
 }
 
 fn models_of<T: Real>(log: &Log, settings: &Settings) -> Result<Models<Underwater, Auv<T>, AuvSensing<T>>, Refusal> {
     let numbers = models(log, settings)?;
     let AuvModels { motion, sensing } = numbers.of_filter().map_err(refusal)?;
+    let births = Births::of_static(T::from_f64(settings.filter.birth_intensity));
     Ok(Models {
         motion,
-        sensors: vec![SensorModels {
-            sensing,
-            mounting: None,
-            births: Births::of_static(T::from_f64(settings.filter.birth_intensity)),
-        }],
+        detectors: vec![Detector::new(sensing, births).map_err(refusal)?],
         fixes: (),
         start: numbers.start(),
         control: |control: AuvControl<f64>| control.rounded(),
