@@ -38,7 +38,8 @@ struct Program {
 /// Tests without their data are recorded in the file `skipped`.
 pub fn run(arguments: &[&str], skipped: &Path) -> Result<(), String> {
     let mut build = process::cargo();
-    build.args(["test", "--no-run", "--message-format", "json-render-diagnostics"]).args(arguments);
+    // `target/cargo-timings` then has the build time of each crate.
+    build.args(["test", "--no-run", "--timings", "--message-format", "json-render-diagnostics"]).args(arguments);
     let mut programs = programs(&process::read_loudly(&mut build)?)?;
     if programs.is_empty() {
         return Err("cargo built no test".into());
