@@ -80,6 +80,9 @@ pub const FEW: Rig = Rig {
     ..PLANAR
 };
 
+/// One informed particle, of which nothing is drawn, in the image of [`FEW`].
+const GAUSSIAN: Rig = Rig { mark: "-gaussian", particles: 1, settings: Some("firmware/gaussian.toml"), ..FEW };
+
 /// The joint map with the settings of [`FEW`].
 pub const FEW_JOINT: Rig = Rig { mark: "-informed-joint", filter: "joint-", features: &["joint"], ..FEW };
 
@@ -164,8 +167,8 @@ pub const UNDERWATER: Rig = Rig {
 pub const UNDERWATER_JOINT: Rig = Rig { vehicle: "underwater-joint-", features: &["underwater", "joint"], ..JOINT };
 
 /// The filters that a budget can name, of planar and of underwater vehicles.
-const IN_THE_PLANE: [Rig; 9] =
-    [PLANAR, STATIC, FEW, JOINT, JOINT_MOVERS, JOINT_40, JOINT_40_MOVERS, JOINT_HYPOTHESES, SMALL];
+const IN_THE_PLANE: [Rig; 10] =
+    [PLANAR, STATIC, FEW, GAUSSIAN, JOINT, JOINT_MOVERS, JOINT_40, JOINT_40_MOVERS, JOINT_HYPOTHESES, SMALL];
 const UNDER_WATER: [Rig; 2] = [UNDERWATER, UNDERWATER_JOINT];
 
 /// The scenario of underwater vehicles.
