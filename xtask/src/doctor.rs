@@ -12,7 +12,7 @@ use crate::outcome::Missing;
 use crate::process;
 use crate::python;
 use crate::toolchain::{self, OLDEST};
-use crate::tools::{ARM_GCC, CHROMIUM, LLD, QEMU, VALGRIND, Wanted};
+use crate::tools::{ARM_GCC, CHROMIUM, LLD, NODE, QEMU, VALGRIND, Wanted};
 use crate::web;
 
 /// The steps that build for a Cortex-M.
@@ -72,6 +72,7 @@ fn lines() -> Vec<Line> {
         ("python3", python::interpreter().map_err(String::from), "python, logs, mavlink"),
         (web::TARGET, builds_for(web::TARGET), "web"),
         (gpu::TARGET, builds_for(gpu::TARGET), "gpu"),
+        (NODE.program, tool(&NODE), "web"),
         (CHROMIUM.program, tool(&CHROMIUM), "web"),
         ("oldest Rust", oldest.ok_or_else(|| format!("no toolchain {OLDEST}")), "msrv, else by clippy"),
         ("recorded logs", logs(), "unit, firmware"),

@@ -109,7 +109,7 @@ pub const OTHERS: &[Step] = &[
     }),
     step(
         "web",
-        "makes the page to try the filter in, and compares its digests with the host's in a browser without a window",
+        "makes the page to try the filter in, and compares its digests with the host's in Node.js and in a browser without a window",
         |_| web::step(),
     ),
     step(

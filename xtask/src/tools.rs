@@ -46,6 +46,9 @@ pub const ARM_GCC: Wanted =
 /// Browser.
 pub const CHROMIUM: Wanted = Wanted::packaged("chromium", "chromium", &[&["chromium"]]);
 
+/// Runs WebAssembly without a browser.
+pub const NODE: Wanted = Wanted::packaged("node", "nodejs", &[&["nodejs"]]);
+
 /// Builds programs that use the installed C library.
 pub const CMAKE: Wanted = Wanted::packaged("cmake", "cmake", &[&["cmake"]]);
 

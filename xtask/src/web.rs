@@ -1,6 +1,7 @@
-//! The web page with the filter: builds it, and checks it in a headless browser.
+//! The web page with the filter: builds it, and checks its module in Node.js and the page in a headless browser.
 
 use std::ffi::OsString;
+use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -15,7 +16,7 @@ use crate::files;
 use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
 use crate::toolchain::{self, Toolchain};
-use crate::tools::{CHROMIUM, Tool};
+use crate::tools::{CHROMIUM, NODE, Tool};
 
 /// Target of browsers.
 pub const TARGET: &str = "wasm32-unknown-unknown";
@@ -43,11 +44,16 @@ pub fn step() -> Result<Outcome, Stop> {
     let native = process::read(cargo("run").args(["--example", "native", "--"]).args(&words))?.replace('\n', "; ");
     let toolchain = toolchain::find_for(&[TARGET])?;
     let module = build(&toolchain)?;
-    let page = write(&module)?;
-    println!("the page: {}, with a module of {} bytes", page.display(), module.len());
+    let page = write(&files::bytes(&module)?)?;
+    println!("the page: {}, with the module {}", page.display(), module.display());
+    let not_run = |Missing(reason)| Outcome::Partly(format!("{}; NOT RUN: {reason}", page.display()));
+    match NODE.obtain() {
+        Ok(node) => drive(&node, &module)?,
+        Err(missing) => return Ok(not_run(missing)),
+    }
     let chromium = match CHROMIUM.obtain() {
         Ok(chromium) => chromium,
-        Err(Missing(reason)) => return Ok(Outcome::Partly(format!("{}; NOT RUN: {reason}", page.display()))),
+        Err(missing) => return Ok(not_run(missing)),
     };
     println!("{}", chromium.version);
     let said = ask(&chromium, &page, &format!("rehearse={}", words.join(",")))?;
@@ -60,7 +66,7 @@ pub fn step() -> Result<Outcome, Stop> {
 }
 
 /// Builds the module with a toolchain that has the target, or the sources for it.
-fn build(toolchain: &Toolchain) -> Result<Vec<u8>, Stop> {
+fn build(toolchain: &Toolchain) -> Result<PathBuf, Stop> {
     let dir = process::own_target_dir(&format!("web-{}", toolchain.key()));
     let mut cargo = toolchain.cargo("rustc", "core");
     let mut flags = Vec::new();
@@ -73,8 +79,16 @@ fn build(toolchain: &Toolchain) -> Result<Vec<u8>, Stop> {
     cargo.args(["--quiet", "--release", "--locked", "--manifest-path", "bindings/web/Cargo.toml", "--lib"]);
     cargo.args(["--features", "module", "--crate-type", "cdylib", "--target", TARGET, "--target-dir"]).arg(&dir);
     process::run(&mut cargo)?;
-    let path = dir.join(TARGET).join("release/scphd_web.wasm");
-    Ok(files::bytes(&path)?)
+    Ok(dir.join(TARGET).join("release/scphd_web.wasm"))
+}
+
+/// Drives described filters in the module without a browser, and compares the digests with those of the library.
+fn drive(node: &Tool, module: &Path) -> Result<(), String> {
+    let path = process::own_target_dir("web").join("drive.txt");
+    let failed = |error: std::io::Error| format!("{}: {error}", path.display());
+    process::run(cargo("run").args(["--example", "drive"]).stdout(File::create(&path).map_err(failed)?))?;
+    let script = process::root().join("bindings/web/tests/module.mjs");
+    process::run(node.command().arg(script).arg(module).stdin(File::open(&path).map_err(failed)?))
 }
 
 /// Writes the page as a single file.

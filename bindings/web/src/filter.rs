@@ -1,29 +1,28 @@
-//! The filter of a session: its memory, settings and models.
+//! The filter of a session: its memory, and the description of the vehicle in the simulated world.
 
 use crate::sensor::{MEASUREMENTS, RANGE_M, SIGMAS, Surroundings};
+use crate::world::World;
 use nalgebra::{Vector2, Vector4};
-use scphd::models::{
-    ControlNoise, ModelError, RangeBearing, RangeBearingLimits, RangeBearingWindow, Sensing, Step, Unicycle,
-    UniformClutter,
-};
+use scphd::models::{ControlNoise, ModelError, PlanarMotion, RangeBearingWindow};
 use scphd::numerics::Vector;
 use scphd::settings::Extraction;
-use scphd::{Births, Component, Config, DetectorMemory, ScPhd, memory};
+use scphd::{Births, Component, Config, ScPhd, memory};
+use scphd_vehicle::{Description, Mixture, PolarRooms, Sensor};
 
 /// Maximum number of particles.
 pub const PARTICLES: usize = 64;
 
 memory! {
-    pub(crate) type Memory: Unicycle<f32> {
+    type State: PlanarMotion<f32> {
         particles: 64, samples: 1,
         features { pages: 1024, pages_per_map: 32, in_view: 256 },
         moving { pages: 512, pages_per_map: 16, in_view: 128 },
     }
 }
 
-pub(crate) type Filter<'m> = ScPhd<'m, Unicycle<f32>>;
-/// Scratch memory for scans.
-pub(crate) type Scratch = DetectorMemory<Vector2<f32>, MEASUREMENTS>;
+/// Working memory for scans.
+type Rooms = PolarRooms<f32, MEASUREMENTS>;
+pub(crate) type Filter<'m> = Mixture<'m, f32, Rooms>;
 pub(crate) type Features = Found<Vector2<f32>, 96>;
 pub(crate) type Movers = Found<Vector4<f32>, 32>;
 
@@ -64,34 +63,47 @@ impl<N: Vector, const ROOM: usize> Found<N, ROOM> {
     }
 }
 
-/// A filter that continues with the state in the memory.
-pub(crate) fn filter(memory: &mut Memory, particles: usize) -> Result<Filter<'_>, Refused> {
-    let motion = Unicycle::new(Step::Arc, NOISE).map_err(|_| Refused)?;
-    let config = Config {
+/// The memory of the filter.
+#[derive(Debug)]
+pub(crate) struct Memory {
+    state: State,
+    rooms: Rooms,
+}
+
+impl Memory {
+    pub(crate) const NEW: Self = Self { state: State::new(), rooms: Rooms::new() };
+
+    pub(crate) fn clear(&mut self) {
+        self.state.clear();
+    }
+
+    /// The filter of a description, which continues with the state in the memory.
+    pub(crate) fn filter(&mut self, description: &Description<f32>) -> Result<Filter<'_>, Refused> {
+        let Self { state, rooms } = self;
+        Mixture::start(description, rooms, |motion, config| ScPhd::reborrow(motion, config, state)).map_err(|_| Refused)
+    }
+}
+
+/// The vehicle of the simulated world, with this seed and number of particles.
+pub(crate) fn robot(seed: u64, particles: usize) -> Description<f32> {
+    let mut robot = Description::robot();
+    robot.vehicle.noise = NOISE;
+    robot.filter = scphd_vehicle::Filter::Mixture(Config {
         unconfirmed_weight: 0.5,
         extraction: Extraction::Peaks,
         extraction_weight: 0.3,
         ..Config::blind(particles, 1)
-    };
-    ScPhd::reborrow(motion, config, memory).map_err(|_| Refused)
+    });
+    (robot.start.pose, robot.start.seed) = (World::START, seed);
+    robot
 }
 
-type Models = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
-
-/// The filter's models of the sensor.
-pub(crate) fn models(around: Surroundings) -> Result<(Models, Births<f32>), ModelError> {
-    let limits = RangeBearingLimits {
-        range_edge_m: 3.0 * SIGMAS[0],
-        ..RangeBearingLimits::full_circle(RANGE_M, around.detection)
-    };
-    let field_of_view = RangeBearingWindow::new(limits)?;
-    let measure = field_of_view.measure();
-    let clutter = around.clutter.max(LEAST_CLUTTER);
-    let of_static = clutter / measure / CLUTTER_OVER_BIRTH;
-    let sensing = Sensing {
-        sensor: RangeBearing::new(SIGMAS[0], SIGMAS[1])?,
-        field_of_view,
-        clutter: UniformClutter::of_scan(clutter, measure)?,
-    };
-    Ok((sensing, Births { of_static, of_moving: MOVING_SHARE * of_static }))
+/// What the filter assumes about the sensor.
+pub(crate) fn sensor(around: Surroundings) -> Result<Sensor<f32>, ModelError> {
+    let mut sensor = Sensor::range_bearing(RANGE_M, around.detection, SIGMAS);
+    sensor.window.range_edge_m = 3.0 * SIGMAS[0];
+    sensor.clutter_per_scan = around.clutter.max(LEAST_CLUTTER);
+    let of_static = sensor.clutter_per_scan / RangeBearingWindow::new(sensor.window)?.measure() / CLUTTER_OVER_BIRTH;
+    sensor.births = Births { of_static, of_moving: MOVING_SHARE * of_static };
+    Ok(sensor)
 }

@@ -1,4 +1,4 @@
-//! scphd in a web page: a simulated world, a filter in it, and a view of both as plain numbers.
+//! scphd in a web page: a simulated world, a filter in it, and a view of both as plain numbers; or a described filter alone.
 //!
 //! `session.rs` has the order of a scan: drive, measure, filter, view. `module.rs` has the functions that the page calls and all
 //! `unsafe` code; everything else also runs, and is tested, on the host. `docs/web.md` describes how the page is built.

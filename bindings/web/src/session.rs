@@ -1,86 +1,101 @@
-//! A filter in a simulated world.
+//! A filter, in a simulated world or alone.
 
 use crate::drive::Wish;
-use crate::filter::{Features, Found, Memory, Movers, PARTICLES, Refused, Scratch, filter, models};
+use crate::filter::{Features, Found, Memory, Movers, Refused, robot, sensor};
 use crate::sensor::{Scan, Surroundings};
 use crate::view::View;
 use crate::world::{INTERVAL_S, World};
-use scphd::Detector;
+use core::cell::Cell;
+use scphd_vehicle::{Control, Description, Measurements, Scanned, Services, Slam};
 
 /// The complete session, for a static.
 #[derive(Debug)]
 pub struct Session {
     memory: Memory,
-    scratch: Scratch,
+    /// In a cell, which has no niche: `None` is zero then, and the module does not contain a session of zeros.
+    described: Option<Cell<Description<f32>>>,
     world: Option<World>,
-    particles: usize,
     scans: u32,
     scan: Scan,
     features: Features,
     movers: Movers,
     view: View,
-    digest: u64,
 }
 
 impl Session {
     /// A session that has not been started.
     pub const NEW: Self = Self {
-        memory: Memory::new(),
-        scratch: Scratch::new(),
+        memory: Memory::NEW,
+        described: None,
         world: None,
-        particles: 0,
         scans: 0,
         scan: Scan::EMPTY,
         features: Found::NONE,
         movers: Found::NONE,
         view: View::EMPTY,
-        digest: 0,
     };
 
     /// Starts, or restarts: the world of a seed, and a filter with this number of particles and an empty map.
     ///
     /// # Errors
-    /// The number of particles is not between 1 and [`PARTICLES`].
+    /// The number of particles is not between 1 and [`PARTICLES`](crate::PARTICLES).
     pub fn start(&mut self, seed: u64, particles: usize) -> Result<(), Refused> {
-        if !(1..=PARTICLES).contains(&particles) {
-            return Err(Refused);
-        }
-        self.memory.clear();
-        self.particles = particles;
-        self.scans = 0;
-        self.view = View::EMPTY;
-        let mut filter = filter(&mut self.memory, particles)?;
-        filter.reset(World::START, seed).map_err(|_| Refused)?;
-        self.digest = filter.digest();
+        self.begin(robot(seed, particles))?;
         self.world = Some(World::of_seed(seed));
         Ok(())
+    }
+
+    /// Starts, or restarts, a filter without a world: that of a [`Description`] with these [numbers](Description::numbers).
+    ///
+    /// # Errors
+    /// The description is out of range, is not of a mixture, or does not fit the memory.
+    pub fn describe(&mut self, numbers: &[f64]) -> Result<(), Refused> {
+        let mut described = Description::robot();
+        described.take_numbers(numbers).map_err(|_| Refused)?;
+        self.begin(described)
+    }
+
+    fn begin(&mut self, described: Description<f32>) -> Result<(), Refused> {
+        self.memory.clear();
+        (self.world, self.scans, self.view) = (None, 0, View::EMPTY);
+        let mut filter = self.memory.filter(self.described.insert(Cell::new(described)).get_mut())?;
+        filter.reset(&described.start).map_err(|_| Refused)
+    }
+
+    /// The filter, with the calls of a loop.
+    ///
+    /// # Errors
+    /// The session has not been started.
+    pub fn filter(&mut self) -> Result<impl Services<f32>, Refused> {
+        self.memory.filter(self.described.as_mut().ok_or(Refused)?.get_mut())
     }
 
     /// Drives to the next scan and processes it. If `told` is false, the filter assumes [usual](Surroundings::USUAL) clutter and
     /// detection probability.
     ///
     /// # Errors
-    /// The session has not been started.
+    /// The session has not been started with a world.
     pub fn step(&mut self, wish: Wish, around: Surroundings, told: bool) -> Result<(), Refused> {
-        let Self { memory, scratch, world, particles, scans, scan, features, movers, view, digest } = self;
-        let world = world.as_mut().ok_or(Refused)?;
+        let Self { memory, described, world, scans, scan, features, movers, view } = self;
+        let (Some(described), Some(world)) = (described, world) else { return Err(Refused) };
         let exact = World::exact().map_err(|_| Refused)?;
         let around = around.bounded();
         let odometry = world.advance(&exact, wish);
         scan.take(world, around);
 
-        let mut filter = filter(memory, *particles)?;
-        filter.predict(&odometry, INTERVAL_S).map_err(|_| Refused)?;
-        let (sensing, births) = models(if told { around } else { Surroundings::USUAL }).map_err(|_| Refused)?;
-        let detector = Detector::new(sensing, births).map_err(|_| Refused)?;
-        let mut detector = detector.over(scratch).map_err(|_| Refused)?;
-        let report = filter.scan(&mut detector, scan.measurements()).map_err(|_| Refused)?;
+        let described = described.get_mut();
+        let [assumed, ..] = &mut described.sensors;
+        *assumed = Some(sensor(if told { around } else { Surroundings::USUAL }).map_err(|_| Refused)?);
+        let mut filter = memory.filter(described)?;
+        let control = Control { speed_mps: odometry.speed_mps, turn: odometry.rate_radps, ..Control::STILL };
+        filter.predict(control, INTERVAL_S).map_err(|_| Refused)?;
+        let measurements = Measurements::RangeBearing(scan.measurements());
+        let Ok(Scanned::Mixture(report)) = filter.scan(0, measurements) else { return Err(Refused) };
 
         *scans = scans.saturating_add(1);
-        features.found = filter.estimate_map(&detector, &mut features.features).features;
-        movers.found = filter.estimate_moving(&mut movers.features).features;
-        *digest = filter.digest();
-        view.show(*scans, world, scan, &filter, (features, movers), &report);
+        features.found = filter.features(&mut features.features).features;
+        movers.found = filter.movers(&mut movers.features).features;
+        view.show(*scans, world, scan, &mut filter, (features, movers), &report);
         Ok(())
     }
 
@@ -90,9 +105,9 @@ impl Session {
         &self.view
     }
 
-    /// The digest of the filter's state.
+    /// The digest of the filter's state; 0 before the start.
     #[must_use]
-    pub fn digest(&self) -> u64 {
-        self.digest
+    pub fn digest(&mut self) -> u64 {
+        self.filter().map_or(0, |filter| filter.digest())
     }
 }

@@ -7,6 +7,7 @@ use scphd::models::{PlanarPose, Pose};
 use scphd::numerics::Symmetric;
 use scphd::storage::Candidate;
 use scphd::{Real, ScanReport};
+use scphd_vehicle::Slam as _;
 
 /// Numbers of the header:
 ///
@@ -57,15 +58,14 @@ impl View {
         scans: u32,
         world: &World,
         scan: &Scan,
-        filter: &Filter<'_>,
+        filter: &mut Filter<'_>,
         (features, movers): (&Features, &Movers),
         report: &ScanReport<f32>,
     ) {
         self.used = 0;
-        let estimate = filter.estimate_pose();
         let (mean, covariance) =
-            estimate.map_or((PlanarPose::ZERO, Symmetric::ZERO), |pose| (pose.mean, pose.covariance));
-        let candidates = filter.candidates();
+            filter.pose().map_or((PlanarPose::ZERO, Symmetric::ZERO), |pose| (pose.mean, pose.covariance));
+        let candidates = filter.filter().candidates();
         let count = |number: usize| f32::from(u16::try_from(number).unwrap_or(u16::MAX));
         self.put(&[scans as f32, scans as f32 * INTERVAL_S, mean.x_m, mean.y_m, mean.heading_rad]);
         self.put(&[covariance.get(0, 0), covariance.get(0, 1), covariance.get(1, 1), covariance.get(2, 2)]);

@@ -41,9 +41,9 @@ joint_memory! { type Joint24: Unicycle<f32> { measurement: Vector2<f32>, feature
 joint_memory! { type Learning: Learner { measurement: Vector2<f32>, features: 60, measurements: 32 } }
 
 /// Speed to the left of the holonomic vehicle divided by the turn rate, m/rad.
-const SIDEWAYS: f32 = 0.25;
+pub(crate) const SIDEWAYS: f32 = 0.25;
 /// Steering angle of the car divided by the turn rate, s.
-const STEERED: f32 = 0.5;
+pub(crate) const STEERED: f32 = 0.5;
 
 /// A robot that estimates its odometry error.
 type Learner = SelfCalibrating<Unicycle<f32>, f32>;

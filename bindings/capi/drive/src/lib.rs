@@ -1,9 +1,11 @@
 //! The inputs of two vehicles, event by event, and the states of the library after them: a robot with lidar, radar, satellite
 //! receiver and compass, and a diver with a sonar.
 
+mod described;
 mod filters;
 mod world;
 
+pub use described::{control, descriptions, take};
 pub use filters::{Filters, Memory};
 pub use world::{SCANS, events};
 

@@ -68,6 +68,13 @@ pub fn events() -> Vec<Event> {
             walker[0] += speed * dt;
         }
         events.push(Event::Predict([1.04, 0.206, dt]));
+        // Fixes before scans of the same time, as in logs.
+        if step % 50 == 0 {
+            events.push(Event::Position([robot.x_m, robot.y_m].map(|x| x + 0.3 * draws.normal::<f32>())));
+        }
+        if step % 70 == 0 {
+            events.push(Event::Heading(wrap(robot.heading_rad + 0.05 * draws.normal::<f32>())));
+        }
         events.push(Event::Lidar(lidar.scan(&robot, &features, &mut draws)));
         if step % 4 == 0 {
             events.push(Event::Radar(radar.scan(&robot, &features, &mut draws)));
@@ -75,12 +82,6 @@ pub fn events() -> Vec<Event> {
         if step % 10 == 0 {
             let scan = lidar.scan(&robot, &features, &mut draws);
             events.push(Event::Camera(scan.into_iter().map(|[_, bearing]| bearing).collect()));
-        }
-        if step % 50 == 0 {
-            events.push(Event::Position([robot.x_m, robot.y_m].map(|x| x + 0.3 * draws.normal::<f32>())));
-        }
-        if step % 70 == 0 {
-            events.push(Event::Heading(wrap(robot.heading_rad + 0.05 * draws.normal::<f32>())));
         }
         if step % 3 == 0 {
             let ground = turned(PlanarPose::new(diver.x_m, diver.y_m, diver.yaw_rad), 0.6, 0.3, 0.3);

@@ -1,0 +1,34 @@
+//! Described filters in the memory of the page have the digests of the library over the drive of the C interface.
+
+mod kinds;
+
+use kinds::{HELD, described, inputs};
+use scphd_drive::{Event, Filters, Memory, take};
+use scphd_vehicle::{Description, Services as _};
+use scphd_web::{Refused, Session};
+
+#[test]
+fn the_mixtures_of_the_drive_have_the_digests_of_the_library() {
+    let mut session = Box::new(Session::NEW);
+    for place in HELD {
+        let mut memory = Box::new(Memory::NEW);
+        let (described, mut library) = (described(place), Filters::new(&mut memory).unwrap());
+        session.describe(&described.numbers()).unwrap();
+        for event in inputs() {
+            library.take(&event).unwrap();
+            take(&mut session.filter().unwrap(), &described, &event).unwrap();
+            if event == Event::Compare {
+                assert_eq!(session.digest(), library.digests()[place], "{place}");
+            }
+        }
+    }
+}
+
+#[test]
+fn other_descriptions_are_refused() {
+    let mut session = Box::new(Session::NEW);
+    assert_eq!(session.describe(&Description::<f32>::robot().numbers()), Err(Refused), "a joint map");
+    assert_eq!(session.describe(&[f64::NAN]), Err(Refused));
+    session.describe(&described(1).numbers()).unwrap();
+    assert!(session.filter().unwrap().audit().is_ok());
+}
