@@ -15,12 +15,12 @@ use std::collections::BTreeSet;
 use std::convert::Infallible;
 
 const FRAMES: usize = 10_000;
-const LONGEST: usize = 2048;
+pub(crate) const LONGEST: usize = 2048;
 
 /// A line in memory: one end writes, the other one reads.
 #[derive(Default)]
-struct Wire {
-    bytes: Vec<u8>,
+pub(crate) struct Wire {
+    pub(crate) bytes: Vec<u8>,
     read: usize,
     /// Bytes written by the reading end.
     back: Vec<u8>,
@@ -59,8 +59,8 @@ fn framed(sender: &mut Sender<{ line_bytes(LONGEST) }>, number: usize, content: 
 }
 
 /// The bytes received from a faulty line, and the indices of intact frames in the order of arrival.
-struct Arrived {
-    wire: Vec<u8>,
+pub(crate) struct Arrived {
+    pub(crate) wire: Vec<u8>,
     intact: Vec<usize>,
 }
 
@@ -73,7 +73,7 @@ impl Arrived {
 }
 
 /// Sends frames over a line with these error rates; the first frame is sent without errors.
-fn sent(session: u16, contents: &[impl AsRef<[u8]>], rates: Rates, seed: u64) -> Arrived {
+pub(crate) fn sent(session: u16, contents: &[impl AsRef<[u8]>], rates: Rates, seed: u64) -> Arrived {
     let (mut sender, mut trouble) = (Sender::new(session), Trouble::new(rates, seed));
     let mut arrived = Arrived { wire: Vec::new(), intact: Vec::new() };
     let frames: Vec<Vec<u8>> =
@@ -182,7 +182,7 @@ fn noise_is_not_a_frame() {
 
 /// Digest after every scan.
 #[derive(Default)]
-struct Digests(Vec<u64>);
+pub(crate) struct Digests(pub(crate) Vec<u64>);
 
 impl Monitor for Digests {
     fn scanned(&mut self, _: &ScanCost, _: &Seen, digest: u64) {

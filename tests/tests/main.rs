@@ -7,4 +7,5 @@ mod link;
 mod logs;
 mod stream;
 mod twelve_kinds;
+mod twelve_logs;
 mod worn_wheels;

@@ -1,25 +1,21 @@
-//! The drive of the C and Python interfaces through streams: the recording of a filter that is built from a description replays to
-//! the digests of the library. Those of the filters with the capacities of streams are of the library without a description; a joint
-//! map of other capacities is built from the description once more.
+//! The drive of the C and Python interfaces through streams and links: the recording of a described filter replays, and arrives over
+//! a serial line, to the digests of the library. A joint map whose capacities streams do not have is built from its description
+//! once more.
 
-use nalgebra::Vector2;
-use scphd::models::{AckermannGeometry, OdometryCorrection, OdometryPrior};
-use scphd::settings::{HypothesesConfig, MovingConfig};
-use scphd::{Births, Config, JointConfig};
-use scphd_drive::{Event, Filters, Memory, events};
+use scphd_boards::hil::Rates;
+use scphd_drive::{Event, Filters, Memory, control, descriptions, events, take};
+use scphd_link::{Gaps, Target, Unit};
 use scphd_stream::planar::{
     self, BlackBox, BlackBoxArchive, BlackBoxCalibrated, BlackBoxHypotheses, BlackBoxJoint, BlackBoxMovers, Odometry,
     Planar,
 };
-use scphd_stream::{Aboard, Header, Scalar, Which, Writer};
+use scphd_stream::{Aboard, Header, Scalar, Which, Writer, pieces};
 use scphd_tests::with_roomy_stack;
-use scphd_vehicle::{
-    Backing, Control, Description, Filter, FixSpec, JointSettings, Measurements, Sensor, Services, Slam, VehicleKind,
-    joint_backing,
-};
+use scphd_vehicle::{Backing, Description, Services as _, Slam as _, joint_backing};
 use std::convert::Infallible;
 
 use crate::black_box::replayed;
+use crate::link::{Digests, LONGEST, Wire, sent};
 
 joint_backing! {
     struct Plain: PlanarPose<f32> { features: 64, measurements: 64 }
@@ -34,75 +30,25 @@ joint_backing! {
     struct Learning: CalibratedPose<f32> { features: 64, measurements: 64 }
 }
 
-/// The description of a robot with lidar, radar, satellite receiver and compass.
-fn robot() -> Description<f32> {
-    let mut lidar = Sensor::range_bearing(12.0, 0.85, [0.05, 0.01]);
-    (lidar.window.range_edge_m, lidar.window.bearing_edge_rad) = (3.0 * 0.05, 3.0 * 0.01);
-    lidar.window.bearing_half_width_rad = 2.0;
-    lidar.clutter_per_scan = 2.0;
-    lidar.births = Births { of_static: 0.002, of_moving: 0.001 };
-    (lidar.seat_m, lidar.yaw_rad) = ([0.22, 0.0], 0.5);
-    let mut radar = Sensor::range_bearing(20.0, 0.85, [0.2, 0.03]);
-    (radar.window.range_edge_m, radar.window.bearing_edge_rad) = (3.0 * 0.2, 3.0 * 0.03);
-    radar.window.bearing_half_width_rad = 0.8;
-    radar.range_sigma_ratio = 0.02;
-    radar.births = Births::of_static(0.003);
-    (radar.seat_m, radar.yaw_rad) = ([-0.3, 0.1], 3.0);
-    let mut robot = Description::robot();
-    robot.sensors = [Some(lidar), Some(radar), None, None];
-    robot.position = Some(FixSpec { gate: 25.0, antenna_m: [-0.5, 0.1], ..FixSpec::of_sigma(0.3) });
-    robot.heading = Some(FixSpec::of_sigma(0.05));
-    (robot.start.pose.x_m, robot.start.pose.heading_rad) = (5.0, 1.5);
-    robot
-}
-
-/// With these settings of the joint map.
-fn joint(settings: JointSettings<f32>) -> Description<f32> {
-    Description { filter: Filter::Joint(settings), ..robot() }
-}
-
-/// With this vehicle; a car has the lengths of the drive.
-fn moving_as(kind: VehicleKind) -> Description<f32> {
-    let mut other = robot();
-    other.vehicle.kind = kind;
-    if kind == VehicleKind::Ackermann {
-        other.vehicle.geometry =
-            AckermannGeometry { wheelbase_m: 2.5, encoder_offset_m: 0.5, sensor_forward_m: 3.0, sensor_left_m: 0.25 };
-    }
-    other
-}
-
-/// The control of this vehicle for a speed and a turn rate.
-fn control(kind: VehicleKind, speed_mps: f32, rate: f32) -> Control<f32> {
-    let (left_mps, turn) = match kind {
-        VehicleKind::Holonomic => (0.25 * rate, rate),
-        VehicleKind::Ackermann => (0.0, 0.5 * rate),
-        VehicleKind::Unicycle | VehicleKind::UnicycleEuler => (0.0, rate),
-    };
-    Control { speed_mps, left_mps, turn }
-}
-
-/// The digest of the described filter in this memory after the drive.
-fn driven(described: &Description<f32>, memory: &mut impl Backing<f32>, events: &[Event]) -> u64 {
+/// The digests of the described filter in this memory after each scan of the drive.
+pub(crate) fn driven(described: &Description<f32>, memory: &mut impl Backing<f32>, events: &[Event]) -> Vec<u64> {
     let mut slam = memory.start(described).unwrap();
     slam.reset(&described.start).unwrap();
-    let scan = |slam: &mut dyn Services<f32>, sensor, scan: &[[f32; 2]]| {
-        let scan: Vec<Vector2<f32>> = scan.iter().map(|&z| z.into()).collect();
-        slam.scan(sensor, Measurements::RangeBearing(&scan)).map(drop).unwrap();
+    let mut digest = |event| {
+        take(&mut slam, described, event).unwrap();
+        slam.digest()
     };
-    for event in events {
-        match event {
-            &Event::Predict([speed_mps, rate, dt_s]) => {
-                slam.predict(control(described.vehicle.kind, speed_mps, rate), dt_s).map(drop).unwrap();
-            }
-            Event::Lidar(of) => scan(&mut slam, 0, of),
-            Event::Radar(of) => scan(&mut slam, 1, of),
-            &Event::Position([x_m, y_m]) => slam.observe_position(x_m, y_m).map(drop).unwrap(),
-            &Event::Heading(heading_rad) => slam.observe_heading(heading_rad).map(drop).unwrap(),
-            Event::Camera(_) | Event::Dive(_) | Event::Sonar(_) | Event::Height(_) | Event::Compare => {}
-        }
-    }
-    slam.digest()
+    events
+        .iter()
+        .map(|event| (event, digest(event)))
+        .filter(|(event, _)| is_scan(event))
+        .map(|(_, digest)| digest)
+        .collect()
+}
+
+/// Whether an input is a scan of range and bearing.
+fn is_scan(event: &Event) -> bool {
+    matches!(event, Event::Lidar(_) | Event::Radar(_))
 }
 
 /// The recording of the drive for this vehicle.
@@ -140,58 +86,51 @@ fn recording(described: &Description<f32>, events: &[Event]) -> Vec<u8> {
     bytes
 }
 
-/// Whether the replay of the recording has this digest at its end.
-fn same<A: Aboard<f32, Kind = Planar>>(described: &Description<f32>, events: &[Event], digest: u64) -> bool {
-    let (recovered, told) = replayed::<A, f32>(&recording(described, events)).unwrap();
+/// Whether the recording has these digests after each scan, replayed and over a line that doubles some frames.
+fn same<A: Aboard<f32, Kind = Planar>>(described: &Description<f32>, events: &[Event], digests: &[u64]) -> bool {
+    let bytes = recording(described, events);
+    let (recovered, told) = replayed::<A, f32>(&bytes).unwrap();
     assert!(recovered.ended && recovered.gaps == 0);
-    told.digests.last().unwrap().1 == digest
+    let replayed = told.digests.iter().map(|&(_, digest)| digest);
+
+    let records: Vec<&[u8]> = pieces::<Planar>(&bytes).collect();
+    let mut wire = Wire::default();
+    wire.bytes = sent(1, &records, Rates { double: 0.05, ..Rates::default() }, 1).wire;
+    let (mut memory, mut arrived) = (Box::new(A::MEMORY), Digests::default());
+    let mut target = Target::<LONGEST, 256>::new(Gaps::Passed);
+    target.serve::<A, f32, _>(&mut wire, &mut memory, Unit::Nanoseconds, &mut arrived).unwrap();
+    arrived.0 == digests && replayed.eq(digests.iter().copied())
 }
 
 #[test]
-fn ten_filters_of_the_drive_replay_from_streams() {
+fn ten_filters_of_the_drive_replay_from_streams_and_arrive_over_links() {
     with_roomy_stack(|| {
-        let (mut events, mut memory) = (events(), Box::new(Memory::NEW));
-        // A replay tells the digest after each scan.
-        let last = events.iter().rposition(|event| matches!(event, Event::Lidar(_) | Event::Radar(_))).unwrap();
-        events.truncate(last + 1);
+        let (events, mut memory) = (events(), Box::new(Memory::NEW));
         let mut filters = Filters::new(&mut memory).unwrap();
+        let mut library = Vec::new();
         for event in &events {
             filters.take(event).unwrap();
+            if is_scan(event) {
+                library.push(filters.digests());
+            }
         }
-        // The others of twelve have other capacities, or sensors that streams do not have.
-        let [_, informed, _, _, _, _, _, hypotheses, _, _, car_mixture, _] = filters.digests();
-        let usual = JointSettings::default();
-        let movers = JointSettings { movers: Some(MovingConfig::walkers()), ..usual };
-        let prior = OdometryPrior {
-            sigma: OdometryCorrection { speed_scale: 0.05, turn_scale: 0.05, turn_offset: 0.02 },
-            lasts_s: 3600.0,
+        let of = |place: usize| descriptions()[place].unwrap();
+        let in_its_memory = |place: usize| library.iter().map(|digests| digests[place]).collect::<Vec<_>>();
+        let plain = |place| {
+            let digests = driven(&of(place), &mut *Box::new(Plain::new()), &events);
+            same::<BlackBoxJoint>(&of(place), &events, &digests)
         };
-        let mut particles = robot();
-        particles.filter = Filter::Mixture(Config { prune_weight: 1e-3, ..Config::informed(4) });
-        particles.start.seed = 8;
-        let mut car_particles = moving_as(VehicleKind::Ackermann);
-        car_particles.filter = Filter::Mixture(Config::informed(4));
-        car_particles.start.seed = 10;
-        let mut euler = moving_as(VehicleKind::UnicycleEuler);
-        euler.filter = Filter::Joint(JointSettings { config: JointConfig::strict(), ..usual });
-        let usual_joint = |described: Description<f32>| {
-            same::<BlackBoxJoint>(&described, &events, driven(&described, &mut *Box::new(Plain::new()), &events))
-        };
-        let tracking = joint(movers);
-        let archiving = joint(JointSettings { archive_reach_m: Some(12.0), ..movers });
-        let learning = joint(JointSettings { odometry: Some(prior), ..usual });
-        let several = joint(JointSettings { hypotheses: Some(HypothesesConfig::default()), ..movers });
         let alike = [
-            same::<BlackBox>(&particles, &events, informed),
-            usual_joint(robot()),
-            same::<BlackBoxMovers>(&tracking, &events, driven(&tracking, &mut *Box::new(Tracks::new()), &events)),
-            same::<BlackBoxArchive>(&archiving, &events, driven(&archiving, &mut *Box::new(Archive::new()), &events)),
-            same::<BlackBoxCalibrated>(&learning, &events, driven(&learning, &mut *Box::new(Learning::new()), &events)),
-            same::<BlackBoxHypotheses>(&several, &events, hypotheses),
-            usual_joint(moving_as(VehicleKind::Holonomic)),
-            usual_joint(moving_as(VehicleKind::Ackermann)),
-            same::<BlackBox>(&car_particles, &events, car_mixture),
-            usual_joint(euler),
+            same::<BlackBox>(&of(1), &events, &in_its_memory(1)),
+            plain(2),
+            same::<BlackBoxMovers>(&of(4), &events, &driven(&of(4), &mut *Box::new(Tracks::new()), &events)),
+            same::<BlackBoxArchive>(&of(5), &events, &driven(&of(5), &mut *Box::new(Archive::new()), &events)),
+            same::<BlackBoxCalibrated>(&of(6), &events, &driven(&of(6), &mut *Box::new(Learning::new()), &events)),
+            same::<BlackBoxHypotheses>(&of(7), &events, &in_its_memory(7)),
+            plain(8),
+            plain(9),
+            same::<BlackBox>(&of(10), &events, &in_its_memory(10)),
+            plain(11),
         ];
         assert_eq!(alike, [true; 10]);
     });
