@@ -71,8 +71,3 @@ pub(crate) fn unrestored(error: RestoreError<StreamError>) -> Refusal {
     };
     Refusal::Unusable { why }
 }
-
-/// The error of a head among the records that cannot be read.
-pub(crate) fn unreadable(_error: StreamError) -> Refusal {
-    Refusal::Unusable { why: "a header among the records cannot be read" }
-}

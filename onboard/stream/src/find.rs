@@ -3,7 +3,6 @@
 use crate::bytes::Bytes;
 use crate::front::MAGIC;
 use crate::head::Head;
-use crate::header::Header;
 use crate::kind::Kind;
 use crate::reader::Reader;
 
@@ -34,8 +33,7 @@ pub fn find_snapshot<K: Kind>(bytes: &[u8], from: usize) -> Option<usize> {
     let mut heads = places.map(|(place, _)| from + place);
     heads.find(|&place| {
         let begins = |bytes| {
-            Head::take::<K>(&mut Bytes(bytes)).is_some_and(|head| head.mark().is_some())
-                && Header::<K>::zero().decode(&mut Bytes(bytes)).is_ok()
+            Head::<K>::take(&mut Bytes(bytes)).is_ok_and(|head| head.mark().is_some())
         };
         bytes.get(place..).is_some_and(begins)
     })

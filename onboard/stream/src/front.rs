@@ -3,21 +3,20 @@
 /// The first bytes of every stream.
 pub(crate) const MAGIC: [u8; 8] = *b"SCPHDLOG";
 /// The version that this code reads and writes.
-pub(crate) const VERSION: u16 = 8;
-/// Number of bytes before the numbers: magic, version, length, choices, counts, seed, mark of the snapshot, previous checksum.
-pub(crate) const FRONT: usize = 56;
+pub(crate) const VERSION: u16 = 9;
+/// Position of the counts, behind magic, version, length and choices.
+pub(crate) const COUNTS: usize = 16;
+/// Number of bytes before the numbers: after the counts the mark of a snapshot, and the previous checksum.
+pub(crate) const FRONT: usize = COUNTS + 3 * 4 + 16 + 4;
 
-/// Position of the byte that is the type of the head, and its values.
-pub(crate) const BEGINS: usize = 14;
+/// The types of a head.
 pub(crate) const SNAPSHOT: u8 = 1;
 pub(crate) const RETUNED: u8 = 2;
-/// Position of the mark of a snapshot.
-pub(crate) const MARK: usize = 36;
 
 /// Purpose of a head. A stream begins with one; others are among its records.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Begins {
-    /// The start: the filter is reset to the pose and the seed of the head.
+    /// The start: the filter is reset to the pose and the seed of its settings.
     Start,
     /// A snapshot: a replay may begin here, with the state in the following slices.
     Snapshot(Mark),

@@ -1,13 +1,12 @@
 //! The head of a stream: all parameters of a filter.
 
-use crate::bytes::{Bytes, CHECK, CRC, Checked};
-use crate::error::StreamError;
+use crate::bytes::{CHECK, Checked};
 use crate::front::{Begins, FRONT, MAGIC, Mark, RETUNED, SNAPSHOT, VERSION};
 use crate::kind::Kind;
 use crate::numbers::Numbers;
 use crate::scalar::Scalar;
 use scphd::Real;
-use scphd_vehicle::{Description, Filter, Invalid};
+use scphd_vehicle::{Description, Invalid};
 
 /// The value of a count that was unknown when the head was written, for example during the flight.
 pub const UNKNOWN: u32 = u32::MAX;
@@ -15,22 +14,31 @@ pub const UNKNOWN: u32 = u32::MAX;
 /// The numbers of a description, in the order of the list of `scphd-vehicle`.
 pub type Settings = [f64; Description::<f64>::NUMBERS];
 
+/// The parameters of a filter: a head, decoded or not.
+pub trait Parameters<K: Kind> {
+    /// Changes the description of a robot to that of the filter, rounded to its numbers. In place, because a description has more
+    /// than half a kilobyte.
+    ///
+    /// # Errors
+    /// A choice that the setting does not have.
+    fn describe<T: Real>(&self, description: &mut Description<T>) -> Result<(), Invalid>;
+
+    /// The models that a description does not have.
+    fn models(&self) -> K::Models;
+}
+
 /// All parameters of a filter: models, tuning and initial pose. All numbers are in double precision, for any payload: the filter
 /// rounds them like settings from any other source.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Header<K: Kind> {
     /// The number type of the payload.
     pub scalar: Scalar,
-    /// Whether the unexplained births of a mixture are delayed until the next scan.
-    pub births_wait: bool,
     /// Number of scans in the stream, or [`UNKNOWN`].
     pub scans: u32,
     /// Number of predictions in the stream, or [`UNKNOWN`].
     pub predictions: u32,
     /// Maximum number of measurements in a scan, or [`UNKNOWN`].
     pub most_measurements: u32,
-    /// Seed of the filter's random numbers.
-    pub seed: u64,
     /// Purpose of this head.
     pub begins: Begins,
     /// The settings of the description.
@@ -41,6 +49,16 @@ pub struct Header<K: Kind> {
     pub scan_interval_s: f64,
 }
 
+impl<K: Kind> Parameters<K> for Header<K> {
+    fn describe<T: Real>(&self, description: &mut Description<T>) -> Result<(), Invalid> {
+        description.take_numbers(self.settings)
+    }
+
+    fn models(&self) -> K::Models {
+        self.models
+    }
+}
+
 impl<K: Kind> Header<K> {
     /// Number of bytes of the head, including its checksum.
     pub const LENGTH: usize = FRONT + 8 * (Settings::COUNT + <K::Models as Numbers>::COUNT + f64::COUNT) + CHECK;
@@ -48,42 +66,19 @@ impl<K: Kind> Header<K> {
     /// A head with all numbers zero, and unknown counts.
     pub const EMPTY: Self = Self {
         scalar: Scalar::F64,
-        births_wait: false,
         scans: UNKNOWN,
         predictions: UNKNOWN,
         most_measurements: UNKNOWN,
-        seed: 0,
         begins: Begins::Start,
         settings: Settings::ZERO,
         models: <K::Models as Numbers>::ZERO,
         scan_interval_s: 0.0,
     };
 
-    /// A head of zeros, which takes no flash.
-    pub(crate) fn zero() -> Self {
-        let (scans, predictions, most_measurements, seed, scan_interval_s) = (0, 0, 0, 0, 0.0);
-        let (scalar, births_wait, begins) = (Scalar::F32, false, Begins::Start);
-        let (settings, models) = (Settings::ZERO, <K::Models as Numbers>::ZERO);
-        Self {
-            scalar,
-            births_wait,
-            scans,
-            predictions,
-            most_measurements,
-            seed,
-            begins,
-            settings,
-            models,
-            scan_interval_s,
-        }
-    }
-
     /// The head of a filter with these settings, and with numbers of this type in the records.
     #[must_use]
     pub fn with<T: Real>(description: &Description<T>, models: K::Models, scalar: Scalar) -> Self {
-        let births_wait = matches!(description.filter, Filter::Mixture(config) if config.births_wait);
-        let (settings, seed) = (description.numbers(), description.start.seed);
-        Self { scalar, births_wait, settings, seed, models, ..Self::EMPTY }
+        Self { scalar, settings: description.numbers(), models, ..Self::EMPTY }
     }
 
     /// The description of the filter, rounded to the numbers of the filter.
@@ -94,16 +89,6 @@ impl<K: Kind> Header<K> {
         let mut description = Description::robot();
         self.describe(&mut description)?;
         Ok(description)
-    }
-
-    /// Changes the description of a robot to that of the filter, in place.
-    pub(crate) fn describe<T: Real>(&self, description: &mut Description<T>) -> Result<(), Invalid> {
-        description.take_numbers(&self.settings)?;
-        description.start.seed = self.seed;
-        if let Filter::Mixture(config) = &mut description.filter {
-            config.births_wait = self.births_wait;
-        }
-        Ok(())
     }
 
     /// Writes the head behind a record with this checksum, 0 for none. Returns the checksum of the head.
@@ -117,13 +102,10 @@ impl<K: Kind> Header<K> {
             Begins::Snapshot(mark) => (SNAPSHOT, mark),
             Begins::Retuned => (RETUNED, Mark::NONE),
         };
-        sink.put(&[self.scalar.bytes() as u8, K::CODE, begins, u8::from(self.births_wait)]);
-        for count in [self.scans, self.predictions, self.most_measurements] {
+        sink.put(&[self.scalar.bytes() as u8, K::CODE, begins, 0]);
+        for count in [self.scans, self.predictions, self.most_measurements, mark.scans, mark.parts] {
             sink.put(&count.to_le_bytes());
         }
-        sink.put(&self.seed.to_le_bytes());
-        sink.put(&mark.scans.to_le_bytes());
-        sink.put(&mark.parts.to_le_bytes());
         sink.put(&mark.digest.to_le_bytes());
         sink.put(&before.to_le_bytes());
         let mut number = |number: f64| sink.put(&number.to_le_bytes());
@@ -132,91 +114,13 @@ impl<K: Kind> Header<K> {
         self.scan_interval_s.put(&mut number);
         sink.end()
     }
-
-    /// The number type of the records behind the head at the front of `bytes`, which is decoded completely and must be that of a
-    /// start or a snapshot.
-    pub(crate) fn scalar_of(bytes: &[u8]) -> Result<Scalar, StreamError> {
-        let mut header = Self::zero();
-        header.decode(&mut Bytes(bytes))?;
-        if header.begins == Begins::Retuned { Err(StreamError::NoBeginning) } else { Ok(header.scalar) }
-    }
-
-    /// The head at the front of `bytes`, with its checksum.
-    pub(crate) fn decoded(bytes: &mut Bytes<'_>) -> Result<(Self, u32), StreamError> {
-        let mut header = Self::zero();
-        let check = header.decode(bytes)?;
-        Ok((header, check))
-    }
-
-    /// Becomes the head at the front of `bytes`. Returns its checksum. In place, because a head has more than a kilobyte, and a
-    /// copy would lie on the stack. Not inlined, so that its code exists once.
-    #[inline(never)]
-    pub(crate) fn decode(&mut self, bytes: &mut Bytes<'_>) -> Result<u32, StreamError> {
-        let whole = bytes.0;
-        if bytes.array().ok_or(StreamError::Truncated)? != MAGIC {
-            return Err(StreamError::NotAStream);
-        }
-        let version = bytes.u16().ok_or(StreamError::Truncated)?;
-        if version != VERSION {
-            return Err(StreamError::Version { found: version });
-        }
-        let length = usize::from(bytes.u16().ok_or(StreamError::Truncated)?);
-        let choices: [u8; 4] = bytes.array().ok_or(StreamError::Truncated)?;
-        // The length of the head depends on the vehicle.
-        let [_, code, ..] = choices;
-        if code != K::CODE {
-            return Err(StreamError::Vehicle { found: code });
-        }
-        if length != Self::LENGTH {
-            return Err(StreamError::Header);
-        }
-        let content = whole.get(..Self::LENGTH - CHECK).ok_or(StreamError::Truncated)?;
-        let is_valid = self.read(choices, bytes).is_some();
-        let check = bytes.u32().ok_or(StreamError::Truncated)?;
-        if check != CRC.checksum(content) {
-            return Err(StreamError::HeaderDamaged);
-        }
-        if is_valid { Ok(check) } else { Err(StreamError::Header) }
-    }
-
-    /// Decodes the fields behind the choices, with the meaning of the choices; reads all of them even if a choice is unknown.
-    fn read(&mut self, choices: [u8; 4], bytes: &mut Bytes<'_>) -> Option<()> {
-        for count in [&mut self.scans, &mut self.predictions, &mut self.most_measurements] {
-            *count = bytes.u32()?;
-        }
-        self.seed = bytes.u64()?;
-        let mark = Mark { scans: bytes.u32()?, parts: bytes.u32()?, digest: bytes.u64()? };
-        // The checksum of the previous record is checked by the reader.
-        bytes.u32()?;
-        for setting in &mut self.settings {
-            *setting = bytes.f64()?;
-        }
-        self.models = Numbers::take(&mut || bytes.f64())?;
-        self.scan_interval_s = bytes.f64()?;
-        let [scalar, _, begins, births_wait] = choices;
-        self.begins = match begins {
-            0 => Begins::Start,
-            SNAPSHOT => Begins::Snapshot(mark),
-            RETUNED => Begins::Retuned,
-            _ => return None,
-        };
-        self.scalar = match scalar {
-            4 => Scalar::F32,
-            8 => Scalar::F64,
-            _ => return None,
-        };
-        self.births_wait = match births_wait {
-            0 => false,
-            1 => true,
-            _ => return None,
-        };
-        Some(())
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bytes::Bytes;
+    use crate::error::StreamError;
     use crate::head::Head;
     use crate::planar::Planar;
     use crate::underwater::Underwater;
@@ -231,11 +135,9 @@ mod tests {
         };
         Header {
             scalar: Scalar::F32,
-            births_wait: true,
             scans: 1,
             predictions: 2,
             most_measurements: 3,
-            seed: 0x0102_0304_0506_0708,
             begins: Begins::Snapshot(Mark { scans: 7, parts: 8, digest: 9 }),
             settings: Numbers::take(&mut number).unwrap(),
             models: Numbers::take(&mut number).unwrap(),
@@ -254,7 +156,7 @@ mod tests {
     }
 
     fn comes_back<K: Kind>(header: Header<K>) {
-        assert_eq!(Header::decoded(&mut Bytes(&encoded(&header))).map(|(header, _)| header), Ok(header));
+        assert_eq!(Head::take(&mut Bytes(&encoded(&header))).map(|head| head.decode()), Ok(header));
     }
 
     #[test]
@@ -268,13 +170,12 @@ mod tests {
     fn the_layout_is_the_documented_one() {
         let bytes = encoded(&numbered::<Planar>());
         assert_eq!(bytes.len(), 1436);
-        assert_eq!(&bytes[..12], b"SCPHDLOG\x08\x00\x9c\x05");
-        assert_eq!(bytes[12..20], [4, 0, 1, 1, 1, 0, 0, 0]);
-        assert_eq!(bytes[28..36], [8, 7, 6, 5, 4, 3, 2, 1]);
-        assert_eq!(bytes[36..56], [7, 0, 0, 0, 8, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 10, 0, 0, 0]);
-        assert_eq!(bytes[56..64], 100.5_f64.to_le_bytes());
-        assert_eq!(bytes[1424..1432], 271.5_f64.to_le_bytes());
-        let head = Head::take::<Planar>(&mut Bytes(&bytes)).unwrap();
+        assert_eq!(&bytes[..12], b"SCPHDLOG\x09\x00\x9c\x05");
+        assert_eq!(bytes[12..20], [4, 0, 1, 0, 1, 0, 0, 0]);
+        assert_eq!(bytes[28..48], [7, 0, 0, 0, 8, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 10, 0, 0, 0]);
+        assert_eq!(bytes[48..56], 100.5_f64.to_le_bytes());
+        assert_eq!(bytes[1424..1432], 272.5_f64.to_le_bytes());
+        let head = Head::<Planar>::take(&mut Bytes(&bytes)).unwrap();
         assert_eq!((head.before, head.mark()), (10, Some(Mark { scans: 7, parts: 8, digest: 9 })));
         let bytes = encoded(&numbered::<Underwater>());
         assert_eq!(bytes.len(), 1436 + 8 * 55);
@@ -287,22 +188,22 @@ mod tests {
         for place in 0..good.len() {
             let mut bytes = good.clone();
             bytes[place] ^= 0x10;
-            assert!(Header::<Planar>::decoded(&mut Bytes(&bytes)).is_err(), "byte {place}");
-            assert!(Header::<Planar>::decoded(&mut Bytes(&good[..place])).is_err(), "cut at {place}");
+            assert!(Head::<Planar>::take(&mut Bytes(&bytes)).is_err(), "byte {place}");
+            assert!(Head::<Planar>::take(&mut Bytes(&good[..place])).is_err(), "cut at {place}");
         }
     }
 
     #[test]
     fn other_versions_vehicles_and_files_are_distinguished() {
-        let decoded = |bytes: &[u8]| Header::<Planar>::decoded(&mut Bytes(bytes)).map(drop);
+        let decoded = |bytes: &[u8]| Head::<Planar>::take(&mut Bytes(bytes)).map(drop);
         let mut bytes = encoded(&numbered::<Planar>());
-        bytes[8] = 7;
-        assert_eq!(decoded(&bytes), Err(StreamError::Version { found: 7 }));
+        bytes[8] = 8;
+        assert_eq!(decoded(&bytes), Err(StreamError::Version { found: 8 }));
         bytes[0] = b'X';
         assert_eq!(decoded(&bytes), Err(StreamError::NotAStream));
         assert_eq!(decoded(b"SCPHD"), Err(StreamError::Truncated));
         assert_eq!(decoded(&encoded(&numbered::<Underwater>())), Err(StreamError::Vehicle { found: 3 }));
-        let error = Header::<Underwater>::decoded(&mut Bytes(&encoded(&numbered::<Planar>()))).map(drop);
+        let error = Head::<Underwater>::take(&mut Bytes(&encoded(&numbered::<Planar>()))).map(drop);
         assert_eq!(error, Err(StreamError::Vehicle { found: 0 }));
     }
 }

@@ -52,7 +52,7 @@ pub use find::{find_snapshot, find_whole_snapshot};
 pub use flips::{FLIP_SEEDS, Failing, Round, replay_with_flips};
 pub use front::{Begins, Mark};
 pub use head::Head;
-pub use header::{Header, Settings, UNKNOWN};
+pub use header::{Header, Parameters, Settings, UNKNOWN};
 pub use kind::{Input, Kind};
 pub use numbers::Numbers;
 pub use onboard::{Aboard, Capacities, Filter, RamPart, Refusal, Scan, Seen};

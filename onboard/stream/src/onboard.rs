@@ -1,9 +1,8 @@
 //! The filter that processes a stream, generic over the vehicle.
 
-use crate::header::Header;
+use crate::header::Parameters;
 use crate::kind::Kind;
 use crate::numbers::Numbers;
-use crate::reader::Reader;
 use crate::record::{Measurements, Record};
 use crate::snapshot::Snapshot;
 use core::fmt;
@@ -36,20 +35,12 @@ pub trait Aboard<T: Real> {
     ///
     /// # Errors
     /// A parameter of the head is out of range, or the filter does not fit the memory.
-    fn start<'m>(header: &Header<Self::Kind>, memory: &'m mut Self::Memory) -> Result<Self::Filter<'m>, Refusal>
+    fn start<'m>(
+        head: &impl Parameters<Self::Kind>,
+        memory: &'m mut Self::Memory,
+    ) -> Result<Self::Filter<'m>, Refusal>
     where
         T: 'm;
-
-    /// [`start`](Self::start) with the head of a stream, which is decoded for it.
-    ///
-    /// # Errors
-    /// As for [`start`](Self::start).
-    fn start_of<'m>(reader: &Reader<'_, Self::Kind>, memory: &'m mut Self::Memory) -> Result<Self::Filter<'m>, Refusal>
-    where
-        T: 'm,
-    {
-        Self::start(&reader.header(), memory)
-    }
 }
 
 /// A filter for streams of one kind.

@@ -2,6 +2,7 @@
 
 use crate::bytes::Bytes;
 use crate::error::StreamError;
+use crate::head::Head;
 use crate::header::Header;
 use crate::kind::Kind;
 use crate::record::{END, Raw, Record, Records, SLICE};
@@ -50,8 +51,8 @@ impl Piecewise {
     /// # Errors
     /// The bytes are not a head, or one that this code cannot read.
     pub fn open<K: Kind>(head: &[u8]) -> Result<(Header<K>, Self), StreamError> {
-        let (header, check) = Header::decoded(&mut Bytes(head))?;
-        Ok((header, Self { scalar: header.scalar, check, index: 0 }))
+        let head = Head::take(&mut Bytes(head))?;
+        Ok((head.decode(), Self { scalar: head.scalar, check: head.check, index: 0 }))
     }
 
     /// Reads the record after the last one.
@@ -89,12 +90,10 @@ impl Piecewise {
 
 /// The pieces of a stream: its head, every record, and its end. Stops before the first that cannot be read.
 pub fn pieces<K: Kind>(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
-    let opened = Header::<K>::decoded(&mut Bytes(bytes)).ok().zip(bytes.split_at_checked(Header::<K>::LENGTH));
-    let (head, mut rest) = match opened {
-        Some(((header, check), (head, rest))) => (Some(head), Some(Records::behind(check, header.scalar, Bytes(rest)))),
-        None => (None, None),
-    };
-    head.into_iter().chain(core::iter::from_fn(move || {
+    let mut behind = Bytes(bytes);
+    let head = Head::<K>::take(&mut behind).ok();
+    let mut rest = head.map(|head| Records::behind(head.check, head.scalar, behind));
+    head.and_then(|_| bytes.get(..Header::<K>::LENGTH)).into_iter().chain(core::iter::from_fn(move || {
         let records = rest.take()?;
         let (raw, behind) = records.next::<K>().ok()?;
         let piece = records.rest.0.get(..records.rest.0.len() - behind.rest.0.len());

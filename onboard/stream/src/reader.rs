@@ -2,12 +2,12 @@
 
 use crate::bytes::Bytes;
 use crate::error::StreamError;
+use crate::front::Begins;
 use crate::head::Head;
 use crate::header::Header;
 use crate::kind::Kind;
 use crate::record::{END, Raw, Record, Records, SLICE};
 use crate::snapshot::Snapshot;
-use core::marker::PhantomData;
 use scphd_vehicle::Setting;
 
 /// The place of the setting of the filter, whose second choice is the joint map.
@@ -16,11 +16,9 @@ const FILTER: usize = Setting::FILTER.place();
 /// Reads a stream that is completely in memory.
 #[derive(Debug, Clone)]
 pub struct Reader<'a, K: Kind> {
-    /// In encoded form: the decoded numbers would take more than a kilobyte of stack for the lifetime of the reader.
-    pub(crate) head: Head<'a>,
+    pub(crate) head: Head<'a, K>,
     first: Records<'a>,
     rest: Records<'a>,
-    kind: PhantomData<K>,
 }
 
 impl<'a, K: Kind> Reader<'a, K> {
@@ -31,25 +29,24 @@ impl<'a, K: Kind> Reader<'a, K> {
     /// The bytes do not begin with the head of a stream that this code can read.
     pub fn open(bytes: &'a [u8]) -> Result<Self, StreamError> {
         let mut rest = Bytes(bytes);
-        let scalar = Header::<K>::scalar_of(bytes)?;
-        let head = Head::take::<K>(&mut rest).ok_or(StreamError::HeaderDamaged)?;
-        let first = Records::behind(head.check, scalar, rest);
-        Ok(Self { head, rest: first.clone(), first, kind: PhantomData })
+        let head = Head::<K>::take(&mut rest)?;
+        if head.begins == Begins::Retuned {
+            return Err(StreamError::NoBeginning);
+        }
+        let first = Records::behind(head.check, head.scalar, rest);
+        Ok(Self { head, rest: first.clone(), first })
     }
 
     /// The head.
     #[must_use]
     pub fn header(&self) -> Header<K> {
-        let mut header = Header::zero();
-        // It was decoded successfully when the stream was opened.
-        let _ = self.head.decode_into(&mut header);
-        header
+        self.head.decode()
     }
 
     /// Whether its filter is a joint map.
     #[must_use]
     pub fn is_of_joint_map(&self) -> bool {
-        self.header().settings.get(FILTER) == Some(&1.0)
+        self.head.numbers().nth(FILTER) == Some(1.0)
     }
 
     /// The snapshot at the beginning of the stream, if any.
@@ -73,7 +70,7 @@ impl<'a, K: Kind> Reader<'a, K> {
     }
 
     /// The next record, encoded and decoded.
-    pub(crate) fn read_both(&mut self) -> Result<Option<(Raw<'a>, Record<'a, K>)>, StreamError> {
+    pub(crate) fn read_both(&mut self) -> Result<Option<(Raw<'a, K>, Record<'a, K>)>, StreamError> {
         loop {
             let (raw, rest) = self.rest.next::<K>()?;
             match raw {

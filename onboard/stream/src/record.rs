@@ -4,7 +4,6 @@ use crate::bytes::{Bytes, chained};
 use crate::error::StreamError;
 use crate::front::MAGIC;
 use crate::head::Head;
-use crate::header::Header;
 use crate::kind::{Input, Kind};
 use crate::numbers::Numbers;
 use crate::scalar::Scalar;
@@ -39,7 +38,7 @@ pub enum Record<'a, K: Kind> {
     /// A map was loaded.
     Map(Features<'a, K>),
     /// The models or the tuning were changed, or a snapshot begins.
-    Head(Head<'a>),
+    Head(Head<'a, K>),
 }
 
 /// The number of a detector.
@@ -239,9 +238,9 @@ impl Payload<'_> {
 
 /// An encoded record.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Raw<'a> {
+pub(crate) enum Raw<'a, K> {
     /// A head.
-    Head(Head<'a>),
+    Head(Head<'a, K>),
     /// Any other record.
     Record {
         /// Type, parts and count.
@@ -275,7 +274,7 @@ impl<'a> Records<'a> {
     ///
     /// # Errors
     /// The record is incomplete, damaged or unknown, or does not follow the previous one.
-    pub(crate) fn next<K: Kind>(&self) -> Result<(Raw<'a>, Self), StreamError> {
+    pub(crate) fn next<K: Kind>(&self) -> Result<(Raw<'a, K>, Self), StreamError> {
         self.next_behind::<K>(Some(self.check))
     }
 
@@ -284,7 +283,7 @@ impl<'a> Records<'a> {
     ///
     /// # Errors
     /// As for [`next`](Self::next).
-    pub(crate) fn next_behind<K: Kind>(&self, before: Option<u32>) -> Result<(Raw<'a>, Self), StreamError> {
+    pub(crate) fn next_behind<K: Kind>(&self, before: Option<u32>) -> Result<(Raw<'a, K>, Self), StreamError> {
         let &Self { scalar, index, .. } = self;
         let mut rest = self.rest.clone();
         let whole = rest.0;
@@ -293,9 +292,8 @@ impl<'a> Records<'a> {
         let kind = rest.u8().ok_or(StreamError::Truncated)?;
         if [kind] == MAGIC.first_chunk::<1>().copied().unwrap_or_default() {
             let mut rest = Bytes(whole);
-            let length = Header::<K>::LENGTH;
-            let head = Head::take::<K>(&mut rest);
-            let head = head.ok_or(if whole.len() < length { StreamError::Truncated } else { damaged })?;
+            let head = Head::take(&mut rest);
+            let head = head.map_err(|why| if why == StreamError::Truncated { why } else { damaged })?;
             return if before.is_none_or(|before| before == head.before) {
                 Ok((Raw::Head(head), behind(rest, head.check)))
             } else {
@@ -318,7 +316,7 @@ impl<'a> Records<'a> {
     ///
     /// # Errors
     /// It is the end or a slice, or unknown.
-    pub(crate) fn meaning<K: Kind>(&self, raw: Raw<'a>) -> Result<Record<'a, K>, StreamError> {
+    pub(crate) fn meaning<K: Kind>(&self, raw: Raw<'a, K>) -> Result<Record<'a, K>, StreamError> {
         let unknown = StreamError::Record { index: self.index };
         let (kind, parts, bytes) = match raw {
             Raw::Head(head) => return Ok(Record::Head(head)),

@@ -122,7 +122,7 @@ pub(crate) fn start<'m, A: Aboard<T>, T: Real>(
     reader: &Reader<'_, A::Kind>,
     memory: &'m mut A::Memory,
 ) -> Result<A::Filter<'m>, Refusal> {
-    A::start_of(reader, memory)
+    A::start(&reader.head, memory)
 }
 
 /// Replays the stream from a reader's position behind its head, until `scans` scans in total.
@@ -133,7 +133,9 @@ pub(crate) fn run<A: Aboard<T>, T: Real>(
     monitor: &mut impl Monitor,
     totals: &mut Totals<A::Kind>,
 ) -> Result<(), ReplayError> {
-    let mut filter = start::<A, T>(reader, memory).map_err(ReplayError::Start)?;
+    let mut started = start::<A, T>(reader, memory);
+    // By reference, because a filter that is moved out takes its place on the stack twice.
+    let filter = started.as_mut().map_err(|refusal| ReplayError::Start(*refusal))?;
     let mut first = 0;
     if let Some(snapshot) = reader.snapshot() {
         filter.restore(&snapshot).map_err(ReplayError::Start)?;

@@ -18,7 +18,7 @@ pub const fn numbers_of_sensor(sensor: usize) -> Range<usize> {
 }
 
 /// The number of each setting: 0 for one that the description does not have, and for a setting with choices the index of the choice.
-/// They are exact in double precision, except for seeds and counts beyond 2⁵³.
+/// They are exact in double precision, except for counts beyond 2⁵³. A seed has the bits of its number.
 impl<T: Real> Description<T> {
     /// Number of its numbers.
     pub const NUMBERS: usize = OWN + SENSORS * OF_A_SENSOR;
@@ -39,9 +39,9 @@ impl<T: Real> Description<T> {
     ///
     /// # Errors
     /// The first choice that the setting does not have. All other ranges are checked when a filter is built.
-    pub fn take_numbers(&mut self, numbers: &[f64]) -> Result<(), Invalid> {
-        let mut numbers = numbers.iter();
-        places().try_for_each(|(place, sensor)| self.put(place, sensor, numbers.next().copied().unwrap_or(0.0)))
+    pub fn take_numbers(&mut self, numbers: impl IntoIterator<Item = f64>) -> Result<(), Invalid> {
+        let numbers = numbers.into_iter().chain(core::iter::repeat(0.0));
+        places().zip(numbers).try_for_each(|((place, sensor), number)| self.put(place, sensor, number))
     }
 
     fn number(&mut self, place: usize, sensor: usize) -> f64 {
@@ -49,7 +49,7 @@ impl<T: Real> Description<T> {
             Some(Place::Number(number)) => number.to_f64(),
             Some(Place::Count(count)) => *count as f64,
             Some(Place::Small(count)) => f64::from(*count),
-            Some(Place::Seed(seed)) => *seed as f64,
+            Some(Place::Seed(seed)) => f64::from_bits(*seed),
             None => self.choice(place, sensor).unwrap_or(0) as f64,
         }
     }
@@ -59,7 +59,7 @@ impl<T: Real> Description<T> {
             Some(Place::Number(slot)) => *slot = T::from_f64(number),
             Some(Place::Count(slot)) => *slot = number as usize,
             Some(Place::Small(slot)) => *slot = number as u16,
-            Some(Place::Seed(slot)) => *slot = number as u64,
+            Some(Place::Seed(slot)) => *slot = number.to_bits(),
             None => {
                 // 0 is the first choice, and the number of an absent setting.
                 let is_choice = number == 0.0 || numbers(place).is_some_and(|range| range.has(number));

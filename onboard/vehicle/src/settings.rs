@@ -53,7 +53,9 @@ impl<T: Real> Description<T> {
         Ok(())
     }
 
-    /// Checks the range of every setting. Whether they fit each other is checked when models and filter are constructed.
+    /// Checks the range of every setting. Whether they fit each other is checked when models and filter are constructed. Not
+    /// inlined, so that the copy is on the stack only here.
+    #[inline(never)]
     pub(crate) fn check_ranges(&self) -> Result<(), StartError> {
         let mut copy = *self;
         for setting in Setting::all() {

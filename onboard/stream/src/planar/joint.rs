@@ -2,8 +2,7 @@
 
 use super::onboard::{MEASUREMENTS, Memory, Noise, OnBoard};
 use super::{Planar, onboard};
-use crate::Reader;
-use crate::header::Header;
+use crate::Parameters;
 use crate::onboard::{Aboard, Capacities, Ram, RamPart, Refusal};
 use scphd::Real;
 use scphd::models::{CalibratedPose, PlanarPose, ScalarOf};
@@ -63,21 +62,14 @@ macro_rules! on_board {
             };
             const RAM_PARTS: [RamPart; 6] = Ram::of_joint(size_of::<Self::Memory>(), size_of::<$room<T>>()).parts();
 
-            fn start<'m>(header: &Header<Planar>, memory: &'m mut Self::Memory) -> Result<Self::Filter<'m>, Refusal>
-            where
-                T: 'm,
-            {
-                memory.start(header, $features)
-            }
-
-            fn start_of<'m>(
-                reader: &Reader<'_, Planar>,
+            fn start<'m>(
+                head: &impl Parameters<Planar>,
                 memory: &'m mut Self::Memory,
             ) -> Result<Self::Filter<'m>, Refusal>
             where
                 T: 'm,
             {
-                memory.start_of(reader, $features)
+                memory.start(head, $features)
             }
         }
     )+};

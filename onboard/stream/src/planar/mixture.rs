@@ -3,7 +3,7 @@
 use super::Planar;
 use super::onboard::{MEASUREMENTS, Memory, Noise, OnBoard};
 use crate::onboard::{Aboard, Capacities, Ram, RamPart, Refusal};
-use crate::{Header, Reader};
+use crate::Parameters;
 use nalgebra::Vector2;
 use scphd::models::PlanarPose;
 use scphd::storage::{Dynamic, MapMemory, Static};
@@ -153,21 +153,14 @@ macro_rules! on_board {
             };
             const RAM_PARTS: [RamPart; 6] = ram::<T>().parts();
 
-            fn start<'m>(header: &Header<Planar>, memory: &'m mut Room<T>) -> Result<Self::Filter<'m>, Refusal>
-            where
-                T: 'm,
-            {
-                memory.start(header, 0)
-            }
-
-            fn start_of<'m>(
-                reader: &Reader<'_, Planar>,
+            fn start<'m>(
+                head: &impl Parameters<Planar>,
                 memory: &'m mut Self::Memory,
             ) -> Result<Self::Filter<'m>, Refusal>
             where
                 T: 'm,
             {
-                memory.start_of(reader, 0)
+                memory.start(head, 0)
             }
         }
     )+};

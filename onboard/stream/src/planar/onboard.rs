@@ -1,13 +1,13 @@
 //! The filter of a planar vehicle on board: that of `scphd-vehicle` in its memory.
 
 use super::{Odometry, Planar};
-use crate::black_box::{KIND, Saves, loaded, placed, unreadable, unrestored};
+use crate::black_box::{KIND, Saves, loaded, placed, unrestored};
 use crate::head::Head;
 use crate::onboard::{Filter, Refusal, Scan, Seen, lower, moved, zero};
 use crate::record::{How, Measurements, Part, Place, Record};
 use crate::snapshot::Snapshot;
 use crate::writer::Writer;
-use crate::{Header, Reader};
+use crate::Parameters;
 use nalgebra::Vector2;
 use scphd::diagnostics::Probe;
 use scphd::models::PlanarPose;
@@ -41,28 +41,14 @@ impl<B, T: Real, const FEATURES: usize> Memory<B, T, FEATURES> {
     /// Builds and starts the filter of a head, whose map has room for this number of features.
     pub(super) fn start<const BOX: bool>(
         &mut self,
-        header: &Header<Planar>,
+        head: &impl Parameters<Planar>,
         room: usize,
     ) -> Result<OnBoard<'_, B::Slam<'_>, T, BOX>, Refusal>
     where
         B: Backing<T>,
     {
         let mut description = Description::robot();
-        header.describe(&mut description)?;
-        self.build(&mut description, room)
-    }
-
-    /// Builds and starts the filter of a stream.
-    pub(super) fn start_of<const BOX: bool>(
-        &mut self,
-        reader: &Reader<'_, Planar>,
-        room: usize,
-    ) -> Result<OnBoard<'_, B::Slam<'_>, T, BOX>, Refusal>
-    where
-        B: Backing<T>,
-    {
-        let mut description = Description::robot();
-        described(&reader.head, &mut description)?;
+        head.describe(&mut description)?;
         self.build(&mut description, room)
     }
 
@@ -82,14 +68,6 @@ impl<B, T: Real, const FEATURES: usize> Memory<B, T, FEATURES> {
         vehicle::Slam::reset(&mut slam, &description.start)?;
         Ok(OnBoard { slam, measurements: &mut self.measurements, features: &mut self.features, room })
     }
-}
-
-/// Reads the description in a head. Not inlined, so that the decoded head is on the stack only here.
-#[inline(never)]
-fn described<T: Real>(head: &Head<'_>, description: &mut Description<T>) -> Result<(), Refusal> {
-    let mut header = Header::<Planar>::zero();
-    head.decode_into(&mut header).map_err(unreadable)?;
-    Ok(header.describe(description)?)
 }
 
 /// A filter of `scphd-vehicle` with memory for its inputs and outputs; with `BOX` it processes all records of a black box.
@@ -122,9 +100,9 @@ impl<S: Recordable<T>, T: Real, const BOX: bool> OnBoard<'_, S, T, BOX> {
     }
 
     #[inline(never)]
-    fn configured(&mut self, head: &Head<'_>) -> Result<(), Refusal> {
+    fn configured(&mut self, head: &Head<'_, Planar>) -> Result<(), Refusal> {
         let mut description = Description::robot();
-        described(head, &mut description)?;
+        head.describe(&mut description)?;
         Ok(self.slam.configure(&description)?)
     }
 

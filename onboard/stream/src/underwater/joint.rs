@@ -1,8 +1,8 @@
 //! The joint map of an underwater vehicle on board.
 
-use super::onboard::{MEASUREMENTS, StereoSensing, births, other_filter, told};
-use super::{AuvModels, Navigation, Underwater};
-use crate::header::Header;
+use super::onboard::{MEASUREMENTS, StereoSensing, other_filter, parts, told};
+use super::{Navigation, Underwater};
+use crate::Parameters;
 use crate::onboard::{Aboard, Capacities, Filter, Ram, RamPart, Refusal, Scan, Seen, moved, zero};
 use crate::record::Measurements;
 use nalgebra::Vector4;
@@ -65,19 +65,21 @@ impl<T: Real> Aboard<T> for UnderwaterJoint {
         Ram::of_joint(size_of::<JointMemory<T>>(), size_of::<JointMemory<T>>() - scan).parts()
     };
 
-    fn start<'m>(header: &Header<Underwater>, memory: &'m mut JointMemory<T>) -> Result<Self::Filter<'m>, Refusal>
+    fn start<'m>(
+        head: &impl Parameters<Underwater>,
+        memory: &'m mut JointMemory<T>,
+    ) -> Result<Self::Filter<'m>, Refusal>
     where
         T: 'm,
     {
         let JointMemory { state, measurements } = memory;
-        let description = header.description()?;
-        let vehicle::Filter::Joint(joint) = description.filter else { return Err(other_filter()) };
-        let AuvModels { motion, sensing } = header.models.of_filter()?;
+        let models = head.models();
+        let (vehicle::Filter::Joint(joint), _, motion, detector) = parts(head, &models)? else {
+            return Err(other_filter());
+        };
         let mut filter = JointSlam::new(motion, joint.config, state)?;
-        let detector = Detector::new(sensing, births(&description))?;
-        let navigator = header.models.navigator()?;
-        filter.reset(header.models.start())?;
-        Ok(OnboardJoint { filter, detector, navigator, measurements })
+        filter.reset(models.start())?;
+        Ok(OnboardJoint { filter, detector, navigator: models.navigator()?, measurements })
     }
 }
 

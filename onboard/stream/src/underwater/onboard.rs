@@ -1,9 +1,10 @@
 //! The filter of an underwater vehicle on board, and its capacities.
 
 use super::fix::Of;
-use super::{AuvModels, Fix, Navigation, Underwater};
-use crate::Header;
-use crate::black_box::{KIND, Saves, loaded, placed, unreadable, unrestored};
+use super::{AuvModels, Fix, Models, Navigation, Underwater};
+use crate::Parameters;
+use crate::black_box::{KIND, Saves, loaded, placed, unrestored};
+use crate::head::Head;
 use crate::onboard::{Aboard, Capacities, Filter, Ram, RamPart, Refusal, Scan, Seen, lower, moved, zero};
 use crate::record::{How, Measurements, Part, Place, Record};
 use crate::snapshot::Snapshot;
@@ -15,7 +16,7 @@ use scphd::navigation::Navigator;
 use scphd::numerics::Vector;
 use scphd::snapshot::SaveError;
 use scphd::storage::{MapMemory, NoMoving, ScanRoom, Static};
-use scphd::{Births, Component, Config, Detector, DetectorMemory, PoseEstimate, Real, ScPhd, State};
+use scphd::{Births, Component, Detector, DetectorMemory, PoseEstimate, Real, ScPhd, State};
 use scphd_vehicle::{self as vehicle, Description, Setting};
 
 const PARTICLES: usize = 64;
@@ -119,11 +120,14 @@ macro_rules! on_board {
             };
             const RAM_PARTS: [RamPart; 6] = ram::<T>().parts();
 
-            fn start<'m>(header: &Header<Underwater>, memory: &'m mut Memory<T>) -> Result<Self::Filter<'m>, Refusal>
+            fn start<'m>(
+                head: &impl Parameters<Underwater>,
+                memory: &'m mut Memory<T>,
+            ) -> Result<Self::Filter<'m>, Refusal>
             where
                 T: 'm,
             {
-                Onboard::start(header, memory)
+                Onboard::start(head, memory)
             }
         }
     )+};
@@ -134,12 +138,6 @@ on_board! {
     BlackBox: true;
 }
 
-/// The births of the only sensor of a description.
-pub(super) fn births<T: Real>(description: &Description<T>) -> Births<T> {
-    let [first, ..] = description.sensors;
-    first.map_or(Births::NONE, |sensor| sensor.births)
-}
-
 /// The mean, and the lower triangle of the covariance.
 pub(super) fn told<T: Real>(pose: Option<PoseEstimate<AuvPose<T>>>) -> ([f64; 5], [f64; 15]) {
     let Some(pose) = pose else { return ([0.0; 5], [0.0; 15]) };
@@ -147,14 +145,18 @@ pub(super) fn told<T: Real>(pose: Option<PoseEstimate<AuvPose<T>>>) -> ([f64; 5]
     (core::array::from_fn(|k| mean.at(k).to_f64()), lower::<Underwater, _>(pose.covariance.as_lower()))
 }
 
-/// The motion model, the tuning and the detector of a head.
-type Parts<T> = (Auv<T>, Config<T>, Detector<StereoSensing<T>>);
+/// The tuning, the seed, the motion model and the detector of a head.
+type Parts<T> = (vehicle::Filter<T>, u64, Auv<T>, Detector<StereoSensing<T>>);
 
-fn parts<T: Real>(header: &Header<Underwater>) -> Result<Parts<T>, Refusal> {
-    let description = header.description()?;
-    let vehicle::Filter::Mixture(config) = description.filter else { return Err(other_filter()) };
-    let AuvModels { motion, sensing } = header.models.of_filter()?;
-    Ok((motion, config, Detector::new(sensing, births(&description))?))
+/// Not inlined, so that the description is on the stack only here.
+#[inline(never)]
+pub(super) fn parts<T: Real>(head: &impl Parameters<Underwater>, models: &Models) -> Result<Parts<T>, Refusal> {
+    let mut description = Description::robot();
+    head.describe(&mut description)?;
+    let AuvModels { motion, sensing } = models.of_filter()?;
+    let [sensor, ..] = description.sensors;
+    let births = sensor.map_or(Births::NONE, |sensor| sensor.births);
+    Ok((description.filter, description.start.seed, motion, Detector::new(sensing, births)?))
 }
 
 /// The refusal of a head of another filter.
@@ -163,16 +165,19 @@ pub(super) fn other_filter() -> Refusal {
 }
 
 impl<'m, T: Real, const BOX: bool> Onboard<'m, T, BOX> {
-    fn start(header: &Header<Underwater>, memory: &'m mut Memory<T>) -> Result<Self, Refusal> {
+    fn start(head: &impl Parameters<Underwater>, memory: &'m mut Memory<T>) -> Result<Self, Refusal> {
         let Memory { state, scratch, measurements, features } = memory;
-        let (motion, config, detector) = parts(header)?;
+        let models = head.models();
+        let (vehicle::Filter::Mixture(config), seed, motion, detector) = parts(head, &models)? else {
+            return Err(other_filter());
+        };
         // The memory may be of an earlier replay, of another number of particles.
         state.clear();
         let mut filter = ScPhd::new(motion, config, state)?;
         let detector = detector.over(scratch)?;
         filter.check(&detector)?;
-        filter.reset(header.models.start(), header.seed)?;
-        Ok(Self { filter, detector, navigator: header.models.navigator()?, measurements, features })
+        filter.reset(models.start(), seed)?;
+        Ok(Self { filter, detector, navigator: models.navigator()?, measurements, features })
     }
 
     #[inline(never)]
@@ -184,7 +189,7 @@ impl<'m, T: Real, const BOX: bool> Onboard<'m, T, BOX> {
                 let count = loaded(features.clone(), self.features)?;
                 self.filter.load_map(self.features.get(..count).unwrap_or(&[])).map_err(Refusal::Map)
             }
-            Record::Head(head) => self.retune(&head.decode().map_err(unreadable)?),
+            Record::Head(head) => self.retune(head),
             Record::Detector(..) | Record::Predict(_) | Record::Scan(_) => Err(Refusal::NotAboard),
         }
     }
@@ -209,14 +214,17 @@ impl<'m, T: Real, const BOX: bool> Onboard<'m, T, BOX> {
     }
 
     /// Continues with the models and the tuning of a head.
-    fn retune(&mut self, header: &Header<Underwater>) -> Result<(), Refusal> {
-        let (motion, config, detector) = parts(header)?;
+    fn retune(&mut self, head: &Head<'_, Underwater>) -> Result<(), Refusal> {
+        let models = head.models();
+        let (vehicle::Filter::Mixture(config), _, motion, detector) = parts(head, &models)? else {
+            return Err(other_filter());
+        };
         // Checks the noise first: a refused head changes nothing.
-        header.models.navigator()?;
+        models.navigator()?;
         self.filter.check(&detector)?;
         self.filter.configure(config)?;
         self.filter.retune(motion)?;
-        self.navigator.retune(header.models.velocity_noise())?;
+        self.navigator.retune(models.velocity_noise())?;
         self.detector.adopt(detector);
         Ok(())
     }
