@@ -26,9 +26,8 @@ impl<T: Real> Births<T> {
     }
 
     fn check(&self) -> Result<(), ModelError> {
-        let usable = |intensity: T| intensity >= T::ZERO && intensity.is_finite();
-        require(usable(self.of_static), "births.of_static", "finite and not negative")?;
-        require(usable(self.of_moving), "births.of_moving", "finite and not negative")
+        require(self.of_static.is_amount(), "births.of_static", "finite and not negative")?;
+        require(self.of_moving.is_amount(), "births.of_moving", "finite and not negative")
     }
 
     /// The sum of both intensities.

@@ -67,7 +67,7 @@ impl<T: Real> JointConfig<T> {
     /// plausibility positive.
     pub fn check(&self) -> Result<(), ConfigError> {
         let amounts = [(self.gate, "gate"), (self.merge_distance, "merge_distance")];
-        if let Some((_, field)) = amounts.into_iter().find(|&(amount, _)| !(amount >= T::ZERO && amount.is_finite())) {
+        if let Some((_, field)) = amounts.into_iter().find(|(amount, _)| !amount.is_amount()) {
             return Err(ConfigError { field, range: "finite and not negative" });
         }
         let probabilities = [

@@ -150,7 +150,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V> J
         archive: &'s mut JointArchive<M::Pose, CAPACITY>,
         reach_m: T,
     ) -> Result<WithArchive<'s, M, Z, V>, SetupError> {
-        require(reach_m > T::ZERO && reach_m.is_finite(), "reach_m", "positive")?;
+        require(reach_m > T::ZERO && reach_m.is_amount(), "reach_m", "positive")?;
         let Self { motion, config, memory, movers, .. } = self;
         Ok(JointSlam { motion, config, memory, archive: archive.archived(reach_m), movers })
     }
@@ -235,6 +235,8 @@ where
     ///
     /// # Errors
     /// The pose is not finite, or a coordinate is above 1e8; the state is unchanged.
+    // Not inlined, so that its code exists once: `reset_within` calls it, too.
+    #[inline(never)]
     pub fn reset(&mut self, pose: M::Pose) -> Result<(), ResetError> {
         ResetError::check_pose(&pose)?;
         let header = &mut *self.memory.header;

@@ -85,7 +85,7 @@ impl<T: Real> Ackermann<T> {
     /// The wheelbase must be positive, every other length and every noise parameter finite, noise not negative.
     pub fn new(geometry: AckermannGeometry<T>, noise: ControlNoise<T>) -> Result<Self, ModelError> {
         let AckermannGeometry { wheelbase_m, encoder_offset_m, sensor_forward_m, sensor_left_m } = geometry;
-        require(wheelbase_m > T::ZERO && wheelbase_m.is_finite(), "wheelbase_m", "finite and positive")?;
+        require(wheelbase_m > T::ZERO && wheelbase_m.is_amount(), "wheelbase_m", "finite and positive")?;
         require(encoder_offset_m.is_finite(), "encoder_offset_m", "finite")?;
         require(sensor_forward_m.is_finite(), "sensor_forward_m", "finite")?;
         require(sensor_left_m.is_finite(), "sensor_left_m", "finite")?;

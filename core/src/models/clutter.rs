@@ -54,7 +54,7 @@ impl<T: Real> UniformClutter<T> {
     pub fn of_scan(clutter_per_scan: T, window_measure: T) -> Result<Self, ModelError> {
         let (rate, measure) = (clutter_per_scan, window_measure);
         require(is_rate(rate), "clutter_per_scan", "between 0 and 1e9")?;
-        require(measure > T::ZERO && measure.is_finite(), "window_measure", "finite and positive")?;
+        require(measure > T::ZERO && measure.is_amount(), "window_measure", "finite and positive")?;
         let intensity = rate / measure;
         require(intensity.is_finite(), "window_measure", "large enough for a finite intensity")?;
         Ok(Self { ln_intensity: intensity.ln(), per_scan: rate })

@@ -44,7 +44,7 @@ impl<T: Real> ConstantVelocity<T> {
 
     /// As [`check`](Self::check), with the names of the fields in the configuration that contains this model.
     pub(crate) fn check_as(&self, [psd, lifetime]: [&'static str; 2]) -> Result<(), ModelError> {
-        require(self.acceleration_psd > T::ZERO && self.acceleration_psd.is_finite(), psd, "finite and positive")?;
+        require(self.acceleration_psd > T::ZERO && self.acceleration_psd.is_amount(), psd, "finite and positive")?;
         require(self.lifetime_s > T::ZERO, lifetime, "positive")
     }
 

@@ -63,13 +63,13 @@ impl<T: Real> ControlNoise<T> {
     ///
     /// # Errors
     /// Every field must be finite and not negative.
+    #[inline(never)]
     pub fn check(&self) -> Result<(), ModelError> {
-        let usable = |x: T| x >= T::ZERO && x.is_finite();
-        require(usable(self.speed_sigma_mps), "speed_sigma_mps", "finite and not negative")?;
-        require(usable(self.speed_sigma_ratio), "speed_sigma_ratio", "finite and not negative")?;
-        require(usable(self.turn_sigma), "turn_sigma", "finite and not negative")?;
-        require(usable(self.turn_sigma_ratio), "turn_sigma_ratio", "finite and not negative")?;
-        require(usable(self.interval_s), "interval_s", "finite and not negative")
+        require(self.speed_sigma_mps.is_amount(), "speed_sigma_mps", "finite and not negative")?;
+        require(self.speed_sigma_ratio.is_amount(), "speed_sigma_ratio", "finite and not negative")?;
+        require(self.turn_sigma.is_amount(), "turn_sigma", "finite and not negative")?;
+        require(self.turn_sigma_ratio.is_amount(), "turn_sigma_ratio", "finite and not negative")?;
+        require(self.interval_s.is_amount(), "interval_s", "finite and not negative")
     }
 
     /// Whether errors are correlated in time.

@@ -90,6 +90,8 @@ impl<T: Real> Holonomic<T> {
     }
 }
 
+/// Not inlined, so that an image contains the square root only once.
+#[inline(never)]
 fn speed<T: Real>(control: &HolonomicControl<T>) -> T {
     (control.forward_mps * control.forward_mps + control.left_mps * control.left_mps).sqrt()
 }

@@ -77,7 +77,6 @@ impl<T: Real> RangeBearingLimits<T> {
     /// [0, 1): with p_D = 1, a missed detection would give a weight of zero.
     pub fn check(&self) -> Result<(), ModelError> {
         let zero = T::ZERO;
-        let edge = |x: T| x >= zero && x.is_finite();
         let probability = |p: T| p >= zero && p < T::ONE;
         require(self.range_min_m >= zero, "range_min_m", "not negative")?;
         require(
@@ -85,10 +84,10 @@ impl<T: Real> RangeBearingLimits<T> {
             "range_max_m",
             "finite and above range_min_m",
         )?;
-        require(edge(self.range_edge_m), "range_edge_m", "finite and not negative")?;
+        require(self.range_edge_m.is_amount(), "range_edge_m", "finite and not negative")?;
         require(self.bearing_center_rad.is_finite(), "bearing_center_rad", "finite")?;
         require(self.bearing_half_width_rad > zero, "bearing_half_width_rad", "positive")?;
-        require(edge(self.bearing_edge_rad), "bearing_edge_rad", "finite and not negative")?;
+        require(self.bearing_edge_rad.is_amount(), "bearing_edge_rad", "finite and not negative")?;
         require(probability(self.probability_near), "probability_near", "in [0, 1)")?;
         require(probability(self.probability_far), "probability_far", "in [0, 1)")
     }

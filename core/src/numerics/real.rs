@@ -61,6 +61,12 @@ pub trait Real:
 
     /// Whether the number is neither infinite nor NaN.
     fn is_finite(self) -> bool;
+    /// Whether the number is finite and not negative. Not inlined, for checks of settings: compilers test its class bit by bit,
+    /// which takes more code than a call.
+    #[inline(never)]
+    fn is_amount(self) -> bool {
+        self >= Self::ZERO && self.is_finite()
+    }
     /// Whether the number is positive and neither subnormal, infinite nor NaN.
     fn is_normal_positive(self) -> bool;
     /// Absolute value.

@@ -122,7 +122,7 @@ impl<T: Real> MovingConfig<T> {
             "between 0 and 1",
         )?;
         require(
-            self.spread_max_m > T::ZERO && self.spread_max_m.is_finite(),
+            self.spread_max_m > T::ZERO && self.spread_max_m.is_amount(),
             "moving.spread_max_m",
             "finite and positive",
         )
@@ -214,16 +214,12 @@ impl<T: Real> Config<T> {
             "between 0 and 1",
         )?;
         require(
-            self.confirming_detections >= one && self.confirming_detections.is_finite(),
+            self.confirming_detections >= one && self.confirming_detections.is_amount(),
             "confirming_detections",
             "finite and at least 1",
         )?;
         require(self.confirmed_weight >= zero && self.confirmed_weight <= one, "confirmed_weight", "between 0 and 1")?;
-        require(
-            self.merge_distance >= zero && self.merge_distance.is_finite(),
-            "merge_distance",
-            "finite and not negative",
-        )?;
+        require(self.merge_distance.is_amount(), "merge_distance", "finite and not negative")?;
         require(self.max_components >= 1, "max_components", "at least 1")?;
         require(
             self.extraction_weight >= zero && self.extraction_weight <= one,

@@ -4,6 +4,7 @@ use super::failure::Failure;
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
 use clap_complete::Shell;
 use scphd_boards::hil::Port;
+use scphd_boards::stream::Recorded;
 use scphd_filters::ekf::Association;
 use scphd_filters::kind::Kind;
 use scphd_filters::settings::{Likelihood, is_used_by};
@@ -673,6 +674,14 @@ impl ComparedFilter {
             Self::Joint => Filter::Joint(Precision::F32),
         };
         Choice { filter, likelihood: None }
+    }
+
+    /// The filter of a stream.
+    pub fn recorded(self) -> Recorded {
+        match self {
+            Self::Core => Recorded::Mixture,
+            Self::Joint => Recorded::Joint,
+        }
     }
 }
 

@@ -1,9 +1,9 @@
 //! `scphd-sim hil`.
 
-use super::args::{ComparedFilter, HilArgs};
+use super::args::HilArgs;
 use super::failure::{Failure, is_quiet, print};
 use super::source::{Found, OfKind};
-use scphd_boards::hil::{Bench, HilError, Limits, Line, Outcome, Rates, Recorded, Scanned, expected};
+use scphd_boards::hil::{Bench, HilError, Limits, Line, Outcome, Rates, Scanned, expected};
 use scphd_boards::stream;
 use scphd_link::{Answer, Report, Unit};
 use scphd_log::dimensions::Planar;
@@ -35,12 +35,9 @@ pub fn hil(args: &HilArgs) -> Result<(), Failure> {
     let log = source.log(seed)?;
     let settings = source.tuned(&log, &args.tuning, &[args.filter.choice()])?;
     let scans = args.scans.unwrap_or(usize::MAX);
-    let filter = match args.filter {
-        ComparedFilter::Core => Recorded::Mixture,
-        ComparedFilter::Joint => Recorded::Joint,
-    };
-    let stream = stream::write(&log, &settings, filter, seed, Scalar::F32, scans).map_err(Failure::input)?;
-    let digests = expected(&stream.bytes, filter)
+    let stream =
+        stream::write(&log, &settings, args.filter.recorded(), seed, Scalar::F32, scans).map_err(Failure::input)?;
+    let digests = expected(&stream.bytes)
         .map_err(|why| Failure::input(format_args!("a target has room for 32 particles of 2 samples: {why}")))?;
     let HilArgs { lose, flip, double, late, .. } = *args;
     let limits = Limits { answer_within: Duration::from_millis(args.timeout_ms.into()), repeats: args.repeats };

@@ -48,7 +48,7 @@ pub trait Offer: Lockstep + Learn + Checked + Exported {
     ) -> Result<Stream, Refusal>;
 
     /// The stream with a snapshot after every `every` scans.
-    fn with_snapshots(stream: Stream, filter: Recorded, scalar: Scalar, every: u32) -> Result<Stream, Refusal>;
+    fn with_snapshots(stream: Stream, scalar: Scalar, every: u32) -> Result<Stream, Refusal>;
 
     /// Whether the joint map is the default filter.
     fn is_joint_usual(scenario: Option<&str>) -> bool;
@@ -100,7 +100,7 @@ impl Offer for Planar {
         stream::write(log, settings, filter, seed, scalar, scans)
     }
 
-    fn with_snapshots(stream: Stream, _: Recorded, scalar: Scalar, every: u32) -> Result<Stream, Refusal> {
+    fn with_snapshots(stream: Stream, scalar: Scalar, every: u32) -> Result<Stream, Refusal> {
         stream.with_snapshots(scalar, every)
     }
 
@@ -160,10 +160,7 @@ impl Offer for Underwater {
         stream::write_underwater(log, settings, filter, seed, scalar, scans)
     }
 
-    fn with_snapshots(stream: Stream, filter: Recorded, scalar: Scalar, every: u32) -> Result<Stream, Refusal> {
-        match filter {
-            Recorded::Mixture => stream.with_snapshots_under_water(scalar, every),
-            Recorded::Joint => Err(Refusal("there is no joint map aboard under water; --filter core there is".into())),
-        }
+    fn with_snapshots(stream: Stream, scalar: Scalar, every: u32) -> Result<Stream, Refusal> {
+        stream.with_snapshots_under_water(scalar, every)
     }
 }

@@ -1,6 +1,6 @@
 //! `scphd-sim stream`.
 
-use super::args::{ComparedFilter, PrecisionName, StreamArgs, Tuning};
+use super::args::{PrecisionName, StreamArgs, Tuning};
 use super::failure::Failure;
 use super::offer::Offer;
 use super::outputs::{check_file, print_beside, write_file};
@@ -28,10 +28,7 @@ pub fn stream(args: StreamArgs) -> Result<(), Failure> {
         PrecisionName::F64 => Scalar::F64,
     };
     let is_of_joint = args.source.as_os_str() == WORST_CASE_JOINT;
-    let filter = match args.filter {
-        ComparedFilter::Core if !is_of_joint => Recorded::Mixture,
-        _ => Recorded::Joint,
-    };
+    let filter = if is_of_joint { Recorded::Joint } else { args.filter.recorded() };
     let stream = if is_of_joint || args.source.as_os_str() == WORST_CASE {
         let Tuning { particles, samples, .. } = args.tuning;
         let (log, defaults) = if is_of_joint {
@@ -41,7 +38,7 @@ pub fn stream(args: StreamArgs) -> Result<(), Failure> {
         };
         let settings = tuned::<Planar>(defaults, &mut Origins::default(), &log, &args.tuning, &[])?;
         let stream = Planar::stream(&log, &settings, filter, seed, scalar, scans).map_err(Failure::input)?;
-        recorded::<Planar>(stream, &args, filter, scalar)?
+        recorded::<Planar>(stream, &args, scalar)?
     } else {
         let found = Found::find(&args.source, args.scenario_seed.scenario_seed)?;
         either!(found, source => of(&source, &args, filter, scalar, scans)?)
@@ -69,11 +66,11 @@ fn of<K: Offer>(
     let log = source.log(args.seed.seed)?;
     let settings = source.tuned(&log, &args.tuning, &[])?;
     let stream = K::stream(&log, &settings, filter, args.seed.seed, scalar, scans).map_err(Failure::input)?;
-    recorded::<K>(stream, args, filter, scalar)
+    recorded::<K>(stream, args, scalar)
 }
 
 /// The stream with snapshots, if requested.
-fn recorded<K: Offer>(stream: Stream, args: &StreamArgs, filter: Recorded, scalar: Scalar) -> Result<Stream, Failure> {
+fn recorded<K: Offer>(stream: Stream, args: &StreamArgs, scalar: Scalar) -> Result<Stream, Failure> {
     let Some(every) = args.snapshot_every else { return Ok(stream) };
-    K::with_snapshots(stream, filter, scalar, every).map_err(Failure::input)
+    K::with_snapshots(stream, scalar, every).map_err(Failure::input)
 }

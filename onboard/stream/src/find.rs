@@ -32,9 +32,7 @@ pub fn find_snapshot<K: Kind>(bytes: &[u8], from: usize) -> Option<usize> {
     let places = bytes.get(from..)?.windows(MAGIC.len()).enumerate().filter(|(_, window)| *window == MAGIC);
     let mut heads = places.map(|(place, _)| from + place);
     heads.find(|&place| {
-        let begins = |bytes| {
-            Head::<K>::take(&mut Bytes(bytes)).is_ok_and(|head| head.mark().is_some())
-        };
+        let begins = |bytes| Head::<K>::take(&mut Bytes(bytes)).is_ok_and(|head| head.mark().is_some());
         bytes.get(place..).is_some_and(begins)
     })
 }

@@ -35,10 +35,7 @@ pub trait Aboard<T: Real> {
     ///
     /// # Errors
     /// A parameter of the head is out of range, or the filter does not fit the memory.
-    fn start<'m>(
-        head: &impl Parameters<Self::Kind>,
-        memory: &'m mut Self::Memory,
-    ) -> Result<Self::Filter<'m>, Refusal>
+    fn start<'m>(head: &impl Parameters<Self::Kind>, memory: &'m mut Self::Memory) -> Result<Self::Filter<'m>, Refusal>
     where
         T: 'm;
 }

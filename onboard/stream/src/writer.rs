@@ -288,7 +288,13 @@ impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
     /// Records again a record that was read from another stream, except snapshots.
     pub(crate) fn again(&mut self, raw: &Raw<'_, K>, record: &Record<'_, K>) -> Result<(), E> {
         match (raw, record) {
-            (Raw::Head(head), _) => if head.mark().is_none() { self.retune(&head.decode()) } else { Ok(()) },
+            (Raw::Head(head), _) => {
+                if head.mark().is_none() {
+                    self.retune(&head.decode())
+                } else {
+                    Ok(())
+                }
+            }
             (_, Record::Detector(which, models)) => self.detector(*which, &models.get()),
             (&Raw::Record { kind, parts, count, payload }, _) => {
                 self.scans = self.scans.saturating_add(u32::from(kind == SCAN));

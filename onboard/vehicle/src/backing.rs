@@ -1,7 +1,7 @@
 //! The static memory of a filter, with named capacities.
 
 use crate::{
-    ArchiveMemory, Description, Empty, HypothesesMemory, Joint, MoversMemory, PlanarState, Ranging, Recordable,
+    ArchiveMemory, Description, Empty, Fixes, HypothesesMemory, Joint, MoversMemory, PlanarState, Ranging, Recordable,
     StartError,
 };
 use core::marker::PhantomData;
@@ -22,7 +22,19 @@ pub trait Backing<T: Real> {
     ///
     /// # Errors
     /// The description is out of range, or is of another filter than the memory.
-    fn start(&mut self, description: &Description<T>) -> Result<Self::Slam<'_>, StartError>;
+    fn start(&mut self, description: &Description<T>) -> Result<Self::Slam<'_>, StartError> {
+        description.check_ranges()?;
+        let mut slam = self.without_sensors(description, Fixes::of(description)?)?;
+        slam.add_sensors(description)?;
+        Ok(slam)
+    }
+
+    /// The filter of the description without its sensors, and with these fixes in place of those of the description, whose ranges
+    /// are not checked.
+    ///
+    /// # Errors
+    /// As for [`start`](Self::start).
+    fn without_sensors(&mut self, description: &Description<T>, fixes: Fixes<T>) -> Result<Self::Slam<'_>, StartError>;
 }
 
 /// Declares the type of a joint map's memory. The pose is `PlanarPose`, or `CalibratedPose` to calibrate the odometry. Capacities
@@ -127,9 +139,9 @@ where
 
     // Inlined, so that an image contains the generic code only once.
     #[inline]
-    fn start(&mut self, description: &Description<T>) -> Result<Self::Slam<'_>, StartError> {
+    fn without_sensors(&mut self, description: &Description<T>, fixes: Fixes<T>) -> Result<Self::Slam<'_>, StartError> {
         let Self { state, movers, archive, hypotheses, noise: _ } = self;
-        Joint::start(description, state, movers, archive, hypotheses)
+        Joint::without_sensors(description, fixes, state, movers, archive, hypotheses)
     }
 }
 
@@ -230,12 +242,13 @@ macro_rules! mixture_backing {
 
             // Inlined, so that an image contains the generic code only once.
             #[inline]
-            fn start(
+            fn without_sensors(
                 &mut self,
                 description: &$crate::Description<$scalar>,
+                fixes: $crate::Fixes<$scalar>,
             ) -> Result<Self::Slam<'_>, $crate::StartError> {
                 let Self { state, rooms } = self;
-                $crate::Mixture::start(description, rooms, |drive, config| {
+                $crate::Mixture::without_sensors(description, fixes, rooms, |drive, config| {
                     $crate::scphd::ScPhd::new(drive, config, state)
                 })
             }

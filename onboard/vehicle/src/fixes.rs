@@ -32,6 +32,9 @@ pub struct Fixes<T: Real> {
 }
 
 impl<T: Real> Fixes<T> {
+    /// No fixes.
+    pub const NONE: Self = Self { position: None, heading: None };
+
     /// The fixes of a description.
     ///
     /// # Errors

@@ -1,6 +1,7 @@
 //! A joint map built from a description.
 
 use crate::optional::{ArchiveMemory, HypothesesMemory, MoversMemory, odd, stays};
+use crate::sensor::{detectors, make_detector};
 use crate::slam::{Sink, Source, described, unwatched, watched};
 use crate::{
     Control, Description, Filter, Fixes, JointSettings, Measurements, PlanarState, Polar, Ranging, Recordable, Refused,
@@ -32,45 +33,26 @@ pub struct Joint<F, P: PlanarState, N: Ranging<ScalarOf<P>> = RangeNoise<ScalarO
 /// Settings of the moving features, range of the sensors for the archive, and settings of the hypotheses.
 type Optional<T> = (Option<MovingConfig<T>>, Option<T>, Option<HypothesesConfig<T>>);
 
-/// The parts of a description for a joint map.
-struct Parts<P: PlanarState> {
-    joint: JointSettings<ScalarOf<P>>,
-    motion: P::Moves,
-    fixes: Fixes<ScalarOf<P>>,
-}
-
-impl<T: Real, P: PlanarState<Scalar = T>> Parts<P> {
-    fn of(description: &Description<T>) -> Result<Self, StartError> {
-        description.check_ranges()?;
-        let Filter::Joint(joint) = description.filter else { return Err(StartError::NoRoom { part: Setting::FILTER }) };
-        let motion = P::moves(description.vehicle.drive()?, joint.odometry)?;
-        let motion = motion.ok_or_else(|| odd(Setting::ODOMETRY, joint.odometry.is_some()))?;
-        Ok(Self { joint, motion, fixes: Fixes::of(description)? })
-    }
-}
-
-/// Detectors of a description.
-type Detectors<P, N> = [Option<Polar<P, ScalarOf<P>, N>>; SENSORS];
-
-/// Makes the detectors in place: they are most of a filter, and copies would lie on the stack.
-fn make_detectors<T: Real, P: PlanarState<Scalar = T>, N: Ranging<T>>(
+/// The settings and the motion model of a description for a joint map.
+fn parts<T: Real, P: PlanarState<Scalar = T>>(
     description: &Description<T>,
-    detectors: &mut Detectors<P, N>,
-) -> Result<(), StartError> {
-    for (place, sensor) in detectors.iter_mut().zip(&description.sensors) {
-        *place = sensor.as_ref().map(Sensor::seen::<P, N>).transpose()?;
-    }
-    Ok(())
+) -> Result<(&JointSettings<T>, P::Moves), StartError> {
+    let Filter::Joint(joint) = &description.filter else { return Err(StartError::NoRoom { part: Setting::FILTER }) };
+    let motion = P::moves(description.vehicle.drive()?, joint.odometry)?;
+    Ok((joint, motion.ok_or_else(|| odd(Setting::ODOMETRY, joint.odometry.is_some()))?))
 }
 
 impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>, N: Ranging<T>> Joint<F, P, N> {
-    /// Builds the filter of the description in the memory of its state, moving features, archive and hypotheses, whose content is
-    /// kept: reset new ones first. The memory of an omitted part is `()`.
+    /// Builds the filter of the description without its sensors, and with these fixes, in the memory of its state, moving features,
+    /// archive and hypotheses, whose content is kept: reset new ones first. The memory of an omitted part is `()`. Not inlined, so
+    /// that its temporaries are not on the stack beside those of the sensors.
     ///
     /// # Errors
-    /// The description is out of range, or is of another filter than the memory.
-    pub fn start<'m, const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize, M, B, H>(
+    /// The description is of another filter than the memory, or its parts do not fit each other.
+    #[inline(never)]
+    pub fn without_sensors<'m, const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize, M, B, H>(
         description: &Description<T>,
+        fixes: Fixes<T>,
         state: &'m mut JointState<P, Vector2<T>, FEATURES, NUMBERS, MEASUREMENTS>,
         movers: &'m mut M,
         archive: &'m mut B,
@@ -81,15 +63,12 @@ impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>, N: 
         B: ArchiveMemory<P>,
         H: HypothesesMemory<'m, P, B::Archive<'m>, M::Movers<'m>, Filter = F>,
     {
-        let Parts { joint, motion, fixes } = Parts::<P>::of(description)?;
+        let (joint, motion) = parts::<T, P>(description)?;
         let slam = JointSlam::new(motion, joint.config, state)?;
         let slam = movers.add_movers(archive.add_archive(slam, joint.archive_reach_m)?, joint.movers)?;
         let slam = hypotheses.add_hypotheses(slam, joint.hypotheses)?;
         let optional = (joint.movers, joint.archive_reach_m, joint.hypotheses);
-        let detectors = [const { None }; SENSORS];
-        let mut started = Self { slam, optional, kind: description.vehicle.kind, detectors, fixes };
-        make_detectors::<T, P, N>(description, &mut started.detectors)?;
-        Ok(started)
+        Ok(Self { slam, optional, kind: description.vehicle.kind, detectors: [const { None }; SENSORS], fixes })
     }
 }
 
@@ -177,9 +156,10 @@ impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>, N: 
     for Joint<F, P, N>
 {
     fn configure(&mut self, description: &Description<T>) -> Result<(), StartError> {
-        let Parts { joint, motion, fixes } = Parts::<P>::of(description)?;
-        let mut detectors: Detectors<P, N> = [const { None }; SENSORS];
-        make_detectors::<T, P, N>(description, &mut detectors)?;
+        description.check_ranges()?;
+        let (joint, motion) = parts::<T, P>(description)?;
+        let detectors = detectors(description, Sensor::seen::<P, N>)?;
+        let fixes = Fixes::of(description)?;
         stays(self.optional.0, joint.movers, Setting::MOVERS)?;
         stays(self.optional.1, joint.archive_reach_m, Setting::ARCHIVE)?;
         stays(self.optional.2, joint.hypotheses, Setting::HYPOTHESES)?;
@@ -277,10 +257,7 @@ impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>, N: 
     }
 
     fn replace(&mut self, sensor: usize, models: &Sensor<T>) -> Result<(), StartError> {
-        let detector = models.seen::<P, N>()?;
-        let place = self.detectors.get_mut(sensor).ok_or(StartError::NoRoom { part: Setting::SENSOR_MODEL })?;
-        *place = Some(detector);
-        Ok(())
+        make_detector(&mut self.detectors, sensor, models, Sensor::seen::<P, N>)
     }
 
     fn save_to<E>(&mut self, kind: u32, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>> {

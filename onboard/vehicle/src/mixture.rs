@@ -1,5 +1,6 @@
 //! A mixture built from a description.
 
+use crate::sensor::{detectors, make_detector};
 use crate::slam::{Sink, Source, described, unwatched, watched};
 use crate::{
     Control, Description, Filter, Fixes, Measurements, Recordable, Refused, Rooms, SENSORS, Scanned, Sensor, Services,
@@ -24,47 +25,41 @@ pub struct Mixture<'m, T: Real, R: Rooms<T>> {
     fixes: Fixes<T>,
 }
 
-/// The parts of a description for a mixture.
-struct Parts<T: Real, R: Rooms<T>> {
-    config: Config<T>,
-    drive: PlanarMotion<T>,
-    detectors: [Option<R::Detector>; SENSORS],
-    fixes: Fixes<T>,
+/// The tuning of a description for a mixture.
+fn config<T: Real>(description: &Description<T>) -> Result<&Config<T>, StartError> {
+    match &description.filter {
+        Filter::Mixture(config) => Ok(config),
+        Filter::Joint(_) => Err(StartError::NoRoom { part: Setting::FILTER }),
+    }
 }
 
-impl<T: Real, R: Rooms<T>> Parts<T, R> {
-    fn of(description: &Description<T>) -> Result<Self, StartError> {
-        description.check_ranges()?;
-        let Filter::Mixture(config) = description.filter else {
-            return Err(StartError::NoRoom { part: Setting::FILTER });
-        };
-        let mut detectors = [None; SENSORS];
-        for (place, sensor) in detectors.iter_mut().zip(&description.sensors) {
-            *place = sensor.as_ref().map(R::detector).transpose()?;
-        }
-        Ok(Self { config, drive: description.vehicle.drive()?, detectors, fixes: Fixes::of(description)? })
-    }
-
-    fn check(&self, filter: &ScPhd<'_, PlanarMotion<T>>) -> Result<(), SetupError> {
-        self.detectors.iter().flatten().try_for_each(|detector| R::check(filter, detector))
+/// The detector of a sensor, which the filter must be able to process.
+fn detector<T: Real, R: Rooms<T>>(
+    filter: &ScPhd<'_, PlanarMotion<T>>,
+) -> impl Fn(&Sensor<T>) -> Result<R::Detector, StartError> {
+    |sensor| {
+        let detector = R::detector(sensor)?;
+        R::check(filter, &detector)?;
+        Ok(detector)
     }
 }
 
 impl<'m, T: Real, R: Rooms<T>> Mixture<'m, T, R> {
-    /// Builds the filter of the description; `filter` constructs it from motion and tuning in a state.
+    /// Builds the filter of the description without its sensors, and with these fixes; `filter` constructs it from motion and tuning
+    /// in a state. Not inlined, so that its temporaries are not on the stack beside those of the sensors.
     ///
     /// # Errors
-    /// The description is out of range, or does not fit the state.
-    pub fn start(
+    /// The description is of another filter, or does not fit the state.
+    #[inline(never)]
+    pub fn without_sensors(
         description: &Description<T>,
+        fixes: Fixes<T>,
         rooms: &'m mut R,
         filter: impl FnOnce(PlanarMotion<T>, Config<T>) -> Result<ScPhd<'m, PlanarMotion<T>>, SetupError>,
     ) -> Result<Self, StartError> {
-        let parts = Parts::<T, R>::of(description)?;
-        let filter = filter(parts.drive, parts.config)?;
-        parts.check(&filter)?;
-        let Parts { detectors, fixes, .. } = parts;
-        Ok(Self { filter, rooms, kind: description.vehicle.kind, detectors, fixes })
+        let config = config(description)?;
+        let filter = filter(description.vehicle.drive()?, *config)?;
+        Ok(Self { filter, rooms, kind: description.vehicle.kind, detectors: [None; SENSORS], fixes })
     }
 }
 
@@ -125,11 +120,12 @@ impl<T: Real, R: Rooms<T>> Slam<T> for Mixture<'_, T, R> {
 
 impl<T: Real, R: Rooms<T>> Services<T> for Mixture<'_, T, R> {
     fn configure(&mut self, description: &Description<T>) -> Result<(), StartError> {
-        let parts = Parts::<T, R>::of(description)?;
-        parts.check(&self.filter)?;
-        self.filter.configure(parts.config)?;
-        self.filter.retune(parts.drive)?;
-        (self.kind, self.detectors, self.fixes) = (description.vehicle.kind, parts.detectors, parts.fixes);
+        description.check_ranges()?;
+        let (config, drive, fixes) = (config(description)?, description.vehicle.drive()?, Fixes::of(description)?);
+        let detectors = detectors(description, detector::<T, R>(&self.filter))?;
+        self.filter.configure(*config)?;
+        self.filter.retune(drive)?;
+        (self.kind, self.detectors, self.fixes) = (description.vehicle.kind, detectors, fixes);
         Ok(())
     }
 
@@ -211,11 +207,7 @@ impl<T: Real, R: Rooms<T>> Recordable<T> for Mixture<'_, T, R> {
     }
 
     fn replace(&mut self, sensor: usize, models: &Sensor<T>) -> Result<(), StartError> {
-        let detector = R::detector(models)?;
-        R::check(&self.filter, &detector)?;
-        let place = self.detectors.get_mut(sensor).ok_or(StartError::NoRoom { part: Setting::SENSOR_MODEL })?;
-        *place = Some(detector);
-        Ok(())
+        make_detector(&mut self.detectors, sensor, models, detector::<T, R>(&self.filter))
     }
 
     fn save_to<E>(&mut self, kind: u32, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>> {

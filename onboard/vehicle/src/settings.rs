@@ -55,8 +55,11 @@ impl<T: Real> Description<T> {
 
     /// Checks the range of every setting. Whether they fit each other is checked when models and filter are constructed. Not
     /// inlined, so that the copy is on the stack only here.
+    ///
+    /// # Errors
+    /// The first error.
     #[inline(never)]
-    pub(crate) fn check_ranges(&self) -> Result<(), StartError> {
+    pub fn check_ranges(&self) -> Result<(), StartError> {
         let mut copy = *self;
         for setting in Setting::all() {
             let Some(range) = numbers(setting.place()) else { continue };

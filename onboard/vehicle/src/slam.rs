@@ -198,6 +198,15 @@ pub trait Recordable<T: Real>: Services<T> {
     /// A number of the sensor is out of range, or the filter does not support it; the filter keeps the previous one.
     fn replace(&mut self, sensor: usize, models: &Sensor<T>) -> Result<(), StartError>;
 
+    /// [Adds](Self::replace) the sensors of a description.
+    ///
+    /// # Errors
+    /// As for [`replace`](Self::replace).
+    fn add_sensors(&mut self, description: &Description<T>) -> Result<(), StartError> {
+        let mut sensors = description.sensors.iter().enumerate();
+        sensors.try_for_each(|(index, sensor)| sensor.as_ref().map_or(Ok(()), |sensor| self.replace(index, sensor)))
+    }
+
     /// [`Services::save`] into a sink with errors of its own.
     ///
     /// # Errors

@@ -35,8 +35,7 @@ impl<T: Real> HypothesesConfig<T> {
         let is_share = |share: T| share >= T::ZERO && share <= T::ONE;
         let require = |holds, field, range| if holds { Ok(()) } else { Err(ConfigError { field, range }) };
         require((1..=MOST).contains(&most), "most", "from 1 to 16")?;
-        let sigmas = joined_sigmas >= T::ZERO && joined_sigmas.is_finite();
-        require(sigmas, "joined_sigmas", "finite and not negative")?;
+        require(joined_sigmas.is_amount(), "joined_sigmas", "finite and not negative")?;
         require(is_share(least_ratio), "least_ratio", "between 0 and 1")?;
         require(is_share(least_share), "least_share", "between 0 and 1")
     }

@@ -1,14 +1,10 @@
 //! The results of the host's filter for a stream.
 
 use scphd_filters::slam::contract::{Refusal, refusal};
-use scphd_stream::planar::{BlackBox, BlackBoxJoint};
-use scphd_stream::{Aboard, Monitor, ScanCost, Seen, replay};
+use scphd_stream::planar::{BlackBox, BlackBoxJoint, Planar};
+use scphd_stream::{Aboard, Monitor, Reader, ScanCost, Seen, replay};
 
-pub use crate::stream::Recorded;
-
-/// Stack of the thread that replays, bytes: an unoptimised build creates the memory on the stack before moving it to the heap,
-/// several times.
-const STACK_BYTES: usize = 64 << 20;
+use crate::stream::replaying;
 
 /// Digest after a scan; `None` if the filter refused it.
 pub type Expected = Option<u64>;
@@ -17,16 +13,12 @@ pub type Expected = Option<u64>;
 ///
 /// # Errors
 /// The filter cannot be set up as in the header, or the stream is damaged.
-pub fn expected(stream: &[u8], filter: Recorded) -> Result<Vec<Expected>, Refusal> {
-    let work = || match filter {
-        Recorded::Mixture => digests::<BlackBox>(stream),
-        Recorded::Joint => digests::<BlackBoxJoint>(stream),
-    };
-    std::thread::scope(|scope| {
-        let thread = std::thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, work);
-        let thread = thread.map_err(|error| refusal(format_args!("cannot start a thread: {error}")))?;
-        thread.join().map_err(|_| refusal("the replay panicked"))?
-    })
+pub fn expected(stream: &[u8]) -> Result<Vec<Expected>, Refusal> {
+    if Reader::<Planar>::open(stream).map_err(refusal)?.is_of_joint_map() {
+        replaying(|| digests::<BlackBoxJoint>(stream))
+    } else {
+        replaying(|| digests::<BlackBox>(stream))
+    }
 }
 
 fn digests<A: Aboard<f32>>(stream: &[u8]) -> Result<Vec<Expected>, Refusal> {

@@ -7,6 +7,6 @@ mod line;
 mod trouble;
 
 pub use bench::{Bench, HilError, Limits, Outcome, Scanned};
-pub use expected::{Expected, Recorded, expected};
+pub use expected::{Expected, expected};
 pub use line::{Line, Port};
 pub use trouble::{Rates, Trouble};

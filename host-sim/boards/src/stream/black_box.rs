@@ -78,11 +78,15 @@ where
         })?;
         Ok(bytes)
     };
-    let bytes = std::thread::scope(|scope| {
+    let bytes = replaying(|| work().map_err(refusal))?;
+    Ok(Stream { bytes, ..stream })
+}
+
+/// The result of a replay in a thread with stack for it.
+pub(crate) fn replaying<R: Send>(work: impl FnOnce() -> Result<R, Refusal> + Send) -> Result<R, Refusal> {
+    std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, work);
         let thread = thread.map_err(|error| refusal(format_args!("cannot start a thread: {error}")))?;
-        let outcome = thread.join().map_err(|_| refusal("the replay panicked"))?;
-        outcome.map_err(refusal)
-    })?;
-    Ok(Stream { bytes, ..stream })
+        thread.join().map_err(|_| refusal("the replay panicked"))?
+    })
 }

@@ -7,6 +7,7 @@ mod underwater;
 mod worst_case;
 
 pub use black_box::Recorded;
+pub(crate) use black_box::replaying;
 pub use entry::Stream;
 pub use planar::write;
 pub use underwater::write as write_underwater;

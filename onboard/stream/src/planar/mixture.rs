@@ -2,13 +2,13 @@
 
 use super::Planar;
 use super::onboard::{MEASUREMENTS, Memory, Noise, OnBoard};
-use crate::onboard::{Aboard, Capacities, Ram, RamPart, Refusal};
 use crate::Parameters;
+use crate::onboard::{Aboard, Capacities, Ram, RamPart, Refusal};
 use nalgebra::Vector2;
 use scphd::models::PlanarPose;
 use scphd::storage::{Dynamic, MapMemory, Static};
 use scphd::{Real, ScPhd, State};
-use scphd_vehicle::{self as vehicle, Backing, Description, PolarRooms, StartError};
+use scphd_vehicle::{self as vehicle, Backing, Description, Fixes, PolarRooms, StartError};
 
 /// The mixture filter for black boxes of planar vehicles.
 #[derive(Debug, Clone, Copy)]
@@ -88,11 +88,13 @@ impl<T: Real> Backing<T> for Backed<T> {
     type Slam<'m> = vehicle::Mixture<'m, T, PolarRooms<T, MEASUREMENTS, Noise<T>>>;
 
     #[inline]
-    fn start(&mut self, description: &Description<T>) -> Result<Self::Slam<'_>, StartError> {
+    fn without_sensors(&mut self, description: &Description<T>, fixes: Fixes<T>) -> Result<Self::Slam<'_>, StartError> {
         let Self { state, rooms } = self;
-        // The memory may be of an earlier replay, of another number of particles.
+        // The memory may be of an earlier replay, of another number of particles. An empty state needs no check.
         state.clear();
-        vehicle::Mixture::start(description, rooms, |drive, config| ScPhd::new(drive, config, state))
+        vehicle::Mixture::without_sensors(description, fixes, rooms, |drive, config| {
+            ScPhd::reborrow(drive, config, state)
+        })
     }
 }
 

@@ -1,19 +1,19 @@
 //! The filter of a planar vehicle on board: that of `scphd-vehicle` in its memory.
 
 use super::{Odometry, Planar};
+use crate::Parameters;
 use crate::black_box::{KIND, Saves, loaded, placed, unrestored};
 use crate::head::Head;
 use crate::onboard::{Filter, Refusal, Scan, Seen, lower, moved, zero};
 use crate::record::{How, Measurements, Part, Place, Record};
 use crate::snapshot::Snapshot;
 use crate::writer::Writer;
-use crate::Parameters;
 use nalgebra::Vector2;
 use scphd::diagnostics::Probe;
 use scphd::models::PlanarPose;
 use scphd::snapshot::SaveError;
 use scphd::{Component, PoseEstimate, Real};
-use scphd_vehicle::{self as vehicle, Backing, Description, Recordable, Scanned, Start};
+use scphd_vehicle::{self as vehicle, Backing, Description, Fixes, Recordable, Scanned, Start, StartError};
 
 /// Maximum number of measurements of a scan.
 pub const MEASUREMENTS: usize = 64;
@@ -49,24 +49,28 @@ impl<B, T: Real, const FEATURES: usize> Memory<B, T, FEATURES> {
     {
         let mut description = Description::robot();
         head.describe(&mut description)?;
-        self.build(&mut description, room)
+        self.build(&description, room)
     }
 
     /// Not inlined, so that the decoded head is not on the stack beside its temporaries.
     #[inline(never)]
     fn build<const BOX: bool>(
         &mut self,
-        description: &mut Description<T>,
+        description: &Description<T>,
         room: usize,
     ) -> Result<OnBoard<'_, B::Slam<'_>, T, BOX>, Refusal>
     where
         B: Backing<T>,
     {
+        let Self { backing, measurements, features } = self;
+        description.check_ranges()?;
         // The record of a fix has its own numbers.
-        (description.position, description.heading) = (None, None);
-        let mut slam = self.backing.start(description)?;
-        vehicle::Slam::reset(&mut slam, &description.start)?;
-        Ok(OnBoard { slam, measurements: &mut self.measurements, features: &mut self.features, room })
+        let mut started = backing.without_sensors(description, Fixes::NONE);
+        if let Ok(slam) = &mut started {
+            slam.add_sensors(description)?;
+            vehicle::Slam::reset(slam, &description.start)?;
+        }
+        OnBoard::of(started, measurements, features, room)
     }
 }
 
@@ -80,7 +84,18 @@ pub struct OnBoard<'m, S, T: Real, const BOX: bool> {
     room: usize,
 }
 
-impl<S: Recordable<T>, T: Real, const BOX: bool> OnBoard<'_, S, T, BOX> {
+impl<'m, S: Recordable<T>, T: Real, const BOX: bool> OnBoard<'m, S, T, BOX> {
+    /// Not inlined, so that the temporaries of the filter's start are not on the stack beside the copy.
+    #[inline(never)]
+    fn of(
+        started: Result<S, StartError>,
+        measurements: &'m mut [Vector2<T>],
+        features: &'m mut [Component<Vector2<T>>],
+        room: usize,
+    ) -> Result<Self, Refusal> {
+        Ok(Self { slam: started?, measurements, features, room })
+    }
+
     #[inline(never)]
     fn taken(&mut self, record: &Record<'_, Planar>) -> Result<(), Refusal> {
         match record {

@@ -171,9 +171,9 @@ impl<'m, T: Real, const BOX: bool> Onboard<'m, T, BOX> {
         let (vehicle::Filter::Mixture(config), seed, motion, detector) = parts(head, &models)? else {
             return Err(other_filter());
         };
-        // The memory may be of an earlier replay, of another number of particles.
+        // The memory may be of an earlier replay, of another number of particles. An empty state needs no check.
         state.clear();
-        let mut filter = ScPhd::new(motion, config, state)?;
+        let mut filter = ScPhd::reborrow(motion, config, state)?;
         let detector = detector.over(scratch)?;
         filter.check(&detector)?;
         filter.reset(models.start(), seed)?;
