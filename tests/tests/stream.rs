@@ -399,7 +399,7 @@ fn the_header_describes_the_contents_of_the_stream() {
     assert_eq!((header.scans as usize, header.most_measurements as usize), (SCANS, most));
     let description = header.description::<f64>().unwrap();
     let scphd_vehicle::Filter::Mixture(config) = description.filter else { unreachable!() };
-    assert_eq!((config.particles, config.samples, header.seed), (32, 2, SEED));
+    assert_eq!((config.particles, config.samples, description.start.seed), (32, 2, SEED));
     assert!((header.scan_interval_s - 0.1).abs() < 1e-9);
     assert_eq!(description.sensors[0].unwrap().range_sigma_m.to_bits(), settings.sensor.range_sigma_m.to_bits());
 }

@@ -153,253 +153,258 @@
 #define SCPHD_MIXTURE_EXTRACTION_PEAKS 1
 #define SCPHD_MIXTURE_EXTRACTION_CONFIRMED 2
 
+/* Whether unexplained births wait for the next scan. */
+#define SCPHD_MIXTURE_BIRTHS_WAIT 28
+#define SCPHD_MIXTURE_BIRTHS_WAIT_NO 0
+#define SCPHD_MIXTURE_BIRTHS_WAIT_YES 1
+
 /* Least probability of a measurement to be from a new feature for it to start one. Must be between 0 and 1. */
-#define SCPHD_JOINT_BIRTH_PROBABILITY_MIN 28
+#define SCPHD_JOINT_BIRTH_PROBABILITY_MIN 29
 
 /* Gate of the association: greatest squared Mahalanobis distance of a measurement. Must be finite and at least 0. */
-#define SCPHD_JOINT_GATE 29
+#define SCPHD_JOINT_GATE 30
 
 /* Factor on the probability of detection behind a nearer detection. Must be between 0 and 1. */
-#define SCPHD_JOINT_OCCLUSION_FACTOR 30
+#define SCPHD_JOINT_OCCLUSION_FACTOR 31
 
 /* A feature with a smaller existence probability is removed. Must be between 0 and 1. */
-#define SCPHD_JOINT_LEAST_EXISTENCE 31
+#define SCPHD_JOINT_LEAST_EXISTENCE 32
 
 /* The same for a feature that was detected less than twice. Must be between 0 and 1. */
-#define SCPHD_JOINT_LEAST_TENTATIVE 32
+#define SCPHD_JOINT_LEAST_TENTATIVE 33
 
 /* Least existence probability of an estimated feature. Must be between 0 and 1. */
-#define SCPHD_JOINT_EXTRACTION_EXISTENCE 33
+#define SCPHD_JOINT_EXTRACTION_EXISTENCE 34
 
 /* Squared Mahalanobis distance within which two features are merged. Must be finite and at least 0. */
-#define SCPHD_JOINT_MERGE_DISTANCE 34
+#define SCPHD_JOINT_MERGE_DISTANCE 35
 
 /* Mean time until a visible landmark is occluded; infinite: never. In s. Must be above 0, or infinite. */
-#define SCPHD_JOINT_VISIBLE_S 35
+#define SCPHD_JOINT_VISIBLE_S 36
 
 /* Mean time of an occlusion. In s. Must be above 0, or infinite. */
-#define SCPHD_JOINT_OCCLUDED_S 36
+#define SCPHD_JOINT_OCCLUDED_S 37
 
 /* Mean time until a landmark is removed; infinite: never. In s. Must be above 0, or infinite. */
-#define SCPHD_JOINT_LIFETIME_S 37
+#define SCPHD_JOINT_LIFETIME_S 38
 
 /* Whether moving objects are tracked. */
-#define SCPHD_JOINT_MOVERS 38
+#define SCPHD_JOINT_MOVERS 39
 #define SCPHD_JOINT_MOVERS_NO 0
 #define SCPHD_JOINT_MOVERS_YES 1
 
 /* Whether systematic errors of the odometry are estimated. */
-#define SCPHD_JOINT_ODOMETRY 39
+#define SCPHD_JOINT_ODOMETRY 40
 #define SCPHD_JOINT_ODOMETRY_NO 0
 #define SCPHD_JOINT_ODOMETRY_YES 1
 
 /* Whether distant features are moved to an archive of submaps. */
-#define SCPHD_JOINT_ARCHIVE 40
+#define SCPHD_JOINT_ARCHIVE 41
 #define SCPHD_JOINT_ARCHIVE_NO 0
 #define SCPHD_JOINT_ARCHIVE_YES 1
 
 /* Whether there are several hypotheses of data association. */
-#define SCPHD_JOINT_HYPOTHESES 41
+#define SCPHD_JOINT_HYPOTHESES 42
 #define SCPHD_JOINT_HYPOTHESES_NO 0
 #define SCPHD_JOINT_HYPOTHESES_YES 1
 
 /* Greatest range of all sensors. In m. Must be finite and above 0. */
-#define SCPHD_JOINT_ARCHIVE_REACH_M 42
+#define SCPHD_JOINT_ARCHIVE_REACH_M 43
 
 /* Standard deviation of the scale error of the speed. Must be finite and at least 0. */
-#define SCPHD_JOINT_ODOMETRY_SPEED_SCALE 43
+#define SCPHD_JOINT_ODOMETRY_SPEED_SCALE 44
 
 /* Standard deviation of the scale error of the turn rate or steering angle. Must be finite and at least 0. */
-#define SCPHD_JOINT_ODOMETRY_TURN_SCALE 44
+#define SCPHD_JOINT_ODOMETRY_TURN_SCALE 45
 
 /* Standard deviation of the offset of the turn rate, or of a car's steering angle, rad. In rad/s. Must be finite and at least 0. */
-#define SCPHD_JOINT_ODOMETRY_TURN_OFFSET 45
+#define SCPHD_JOINT_ODOMETRY_TURN_OFFSET 46
 
 /* Time in which the errors change by their standard deviations (random walk); infinite: they are constant. In s. Must be above 0, or infinite. */
-#define SCPHD_JOINT_ODOMETRY_LASTS_S 46
+#define SCPHD_JOINT_ODOMETRY_LASTS_S 47
 
 /* Greatest number of hypotheses; the memory may have room for fewer. Must be between 1 and 16. */
-#define SCPHD_JOINT_HYPOTHESES_MOST 47
+#define SCPHD_JOINT_HYPOTHESES_MOST 48
 
 /* Two hypotheses are joined if their poses are within this many standard deviations. Must be finite and at least 0. */
-#define SCPHD_JOINT_HYPOTHESES_JOINED_SIGMAS 48
+#define SCPHD_JOINT_HYPOTHESES_JOINED_SIGMAS 49
 
 /* A hypothesis is not made if its weight, divided by that of the likeliest, is below this. Must be between 0 and 1. */
-#define SCPHD_JOINT_HYPOTHESES_LEAST_RATIO 49
+#define SCPHD_JOINT_HYPOTHESES_LEAST_RATIO 50
 
 /* A hypothesis is dropped after a scan if its probability is below this. Must be between 0 and 1. */
-#define SCPHD_JOINT_HYPOTHESES_LEAST_SHARE 50
+#define SCPHD_JOINT_HYPOTHESES_LEAST_SHARE 51
 
 /* Moving features: initial standard deviation of the velocity, along each axis. In m/s. Must be between 0.000001 and 1000000. */
-#define SCPHD_MOVING_VELOCITY_SIGMA_MPS 51
+#define SCPHD_MOVING_VELOCITY_SIGMA_MPS 52
 
 /* Moving features: power spectral density of the acceleration. In m^2/s^3. Must be finite and at least 0. */
-#define SCPHD_MOVING_ACCELERATION_PSD 52
+#define SCPHD_MOVING_ACCELERATION_PSD 53
 
 /* Moving features: mean lifetime. In s. Must be above 0, or infinite. */
-#define SCPHD_MOVING_LIFETIME_S 53
+#define SCPHD_MOVING_LIFETIME_S 54
 
 /* Moving features: one with a greater standard deviation of the position is removed. In m. Must be finite and above 0. */
-#define SCPHD_MOVING_SPREAD_MAX_M 54
+#define SCPHD_MOVING_SPREAD_MAX_M 55
 
 /* Moving features: least weight of an estimated one. Must be between 0 and 1. */
-#define SCPHD_MOVING_EXTRACTION_WEIGHT 55
+#define SCPHD_MOVING_EXTRACTION_WEIGHT 56
 
 /* Greatest time step. A longer prediction is refused; infinite: no limit. In s. Must be above 0, or infinite. */
-#define SCPHD_PLAUSIBLE_STEP_MAX_S 56
+#define SCPHD_PLAUSIBLE_STEP_MAX_S 57
 
 /* Greatest speed. A faster prediction is refused; infinite: no limit. In m/s. Must be above 0, or infinite. */
-#define SCPHD_PLAUSIBLE_SPEED_MAX_MPS 57
+#define SCPHD_PLAUSIBLE_SPEED_MAX_MPS 58
 
 /* Greatest turn rate. A faster prediction is refused; infinite: no limit. In rad/s. Must be above 0, or infinite. */
-#define SCPHD_PLAUSIBLE_TURN_RATE_MAX_RADPS 58
+#define SCPHD_PLAUSIBLE_TURN_RATE_MAX_RADPS 59
 
 /* Greatest distance of a step. A longer prediction is refused; infinite: no limit. In m. Must be above 0, or infinite. */
-#define SCPHD_PLAUSIBLE_JUMP_MAX_M 59
+#define SCPHD_PLAUSIBLE_JUMP_MAX_M 60
 
 /* Whether the position is measured. */
-#define SCPHD_POSITION 60
+#define SCPHD_POSITION 61
 #define SCPHD_POSITION_NO 0
 #define SCPHD_POSITION_YES 1
 
 /* Standard deviation of a measured position. In m. Must be between 0.000001 and 1000000. */
-#define SCPHD_POSITION_SIGMA 61
+#define SCPHD_POSITION_SIGMA 62
 
 /* Distance of the antenna ahead of the pose. In m. Must be finite. */
-#define SCPHD_POSITION_FORWARD_M 62
+#define SCPHD_POSITION_FORWARD_M 63
 
 /* Distance of the antenna to the left of the pose. In m. Must be finite. */
-#define SCPHD_POSITION_LEFT_M 63
+#define SCPHD_POSITION_LEFT_M 64
 
 /* Squared Mahalanobis distance beyond which a measurement is an outlier; infinite: none is. Must be above 0, or infinite. */
-#define SCPHD_POSITION_GATE 64
+#define SCPHD_POSITION_GATE 65
 
 /* Whether the filter is moved if consecutive outliers agree with each other. */
-#define SCPHD_POSITION_WATCH 65
+#define SCPHD_POSITION_WATCH 66
 #define SCPHD_POSITION_WATCH_NO 0
 #define SCPHD_POSITION_WATCH_YES 1
 
 /* Time from the first outlier until the filter is moved; infinite: never. In s. Must be at least 0, or infinite. */
-#define SCPHD_POSITION_WATCH_PATIENCE_S 66
+#define SCPHD_POSITION_WATCH_PATIENCE_S 67
 
 /* Least number of consecutive outliers. Must be between 3 and 1000. */
-#define SCPHD_POSITION_WATCH_FEWEST 67
+#define SCPHD_POSITION_WATCH_FEWEST 68
 
 /* Whether the heading is measured. */
-#define SCPHD_HEADING 68
+#define SCPHD_HEADING 69
 #define SCPHD_HEADING_NO 0
 #define SCPHD_HEADING_YES 1
 
 /* Standard deviation of a measured heading. In rad. Must be between 0.000001 and 1000000. */
-#define SCPHD_HEADING_SIGMA 69
+#define SCPHD_HEADING_SIGMA 70
 
 /* Squared Mahalanobis distance beyond which a measurement is an outlier; infinite: none is. Must be above 0, or infinite. */
-#define SCPHD_HEADING_GATE 70
+#define SCPHD_HEADING_GATE 71
 
 /* Whether the filter is moved if consecutive outliers agree with each other. */
-#define SCPHD_HEADING_WATCH 71
+#define SCPHD_HEADING_WATCH 72
 #define SCPHD_HEADING_WATCH_NO 0
 #define SCPHD_HEADING_WATCH_YES 1
 
 /* Time from the first outlier until the filter is moved; infinite: never. In s. Must be at least 0, or infinite. */
-#define SCPHD_HEADING_WATCH_PATIENCE_S 72
+#define SCPHD_HEADING_WATCH_PATIENCE_S 73
 
 /* Least number of consecutive outliers. Must be between 3 and 1000. */
-#define SCPHD_HEADING_WATCH_FEWEST 73
+#define SCPHD_HEADING_WATCH_FEWEST 74
 
 /* Initial x. In m. Must be finite. */
-#define SCPHD_START_X_M 74
+#define SCPHD_START_X_M 75
 
 /* Initial y. In m. Must be finite. */
-#define SCPHD_START_Y_M 75
+#define SCPHD_START_Y_M 76
 
 /* Initial heading, counterclockwise from the x axis. In rad. Must be finite. */
-#define SCPHD_START_HEADING_RAD 76
+#define SCPHD_START_HEADING_RAD 77
 
 /* Standard deviation of the initial position; 0 together with the heading's: the pose is certain. In m. Must be finite and at least 0. */
-#define SCPHD_START_POSITION_SIGMA_M 77
+#define SCPHD_START_POSITION_SIGMA_M 78
 
 /* Standard deviation of the initial heading. In rad. Must be finite and at least 0. */
-#define SCPHD_START_HEADING_SIGMA_RAD 78
+#define SCPHD_START_HEADING_SIGMA_RAD 79
 
 /* Seed of the random numbers of a mixture. Must be between 0 and 16777216. */
-#define SCPHD_START_SEED 79
+#define SCPHD_START_SEED 80
 
 /* Measurement of the sensor. A change from none sets its defaults. */
-#define SCPHD_SENSOR_MODEL 80
+#define SCPHD_SENSOR_MODEL 81
 #define SCPHD_SENSOR_MODEL_NONE 0
 #define SCPHD_SENSOR_MODEL_RANGE_BEARING 1
 #define SCPHD_SENSOR_MODEL_BEARING 2
 
 /* Standard deviation of the range. In m. Must be between 0.000001 and 1000000. */
-#define SCPHD_SENSOR_RANGE_SIGMA_M 81
+#define SCPHD_SENSOR_RANGE_SIGMA_M 82
 
 /* Standard deviation of the range divided by the range; adds in quadrature. Must be between 0 and 1. */
-#define SCPHD_SENSOR_RANGE_SIGMA_RATIO 82
+#define SCPHD_SENSOR_RANGE_SIGMA_RATIO 83
 
 /* Standard deviation of the bearing. In rad. Must be between 0.000001 and 1000000. */
-#define SCPHD_SENSOR_BEARING_SIGMA_RAD 83
+#define SCPHD_SENSOR_BEARING_SIGMA_RAD 84
 
 /* Least range of the view. In m. Must be finite and at least 0. */
-#define SCPHD_SENSOR_RANGE_MIN_M 84
+#define SCPHD_SENSOR_RANGE_MIN_M 85
 
 /* Greatest range of the view. In m. Must be finite and above 0. */
-#define SCPHD_SENSOR_RANGE_MAX_M 85
+#define SCPHD_SENSOR_RANGE_MAX_M 86
 
 /* Half width of the gradual edge at both ranges. In m. Must be finite and at least 0. */
-#define SCPHD_SENSOR_RANGE_EDGE_M 86
+#define SCPHD_SENSOR_RANGE_EDGE_M 87
 
 /* Centre of the view. In rad. Must be finite. */
-#define SCPHD_SENSOR_BEARING_CENTER_RAD 87
+#define SCPHD_SENSOR_BEARING_CENTER_RAD 88
 
 /* Half width of the view; pi or more for a full circle. In rad. Must be finite and above 0. */
-#define SCPHD_SENSOR_BEARING_HALF_WIDTH_RAD 88
+#define SCPHD_SENSOR_BEARING_HALF_WIDTH_RAD 89
 
 /* Half width of the gradual edge at both sides. In rad. Must be finite and at least 0. */
-#define SCPHD_SENSOR_BEARING_EDGE_RAD 89
+#define SCPHD_SENSOR_BEARING_EDGE_RAD 90
 
 /* Probability of detection at range zero. Must be at least 0 and below 1. */
-#define SCPHD_SENSOR_PROBABILITY_NEAR 90
+#define SCPHD_SENSOR_PROBABILITY_NEAR 91
 
 /* Probability of detection at the greatest range. Must be at least 0 and below 1. */
-#define SCPHD_SENSOR_PROBABILITY_FAR 91
+#define SCPHD_SENSOR_PROBABILITY_FAR 92
 
 /* Expected number of false measurements in a scan. Must be between 0 and 1000000000. */
-#define SCPHD_SENSOR_CLUTTER_PER_SCAN 92
+#define SCPHD_SENSOR_CLUTTER_PER_SCAN 93
 
 /* Birth intensity of static features. In 1/(m rad). Must be finite and at least 0. */
-#define SCPHD_SENSOR_BIRTHS_STILL 93
+#define SCPHD_SENSOR_BIRTHS_STILL 94
 
 /* Birth intensity of moving features. In 1/(m rad). Must be finite and at least 0. */
-#define SCPHD_SENSOR_BIRTHS_MOVING 94
+#define SCPHD_SENSOR_BIRTHS_MOVING 95
 
 /* Bearing-only sensor: range of the nearest births. In m. Must be finite and above 0. */
-#define SCPHD_SENSOR_BIRTHS_NEAREST_M 95
+#define SCPHD_SENSOR_BIRTHS_NEAREST_M 96
 
 /* Bearing-only sensor: range of the farthest births. In m. Must be finite and above 0. */
-#define SCPHD_SENSOR_BIRTHS_FARTHEST_M 96
+#define SCPHD_SENSOR_BIRTHS_FARTHEST_M 97
 
 /* Bearing-only sensor: number of ranges with births. Must be between 2 and 65535. */
-#define SCPHD_SENSOR_BIRTHS_RINGS 97
+#define SCPHD_SENSOR_BIRTHS_RINGS 98
 
 /* Bearing-only sensor: number of births at each range. Must be between 1 and 65535. */
-#define SCPHD_SENSOR_BIRTHS_SECTORS 98
+#define SCPHD_SENSOR_BIRTHS_SECTORS 99
 
 /* Bearing-only sensor: weight of each birth. Must be finite and at least 0. */
-#define SCPHD_SENSOR_BIRTHS_WEIGHT 99
+#define SCPHD_SENSOR_BIRTHS_WEIGHT 100
 
 /* Distance of the sensor ahead of the pose. In m. Must be finite. */
-#define SCPHD_SENSOR_FORWARD_M 100
+#define SCPHD_SENSOR_FORWARD_M 101
 
 /* Distance of the sensor to the left of the pose. In m. Must be finite. */
-#define SCPHD_SENSOR_LEFT_M 101
+#define SCPHD_SENSOR_LEFT_M 102
 
 /* Direction of the sensor, counterclockwise from that of the vehicle. In rad. Must be finite. */
-#define SCPHD_SENSOR_YAW_RAD 102
+#define SCPHD_SENSOR_YAW_RAD 103
 
 
 // The version of this interface. It changes whenever a program that was compiled with another header would not work.
-#define SCPHD_ABI_VERSION 4
+#define SCPHD_ABI_VERSION 5
 
 // No candidate explains the scan: the vehicle is lost, or clutter and birth intensities are both zero.
 #define SCPHD_HEALTH_UNEXPLAINED_SCAN 1

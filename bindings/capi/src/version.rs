@@ -3,7 +3,7 @@
 use crate::scphd_status;
 
 /// The version of this interface. It changes whenever a program that was compiled with another header would not work.
-pub const SCPHD_ABI_VERSION: u32 = 4;
+pub const SCPHD_ABI_VERSION: u32 = 5;
 
 /// The interface version of the library; `SCPHD_ABI_VERSION` is that of the header.
 #[unsafe(no_mangle)]

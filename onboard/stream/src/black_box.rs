@@ -1,6 +1,5 @@
 //! What the filters of a black box share.
 
-use crate::error::StreamError;
 use crate::kind::Kind;
 use crate::onboard::{Filter, Refusal};
 use crate::record::Place;
@@ -56,7 +55,7 @@ pub(crate) fn loaded<T: Real, D: Vector<Scalar = T>, N: AsRef<[f64]>>(
 }
 
 /// The reason for which a filter cannot be restored from a snapshot.
-pub(crate) fn unrestored(error: RestoreError<StreamError>) -> Refusal {
+pub(crate) fn unrestored<E>(error: RestoreError<E>) -> Refusal {
     let why = match error {
         RestoreError::Source(_) => "a slice of the snapshot is missing or damaged",
         RestoreError::Foreign => "this is not a snapshot",

@@ -10,8 +10,8 @@ pub(crate) const COUNTS: usize = 16;
 pub(crate) const FRONT: usize = COUNTS + 3 * 4 + 16 + 4;
 
 /// The types of a head.
-pub(crate) const SNAPSHOT: u8 = 1;
-pub(crate) const RETUNED: u8 = 2;
+pub(crate) const SNAPSHOT: u16 = 1;
+pub(crate) const RETUNED: u16 = 2;
 
 /// Purpose of a head. A stream begins with one; others are among its records.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -34,7 +34,7 @@ impl<'a, K: Kind> Head<'a, K> {
     #[inline(never)]
     pub(crate) fn take(bytes: &mut Bytes<'a>) -> Result<Self, StreamError> {
         let cut = StreamError::Truncated;
-        let mut front = bytes.clone();
+        let mut front = Bytes(bytes.0.first_chunk::<FRONT>().ok_or(cut)?);
         if front.array().ok_or(cut)? != MAGIC {
             return Err(StreamError::NotAStream);
         }
@@ -43,7 +43,8 @@ impl<'a, K: Kind> Head<'a, K> {
             return Err(StreamError::Version { found: version });
         }
         let length = usize::from(front.u16().ok_or(cut)?);
-        let [scalar, code, begins] = [front.u8().ok_or(cut)?, front.u8().ok_or(cut)?, front.u8().ok_or(cut)?];
+        let [scalar, code] = front.array().ok_or(cut)?;
+        let begins = front.u16().ok_or(cut)?;
         // The length of the head depends on the vehicle.
         if code != K::CODE {
             return Err(StreamError::Vehicle { found: code });
@@ -57,10 +58,10 @@ impl<'a, K: Kind> Head<'a, K> {
         if check != CRC.checksum(content) {
             return Err(StreamError::HeaderDamaged);
         }
-        let mut marked = Bytes(whole.get(COUNTS + 12..).unwrap_or_default());
-        let mut word = || marked.u32().ok_or(cut);
-        let (scans, parts, [low, high], before) = (word()?, word()?, [word()?, word()?], word()?);
-        let digest = u64::from(high) << 32 | u64::from(low);
+        // The counts are decoded with the whole head.
+        front.slice(3 * 4);
+        let (scans, parts) = (front.u32().ok_or(cut)?, front.u32().ok_or(cut)?);
+        let (digest, before) = (front.u64().ok_or(cut)?, front.u32().ok_or(cut)?);
         let begins = match begins {
             0 => Begins::Start,
             SNAPSHOT => Begins::Snapshot(Mark { scans, parts, digest }),

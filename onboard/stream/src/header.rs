@@ -102,7 +102,8 @@ impl<K: Kind> Header<K> {
             Begins::Snapshot(mark) => (SNAPSHOT, mark),
             Begins::Retuned => (RETUNED, Mark::NONE),
         };
-        sink.put(&[self.scalar.bytes() as u8, K::CODE, begins, 0]);
+        sink.put(&[self.scalar.bytes() as u8, K::CODE]);
+        sink.put(&begins.to_le_bytes());
         for count in [self.scans, self.predictions, self.most_measurements, mark.scans, mark.parts] {
             sink.put(&count.to_le_bytes());
         }

@@ -260,18 +260,6 @@ impl<T: Real, P: PlanarState<Scalar = T>, F: JointFilter<Motion = P::Moves>, N: 
         make_detector(&mut self.detectors, sensor, models, Sensor::seen::<P, N>)
     }
 
-    fn save_to<E>(&mut self, kind: u32, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>> {
-        self.slam.save(kind, sink)
-    }
-
-    fn restore_from<E>(
-        &mut self,
-        kind: u32,
-        source: impl FnMut(usize, &mut [u8]) -> Result<(), E>,
-    ) -> Result<usize, RestoreError<E>> {
-        self.slam.restore(kind, source)
-    }
-
     fn count(&mut self, _: &mut [Component<Vector2<T>>]) -> usize {
         self.slam.features().count()
     }

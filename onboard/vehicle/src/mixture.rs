@@ -210,18 +210,6 @@ impl<T: Real, R: Rooms<T>> Recordable<T> for Mixture<'_, T, R> {
         make_detector(&mut self.detectors, sensor, models, detector::<T, R>(&self.filter))
     }
 
-    fn save_to<E>(&mut self, kind: u32, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>> {
-        self.filter.save(kind, sink)
-    }
-
-    fn restore_from<E>(
-        &mut self,
-        kind: u32,
-        source: impl FnMut(usize, &mut [u8]) -> Result<(), E>,
-    ) -> Result<usize, RestoreError<E>> {
-        self.filter.restore(kind, source)
-    }
-
     fn count(&mut self, room: &mut [Component<Vector2<T>>]) -> usize {
         self.features(room).features
     }

@@ -207,22 +207,6 @@ pub trait Recordable<T: Real>: Services<T> {
         sensors.try_for_each(|(index, sensor)| sensor.as_ref().map_or(Ok(()), |sensor| self.replace(index, sensor)))
     }
 
-    /// [`Services::save`] into a sink with errors of its own.
-    ///
-    /// # Errors
-    /// As for `save`.
-    fn save_to<E>(&mut self, kind: u32, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>>;
-
-    /// [`Services::restore`] from a source with errors of its own.
-    ///
-    /// # Errors
-    /// As for `restore`.
-    fn restore_from<E>(
-        &mut self,
-        kind: u32,
-        source: impl FnMut(usize, &mut [u8]) -> Result<(), E>,
-    ) -> Result<usize, RestoreError<E>>;
-
     /// Number of static features that are estimated; `room` as for [`Slam::features`], which a joint map does not use.
     fn count(&mut self, room: &mut [Component<Vector2<T>>]) -> usize;
 

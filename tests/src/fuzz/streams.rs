@@ -22,7 +22,7 @@ use scphd_stream::{
     Aboard, Header, How, Kind, Monitor, Numbers, Refusal, ReplayError, Saves, Scalar, ScanCost, Seen, Which, Writer,
     recover, replay, rerecord,
 };
-use scphd_vehicle::{Description, Filter, JointSettings, Sensor, VehicleKind};
+use scphd_vehicle::{Description, Filter, JointSettings, Sensor, Setting, VehicleKind};
 use std::convert::Infallible;
 
 /// Maximum number of scans in a stream.
@@ -181,7 +181,8 @@ fn calibrated(draw: &mut Draw) -> Filter<f64> {
 /// A head with these models; some numbers are hostile, as in the tuning of a change.
 fn header<K: Kind>(draw: &mut Draw, of: &Description<f64>, models: &K::Models, scalar: Scalar) -> Header<K> {
     let mut header = Header { scan_interval_s: 0.1, ..Header::with(of, spoilt(draw, models), scalar) };
-    header.seed = draw.word();
+    let seed = Setting::of_name("start.seed").unwrap().place();
+    header.settings[seed] = f64::from_bits(draw.word());
     header.settings.iter_mut().filter(|setting| **setting != 0.0).for_each(|setting| *setting = draw.spoilt(*setting));
     if draw.chance(0.02) {
         // Also a choice, or a number that the description does not have.

@@ -12,7 +12,7 @@ use scphd::errors::Flaw;
 use scphd::models::{PlanarMotion, PlanarPose};
 use scphd::numerics::Noise as Draws;
 use scphd::snapshot::{from_slice, into_slice};
-use scphd_vehicle::{Joint, Mixture, PolarRooms, Recordable as _};
+use scphd_vehicle::{Joint, Mixture, PolarRooms, Services as _};
 
 /// The methods of a filter of `scphd-vehicle`.
 macro_rules! failing {
@@ -27,11 +27,11 @@ macro_rules! failing {
             }
 
             fn save_into(&mut self, bytes: &mut [u8]) -> Option<usize> {
-                self.slam.save_to(KIND, into_slice(bytes)).ok()
+                self.slam.save(KIND, &mut into_slice(bytes)).ok()
             }
 
             fn restore_from(&mut self, bytes: &[u8]) -> Result<(), Refusal> {
-                let restored = self.slam.restore_from(KIND, from_slice(bytes));
+                let restored = self.slam.restore(KIND, &mut from_slice(bytes));
                 restored.map(drop).map_err(|_| Refusal::Unusable { why: "the snapshot cannot be used" })
             }
         }

@@ -11,7 +11,7 @@ use crate::writer::Writer;
 use nalgebra::Vector2;
 use scphd::diagnostics::Probe;
 use scphd::models::PlanarPose;
-use scphd::snapshot::SaveError;
+use scphd::snapshot::{SaveError, SliceEnd};
 use scphd::{Component, PoseEstimate, Real};
 use scphd_vehicle::{self as vehicle, Backing, Description, Fixes, Recordable, Scanned, Start, StartError};
 
@@ -123,8 +123,9 @@ impl<'m, S: Recordable<T>, T: Real, const BOX: bool> OnBoard<'m, S, T, BOX> {
 
     #[inline(never)]
     fn restored(&mut self, snapshot: &Snapshot<'_, Planar>) -> Result<(), Refusal> {
-        let source = snapshot.part(Part::Filter).ok_or(Refusal::NotAboard)?;
-        self.slam.restore_from(snapshot.user_kind(Part::Filter), source).map(drop).map_err(unrestored)
+        let mut source = snapshot.part(Part::Filter).ok_or(Refusal::NotAboard)?;
+        let mut read = |at, into: &mut [u8]| source(at, into).map_err(|_| SliceEnd);
+        self.slam.restore(snapshot.user_kind(Part::Filter), &mut read).map(drop).map_err(unrestored)
     }
 
     fn place(&mut self, place: &Place<'_, Planar>) -> Result<(), Refusal> {
@@ -189,6 +190,15 @@ impl<S: Recordable<T>, T: Real, const BOX: bool> Filter<Planar> for OnBoard<'_, 
 impl<S: Recordable<T>, T: Real> Saves<Planar> for OnBoard<'_, S, T, true> {
     fn save<E, F: FnMut(&[u8]) -> Result<(), E>>(&mut self, log: &mut Writer<Planar, F>) -> Result<(), SaveError<E>> {
         log.snapshot(&[Part::Filter], self.digest()).map_err(SaveError::Sink)?;
-        log.save(Part::Filter, |sink| self.slam.save_to(KIND, sink)).map(drop)
+        let saved = log.save(Part::Filter, |sink| {
+            let mut failed = None;
+            let mut write = |piece: &[u8]| sink(piece).map_err(|error| failed.insert(error)).map_err(|_| SliceEnd);
+            self.slam.save(KIND, &mut write).map_err(|error| match (failed, error) {
+                (Some(error), _) => SaveError::Sink(error),
+                (None, SaveError::Damaged(flaw)) => SaveError::Damaged(flaw),
+                _ => SaveError::NotStarted,
+            })
+        });
+        saved.map(drop)
     }
 }
