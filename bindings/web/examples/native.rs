@@ -6,8 +6,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let numbers: Vec<u32> = std::env::args().skip(1).map(|word| word.parse()).collect::<Result<_, _>>()?;
     let [scans, every] = numbers[..] else { return Err("usage: native SCANS EVERY".into()) };
     let mut session = Box::new(Session::NEW);
-    session.start(1, 64).map_err(|_| "not started")?;
-    for scan in 0..scans {
+    // A joint map, then a mixture of 64 particles.
+    for (particles, scan) in [0, 64].into_iter().flat_map(|particles| (0..scans).map(move |scan| (particles, scan))) {
+        if scan == 0 {
+            session.start(1, particles).map_err(|_| "not started")?;
+        }
         // As `rehearse` in page.js: with some manual driving and changes of the sliders.
         let wish = match scan % 200 {
             150.. => Wish::Manual { speed_mps: 2.0, rate_radps: 0.5 },

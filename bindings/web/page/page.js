@@ -252,7 +252,7 @@
     const [off, , reckoned] = history[history.length - 1];
     const texts = {
       digest: digest(), scans: String(seen.scans), error: off.toFixed(2) + " m, " + reckoned.toFixed(2) + " m",
-      neff: seen.nEff.toFixed(1) + " of " + seen.particles.length, pages: seen.pages.join(" of "),
+      neff: seen.particles.length ? seen.nEff.toFixed(1) + " of " + seen.particles.length : "-", pages: seen.pages.join(" of "),
       features: seen.features.length + " of " + seen.landmarks.length, moving: seen.moving.length + " of " + seen.walkers.length,
       cost: meanCost().toFixed(2) + " ms",
       health: HEALTH.filter((_, bit) => seen.health >> bit & 1).join(", ") || "good",
@@ -308,9 +308,12 @@
   };
   const rehearse = (scans, every) => {
     const lines = [];
-    byId("particles").value = "64";
-    start();
-    for (let scan = 0; scan < scans; scan++) {
+    for (let k = 0; k < 2 * scans; k++) {
+      const scan = k % scans;
+      if (scan === 0) {
+        byId("particles").value = k === 0 ? "0" : "64";
+        start();
+      }
       const [clutter, detection] = scan % 300 < 200 ? [5, 0.9] : [15, 0.75];
       step(scan % 200 < 150, [2, 0.5], clutter, detection, scan % 500 < 400);
       note();
@@ -333,8 +336,8 @@
       if (begun !== null && now - begun >= 1000 * seconds) {
         const each = busy / frames;
         write(1000 * frames / (now - begun));
-        result((1000 * frames / (now - begun)).toFixed(1) + " frames a second, each with a scan of " + seen.particles.length
-          + " particles; a frame takes " + each.toFixed(2) + " ms, a scan of it " + meanCost().toFixed(2) + " ms");
+        result((1000 * frames / (now - begun)).toFixed(1) + " frames a second, each with a scan of "
+          + (seen.particles.length ? seen.particles.length + " particles" : "a joint map") + "; a frame takes " + each.toFixed(2) + " ms, a scan of it " + meanCost().toFixed(2) + " ms");
       } else requestAnimationFrame(count);
     };
     requestAnimationFrame(count);

@@ -3,11 +3,15 @@
 use crate::sensor::{MEASUREMENTS, RANGE_M, SIGMAS, Surroundings};
 use crate::world::World;
 use nalgebra::{Vector2, Vector4};
-use scphd::models::{ControlNoise, ModelError, PlanarMotion, RangeBearingWindow};
+use scphd::models::{ControlNoise, ModelError, PlanarMotion, PlanarPose, RangeBearingWindow};
 use scphd::numerics::Vector;
-use scphd::settings::Extraction;
+use scphd::settings::{Extraction, MovingConfig};
+use scphd::storage::Candidate;
 use scphd::{Births, Component, Config, ScPhd, memory};
-use scphd_vehicle::{Description, Mixture, PolarRooms, Sensor};
+use scphd_vehicle::{
+    Backing, Description, Fixes, JointSettings, Mixture, PolarRooms, Recordable as _, Sensor, Services, StartError,
+    joint_backing,
+};
 
 /// Maximum number of particles.
 pub const PARTICLES: usize = 64;
@@ -20,10 +24,45 @@ memory! {
     }
 }
 
-/// Working memory for scans.
+/// Working memory for scans of a mixture.
 type Rooms = PolarRooms<f32, MEASUREMENTS>;
-pub(crate) type Filter<'m> = Mixture<'m, f32, Rooms>;
-pub(crate) type Features = Found<Vector2<f32>, 96>;
+
+/// Capacity of the joint map for features.
+pub(crate) const FEATURES: usize = 96;
+
+joint_backing! {
+    struct JointMemory: PlanarPose<f32> { features: FEATURES, measurements: MEASUREMENTS, movers: 16 }
+}
+
+/// The filter of a session.
+#[expect(clippy::large_enum_variant, reason = "there is one at a time, on the stack")]
+#[derive(Debug)]
+pub enum Filter<'m> {
+    /// A joint map with moving-object tracks.
+    Joint(<JointMemory as Backing<f32>>::Slam<'m>),
+    /// A mixture for each particle.
+    Mixture(Mixture<'m, f32, Rooms>),
+}
+
+impl Filter<'_> {
+    /// The calls of a loop, and those outside of it.
+    pub fn services(&mut self) -> &mut dyn Services<f32> {
+        match self {
+            Self::Joint(filter) => filter,
+            Self::Mixture(filter) => filter,
+        }
+    }
+
+    /// The particles; none of a joint map.
+    pub(crate) fn particles(&mut self) -> &[Candidate<PlanarPose<f32>>] {
+        match self {
+            Self::Joint(_) => &[],
+            Self::Mixture(filter) => filter.filter().candidates(),
+        }
+    }
+}
+
+pub(crate) type Features = Found<Vector2<f32>, FEATURES>;
 pub(crate) type Movers = Found<Vector4<f32>, 32>;
 
 /// Odometry noise of the filter: the error of worn wheels is covered by noise with a correlation time of half a second and more.
@@ -63,15 +102,16 @@ impl<N: Vector, const ROOM: usize> Found<N, ROOM> {
     }
 }
 
-/// The memory of the filter.
+/// The memory of both kinds of filter.
 #[derive(Debug)]
 pub(crate) struct Memory {
+    joint: JointMemory,
     state: State,
     rooms: Rooms,
 }
 
 impl Memory {
-    pub(crate) const NEW: Self = Self { state: State::new(), rooms: Rooms::new() };
+    pub(crate) const NEW: Self = Self { joint: JointMemory::new(), state: State::new(), rooms: Rooms::new() };
 
     pub(crate) fn clear(&mut self) {
         self.state.clear();
@@ -79,21 +119,45 @@ impl Memory {
 
     /// The filter of a description, which continues with the state in the memory.
     pub(crate) fn filter(&mut self, description: &Description<f32>) -> Result<Filter<'_>, Refused> {
-        let Self { state, rooms } = self;
-        Mixture::start(description, rooms, |motion, config| ScPhd::reborrow(motion, config, state)).map_err(|_| Refused)
+        self.start(description).map_err(|_| Refused)
+    }
+
+    fn start(&mut self, description: &Description<f32>) -> Result<Filter<'_>, StartError> {
+        let Self { joint, state, rooms } = self;
+        let fixes = Fixes::of(description)?;
+        Ok(match description.filter {
+            scphd_vehicle::Filter::Joint(_) => {
+                let mut filter = joint.without_sensors(description, fixes)?;
+                filter.add_sensors(description)?;
+                Filter::Joint(filter)
+            }
+            scphd_vehicle::Filter::Mixture(_) => {
+                // Without an audit of the state in every step.
+                let mut filter = Mixture::without_sensors(description, fixes, rooms, |motion, config| {
+                    ScPhd::reborrow(motion, config, state)
+                })?;
+                filter.add_sensors(description)?;
+                Filter::Mixture(filter)
+            }
+        })
     }
 }
 
-/// The vehicle of the simulated world, with this seed and number of particles.
+/// The vehicle of the simulated world, with a joint map or, if there are particles, with a mixture of this seed.
 pub(crate) fn robot(seed: u64, particles: usize) -> Description<f32> {
     let mut robot = Description::robot();
     robot.vehicle.noise = NOISE;
-    robot.filter = scphd_vehicle::Filter::Mixture(Config {
-        unconfirmed_weight: 0.5,
-        extraction: Extraction::Peaks,
-        extraction_weight: 0.3,
-        ..Config::blind(particles, 1)
-    });
+    robot.filter = if particles == 0 {
+        let movers = Some(MovingConfig::walkers());
+        scphd_vehicle::Filter::Joint(JointSettings { movers, ..JointSettings::default() })
+    } else {
+        scphd_vehicle::Filter::Mixture(Config {
+            unconfirmed_weight: 0.5,
+            extraction: Extraction::Peaks,
+            extraction_weight: 0.3,
+            ..Config::blind(particles, 1)
+        })
+    };
     (robot.start.pose, robot.start.seed) = (World::START, seed);
     robot
 }

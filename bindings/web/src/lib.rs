@@ -23,7 +23,7 @@ mod session;
 mod module;
 
 pub use drive::Wish;
-pub use filter::{PARTICLES, Refused};
+pub use filter::{Filter, PARTICLES, Refused};
 pub use sensor::{MEASUREMENTS, Scan, Surroundings};
 pub use session::Session;
 pub use view::{HEAD, View};

@@ -3,7 +3,7 @@
 use crate::{MEASUREMENTS, Refused, Session, Surroundings, Wish};
 use core::cell::UnsafeCell;
 use nalgebra::Vector2;
-use scphd_vehicle::{Control, Description, Measurements, Slam as _};
+use scphd_vehicle::{Control, Description, Measurements};
 
 /// The session, and the numbers that the page writes.
 struct Only(UnsafeCell<(Session, Input)>);
@@ -33,7 +33,7 @@ fn status<T>(work: impl FnOnce(&mut Session, &mut Input) -> Result<T, Refused>) 
     with(|session, input| u32::from(work(session, input).is_err()))
 }
 
-/// Starts the world of a seed, with this number of particles. Returns 0, or 1 if refused.
+/// Starts the world of a seed, with this number of particles, or 0 for a joint map. Returns 0, or 1 if refused.
 #[unsafe(no_mangle)]
 extern "C" fn start(seed: u32, particles: u32) -> u32 {
     let particles = usize::try_from(particles).unwrap_or(0);
@@ -83,7 +83,7 @@ extern "C" fn describe() -> u32 {
 #[unsafe(no_mangle)]
 extern "C" fn predict(speed_mps: f32, left_mps: f32, turn: f32, dt_s: f32) -> u32 {
     let control = Control { speed_mps, left_mps, turn };
-    status(|session, _| session.filter()?.predict(control, dt_s).map_err(|_| Refused))
+    status(|session, _| session.filter()?.services().predict(control, dt_s).map_err(|_| Refused))
 }
 
 /// Updates the filter with a scan: so many ranges, m, each with its bearing, rad, in the input. Returns 0, or 1 if refused.
@@ -95,20 +95,20 @@ extern "C" fn scan(sensor: u32, measurements: u32) -> u32 {
         let pairs = input.as_chunks().0.iter().map(|&[range, bearing]| Vector2::new(range as f32, bearing as f32));
         all.iter_mut().zip(pairs).for_each(|(slot, pair)| *slot = pair);
         let measurements = Measurements::RangeBearing(all.get(..count).ok_or(Refused)?);
-        session.filter()?.scan(sensor, measurements).map_err(|_| Refused)
+        session.filter()?.services().scan(sensor, measurements).map_err(|_| Refused)
     })
 }
 
 /// Updates the filter with a measured position, m. Returns 0, or 1 if refused.
 #[unsafe(no_mangle)]
 extern "C" fn observe_position(x_m: f32, y_m: f32) -> u32 {
-    status(|session, _| session.filter()?.observe_position(x_m, y_m).map_err(|_| Refused))
+    status(|session, _| session.filter()?.services().observe_position(x_m, y_m).map_err(|_| Refused))
 }
 
 /// Updates the filter with a measured heading, rad. Returns 0, or 1 if refused.
 #[unsafe(no_mangle)]
 extern "C" fn observe_heading(heading_rad: f32) -> u32 {
-    status(|session, _| session.filter()?.observe_heading(heading_rad).map_err(|_| Refused))
+    status(|session, _| session.filter()?.services().observe_heading(heading_rad).map_err(|_| Refused))
 }
 
 unsafe extern "C" {

@@ -1,12 +1,12 @@
 //! A filter, in a simulated world or alone.
 
 use crate::drive::Wish;
-use crate::filter::{Features, Found, Memory, Movers, Refused, robot, sensor};
+use crate::filter::{Features, Filter, Found, Memory, Movers, Refused, robot, sensor};
 use crate::sensor::{Scan, Surroundings};
 use crate::view::View;
 use crate::world::{INTERVAL_S, World};
 use core::cell::Cell;
-use scphd_vehicle::{Control, Description, Measurements, Scanned, Services, Slam};
+use scphd_vehicle::{Control, Description, Measurements};
 
 /// The complete session, for a static.
 #[derive(Debug)]
@@ -35,10 +35,11 @@ impl Session {
         view: View::EMPTY,
     };
 
-    /// Starts, or restarts: the world of a seed, and a filter with this number of particles and an empty map.
+    /// Starts, or restarts: the world of a seed, and a filter with an empty map: a mixture with this number of particles or, if it
+    /// is 0, a joint map.
     ///
     /// # Errors
-    /// The number of particles is not between 1 and [`PARTICLES`](crate::PARTICLES).
+    /// There are more particles than [`PARTICLES`](crate::PARTICLES).
     pub fn start(&mut self, seed: u64, particles: usize) -> Result<(), Refused> {
         self.begin(robot(seed, particles))?;
         self.world = Some(World::of_seed(seed));
@@ -48,10 +49,11 @@ impl Session {
     /// Starts, or restarts, a filter without a world: that of a [`Description`] with these [numbers](Description::numbers).
     ///
     /// # Errors
-    /// The description is out of range, is not of a mixture, or does not fit the memory.
+    /// The description is out of range, or does not fit the memory.
     pub fn describe(&mut self, numbers: &[f64]) -> Result<(), Refused> {
         let mut described = Description::robot();
-        described.take_numbers(numbers).map_err(|_| Refused)?;
+        described.take_numbers(numbers.iter().copied()).map_err(|_| Refused)?;
+        described.check().map_err(|_| Refused)?;
         self.begin(described)
     }
 
@@ -59,14 +61,14 @@ impl Session {
         self.memory.clear();
         (self.world, self.scans, self.view) = (None, 0, View::EMPTY);
         let mut filter = self.memory.filter(self.described.insert(Cell::new(described)).get_mut())?;
-        filter.reset(&described.start).map_err(|_| Refused)
+        filter.services().reset(&described.start).map_err(|_| Refused)
     }
 
-    /// The filter, with the calls of a loop.
+    /// The filter.
     ///
     /// # Errors
     /// The session has not been started.
-    pub fn filter(&mut self) -> Result<impl Services<f32>, Refused> {
+    pub fn filter(&mut self) -> Result<Filter<'_>, Refused> {
         self.memory.filter(self.described.as_mut().ok_or(Refused)?.get_mut())
     }
 
@@ -88,13 +90,13 @@ impl Session {
         *assumed = Some(sensor(if told { around } else { Surroundings::USUAL }).map_err(|_| Refused)?);
         let mut filter = memory.filter(described)?;
         let control = Control { speed_mps: odometry.speed_mps, turn: odometry.rate_radps, ..Control::STILL };
-        filter.predict(control, INTERVAL_S).map_err(|_| Refused)?;
-        let measurements = Measurements::RangeBearing(scan.measurements());
-        let Ok(Scanned::Mixture(report)) = filter.scan(0, measurements) else { return Err(Refused) };
+        let slam = filter.services();
+        slam.predict(control, INTERVAL_S).map_err(|_| Refused)?;
+        let report = slam.scan(0, Measurements::RangeBearing(scan.measurements())).map_err(|_| Refused)?;
 
         *scans = scans.saturating_add(1);
-        features.found = filter.features(&mut features.features).features;
-        movers.found = filter.movers(&mut movers.features).features;
+        features.found = slam.features(&mut features.features).features;
+        movers.found = slam.movers(&mut movers.features).features;
         view.show(*scans, world, scan, &mut filter, (features, movers), &report);
         Ok(())
     }
@@ -108,6 +110,6 @@ impl Session {
     /// The digest of the filter's state; 0 before the start.
     #[must_use]
     pub fn digest(&mut self) -> u64 {
-        self.filter().map_or(0, |filter| filter.digest())
+        self.filter().map_or(0, |mut filter| filter.services().digest())
     }
 }

@@ -1,13 +1,13 @@
 //! The view as a list of numbers: a header, then lists one after the other. `page.js` reads it in this order.
 
-use crate::filter::{Features, Filter, Movers};
+use crate::filter::{FEATURES, Features, Filter, Movers};
 use crate::sensor::{RANGE_M, Scan, Source};
 use crate::world::{INTERVAL_S, World};
+use scphd::Real;
 use scphd::models::{PlanarPose, Pose};
 use scphd::numerics::Symmetric;
 use scphd::storage::Candidate;
-use scphd::{Real, ScanReport};
-use scphd_vehicle::Slam as _;
+use scphd_vehicle::Scanned;
 
 /// Numbers of the header:
 ///
@@ -17,9 +17,9 @@ use scphd_vehicle::Slam as _;
 /// | 2–4 | estimated x, y, m, and heading, rad |
 /// | 5–8 | covariance of the pose: xx, xy, yy, m², and of the heading, rad² |
 /// | 9–11, 12–14 | the true pose; that of odometry alone |
-/// | 15 | effective number of particles |
+/// | 15 | effective number of particles; 0 of a joint map |
 /// | 16–21 | lengths of the lists: particles, features, moving features, detections, landmarks, walkers |
-/// | 22, 23 | pages of static features in use, and their total number |
+/// | 22, 23 | pages of static features in use, and their total number; of a joint map features |
 /// | 24 | range of the sensor, m |
 /// | 25 | health, as bits |
 ///
@@ -60,22 +60,26 @@ impl View {
         scan: &Scan,
         filter: &mut Filter<'_>,
         (features, movers): (&Features, &Movers),
-        report: &ScanReport<f32>,
+        report: &Scanned<f32>,
     ) {
         self.used = 0;
         let (mean, covariance) =
-            filter.pose().map_or((PlanarPose::ZERO, Symmetric::ZERO), |pose| (pose.mean, pose.covariance));
-        let candidates = filter.filter().candidates();
+            filter.services().pose().map_or((PlanarPose::ZERO, Symmetric::ZERO), |pose| (pose.mean, pose.covariance));
+        let (n_eff, used, total) = match report {
+            Scanned::Mixture(report) => (report.n_eff, report.pages_used, report.pages),
+            Scanned::Joint(_) => (0.0, features.found(), FEATURES),
+        };
+        let candidates = filter.particles();
         let count = |number: usize| f32::from(u16::try_from(number).unwrap_or(u16::MAX));
         self.put(&[scans as f32, scans as f32 * INTERVAL_S, mean.x_m, mean.y_m, mean.heading_rad]);
         self.put(&[covariance.get(0, 0), covariance.get(0, 1), covariance.get(1, 1), covariance.get(2, 2)]);
         for pose in [&world.pose, &world.reckoned] {
             self.put(&[pose.x_m, pose.y_m, pose.heading_rad]);
         }
-        self.put(&[report.n_eff]);
+        self.put(&[n_eff]);
         self.put(&[candidates.len(), features.found(), movers.found()].map(count));
         self.put(&[scan.measurements().len(), world.landmarks.len(), world.walkers.len()].map(count));
-        self.put(&[count(report.pages_used), count(report.pages), RANGE_M, f32::from(report.health.bits())]);
+        self.put(&[count(used), count(total), RANGE_M, f32::from(report.health().bits())]);
         for Candidate { pose, ln_weight, .. } in candidates {
             self.put(&[pose.x_m, pose.y_m, pose.heading_rad, Real::exp(*ln_weight)]);
         }

@@ -4,7 +4,7 @@ mod kinds;
 
 use kinds::{HELD, described, inputs};
 use scphd_drive::{Event, Filters, Memory, take};
-use scphd_vehicle::{Description, Services as _};
+use scphd_vehicle::Description;
 use scphd_web::{Refused, Session};
 
 #[test]
@@ -16,7 +16,7 @@ fn the_mixtures_of_the_drive_have_the_digests_of_the_library() {
         session.describe(&described.numbers()).unwrap();
         for event in inputs() {
             library.take(&event).unwrap();
-            take(&mut session.filter().unwrap(), &described, &event).unwrap();
+            take(session.filter().unwrap().services(), &described, &event).unwrap();
             if event == Event::Compare {
                 assert_eq!(session.digest(), library.digests()[place], "{place}");
             }
@@ -27,8 +27,8 @@ fn the_mixtures_of_the_drive_have_the_digests_of_the_library() {
 #[test]
 fn other_descriptions_are_refused() {
     let mut session = Box::new(Session::NEW);
-    assert_eq!(session.describe(&Description::<f32>::robot().numbers()), Err(Refused), "a joint map");
+    assert_eq!(session.describe(&Description::<f32>::robot().numbers()), Err(Refused), "a joint map without tracks");
     assert_eq!(session.describe(&[f64::NAN]), Err(Refused));
     session.describe(&described(1).numbers()).unwrap();
-    assert!(session.filter().unwrap().audit().is_ok());
+    assert!(session.filter().unwrap().services().audit().is_ok());
 }
