@@ -34,16 +34,14 @@ joint_backing! {
 pub(crate) fn driven(described: &Description<f32>, memory: &mut impl Backing<f32>, events: &[Event]) -> Vec<u64> {
     let mut slam = memory.start(described).unwrap();
     slam.reset(&described.start).unwrap();
-    let mut digest = |event| {
+    let mut digests = Vec::new();
+    for event in events {
         take(&mut slam, described, event).unwrap();
-        slam.digest()
-    };
-    events
-        .iter()
-        .map(|event| (event, digest(event)))
-        .filter(|(event, _)| is_scan(event))
-        .map(|(_, digest)| digest)
-        .collect()
+        if is_scan(event) {
+            digests.push(slam.digest());
+        }
+    }
+    digests
 }
 
 /// Whether an input is a scan of range and bearing.

@@ -1,13 +1,11 @@
 //! The drive of the C and Python interfaces as a log: read from its folder and with the settings of the described filters, the
 //! simulator has the states of the library after each scan.
 
-use scphd::settings::{MovingConfig, Persistence, Proposal};
+use scphd::settings::{MovingConfig, Proposal};
 use scphd::{Config, JointConfig};
 use scphd_drive::{Event, control, descriptions, events};
 use scphd_filters::kind::Kind as _;
-use scphd_filters::settings::{
-    self, CalibrationSettings, FilterSettings, JointSettings, MovingSettings, SensorSettings, Settings,
-};
+use scphd_filters::settings::{CalibrationSettings, FilterSettings, Settings};
 use scphd_filters::slam::{Filter, Precision};
 use scphd_log::dimensions::Planar;
 use scphd_log::events::Event as Step;
@@ -23,24 +21,34 @@ use crate::twelve_kinds::driven;
 const BIRTHS: [f64; 2] = [0.002, 0.001];
 const RADAR_BIRTHS: f64 = 1.5;
 
-/// The view of a sensor, and its mounting.
-fn view(of: &scphd_vehicle::Sensor<f32>) -> Sensor {
+/// A sensor as a log states it.
+fn stated(name: &str, of: &scphd_vehicle::Sensor<f32>) -> NamedSensor {
     let [forward_m, left_m, yaw_rad] = [of.seat_m[0], of.seat_m[1], of.yaw_rad].map(f64::from);
     let half_width_rad = f64::from(of.window.bearing_half_width_rad);
-    Sensor {
-        range_min_m: f64::from(of.window.range_min_m),
-        range_max_m: f64::from(of.window.range_max_m),
-        bearing_min_rad: -half_width_rad,
-        bearing_max_rad: half_width_rad,
-        mounting: Mounting { forward_m, left_m, yaw_rad },
+    NamedSensor {
+        name: name.into(),
+        sensor: Sensor {
+            range_min_m: f64::from(of.window.range_min_m),
+            range_max_m: f64::from(of.window.range_max_m),
+            bearing_min_rad: -half_width_rad,
+            bearing_max_rad: half_width_rad,
+            mounting: Mounting { forward_m, left_m, yaw_rad },
+        },
+        nominal: Nominal {
+            range_sigma_m: Some(f64::from(of.range_sigma_m)),
+            range_sigma_ratio: f64::from(of.range_sigma_ratio),
+            bearing_sigma_rad: Some(f64::from(of.bearing_sigma_rad)),
+            detection_probability: Some(f64::from(of.window.probability_near)),
+            clutter_per_scan: Some(f64::from(of.clutter_per_scan)),
+            ..Nominal::default()
+        },
     }
 }
 
 /// The drive of the described vehicle.
 fn log(described: &Description<f32>, events: &[Event]) -> Log {
-    let [Some(lidar), Some(radar), ..] = described.sensors.each_ref().map(|sensor| sensor.as_ref().map(view)) else {
-        panic!("a lidar and a radar")
-    };
+    let [Some(lidar), Some(radar), ..] = &described.sensors else { panic!("a lidar and a radar") };
+    let lidar = stated("lidar", lidar);
     let (pose, kind, length) = (&described.start.pose, described.vehicle.kind, &described.vehicle.geometry);
     let (position, heading) = (described.position.unwrap(), described.heading.unwrap());
     let mut log = Log {
@@ -57,10 +65,10 @@ fn log(described: &Description<f32>, events: &[Event]) -> Log {
             VehicleKind::UnicycleEuler => Vehicle::Unicycle,
             VehicleKind::Holonomic => Vehicle::Holonomic,
         },
-        sensor: lidar,
-        sensor_name: "lidar".into(),
-        nominal: Nominal::default(),
-        others: vec![NamedSensor { name: "radar".into(), sensor: radar, nominal: Nominal::default() }],
+        sensor: lidar.sensor,
+        sensor_name: lidar.name,
+        nominal: lidar.nominal,
+        others: vec![stated("radar", radar)],
         simulated: true,
         odometry: Vec::new(),
         scans: Vec::new(),
@@ -106,97 +114,56 @@ fn log(described: &Description<f32>, events: &[Event]) -> Log {
     log
 }
 
-/// The settings of a sensor whose births are those of the lidar times this factor.
-fn sensor(of: &scphd_vehicle::Sensor<f32>, birth_factor: f64) -> SensorSettings {
-    let Sensor { range_min_m, range_max_m, bearing_min_rad, bearing_max_rad, mounting } = view(of);
-    SensorSettings {
-        range_sigma_m: f64::from(of.range_sigma_m),
-        range_sigma_ratio: f64::from(of.range_sigma_ratio),
-        bearing_sigma_rad: f64::from(of.bearing_sigma_rad),
-        range_min_m,
-        range_max_m,
-        range_edge_m: f64::from(of.window.range_edge_m),
-        bearing_min_rad,
-        bearing_max_rad,
-        bearing_edge_rad: f64::from(of.window.bearing_edge_rad),
-        detection_near: f64::from(of.window.probability_near),
-        detection_far: f64::from(of.window.probability_far),
-        clutter_per_scan: f64::from(of.clutter_per_scan),
-        forward_m: mounting.forward_m,
-        left_m: mounting.left_m,
-        yaw_rad: mounting.yaw_rad,
-        birth_factor,
-    }
-}
-
 /// The settings of a mixture with an informed proposal.
-fn recursion(config: &Config<f32>, before: FilterSettings) -> FilterSettings {
+fn recursion(config: &Config<f32>, filter: &mut FilterSettings) {
     let Proposal::Informed(informed) = config.proposal else { panic!("{:?}", config.proposal) };
-    FilterSettings {
-        particles: config.particles,
-        samples: config.samples,
-        resample_threshold: f64::from(config.resample_threshold),
-        prune_weight: f64::from(config.prune_weight),
-        confirming_detections: f64::from(config.confirming_detections),
-        unconfirmed_weight: f64::from(config.unconfirmed_weight),
-        confirmed_weight: f64::from(config.confirmed_weight),
-        merge_distance: f64::from(config.merge_distance),
-        max_components: config.max_components.min(65_536),
-        proposal: settings::Proposal::Informed,
-        proposal_rounds: informed.rounds,
-        proposal_sampled_fraction: f64::from(informed.sampled_fraction),
-        proposal_min_responsibility: f64::from(informed.min_responsibility),
-        interval_margin: 1.0,
-        births_wait: config.births_wait,
-        ..before
-    }
+    (filter.particles, filter.samples) = (config.particles, config.samples);
+    filter.resample_threshold = f64::from(config.resample_threshold);
+    filter.prune_weight = f64::from(config.prune_weight);
+    filter.confirming_detections = f64::from(config.confirming_detections);
+    filter.unconfirmed_weight = f64::from(config.unconfirmed_weight);
+    filter.confirmed_weight = f64::from(config.confirmed_weight);
+    filter.merge_distance = f64::from(config.merge_distance);
+    filter.max_components = config.max_components.min(65_536);
+    filter.proposal_rounds = informed.rounds;
+    filter.proposal_sampled_fraction = f64::from(informed.sampled_fraction);
+    filter.proposal_min_responsibility = f64::from(informed.min_responsibility);
+    filter.interval_margin = 1.0;
 }
 
-/// The settings of moving features with these births.
-fn moving(config: &MovingConfig<f32>, birth_intensity: f64) -> MovingSettings {
-    MovingSettings {
-        birth_intensity,
-        velocity_sigma_mps: f64::from(config.velocity_sigma_mps),
-        acceleration_psd: f64::from(config.motion.acceleration_psd),
-        lifetime_s: f64::from(config.motion.lifetime_s),
-        spread_max_m: f64::from(config.spread_max_m),
-        extraction_weight: f64::from(config.extraction_weight),
-    }
-}
-
-/// The settings of the description.
+/// The settings of the description, where they are not the defaults of its log.
 fn settings(log: &Log, described: &Description<f32>) -> (Settings, Filter) {
     let mut settings = Settings::for_log(log);
-    let [Some(lidar), Some(radar), ..] = &described.sensors else { panic!("a lidar and a radar") };
-    settings.sensor = sensor(lidar, 1.0);
-    settings.others = vec![("radar".into(), sensor(radar, RADAR_BIRTHS))];
+    let of_sensors = std::iter::once(&mut settings.sensor).chain(settings.others.iter_mut().map(|(_, sensor)| sensor));
+    for (sensor, of) in of_sensors.zip(described.sensors.iter().flatten()) {
+        sensor.range_edge_m = f64::from(of.window.range_edge_m);
+        sensor.bearing_edge_rad = f64::from(of.window.bearing_edge_rad);
+    }
+    settings.others[0].1.birth_factor = RADAR_BIRTHS;
     settings.filter.birth_intensity = BIRTHS[0];
-    match described.filter {
+    let MovingConfig { spread_max_m, extraction_weight, .. } = MovingConfig::walkers();
+    (settings.moving.spread_max_m, settings.moving.extraction_weight) = (spread_max_m, extraction_weight);
+    let (has_movers, filter) = match described.filter {
         scphd_vehicle::Filter::Mixture(config) => {
-            settings.filter = recursion(&config, settings.filter);
-            settings.moving = moving(&config.moving, BIRTHS[1]);
-            (settings, Filter::Core(Precision::F32))
+            recursion(&config, &mut settings.filter);
+            (true, Filter::Core(Precision::F32))
         }
         scphd_vehicle::Filter::Joint(joint) => {
-            let Persistence { visible_s, occluded_s, lifetime_s } = joint.config.persistence;
-            settings.joint = JointSettings {
-                visible_s: f64::from(visible_s),
-                occluded_s: f64::from(occluded_s),
-                lifetime_s: f64::from(lifetime_s),
-                occlusion_factor: f64::from(joint.config.occlusion_factor),
-                merge_distance: f64::from(joint.config.merge_distance),
-                hypotheses: joint.hypotheses.map_or(1, |hypotheses| hypotheses.most),
-            };
-            settings.moving = joint.movers.map_or(settings.moving, |config| moving(&config, BIRTHS[1]));
+            settings.joint.visible_s = f64::from(joint.config.persistence.visible_s);
+            settings.joint.lifetime_s = f64::from(joint.config.persistence.lifetime_s);
+            settings.joint.occlusion_factor = f64::from(joint.config.occlusion_factor);
+            settings.joint.hypotheses = joint.hypotheses.map_or(1, |hypotheses| hypotheses.most);
             settings.calibration = joint.odometry.map(|prior| CalibrationSettings {
                 speed_scale_sigma: f64::from(prior.sigma.speed_scale),
                 turn_scale_sigma: f64::from(prior.sigma.turn_scale),
                 turn_offset_sigma: f64::from(prior.sigma.turn_offset),
                 lasts_s: f64::from(prior.lasts_s),
             });
-            (settings, Filter::Joint(Precision::F32))
+            (joint.movers.is_some(), Filter::Joint(Precision::F32))
         }
-    }
+    };
+    settings.moving.birth_intensity = if has_movers { BIRTHS[1] } else { 0.0 };
+    (settings, filter)
 }
 
 /// The log, written to a folder and read from it.
