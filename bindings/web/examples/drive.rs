@@ -1,12 +1,13 @@
 //! Writes the inputs of described filters for `tests/module.mjs`, number by number as the bits of a double, and the digests of the
-//! library after them.
+//! session on the host after them, which `tests/drive.rs` compares with the library.
 
 #[path = "../tests/kinds/mod.rs"]
 mod kinds;
 
-use kinds::{HELD, described, inputs};
-use scphd_drive::{Event, Filters, Memory, control};
+use kinds::{HELD, TRACKED, described, inputs};
+use scphd_drive::{Event, control, take};
 use scphd_vehicle::Control;
+use scphd_web::Session;
 
 fn write(call: &str, numbers: impl IntoIterator<Item = f64>) {
     let numbers: String = numbers.into_iter().map(|number| format!(" {:016x}", number.to_bits())).collect();
@@ -14,12 +15,13 @@ fn write(call: &str, numbers: impl IntoIterator<Item = f64>) {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    for place in HELD {
-        let (described, mut memory) = (described(place), Box::new(Memory::NEW));
-        let mut filters = Filters::new(&mut memory)?;
+    let mut session = Box::new(Session::NEW);
+    for place in HELD.into_iter().chain([TRACKED]) {
+        let described = described(place);
+        session.describe(&described.numbers()).map_err(|_| "refused")?;
         write("describe", described.numbers());
         for event in inputs() {
-            filters.take(&event)?;
+            take(session.filter().map_err(|_| "not started")?.services(), &described, &event)?;
             let scan = |sensor: f64, scan: &[[f32; 2]]| {
                 write("scan", [sensor].into_iter().chain(scan.as_flattened().iter().copied().map(f64::from)));
             };
@@ -33,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 Event::Position(place_m) => write("position", place_m.map(f64::from)),
                 Event::Heading(heading_rad) => write("heading", [f64::from(*heading_rad)]),
                 Event::Camera(_) | Event::Dive(_) | Event::Sonar(_) | Event::Height(_) => {}
-                Event::Compare => println!("digest {:016x}", filters.digests()[place]),
+                Event::Compare => println!("digest {:016x}", session.digest()),
             }
         }
     }
