@@ -12,7 +12,6 @@ use crate::toolchain;
 
 /// The request of the user.
 pub enum Request {
-    /// Print this text.
     Print(String),
     /// Run these steps in order.
     Run(Vec<&'static Step>, Options),

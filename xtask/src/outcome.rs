@@ -25,9 +25,7 @@ pub struct Missing(pub String);
 
 /// Reason why a step ended early: it is skipped, or it failed.
 pub enum Stop {
-    /// A requirement is missing.
     Missing(String),
-    /// A check failed.
     Broken(String),
 }
 

@@ -53,7 +53,6 @@ fn simulator() -> Result<PathBuf, String> {
 
 /// A virtual environment of this project.
 pub struct Environment {
-    /// Version of its Python.
     version: String,
     folder: PathBuf,
 }

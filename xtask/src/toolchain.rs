@@ -158,7 +158,6 @@ pub fn clear_flags(command: &mut Command) {
 }
 
 impl Toolchain {
-    /// Its name in reports.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Active { .. } => "the active toolchain",
@@ -175,7 +174,6 @@ impl Toolchain {
         }
     }
 
-    /// Name and version of the compiler.
     pub fn compiler(&self) -> Result<String, String> {
         process::read(self.program("rustc").arg("--version"))
     }

@@ -10,7 +10,6 @@ use crate::process;
 
 /// A program that a step needs.
 pub struct Wanted {
-    /// Name of the program.
     pub program: &'static str,
     /// Debian packages that contain it.
     bundle: Bundle,
@@ -55,16 +54,13 @@ pub const CMAKE: Wanted = Wanted::packaged("cmake", "cmake", &[&["cmake"]]);
 /// A program that is present.
 #[derive(Debug, Clone)]
 pub struct Tool {
-    /// Its path.
     pub program: PathBuf,
     /// The tree to which it was unpacked; `None` if it is installed.
     pub tree: Option<Tree>,
-    /// Its version.
     pub version: String,
 }
 
 impl Tool {
-    /// A command that runs the program.
     pub fn command(&self) -> Command {
         let mut command = process::command(&self.program);
         self.equip(&mut command);

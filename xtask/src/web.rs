@@ -28,7 +28,6 @@ const MEASURED_S: u32 = 5;
 /// Time limit of the browser.
 const LIMIT: Duration = Duration::from_secs(60);
 
-/// cargo, in the workspace of the page.
 fn cargo(command: &str) -> Command {
     process::cargo_in(command, "bindings/web/Cargo.toml", &process::own_target_dir("web-host"))
 }

@@ -53,7 +53,6 @@ impl Modules {
         Ok((Ptx::from_src(said), path))
     }
 
-    /// The module as text, and its path.
     pub(crate) fn text(&self) -> Result<(String, PathBuf), DeviceError> {
         let path = self.folder.join(Self::TEXT);
         let said = String::from_utf8(read(&path)?).ok().filter(|said| !said.contains('\0'));
@@ -66,7 +65,6 @@ fn read(path: &Path) -> Result<Vec<u8>, DeviceError> {
     std::fs::read(path).map_err(|error| DeviceError::Module { path: path.into(), why: error.to_string() })
 }
 
-/// Makes the error for a request that the driver refused.
 fn refused(doing: &'static str) -> impl Fn(DriverError) -> DeviceError {
     move |DriverError(code)| DeviceError::Driver { doing, why: format!("{code:?}") }
 }
@@ -285,7 +283,6 @@ impl Device for Cuda {
     }
 }
 
-/// Adds to the time of a kernel.
 fn note(times: &mut Vec<(String, f64)>, kernel: &str, seconds: f64) {
     match times.iter_mut().find(|(known, _)| known == kernel) {
         Some((_, sum)) => *sum += seconds,

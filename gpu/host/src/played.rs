@@ -51,7 +51,6 @@ impl<'o> Played<'o> {
     }
 }
 
-/// The health conditions of these bits.
 fn health_of(bits: u32) -> Health {
     let held = Health::all().filter(|condition| bits & u32::from(condition.bits()) != 0);
     held.fold(Health::GOOD, |health, condition| health | condition)

@@ -10,7 +10,6 @@ use scphd_score::results::json::Format;
 use scphd_worlds::scenario::{SCENARIOS, by_name, thesis_run};
 use std::path::Path;
 
-/// The filter of a study.
 pub(crate) const FILTER: Filter = Filter::Core(Precision::F32);
 
 /// Changes to the settings of a scenario, as in `scphd-sim monte-carlo`.

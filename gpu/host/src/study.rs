@@ -86,7 +86,6 @@ impl Short {
         self.runs += usize::from(scans > 0);
     }
 
-    /// Number of such scans of one run.
     pub(crate) fn scans_of(results: &[ScanResult]) -> usize {
         let bits = Self::CONDITIONS.iter().fold(0, |bits, condition| bits | u32::from(condition.bits()));
         results.iter().filter(|result| result.health & bits != 0).count()

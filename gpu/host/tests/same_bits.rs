@@ -8,7 +8,6 @@ use scphd_run::monte_carlo::RunResult;
 use scphd_run::session::{self, Filter};
 use scphd_view::output::overview;
 
-/// Number of scans that are compared.
 const SCANS: usize = 300;
 
 fn source(scenario: &str, particles: Option<usize>) -> Source {

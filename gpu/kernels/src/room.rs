@@ -69,7 +69,6 @@ impl<T> Many<T> {
     /// An empty slice.
     pub(crate) const NONE: Self = Self { first: NonNull::dangling(), len: 0 };
 
-    /// Lends this slice.
     pub(crate) fn of(things: &'static mut [T]) -> Self {
         Self { len: things.len(), first: NonNull::from(things).cast() }
     }

@@ -18,7 +18,6 @@ unsafe fn all_parts<'r, M: Size>(group: &Group<M>, things: usize) -> &'r mut [Pa
     unsafe { from_raw_parts_mut(group.parts, parts(things)) }
 }
 
-/// Computes ln Σ ζ L of a part.
 pub(crate) unsafe fn products<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: the ln L are only read.
     unsafe {
@@ -46,7 +45,6 @@ pub(crate) unsafe fn evidence<M: Size>(place: usize, group: &Group<M>, scan: u32
     }
 }
 
-/// Multiplies the weights of a part by the likelihoods.
 pub(crate) unsafe fn multiply<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: only this thread uses the candidates of the part.
     unsafe {
@@ -61,7 +59,6 @@ pub(crate) unsafe fn multiply<M: Size>(place: usize, group: &Group<M>, scan: u32
     }
 }
 
-/// Computes the divisor that the weights still need.
 pub(crate) unsafe fn rest<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: no other thread runs.
     unsafe {
@@ -71,7 +68,6 @@ pub(crate) unsafe fn rest<M: Size>(place: usize, group: &Group<M>, scan: u32, _d
     }
 }
 
-/// Divides the weights of a part, and computes their cumulative sums.
 pub(crate) unsafe fn cumulate<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: only this thread uses the candidates and the cumulative sums of the part.
     unsafe {
@@ -115,7 +111,6 @@ pub(crate) unsafe fn decide<M: Size>(place: usize, group: &Group<M>, scan: u32, 
     }
 }
 
-/// Selects the candidate with which a particle continues.
 pub(crate) unsafe fn draw<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: candidates are only read; each thread writes the selection at its place.
     unsafe {
@@ -183,7 +178,6 @@ pub(crate) unsafe fn runs<M: Size>(place: usize, group: &Group<M>, scan: u32, _d
     }
 }
 
-/// Begins the update.
 pub(crate) unsafe fn settle<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: no other thread runs; the arrays that `evidence` has lent are given back.
     unsafe {

@@ -13,7 +13,6 @@ use core::ptr;
 use core::sync::atomic::Ordering;
 use scphd::storage::{COUNTS, Feature, PART, Page, PageId, Placed};
 
-/// Updates the maps of one survivor.
 pub(crate) unsafe fn make<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: maps are only read; each draft, sight and number belongs to one place.
     unsafe {
@@ -53,7 +52,6 @@ fn of_part(place: usize, between: &Between) -> Range<usize> {
     first..(first + PART).min(between.drafts)
 }
 
-/// Sums the labels and pages that the drafts of a part allocate.
 pub(crate) unsafe fn claim<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: drafts are only read, and only this thread uses the sums of the part.
     unsafe {
@@ -118,7 +116,6 @@ fn pages_of_part<M: Size>(place: usize) -> (Range<usize>, bool) {
     }
 }
 
-/// Counts the pages of a part that no updated map holds.
 pub(crate) unsafe fn unheld<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: counts are only read, and only this thread uses the sum of the part.
     unsafe {
@@ -130,7 +127,6 @@ pub(crate) unsafe fn unheld<M: Size>(place: usize, group: &Group<M>, scan: u32, 
     }
 }
 
-/// Sums what the parts before each part allocate, and the free pages.
 pub(crate) unsafe fn add_up<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: no other thread runs.
     unsafe {
@@ -228,7 +224,6 @@ pub(crate) unsafe fn list<M: Size>(place: usize, group: &Group<M>, scan: u32, _d
     }
 }
 
-/// Allocates pages and labels for one draft.
 pub(crate) unsafe fn take<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: the lists are lent, and no two drafts get the same page; each draft belongs to one place.
     unsafe {

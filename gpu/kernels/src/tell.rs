@@ -40,7 +40,6 @@ fn summed(between: &Between, column: usize) -> f32 {
     f32::from_bits(between.sums.get(column).map_or(0, |sum| sum.load(Ordering::Relaxed)))
 }
 
-/// Sums the terms of the drafts, and the weights of the particles.
 pub(crate) unsafe fn sum<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: as for the stage.
     unsafe {
@@ -50,7 +49,6 @@ pub(crate) unsafe fn sum<M: Size>(place: usize, group: &Group<M>, scan: u32, _di
     }
 }
 
-/// Computes the terms of one particle for the mean pose.
 pub(crate) unsafe fn centre<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: the particles are lent, and only this thread writes the terms at its place.
     unsafe {
@@ -72,7 +70,6 @@ pub(crate) unsafe fn centre<M: Size>(place: usize, group: &Group<M>, scan: u32, 
     }
 }
 
-/// Sums the terms of the mean pose.
 pub(crate) unsafe fn sum_centre<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: as for the stage.
     unsafe {
@@ -90,7 +87,6 @@ fn mean(between: &Between) -> PlanarPose<f32> {
     PlanarPose::new(x, y, Real::atan2(sine, cosine))
 }
 
-/// Computes the terms of one particle for the covariance of the pose.
 pub(crate) unsafe fn spread<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: the particles are lent, and only this thread writes the terms at its place.
     unsafe {
@@ -112,7 +108,6 @@ pub(crate) unsafe fn spread<M: Size>(place: usize, group: &Group<M>, scan: u32, 
     }
 }
 
-/// Sums the terms of the covariance.
 pub(crate) unsafe fn sum_spread<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: as for the stage.
     unsafe {
@@ -124,7 +119,6 @@ pub(crate) unsafe fn sum_spread<M: Size>(place: usize, group: &Group<M>, scan: u
     }
 }
 
-/// Ends the scan, and writes its result.
 pub(crate) unsafe fn close<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: no other thread runs; lent data is given back. The state between the launches ends with the scan, before the filter
     // is used again. The outputs are where the run says.
@@ -173,7 +167,6 @@ pub(crate) unsafe fn close<M: Size>(place: usize, group: &Group<M>, scan: u32, _
     }
 }
 
-/// Computes the digest of the state, if it is requested after this scan.
 pub(crate) unsafe fn digest<M: Size>(place: usize, group: &Group<M>, scan: u32, digest_every: u32) {
     // SAFETY: no other thread runs; there is a result for every scan.
     unsafe {

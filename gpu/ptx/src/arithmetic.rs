@@ -42,7 +42,6 @@ mod tests {
         }
     }
 
-    /// The bits of a number.
     fn bits(x: f32) -> u64 {
         x.to_bits().into()
     }

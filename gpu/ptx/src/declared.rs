@@ -31,7 +31,6 @@ pub(crate) fn declared<'t>(tokens: &'t [Token<'t>]) -> Result<Declared<'t>, Read
     }
 }
 
-/// Bytes of a type.
 pub(crate) fn bytes_of(kind: &str) -> Option<usize> {
     Some(match kind.trim_start_matches(['b', 'u', 's', 'f']) {
         "8" => 1,

@@ -36,7 +36,6 @@ struct Decoder<'a, 't> {
     instructions: Vec<Instruction>,
 }
 
-/// Decodes a body.
 pub(crate) fn decode<'t>(header: &Header<'t>, body: &'t [Token<'t>], names: &Names<'_, 't>) -> Result<Code, ReadError> {
     let mut decoder = Decoder {
         names,
@@ -290,7 +289,6 @@ impl<'t> Decoder<'_, 't> {
         Ok(Action::Join { half, to, of: [first, second] })
     }
 
-    /// A load or a store.
     fn access(&mut self, loads: bool, kinds: &str) -> Result<Action, ReadError> {
         let (mut space, mut parameters, mut count, mut kind) = (Space::Any, false, 1, "");
         for part in kinds.split('.') {
@@ -355,7 +353,6 @@ impl<'t> Decoder<'_, 't> {
         Ok(all.into())
     }
 
-    /// Bytes of a type.
     fn bytes(&self, kind: &str) -> Result<usize, ReadError> {
         bytes_of(kind).ok_or_else(|| self.wrong(format!("`{kind}` is no type")))
     }
@@ -369,7 +366,6 @@ impl<'t> Decoder<'_, 't> {
         self.register_of(name)
     }
 
-    /// A register, or `None` for `_`.
     fn register_or_none(&mut self) -> Result<Option<Register>, ReadError> {
         match self.next() {
             "_" => Ok(None),

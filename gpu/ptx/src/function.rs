@@ -31,7 +31,6 @@ impl<'t> Signature<'t> {
         })
     }
 
-    /// Total number of bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.returned.iter().chain(&self.taken).map(|declared| aligned(declared.bytes)).sum()
     }
@@ -57,7 +56,6 @@ pub(crate) struct Code {
     pub(crate) name: String,
     pub(crate) is_kernel: bool,
     pub(crate) instructions: Vec<Instruction>,
-    /// Number of registers.
     pub(crate) registers: usize,
     /// Bytes of its own variables.
     pub(crate) frame: usize,

@@ -114,7 +114,6 @@ impl Memory {
         found.map(|buffer| &buffer.bytes[..]).ok_or(AccessError::Outside { address, bytes: 0 })
     }
 
-    /// Begins a launch.
     pub(crate) fn begin_launch(&mut self) {
         self.launches += 1;
     }

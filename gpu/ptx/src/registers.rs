@@ -13,7 +13,6 @@ pub(crate) struct Registers<'t> {
 }
 
 impl<'t> Registers<'t> {
-    /// Number of registers.
     pub(crate) fn count(&self) -> usize {
         self.count as usize
     }

@@ -53,7 +53,6 @@ pub(crate) struct Warp<'m> {
     stack: Vec<u8>,
 }
 
-/// The threads of a mask.
 fn threads(mut mask: Mask) -> impl Iterator<Item = usize> {
     core::iter::from_fn(move || {
         (mask != 0).then(|| {

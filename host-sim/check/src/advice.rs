@@ -3,7 +3,6 @@
 use super::finding::{Finding, Findings, Severity};
 use scphd_log::log_folder::{LogError, Place, Problem};
 
-/// Advice for an empty file.
 pub(super) const EMPTY: &str = "write its rows, or of a file that may be absent take the file away; scphd-sim export survey DIR writes a log to look at";
 
 /// Adds the reason why the folder cannot be read, unless the checks of its files have already reported it.

@@ -6,31 +6,20 @@ use scphd_log::truth;
 use serde::Serialize;
 
 /// The figures of a log; `None` if the log has no data for them.
+/// `docs/results.md` defines the keys.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Facts {
-    /// Number of scans.
     pub scans: usize,
-    /// Time from the first scan to the last, s.
     pub duration_s: f64,
-    /// Median time from one scan to the next, s.
     pub scan_interval_s: Option<f64>,
-    /// Number of detections.
     pub detections: usize,
-    /// Number of scans without detections.
     pub empty_scans: usize,
-    /// Share of the detections out of the stated view.
     pub detections_out_of_view: Option<f64>,
-    /// Number of rows of odometry.
     pub odometry_rows: usize,
-    /// Median time from one row to the next, s.
     pub odometry_interval_s: Option<f64>,
-    /// Longest time from one row to the next, s.
     pub odometry_gap_s: Option<f64>,
-    /// Distance driven by the odometry, m.
     pub way_m: Option<f64>,
-    /// Number of scans with a true position.
     pub scans_with_truth: usize,
-    /// Root mean square of the position error of dead reckoning, m.
     pub dead_reckoning_rmse_m: Option<f64>,
 }
 

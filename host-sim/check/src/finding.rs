@@ -15,7 +15,6 @@ pub enum Severity {
 }
 
 impl Severity {
-    /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -29,7 +28,6 @@ impl Severity {
 /// An observation about a log that its author should know.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Finding {
-    /// Severity.
     pub severity: Severity,
     /// A name that does not change between releases.
     pub code: &'static str,
@@ -37,7 +35,6 @@ pub struct Finding {
     pub place: String,
     /// The observation, with its figures.
     pub what: String,
-    /// What to do.
     pub advice: String,
 }
 

@@ -49,7 +49,6 @@ use std::path::Path;
 /// The result of a check, in its serialised form.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
-    /// Format of the keys.
     pub format: Format,
     /// Name of the log, or of the folder if the log cannot be read.
     pub log: String,
@@ -60,7 +59,6 @@ pub struct Report {
 }
 
 impl Report {
-    /// Number of findings with this severity.
     #[must_use]
     pub fn count(&self, severity: Severity) -> usize {
         self.findings.iter().filter(|finding| finding.severity == severity).count()

@@ -1,6 +1,5 @@
 //! Calendar times.
 
-/// Seconds of a day.
 const DAY_S: u64 = 86_400;
 /// Least time in seconds since 1970 that is a calendar time, s: 1 January 2000.
 const FIRST_S: f64 = 946_684_800.0;
@@ -29,7 +28,6 @@ pub fn shown(t_s: f64) -> String {
     utc(t_s).unwrap_or_else(|| format!("{t_s:.3} s"))
 }
 
-/// Year, month and day of a day since 1970.
 fn date(day: u64) -> [u64; 3] {
     // Years begin in March, so that a leap day is the last day; 719 468 days lie between 1 March of year 0 and 1970.
     let day = day + 719_468;

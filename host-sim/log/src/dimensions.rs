@@ -9,7 +9,6 @@ pub trait Coordinates: Copy + Debug + PartialEq + AsRef<[f64]> + Send + Sync + '
     /// A matrix with this number of rows and columns, row by row.
     type Square: Copy + Debug + PartialEq + AsRef<[Self]> + Send + Sync;
 
-    /// The number of coordinates.
     const COUNT: usize;
 
     /// The array with these numbers.
@@ -53,15 +52,12 @@ pub enum PoseFix {
 
 /// The types of a kind of vehicle.
 pub trait Dimensions: Debug + Clone + Copy + PartialEq + Default + Send + Sync + 'static {
-    /// A position, m.
     type Position: Coordinates;
     /// A pose: a position, then the heading, rad, then other coordinates, if any.
     type Pose: Coordinates;
     /// Result of dead reckoning: a position, then the heading if it has one of its own.
     type Reckoned: Coordinates;
-    /// A measurement of a feature.
     type Measurement: Coordinates;
-    /// A control of the vehicle.
     type Control: Debug + Copy + PartialEq + Send + Sync;
     /// A measurement of the pose itself.
     type Fix: Debug + Copy + PartialEq + Send + Sync;
@@ -74,13 +70,11 @@ pub trait Dimensions: Debug + Clone + Copy + PartialEq + Default + Send + Sync +
     /// Pairs of axes for drawing maps: from above and, in space, from the side.
     const LOOKS: &'static [[usize; 2]];
 
-    /// The position of a pose, m.
     #[must_use]
     fn position(pose: &Self::Pose) -> Self::Position {
         Self::Position::with(|k| pose.as_ref()[k])
     }
 
-    /// The heading of a pose, rad.
     #[must_use]
     fn heading(pose: &Self::Pose) -> f64 {
         pose.as_ref()[Self::Position::COUNT]

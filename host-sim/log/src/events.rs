@@ -17,15 +17,9 @@ pub enum Event<D: Dimensions = Planar> {
         dt_s: f64,
     },
     /// The pose itself was measured.
-    Fix {
-        /// The measurement.
-        fix: D::Fix,
-    },
+    Fix { fix: D::Fix },
     /// A scan was taken.
-    Scan {
-        /// Its index among the scans of the log.
-        index: usize,
-    },
+    Scan { index: usize },
 }
 
 /// Iterator over the events of a log; see [`events`].

@@ -36,13 +36,11 @@ pub enum Vehicle {
 pub struct Sensor {
     /// Least range, m (0 if the log does not state it).
     pub range_min_m: f64,
-    /// Greatest range, m.
     pub range_max_m: f64,
     /// Right edge of the window, rad.
     pub bearing_min_rad: f64,
     /// Left edge of the window, rad.
     pub bearing_max_rad: f64,
-    /// Mounting of the sensor relative to the vehicle's pose.
     pub mounting: Mounting,
 }
 
@@ -60,11 +58,8 @@ impl Sensor {
 /// Mounting of a sensor on its vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Mounting {
-    /// Ahead of the vehicle's pose, m.
     pub forward_m: f64,
-    /// To its left, m.
     pub left_m: f64,
-    /// Turned to the left, rad.
     pub yaw_rad: f64,
 }
 
@@ -90,11 +85,9 @@ impl Mounting {
 /// Noise as far as the log states it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Nominal {
-    /// Standard deviation of the range, m.
     pub range_sigma_m: Option<f64>,
     /// Standard deviation of the range divided by the range; adds in quadrature. 0 if not stated.
     pub range_sigma_ratio: f64,
-    /// Standard deviation of the bearing, rad.
     pub bearing_sigma_rad: Option<f64>,
     /// Standard deviation of the speed, m/s, independent in each sample.
     pub speed_sigma_mps: Option<f64>,
@@ -102,16 +95,13 @@ pub struct Nominal {
     pub rate_sigma_radps: Option<f64>,
     /// Standard deviation of the steering angle, rad, independent in each sample (Ackermann).
     pub steering_sigma_rad: Option<f64>,
-    /// Probability of detection of a landmark in view.
     pub detection_probability: Option<f64>,
-    /// Mean number of false measurements a scan.
     pub clutter_per_scan: Option<f64>,
 }
 
 impl Nominal {
     /// Default standard deviation of the range, relative to the greatest range.
     const RANGE_SIGMA_SHARE: f64 = 0.01;
-    /// Default standard deviation of the bearing, rad.
     const BEARING_SIGMA_RAD: f64 = 0.02;
 
     /// Standard deviations of range, m, without the part that grows with it, and bearing, rad: as stated, or defaults.
@@ -122,7 +112,6 @@ impl Nominal {
         ]
     }
 
-    /// The same at a range, m.
     pub fn sigmas_at(&self, sensor: &Sensor, range_m: f64) -> [f64; 2] {
         let [range_sigma_m, bearing_sigma_rad] = self.sigmas(sensor);
         [libm::hypot(range_sigma_m, self.range_sigma_ratio * range_m), bearing_sigma_rad]
@@ -132,7 +121,6 @@ impl Nominal {
 /// One odometry row; it holds until the next one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Odometry {
-    /// Time, s.
     pub t_s: f64,
     /// Speed (m/s), then steering angle (rad, Ackermann) or turn rate (rad/s, all others), then speed to the left (m/s, 0 except
     /// for holonomic vehicles).
@@ -151,7 +139,6 @@ impl Odometry {
 /// One scan of the sensor, possibly empty.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scan<D: Dimensions = Planar> {
-    /// Time, s.
     pub t_s: f64,
     /// Index of its sensor in [`Log::sensors`], 0 for an only one.
     pub sensor: usize,
@@ -165,9 +152,7 @@ pub struct Scan<D: Dimensions = Planar> {
 /// One row of the true trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TruePose<D: Dimensions = Planar> {
-    /// Time, s.
     pub t_s: f64,
-    /// Position, m.
     pub position: D::Position,
     /// Heading, rad, if known.
     pub heading_rad: Option<f64>,
@@ -178,18 +163,14 @@ pub struct TruePose<D: Dimensions = Planar> {
 pub struct MovingLandmark<D: Dimensions = Planar> {
     /// Number of the landmark.
     pub subject: i64,
-    /// Time, s.
     pub t_s: f64,
-    /// Position, m.
     pub position: D::Position,
 }
 
 /// One fix of the pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fix {
-    /// Time, s.
     pub t_s: f64,
-    /// The measurement.
     pub measured: PoseFix,
 }
 
@@ -197,10 +178,8 @@ pub struct Fix {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FixNoise {
-    /// Standard deviation of a position along either axis, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position_sigma_m: Option<f64>,
-    /// Standard deviation of a heading, rad.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub heading_sigma_rad: Option<f64>,
     /// Gate, a squared Mahalanobis distance: fixes beyond it are left out; [`USUAL_GATE`](Self::USUAL_GATE) if not stated.
@@ -239,9 +218,7 @@ impl FixNoise {
 /// A sensor other than the first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedSensor {
-    /// Its name.
     pub name: String,
-    /// Its view.
     pub sensor: Sensor,
     /// Its noise as far as the log states it; for the vehicle the same as for the first sensor.
     pub nominal: Nominal,
@@ -250,11 +227,9 @@ pub struct NamedSensor {
 /// A whole log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Log {
-    /// The name in `log.toml`, or of the scenario.
     pub name: String,
     /// Initial pose: x m, y m, heading rad.
     pub initial_pose: [f64; 3],
-    /// The vehicle.
     pub vehicle: Vehicle,
     /// The sensor, or the first of several.
     pub sensor: Sensor,
@@ -272,7 +247,6 @@ pub struct Log {
     pub scans: Vec<Scan>,
     /// Fixes of the pose in order of time.
     pub fixes: Vec<Fix>,
-    /// Noise of the fixes.
     pub fix_noise: FixNoise,
     /// True trajectory in order of time; empty if unknown.
     pub truth: Vec<TruePose>,

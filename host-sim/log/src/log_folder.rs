@@ -216,7 +216,6 @@ fn scans(dir: &Path, head: &Head) -> Result<(Vec<Scan>, Vec<Stamp>), LogError> {
     Ok((scans, stamps))
 }
 
-/// The index of the sensor of each scan.
 fn sensors_of_scans(table: &Table, head: &Head) -> Result<Vec<usize>, LogError> {
     if let [sensor] = &head.sensors[..]
         && sensor.name.is_empty()

@@ -7,14 +7,12 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use std::f64::consts::PI;
 
-/// A random number generator.
 #[derive(Debug, Clone)]
 pub struct Noise {
     rng: Xoshiro256PlusPlus,
 }
 
 impl Noise {
-    /// The generator with a seed.
     #[must_use]
     pub fn new(seed: u64) -> Self {
         Self { rng: Xoshiro256PlusPlus::seed_from_u64(seed) }
@@ -26,7 +24,6 @@ impl Noise {
         ((self.rng.next_u64() >> 12) as f64 + 0.5) * STEP
     }
 
-    /// Uniform between `from` and `to`.
     pub fn between(&mut self, from: f64, to: f64) -> f64 {
         from + (to - from) * self.uniform()
     }
@@ -37,7 +34,6 @@ impl Noise {
         radius * libm::cos(2.0 * PI * self.uniform())
     }
 
-    /// True with probability `p`.
     pub fn happens(&mut self, p: f64) -> bool {
         self.uniform() < p
     }

@@ -26,7 +26,6 @@ pub struct Camera {
 /// Readings of the vehicle's instruments at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Instruments {
-    /// Time, s.
     pub t_s: f64,
     /// Roll, rad, by the inertial unit.
     pub roll_rad: f64,
@@ -47,7 +46,6 @@ pub struct Instruments {
 /// A true feature.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Landmark {
-    /// Position, m.
     pub position: [f64; 3],
     /// Probability of detection in view.
     pub detectability: f64,
@@ -60,15 +58,12 @@ pub struct Nominal {
     pub velocity_sigma_mps: f64,
     /// Random walk of each velocity of the vehicle, (m/s)/√s.
     pub velocity_walk_mps_rts: f64,
-    /// Standard deviation of z, m.
     pub z_sigma_m: f64,
     /// Standard deviation of the gyroscope's yaw rate, rad/s.
     pub yaw_rate_sigma_radps: f64,
     /// Standard deviation of the angular acceleration about the vertical, rad/s².
     pub yaw_acceleration_sigma_radps2: f64,
-    /// Probability of detection of a feature in view.
     pub detection_probability: f64,
-    /// Mean number of false keypoints a frame.
     pub clutter_per_scan: f64,
 }
 
@@ -89,14 +84,10 @@ impl Nominal {
     }
 }
 
-/// A whole log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Log {
-    /// The name in `log.toml`, or of the scenario.
     pub name: String,
-    /// The camera.
     pub camera: Camera,
-    /// The noise.
     pub nominal: Nominal,
     /// Position (m) and yaw (rad) at the first row of the instruments.
     pub start: ([f64; 3], f64),

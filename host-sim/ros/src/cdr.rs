@@ -6,17 +6,13 @@ use cdr_encoding::{from_bytes, to_vec};
 /// Little-endian CDR, no options.
 const LITTLE: [u8; 4] = [0, 1, 0, 0];
 
-/// Why bytes cannot be decoded.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CdrError {
-    /// The header is incomplete.
     #[error("{0} bytes, where the head alone has 4")]
     Short(usize),
-    /// An encoding other than plain CDR.
     #[error("encoding {0:02x} {1:02x}, where 00 00 and 00 01 are plain CDR")]
     Encoding(u8, u8),
-    /// The bytes do not fit the type.
     #[error("{0}")]
     Content(String),
 }

@@ -17,17 +17,13 @@ pub enum CloudError {
         height: u32,
         /// Number of points in a row.
         width: u32,
-        /// Size of a point, bytes.
         point_step: u32,
-        /// Size of a row, bytes.
         row_step: u32,
         /// Size of the data, bytes.
         bytes: usize,
     },
-    /// A field is outside its point.
     #[error("field '{0}' lies beyond its point")]
     Beyond(String),
-    /// A field has an unknown type.
     #[error("field '{0}' is of the unknown type {1}")]
     Type(String, u8),
 }
@@ -104,7 +100,6 @@ impl<'c> Cloud<'c> {
         Ok(Self(cloud))
     }
 
-    /// Number of points.
     #[must_use]
     pub fn points(&self) -> usize {
         // The product is at most the number of bytes of the data.

@@ -16,7 +16,6 @@ pub struct Definition {
 
 /// A message type with topics of its own.
 pub trait Message: Serialize + DeserializeOwned {
-    /// Its definition.
     const DEFINITION: &'static Definition;
 }
 

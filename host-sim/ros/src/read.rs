@@ -19,9 +19,7 @@ const HEAD: usize = 9;
 pub struct ReadError {
     /// Number of bytes that had been read.
     pub byte: u64,
-    /// Number of messages that had been read.
     pub messages: u64,
-    /// The error.
     pub problem: ReadProblem,
 }
 
@@ -29,7 +27,6 @@ pub struct ReadError {
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum ReadProblem {
-    /// The file system refuses.
     Io(io::Error),
     /// It does not begin with the magic bytes of MCAP.
     NoMcap,
@@ -69,22 +66,16 @@ pub struct Channel {
 /// A record of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Record {
-    /// A new topic.
     Channel(u16),
-    /// A message.
     Message {
         /// The number of its channel.
         channel: u16,
         /// Time of reception, ns.
         log_time_ns: u64,
-        /// Its bytes.
         data: Vec<u8>,
     },
-    /// An attached file.
     Attachment {
-        /// Its name.
         name: String,
-        /// Its bytes.
         data: Vec<u8>,
     },
 }
@@ -202,7 +193,6 @@ impl<R: Read> Reader<R> {
         })
     }
 
-    /// Starts reading a chunk.
     fn open(&mut self, body: &[u8]) -> Result<(), ReadError> {
         let record = mcap::parse_record(op::CHUNK, body).map_err(|error| self.damaged(error.to_string()))?;
         let records::Record::Chunk { header, data } = record else { return Ok(()) };

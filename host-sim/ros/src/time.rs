@@ -2,13 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Nanoseconds of a second.
 const NANOSECONDS: u64 = 1_000_000_000;
 
 /// `builtin_interfaces/msg/Time`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Time {
-    /// Whole seconds.
     pub sec: i32,
     /// Nanoseconds beyond them, less than 10⁹.
     pub nanosec: u32,
@@ -17,7 +15,6 @@ pub struct Time {
 /// `builtin_interfaces/msg/Duration`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Duration {
-    /// Whole seconds.
     pub sec: i32,
     /// Nanoseconds beyond them.
     pub nanosec: u32,

@@ -9,14 +9,12 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 
-/// Why a file cannot be written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum WriteError {
     /// Error of the file system, or too many topics.
     #[error("{0}")]
     File(#[from] McapError),
-    /// A message cannot be encoded.
     #[error("{0}")]
     Message(#[from] CdrError),
 }

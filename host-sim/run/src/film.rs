@@ -5,9 +5,7 @@ use scphd_filters::slam::{STAGES, ScanOutcome};
 use scphd_log::dimensions::Dimensions;
 use scphd_score::record::{MapFeature, MovingFeature};
 
-/// Greatest number of frames.
 pub const FRAMES: usize = 400;
-/// Greatest number of particles of a frame.
 pub const PARTICLES: usize = 200;
 
 /// Maps and particles at some scans, and health and times at all scans.
@@ -24,7 +22,6 @@ pub struct Film<D: Dimensions> {
 /// State of the filter after a scan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame<D: Dimensions> {
-    /// Index of the scan.
     pub scan: usize,
     pub map: Vec<MapFeature<D>>,
     pub moving: Vec<MovingFeature<D>>,
@@ -47,7 +44,6 @@ impl<D: Dimensions> Film<D> {
         Self { chosen, frames: Vec::new(), health: Vec::with_capacity(scans), stages_us: Vec::with_capacity(scans) }
     }
 
-    /// Whether a scan has a frame.
     #[must_use]
     pub fn has(&self, scan: usize) -> bool {
         self.chosen.binary_search(&scan).is_ok()

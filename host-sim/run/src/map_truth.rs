@@ -65,7 +65,6 @@ impl<'a, K: Kind> MapTruth<'a, K> {
         self.told.then(|| self.landmarks.iter().zip(&self.seen).filter(|(_, seen)| **seen).map(|(&at, _)| at).collect())
     }
 
-    /// Whether the static landmarks are known.
     #[must_use]
     pub fn knows_landmarks(&self) -> bool {
         !self.landmarks.is_empty()

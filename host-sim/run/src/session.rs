@@ -34,7 +34,6 @@ const STACK_BYTES: usize = 512 << 20;
 pub struct Session<D: Dimensions = Planar> {
     /// Every scan and the final map.
     pub record: Record<D>,
-    /// The figures of the run.
     pub summary: Summary,
     /// Scores of the moving landmarks; `None` if the log does not have their true positions.
     pub moving: Option<MovingScore>,
@@ -55,11 +54,8 @@ struct FixCounts {
 /// An odometry row with a motion that the vehicle cannot make.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeftOut {
-    /// Its row number in the log.
     pub row: usize,
-    /// Its time, s.
     pub t_s: f64,
-    /// Why it is implausible.
     pub what: Implausible,
 }
 
@@ -67,19 +63,15 @@ pub struct LeftOut {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SessionError {
-    /// The filter refuses the settings.
     #[error("the filter refuses the settings: {0}")]
     Start(Refusal),
-    /// The filter refused an input.
     #[error("scan {scan} at {t_s} s: {step} refused: {refusal}")]
     Step {
         /// Number of the scan that was processed, or of the next one, from 0.
         scan: usize,
-        /// Its time, s.
         t_s: f64,
         /// The operation.
         step: &'static str,
-        /// The reason.
         refusal: Refusal,
     },
     /// The filter cannot start with this map, or cannot save its map.
@@ -404,7 +396,6 @@ fn summary<K: Kind>(
     }
 }
 
-/// The name of a single condition.
 #[must_use]
 pub fn condition_name(condition: Health) -> String {
     format!("{condition:?}").trim_matches(['{', '"', '}']).to_owned()

@@ -22,7 +22,6 @@ impl HealthCounts {
 }
 
 impl Default for HealthCounts {
-    /// No scans.
     fn default() -> Self {
         Self(Health::all().map(|condition| (condition, 0)).collect())
     }
@@ -31,9 +30,7 @@ impl Default for HealthCounts {
 /// Wall time of the scans of a run, µs; `None` without scans.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScanTimes {
-    /// The mean.
     pub mean_us: Option<f64>,
-    /// The 99 % quantile.
     pub p99_us: Option<f64>,
 }
 

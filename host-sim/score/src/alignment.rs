@@ -31,7 +31,6 @@ impl<P: Coordinates> Motion<P> {
         Self { turn_rad: 0.0, shift_m: P::with(|_| 0.0) }
     }
 
-    /// Transforms a point.
     #[must_use]
     pub fn apply(&self, point: P) -> P {
         let (s, c) = libm::sincos(self.turn_rad);
@@ -65,7 +64,6 @@ impl<P: Coordinates> Motion<P> {
     }
 }
 
-/// Mean of points.
 fn centre<P: Coordinates>(points: &[P]) -> P {
     P::with(|k| points.iter().map(|point| point.as_ref()[k]).sum::<f64>() / points.len() as f64)
 }

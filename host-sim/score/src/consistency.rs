@@ -86,7 +86,6 @@ impl SquaredErrors {
         (!self.values.is_empty()).then(|| within as f64 / self.values.len() as f64)
     }
 
-    /// The last one.
     #[must_use]
     pub fn last(&self) -> Option<f64> {
         self.values.last().copied()

@@ -6,7 +6,6 @@ use crate::cutoff::Cutoff;
 /// `distanceᵖ = localizationᵖ + missedᵖ + falseᵖ`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gospa {
-    /// The distance.
     pub distance: f64,
     /// The part due to the position errors of the matched estimates.
     pub localization: f64,

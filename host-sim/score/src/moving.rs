@@ -29,7 +29,6 @@ pub struct ScanMatch {
 /// Figures over the scans whose moving landmarks are known; those of several runs can be added.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct MovingScore {
-    /// Number of scans.
     pub scans: usize,
     /// Intervals of at least [`SPELL_SCANS`] scans in which a moving landmark is in view without a gap.
     pub spells: usize,
@@ -70,7 +69,6 @@ impl MovingScore {
         share(self.spurious, self.scans)
     }
 
-    /// Adds the figures of another run.
     pub fn add(&mut self, other: &Self) {
         self.scans += other.scans;
         self.spells += other.spells;
@@ -141,7 +139,6 @@ impl MovingTally {
         self.spells.clear();
     }
 
-    /// The figures.
     #[must_use]
     pub fn score(self) -> MovingScore {
         self.score

@@ -11,9 +11,7 @@ pub struct MapFeature<D: Dimensions = Planar> {
     pub id: u32,
     /// Weight of its component: expected number of features.
     pub weight: f64,
-    /// Position, m.
     pub mean: D::Position,
-    /// Covariance, m².
     pub covariance: Covariance<D::Position>,
 }
 
@@ -24,20 +22,15 @@ pub struct MovingFeature<D: Dimensions = Planar> {
     pub id: u32,
     /// Weight of its component: expected number of features.
     pub weight: f64,
-    /// Position, m.
     pub position: D::Position,
-    /// Velocity, m/s.
     pub velocity: D::Position,
-    /// Covariance of the position, m².
     pub covariance: Covariance<D::Position>,
 }
 
 /// One scan of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScanRecord<D: Dimensions = Planar> {
-    /// Time, s.
     pub t_s: f64,
-    /// Estimated pose.
     pub pose: D::Pose,
     /// Covariance of the estimated pose, in the same order and units.
     pub pose_covariance: Covariance<D::Pose>,
@@ -49,7 +42,6 @@ pub struct ScanRecord<D: Dimensions = Planar> {
     pub truth_sigma_m: f64,
     /// True heading, rad, if the truth has it.
     pub true_heading_rad: Option<f64>,
-    /// Number of measurements.
     pub measurements: usize,
     /// N̂, mass of the estimated map.
     pub features_estimated: f64,
@@ -59,7 +51,6 @@ pub struct ScanRecord<D: Dimensions = Planar> {
     pub usage: Usage,
     /// Wall time of the scan step, µs.
     pub scan_us: f64,
-    /// The estimated moving features.
     pub moving: Vec<MovingFeature<D>>,
     /// Distance of the estimated map, with moving features, to the true one; `None` without true landmarks or the true pose, and
     /// at scans for which it is not computed.
@@ -82,7 +73,6 @@ pub struct Usage {
 }
 
 impl<D: Dimensions> ScanRecord<D> {
-    /// The distance of the estimate from the truth, m, if known.
     #[must_use]
     pub fn position_error_m(&self) -> Option<f64> {
         Some(distance(&self.true_position?, &self.pose))
@@ -97,7 +87,6 @@ impl<D: Dimensions> ScanRecord<D> {
         variances.map(|(k, row)| row.as_ref()[k] + of_truth).sum::<f64>().sqrt()
     }
 
-    /// The distance of dead reckoning from the truth, m, if known.
     #[must_use]
     pub fn dead_reckoning_error_m(&self) -> Option<f64> {
         Some(distance(&self.true_position?, &self.dead_reckoning))
@@ -107,7 +96,6 @@ impl<D: Dimensions> ScanRecord<D> {
 /// A whole run of one filter over one log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record<D: Dimensions = Planar> {
-    /// A row for each scan.
     pub scans: Vec<ScanRecord<D>>,
     /// The estimated features after the last scan.
     pub map: Vec<MapFeature<D>>,

@@ -10,7 +10,6 @@ use scphd_log::dimensions::{Coordinates, Dimensions};
 pub struct TrajectoryScore {
     /// Number of scans with a true position; all figures are over these.
     pub scans: usize,
-    /// Root mean square distance to the true position, m.
     pub position_rmse_m: f64,
     /// Root mean square heading error, degrees; `None` if no scan has a true heading.
     pub heading_rmse_deg: Option<f64>,
@@ -50,7 +49,6 @@ pub fn score<C: Coordinates, P: Coordinates>(
     })
 }
 
-/// Score of the estimated poses of a run.
 #[must_use]
 pub fn of_estimate<D: Dimensions>(scans: &[ScanRecord<D>]) -> Option<TrajectoryScore> {
     score(covered(scans, |scan| scan.pose))

@@ -36,30 +36,25 @@ microseconds. Angles in settings, CSV and logs are in radians, in the table in d
 Exit code: 0, 2 for bad input, arguments or settings, 1 for any other failure. There are no colours, whatever NO_COLOR says. Output files are written only after a \
 successful run, each whole or not at all.";
 
-/// Parses a count.
 fn count(text: &str) -> Result<usize, &'static str> {
     text.parse().map_err(|_| "must be a whole number and not negative")
 }
 
-/// Parses a distance.
 fn distance(text: &str) -> Result<f64, &'static str> {
     let distance = text.parse().ok().filter(|distance: &f64| distance.is_finite() && *distance >= 0.0);
     distance.ok_or("must be a number and not negative")
 }
 
-/// Parses a share below 1.
 fn share(text: &str) -> Result<f64, &'static str> {
     let share = text.parse().ok().filter(|share| (0.0..1.0).contains(share));
     share.ok_or("must be at least 0 and less than 1")
 }
 
-/// Parses a rate.
 fn positive(text: &str) -> Result<f64, &'static str> {
     let rate = text.parse().ok().filter(|rate: &f64| rate.is_finite() && *rate > 0.0);
     rate.ok_or("must be a number above 0")
 }
 
-/// Parses a seed.
 fn seed(text: &str) -> Result<u64, &'static str> {
     text.parse().map_err(|_| "must be a whole number from 0 to 18446744073709551615")
 }
@@ -791,7 +786,6 @@ impl RunArgs {
         Choice::of(self.filter.unwrap_or_else(usual), self.precision)
     }
 
-    /// The requested seeds, in sequence.
     pub fn seeds(&self) -> Result<RangeInclusive<u64>, Failure> {
         let first = self.seed.seed;
         let last = first
@@ -800,7 +794,6 @@ impl RunArgs {
         Ok(first..=last)
     }
 
-    /// The requested threads.
     pub fn threads(&self) -> Result<Threads, Failure> {
         Ok(Threads::new(self.threads.into())?)
     }

@@ -28,7 +28,6 @@ const MAIN_SCENARIO: &str = "survey";
 /// Its filters, the recommended one first. The EKF is not among them, because it takes minutes in clutter.
 const MAIN_FILTERS: [FilterName; 3] = [FilterName::Joint, FilterName::Core, FilterName::Reference];
 
-/// Executes a command.
 pub fn execute(cli: Cli) -> Result<(), Failure> {
     if cli.quiet {
         be_quiet();
@@ -93,7 +92,6 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
     }
 }
 
-/// Prints the settings of a log or scenario.
 fn settings<K: Offer>(source: &Source<K>, tuning: &Tuning) -> Result<(), Failure> {
     let log = &*source.log(0)?;
     let mut origins = source.origins(log);
@@ -118,7 +116,6 @@ fn runs<K: Offer>(sources: &[Source<K>], names: &[String], args: RunArgs) -> Res
     }
 }
 
-/// Runs one filter over one log.
 fn single<K: Offer>(source: &Source<K>, name: &str, args: RunArgs) -> Result<(), Failure> {
     let log = &*source.log(args.seed.seed)?;
     let choice = args.filter(source.is_joint_usual()).map_err(Failure::input)?;

@@ -49,17 +49,14 @@ impl Contender {
         Ok(all)
     }
 
-    /// The filter as on the command line.
     pub fn choice(&self) -> Choice {
         self.choice
     }
 
-    /// The filter.
     pub fn filter(&self) -> Filter {
         self.choice.filter
     }
 
-    /// Whether it has a variant of the settings.
     pub fn is_variant(&self) -> bool {
         self.variant.is_some()
     }
@@ -91,7 +88,6 @@ impl Contender {
     }
 }
 
-/// The filter with this name.
 fn named(name: &str, precision: Option<PrecisionName>) -> Result<Choice, String> {
     let known = || FilterName::value_variants().iter().filter_map(|name| name.to_possible_value());
     let name = FilterName::from_str(name, false).map_err(|_| {

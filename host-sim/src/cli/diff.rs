@@ -9,7 +9,6 @@ use scphd_view::output::difference;
 use scphd_view::report::pair_page;
 use std::path::Path;
 
-/// Compares two runs.
 pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
     for (option, path) in [("--json", &args.json), ("--html", &args.html)] {
         path.as_deref().map_or(Ok(()), |path| check_file(option, path))?;

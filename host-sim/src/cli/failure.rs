@@ -24,7 +24,6 @@ pub enum Failure {
 }
 
 impl Failure {
-    /// A failure because of invalid input.
     pub fn input(message: impl Display) -> Self {
         Self::Input(message.to_string())
     }
@@ -169,7 +168,6 @@ pub fn be_quiet() {
     QUIET.store(true, Ordering::Relaxed);
 }
 
-/// Whether only warnings and errors are printed.
 pub fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
 }

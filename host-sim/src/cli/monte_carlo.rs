@@ -21,7 +21,6 @@ use std::thread;
 pub struct Inputs<K: Offer>(Vec<Source<K>>);
 
 impl<K: Offer> Inputs<K> {
-    /// The inputs of a scenario.
     pub fn of_scenario(name: &str) -> Result<Self, Failure> {
         Ok(Self(vec![Source::scenario(name.to_owned(), None)?]))
     }

@@ -22,7 +22,6 @@ pub trait Offer: Lockstep + Learn + Checked + Exported {
     /// Names of the scenarios, each with a description.
     const SCENARIOS: &'static [(&'static str, &'static str)];
 
-    /// The scenario with this name.
     fn scenario(name: &str, seed: u64) -> Option<Self::Log>;
 
     /// The default settings for the log of a scenario, or of a folder.
@@ -31,10 +30,8 @@ pub trait Offer: Lockstep + Learn + Checked + Exported {
     /// Their origins.
     fn origins(scenario: Option<&str>, log: &Self::Log) -> Origins;
 
-    /// Switches moving features on or off.
     fn set_moving(settings: &mut Self::Settings, moving: bool) -> Result<(), &'static str>;
 
-    /// Sets the number of hypotheses of a joint map.
     fn set_hypotheses(settings: &mut Self::Settings, hypotheses: usize) -> Result<(), &'static str>;
 
     /// The log as a stream for a vehicle computer.

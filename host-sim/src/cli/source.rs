@@ -96,7 +96,6 @@ impl<K: Offer> Source<K> {
         matches!(self, Self::Seeded(_))
     }
 
-    /// The log for a run with `seed`.
     pub fn log(&self, seed: u64) -> Result<Cow<'_, K::Log>, Failure> {
         match self {
             Self::Fixed(log) | Self::Frozen(_, log) => Ok(Cow::Borrowed(log)),
@@ -107,9 +106,7 @@ impl<K: Offer> Source<K> {
 
 /// A value for one kind of vehicle or the other.
 pub enum OfKind<P, U> {
-    /// In the plane.
     Planar(P),
-    /// In space.
     Underwater(U),
 }
 
@@ -127,7 +124,6 @@ pub(super) use either;
 /// The source with a name.
 pub type Found = OfKind<Source<Planar>, Source<Underwater>>;
 
-/// Whether there is a scenario with this name.
 fn is_of<K: Offer>(name: &str) -> bool {
     K::SCENARIOS.iter().any(|(known, _)| *known == name)
 }
@@ -215,7 +211,6 @@ pub fn all_scenarios() -> impl Iterator<Item = &'static (&'static str, &'static 
     Planar::SCENARIOS.iter().chain(Underwater::SCENARIOS)
 }
 
-/// The names of all scenarios.
 fn scenarios() -> String {
     all_scenarios().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
 }

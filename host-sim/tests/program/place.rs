@@ -33,7 +33,6 @@ impl Place {
         fs::write(self.path(name), bytes).unwrap();
     }
 
-    /// The contents of a JSON file.
     pub fn json(&self, name: &str) -> Value {
         serde_json::from_slice(&fs::read(self.path(name)).unwrap()).unwrap()
     }

@@ -22,41 +22,30 @@ pub struct Written {
 }
 
 /// The comparison of two runs. Serialised with exactly these keys in this order.
+/// `docs/results.md` defines the keys.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Difference {
-    /// The format of the keys.
     pub format: Format,
-    /// Names of the files, A and B.
     pub runs: [String; 2],
-    /// Reasons why the runs do not have the same inputs; empty if they do, as far as the files show.
     pub other_inputs: Vec<String>,
-    /// Settings that differ, by section and name.
     pub settings: Vec<Setting>,
-    /// All figures of either run.
     pub figures: Vec<Figure>,
 }
 
 /// A setting that differs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Setting {
-    /// `section.name`.
     pub setting: String,
-    /// Its value in A; null if A does not have it.
     pub a: Value,
-    /// Its value in B.
     pub b: Value,
 }
 
 /// A figure of both runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figure {
-    /// Its key in the JSON output of a run.
     pub key: String,
-    /// Its value in A; null if unknown.
     pub a: Value,
-    /// Its value in B.
     pub b: Value,
-    /// B minus A, for known numbers.
     pub difference: Option<f64>,
 }
 
@@ -100,18 +89,15 @@ impl Written {
         Ok(Self { name, summary, page })
     }
 
-    /// Name of the file.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Name of the log of the run.
     pub(crate) fn log(&self) -> &str {
         self.summary.get("log").and_then(Value::as_str).unwrap_or_default()
     }
 
-    /// The data of the page, if it is one.
     pub(crate) fn page(&self) -> Option<&Value> {
         self.page.as_ref()
     }
@@ -125,7 +111,6 @@ impl Written {
 }
 
 impl Difference {
-    /// Compares two runs.
     #[must_use]
     pub fn of([a, b]: [&Written; 2]) -> Self {
         let (mut of_a, mut of_b) = (BTreeMap::new(), BTreeMap::new());

@@ -35,7 +35,6 @@ const RUNNER: &str = "gungraun-runner";
 #[serde(deny_unknown_fields)]
 struct Counts {
     compiler: String,
-    /// The compiler's host.
     host: String,
     tolerance_percent: f64,
     other_compiler_percent: f64,
@@ -166,7 +165,6 @@ fn runner() -> Result<PathBuf, Stop> {
     Ok(tools.join("bin"))
 }
 
-/// The version of a package in a lock file.
 fn locked_version(lock: &str, package: &str) -> Option<String> {
     let lock: toml::Table = lock.parse().ok()?;
     let packages = lock.get("package")?.as_array()?;

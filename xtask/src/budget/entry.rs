@@ -37,7 +37,6 @@ impl Budget {
         Ok((Source { what, scans: *scans, rig }, precision))
     }
 
-    /// The name of the entry in messages.
     pub fn what(&self) -> String {
         format!("{} {} {}", self.board, self.configuration, self.scenario)
     }

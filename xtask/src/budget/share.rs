@@ -3,11 +3,9 @@
 
 /// A microcontroller.
 pub struct Chip {
-    /// Its name.
     pub name: &'static str,
     /// The emulated board whose instructions are taken as those of the chip.
     pub like: &'static str,
-    /// Its clock, Hz.
     pub clock_hz: f64,
     /// Assumed cycles per instruction, with code in flash behind a cache or accelerator, and the filter in on-chip RAM.
     /// The dual-issue M7 takes about one; the others wait for loads, branches and flash.

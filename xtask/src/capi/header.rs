@@ -7,12 +7,10 @@ use super::workspace::{cargo, tools_dir};
 use crate::files;
 use crate::process;
 
-/// Path of the header.
 pub fn path() -> PathBuf {
     process::root().join("bindings/capi/include/scphd.h")
 }
 
-/// Contents of the header.
 pub fn text() -> Result<String, String> {
     files::text(&path())
 }

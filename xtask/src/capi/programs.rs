@@ -18,12 +18,10 @@ pub struct Compiler {
 const WARNINGS: [&str; 5] = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"];
 
 impl Compiler {
-    /// The C compiler of the host.
     pub fn c() -> Result<Self, Missing> {
         Self::find("CC", ["cc", "gcc", "clang"], "-std=c11", "c")
     }
 
-    /// The C++ compiler of the host.
     pub fn cpp() -> Result<Self, Missing> {
         Self::find("CXX", ["c++", "g++", "clang++"], "-std=c++17", "c++")
     }

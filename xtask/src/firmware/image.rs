@@ -17,9 +17,7 @@ use crate::toolchain;
 
 /// A built image.
 pub struct Image {
-    /// Path of its ELF file.
     pub path: PathBuf,
-    /// Contents of the file.
     pub elf: Vec<u8>,
 }
 
@@ -122,7 +120,6 @@ impl Image {
         Ok(image)
     }
 
-    /// The flash and RAM of the image.
     pub fn sizes(&self) -> Result<Sizes, String> {
         let mut sizes = Sizes { text: 0, rodata: 0, ram: 0 };
         for section in self.file()?.sections() {

@@ -44,7 +44,6 @@ macro_rules! by_kind {
     };
 }
 
-/// The function of a name and its types.
 pub(super) fn function(name: &str, kinds: &str) -> Option<Function> {
     if kinds == "pred" {
         return of_predicates(name);
@@ -109,7 +108,6 @@ fn comparison(name: &str, kind: &str) -> Option<Function> {
     })
 }
 
-/// Conversion from one unsigned type to another.
 pub(super) fn conversion(to: &str, from: &str) -> Option<Function> {
     Some(One(match (to, from) {
         ("u16", "u32" | "u64") | ("u32" | "u64", "u16") => |a| a & 0xffff,

@@ -13,7 +13,6 @@ const MARGIN: f64 = 1.05;
 /// The data read, each list in any order of time.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Draft {
-    /// The name of the log.
     pub name: String,
     /// The `log.toml` with vehicle and sensors, if given.
     pub head: Option<Log>,
@@ -24,17 +23,13 @@ pub struct Draft {
     pub aside: bool,
     /// Initial pose if known: x m, y m, heading rad.
     pub initial_pose: Option<[f64; 3]>,
-    /// Rows of odometry.
     pub odometry: Vec<Odometry>,
     /// Scans, with indices of the sensors above.
     pub scans: Vec<Scan>,
-    /// Fixes of the pose.
     pub fixes: Vec<Fix>,
     /// Noise of the fixes, if there is no head.
     pub fix_noise: FixNoise,
-    /// The true trajectory.
     pub truth: Vec<TruePose>,
-    /// True landmarks, m.
     pub landmarks: Vec<[f64; 2]>,
     /// True tracks of moving objects.
     pub moving: Vec<MovingLandmark>,

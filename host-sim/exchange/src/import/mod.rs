@@ -30,7 +30,6 @@ use std::path::{Path, PathBuf};
 /// An imported log, and messages about the import: choices, assumptions, data left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Imported {
-    /// The log.
     pub log: Log,
     /// One sentence each.
     pub told: Vec<String>,
@@ -51,7 +50,6 @@ pub enum ImportError {
     At {
         /// The file and the place in it.
         place: String,
-        /// Description of the error.
         what: String,
     },
 }

@@ -12,7 +12,6 @@ const SHOWN: usize = 40;
 /// Format of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Writing {
-    /// The separator of cells.
     pub(super) delimiter: Delimiter,
     /// Whether the first row has the names of the columns.
     pub(super) header: bool,
@@ -21,7 +20,6 @@ pub(super) struct Writing {
 /// The separator of cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Delimiter {
-    /// A character.
     Byte(u8),
     /// Any white space.
     Space,
@@ -39,7 +37,6 @@ pub(super) struct Text {
     rows: Vec<(u64, Vec<String>)>,
 }
 
-/// A row.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Row<'t> {
     text: &'t Text,
@@ -126,7 +123,6 @@ fn delimited(file: &str, content: &str, delimiter: u8) -> Result<Vec<(u64, Vec<S
 }
 
 impl Row<'_> {
-    /// The number in a column.
     pub(super) fn number(&self, column: usize) -> Result<f64, ImportError> {
         let cell = self.cells.get(column).map_or("", String::as_str);
         let parsed = cell.parse().or_else(|error| match cell.split_once(',') {
@@ -152,7 +148,6 @@ impl Row<'_> {
         }
     }
 
-    /// An error in this row.
     pub(super) fn error(&self, column: usize, what: impl std::fmt::Display) -> ImportError {
         let column = self.text.header.get(column).cloned().unwrap_or_else(|| column.to_string());
         ImportError::at(format_args!("{}, line {}, column {column}", self.text.file, self.line), what)

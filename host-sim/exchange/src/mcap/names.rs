@@ -9,7 +9,6 @@ pub const BASE: &str = "base_link";
 /// The variance of an unknown quantity, m² or rad².
 pub const UNKNOWN: f64 = 1e6;
 
-/// Topics.
 pub mod topic {
     pub const ESTIMATE: &str = "/scphd/estimate";
     pub const ODOMETRY: &str = "/scphd/odometry";

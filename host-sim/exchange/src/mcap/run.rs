@@ -21,14 +21,12 @@ const MOVING: [f32; 3] = [0.9, 0.4, 0.1];
 /// Diameter of the arrows of velocities, m.
 const ARROW_M: f64 = 0.1;
 
-/// Why a run cannot be exported.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {
     /// Invalid time in the log.
     #[error("a time of the log: {0}")]
     Time(#[from] TimeError),
-    /// The file cannot be written.
     #[error("{0}")]
     Write(#[from] WriteError),
 }

@@ -15,13 +15,11 @@ pub fn point(place: &[f64]) -> Point {
     Point { x: at(0), y: at(1), z: at(2) }
 }
 
-/// A position and a heading as a pose.
 #[must_use]
 pub fn pose(place: &[f64], heading_rad: f64) -> Pose {
     Pose { position: point(place), orientation: Quaternion::of_yaw(heading_rad) }
 }
 
-/// A position and a heading as a transform.
 #[must_use]
 pub fn transform(place: &[f64], heading_rad: f64) -> Transform {
     let Point { x, y, z } = point(place);

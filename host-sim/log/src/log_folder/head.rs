@@ -76,7 +76,6 @@ impl Head {
         Self::of_table(&table, &mut faults).filter(|_| faults.0.is_empty()).ok_or(faults.0)
     }
 
-    /// `None` after an error.
     fn of_table(table: &Table, faults: &mut Faults) -> Option<Self> {
         let top = Section { name: "".into(), table };
         // The sensor is checked first: logs of other sensors lack other keys as well, which need not be reported.
@@ -150,7 +149,6 @@ impl Head {
         })
     }
 
-    /// Names of the control columns in `odometry.csv`.
     pub(super) fn control_columns(&self) -> ([&'static str; 2], Option<&'static str>) {
         control_columns(&self.vehicle)
     }
@@ -344,7 +342,6 @@ pub(super) fn simulated(top: &Section) -> Result<bool, LogError> {
     }
 }
 
-/// A parser's error as one line.
 pub(super) fn syntax(text: &str, error: &toml::de::Error) -> LogError {
     let what = Problem::Syntax(error.message().split_whitespace().collect::<Vec<_>>().join(" "));
     match error.span().and_then(|span| text.get(..span.start)) {
@@ -372,7 +369,6 @@ impl<'a> Section<'a> {
         Ok(Section { name: name.into(), table })
     }
 
-    /// The sections `[[sensors]]`, with their names.
     fn sensors(&self) -> Result<Vec<(String, Section<'a>)>, LogError> {
         if self.table.contains_key("sensor") {
             return Err(self.key("sensor").error(Problem::SensorAndSensors));
@@ -475,7 +471,6 @@ impl<'a> Section<'a> {
         })
     }
 
-    /// A key other than the known ones.
     fn stranger(&self, known: &[&str]) -> Option<&'a str> {
         self.table.keys().map(String::as_str).find(|key| !known.contains(key))
     }
@@ -499,7 +494,6 @@ impl<'a> Section<'a> {
         finite(value).ok_or_else(|| self.ill_typed(key, value, "a finite number"))
     }
 
-    /// A list of N finite numbers.
     pub(super) fn numbers<const N: usize>(&self, key: &str, expected: &'static str) -> Result<[f64; N], LogError> {
         let value = self.get(key)?;
         let numbers = value.as_array().and_then(|list| list.iter().map(finite).collect::<Option<Vec<_>>>());
@@ -521,7 +515,6 @@ impl<'a> Section<'a> {
         if good(found) { Ok(()) } else { Err(self.key(key).error(Problem::Limits { found, expected })) }
     }
 
-    /// An optional number.
     fn limited(&self, key: &str, expected: &'static str, good: impl Fn(f64) -> bool) -> Result<Option<f64>, LogError> {
         if !self.table.contains_key(key) {
             return Ok(None);

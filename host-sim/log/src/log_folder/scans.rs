@@ -14,7 +14,6 @@ impl Clock {
         Self(f64::NEG_INFINITY)
     }
 
-    /// Checks the next row.
     pub(super) fn tick(&mut self, row: &Row, t_s: f64) -> Result<f64, LogError> {
         if t_s < self.0 {
             return Err(row.cell("t_s").error(Problem::Backwards { before: self.0, after: t_s }));
@@ -24,7 +23,6 @@ impl Clock {
     }
 }
 
-/// Numbers and times of the scans in `scans.csv`.
 pub(super) fn scan_times(table: &Table) -> Result<(Vec<i64>, Vec<Stamp>), LogError> {
     let (scan, time) = (table.column("scan")?, table.column("t_s")?);
     let mut clock = Clock::new();

@@ -7,20 +7,17 @@ use std::fs;
 use std::io::ErrorKind::NotFound;
 use std::path::Path;
 
-/// A table with a header.
 pub(super) struct Table {
     file: &'static str,
     header: StringRecord,
     rows: Vec<(u64, StringRecord)>,
 }
 
-/// A column of a table.
 pub(super) struct Column {
     name: &'static str,
     index: usize,
 }
 
-/// A row of a table.
 pub(super) struct Row<'a> {
     file: &'static str,
     line: u64,
@@ -43,12 +40,10 @@ pub(super) fn text(dir: &Path, file: &'static str) -> Result<Option<String>, Log
 }
 
 impl Table {
-    /// Reads a required file.
     pub(super) fn read(dir: &Path, file: &'static str) -> Result<Self, LogError> {
         Self::read_optional(dir, file)?.ok_or_else(|| Place::File(file).error(Problem::Missing))
     }
 
-    /// Reads an optional file.
     pub(super) fn read_optional(dir: &Path, file: &'static str) -> Result<Option<Self>, LogError> {
         let Some(text) = text(dir, file)? else {
             return Ok(None);
@@ -71,13 +66,11 @@ impl Table {
         Ok(Some(Self { file, header, rows }))
     }
 
-    /// The column with this name.
     pub(super) fn column(&self, name: &'static str) -> Result<Column, LogError> {
         let missing = || Place::Cell(self.file, 1, name).error(Problem::Missing);
         self.column_if_any(name)?.ok_or_else(missing)
     }
 
-    /// The column with this name, if there is one.
     pub(super) fn column_if_any(&self, name: &'static str) -> Result<Option<Column>, LogError> {
         let mut found = self.header.iter().enumerate().filter(|(_, title)| *title == name);
         let column = found.next().map(|(index, _)| Column { name, index });
@@ -87,14 +80,12 @@ impl Table {
         Ok(column)
     }
 
-    /// The rows below the header.
     pub(super) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
         self.rows.iter().map(|(line, fields)| Row { file: self.file, line: *line, fields })
     }
 }
 
 impl Row<'_> {
-    /// The place of a cell in this row.
     pub(super) fn cell(&self, column: &'static str) -> Place {
         Place::Cell(self.file, self.line, column)
     }
@@ -120,12 +111,10 @@ impl Row<'_> {
         if self.fields[column.index].is_empty() { Ok(None) } else { self.number(column).map(Some) }
     }
 
-    /// The text of the cell.
     pub(super) fn text(&self, column: &Column) -> &str {
         &self.fields[column.index]
     }
 
-    /// A whole number.
     pub(super) fn integer(&self, column: &Column) -> Result<i64, LogError> {
         let text = &self.fields[column.index];
         text.parse().map_err(|_| self.cell(column.name).error(Problem::NotWhole(text.to_owned())))

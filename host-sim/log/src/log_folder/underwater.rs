@@ -35,7 +35,6 @@ use scphd::models::{projection, rotation};
 use std::path::Path;
 use toml::Table;
 
-/// Whether a folder's `log.toml` has a camera.
 #[must_use]
 pub fn has_camera(dir: &Path) -> bool {
     let table = text(dir, "log.toml").ok().flatten().and_then(|text| text.parse::<Table>().ok());

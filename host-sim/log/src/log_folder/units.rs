@@ -25,14 +25,11 @@ pub(super) const HALF_TURN_RAD: f64 = PI + SLACK_RAD;
 pub(super) const WHOLE_TURN_RAD: f64 = 2.0 * PI + SLACK_RAD;
 /// Greatest plausible unwrapped angle, rad; beyond, angles are in degrees.
 const COUNTED_RAD: f64 = 4.0 * PI;
-/// Greatest median interval of odometry rows, s.
 pub(super) const ODOMETRY_INTERVAL_S: f64 = 5.0;
-/// Greatest median interval of scans, s.
 pub(super) const SCAN_INTERVAL_S: f64 = 60.0;
 /// A common interval of rows, s; the unit that comes nearest to it is reported.
 const COMMON_INTERVAL_S: f64 = 0.1;
 
-/// A time and the place of its row.
 pub(super) struct Stamp {
     pub(super) place: Place,
     pub(super) t_s: f64,
@@ -44,7 +41,6 @@ fn median(mut numbers: Vec<f64>) -> Option<f64> {
     numbers.get(numbers.len() / 2).copied()
 }
 
-/// Checks that an angle is at most `most`.
 pub(super) fn radians(found: f64, most: f64, place: impl FnOnce() -> Place) -> Result<(), LogError> {
     if found.abs() <= most {
         return Ok(());
@@ -83,7 +79,6 @@ impl Angles {
     }
 }
 
-/// Checks the median interval of rows.
 pub(super) fn interval(rows: &[Stamp], most_s: f64) -> Result<(), LogError> {
     let Some(median_s) = median(rows.windows(2).map(|pair| pair[1].t_s - pair[0].t_s).collect()) else {
         return Ok(());

@@ -20,7 +20,6 @@ pub struct AckermannDrive {
     pub jerk: f32,
 }
 
-/// `ackermann_msgs/msg/AckermannDrive`.
 pub static ACKERMANN_DRIVE: Definition = Definition {
     name: "ackermann_msgs/msg/AckermannDrive",
     text: "float32 steering_angle\nfloat32 steering_angle_velocity\nfloat32 speed\nfloat32 acceleration\nfloat32 jerk\n",
@@ -30,14 +29,13 @@ pub static ACKERMANN_DRIVE: Definition = Definition {
 /// The same with a time.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct AckermannDriveStamped {
-    /// Time.
     pub header: Header,
-    /// The motion.
     pub drive: AckermannDrive,
 }
 
 message!(
-    /// `ackermann_msgs/msg/AckermannDriveStamped`.
-    AckermannDriveStamped, ACKERMANN_DRIVE_STAMPED = "ackermann_msgs/msg/AckermannDriveStamped",
-    "std_msgs/Header header\nackermann_msgs/AckermannDrive drive\n", [HEADER, ACKERMANN_DRIVE]
+    AckermannDriveStamped,
+    ACKERMANN_DRIVE_STAMPED = "ackermann_msgs/msg/AckermannDriveStamped",
+    "std_msgs/Header header\nackermann_msgs/AckermannDrive drive\n",
+    [HEADER, ACKERMANN_DRIVE]
 );

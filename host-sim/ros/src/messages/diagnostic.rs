@@ -13,7 +13,6 @@ pub struct KeyValue {
     pub value: String,
 }
 
-/// `diagnostic_msgs/msg/KeyValue`.
 pub static KEY_VALUE: Definition =
     Definition { name: "diagnostic_msgs/msg/KeyValue", text: "string key\nstring value\n", parts: &[] };
 
@@ -22,9 +21,7 @@ pub static KEY_VALUE: Definition =
 pub struct DiagnosticStatus {
     /// 0 good, 1 a warning, 2 an error, 3 no recent message.
     pub level: u8,
-    /// Name of the part.
     pub name: String,
-    /// Description of the status.
     pub message: String,
     /// The device.
     pub hardware_id: String,
@@ -32,7 +29,6 @@ pub struct DiagnosticStatus {
     pub values: Vec<KeyValue>,
 }
 
-/// `diagnostic_msgs/msg/DiagnosticStatus`.
 pub static DIAGNOSTIC_STATUS: Definition = Definition {
     name: "diagnostic_msgs/msg/DiagnosticStatus",
     text: "byte OK=0\nbyte WARN=1\nbyte ERROR=2\nbyte STALE=3\nbyte level\nstring name\nstring message\nstring hardware_id\n\
@@ -43,14 +39,13 @@ pub static DIAGNOSTIC_STATUS: Definition = Definition {
 /// Status of the parts of a vehicle.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct DiagnosticArray {
-    /// Time.
     pub header: Header,
-    /// One for each part.
     pub status: Vec<DiagnosticStatus>,
 }
 
 message!(
-    /// `diagnostic_msgs/msg/DiagnosticArray`.
-    DiagnosticArray, DIAGNOSTIC_ARRAY = "diagnostic_msgs/msg/DiagnosticArray",
-    "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n", [HEADER, DIAGNOSTIC_STATUS]
+    DiagnosticArray,
+    DIAGNOSTIC_ARRAY = "diagnostic_msgs/msg/DiagnosticArray",
+    "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n",
+    [HEADER, DIAGNOSTIC_STATUS]
 );

@@ -14,7 +14,6 @@ pub struct Point {
     pub z: f64,
 }
 
-/// `geometry_msgs/msg/Point`.
 pub static POINT: Definition =
     Definition { name: "geometry_msgs/msg/Point", text: "float64 x\nfloat64 y\nfloat64 z\n", parts: &[] };
 
@@ -27,7 +26,6 @@ pub struct Vector3 {
     pub z: f64,
 }
 
-/// `geometry_msgs/msg/Vector3`.
 pub static VECTOR3: Definition =
     Definition { name: "geometry_msgs/msg/Vector3", text: "float64 x\nfloat64 y\nfloat64 z\n", parts: &[] };
 
@@ -72,7 +70,6 @@ impl Quaternion {
     }
 }
 
-/// `geometry_msgs/msg/Quaternion`.
 pub static QUATERNION: Definition = Definition {
     name: "geometry_msgs/msg/Quaternion",
     text: "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n",
@@ -82,13 +79,10 @@ pub static QUATERNION: Definition = Definition {
 /// A position and an orientation.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Pose {
-    /// The position, m.
     pub position: Point,
-    /// The orientation.
     pub orientation: Quaternion,
 }
 
-/// `geometry_msgs/msg/Pose`.
 pub static POSE: Definition = Definition {
     name: "geometry_msgs/msg/Pose",
     text: "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n",
@@ -101,13 +95,10 @@ pub type Covariance6 = [[f64; 6]; 6];
 /// A pose with its covariance.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct PoseWithCovariance {
-    /// The pose.
     pub pose: Pose,
-    /// Its covariance.
     pub covariance: Covariance6,
 }
 
-/// `geometry_msgs/msg/PoseWithCovariance`.
 pub static POSE_WITH_COVARIANCE: Definition = Definition {
     name: "geometry_msgs/msg/PoseWithCovariance",
     text: "geometry_msgs/Pose pose\nfloat64[36] covariance\n",
@@ -123,7 +114,6 @@ pub struct Twist {
     pub angular: Vector3,
 }
 
-/// `geometry_msgs/msg/Twist`.
 pub static TWIST: Definition = Definition {
     name: "geometry_msgs/msg/Twist",
     text: "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n",
@@ -133,13 +123,10 @@ pub static TWIST: Definition = Definition {
 /// Velocities with their covariance.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct TwistWithCovariance {
-    /// The velocities.
     pub twist: Twist,
-    /// Their covariance.
     pub covariance: Covariance6,
 }
 
-/// `geometry_msgs/msg/TwistWithCovariance`.
 pub static TWIST_WITH_COVARIANCE: Definition = Definition {
     name: "geometry_msgs/msg/TwistWithCovariance",
     text: "geometry_msgs/Twist twist\nfloat64[36] covariance\n",
@@ -149,46 +136,43 @@ pub static TWIST_WITH_COVARIANCE: Definition = Definition {
 /// A pose with a time.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct PoseStamped {
-    /// Time and frame.
     pub header: Header,
-    /// The pose.
     pub pose: Pose,
 }
 
 message!(
-    /// `geometry_msgs/msg/PoseStamped`.
-    PoseStamped, POSE_STAMPED = "geometry_msgs/msg/PoseStamped",
-    "std_msgs/Header header\ngeometry_msgs/Pose pose\n", [HEADER, POSE]
+    PoseStamped,
+    POSE_STAMPED = "geometry_msgs/msg/PoseStamped",
+    "std_msgs/Header header\ngeometry_msgs/Pose pose\n",
+    [HEADER, POSE]
 );
 
 /// Poses with a time.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct PoseArray {
-    /// Time and frame.
     pub header: Header,
-    /// The poses.
     pub poses: Vec<Pose>,
 }
 
 message!(
-    /// `geometry_msgs/msg/PoseArray`.
-    PoseArray, POSE_ARRAY = "geometry_msgs/msg/PoseArray",
-    "std_msgs/Header header\ngeometry_msgs/Pose[] poses\n", [HEADER, POSE]
+    PoseArray,
+    POSE_ARRAY = "geometry_msgs/msg/PoseArray",
+    "std_msgs/Header header\ngeometry_msgs/Pose[] poses\n",
+    [HEADER, POSE]
 );
 
 /// A pose with its covariance and a time.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct PoseWithCovarianceStamped {
-    /// Time and frame.
     pub header: Header,
-    /// The pose.
     pub pose: PoseWithCovariance,
 }
 
 message!(
-    /// `geometry_msgs/msg/PoseWithCovarianceStamped`.
-    PoseWithCovarianceStamped, POSE_WITH_COVARIANCE_STAMPED = "geometry_msgs/msg/PoseWithCovarianceStamped",
-    "std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose\n", [HEADER, POSE_WITH_COVARIANCE]
+    PoseWithCovarianceStamped,
+    POSE_WITH_COVARIANCE_STAMPED = "geometry_msgs/msg/PoseWithCovarianceStamped",
+    "std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose\n",
+    [HEADER, POSE_WITH_COVARIANCE]
 );
 
 /// A shift and a rotation.
@@ -196,11 +180,9 @@ message!(
 pub struct Transform {
     /// The shift, m.
     pub translation: Vector3,
-    /// The rotation.
     pub rotation: Quaternion,
 }
 
-/// `geometry_msgs/msg/Transform`.
 pub static TRANSFORM: Definition = Definition {
     name: "geometry_msgs/msg/Transform",
     text: "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n",
@@ -214,11 +196,9 @@ pub struct TransformStamped {
     pub header: Header,
     /// The frame.
     pub child_frame_id: String,
-    /// The transform.
     pub transform: Transform,
 }
 
-/// `geometry_msgs/msg/TransformStamped`.
 pub static TRANSFORM_STAMPED: Definition = Definition {
     name: "geometry_msgs/msg/TransformStamped",
     text: "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n",

@@ -12,15 +12,13 @@ pub struct Odometry {
     pub header: Header,
     /// The frame of the velocities.
     pub child_frame_id: String,
-    /// The pose.
     pub pose: PoseWithCovariance,
-    /// The velocity.
     pub twist: TwistWithCovariance,
 }
 
 message!(
-    /// `nav_msgs/msg/Odometry`.
-    Odometry, ODOMETRY = "nav_msgs/msg/Odometry",
+    Odometry,
+    ODOMETRY = "nav_msgs/msg/Odometry",
     "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist\n",
     [HEADER, POSE_WITH_COVARIANCE, TWIST_WITH_COVARIANCE]
 );

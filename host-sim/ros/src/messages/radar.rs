@@ -20,7 +20,6 @@ pub struct RadarReturn {
     pub amplitude: f32,
 }
 
-/// `radar_msgs/msg/RadarReturn`.
 pub static RADAR_RETURN: Definition = Definition {
     name: "radar_msgs/msg/RadarReturn",
     text: "float32 range\nfloat32 azimuth\nfloat32 elevation\nfloat32 doppler_velocity\nfloat32 amplitude\n",
@@ -30,14 +29,14 @@ pub static RADAR_RETURN: Definition = Definition {
 /// The detections of a radar in a scan.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct RadarScan {
-    /// Time and frame.
     pub header: Header,
     /// One for each target.
     pub returns: Vec<RadarReturn>,
 }
 
 message!(
-    /// `radar_msgs/msg/RadarScan`.
-    RadarScan, RADAR_SCAN = "radar_msgs/msg/RadarScan",
-    "std_msgs/Header header\nradar_msgs/RadarReturn[] returns\n", [HEADER, RADAR_RETURN]
+    RadarScan,
+    RADAR_SCAN = "radar_msgs/msg/RadarScan",
+    "std_msgs/Header header\nradar_msgs/RadarReturn[] returns\n",
+    [HEADER, RADAR_RETURN]
 );

@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 /// A field of the points of a cloud.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct PointField {
-    /// Its name.
     pub name: String,
     /// Its offset in a point, bytes.
     pub offset: u32,
@@ -19,7 +18,6 @@ pub struct PointField {
     pub count: u32,
 }
 
-/// `sensor_msgs/msg/PointField`.
 pub static POINT_FIELD: Definition = Definition {
     name: "sensor_msgs/msg/PointField",
     text: "uint8 INT8=1\nuint8 UINT8=2\nuint8 INT16=3\nuint8 UINT16=4\nuint8 INT32=5\nuint8 UINT32=6\nuint8 FLOAT32=7\n\
@@ -30,13 +28,11 @@ pub static POINT_FIELD: Definition = Definition {
 /// Points with the same fields.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct PointCloud2 {
-    /// Time and frame.
     pub header: Header,
     /// Number of rows.
     pub height: u32,
     /// Number of points in a row.
     pub width: u32,
-    /// The fields of a point.
     pub fields: Vec<PointField>,
     /// Whether numbers are big-endian.
     pub is_bigendian: bool,
@@ -51,8 +47,8 @@ pub struct PointCloud2 {
 }
 
 message!(
-    /// `sensor_msgs/msg/PointCloud2`.
-    PointCloud2, POINT_CLOUD2 = "sensor_msgs/msg/PointCloud2",
+    PointCloud2,
+    POINT_CLOUD2 = "sensor_msgs/msg/PointCloud2",
     "std_msgs/Header header\nuint32 height\nuint32 width\nsensor_msgs/PointField[] fields\n\
      bool is_bigendian\nuint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n",
     [HEADER, POINT_FIELD]
@@ -84,8 +80,8 @@ pub struct LaserScan {
 }
 
 message!(
-    /// `sensor_msgs/msg/LaserScan`.
-    LaserScan, LASER_SCAN = "sensor_msgs/msg/LaserScan",
+    LaserScan,
+    LASER_SCAN = "sensor_msgs/msg/LaserScan",
     "std_msgs/Header header\nfloat32 angle_min\nfloat32 angle_max\nfloat32 angle_increment\nfloat32 time_increment\n\
      float32 scan_time\nfloat32 range_min\nfloat32 range_max\nfloat32[] ranges\nfloat32[] intensities\n",
     [HEADER]
@@ -94,9 +90,7 @@ message!(
 /// Measurements of an inertial measurement unit.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Imu {
-    /// Time and frame.
     pub header: Header,
-    /// Its orientation.
     pub orientation: Quaternion,
     /// Its covariance, row by row, rad²; the first number is -1 if the orientation is unknown.
     pub orientation_covariance: [f64; 9],
@@ -111,8 +105,8 @@ pub struct Imu {
 }
 
 message!(
-    /// `sensor_msgs/msg/Imu`.
-    Imu, IMU = "sensor_msgs/msg/Imu",
+    Imu,
+    IMU = "sensor_msgs/msg/Imu",
     "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n\
      geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n\
      geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n",
@@ -122,9 +116,7 @@ message!(
 /// Joints of a vehicle.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct JointState {
-    /// Time.
     pub header: Header,
-    /// Their names.
     pub name: Vec<String>,
     /// Their positions, rad or m; empty if unknown.
     pub position: Vec<f64>,
@@ -135,9 +127,10 @@ pub struct JointState {
 }
 
 message!(
-    /// `sensor_msgs/msg/JointState`.
-    JointState, JOINT_STATE = "sensor_msgs/msg/JointState",
-    "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n", [HEADER]
+    JointState,
+    JOINT_STATE = "sensor_msgs/msg/JointState",
+    "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n",
+    [HEADER]
 );
 
 /// Status of a satellite receiver.
@@ -149,7 +142,6 @@ pub struct NavSatStatus {
     pub service: u16,
 }
 
-/// `sensor_msgs/msg/NavSatStatus`.
 pub static NAV_SAT_STATUS: Definition = Definition {
     name: "sensor_msgs/msg/NavSatStatus",
     text: "int8 STATUS_NO_FIX=-1\nint8 STATUS_FIX=0\nint8 STATUS_SBAS_FIX=1\nint8 STATUS_GBAS_FIX=2\nint8 status\n\
@@ -162,7 +154,6 @@ pub static NAV_SAT_STATUS: Definition = Definition {
 pub struct NavSatFix {
     /// Time, and the frame of the antenna.
     pub header: Header,
-    /// Status of the receiver.
     pub status: NavSatStatus,
     /// Latitude, degrees north.
     pub latitude: f64,
@@ -177,8 +168,8 @@ pub struct NavSatFix {
 }
 
 message!(
-    /// `sensor_msgs/msg/NavSatFix`.
-    NavSatFix, NAV_SAT_FIX = "sensor_msgs/msg/NavSatFix",
+    NavSatFix,
+    NAV_SAT_FIX = "sensor_msgs/msg/NavSatFix",
     "std_msgs/Header header\nsensor_msgs/NavSatStatus status\nfloat64 latitude\nfloat64 longitude\nfloat64 altitude\n\
      float64[9] position_covariance\nuint8 COVARIANCE_TYPE_UNKNOWN=0\nuint8 COVARIANCE_TYPE_APPROXIMATED=1\n\
      uint8 COVARIANCE_TYPE_DIAGONAL_KNOWN=2\nuint8 COVARIANCE_TYPE_KNOWN=3\nuint8 position_covariance_type\n",
@@ -188,15 +179,11 @@ message!(
 /// A compressed image.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct CompressedImage {
-    /// Time and frame.
     pub header: Header,
-    /// Its format.
     pub format: String,
-    /// Its bytes.
     pub data: Vec<u8>,
 }
 
-/// `sensor_msgs/msg/CompressedImage`.
 pub static COMPRESSED_IMAGE: Definition = Definition {
     name: "sensor_msgs/msg/CompressedImage",
     text: "std_msgs/Header header\nstring format\nuint8[] data\n",

@@ -4,32 +4,27 @@ use crate::definition::Definition;
 use crate::time::Time;
 use serde::{Deserialize, Serialize};
 
-/// `builtin_interfaces/msg/Time`.
 pub static TIME: Definition =
     Definition { name: "builtin_interfaces/msg/Time", text: "int32 sec\nuint32 nanosec\n", parts: &[] };
 
-/// `builtin_interfaces/msg/Duration`.
 pub static DURATION: Definition =
     Definition { name: "builtin_interfaces/msg/Duration", text: "int32 sec\nuint32 nanosec\n", parts: &[] };
 
 /// Time and frame.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Header {
-    /// Time.
     pub stamp: Time,
     /// The frame of the coordinates.
     pub frame_id: String,
 }
 
 impl Header {
-    /// A header with this time and frame.
     #[must_use]
     pub fn new(stamp: Time, frame_id: &str) -> Self {
         Self { stamp, frame_id: frame_id.to_owned() }
     }
 }
 
-/// `std_msgs/msg/Header`.
 pub static HEADER: Definition = Definition {
     name: "std_msgs/msg/Header",
     text: "builtin_interfaces/Time stamp\nstring frame_id\n",
@@ -46,6 +41,5 @@ pub struct ColorRGBA {
     pub a: f32,
 }
 
-/// `std_msgs/msg/ColorRGBA`.
 pub static COLOR: Definition =
     Definition { name: "std_msgs/msg/ColorRGBA", text: "float32 r\nfloat32 g\nfloat32 b\nfloat32 a\n", parts: &[] };

@@ -7,11 +7,12 @@ use serde::{Deserialize, Serialize};
 /// Transforms between frames.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct TFMessage {
-    /// The transforms.
     pub transforms: Vec<TransformStamped>,
 }
 
 message!(
-    /// `tf2_msgs/msg/TFMessage`.
-    TFMessage, TF_MESSAGE = "tf2_msgs/msg/TFMessage", "geometry_msgs/TransformStamped[] transforms\n", [TRANSFORM_STAMPED]
+    TFMessage,
+    TF_MESSAGE = "tf2_msgs/msg/TFMessage",
+    "geometry_msgs/TransformStamped[] transforms\n",
+    [TRANSFORM_STAMPED]
 );

@@ -9,26 +9,20 @@ use serde::{Deserialize, Serialize};
 /// A class of an object with its probability.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct ObjectHypothesis {
-    /// The class.
     pub class_id: String,
-    /// Its probability.
     pub score: f64,
 }
 
-/// `vision_msgs/msg/ObjectHypothesis`.
 pub static OBJECT_HYPOTHESIS: Definition =
     Definition { name: "vision_msgs/msg/ObjectHypothesis", text: "string class_id\nfloat64 score\n", parts: &[] };
 
 /// A class of an object with the object's pose.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct ObjectHypothesisWithPose {
-    /// The class.
     pub hypothesis: ObjectHypothesis,
-    /// The pose.
     pub pose: PoseWithCovariance,
 }
 
-/// `vision_msgs/msg/ObjectHypothesisWithPose`.
 pub static OBJECT_HYPOTHESIS_WITH_POSE: Definition = Definition {
     name: "vision_msgs/msg/ObjectHypothesisWithPose",
     text: "vision_msgs/ObjectHypothesis hypothesis\ngeometry_msgs/PoseWithCovariance pose\n",
@@ -44,7 +38,6 @@ pub struct BoundingBox3D {
     pub size: Vector3,
 }
 
-/// `vision_msgs/msg/BoundingBox3D`.
 pub static BOUNDING_BOX_3D: Definition = Definition {
     name: "vision_msgs/msg/BoundingBox3D",
     text: "geometry_msgs/Pose center\ngeometry_msgs/Vector3 size\n",
@@ -54,17 +47,14 @@ pub static BOUNDING_BOX_3D: Definition = Definition {
 /// A detected object.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Detection3D {
-    /// Time and frame.
     pub header: Header,
     /// Its possible classes.
     pub results: Vec<ObjectHypothesisWithPose>,
-    /// Its bounding box.
     pub bbox: BoundingBox3D,
     /// Its name, the same from image to image.
     pub id: String,
 }
 
-/// `vision_msgs/msg/Detection3D`.
 pub static DETECTION_3D: Definition = Definition {
     name: "vision_msgs/msg/Detection3D",
     text: "std_msgs/Header header\nvision_msgs/ObjectHypothesisWithPose[] results\nvision_msgs/BoundingBox3D bbox\nstring id\n",
@@ -74,14 +64,13 @@ pub static DETECTION_3D: Definition = Definition {
 /// The detected objects at a time.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Detection3DArray {
-    /// Time and frame.
     pub header: Header,
-    /// The objects.
     pub detections: Vec<Detection3D>,
 }
 
 message!(
-    /// `vision_msgs/msg/Detection3DArray`.
-    Detection3DArray, DETECTION_3D_ARRAY = "vision_msgs/msg/Detection3DArray",
-    "std_msgs/Header header\nvision_msgs/Detection3D[] detections\n", [HEADER, DETECTION_3D]
+    Detection3DArray,
+    DETECTION_3D_ARRAY = "vision_msgs/msg/Detection3DArray",
+    "std_msgs/Header header\nvision_msgs/Detection3D[] detections\n",
+    [HEADER, DETECTION_3D]
 );

@@ -16,27 +16,22 @@ pub struct UVCoordinate {
     pub v: f32,
 }
 
-/// `visualization_msgs/msg/UVCoordinate`.
 pub static UV_COORDINATE: Definition =
     Definition { name: "visualization_msgs/msg/UVCoordinate", text: "float32 u\nfloat32 v\n", parts: &[] };
 
 /// The file of a mesh.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct MeshFile {
-    /// Its name.
     pub filename: String,
-    /// Its bytes.
     pub data: Vec<u8>,
 }
 
-/// `visualization_msgs/msg/MeshFile`.
 pub static MESH_FILE: Definition =
     Definition { name: "visualization_msgs/msg/MeshFile", text: "string filename\nuint8[] data\n", parts: &[] };
 
 /// A shape in a display of the map.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Marker {
-    /// Time and frame.
     pub header: Header,
     /// Namespace; a later marker with the same namespace and `id` replaces this one.
     pub ns: String,
@@ -47,11 +42,9 @@ pub struct Marker {
     pub shape: i32,
     /// [`Marker::ADD`] or [`Marker::DELETE_ALL`].
     pub action: i32,
-    /// Its centre.
     pub pose: Pose,
     /// Its size along its own axes, m.
     pub scale: Vector3,
-    /// Its colour.
     pub color: ColorRGBA,
     /// Duration; 0: unlimited.
     pub lifetime: Duration,
@@ -61,17 +54,14 @@ pub struct Marker {
     pub points: Vec<Point>,
     /// Colours of the vertices.
     pub colors: Vec<ColorRGBA>,
-    /// A texture.
     pub texture_resource: String,
     /// The texture as an image in the message.
     pub texture: CompressedImage,
     /// Coordinates in the texture.
     pub uv_coordinates: Vec<UVCoordinate>,
-    /// A text.
     pub text: String,
     /// A mesh by its resource.
     pub mesh_resource: String,
-    /// The mesh in the message.
     pub mesh_file: MeshFile,
     /// Whether the materials of the mesh are used.
     pub mesh_use_embedded_materials: bool,
@@ -84,11 +74,9 @@ impl Marker {
     pub const SPHERE: i32 = 2;
     /// Adds the marker, or replaces one with the same namespace and identifier.
     pub const ADD: i32 = 0;
-    /// Removes all markers.
     pub const DELETE_ALL: i32 = 3;
 }
 
-/// `visualization_msgs/msg/Marker`.
 pub static MARKER: Definition = Definition {
     name: "visualization_msgs/msg/Marker",
     text: "int32 ARROW=0\nint32 CUBE=1\nint32 SPHERE=2\nint32 CYLINDER=3\nint32 LINE_STRIP=4\nint32 LINE_LIST=5\n\
@@ -105,11 +93,12 @@ pub static MARKER: Definition = Definition {
 /// Shapes in a display of the map.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct MarkerArray {
-    /// The shapes.
     pub markers: Vec<Marker>,
 }
 
 message!(
-    /// `visualization_msgs/msg/MarkerArray`.
-    MarkerArray, MARKER_ARRAY = "visualization_msgs/msg/MarkerArray", "visualization_msgs/Marker[] markers\n", [MARKER]
+    MarkerArray,
+    MARKER_ARRAY = "visualization_msgs/msg/MarkerArray",
+    "visualization_msgs/Marker[] markers\n",
+    [MARKER]
 );

@@ -6,45 +6,26 @@ use serde::Serialize;
 pub(super) const NO_FIXES: &str = "the reference takes no fixes of the pose";
 
 /// Largest differences between filter and reference, relative unless the name has a unit.
+/// `docs/results.md` defines the keys.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Differences {
-    /// Number of compared scans.
     pub scans: usize,
-    /// Position of a candidate after a prediction, m.
     pub predicted_position_m: f64,
-    /// Heading of a candidate after a prediction, rad.
     pub predicted_heading_rad: f64,
-    /// Time since the last scan after a prediction, s: moving features are predicted over it.
     pub waited_s: f64,
-    /// ln L of a candidate, relative to its magnitude or to 1, whichever is greater: near ln L = 0 this is the relative
-    /// difference of L.
     pub ln_likelihood: f64,
-    /// Weight of a particle.
     pub particle_weight: f64,
-    /// Weight of a component; here and below, of static and moving ones.
     pub component_weight: f64,
-    /// Mean of a component: distance divided by the distance from the origin; of a moving one also the velocity, likewise.
     pub mean: f64,
-    /// Covariance of a component: Frobenius norm of the difference divided by that of the covariance.
     pub covariance: f64,
-    /// N̂ of the static or the moving part of a map.
     pub mass: f64,
-    /// Position of the estimated pose, m.
     pub estimated_position_m: f64,
-    /// Heading of the estimated pose, rad.
     pub estimated_heading_rad: f64,
-    /// Scans with different survivors, or in which only one of the two resampled (the reference's maps are then updated for the
-    /// filter's survivors).
     pub other_survivors: usize,
-    /// Number of compared static components.
     pub components: usize,
-    /// Number of compared moving components.
     pub moving_components: usize,
-    /// Components without a counterpart: because of rounding, one of the two pruned or merged them.
     pub unmatched: usize,
-    /// Greatest share of the mass in such components, of the static or moving part of a map.
     pub unmatched_mass: f64,
-    /// Scans in which the filter reported a lack of capacity; differences are expected there.
     pub capacity_events: usize,
 }
 

@@ -11,57 +11,33 @@ use scphd_reference::joint::{Joint, Models, State};
 use serde::Serialize;
 
 /// Largest differences between the joint filter and its reference, relative unless the name has a unit.
+/// `docs/results.md` defines the keys.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct JointDifferences {
-    /// Number of compared scans.
     pub scans: usize,
-    /// Position of the pose after a prediction, m.
     pub predicted_position_m: f64,
-    /// Heading of the pose after a prediction, rad.
     pub predicted_heading_rad: f64,
-    /// Elements of the joint covariance after a prediction, each divided by the standard deviations of its row and column.
     pub predicted_covariance: f64,
-    /// Time since the last scan after a prediction, s.
     pub waited_s: f64,
-    /// Log likelihood of a scan, relative to its magnitude or to 1, whichever is greater.
     pub ln_evidence: f64,
-    /// Mean squared innovation of a scan.
     pub innovation: f64,
-    /// Position of the estimated pose, m.
     pub estimated_position_m: f64,
-    /// Heading of the estimated pose, rad.
     pub estimated_heading_rad: f64,
-    /// Mean of a feature: distance divided by the distance from the origin or 1 m, whichever is greater.
     pub mean: f64,
-    /// Covariance of the pose; here and below, elements divided by the standard deviations of their row and column.
     pub pose_covariance: f64,
-    /// Covariance of a feature.
     pub feature_covariance: f64,
-    /// Covariance of a feature and the pose, or of two features.
     pub cross_covariance: f64,
-    /// Existence probability of a feature, visible or occluded: absolute difference.
     pub existence: f64,
-    /// Number of detections of a feature: absolute difference.
     pub detections: f64,
-    /// Existence probability of a moving-object track: absolute difference.
     pub mover_weight: f64,
-    /// Position and velocity of a moving-object track, each compared as the mean of a feature.
     pub mover_mean: f64,
-    /// Covariance of a moving-object track.
     pub mover_covariance: f64,
-    /// Number of compared features.
     pub features: usize,
-    /// Number of compared moving-object tracks.
     pub movers: usize,
-    /// Features and tracks without a counterpart: because of rounding, only one of the two initiated, merged or dropped them.
     pub unmatched: usize,
-    /// Scans with a different number of features in view, or of measurements without an inverse.
     pub other_views: usize,
-    /// Scans in which the filter lacked capacity.
     pub capacity_events: usize,
-    /// Position of the estimated pose, m, compared with the reference that runs independently.
     pub own_way_position_m: f64,
-    /// The same for the heading, rad.
     pub own_way_heading_rad: f64,
 }
 
@@ -243,7 +219,6 @@ fn movers(ours: &State, theirs: &State, dimension: usize, differences: &mut Join
     differences.unmatched += theirs.movers.len() - (differences.movers - before);
 }
 
-/// Differences after a scan.
 fn differences(ours: &State, theirs: &State, dimension: usize) -> JointDifferences {
     let (estimated_position_m, estimated_heading_rad) = apart(ours, theirs, dimension);
     let mut differences = JointDifferences { estimated_position_m, estimated_heading_rad, ..Default::default() };

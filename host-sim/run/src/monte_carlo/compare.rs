@@ -8,7 +8,6 @@ use std::fmt;
 /// Comparison of two filters, run by run; only runs in which both have the figure count.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
-    /// The filter.
     pub filter: String,
     /// The filter that it is compared with.
     pub against: String,
@@ -21,7 +20,6 @@ pub struct Comparison {
 /// One figure of two filters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Versus {
-    /// Number of runs with the figure.
     pub runs: usize,
     /// Number of runs in which the filter's figure is smaller.
     pub better: usize,

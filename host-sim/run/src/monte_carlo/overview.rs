@@ -16,44 +16,26 @@ use std::path::Path;
 ///
 /// Means are over runs and scans: first over the scans of a run, then over the runs. The map error is OSPA of order 1
 /// and cut-off 10 m at every scan, moving features included. Moving figures are over all runs together.
+/// `docs/results.md` defines the keys.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Overview {
-    /// Name of the scenario, or of the logs.
     pub scenario: String,
-    /// Name of the filter.
     pub filter: String,
-    /// Number of runs.
     pub runs: usize,
-    /// Particles N.
     pub particles: u64,
-    /// Samples M.
     pub samples: u64,
-    /// Mean distance of the estimated to the true position, m.
     pub position_error_mean_m: Option<f64>,
-    /// The same at the last scan.
     pub position_error_final_m: Option<f64>,
-    /// Mean size of the heading error, degrees.
     pub heading_error_mean_deg: Option<f64>,
-    /// Mean distance of dead reckoning to the true position, m.
     pub dead_reckoning_error_mean_m: Option<f64>,
-    /// The same at the last scan.
     pub dead_reckoning_error_final_m: Option<f64>,
-    /// Mean map error over the first third of the scans, m.
     pub ospa_first_third_m: Option<f64>,
-    /// Mean map error over the last third of the scans, m.
     pub ospa_last_third_m: Option<f64>,
-    /// Share of the intervals of ten scans or more with a moving landmark in view in which it was found within the first ten
-    /// scans.
     pub moving_hit_rate: Option<f64>,
-    /// Median distance of a moving landmark from its estimate, m.
     pub moving_position_error_median_m: Option<f64>,
-    /// Number of estimated moving features a scan without a moving landmark in view.
     pub false_moving_tracks_per_scan: Option<f64>,
-    /// Mean NEES of the position divided by its dimension: 1 for a consistent filter.
     pub nees_mean: Option<f64>,
-    /// Share of the scans at which its mean over the runs is within the 95 % bounds of χ² for this number of independent runs.
     pub nees_within_95: Option<f64>,
-    /// Mean wall time of a scan step, µs.
     pub scan_us_mean: Option<f64>,
 }
 

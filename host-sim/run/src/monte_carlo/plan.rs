@@ -7,7 +7,6 @@ use std::str::FromStr;
 /// Definition of a study, before any run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
-    /// Format of the file.
     pub format: Format,
     /// Name of the scenario, or of the logs.
     pub scenario: String,
@@ -33,9 +32,7 @@ pub struct Job {
     pub run: usize,
     /// Number of the input set, from 0.
     pub input: usize,
-    /// Seed of the scenario.
     pub scenario_seed: u64,
-    /// Seed of the filter.
     pub filter_seed: u64,
 }
 
@@ -61,7 +58,6 @@ impl FromStr for Shard {
 }
 
 impl Plan {
-    /// The run with this number.
     #[must_use]
     pub fn job(&self, run: usize) -> Job {
         let input = run / (self.runs / self.input_sets.max(1)).max(1);

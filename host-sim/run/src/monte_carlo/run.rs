@@ -91,7 +91,6 @@ pub struct Series {
 }
 
 impl Series {
-    /// The curves of a run's scans.
     #[must_use]
     pub fn of<D: Dimensions>(scans: &[ScanRecord<D>]) -> Self {
         let start_s = scans.first().map_or(0.0, |scan| scan.t_s);
@@ -101,7 +100,6 @@ impl Series {
         }
     }
 
-    /// One curve.
     #[must_use]
     pub fn curve(&self, curve: Curve) -> &[Option<f64>] {
         &self.values[curve as usize]
@@ -109,33 +107,22 @@ impl Series {
 }
 
 /// The result of a run.
+/// `docs/results.md` defines the keys.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunResult {
-    /// Number of the run in its study.
     pub run: usize,
-    /// Name of the log.
     pub log: String,
-    /// Name of the filter.
     pub filter: String,
-    /// Seed of the scenario; not used for a log.
     pub scenario_seed: u64,
-    /// Seed of the filter.
     pub filter_seed: u64,
-    /// Particles N.
     pub particles: u64,
-    /// Samples M.
     pub samples: u64,
-    /// Errors over time.
     pub series: Series,
-    /// NEES of the position divided by its dimension, for every scan, if known.
     #[serde(default)]
     pub nees: Vec<Option<f64>>,
-    /// Dimensions of a position.
     #[serde(default)]
     pub dimension: usize,
-    /// Score of the moving landmarks, if the log has them.
     pub moving: Option<MovingScore>,
-    /// Mean wall time of a scan step, µs.
     pub scan_us_mean: Option<f64>,
 }
 

@@ -18,36 +18,16 @@ pub struct Study {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MergeError {
-    /// There are no parts.
     #[error("no study")]
     Nothing,
-    /// A part has another plan than the first.
     #[error("part {0} is of another study")]
     Other(usize),
-    /// A run is in two parts.
     #[error("run {run} by {filter} is there twice")]
-    Twice {
-        /// Number of the run.
-        run: usize,
-        /// Its filter.
-        filter: String,
-    },
-    /// A run is not in the plan.
+    Twice { run: usize, filter: String },
     #[error("run {run} by {filter} is not of the study")]
-    Stray {
-        /// Number of the run.
-        run: usize,
-        /// Its filter.
-        filter: String,
-    },
-    /// A run is missing in all parts.
+    Stray { run: usize, filter: String },
     #[error("run {run} by {filter} is missing")]
-    Missing {
-        /// Number of the run.
-        run: usize,
-        /// Its filter.
-        filter: String,
-    },
+    Missing { run: usize, filter: String },
 }
 
 impl Study {

@@ -26,7 +26,6 @@ use toml::{Table, Value};
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Variant {
-    /// Name in tables.
     pub name: String,
     /// The filter of the variant; all requested filters if absent.
     pub filter: Option<String>,

@@ -12,13 +12,10 @@ use std::path::Path;
 pub struct WorldRun {
     /// Name of the world, with its seed.
     pub world: String,
-    /// Name of the filter.
     pub filter: String,
     /// Settings of the run: runs with other settings are not compared with it.
     pub settings: String,
-    /// Root mean square distance to the true position, m.
     pub position_rmse_m: f64,
-    /// The same of dead reckoning, m.
     pub dead_reckoning_rmse_m: f64,
     /// Median over the scans of the NEES of the position divided by its dimension, where P is not singular.
     pub nees_median: Option<f64>,
@@ -43,36 +40,22 @@ impl WorldRun {
 }
 
 /// Figures of a filter over all worlds, compared with a reference filter (the yardstick).
+/// `docs/results.md` defines the keys.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Standing {
-    /// Format of the keys.
     pub format: Format,
-    /// The filter.
     pub filter: String,
-    /// The filter that it is compared with.
     pub yardstick: String,
-    /// Number of worlds in which both ran.
     pub worlds: usize,
-    /// Median of its RMSE divided by the yardstick's.
     pub ratio_median: f64,
-    /// The 90 % quantile of this ratio.
     pub ratio_percentile_90: f64,
-    /// Share of the worlds with less error than the yardstick.
     pub better_share: f64,
-    /// Share of the worlds with a ratio above 1.5.
     pub above_one_and_a_half_share: f64,
-    /// Share of the worlds with a ratio above 3.
     pub above_three_share: f64,
-    /// Number of worlds in which its RMSE is greater than that of dead reckoning.
     pub above_dead_reckoning: usize,
-    /// Median of its RMSE divided by that of dead reckoning.
     pub dead_reckoning_ratio_median: f64,
-    /// Median of its RMSE, m.
     pub rmse_median_m: f64,
-    /// Median over the worlds of the median NEES divided by the dimension.
     pub nees_median: Option<f64>,
-    /// Share of the worlds in which the median NEES divided by the dimension is between 0.15 and 2; for a consistent filter it is
-    /// 0.69 in the plane and 0.79 in space.
     pub consistent_share: f64,
 }
 

@@ -14,12 +14,10 @@ pub(super) const BIRTHS: &[&str] = &["filter.birth_intensity", "moving.birth_int
 pub struct Change {
     /// `section.field`.
     pub field: &'static str,
-    /// Its new value.
     pub value: Value,
 }
 
 impl Change {
-    /// A change to a number.
     #[must_use]
     pub fn new(field: &'static str, value: f64) -> Self {
         Self { field, value: Value::Float(value) }
@@ -50,22 +48,17 @@ pub struct Said {
 /// Fields that are proposed together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Group {
-    /// The vehicle's noise.
     Odometry,
-    /// The sensor's noise.
     Noise,
     /// p_D.
     Detection,
     /// λ, and births in proportion.
     Clutter,
-    /// Noise, detection and clutter of the sensor.
     Sensor,
-    /// All of them.
     Together,
 }
 
 impl Group {
-    /// Name in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -63,7 +63,6 @@ pub struct Clutter {
 }
 
 impl Clutter {
-    /// Adds a scan with this number of detections.
     pub fn scan(&mut self, detections: usize) {
         self.scans += 1;
         self.measurements += detections;
@@ -74,12 +73,10 @@ impl Clutter {
         self.unexplained = Some(unexplained);
     }
 
-    /// Number of detections.
     pub fn measurements(&self) -> usize {
         self.measurements
     }
 
-    /// Number of unexplained detections a scan.
     pub fn per_scan(&self) -> Option<f64> {
         Some(self.unexplained? as f64 / self.scans as f64)
     }

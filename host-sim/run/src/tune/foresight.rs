@@ -29,7 +29,6 @@ const MOST_PLACES: usize = 60_000;
 /// The position of a measurement from the predicted pose, and its covariance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sighting<P> {
-    /// Position, m.
     pub place: P,
     /// R*, m².
     pub covariance: DMatrix<f64>,
@@ -38,7 +37,6 @@ pub struct Sighting<P> {
 /// The measurements of one scan in a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Look<P> {
-    /// Time, s.
     pub t_s: f64,
     /// The measurements from the pose before the scan.
     pub predicted: Vec<Sighting<P>>,

@@ -78,7 +78,6 @@ impl<S: serde::Serialize + serde::de::DeserializeOwned> Gathered<S> {
         self.said.push(said);
     }
 
-    /// The present value of a field.
     fn now(&self, field: &str) -> f64 {
         size_of(&self.settings, field).unwrap_or(0.0)
     }

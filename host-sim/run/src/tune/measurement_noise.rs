@@ -54,7 +54,6 @@ impl MeasurementNoise {
         (freedoms > 1.0).then(|| (sum(&self.squares) / freedoms).sqrt())
     }
 
-    /// Number of innovations.
     pub fn residuals(&self) -> usize {
         self.residuals
     }

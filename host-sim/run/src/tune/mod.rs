@@ -45,16 +45,12 @@ pub struct Tuned<S> {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TuneError {
-    /// One of the two parts of the log is empty.
     #[error("there must be scans to learn from and others to judge by")]
     EmptyPart,
-    /// The measurements do not fit the models of a filter.
     #[error("{0}")]
     Unfit(String),
-    /// The filter refuses the present settings or a step.
     #[error(transparent)]
     Session(#[from] SessionError),
-    /// Threads cannot be started.
     #[error("cannot start threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
@@ -97,7 +93,6 @@ pub fn tune<K: Learn>(
     Ok(Tuned { said, outcome })
 }
 
-/// Greatest number of runs of [`tune`].
 #[must_use]
 pub fn most_runs(plan: &Plan) -> usize {
     plan.rounds + search::most_runs(candidates::MOST, plan.effort.runs as usize)

@@ -15,14 +15,12 @@ pub struct OdometryNoise {
 }
 
 impl OdometryNoise {
-    /// Adds the variances of a prediction.
     pub fn predict(&mut self, added: Added) {
         self.added.along += added.along;
         self.added.turned[0] += added.turned[0];
         self.added.turned[1] += added.turned[1];
     }
 
-    /// Adds the correction of a scan.
     pub fn correct<D: Dimensions>(&mut self, before: &D::Pose, after: &D::Pose) {
         let (sin, cos) = D::heading(before).sin_cos();
         let moved = |k: usize| after.as_ref()[k] - before.as_ref()[k];
@@ -40,7 +38,6 @@ impl OdometryNoise {
         [first, (by_second > 0.0).then(|| rest / by_second)].map(|squared| squared.map(f64::sqrt))
     }
 
-    /// Number of corrections.
     pub fn corrections(&self) -> usize {
         self.corrections
     }

@@ -10,19 +10,11 @@ use scphd_score::record::MapFeature;
 /// One step of a run.
 pub(super) enum Step<'a, K: Kind> {
     /// A motion that the filter did not reject.
-    Moved {
-        /// Index of the next scan.
-        scan: usize,
-        /// The control.
-        control: &'a K::Control,
-        /// Its duration, s.
-        dt_s: f64,
-    },
+    Moved { scan: usize, control: &'a K::Control, dt_s: f64 },
     /// A processed scan.
     Seen {
         /// Its index in the log.
         scan: usize,
-        /// The scan.
         taken: &'a Scan<K>,
         /// The pose before, and its covariance.
         before: (K::Pose, Covariance<K::Pose>),

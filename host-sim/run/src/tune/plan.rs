@@ -13,6 +13,5 @@ pub struct Plan {
     pub learn: Range<usize>,
     /// Number of runs over them; each uses the results of the one before.
     pub rounds: usize,
-    /// The effort of the search.
     pub effort: Effort,
 }

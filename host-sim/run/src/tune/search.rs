@@ -108,11 +108,9 @@ impl Gain {
 /// A candidate and its result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tried {
-    /// The candidate.
     pub candidate: Candidate,
     /// Its gain over the present settings; `None` if the filter fails with it, or the settings are out of range.
     pub gain: Option<Gain>,
-    /// Its runs.
     pub runs: Vec<Foreseen>,
     /// Whether the gain is clear with all seeds.
     pub wins: bool,
@@ -161,7 +159,6 @@ pub struct Effort {
     pub seed: u64,
     /// Number of runs of each candidate, and of the best one to confirm it.
     pub runs: u64,
-    /// Number of parallel runs.
     pub jobs: usize,
 }
 
@@ -246,7 +243,6 @@ where
     Ok(outcome)
 }
 
-/// Greatest number of runs of [`search`].
 pub(super) fn most_runs(candidates: usize, runs: usize) -> usize {
     1 + candidates + (1 + SHORTLIST) * (runs - 1) + 2 * runs
 }

@@ -32,98 +32,49 @@ impl<'de> Deserialize<'de> for Format {
 /// Serialised with exactly these keys in this order. Values that are unknown or not finite become `null`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
-    /// Format of the keys.
     pub format: Format,
-    /// Name of the log.
     pub log: String,
-    /// Name of the filter: `scphd`, `reference` …
     pub filter: String,
-    /// Number type of the filter: `f32` or `f64`.
     pub precision: String,
-    /// Number of particles N.
     pub particles: u64,
-    /// Seed of the random numbers.
     pub seed: u64,
-    /// Number of scans processed.
     pub scans: u64,
-    /// Root mean square of the position error over the scans with truth, m.
     pub position_rmse_m: Option<f64>,
-    /// The same after the rotation about the vertical and the shift of the whole trajectory that minimise it, m.
     pub position_rmse_aligned_m: Option<f64>,
-    /// Root mean square of the error of the heading, in space the yaw, over the scans with truth, degrees.
     pub heading_rmse_deg: Option<f64>,
-    /// Root mean square of the position error of dead reckoning, m.
     pub dead_reckoning_rmse_m: Option<f64>,
-    /// Position error at the last scan with truth, m.
     pub final_position_error_m: Option<f64>,
-    /// OSPA distance of the final static map to all static landmarks of the log that it [should
-    /// have](crate::final_map), in view or not, m.
     pub ospa_m: Option<f64>,
-    /// Part of the OSPA distance that is due to misplaced features, m.
     pub ospa_localization_m: Option<f64>,
-    /// Part of the OSPA distance that is due to a wrong number of features, m.
     pub ospa_cardinality_m: Option<f64>,
-    /// GOSPA distance of the final static map to the same landmarks, m.
     pub gospa_m: Option<f64>,
-    /// OSPA distance of the final static map to the landmarks among these that have been in view, m.
     pub ospa_seen_m: Option<f64>,
-    /// GOSPA distance of the final static map to those that have been in view, m.
     pub gospa_seen_m: Option<f64>,
-    /// N̂, mass of the final static map.
     pub features_estimated: Option<f64>,
-    /// Mean wall time of the scan step, µs.
     pub scan_us_mean: Option<f64>,
-    /// 99 % quantile of the wall time of the scan step, µs.
     pub scan_us_p99: Option<f64>,
-    /// Size of the filter's whole state, bytes; `None` if it is not fixed.
     pub state_bytes: Option<u64>,
-    /// Digest of the final state, serialised as `0x` and 16 hexadecimal digits; the reference has none.
     #[serde(serialize_with = "hexadecimal")]
     pub digest: Option<u64>,
-    /// Share of the intervals of ten scans or more with a moving landmark in view in which it was found within the first ten
-    /// scans.
     pub moving_hit_rate: Option<f64>,
-    /// Share of the scans after those ten in which it was found.
     pub moving_settled_rate: Option<f64>,
-    /// Median distance of a moving landmark from its matched estimate, m.
     pub moving_position_error_median_m: Option<f64>,
-    /// Number of estimated moving features a scan without a moving landmark in view.
     pub false_moving_tracks_per_scan: Option<f64>,
-    /// Static landmarks with a feature of the final map within 0.5 m, after alignment of the map by a rotation about the vertical
-    /// and a shift.
     pub static_features_matched: Option<u64>,
-    /// Features of the final map without a landmark.
     pub static_features_false: Option<u64>,
-    /// Median distance of the matched features, m.
     pub static_position_error_median_m: Option<f64>,
-    /// Log likelihood of all scans under the filter's models, up to a constant of the log.
     pub ln_evidence: Option<f64>,
-    /// Squared innovations divided by their expected value (NIS divided by the measurement's dimension), mean over the scans with
-    /// detections: 1 if noise and map are as the filter assumes.
     pub nis_mean: Option<f64>,
-    /// Share of the scans with detections whose squared innovations are within the two-sided 95 % bounds of χ². The filter
-    /// reports only their mean; their number is taken as that of the measurements, or of the features in view if that is less.
     pub nis_within_95: Option<f64>,
-    /// Squared position errors relative to the filter's covariance (NEES divided by the dimension of the position), median over
-    /// the scans with truth: 0.7 in the plane and 0.8 in space for a consistent filter.
     pub nees_median: Option<f64>,
-    /// Share of the scans with truth whose squared position error is within the two-sided 95 % bounds of χ².
     pub nees_within_95: Option<f64>,
-    /// NEES of the position divided by its dimension at the last scan with truth.
     pub nees_final: Option<f64>,
-    /// As `nees_median`, for position and heading together.
     pub nees_pose_median: Option<f64>,
-    /// As `nees_within_95`, for position and heading together.
     pub nees_pose_within_95: Option<f64>,
-    /// Whether the position RMSE is greater than that of dead reckoning; `None` without truth.
     pub worse_than_dead_reckoning: Option<bool>,
-    /// Number of fixes given to the filter.
     pub fixes: u64,
-    /// Number of fixes left out because they were outside the gate.
     pub fixes_left_out: u64,
-    /// Number of relocations of the filter by fixes that it had left out.
     pub fix_relocations: u64,
-    /// All settings of the run, by section and name as in a settings file.
     pub settings: Value,
 }
 

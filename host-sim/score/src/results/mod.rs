@@ -10,28 +10,10 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
-    /// The file system refuses.
     #[error("cannot write {}: {source}", path.display())]
-    Io {
-        /// The file to be written.
-        path: PathBuf,
-        /// The error of the system.
-        source: io::Error,
-    },
-    /// A row cannot be converted to CSV.
+    Io { path: PathBuf, source: io::Error },
     #[error("cannot put a row of {}: {source}", path.display())]
-    Csv {
-        /// The file to be written.
-        path: PathBuf,
-        /// The error of the CSV writer.
-        source: ::csv::Error,
-    },
-    /// A summary cannot be converted to JSON.
+    Csv { path: PathBuf, source: ::csv::Error },
     #[error("cannot put {} as JSON: {source}", path.display())]
-    Json {
-        /// The file to be written.
-        path: PathBuf,
-        /// The error of the serialiser.
-        source: serde_json::Error,
-    },
+    Json { path: PathBuf, source: serde_json::Error },
 }

@@ -16,7 +16,6 @@ use std::f64::consts::PI;
 pub const BANDWIDTH_M: f64 = 0.05;
 /// Number of points of a curve.
 const POINTS: usize = 600;
-/// Height of a frame, px.
 const HEIGHT_PX: f64 = 360.0;
 
 /// The update that is shown, and the number of particles.

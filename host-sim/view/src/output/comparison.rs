@@ -14,9 +14,7 @@ use std::path::Path;
 /// The differences over one log in one precision, with their conditions. Serialised as one object.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Compared<D = Differences> {
-    /// The format of the keys.
     pub format: Format,
-    /// Name of the log.
     pub log: String,
     /// Number type of the filter: `f32` or `f64`.
     pub precision: String,
@@ -24,7 +22,6 @@ pub struct Compared<D = Differences> {
     pub particles: usize,
     /// Samples M of every particle.
     pub samples: usize,
-    /// Seed of the random numbers.
     pub seed: u64,
     /// The largest differences of all scans.
     #[serde(flatten)]
@@ -64,7 +61,6 @@ impl Fields for JointDifferences {
     }
 }
 
-/// The fields of [`Differences`] in order.
 const FIELDS: [Field<Differences>; 18] = [
     ("scans", "scans", |d| count(d.scans)),
     ("predicted_position_m", "predicted position (m)", |d| power(d.predicted_position_m)),
@@ -86,7 +82,6 @@ const FIELDS: [Field<Differences>; 18] = [
     ("capacity_events", "scans short of room", |d| count(d.capacity_events)),
 ];
 
-/// The fields of [`JointDifferences`] in order.
 const JOINT_FIELDS: [Field<JointDifferences>; 25] = [
     ("scans", "scans", |d| count(d.scans)),
     ("predicted_position_m", "predicted position (m)", |d| power(d.predicted_position_m)),

@@ -55,12 +55,10 @@ pub(crate) struct Columns<R>(Vec<Column<R>>);
 type Column<R> = (String, Box<dyn Fn(&R) -> Cell>);
 
 impl<R> Columns<R> {
-    /// No columns.
     pub(crate) fn new() -> Self {
         Self(Vec::new())
     }
 
-    /// Adds a column.
     pub(crate) fn with<C: Into<Cell>>(mut self, name: impl Into<String>, cell: impl Fn(&R) -> C + 'static) -> Self {
         self.0.push((name.into(), Box::new(move |row| cell(row).into())));
         self
@@ -104,7 +102,6 @@ impl<R> Columns<R> {
     }
 }
 
-/// The square of a unit.
 fn squared(unit: &str) -> String {
     match unit.strip_suffix("ps") {
         Some(unit) => format!("{unit}2ps2"),

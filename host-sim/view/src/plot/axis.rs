@@ -39,12 +39,10 @@ impl Interval {
         ends.and_then(|(low, high)| Self::new(low, high))
     }
 
-    /// Lower end.
     pub fn low(self) -> f64 {
         self.low
     }
 
-    /// Upper end.
     pub fn high(self) -> f64 {
         self.high
     }

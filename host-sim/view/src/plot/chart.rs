@@ -8,9 +8,7 @@ use std::fmt;
 pub struct Colour(pub u8, pub u8, pub u8);
 
 impl Colour {
-    /// The truth.
     pub const TRUTH: Self = Self(0, 0, 0);
-    /// Dead reckoning.
     pub const DEAD_RECKONING: Self = Self(214, 39, 40);
     /// Secondary data.
     pub const GREY: Self = Self(130, 130, 130);
@@ -54,14 +52,7 @@ pub struct Gaussian {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
     /// A curve through points (x, y).
-    Line {
-        /// The points.
-        points: Vec<[f64; 2]>,
-        /// Width of the stroke, px.
-        width_px: f64,
-        /// Whether the line is dashed.
-        dashed: bool,
-    },
+    Line { points: Vec<[f64; 2]>, width_px: f64, dashed: bool },
     /// The area between two curves: x, lower y, upper y.
     Band(Vec<[f64; 3]>),
     /// Crosses at points (x, y).
@@ -79,7 +70,6 @@ pub enum Shape {
 pub struct Mark {
     /// Its name in the legend; empty: not in the legend.
     pub label: String,
-    /// Its colour.
     pub colour: Colour,
     /// Its shape and data.
     pub shape: Shape,
@@ -103,17 +93,14 @@ impl Mark {
         Self::new(label, colour, Shape::Band(rows))
     }
 
-    /// Crosses.
     pub fn crosses(label: impl Into<String>, colour: Colour, points: Vec<[f64; 2]>) -> Self {
         Self::new(label, colour, Shape::Crosses(points))
     }
 
-    /// Small dots.
     pub fn dots(label: impl Into<String>, colour: Colour, points: Vec<[f64; 2]>) -> Self {
         Self::new(label, colour, Shape::Dots(points))
     }
 
-    /// Rings.
     pub fn rings(label: impl Into<String>, colour: Colour, points: Vec<[f64; 2]>) -> Self {
         Self::new(label, colour, Shape::Rings(points))
     }
@@ -167,12 +154,10 @@ pub struct Chart {
     pub y: Option<Interval>,
     /// Whether the scales of x and y are equal; the limits are then extended as needed.
     pub equal_scale: bool,
-    /// The series.
     pub marks: Vec<Mark>,
 }
 
 impl Chart {
-    /// Whether any mark has data.
     pub fn has_data(&self) -> bool {
         self.marks.iter().any(|mark| !mark.extent().is_empty())
     }

@@ -11,7 +11,6 @@ use svg::node::element::{Circle, ClipPath, Ellipse, Group, Line, Path, Rectangle
 pub const TICK_SIZE_PX: f64 = 15.0;
 /// Size of the names of axes and in the legend, px.
 pub const LABEL_SIZE_PX: f64 = 17.0;
-/// Height of one row of a legend, px.
 const LEGEND_ROW_PX: f64 = 26.0;
 /// Length of the sample of a mark in the legend, px.
 const SAMPLE_PX: f64 = 34.0;
@@ -33,7 +32,6 @@ const CROSS_PX: f64 = 5.5;
 const DOT_PX: f64 = 2.6;
 /// Colour of the frame, the ticks and the text.
 const INK: Colour = Colour(45, 45, 45);
-/// Colour of the grid.
 const GRID: Colour = Colour(228, 228, 228);
 
 /// Position of a text relative to its point.
@@ -82,7 +80,6 @@ impl<'a> Panel<'a> {
         Self { chart, x, y, frame }
     }
 
-    /// The pixel of a point.
     pub fn pixel(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [
             self.frame.left + (x - self.x.low()) * self.pixels_per_unit()[0],
@@ -90,7 +87,6 @@ impl<'a> Panel<'a> {
         ]
     }
 
-    /// Pixels for a unit along x and along y.
     pub fn pixels_per_unit(&self) -> [f64; 2] {
         [self.frame.width() / self.x.span(), self.frame.height() / self.y.span()]
     }
@@ -178,7 +174,6 @@ impl<'a> Panel<'a> {
         group
     }
 
-    /// One series.
     fn mark(&self, mark: &Mark) -> Group {
         match &mark.shape {
             Shape::Line { points, width_px, dashed } => self.line(mark.colour, points, *width_px, *dashed),

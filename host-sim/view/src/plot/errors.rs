@@ -169,7 +169,6 @@ fn features_chart<D: Dimensions>(runs: &[(&str, &Record<D>)], start_s: f64) -> C
     Chart { y_label: "features N̂".into(), marks, ..Chart::default() }
 }
 
-/// Effective number of particles over time.
 fn particles_chart<D: Dimensions>(runs: &[(&str, &Record<D>)], start_s: f64) -> Chart {
     Chart { y_label: "N_eff".into(), marks: counts(runs, start_s, |scan| scan.n_eff), ..Chart::default() }
 }

@@ -11,9 +11,7 @@ use std::path::{Path, PathBuf};
 use svg::Document;
 use svg::node::element::Rectangle;
 
-/// Width of every figure, px.
 pub const WIDTH_PX: f64 = 1200.0;
-/// Size of the title, px.
 const TITLE_SIZE_PX: f64 = 22.0;
 /// Space above the first chart, with the title, px.
 const HEAD_PX: f64 = 52.0;
@@ -22,17 +20,14 @@ const RIGHT_PX: f64 = 36.0;
 /// Space below the last chart, px.
 const FOOT_PX: f64 = 16.0;
 
-/// A figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// Title at the top.
     pub title: String,
     /// The charts from top to bottom with the heights of their frames, px.
     pub charts: Vec<(Chart, f64)>,
 }
 
 impl Figure {
-    /// The figure as an SVG document.
     pub fn svg(&self) -> String {
         let left = self.left();
         let right = WIDTH_PX - RIGHT_PX;

@@ -23,7 +23,6 @@ fn glyphs<'t>(face: &'t Face<'_>, text: &'t str) -> (Vec<(GlyphId, f64)>, f64) {
     (glyphs.collect(), width)
 }
 
-/// Width of a line of text, px.
 pub fn text_width(text: &str, size_px: f64) -> f64 {
     face().map_or(0.0, |face| glyphs(face, text).1 * scale(face, size_px))
 }

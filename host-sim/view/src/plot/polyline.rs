@@ -9,23 +9,17 @@ const RESOLUTION_PX: f64 = 0.25;
 /// An axis-parallel rectangle in pixels, y down.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rect {
-    /// Left edge, px.
     pub left: f64,
-    /// Upper edge, px.
     pub top: f64,
-    /// Right edge, px.
     pub right: f64,
-    /// Lower edge, px.
     pub bottom: f64,
 }
 
 impl Rect {
-    /// Width, px.
     pub fn width(self) -> f64 {
         self.right - self.left
     }
 
-    /// Height, px.
     pub fn height(self) -> f64 {
         self.bottom - self.top
     }

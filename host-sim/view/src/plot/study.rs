@@ -5,7 +5,6 @@ use super::chart::{Chart, Colour, Mark};
 use super::figure::Figure;
 use scphd_run::monte_carlo::{Band, Curve, RunResult, Study, band};
 
-/// Height of a frame, px.
 const HEIGHT_PX: f64 = 300.0;
 
 /// The figure of a study: position and heading error, and the map error with both cut-offs.

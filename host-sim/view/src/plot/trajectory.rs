@@ -25,9 +25,7 @@ pub(crate) const BREAK: [f64; 2] = [f64::NAN, f64::NAN];
 /// Parts of a chart besides the truth.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Parts {
-    /// Trajectories.
     pub(crate) ways: bool,
-    /// Maps.
     pub(crate) maps: bool,
 }
 

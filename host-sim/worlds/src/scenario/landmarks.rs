@@ -5,7 +5,6 @@ use scphd_log::noise::Noise;
 /// Distribution of landmarks.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Scatter {
-    /// Number of landmarks.
     pub count: usize,
     /// Seed of the positions.
     pub seed: u64,

@@ -65,7 +65,6 @@ pub const SCENARIOS: &[(&str, &str)] = &[
 /// The scenarios with a different world for every seed.
 pub const WORLDS: [&str; 4] = ["worlds", "worlds-mounted", "worlds-moving", "worlds-exact"];
 
-/// The scenario with this name.
 #[must_use]
 pub fn by_name(name: &str, seed: u64) -> Option<Log> {
     match name {
@@ -99,7 +98,6 @@ pub struct ThesisRun {
     pub samples: usize,
     /// Resample below this N_eff / N.
     pub resample_threshold: f64,
-    /// Whether features may move.
     pub moving: bool,
     /// Number of runs with each input of a Monte Carlo study.
     pub runs_per_input: usize,

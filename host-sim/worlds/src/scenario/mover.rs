@@ -7,7 +7,6 @@ use scphd_log::log::MovingLandmark;
 pub(super) struct Mover {
     /// Centre of the circle, m.
     pub centre_m: [f64; 2],
-    /// Its radius, m.
     pub radius_m: f64,
     /// Speed, m/s; counterclockwise where positive.
     pub speed_mps: f64,
@@ -16,7 +15,6 @@ pub(super) struct Mover {
 }
 
 impl Mover {
-    /// Position at `t_s`, m.
     pub fn at(&self, t_s: f64) -> [f64; 2] {
         let angle = self.phase_rad + self.speed_mps / self.radius_m * t_s;
         [self.centre_m[0] + self.radius_m * libm::cos(angle), self.centre_m[1] + self.radius_m * libm::sin(angle)]

@@ -19,9 +19,7 @@ pub(super) struct Imperfection {
     pub steering_sigma_rad: f64,
     /// Range up to which there are detections, m.
     pub range_max_m: f64,
-    /// Standard deviation of the range, m.
     pub range_sigma_m: f64,
-    /// Standard deviation of the bearing, rad.
     pub bearing_sigma_rad: f64,
     /// p_D within the true range.
     pub detection_probability: f64,

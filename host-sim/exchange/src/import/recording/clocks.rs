@@ -42,7 +42,6 @@ pub(super) struct Pieces {
     of: Vec<(String, Vec<Option<usize>>)>,
     /// Index of the first message of each piece but the first.
     begins: Vec<usize>,
-    /// Duration of each piece, s.
     lasts_s: Vec<f64>,
     /// A sentence for every step of a clock.
     steps: Vec<String>,
@@ -64,7 +63,6 @@ impl Clocks {
         noted.place
     }
 
-    /// Number of added messages.
     pub(super) fn count(&self) -> usize {
         self.count
     }
@@ -231,7 +229,6 @@ impl Pieces {
         self.begins.partition_point(|begin| *begin <= place) == piece
     }
 
-    /// Number of pieces.
     pub(super) fn count(&self) -> usize {
         self.lasts_s.len()
     }

@@ -402,7 +402,6 @@ impl<'c> Gathered<'c> {
         Ok(Axes::OfSensor(if several { view.relative_to_pose() } else { view }))
     }
 
-    /// Whether a frame is a world frame.
     fn is_world(&self, frame: &str) -> bool {
         let Some(odometry) = self.motion.world() else { return WORLDS.contains(&frame) };
         frame == odometry
@@ -430,7 +429,6 @@ impl<'c> Gathered<'c> {
         Ok(frame.to_owned())
     }
 
-    /// The vehicle's pose in a world frame.
     fn pose_in(&self, world: &str, ns: u64) -> Option<[f64; 3]> {
         let [x, y, turn] = self.motion.pose(ns)?;
         let [east, north, more] = self.seats.world(world, self.motion.world()?, ns)?;

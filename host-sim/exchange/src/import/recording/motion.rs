@@ -21,9 +21,7 @@ pub(super) struct Motion {
 /// A message of odometry.
 #[derive(Debug, Default)]
 pub struct Moved {
-    /// Time stamp.
     pub stamp: Time,
-    /// Its data.
     pub sample: Sample,
     /// The frame of the vehicle; empty if the message does not name it.
     pub base: String,
@@ -105,7 +103,6 @@ impl Motion {
         self.rows.iter().map(|(ns, _)| *ns)
     }
 
-    /// The frame of the vehicle.
     pub(super) fn base(&self) -> &str {
         self.base.as_deref().unwrap_or(BASE)
     }
@@ -135,7 +132,6 @@ impl Motion {
         Some([from[0] + share * (to[0] - from[0]), from[1] + share * (to[1] - from[1]), turn])
     }
 
-    /// Whether the messages have poses that change.
     pub(super) fn has_poses(&self) -> bool {
         let poses: Option<Vec<_>> =
             self.rows.iter().map(|(ns, sample)| Some((*ns as f64 / 1e9, sample.pose?))).collect();

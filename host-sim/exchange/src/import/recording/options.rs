@@ -15,7 +15,6 @@ pub enum Clock {
 pub struct Options {
     /// The text of a `log.toml`, and its source.
     pub head: Option<(String, String)>,
-    /// The topic of the odometry.
     pub odometry: Option<String>,
     /// Topics of detections, each with the name of its sensor, which may be empty.
     pub detections: Vec<(String, String)>,
@@ -23,7 +22,6 @@ pub struct Options {
     pub fixes: Option<String>,
     /// The topic of the true pose, or `none`.
     pub truth: Option<String>,
-    /// The clock.
     pub clock: Clock,
     /// Whether the data before a damaged part are imported.
     pub partial: bool,

@@ -192,7 +192,6 @@ impl Fixes {
         self.found.sort_by_key(|found| found.ns);
     }
 
-    /// The fixes and their noise.
     pub(super) fn rows(mut self, seconds: &dyn Fn(u64) -> f64, known: &Known) -> Result<OfFixes, String> {
         let mut told = Vec::new();
         if self.without > 0 {
@@ -389,7 +388,6 @@ impl Laid {
         [c * x - s * y + self.shift[0], s * x + c * y + self.shift[1]]
     }
 
-    /// The median distance after alignment, m.
     fn residual(&self, pairs: &[[[f64; 2]; 2]]) -> f64 {
         let apart = pairs.iter().map(|[a, b]| {
             let [x, y] = self.place(*a);

@@ -5,14 +5,11 @@ use crate::import::ImportError;
 use scphd_ros::messages::{Detection3DArray, Point, PointCloud2, PoseArray, RadarScan};
 use scphd_ros::{Cloud, Time};
 
-/// A scan.
 #[derive(Debug)]
 pub struct Sight {
-    /// Time stamp.
     pub stamp: Time,
     /// The frame of its detections.
     pub frame: String,
-    /// Its detections.
     pub seen: Vec<Seen>,
     /// Labels of the detections, if the message has them.
     pub labels: Vec<i64>,
@@ -20,7 +17,6 @@ pub struct Sight {
     pub left_out: usize,
 }
 
-/// A detection.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Seen {
     /// A position, m.

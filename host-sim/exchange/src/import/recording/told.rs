@@ -9,7 +9,6 @@ use std::fmt::Display;
 pub struct Told<'m> {
     /// Its topic and its type.
     pub channel: &'m Channel,
-    /// Its bytes.
     pub data: &'m [u8],
     /// Time of recording, ns.
     pub log_time_ns: u64,
@@ -26,7 +25,6 @@ impl Told<'_> {
         self.channel.decode(self.data).map_err(|error| self.error(error))
     }
 
-    /// An error with the place.
     #[must_use]
     pub fn error(&self, what: impl Display) -> ImportError {
         ImportError::at(format_args!("{}, message {}", self.channel.topic, self.number), what)

@@ -20,7 +20,6 @@ pub struct Misbehaviour {
 }
 
 impl Misbehaviour {
-    /// All errors.
     pub const ALL: Self = Self {
         occlusion: true,
         hidden_spells: true,
@@ -30,7 +29,6 @@ impl Misbehaviour {
         slip: true,
         standing_clutter: true,
     };
-    /// No errors.
     pub const NONE: Self = Self {
         occlusion: false,
         hidden_spells: false,

@@ -22,7 +22,6 @@ pub(super) struct Plan {
     /// True controls, row by row.
     pub controls: Vec<[f64; 2]>,
     pub landmarks: Vec<[f64; 2]>,
-    /// Moving objects.
     pub movers: Vec<Mover>,
     pub rows_per_scan: usize,
     pub start: [f64; 3],
@@ -200,7 +199,6 @@ impl Plan {
         self.landmarks = landmarks;
     }
 
-    /// Time of a row, s.
     pub fn time(&self, row: usize) -> f64 {
         row as f64 / ROWS_PER_SECOND
     }

@@ -48,7 +48,6 @@ impl Ground {
         Self { structure: Some([radius_m, tall_m]), ..Self::relief(size_m, floor_m, 0.02 * size_m, noise) }
     }
 
-    /// A feature at a random position.
     pub fn feature(&self, noise: &mut Noise) -> Feature {
         match self.structure {
             Some([radius_m, tall_m]) if !noise.happens(ON_THE_FLOOR) => {

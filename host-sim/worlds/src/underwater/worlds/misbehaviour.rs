@@ -28,7 +28,6 @@ pub struct Misbehaviour {
 }
 
 impl Misbehaviour {
-    /// All errors.
     pub const ALL: Self = Self {
         gyroscope_bias: true,
         velocity_scale: true,
@@ -42,7 +41,6 @@ impl Misbehaviour {
         outliers: true,
         standing_clutter: true,
     };
-    /// No errors.
     pub const NONE: Self = Self {
         gyroscope_bias: false,
         velocity_scale: false,

@@ -7,7 +7,6 @@ use scphd::models::projection;
 /// A rectified pair of cameras side by side, fixed to the vehicle.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Optics {
-    /// Focal length, px.
     pub focal_px: f64,
     /// Distance of the two cameras, m.
     pub baseline_m: f64,

@@ -141,7 +141,6 @@ impl Plan {
         }
     }
 
-    /// Time of a row, s.
     pub fn time(&self, row: usize) -> f64 {
         row as f64 * self.row_s
     }
