@@ -137,19 +137,4 @@ mod tests {
         assert!((determinant(&B) - expanded(&B.map(|row| row.to_vec()))).abs() < 1e-14);
         assert_eq!(determinant(&[[0.0, 1.0], [1.0, 0.0]]), -1.0);
     }
-
-    #[test]
-    fn products_are_not_commuted() {
-        let b = [[0.0, 1.0], [0.0, 0.0]];
-        assert_eq!(product(&A, &b), [[0.0, 2.0], [0.0, -0.7]]);
-        assert_eq!(product(&b, &A), [[-0.7, 1.5], [0.0, 0.0]]);
-    }
-
-    #[test]
-    fn shapes_of_a_product() {
-        let a = [[1.0, 2.0, 3.0]];
-        assert_eq!(product(&a, &transpose(&a)), [[14.0]]);
-        assert_eq!(product(&transpose(&a), &a), outer(a[0]));
-        assert_eq!(quadratic(&outer(a[0]), [1.0, 0.0, -1.0]), 4.0);
-    }
 }

@@ -41,9 +41,7 @@ pub struct Config {
     pub remembering: Remembering,
     /// Components with less weight are not estimated features.
     pub extraction_weight: f64,
-    /// The particle likelihood.
     pub likelihood: Likelihood,
-    /// Moving features.
     pub moving: MovingConfig,
 }
 
@@ -77,9 +75,7 @@ pub struct Weighing {
 /// The result of a scan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScanOutcome {
-    /// The weighing of the candidates.
     pub weighing: Weighing,
-    /// The selection among them.
     pub selection: Selection,
 }
 

@@ -20,7 +20,6 @@ pub struct OwnDraws {
 }
 
 impl OwnDraws {
-    /// The generator with a seed.
     pub fn new(seed: u64) -> Self {
         Self { words: Xoshiro128PlusPlus::seed_from_u64(seed) }
     }

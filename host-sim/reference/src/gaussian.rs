@@ -16,7 +16,6 @@ pub struct Component<const N: usize = 2> {
     pub ln_weight: f64,
     /// Mean m: position of a static feature, m; for a moving one also its velocity, m/s.
     pub mean: [f64; N],
-    /// Covariance P.
     pub covariance: [[f64; N]; N],
 }
 
@@ -47,32 +46,5 @@ impl<const N: usize> Density<N> {
     /// ln N(residual; 0, covariance).
     pub(super) fn ln(&self, residual: [f64; N]) -> f64 {
         -0.5 * (quadratic(&self.inverse, residual) + self.ln_determinant + N as f64 * TAU.ln())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn density_integrates_to_one() {
-        let covariance = [[0.5, 0.2], [0.2, 0.3]];
-        let step = 0.05;
-        let (density, mut mass) = (Density::new(&covariance), 0.0);
-        for i in -100..100 {
-            for j in -100..100 {
-                let point = [step * f64::from(i), step * f64::from(j)];
-                mass += density.ln(point).exp() * step * step;
-            }
-        }
-        assert!((mass - 1.0).abs() < 1e-9, "mass {mass}");
-    }
-
-    #[test]
-    fn independent_parts_multiply() {
-        let (a, b) = ([[0.5, 0.2], [0.2, 0.3]], [[1.5, -0.4], [-0.4, 0.7]]);
-        let both = [[0.5, 0.0, 0.2, 0.0], [0.0, 1.5, 0.0, -0.4], [0.2, 0.0, 0.3, 0.0], [0.0, -0.4, 0.0, 0.7]];
-        let apart = Density::new(&a).ln([0.1, -0.7]) + Density::new(&b).ln([1.1, 0.3]);
-        assert!((Density::new(&both).ln([0.1, 1.1, -0.7, 0.3]) - apart).abs() < 1e-14);
     }
 }

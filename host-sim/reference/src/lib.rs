@@ -102,13 +102,10 @@ use sight::Sight;
 /// The filter: parameters and models. Its state is in [`State`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reference {
-    /// Parameters of the recursion.
     pub config: Config,
-    /// Motion of the vehicle.
     pub motion: Motion,
     /// Mounting of the sensor relative to the pose: ahead m, to the left m, turned to the left rad.
     pub mounting: [f64; 3],
-    /// Measurement model.
     pub sensor: RangeBearing,
     /// Field of view with the probability of detection.
     pub field_of_view: FieldOfView,

@@ -363,19 +363,6 @@ mod tests {
     }
 
     #[test]
-    fn a_scan_that_fits_the_map_raises_the_likelihood() {
-        let map = [feature(0.9, [5.0, 0.0])];
-        let of = |kind, z: Vector| ln_likelihood(kind, &see(&SENSOR, &map, &[], &[z]));
-        let ahead = |kind| of(kind, [5.0, 0.0]) - of(kind, [5.0, 1.5]);
-        assert!(ahead(SingleCluster) > 1.0);
-        assert!(ahead(RbEmpty) > 0.0);
-        assert!(ahead(RbSingle) > 1.0);
-        assert!(ahead(RbMulti) > 1.0);
-        // With the empty map only the mass has an effect; it increases by at most one for each measurement.
-        assert!(ahead(RbEmpty) < 1.0);
-    }
-
-    #[test]
     fn without_clutter_only_one_feature_explains_one_measurement() {
         let mut none = config();
         none.clutter_intensity = 0.0;

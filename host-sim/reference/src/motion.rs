@@ -10,7 +10,6 @@ const STRAIGHT_RAD: f64 = 1e-4;
 /// Noise on the control.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControlNoise {
-    /// Standard deviation of the speed, m/s.
     pub speed_sigma_mps: f64,
     /// Standard deviation of the second control: steering angle (rad) or turn rate (rad/s).
     pub second_sigma: f64,
@@ -33,9 +32,7 @@ impl ControlNoise {
 /// The transition π of the parent process.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
-    /// Model and geometry.
     pub vehicle: Vehicle,
-    /// Noise on the control.
     pub noise: ControlNoise,
 }
 
@@ -135,31 +132,6 @@ mod tests {
         for k in 0..3 {
             assert!((a[k] - b[k]).abs() < bound, "{a:?} against {b:?}");
         }
-    }
-
-    #[test]
-    fn sensor_keeps_its_distance_from_the_centre_of_rotation() {
-        let (a, b, wheelbase, offset) = (3.78, 0.5, 2.83, 0.76);
-        let car = motion(Vehicle::Ackermann {
-            wheelbase_m: wheelbase,
-            encoder_offset_m: offset,
-            sensor_forward_m: a,
-            sensor_left_m: b,
-        });
-        let (pose, steering, dt) = ([4.0, -1.0, 0.7], 0.3f64, 1e-6);
-        // The centre is on the line of the rear axle, a turning radius to the left.
-        let radius = wheelbase / steering.tan();
-        let (sin, cos) = f64::sin_cos(pose[2]);
-        let axle = [pose[0] - a * cos + b * sin, pose[1] - a * sin - b * cos];
-        let centre = [axle[0] - radius * sin, axle[1] + radius * cos];
-        let distance = |p: [f64; 3]| f64::hypot(p[0] - centre[0], p[1] - centre[1]);
-        let moved = car.step(pose, &[2.0, steering, 0.0], dt);
-        assert!((distance(moved) - distance(pose)).abs() < 1e-11);
-        // All points have the same turn rate; the circle of the encoder is smaller by its offset.
-        let rate = 2.0 / (radius - offset);
-        assert!(((moved[2] - pose[2]) / dt - rate).abs() < 1e-8);
-        let arc = f64::hypot(moved[0] - pose[0], moved[1] - pose[1]);
-        assert!((arc / dt - rate * distance(pose)).abs() < 1e-8);
     }
 
     #[test]

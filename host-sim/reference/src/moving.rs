@@ -43,7 +43,7 @@ fn blocks(factors: [[f64; 2]; 2]) -> [[f64; 4]; 4] {
 
 #[cfg(test)]
 mod tests {
-    use super::super::algebra::{identity, scaled};
+    use super::super::algebra::identity;
     use super::super::config::MovingConfig;
     use super::super::tests::CONFIG;
     use super::*;
@@ -58,56 +58,6 @@ mod tests {
     fn component() -> Component<4> {
         let covariance = [[0.9, 0.2, 0.3, -0.1], [0.2, 0.7, 0.05, 0.4], [0.3, 0.05, 0.8, 0.1], [-0.1, 0.4, 0.1, 1.1]];
         Component { ln_weight: 0.6f64.ln(), mean: [3.0, -2.0, 0.5, 1.5], covariance }
-    }
-
-    fn close(a: &Component<4>, b: &Component<4>, bound: f64) {
-        assert!((a.ln_weight - b.ln_weight).abs() < bound);
-        for row in 0..4 {
-            assert!((a.mean[row] - b.mean[row]).abs() < bound, "{a:?} against {b:?}");
-            for column in 0..4 {
-                let difference = (a.covariance[row][column] - b.covariance[row][column]).abs();
-                assert!(difference < bound, "{a:?} against {b:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn two_steps_equal_one_of_the_summed_time() {
-        for (first, second) in [(0.1, 0.1), (0.03, 1.7), (2.5, 0.4)] {
-            let between = predicted(&[component()], first, &config(MOVING));
-            let twice = predicted(&between, second, &config(MOVING));
-            let once = predicted(&[component()], first + second, &config(MOVING));
-            close(&twice[0], &once[0], 1e-13);
-        }
-    }
-
-    #[test]
-    fn process_noise_is_the_integral_of_white_acceleration() {
-        // Q = ∫ F(s) diag(0, q I) F(s)ᵀ ds; Simpson's rule is exact for its cubics.
-        let (density, dt) = (0.7, 1.3);
-        let mut instant = [[0.0; 4]; 4];
-        (instant[2][2], instant[3][3]) = (density, density);
-        let at = |s: f64| transformed(&transition(s), &instant);
-        let ends = sum(&at(0.0), &at(dt));
-        let integral = scaled(dt / 6.0, &sum(&ends, &scaled(4.0, &at(dt / 2.0))));
-        for (row, expected) in noise(density, dt).iter().zip(integral) {
-            for (entry, other) in row.iter().zip(expected) {
-                assert!((entry - other).abs() < 1e-15);
-            }
-        }
-    }
-
-    #[test]
-    fn a_component_moves_with_its_velocity_and_its_weight_decays() {
-        let after = predicted(&[component()], 2.0, &config(MOVING))[0];
-        assert_eq!(after.mean, [4.0, 1.0, 0.5, 1.5]);
-        assert!((after.weight() - 0.6 * (-0.1f64).exp()).abs() < 1e-15);
-        // Var(p + v dt) of the first coordinate, plus the process noise.
-        let variance = 0.9 + 2.0 * 2.0 * 0.3 + 4.0 * 0.8 + 0.7 * 8.0 / 3.0;
-        assert!((after.covariance[0][0] - variance).abs() < 1e-14);
-        let immortal = MovingConfig { lifetime_s: f64::INFINITY, ..MOVING };
-        assert_eq!(predicted(&[component()], 1e3, &config(MovingConfig { spread_max_m: 1e9, ..immortal })).len(), 1);
-        assert_eq!(predicted(&[component()], 2.0, &config(immortal))[0].ln_weight, component().ln_weight);
     }
 
     #[test]

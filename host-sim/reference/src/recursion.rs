@@ -10,14 +10,10 @@ use super::state::{Particle, State};
 
 /// A filter with `N` numbers for a static feature and `V` for a moving one.
 pub trait Recursion<const N: usize, const V: usize> {
-    /// The pose of the vehicle.
     type Pose: Copy;
-    /// The control of the vehicle.
     type Control;
-    /// A measurement of a feature.
     type Measurement;
 
-    /// Parameters of the recursion.
     fn config(&self) -> &Config;
 
     /// A sample of the transition over `dt` seconds (5.12).
@@ -46,7 +42,6 @@ pub trait Recursion<const N: usize, const V: usize> {
         measurements: &[Self::Measurement],
     ) -> (Vec<Component<N>>, Vec<Component<V>>);
 
-    /// The estimated pose.
     fn estimated(&self, state: &State<Self::Pose, N, V>) -> Self::Pose;
 
     /// Predicts over `dt` seconds (0 or more) under a control (5.11–5.13).
@@ -87,7 +82,6 @@ pub trait Recursion<const N: usize, const V: usize> {
         Weighing { n_eff: resample::effective_number(&ln_weights), ln_likelihoods, ln_weights, weights_kept }
     }
 
-    /// Selects the surviving candidates.
     fn select(&self, state: &State<Self::Pose, N, V>, weighing: &Weighing, draws: &mut dyn Draws) -> Selection {
         let threshold = self.config().resample_threshold;
         resample::select(&weighing.ln_weights, weighing.n_eff, state.particles.len(), threshold, draws)

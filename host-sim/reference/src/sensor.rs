@@ -19,11 +19,9 @@ pub trait Sensor {
 /// Range (m) and bearing (rad, 0 straight ahead, growing to the left).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RangeBearing {
-    /// Standard deviation of the range, m.
     pub range_sigma_m: f64,
     /// Standard deviation of the range divided by the range; adds in quadrature.
     pub range_sigma_ratio: f64,
-    /// Standard deviation of the bearing, rad.
     pub bearing_sigma_rad: f64,
 }
 
@@ -73,88 +71,8 @@ impl RangeBearing {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::f64::consts::PI;
 
     const SENSOR: RangeBearing = RangeBearing { range_sigma_m: 0.25, range_sigma_ratio: 0.0, bearing_sigma_rad: 0.01 };
-    const STEP: f64 = 1e-6;
-
-    /// Central differences of `function` along each coordinate, as columns.
-    fn central_differences(function: impl Fn(Vector) -> Vector, at: Vector) -> Matrix {
-        let mut jacobian = [[0.0; 2]; 2];
-        for column in 0..2 {
-            let (mut ahead, mut behind) = (at, at);
-            ahead[column] += STEP;
-            behind[column] -= STEP;
-            let (ahead, behind) = (function(ahead), function(behind));
-            for row in 0..2 {
-                jacobian[row][column] = (ahead[row] - behind[row]) / (2.0 * STEP);
-            }
-        }
-        jacobian
-    }
-
-    fn close(a: &Matrix, b: &Matrix, bound: f64) {
-        for row in 0..2 {
-            for column in 0..2 {
-                let difference = (a[row][column] - b[row][column]).abs();
-                assert!(difference < bound, "{a:?} against {b:?}");
-            }
-        }
-    }
-
-    fn grid() -> impl Iterator<Item = (Vector, [f64; 3])> {
-        // Irregular steps of ranges and angles, so that no bearing is at ±π.
-        (1..8).flat_map(|i| {
-            (-7..8).flat_map(move |j| {
-                (-3..4).map(move |k| {
-                    let measurement = [1.7 * f64::from(i), 0.41 * f64::from(j)];
-                    (measurement, [3.0, -2.0, 0.83 * f64::from(k)])
-                })
-            })
-        })
-    }
-
-    #[test]
-    fn jacobian_of_h() {
-        for (measurement, pose) in grid() {
-            let (position, _) = SENSOR.inverse(measurement, pose).expect("range above 0");
-            let (_, jacobian) = SENSOR.predicted(position, pose).expect("in front");
-            let numeric = central_differences(|m| range_bearing(m, pose), position);
-            close(&jacobian, &numeric, 1e-8);
-        }
-    }
-
-    #[test]
-    fn covariance_of_the_inverse() {
-        for (measurement, pose) in grid() {
-            let position = |z: Vector| SENSOR.inverse(z, pose).expect("range above 0").0;
-            let (_, covariance) = SENSOR.inverse(measurement, pose).expect("range above 0");
-            let jacobian = central_differences(position, measurement);
-            close(&covariance, &transformed(&jacobian, &SENSOR.noise(measurement)), 1e-9);
-        }
-    }
-
-    #[test]
-    fn the_inverse_inverts_h() {
-        for (measurement, pose) in grid() {
-            let (position, _) = SENSOR.inverse(measurement, pose).expect("range above 0");
-            let (back, _) = SENSOR.predicted(position, pose).expect("in front");
-            let difference = SENSOR.innovation(measurement, back);
-            assert!(difference[0].abs() < 1e-13 && difference[1].abs() < 1e-13);
-        }
-    }
-
-    #[test]
-    fn noise_grows_with_the_predicted_range() {
-        let sensor = RangeBearing { range_sigma_ratio: 0.05, ..SENSOR };
-        close(&sensor.noise([20.0, 0.3]), &[[0.0625 + 1.0, 0.0], [0.0, 1e-4]], 1e-15);
-    }
-
-    #[test]
-    fn the_innovation_is_wrapped() {
-        let difference = SENSOR.innovation([5.0, PI - 0.1], [5.0, -PI + 0.1]);
-        assert!((difference[1] + 0.2).abs() < 1e-14);
-    }
 
     #[test]
     fn no_prediction_at_the_sensor_and_no_birth_without_range() {

@@ -14,7 +14,6 @@ pub(super) struct Sight<'a, S> {
     pub(super) pose: [f64; 3],
     /// The scan, m and rad.
     pub(super) measurements: &'a [Vector],
-    /// Measurement model.
     pub(super) sensor: &'a S,
     /// κ, 1/(m·rad).
     pub(super) clutter_intensity: f64,

@@ -28,12 +28,10 @@ pub struct Pose {
     pub pitch: f64,
 }
 
-/// Control of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Control {
     /// Velocity along the vehicle's axes, m/s.
     pub velocity: [f64; 3],
-    /// Its covariance, m²/s².
     pub covariance: [[f64; 3]; 3],
     /// Roll and pitch at the end of the step, rad.
     pub tilt: [f64; 2],
@@ -302,63 +300,5 @@ impl Recursion<3, 6> for Space {
             yaw_rate: mean_of(&|pose| pose.yaw_rate),
             ..candidates[0].pose
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::algebra::scaled;
-    use super::super::tests::CONFIG;
-    use super::*;
-
-    const POSE: Pose = Pose { position: [1.0, 2.0, 3.0], yaw: 0.0, yaw_rate: 0.0, roll: 0.0, pitch: 0.0 };
-    /// κ + w_b.
-    const UNEXPLAINED: f64 = CONFIG.clutter_intensity + CONFIG.birth_intensity;
-
-    /// Cameras along z, the right one 0.2 m beside the left one.
-    fn space() -> Space {
-        let camera =
-            |baseline| [[500.0, 0.0, 320.0, -500.0 * baseline], [0.0, 500.0, 240.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
-        Space {
-            config: CONFIG,
-            yaw_acceleration_sigma: 0.1,
-            velocity_interval_s: 0.0,
-            cameras: [camera(0.0), camera(0.2)],
-            noise: identity(),
-            epipolar_gate: 20.0,
-            image: [640.0, 480.0, 10.0],
-            depth: [0.5, 20.0, 0.1],
-            detection: 0.9,
-        }
-    }
-
-    /// Pixels of a point in the vehicle's frame.
-    fn pair(space: &Space, point: [f64; 3]) -> [f64; 4] {
-        space.projected(point).expect("before both cameras").0
-    }
-
-    #[test]
-    fn births_on_unexplained_pairs_wait_one_scan() {
-        let space = space();
-        let scan = [[0.0, 0.0, 3.0], [0.001, 0.0, 3.0]].map(|point| pair(&space, point));
-        let born = space.updated_maps(&POSE, &[], &[], &scan).0;
-        assert_eq!(born.len(), 2);
-        for (birth, x) in born.iter().zip([1.0, 1.001]) {
-            assert_eq!(birth.ln_weight, CONFIG.birth_intensity.ln() - UNEXPLAINED.ln());
-            assert!((birth.mean[0] - x).abs() < 1e-9);
-        }
-        assert_eq!(space.updated_maps(&POSE, &born, &[], &[]).0.len(), 1);
-    }
-
-    #[test]
-    fn births_on_explained_pairs_are_reduced_in_the_same_scan() {
-        let space = space();
-        let scan = [pair(&space, [0.0, 0.0, 3.0])];
-        let map = [Component { ln_weight: 0.5f64.ln(), mean: [1.0, 2.0, 6.0], covariance: scaled(1e-4, &identity()) }];
-        let detected = space.seen(&POSE, &map, &scan).in_view[0].ln_detection(0).exp();
-        let updated = space.updated_maps(&POSE, &map, &[], &scan).0;
-        assert_eq!(updated.len(), 1);
-        let expected = 0.5 * 0.1 + (detected + CONFIG.birth_intensity) / (detected + UNEXPLAINED);
-        assert!((updated[0].weight() - expected).abs() < 1e-13);
     }
 }

@@ -142,10 +142,6 @@ mod tests {
         }
     }
 
-    fn moving(weight: f64, forward: f64) -> Component<4> {
-        set_in_motion(&feature(weight, forward), 1.5)
-    }
-
     /// The components in view, with `unexplained` as the sum of κ and the birth intensities.
     fn sight<'a>(
         map: &[Component],
@@ -155,156 +151,6 @@ mod tests {
     ) -> Sight<'a, RangeBearing> {
         let config = Config { clutter_intensity: unexplained, birth_intensity: 0.0, ..CONFIG };
         Sight::new(POSE, map, moving, measurements, &SENSOR, &WIDE_VIEW, &config)
-    }
-
-    #[test]
-    fn births_have_the_unexplained_share() {
-        let measurements = [[4.0, 0.1], [7.0, -1.0]];
-        let births = born(&sight(&[], &[], &measurements, UNEXPLAINED), &WIDE_VIEW, 0.03);
-        assert_eq!((births.waiting.len(), births.reduced.len()), (2, 0));
-        for (birth, measurement) in births.waiting.iter().zip(measurements) {
-            assert!((birth.weight() - 0.75).abs() < 1e-14);
-            let (mean, covariance) = SENSOR.inverse(measurement, POSE).expect("range above 0");
-            assert_eq!((birth.mean, birth.covariance), (mean, covariance));
-        }
-    }
-
-    /// Births on a measurement for which a feature adds this share to the intensity without features.
-    fn born_where_a_feature_adds(share: f64) -> Births<2> {
-        let measurements = [[5.1, 0.02]];
-        let whole = sight(&[feature(1.0, 5.0)], &[], &measurements, UNEXPLAINED);
-        let weight = share * UNEXPLAINED / whole.still.in_view[0].ln_detection(0).exp();
-        let sight = sight(&[feature(weight, 5.0)], &[], &measurements, UNEXPLAINED);
-        assert!((sight.ln_eta[0] - (UNEXPLAINED * (1.0 + share)).ln()).abs() < 1e-14);
-        born(&sight, &WIDE_VIEW, 0.03)
-    }
-
-    #[test]
-    fn a_share_of_a_thousandth_explains_a_measurement() {
-        let births = born_where_a_feature_adds(0.99e-3);
-        assert_eq!((births.waiting.len(), births.reduced.len()), (1, 0));
-        assert!((births.waiting[0].weight() - 0.75 / 1.000_99).abs() < 1e-14);
-
-        let births = born_where_a_feature_adds(1.01e-3);
-        assert_eq!((births.waiting.len(), births.reduced.len()), (0, 1));
-        assert!((births.reduced[0].weight() - 0.75 / 1.001_01).abs() < 1e-14);
-    }
-
-    #[test]
-    fn moving_births_wait_like_static_ones() {
-        for share in [0.0, 1.0] {
-            let still = born_where_a_feature_adds(share);
-            let moving = still.set_in_motion(1.5);
-            let expected =
-                |births: &[Component]| births.iter().map(|birth| set_in_motion(birth, 1.5)).collect::<Vec<_>>();
-            assert_eq!((&moving.waiting, &moving.reduced), (&expected(&still.waiting), &expected(&still.reduced)));
-        }
-    }
-
-    #[test]
-    fn a_moving_birth_has_an_unknown_velocity() {
-        let birth = moving(0.3, 5.0);
-        let still = feature(0.3, 5.0);
-        assert_eq!((birth.ln_weight, birth.position()), (still.ln_weight, still.mean));
-        assert_eq!(birth.mean[2..], [0.0, 0.0]);
-        let expected = [[0.2, 0.05, 0.0, 0.0], [0.05, 0.1, 0.0, 0.0], [0.0, 0.0, 2.25, 0.0], [0.0, 0.0, 0.0, 2.25]];
-        assert_eq!(birth.covariance, expected);
-    }
-
-    #[test]
-    fn a_missed_feature_keeps_its_position_and_loses_weight() {
-        let before = feature(0.8, 5.0);
-        let after = persisting(&sight(&[before], &[], &[], UNEXPLAINED).still, &[], Remembering::NOTHING, 0.0);
-        assert_eq!(after.len(), 1);
-        assert!((after[0].weight() - 0.8 * (1.0 - WIDE_VIEW.p_near)).abs() < 1e-15);
-        assert_eq!((after[0].mean, after[0].covariance), (before.mean, before.covariance));
-    }
-
-    #[test]
-    fn confirmed_components_keep_a_least_weight_after_misses_and_others_do_not() {
-        let remembering = Remembering { detections: 3.0, weight: 0.2 };
-        let missed = |weight, measurements: u32| {
-            // The covariance after this number of measurements from here.
-            let covariance = SENSOR.inverse([5.0, 0.0], POSE).unwrap().1;
-            let covariance = scaled(1.0 / f64::from(measurements), &covariance);
-            let before = Component { covariance, ..feature(weight, 5.0) };
-            persisting(&sight(&[before], &[], &[], UNEXPLAINED).still, &[], remembering, 0.0)[0].weight()
-        };
-        let left = 1.0 - WIDE_VIEW.p_near;
-        assert!(0.8 * left < 0.2, "a miss takes it below what is remembered");
-        for (weight, measurements, after) in [(0.8, 4, 0.2), (0.8, 3, 0.8 * left), (0.1, 4, 0.1), (0.1, 3, 0.1 * left)]
-        {
-            assert!((missed(weight, measurements) - after).abs() < 1e-15, "{weight} {measurements}");
-        }
-    }
-
-    #[test]
-    fn a_detected_component_has_no_least_weight_of_its_missed_part() {
-        let remembering = Remembering { detections: 3.0, weight: 0.2 };
-        let covariance = scaled(0.25, &SENSOR.inverse([5.0, 0.0], POSE).unwrap().1);
-        let before = Component { covariance, ..feature(0.8, 5.0) };
-        // The second one is so far away that it explains only a part of the measurement.
-        for (z, hardly) in [([5.0, 0.0], false), ([5.95, 0.0], true)] {
-            let (map, scan) = ([before], [z]);
-            let sight = sight(&map, &[], &scan, UNEXPLAINED);
-            let after = persisting(&sight.still, &sight.ln_eta, remembering, 0.0);
-            let (left, detected) = (0.8 * (1.0 - WIDE_VIEW.p_near), after[1].weight());
-            assert_eq!(0.2 - detected > left, hardly, "{detected}");
-            assert!((after[0].weight() - left.max(0.2 - detected)).abs() < 1e-14);
-        }
-    }
-
-    #[test]
-    fn every_measurement_has_exactly_the_mass_one() {
-        let measurements = [[5.1, 0.02], [5.0, -0.01], [9.0, 2.0]];
-        let map = [feature(0.8, 5.0), feature(0.3, 5.6)];
-        let sight = sight(&map, &[moving(0.5, 5.2)], &measurements, UNEXPLAINED);
-        let (still, moving) = (
-            persisting(&sight.still, &sight.ln_eta, Remembering::NOTHING, 0.0),
-            persisting(&sight.moving, &sight.ln_eta, Remembering::NOTHING, 0.0),
-        );
-        assert_eq!((still.len(), moving.len()), (8, 4));
-        for (z, eta) in sight.ln_eta.iter().enumerate() {
-            let detected: f64 = still[2 + 2 * z..4 + 2 * z].iter().map(Component::weight).sum();
-            let detected = detected + moving[1 + z].weight();
-            assert!((detected + UNEXPLAINED / eta.exp() - 1.0).abs() < 1e-13);
-        }
-    }
-
-    #[test]
-    fn static_and_moving_features_explain_a_measurement_alike() {
-        // Position and velocity are independent, so that the predicted measurement is the same for both.
-        let measurements = [[5.1, 0.02]];
-        let sight = sight(&[feature(0.5, 5.0)], &[moving(0.5, 5.0)], &measurements, UNEXPLAINED);
-        let still = persisting(&sight.still, &sight.ln_eta, Remembering::NOTHING, 0.0)[1];
-        let moving = persisting(&sight.moving, &sight.ln_eta, Remembering::NOTHING, 0.0)[1];
-        assert!((still.ln_weight - moving.ln_weight).abs() < 1e-14);
-        for k in 0..2 {
-            assert!((still.mean[k] - moving.mean[k]).abs() < 1e-14);
-            assert_eq!(moving.mean[k + 2], 0.0);
-        }
-        assert_eq!(moving.covariance[2], [0.0, 0.0, 2.25, 0.0]);
-    }
-
-    #[test]
-    fn the_velocity_is_updated_by_its_correlation_with_the_position() {
-        // The second of two scans updates the velocity: m_v⁺ = P_vp P_pp⁻¹ (p⁺ − p) for a measurement of p.
-        let mut before = moving(0.5, 5.0);
-        for k in 0..2 {
-            before.covariance[k][k + 2] = 0.2;
-            before.covariance[k + 2][k] = 0.2;
-        }
-        let measurements = [[5.3, -0.03]];
-        let sight = sight(&[], &[before], &measurements, UNEXPLAINED);
-        let after = persisting(&sight.moving, &sight.ln_eta, Remembering::NOTHING, 0.0)[1];
-        let shift = [after.mean[0] - before.mean[0], after.mean[1] - before.mean[1]];
-        // P_pp⁻¹ of [[0.2, 0.05], [0.05, 0.1]] by hand: 1/0.0175 [[0.1, −0.05], [−0.05, 0.2]].
-        let velocity =
-            [0.2 * (0.1 * shift[0] - 0.05 * shift[1]) / 0.0175, 0.2 * (0.2 * shift[1] - 0.05 * shift[0]) / 0.0175];
-        for (k, expected) in velocity.iter().enumerate() {
-            assert!((after.mean[k + 2] - expected).abs() < 1e-13, "{after:?}");
-            assert!(after.covariance[k + 2][k + 2] < before.covariance[k + 2][k + 2]);
-        }
     }
 
     #[test]
@@ -322,31 +168,5 @@ mod tests {
         let sight = sight(&[], &[], &measurements, UNEXPLAINED);
         assert!((sight.ln_eta[0] - UNEXPLAINED.ln()).abs() < 1e-15);
         assert_eq!(born(&sight, &WIDE_VIEW, 0.03), NONE);
-    }
-
-    #[test]
-    fn covariance_shrinks_and_stays_positive() {
-        fn shrinks<const N: usize>(mut component: Component<N>, see: impl Fn(Component<N>) -> Component<N>) {
-            let mut volume = f64::INFINITY;
-            for _ in 0..1000 {
-                component = see(component);
-                for k in 0..N {
-                    assert!(component.covariance[k][k] > 0.0);
-                    assert!((0..N).all(|l| component.covariance[k][l] == component.covariance[l][k]));
-                }
-                let smaller = determinant(&component.covariance);
-                assert!(smaller > 0.0 && smaller < volume);
-                volume = smaller;
-            }
-        }
-        let measurements = [[5.0, 0.0]];
-        shrinks(feature(1.0, 5.0), |c| {
-            let sight = sight(&[c], &[], &measurements, UNEXPLAINED);
-            Component { covariance: sight.still.in_view[0].covariance, ..c }
-        });
-        shrinks(moving(1.0, 5.0), |c| {
-            let sight = sight(&[], &[c], &measurements, UNEXPLAINED);
-            Component { covariance: sight.moving.in_view[0].covariance, ..c }
-        });
     }
 }

@@ -58,15 +58,12 @@ pub struct Config {
 pub struct Outcome {
     /// Features in view before the scan.
     pub in_view: usize,
-    /// Features born.
     pub births: usize,
     /// Measurements without an inverse in view.
     pub no_birth: usize,
     /// Births, or features replaced by them, that were lost for lack of capacity.
     pub lost: usize,
-    /// Features merged.
     pub merged: usize,
-    /// Features dropped.
     pub dropped: usize,
     /// ln L.
     pub ln_evidence: f64,
@@ -77,19 +74,15 @@ pub struct Outcome {
 /// The filter: parameters and models. Its state is in [`State`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Joint<M> {
-    /// Parameters.
     pub config: Config,
-    /// Vehicle and sensor.
     pub models: M,
 }
 
 impl<M: Models> Joint<M> {
-    /// The initial state.
     pub fn initial(&self, pose: Vec<f64>) -> State {
         State::new(pose, M::POSE)
     }
 
-    /// Predicts the motion over `dt` seconds.
     pub fn predict(&self, state: &mut State, control: &M::Control, dt: f64) {
         state.waited_s += dt;
         let Moved { pose, transition, noise } = self.models.moved(&state.pose, control, dt);
@@ -103,7 +96,6 @@ impl<M: Models> Joint<M> {
         state.process_noise = &transition * &state.process_noise * transition.transpose() + noise;
     }
 
-    /// Processes a scan.
     pub fn scan(&self, state: &mut State, measurements: &[&[f64]]) -> Outcome {
         self.advance(state);
         self.pass_time(state);

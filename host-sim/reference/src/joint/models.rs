@@ -5,7 +5,6 @@ use nalgebra::{DMatrix, DVector};
 /// The prediction of a pose, and its derivatives.
 #[derive(Debug, Clone)]
 pub struct Moved {
-    /// The pose.
     pub pose: Vec<f64>,
     /// F = ∂f/∂x.
     pub transition: DMatrix<f64>,
@@ -38,7 +37,6 @@ pub struct Inverse {
 /// A vehicle and its sensor. A pose begins with the uncertain coordinates: position, heading, and possibly others; known
 /// coordinates follow.
 pub trait Models {
-    /// The control of the vehicle.
     type Control;
 
     /// K, number of uncertain coordinates of a pose.

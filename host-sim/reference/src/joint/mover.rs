@@ -39,7 +39,6 @@ impl Mover {
         &self.mean.as_slice()[..self.mean.len() / 2]
     }
 
-    /// Predicts the motion over `dt` seconds.
     pub(crate) fn advance(&mut self, dt: f64, moving: &Moving) {
         let (all, each) = (self.mean.len(), self.mean.len() / 2);
         let of =

@@ -17,11 +17,9 @@ const HIDING_SIGMAS: f64 = 3.0;
 /// Motion and sensor in the plane. A pose is x m, y m, heading rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Planar {
-    /// Motion of the vehicle.
     pub motion: Motion,
     /// Mounting of the sensor relative to the pose: ahead m, to the left m, turned to the left rad.
     pub mounting: [f64; 3],
-    /// Noise of the sensor.
     pub sensor: RangeBearing,
     /// Field of view with the probability of detection.
     pub field_of_view: FieldOfView,

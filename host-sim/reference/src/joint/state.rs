@@ -6,7 +6,6 @@ use nalgebra::{DMatrix, DVector};
 /// A feature, without its position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Feature {
-    /// Label.
     pub label: u32,
     /// v, the probability that it exists and is visible.
     pub in_sight: f64,
