@@ -26,7 +26,7 @@ mod write;
 
 pub use cdr::{CdrError, decode, encode};
 pub use cloud::{Cloud, CloudError, cloud};
-pub use definition::{Definition, Message, full_text};
+pub use definition::{Definition, Field, Kind, Message, full_text};
 pub use read::{Channel, ReadError, ReadProblem, Reader, Record};
 pub use time::{Duration, Time, TimeError};
 pub use unpack::{message as unpacked_message, unpacked};

@@ -1,23 +1,18 @@
 //! Time stamps.
 
-use serde::{Deserialize, Serialize};
+use crate::definition::messages;
 
 const NANOSECONDS: u64 = 1_000_000_000;
 
-/// `builtin_interfaces/msg/Time`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Time {
-    pub sec: i32,
-    /// Nanoseconds beyond them, less than 10⁹.
-    pub nanosec: u32,
-}
+messages! {
+    "builtin_interfaces"
+    /// Whole seconds, and nanoseconds beyond them, less than 10⁹.
+    #[derive(Copy, Eq, Default)]
+    Time { sec: i32, nanosec: u32, }
 
-/// `builtin_interfaces/msg/Duration`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Duration {
-    pub sec: i32,
-    /// Nanoseconds beyond them.
-    pub nanosec: u32,
+    /// Whole seconds, and nanoseconds beyond them.
+    #[derive(Copy, Default)]
+    Duration { sec: i32, nanosec: u32, }
 }
 
 /// A time that a stamp cannot express: below 0, beyond 2³¹ s, or NaN.

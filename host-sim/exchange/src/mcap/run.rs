@@ -204,7 +204,7 @@ pub fn features<D: Dimensions>(
         ns: ns.to_owned(),
         // The identifier is the same from scan to scan; its sign has no meaning.
         id: id.cast_signed(),
-        shape,
+        r#type: shape,
         pose,
         scale,
         color: ColorRGBA { r, g, b, a: a.clamp(0.1, 0.9) as f32 },

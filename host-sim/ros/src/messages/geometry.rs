@@ -1,43 +1,61 @@
-//! `geometry_msgs`. Lengths are in m, angles in rad, covariances in their products.
+//! `geometry_msgs`. Lengths are in m, angles in rad, velocities in m/s and rad/s, covariances in their products.
 
-use super::message;
-use super::standard::{HEADER, Header};
-use crate::definition::Definition;
-use serde::{Deserialize, Serialize};
+use super::standard::Header;
+use crate::definition::messages;
 
-/// A position, m.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[expect(missing_docs, reason = "the fields are said above")]
-pub struct Point {
-    pub x: f64,
-    pub y: f64,
-    pub z: f64,
+messages! {
+    "geometry_msgs"
+    /// A position.
+    #[derive(Copy, Default)]
+    Point { x: f64, y: f64, z: f64, }
+
+    /// A shift, a velocity or an angular velocity.
+    #[derive(Copy, Default)]
+    Vector3 { x: f64, y: f64, z: f64, }
+
+    /// A rotation, as a unit quaternion.
+    #[derive(Copy)]
+    Quaternion { x: f64 = "0", y: f64 = "0", z: f64 = "0", w: f64 = "1", }
+
+    /// A position and an orientation.
+    #[derive(Copy, Default)]
+    Pose { position: Point, orientation: Quaternion, }
+
+    /// A pose with its covariance.
+    #[derive(Copy, Default)]
+    PoseWithCovariance { pose: Pose, covariance: Covariance6, }
+
+    /// Velocities.
+    #[derive(Copy, Default)]
+    Twist { linear: Vector3, angular: Vector3, }
+
+    /// Velocities with their covariance.
+    #[derive(Copy, Default)]
+    TwistWithCovariance { twist: Twist, covariance: Covariance6, }
+
+    /// A pose with a time.
+    #[derive(Default)]
+    PoseStamped { header: Header, pose: Pose, }
+
+    /// Poses with a time.
+    #[derive(Default)]
+    PoseArray { header: Header, poses: Vec<Pose>, }
+
+    /// A pose with its covariance and a time.
+    #[derive(Default)]
+    PoseWithCovarianceStamped { header: Header, pose: PoseWithCovariance, }
+
+    /// A shift and a rotation.
+    #[derive(Copy, Default)]
+    Transform { translation: Vector3, rotation: Quaternion, }
+
+    /// The transform of the child frame into the frame of the header.
+    #[derive(Default)]
+    TransformStamped { header: Header, child_frame_id: String, transform: Transform, }
 }
 
-pub static POINT: Definition =
-    Definition { name: "geometry_msgs/msg/Point", text: "float64 x\nfloat64 y\nfloat64 z\n", parts: &[] };
-
-/// A vector: a shift (m), a velocity (m/s) or an angular velocity (rad/s).
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[expect(missing_docs, reason = "the fields are said above")]
-pub struct Vector3 {
-    pub x: f64,
-    pub y: f64,
-    pub z: f64,
-}
-
-pub static VECTOR3: Definition =
-    Definition { name: "geometry_msgs/msg/Vector3", text: "float64 x\nfloat64 y\nfloat64 z\n", parts: &[] };
-
-/// A rotation, as a unit quaternion.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[expect(missing_docs, reason = "the fields are said above")]
-pub struct Quaternion {
-    pub x: f64,
-    pub y: f64,
-    pub z: f64,
-    pub w: f64,
-}
+/// A covariance of x, y, z and the rotations about them, row by row.
+pub type Covariance6 = [[f64; 6]; 6];
 
 impl Default for Quaternion {
     fn default() -> Self {
@@ -69,141 +87,6 @@ impl Quaternion {
         (length.is_finite() && length > 1e-6).then(|| Self { x: of(x), y: of(y), z: of(z), w: of(w) })
     }
 }
-
-pub static QUATERNION: Definition = Definition {
-    name: "geometry_msgs/msg/Quaternion",
-    text: "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n",
-    parts: &[],
-};
-
-/// A position and an orientation.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Pose {
-    pub position: Point,
-    pub orientation: Quaternion,
-}
-
-pub static POSE: Definition = Definition {
-    name: "geometry_msgs/msg/Pose",
-    text: "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n",
-    parts: &[&POINT, &QUATERNION],
-};
-
-/// A covariance of x, y, z and the rotations about them, row by row: m², m·rad, rad².
-pub type Covariance6 = [[f64; 6]; 6];
-
-/// A pose with its covariance.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct PoseWithCovariance {
-    pub pose: Pose,
-    pub covariance: Covariance6,
-}
-
-pub static POSE_WITH_COVARIANCE: Definition = Definition {
-    name: "geometry_msgs/msg/PoseWithCovariance",
-    text: "geometry_msgs/Pose pose\nfloat64[36] covariance\n",
-    parts: &[&POSE],
-};
-
-/// Velocities, m/s and rad/s.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Twist {
-    /// m/s.
-    pub linear: Vector3,
-    /// rad/s.
-    pub angular: Vector3,
-}
-
-pub static TWIST: Definition = Definition {
-    name: "geometry_msgs/msg/Twist",
-    text: "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n",
-    parts: &[&VECTOR3],
-};
-
-/// Velocities with their covariance.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct TwistWithCovariance {
-    pub twist: Twist,
-    pub covariance: Covariance6,
-}
-
-pub static TWIST_WITH_COVARIANCE: Definition = Definition {
-    name: "geometry_msgs/msg/TwistWithCovariance",
-    text: "geometry_msgs/Twist twist\nfloat64[36] covariance\n",
-    parts: &[&TWIST],
-};
-
-/// A pose with a time.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct PoseStamped {
-    pub header: Header,
-    pub pose: Pose,
-}
-
-message!(
-    PoseStamped,
-    POSE_STAMPED = "geometry_msgs/msg/PoseStamped",
-    "std_msgs/Header header\ngeometry_msgs/Pose pose\n",
-    [HEADER, POSE]
-);
-
-/// Poses with a time.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct PoseArray {
-    pub header: Header,
-    pub poses: Vec<Pose>,
-}
-
-message!(
-    PoseArray,
-    POSE_ARRAY = "geometry_msgs/msg/PoseArray",
-    "std_msgs/Header header\ngeometry_msgs/Pose[] poses\n",
-    [HEADER, POSE]
-);
-
-/// A pose with its covariance and a time.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct PoseWithCovarianceStamped {
-    pub header: Header,
-    pub pose: PoseWithCovariance,
-}
-
-message!(
-    PoseWithCovarianceStamped,
-    POSE_WITH_COVARIANCE_STAMPED = "geometry_msgs/msg/PoseWithCovarianceStamped",
-    "std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose\n",
-    [HEADER, POSE_WITH_COVARIANCE]
-);
-
-/// A shift and a rotation.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Transform {
-    /// The shift, m.
-    pub translation: Vector3,
-    pub rotation: Quaternion,
-}
-
-pub static TRANSFORM: Definition = Definition {
-    name: "geometry_msgs/msg/Transform",
-    text: "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n",
-    parts: &[&VECTOR3, &QUATERNION],
-};
-
-/// The transform of a frame into its parent.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct TransformStamped {
-    /// Time and parent frame.
-    pub header: Header,
-    /// The frame.
-    pub child_frame_id: String,
-    pub transform: Transform,
-}
-
-pub static TRANSFORM_STAMPED: Definition = Definition {
-    name: "geometry_msgs/msg/TransformStamped",
-    text: "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n",
-    parts: &[&HEADER, &TRANSFORM],
-};
 
 #[cfg(test)]
 mod tests {

@@ -1,24 +1,12 @@
 //! `nav_msgs`.
 
-use super::geometry::{POSE_WITH_COVARIANCE, PoseWithCovariance, TWIST_WITH_COVARIANCE, TwistWithCovariance};
-use super::message;
-use super::standard::{HEADER, Header};
-use serde::{Deserialize, Serialize};
+use super::geometry::{PoseWithCovariance, TwistWithCovariance};
+use super::standard::Header;
+use crate::definition::messages;
 
-/// Pose and velocity of a vehicle.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Odometry {
-    /// Time, and the frame of the pose.
-    pub header: Header,
-    /// The frame of the velocities.
-    pub child_frame_id: String,
-    pub pose: PoseWithCovariance,
-    pub twist: TwistWithCovariance,
+messages! {
+    "nav_msgs"
+    /// Pose of a vehicle in the frame of the header, and velocity in the child frame.
+    #[derive(Default)]
+    Odometry { header: Header, child_frame_id: String, pose: PoseWithCovariance, twist: TwistWithCovariance, }
 }
-
-message!(
-    Odometry,
-    ODOMETRY = "nav_msgs/msg/Odometry",
-    "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist\n",
-    [HEADER, POSE_WITH_COVARIANCE, TWIST_WITH_COVARIANCE]
-);
