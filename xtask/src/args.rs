@@ -1,14 +1,8 @@
 //! The command line: names of steps, `test` for all of them, `help`.
 
-use crate::bench;
-use crate::capi;
-use crate::changed;
-use crate::debian;
-use crate::doctor;
 use crate::options::Options;
-use crate::quick;
 use crate::steps::{OTHERS, STEPS, Step};
-use crate::toolchain;
+use crate::{bench, capi, changed, debian, doctor, quick, toolchain};
 
 /// The request of the user.
 pub enum Request {

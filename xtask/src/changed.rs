@@ -1,16 +1,11 @@
 //! `cargo xtask test --changed`: the tests that may be affected by changes since the last commit.
 
+use crate::outcome::{Outcome, Stop};
+use crate::steps::{Step, step};
+use crate::{lint, process, quick, unit};
+use serde::Deserialize;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-
-use serde::Deserialize;
-
-use crate::lint;
-use crate::outcome::{Outcome, Stop};
-use crate::process;
-use crate::quick;
-use crate::steps::{Step, step};
-use crate::unit;
 
 /// Formatting, and tests of packages that were changed or depend on changed ones.
 const STEPS: [Step; 2] = [

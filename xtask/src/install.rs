@@ -1,9 +1,7 @@
 //! Installs packages that a check needs, if this is possible.
 
+use crate::{debian, process};
 use std::process::Command;
-
-use crate::debian;
-use crate::process;
 
 /// Installs Debian packages with apt-get. The error names them.
 pub fn packages(names: &[&str]) -> Result<(), String> {

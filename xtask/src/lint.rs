@@ -1,11 +1,9 @@
 //! The steps `fmt`, `lint` and `doc`, and helpers for other steps that use clippy.
 
+use crate::outcome::{Missing, Outcome, Stop};
+use crate::{files, process};
 use std::path::PathBuf;
 use std::process::Command;
-
-use crate::files;
-use crate::outcome::{Missing, Outcome, Stop};
-use crate::process;
 
 /// Features of the workspace that are only enabled by the firmware or not at all.
 const LINT_FEATURES: &str =

@@ -31,9 +31,8 @@ mod tools;
 mod unit;
 mod web;
 
-use std::process::ExitCode;
-
 use args::Request;
+use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();

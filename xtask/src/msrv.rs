@@ -1,14 +1,11 @@
 //! The step `msrv`: checks that nothing needs a newer Rust than the oldest supported one.
 
+use crate::firmware::board::REFERENCE;
+use crate::outcome::{Missing, Outcome, Stop};
+use crate::toolchain::{self, OLDEST, Toolchain};
+use crate::{files, lint, process};
 use std::path::PathBuf;
 use std::process::Command;
-
-use crate::files;
-use crate::firmware::board::REFERENCE;
-use crate::lint;
-use crate::outcome::{Missing, Outcome, Stop};
-use crate::process;
-use crate::toolchain::{self, OLDEST, Toolchain};
 
 /// The lint that knows the version of each item of the standard library.
 const LINT: &str = "clippy::incompatible_msrv";

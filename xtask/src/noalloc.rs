@@ -4,11 +4,9 @@
 //! core is generic, and generic code is not in its library until it is instantiated. In addition, the library is scanned for
 //! calls of the allocator's symbols without the crate.
 
+use crate::{files, process};
 use std::fs;
 use std::path::Path;
-
-use crate::files;
-use crate::process;
 
 /// The libraries of a bare-metal target that the core may use.
 const ALLOWED: [&str; 2] = ["libcore-", "libcompiler_builtins-"];

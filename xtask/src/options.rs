@@ -1,11 +1,8 @@
 //! Options of the command line.
 
-use std::path::PathBuf;
-
+use crate::{capi, files};
 use serde::Serialize;
-
-use crate::capi;
-use crate::files;
+use std::path::PathBuf;
 
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Options {

@@ -1,10 +1,8 @@
 //! The step `package`: checks that the packages for publication are complete.
 
-use std::collections::BTreeSet;
-
-use crate::files;
 use crate::outcome::{Missing, Outcome, Stop};
-use crate::process;
+use crate::{files, process};
+use std::collections::BTreeSet;
 
 /// Name and folder of each crate that is a library for others.
 const LIBRARIES: [(&str, &str); 8] = [

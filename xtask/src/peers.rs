@@ -1,11 +1,9 @@
 //! Tests with Python packages that read and write what this project does, in the project's Python environment.
 
-use std::process::Command;
-
 use crate::outcome::{Outcome, Stop};
-use crate::process;
 use crate::python::Environment;
-use crate::unit;
+use crate::{process, unit};
+use std::process::Command;
 
 /// Packages that read MCAP files and trajectories.
 const READERS: [&str; 2] = ["evo>=1.30,<2", "rosbags>=0.10,<0.12"];

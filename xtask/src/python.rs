@@ -1,13 +1,9 @@
 //! The Python package: builds a wheel in a virtual environment, runs its tests, and compares its digests with those of Rust.
 
+use crate::outcome::{Missing, Outcome, Stop};
+use crate::{capi, files, install, process};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-
-use crate::capi;
-use crate::files;
-use crate::install;
-use crate::outcome::{Missing, Outcome, Stop};
-use crate::process;
 
 /// Oldest Python version, as in the wheel.
 const OLDEST: (u32, u32) = (3, 10);

@@ -1,10 +1,7 @@
 //! `cargo xtask test` without `--all`: one check of every kind, in minutes.
 
-use crate::capi;
-use crate::firmware;
-use crate::python;
 use crate::steps::{Step, step};
-use crate::unit;
+use crate::{capi, firmware, python, unit};
 
 /// Steps of the quick run, fastest first.
 pub const STEPS: &[Step] = &[

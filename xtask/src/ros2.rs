@@ -1,13 +1,12 @@
 //! The node of ROS 2: its tests, and another implementation of DDS as its peer, over loopback.
 
+use crate::outcome::{Missing, Outcome, Stop};
+use crate::process;
+use crate::python::Environment;
 use std::ffi::OsStr;
 use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
-
-use crate::outcome::{Missing, Outcome, Stop};
-use crate::process;
-use crate::python::Environment;
 
 /// The peer, and a package with the definitions of messages.
 const PEER: [&str; 2] = ["cyclonedds>=11,<12", "rosbags>=0.10,<0.12"];

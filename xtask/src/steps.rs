@@ -1,24 +1,9 @@
 //! The steps of `cargo xtask test --all`, and how they run: all of them, even after a failure, then a summary.
 
-use std::time::{Duration, Instant};
-
-use crate::bench;
-use crate::budget;
-use crate::capi;
-use crate::firmware;
-use crate::gpu;
-use crate::lint;
-use crate::msrv;
 use crate::options::Options;
 use crate::outcome::{Outcome, Stop};
-use crate::package;
-use crate::peers;
-use crate::process;
-use crate::python;
-use crate::ros2;
-use crate::target;
-use crate::unit;
-use crate::web;
+use crate::{bench, budget, capi, firmware, gpu, lint, msrv, package, peers, process, python, ros2, target, unit, web};
+use std::time::{Duration, Instant};
 
 /// A step, which can also be run by its name.
 pub struct Step {

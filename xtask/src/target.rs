@@ -1,9 +1,8 @@
 //! Builds the libraries of a vehicle for a Cortex-M without std and alloc.
 
-use crate::noalloc;
 use crate::outcome::{Outcome, Stop};
-use crate::process;
 use crate::toolchain::{self, Toolchain};
+use crate::{noalloc, process};
 
 /// Cortex-M4F and M7 with an FPU. The target has no std, so that all its crates are no_std.
 const TARGET: &str = "thumbv7em-none-eabihf";

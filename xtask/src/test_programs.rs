@@ -1,12 +1,10 @@
 //! Runs the programs of `cargo test` side by side. Cargo runs them one after the other, so that every program whose longest test
 //! outlasts its others leaves cores without work.
 
+use crate::process;
+use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-
-use serde::Deserialize;
-
-use crate::process;
 
 /// A message of cargo's build: the executable of a test, if it has one.
 #[derive(Deserialize)]

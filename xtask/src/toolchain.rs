@@ -1,17 +1,13 @@
 //! Finds a toolchain that can build for a Cortex-M.
 
+use crate::debian::{self, Bundle, Tree};
+use crate::firmware::board::TARGETS;
+use crate::outcome::Missing;
+use crate::{install, noalloc, process, tools};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 use std::time::Duration;
-
-use crate::debian::{self, Bundle, Tree};
-use crate::firmware::board::TARGETS;
-use crate::install;
-use crate::noalloc;
-use crate::outcome::Missing;
-use crate::process;
-use crate::tools;
 
 /// The environment variable that selects a kind of toolchain.
 pub const CHOICE_VARIABLE: &str = "SCPHD_TARGET_TOOLCHAIN";

@@ -1,12 +1,10 @@
 //! Programs that steps need besides cargo: how they are found and obtained.
 
+use crate::debian::{self, Bundle, Tree};
+use crate::outcome::Missing;
+use crate::{install, process};
 use std::path::PathBuf;
 use std::process::Command;
-
-use crate::debian::{self, Bundle, Tree};
-use crate::install;
-use crate::outcome::Missing;
-use crate::process;
 
 /// A program that a step needs.
 pub struct Wanted {

@@ -1,13 +1,9 @@
 //! The step `unit`: all tests of the workspace, and the number of those without their data.
 
+use crate::outcome::{Outcome, Stop};
+use crate::{files, process, test_programs, web};
 use std::collections::BTreeSet;
 use std::path::Path;
-
-use crate::files;
-use crate::outcome::{Outcome, Stop};
-use crate::process;
-use crate::test_programs;
-use crate::web;
 
 /// Arguments of the build: all packages except this program, which is tested without optimisation. Other steps that use this
 /// build must have the same packages and features.

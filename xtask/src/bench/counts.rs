@@ -1,17 +1,13 @@
 //! The step `counts`: compares instructions of the host's benches, counted by callgrind, with the committed ones.
 
+use super::PACKAGE;
+use crate::outcome::{Missing, Outcome, Stop};
+use crate::tools::{Tool, VALGRIND};
+use crate::{files, process, toolchain};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-
-use serde::{Deserialize, Serialize};
-
-use super::PACKAGE;
-use crate::files;
-use crate::outcome::{Missing, Outcome, Stop};
-use crate::process;
-use crate::toolchain;
-use crate::tools::{Tool, VALGRIND};
 
 /// The committed counts.
 const FILE: &str = "tests/benches/counts.toml";

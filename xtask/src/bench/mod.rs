@@ -4,18 +4,14 @@
 mod counts;
 mod definitions;
 
-use std::path::Path;
-use std::time::Duration;
-
+use crate::options::Options;
+use crate::outcome::{Outcome, Stop};
+use crate::{budget, files, process};
 use comfy_table::presets::ASCII_MARKDOWN;
 use comfy_table::{CellAlignment, Table};
 use serde::{Deserialize, Serialize};
-
-use crate::budget;
-use crate::files;
-use crate::options::Options;
-use crate::outcome::{Outcome, Stop};
-use crate::process;
+use std::path::Path;
+use std::time::Duration;
 
 pub use counts::step as counts;
 pub use definitions::text as definitions;

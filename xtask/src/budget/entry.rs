@@ -1,9 +1,8 @@
 //! An entry of `budgets.toml`.
 
-use serde::Deserialize;
-
 use crate::firmware::rig::{Precision, Rig};
 use crate::firmware::streams::Source;
+use serde::Deserialize;
 
 /// The scenario with the greatest cost of a scan: every page in use, every gate open, the maximum number of
 /// measurements.

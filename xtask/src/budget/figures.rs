@@ -1,14 +1,12 @@
 //! Figures of one entry, from a replay and its image.
 
-use std::array;
-
-use serde::ser::SerializeMap;
-use serde::{Serialize, Serializer};
-
 use super::entry::{Budget, WORST_CASE};
 use crate::firmware::board::Board;
 use crate::firmware::image::Sizes;
 use crate::firmware::output::{Replay, STAGES, Scan};
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
+use std::array;
 
 /// Figures of a configuration that follow from its code, without a run.
 #[derive(Debug, Clone, Copy)]

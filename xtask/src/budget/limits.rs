@@ -1,11 +1,9 @@
 //! The limits of `budgets.toml`, and the comparison of figures with them.
 
-use serde::Deserialize;
-
 use super::entry::{Budget, FAULTS, WORST_CASE};
 use super::figures::Figures;
-use crate::files;
-use crate::process;
+use crate::{files, process};
+use serde::Deserialize;
 
 /// The file of the limits.
 pub const FILE: &str = "budgets.toml";

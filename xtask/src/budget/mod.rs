@@ -6,9 +6,6 @@ mod limits;
 mod share;
 mod table;
 
-use std::collections::BTreeMap;
-
-use crate::files;
 use crate::firmware::board::{Board, EMULATED};
 use crate::firmware::image::{self, Image};
 use crate::firmware::output::Replay;
@@ -17,11 +14,11 @@ use crate::firmware::streams;
 use crate::firmware::{PROOF, emulator};
 use crate::options::Options;
 use crate::outcome::{Outcome, Stop};
-use crate::process;
-use crate::toolchain;
+use crate::{files, process, toolchain};
 use entry::Budget;
 use figures::{Code, Figures};
 use limits::FILE;
+use std::collections::BTreeMap;
 
 pub use table::print;
 

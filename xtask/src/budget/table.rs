@@ -1,12 +1,11 @@
 //! Tables of the figures, for a reader.
 
-use comfy_table::presets::ASCII_MARKDOWN;
-use comfy_table::{CellAlignment, Table};
-
 use super::figures::Figures;
 use super::limits;
 use super::share::CHIPS;
 use crate::firmware::output::STAGES;
+use comfy_table::presets::ASCII_MARKDOWN;
+use comfy_table::{CellAlignment, Table};
 
 /// Number of text columns at the left of every table.
 const WORDS: usize = 3;

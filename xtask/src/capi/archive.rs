@@ -4,20 +4,17 @@
 //! in one program would conflict. Therefore the library and the helpers that it needs are linked into one object, everything else
 //! is removed, and all symbols except those of the header are made local.
 
+use super::symbols;
+use crate::outcome::{Missing, Stop};
+use crate::toolchain::{self, Toolchain};
+use crate::tools::{LLD, OBJCOPY};
+use crate::{files, process};
+use ar_archive_writer::{ArchiveKind, DEFAULT_OBJECT_READER, NewArchiveMember, write_archive_to_stream};
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-
-use ar_archive_writer::{ArchiveKind, DEFAULT_OBJECT_READER, NewArchiveMember, write_archive_to_stream};
-
-use super::symbols;
-use crate::files;
-use crate::outcome::{Missing, Stop};
-use crate::process;
-use crate::toolchain::{self, Toolchain};
-use crate::tools::{LLD, OBJCOPY};
 
 /// Name of the archive.
 pub const NAME: &str = "libscphd.a";

@@ -1,15 +1,14 @@
 //! Runs a C program on QEMU's boards, which must reach the same states as the host.
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::time::Duration;
-
 use super::archive;
 use crate::firmware::board::{Board, EMULATED};
 use crate::firmware::emulator;
 use crate::outcome::Stop;
 use crate::process;
 use crate::tools::{ARM_GCC, Tool};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
 
 /// Time limit of a run.
 const LIMIT: Duration = Duration::from_secs(600);

@@ -1,11 +1,9 @@
 //! Compares the flash of the loop of `docs/c.md` with each set with the table of that page.
 
+use crate::firmware::image::Image;
+use crate::{files, process};
 use std::path::Path;
 use std::process::Command;
-
-use crate::files;
-use crate::firmware::image::Image;
-use crate::process;
 
 /// Greatest ratio of the figure on the page and the measured one, in both directions, as for budgets.
 const MARGIN: f64 = 1.2;

@@ -1,11 +1,9 @@
 //! The header: generated and compared.
 
+use super::workspace::{cargo, tools_dir};
+use crate::{files, process};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
-
-use super::workspace::{cargo, tools_dir};
-use crate::files;
-use crate::process;
 
 pub fn path() -> PathBuf {
     process::root().join("bindings/capi/include/scphd.h")

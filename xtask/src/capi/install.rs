@@ -1,16 +1,13 @@
 //! Installs the C library: header, archive, and files for pkg-config, CMake and Zephyr.
 
-use std::path::{Path, PathBuf};
-
 use super::archive::{self, Builder};
 use super::header;
 use super::programs::Compiler;
 use super::workspace::TARGETS;
-use crate::files;
 use crate::outcome::{Outcome, Stop};
-use crate::process;
-use crate::toolchain;
 use crate::tools::CMAKE;
+use crate::{files, process, toolchain};
+use std::path::{Path, PathBuf};
 
 /// Destination and target.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -9,20 +9,18 @@ mod programs;
 mod symbols;
 mod workspace;
 
+use crate::outcome::{Missing, Outcome, Stop};
+use crate::{files, process, toolchain};
+use archive::Builder;
 use std::fs::{self, File};
 use std::path::PathBuf;
 use std::process::Stdio;
 use std::thread;
+use workspace::{cargo, tools_dir};
 
-use crate::files;
-use crate::outcome::{Missing, Outcome, Stop};
-use crate::process;
-use crate::toolchain;
-use archive::Builder;
 pub use install::{Place, install};
 pub use programs::Compiler;
 pub use workspace::TARGETS;
-use workspace::{cargo, tools_dir};
 
 /// Compiles and runs C programs with the header and the archive for the host.
 pub fn quick() -> Result<Outcome, Stop> {

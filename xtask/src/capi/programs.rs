@@ -1,11 +1,10 @@
 //! C and C++ programs on the host.
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
-
 use crate::outcome::Missing;
 use crate::process;
 use crate::tools::VALGRIND;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// A compiler and its language.
 pub struct Compiler {

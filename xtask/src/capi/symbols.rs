@@ -1,8 +1,7 @@
 //! Symbols of the archive's object.
 
-use std::collections::BTreeSet;
-
 use object::{Object, ObjectSymbol};
+use std::collections::BTreeSet;
 
 /// Functions that every C compiler requires.
 const IMPORTS: [&str; 4] = ["memcmp", "memcpy", "memmove", "memset"];

@@ -1,9 +1,8 @@
 //! The workspace of the C interface.
 
+use crate::process;
 use std::path::PathBuf;
 use std::process::Command;
-
-use crate::process;
 
 /// The targets of archives other than the host: with and without a floating-point unit.
 pub const TARGETS: [&str; 2] = ["thumbv7em-none-eabihf", "thumbv7em-none-eabi"];

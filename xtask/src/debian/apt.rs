@@ -1,11 +1,10 @@
 //! Lets apt resolve and download packages, without root.
 
+use crate::process;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
-
-use crate::process;
 
 /// Time limit for the lists, which have about 10 MB.
 const LISTS_LIMIT: Duration = Duration::from_secs(300);

@@ -5,10 +5,10 @@ mod apt;
 mod bundle;
 mod tree;
 
+use crate::process;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::process;
 pub use apt::{NETWORK, present as can_fetch};
 pub use bundle::Bundle;
 pub use tree::Tree;

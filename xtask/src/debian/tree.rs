@@ -1,15 +1,14 @@
 //! A folder with unpacked packages.
 
+use super::apt::Apt;
+use super::bundle::Bundle;
+use crate::process;
 use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-
-use super::apt::Apt;
-use super::bundle::Bundle;
-use crate::process;
 
 /// The list of its packages, which is written last.
 const LIST: &str = "packages.txt";

@@ -1,21 +1,13 @@
 //! The step `firmware`: after every scan the boards must have the same state as the host, bit for bit.
 
-use std::path::PathBuf;
-
 use super::board::FIRST;
-use super::emulator;
-use super::faults;
-use super::flips;
-use super::hil;
-use super::image;
 use super::output::{self, Replay, all_equal};
 use super::rig::{DIVE, JOINT, JOINT_HYPOTHESES, JOINT_MOVERS, PLANAR, Precision, Rig, UNDERWATER, UNDERWATER_JOINT};
-use super::rtos;
 use super::streams::{self, Source};
-use crate::files;
+use super::{emulator, faults, flips, hil, image, rtos};
 use crate::outcome::{Outcome, Stop};
-use crate::process;
-use crate::toolchain;
+use crate::{files, process, toolchain};
+use std::path::PathBuf;
 
 /// A scenario without moving features.
 const SURVEY: Source<'_> = Source { what: "survey", scans: 200, rig: PLANAR };

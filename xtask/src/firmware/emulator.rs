@@ -1,11 +1,5 @@
 //! Runs an image in QEMU and decodes its defmt output.
 
-use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
-use std::time::Duration;
-
-use defmt_decoder::{DecodeError, Table};
-
 use super::board::Board;
 use super::image::Image;
 use super::output::Replay;
@@ -13,6 +7,10 @@ use crate::once::Once;
 use crate::outcome::Missing;
 use crate::process;
 use crate::tools::{QEMU, Tool};
+use defmt_decoder::{DecodeError, Table};
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use std::time::Duration;
 
 /// Time limit of a run.
 const LIMIT: Duration = Duration::from_secs(1800);

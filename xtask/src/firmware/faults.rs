@@ -2,11 +2,10 @@
 //! case.
 
 use super::board::FIRST;
-use super::emulator;
-use super::image;
 use super::output::{self, Replay, all_equal};
 use super::rig::{FEW, JOINT, JOINT_MOVERS, PLANAR, Precision, Rig, SMALL, SMALL_JOINT};
 use super::streams::{self, Source};
+use super::{emulator, image};
 use crate::budget;
 
 /// Number of scans of `faults`: all.

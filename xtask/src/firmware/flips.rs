@@ -2,11 +2,9 @@
 //! those of the host, and no scan may exceed the worst case.
 
 use super::board::FIRST;
-use super::emulator;
-use super::image;
-use super::output;
 use super::rig::{FEW, FEW_JOINT, Precision, Rig};
 use super::streams::{self, Source};
+use super::{emulator, image, output};
 use crate::budget;
 
 /// The features of the image.

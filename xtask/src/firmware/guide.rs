@@ -1,10 +1,8 @@
 //! Builds the project of `docs/guide/embedding.md` as shown there.
 
 use super::board::REFERENCE;
-use super::image;
-use super::workbench;
-use crate::files;
-use crate::process;
+use super::{image, workbench};
+use crate::{files, process};
 
 const CHAPTER: &str = include_str!("../../../docs/guide/embedding.md");
 /// Path of the library in the chapter, relative to the project.

@@ -1,15 +1,11 @@
 //! Hardware in the loop: the image `hil` in QEMU communicates with `scphd-sim hil` over its serial port.
 
+use super::board::FIRST;
+use super::{emulator, image, streams};
+use crate::outcome::{Outcome, Stop};
+use crate::{process, toolchain};
 use std::net::TcpListener;
 use std::time::Duration;
-
-use super::board::FIRST;
-use super::emulator;
-use super::image;
-use super::streams;
-use crate::outcome::{Outcome, Stop};
-use crate::process;
-use crate::toolchain;
 
 /// The image. It links only if no panic is reachable.
 pub const IMAGE: &str = "hil";

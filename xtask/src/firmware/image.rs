@@ -1,19 +1,14 @@
 //! Builds images, and reads their contents.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
-
-use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, elf};
-
 use super::board::{Board, REFERENCE};
 use super::rig::{Precision, Rig};
 use super::workbench;
-use crate::files;
-use crate::noalloc;
 use crate::once::Once;
-use crate::process;
-use crate::toolchain;
+use crate::{files, noalloc, process, toolchain};
+use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, elf};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// A built image.
 pub struct Image {

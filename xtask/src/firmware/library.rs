@@ -1,10 +1,8 @@
 //! The share of an image that belongs to the library.
 
-use std::collections::BTreeMap;
-
-use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind, SymbolSection};
-
 use super::image::Image;
+use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind, SymbolSection};
+use std::collections::BTreeMap;
 
 /// The crates of the filter and of its computations.
 const CRATES: [&str; 7] = ["scphd", "libm", "nalgebra", "simba", "num_traits", "rand_core", "rand_xoshiro"];

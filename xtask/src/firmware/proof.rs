@@ -2,13 +2,11 @@
 //! with images that must fail.
 
 use super::board::{Board, EMULATED, REFERENCE};
-use super::guide;
-use super::hil;
 use super::image::{self, Image};
 use super::rig::{JOINT, JOINT_HYPOTHESES, JOINT_MOVERS, PLANAR, Precision, Rig, UNDERWATER, UNDERWATER_JOINT};
+use super::{guide, hil};
 use crate::outcome::{Outcome, Stop};
-use crate::process;
-use crate::toolchain;
+use crate::{process, toolchain};
 
 /// The image whose panic handler calls a function that nobody defines.
 pub const PROOF: &str = "proof";

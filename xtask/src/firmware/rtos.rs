@@ -1,15 +1,12 @@
 //! The images with an operating system: odometry preempts the filter during scans, and the final state must be that of the host.
 
-use std::path::Path;
-
 use super::board::{Board, EMULATED};
-use super::emulator;
-use super::image;
-use super::output;
 use super::rig::{PLANAR, Precision};
 use super::streams::{self, Source};
+use super::{emulator, image, output};
 use crate::outcome::{Outcome, Stop};
 use crate::toolchain;
+use std::path::Path;
 
 /// The workspace of these images.
 const FOLDER: &str = "firmware/rtos";

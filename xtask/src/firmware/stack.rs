@@ -1,11 +1,9 @@
 //! A bound of an image's stack depth for all inputs, from its code.
 
-use std::collections::BTreeMap;
-
-use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
-
 use super::image::Image;
 use super::thumb::{Effect, decode};
+use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
+use std::collections::BTreeMap;
 
 /// The start of a program.
 const ENTRY: &str = "Reset";

@@ -1,15 +1,13 @@
 //! Streams for boards and host, and replays on the host.
 
+use super::output::Replay;
+use super::rig::{Precision, Rig};
+use crate::once::Once;
+use crate::{process, unit};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Mutex, OnceLock, PoisonError};
-
-use super::output::Replay;
-use super::rig::{Precision, Rig};
-use crate::once::Once;
-use crate::process;
-use crate::unit;
 
 /// The program that replays streams on the host.
 const REPLAY: &str = "scphd-replay";

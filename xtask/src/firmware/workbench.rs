@@ -1,11 +1,9 @@
 //! Folders for building images, as many as there are builds side by side.
 
+use crate::{process, toolchain};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
-
-use crate::process;
-use crate::toolchain;
 
 /// Numbers of the folders in use.
 static TAKEN: Mutex<BTreeSet<usize>> = Mutex::new(BTreeSet::new());

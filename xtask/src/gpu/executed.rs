@@ -1,10 +1,9 @@
 //! Executes the module on the host, instruction by instruction: compares its bits with those of the host, and counts
 //! instructions.
 
+use crate::process;
 use std::path::Path;
 use std::process::Command;
-
-use crate::process;
 
 /// A column of the program's counts, and the greatest sum of it over the kernels of a run: 1.2 times the figure in docs/gpu.md.
 type Limit = (usize, u64);

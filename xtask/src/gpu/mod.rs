@@ -5,13 +5,11 @@ mod executed;
 mod module;
 mod ptxas;
 
+use crate::outcome::{Outcome, Stop};
+use crate::{files, process, toolchain};
 use std::path::Path;
 use std::process::Command;
 
-use crate::files;
-use crate::outcome::{Outcome, Stop};
-use crate::process;
-use crate::toolchain;
 pub use module::TARGET;
 
 /// Exit code of the program without a driver or GPU.

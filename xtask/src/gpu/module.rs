@@ -1,10 +1,9 @@
 //! The module as text (PTX): built from the kernels and the library, and checked for instructions that would change bits or stop
 //! a thread.
 
-use crate::files;
 use crate::outcome::Stop;
-use crate::process;
 use crate::toolchain::Toolchain;
+use crate::{files, process};
 
 /// Target of NVIDIA GPUs.
 pub const TARGET: &str = "nvptx64-nvidia-cuda";

@@ -1,10 +1,9 @@
 //! NVIDIA's assembler: registers and memory of each kernel, and modules for certain architectures.
 
-use std::path::{Path, PathBuf};
-
 use crate::outcome::Missing;
 use crate::process;
 use crate::python::Environment;
+use std::path::{Path, PathBuf};
 
 /// The package with the assembler, without other parts of the compiler.
 const PACKAGE: [&str; 1] = ["nvidia-cuda-nvcc>=13.0,<14"];
