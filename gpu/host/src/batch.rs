@@ -102,26 +102,22 @@ impl Batch {
     }
 
     /// Number of particles of the first run's filter.
-    #[must_use]
     pub fn particles(&self) -> u32 {
         self.runs.first().map_or(0, |run| run.setup.particles)
     }
 
     /// Whether the batch is the single run of a large filter.
-    #[must_use]
     pub fn is_large(&self) -> bool {
         self.room[0] > PARTICLES
     }
 
     /// The greatest numbers of particles of a run, and of samples of each.
-    #[must_use]
     pub fn most(&self) -> [usize; 2] {
         let most = |of: fn(&Run) -> u32| self.runs.iter().map(of).max().unwrap_or(0) as usize;
         [most(|run| run.setup.particles), most(|run| run.setup.samples)]
     }
 
     /// The greatest number of predictions before the scan of any run.
-    #[must_use]
     pub fn predictions_before(&self, scan: u32) -> u32 {
         let of = |run: &Run| {
             let place = (scan < run.scans).then_some((run.first_scan + scan) as usize);
@@ -143,13 +139,11 @@ impl Batch {
     }
 
     /// The greatest number of scans of a run.
-    #[must_use]
     pub fn most_scans(&self) -> u32 {
         self.runs.iter().map(|run| run.scans).max().unwrap_or(0)
     }
 
     /// Capacities for the estimated features, and for the moving ones, of all runs.
-    #[must_use]
     pub fn rooms(&self) -> [usize; 2] {
         let last = |end: fn(&Run) -> usize| self.runs.last().map_or(0, end);
         [
@@ -159,7 +153,6 @@ impl Batch {
     }
 
     /// Bytes of the inputs and outputs.
-    #[must_use]
     pub fn bytes(&self) -> usize {
         let [features, movers] = self.rooms();
         size_of_val(&self.runs[..])

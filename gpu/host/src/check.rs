@@ -56,9 +56,6 @@ pub fn digests_of_host(
 }
 
 /// [`digests_of_host`] without digests, whose computation would count as time. Returns the wall time, s.
-///
-/// # Errors
-/// As for [`digests_of_host`].
 pub fn drive_on_host(log: &Log, settings: &Settings, seed: u64) -> Result<f64, SessionError> {
     on_host(log, settings, seed, usize::MAX, false).map(|(_, seconds)| seconds)
 }

@@ -32,13 +32,11 @@ impl Modules {
     pub const TEXT: &'static str = "scphd.ptx";
 
     /// The modules in a folder.
-    #[must_use]
     pub fn of(folder: impl Into<PathBuf>) -> Self {
         Self { folder: folder.into() }
     }
 
     /// File name of the module that is assembled for a compute capability: 8 and 0 for sm_80.
-    #[must_use]
     pub fn assembled(major: i32, minor: i32) -> String {
         format!("scphd-sm_{major}{minor}.cubin")
     }

@@ -38,7 +38,6 @@ impl Outcome {
 
 /// Why a device does not work.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum DeviceError {
     /// There is no device, because there is no driver.
     #[error("no CUDA driver (no libcuda on this machine)")]
@@ -76,16 +75,10 @@ pub trait Device {
     fn run_bytes(&self, batch: &Batch) -> usize;
 
     /// Number of runs whose memory fits at the same time, if each needs `bytes_a_run` bytes.
-    ///
-    /// # Errors
-    /// The device cannot tell.
     fn resident(&self, bytes_a_run: usize) -> Result<usize, DeviceError>;
 
     /// Processes all scans of every run of the batch, launch by launch, with a digest after every `digest_every` scans and after
     /// the last.
-    ///
-    /// # Errors
-    /// The device does not work.
     fn run(&mut self, batch: &Batch, digest_every: u32) -> Result<Outcome, DeviceError>;
 
     /// A further report on the last batch, if there is one.

@@ -24,7 +24,6 @@ pub struct Emulated {
 
 impl Emulated {
     /// An emulated device with this number of threads; by default, one for each core.
-    #[must_use]
     pub fn new(threads: Option<usize>) -> Self {
         let threads = threads.unwrap_or_else(|| available_parallelism().map_or(1, usize::from)).max(1);
         let name = format!("emulated, {threads} thread{} of the host", if threads == 1 { "" } else { "s" });

@@ -40,9 +40,6 @@ impl LargeRun {
     }
 
     /// Runs the filter by the library's own scan, on one core, over a state with the same capacities.
-    ///
-    /// # Errors
-    /// The run has stopped.
     pub fn alone(batch: &Batch, digest_every: u32) -> Result<Self, StudyError> {
         Self::of(alone(batch, digest_every))
     }
@@ -59,20 +56,17 @@ impl LargeRun {
     }
 
     /// Number of scans for which the pages or the capacity of a map did not suffice.
-    #[must_use]
     pub fn short_scans(&self) -> usize {
         Short::scans_of(&self.results)
     }
 
     /// The greatest numbers of pages of static and of moving features that a scan has used.
-    #[must_use]
     pub fn peak_pages(&self) -> [u32; 2] {
         let most = |of: fn(&ScanResult) -> u32| self.results.iter().map(of).max().unwrap_or(0);
         [most(|result| result.peak_pages), most(|result| result.peak_moving_pages)]
     }
 
     /// The first scan after which the state differs from that of another run of the same filter.
-    #[must_use]
     pub fn difference(&self, host: &Self, seed: u64) -> Option<Difference> {
         let pairs = host.results.iter().zip(&self.results).enumerate();
         let mut differ = pairs.filter(|(_, (host, device))| host.digest != device.digest);

@@ -22,14 +22,12 @@ pub struct Played<'o> {
 
 impl<'o> Played<'o> {
     /// Run number `run` of a batch, by a filter with `state_bytes` bytes of state; `None` if the batch has no such run.
-    #[must_use]
     pub fn of(batch: &'o Batch, outcome: &'o Outcome, run: usize, state_bytes: usize) -> Option<Self> {
         let status = *outcome.statuses.get(run)?;
         Some(Self { run: batch.runs.get(run)?, outcome, status, told: 0, state_bytes })
     }
 
     /// The results of the processed scans.
-    #[must_use]
     pub fn results(&self) -> &'o [ScanResult] {
         let from = self.outcome.results.get(self.run.first_scan as usize..).unwrap_or(&[]);
         from.get(..self.status.scans.min(self.run.scans) as usize).unwrap_or(&[])

@@ -14,7 +14,6 @@ use scphd_run::session::{self, SessionError};
 
 /// Why a study failed.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum StudyError {
     /// The scenario or its settings are invalid.
     #[error(transparent)]
@@ -112,9 +111,6 @@ pub fn study(
 }
 
 /// [`study`] without scores.
-///
-/// # Errors
-/// As for [`study`].
 pub fn time(
     device: &mut dyn Device,
     source: &Source,

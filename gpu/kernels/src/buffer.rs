@@ -35,14 +35,12 @@ pub struct Run {
 
 impl Run {
     /// The seed as one number.
-    #[must_use]
     pub fn seed(&self) -> u64 {
         let [low, high] = self.seed.map(u64::from);
         high << 32 | low
     }
 
     /// A seed in two halves.
-    #[must_use]
     pub fn halves(seed: u64) -> [u32; 2] {
         [seed, seed >> 32].map(|half| half as u32)
     }
@@ -169,7 +167,6 @@ impl Status {
     pub const FEATURES: u32 = 6;
 
     /// The meaning of a code.
-    #[must_use]
     pub fn text(code: u32) -> &'static str {
         match code {
             Self::UNTOUCHED => "no thread has worked on it",

@@ -251,13 +251,11 @@ pub const fn page_parts<M: Size>() -> [usize; 2] {
 }
 
 /// Number of parts of the candidates.
-#[must_use]
 pub const fn parts(candidates: usize) -> usize {
     candidates.div_ceil(PART)
 }
 
 /// Words of scratch of a filter with `particles` particles and `samples` samples of each.
-#[must_use]
 pub const fn words<M: Size>(particles: usize, samples: usize) -> usize {
     let [of_static, of_moving] = page_parts::<M>();
     particles * (samples + COLUMNS + WHOLES) + M::PAGES + M::MOVING_PAGES + of_static + of_moving
@@ -391,13 +389,11 @@ pub struct Group<M: Size> {
 }
 
 /// Number of positions in the random stream that a filter with `candidates` candidates stores.
-#[must_use]
 pub const fn streams(candidates: usize) -> usize {
     candidates.div_ceil(TOGETHER)
 }
 
 /// Bytes of one element of each buffer (room, sight, desk, draft, stream, part), and the greatest alignment of all of them.
-#[must_use]
 pub fn bytes<M: Size>() -> [u64; 7] {
     let alignments = [
         align_of::<Room<M>>(),

@@ -36,7 +36,6 @@ pub struct Outputs<'a> {
 }
 
 /// Whether a digest is needed after `taken` scans: after every `every` scans and after the last; for 0, only after the last.
-#[must_use]
 pub fn asks_for_digest(every: usize, taken: usize, last: bool) -> bool {
     last || taken.checked_rem(every) == Some(0)
 }

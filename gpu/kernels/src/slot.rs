@@ -27,7 +27,6 @@ pub struct Slot<M> {
 
 impl<M: Size> Slot<M> {
     /// An empty slot, all zero.
-    #[must_use]
     pub const fn new() -> Self {
         Self {
             memory: M::EMPTY,

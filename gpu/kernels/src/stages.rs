@@ -44,7 +44,6 @@ pub enum Places {
 
 impl Places {
     /// The number of threads for a filter of this size with `particles` particles and `samples` samples of each.
-    #[must_use]
     pub const fn count<M: Size>(self, particles: usize, samples: usize) -> usize {
         match self {
             Self::One => 1,

@@ -22,13 +22,11 @@ pub struct Counts {
 
 impl Counts {
     /// Mean number of threads of a warp for which an instruction was executed.
-    #[must_use]
     pub fn threads_together(&self) -> f64 {
         self.instructions as f64 / self.warp_instructions.max(1) as f64
     }
 
     /// The sum with the counts of a later launch. The longest warps run one after the other.
-    #[must_use]
     pub fn and(self, next: Self) -> Self {
         Self {
             instructions: self.instructions + next.instructions,

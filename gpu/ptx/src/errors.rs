@@ -14,7 +14,6 @@ pub struct ReadError {
 
 /// Why a launch has failed.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
 pub enum LaunchError {
     /// The module has no such kernel.
     #[error("no kernel {0}")]

@@ -9,7 +9,6 @@ pub(crate) const LOCAL: u64 = 0xffff << SPACING;
 
 /// An invalid access, which a device might not report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
 pub enum AccessError {
     /// There is no buffer at the address, or it is too short.
     #[error("{bytes} bytes at {address:#x} are not within a buffer")]
@@ -78,7 +77,6 @@ pub struct Memory {
 
 impl Memory {
     /// A memory without buffers.
-    #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
@@ -106,9 +104,6 @@ impl Memory {
     }
 
     /// All bytes of the buffer at this address.
-    ///
-    /// # Errors
-    /// There is no buffer.
     pub fn bytes(&self, address: u64) -> Result<&[u8], AccessError> {
         let found = buffer_of(address).and_then(|index| self.buffers.get(index));
         found.map(|buffer| &buffer.bytes[..]).ok_or(AccessError::Outside { address, bytes: 0 })

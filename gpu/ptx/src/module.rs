@@ -42,7 +42,6 @@ impl Module {
     }
 
     /// The names of the kernels, sorted.
-    #[must_use]
     pub fn kernels(&self) -> Vec<&str> {
         let mut names: Vec<&str> = self.kernels.keys().map(String::as_str).collect();
         names.sort_unstable();

@@ -15,7 +15,6 @@ pub enum Severity {
 }
 
 impl Severity {
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Note => "note",

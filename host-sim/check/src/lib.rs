@@ -32,7 +32,6 @@ pub use facts::Facts;
 pub use finding::{Finding, Severity};
 
 use finding::{Findings, Motion};
-
 use scphd_filters::kind::Kind;
 use scphd_filters::settings::Settings;
 use scphd_filters::underwater::settings::Settings as UnderwaterSettings;
@@ -59,17 +58,12 @@ pub struct Report {
 }
 
 impl Report {
-    #[must_use]
     pub fn count(&self, severity: Severity) -> usize {
         self.findings.iter().filter(|finding| finding.severity == severity).count()
     }
 }
 
 /// Writes reports to `path` as one JSON object, or a list of several; the file is complete or not written.
-///
-/// # Errors
-///
-/// [`OutputError`] if the file cannot be written.
 pub fn write(path: &Path, reports: &[Report]) -> Result<(), OutputError> {
     match reports {
         [one] => json::write(path, one),
@@ -206,7 +200,6 @@ impl Checked for Underwater {
 }
 
 /// Checks a folder: its files, then their contents.
-#[must_use]
 pub fn folder(dir: &Path) -> Report {
     if log_folder::has_camera(dir) { folder_of::<Underwater>(dir) } else { folder_of::<Planar>(dir) }
 }
@@ -233,7 +226,6 @@ fn finished(log: String, facts: Option<Facts>, mut findings: Findings) -> Report
 }
 
 /// Checks the contents of a log, as before every replay.
-#[must_use]
 pub fn log_of<K: Checked>(log: &K::Log) -> (Facts, Vec<Finding>) {
     let mut named = Vec::new();
     let sound = K::truth_only(log, &mut named);

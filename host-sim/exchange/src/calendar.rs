@@ -7,7 +7,6 @@ const FIRST_S: f64 = 946_684_800.0;
 const LAST_S: f64 = 4_102_444_800.0;
 
 /// Date and time (UTC) of seconds since 1970; `None` if it is not a calendar time.
-#[must_use]
 pub fn utc(t_s: f64) -> Option<String> {
     if !(FIRST_S..LAST_S).contains(&t_s) {
         return None;
@@ -23,7 +22,6 @@ pub fn utc(t_s: f64) -> Option<String> {
 }
 
 /// A time, s, as a date if it is a calendar time.
-#[must_use]
 pub fn shown(t_s: f64) -> String {
     utc(t_s).unwrap_or_else(|| format!("{t_s:.3} s"))
 }

@@ -3,7 +3,6 @@
 use std::f64::consts::PI;
 
 /// The angle (rad) wrapped to (−π, π]. Angles in this interval are returned bit for bit.
-#[must_use]
 pub fn wrap(angle_rad: f64) -> f64 {
     if angle_rad > -PI && angle_rad <= PI {
         return angle_rad;

@@ -36,7 +36,6 @@ impl<const N: usize> Coordinates for [f64; N] {
 pub type Covariance<C> = <C as Coordinates>::Square;
 
 /// Distance of two positions, or of a position and a pose.
-#[must_use]
 pub fn distance(a: &impl AsRef<[f64]>, b: &impl AsRef<[f64]>) -> f64 {
     a.as_ref().iter().zip(b.as_ref()).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }
@@ -70,12 +69,10 @@ pub trait Dimensions: Debug + Clone + Copy + PartialEq + Default + Send + Sync +
     /// Pairs of axes for drawing maps: from above and, in space, from the side.
     const LOOKS: &'static [[usize; 2]];
 
-    #[must_use]
     fn position(pose: &Self::Pose) -> Self::Position {
         Self::Position::with(|k| pose.as_ref()[k])
     }
 
-    #[must_use]
     fn heading(pose: &Self::Pose) -> f64 {
         pose.as_ref()[Self::Position::COUNT]
     }

@@ -41,7 +41,6 @@ pub struct Events<'a> {
 /// until the next one; before the first row there are no predictions. A scan at the time of a row comes after all motion until
 /// then and before any motion by that row: if both start at the same time, scan 0 is seen from the initial pose. The same holds
 /// for a fix, which comes before a scan of the same time. Odometry and fixes after the last scan are left out.
-#[must_use]
 pub fn events(log: &Log) -> Events<'_> {
     let first_row_s = log.odometry.first().map_or(f64::INFINITY, |row| row.t_s);
     let first_scan_s = log.scans.first().map_or(f64::INFINITY, |scan| scan.t_s);

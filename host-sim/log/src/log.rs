@@ -46,7 +46,6 @@ pub struct Sensor {
 
 impl Sensor {
     /// Whether a position with this range, m, and bearing, rad, is in the window.
-    #[must_use]
     pub fn sees(&self, range_m: f64, bearing_rad: f64) -> bool {
         let half_rad = 0.5 * (self.bearing_max_rad - self.bearing_min_rad);
         let middle_rad = 0.5 * (self.bearing_max_rad + self.bearing_min_rad);
@@ -68,7 +67,6 @@ impl Mounting {
     pub const NONE: Self = Self { forward_m: 0.0, left_m: 0.0, yaw_rad: 0.0 };
 
     /// The pose (x m, y m, heading rad) of the sensor of a vehicle at `pose`.
-    #[must_use]
     pub fn seat(&self, [x, y, heading]: [f64; 3]) -> [f64; 3] {
         if *self == Self::NONE {
             return [x, y, heading];
@@ -129,7 +127,6 @@ pub struct Odometry {
 
 impl Odometry {
     /// Speed over ground, m/s, negative in reverse.
-    #[must_use]
     pub fn speed_mps(&self) -> f64 {
         let [ahead, _, left] = self.control;
         if left == 0.0 { ahead } else { libm::hypot(ahead, left) }
@@ -202,13 +199,11 @@ impl FixNoise {
     pub const USUAL_GATE: f64 = 25.0;
 
     /// The gate, or its default.
-    #[must_use]
     pub fn gate(&self) -> f64 {
         self.gate.unwrap_or(Self::USUAL_GATE)
     }
 
     /// The rule for accepting fixes that were left out.
-    #[must_use]
     pub fn rule(&self) -> FixRule<f64> {
         let usual = FixRule::default();
         FixRule { patience_s: self.patience_s.unwrap_or(usual.patience_s), ..usual }

@@ -102,10 +102,6 @@ pub fn read_or_all(dir: &Path) -> Result<Log, Vec<LogError>> {
 }
 
 /// [`read_or_all`], with the first error only.
-///
-/// # Errors
-///
-/// As for [`read_or_all`].
 pub fn read(dir: &Path) -> Result<Log, LogError> {
     read_or_all(dir).map_err(first)
 }
@@ -128,10 +124,6 @@ fn rows(dir: &Path, head: &Head, faults: &mut Faults) -> Option<(Vec<Odometry>, 
 }
 
 /// A log with the contents of a `log.toml`, without rows.
-///
-/// # Errors
-///
-/// As for [`read`].
 pub fn of_head(text: &str) -> Result<Log, LogError> {
     let head = Head::of(text).map_err(first)?;
     if let Some(key) = head.key_of_folders() {

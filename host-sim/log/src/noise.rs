@@ -13,7 +13,6 @@ pub struct Noise {
 }
 
 impl Noise {
-    #[must_use]
     pub fn new(seed: u64) -> Self {
         Self { rng: Xoshiro256PlusPlus::seed_from_u64(seed) }
     }

@@ -18,7 +18,6 @@ pub const MAX_GAP_S: f64 = 2.0;
 ///
 /// `None` outside the time of `truth` and inside gaps longer than [`MAX_GAP_S`]. The heading is unknown unless both rows have it.
 /// `truth` is in order of time; at the time of a row the result is that row.
-#[must_use]
 pub fn at<D: Dimensions>(truth: &[TruePose<D>], t_s: f64) -> Option<TruePose<D>> {
     let after = truth.partition_point(|row| row.t_s <= t_s);
     let before = truth.get(after.checked_sub(1)?)?;

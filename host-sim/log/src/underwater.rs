@@ -70,7 +70,6 @@ pub struct Nominal {
 impl Nominal {
     /// The noise of a log that states only that of the Doppler log (m/s), the pressure sensor (m) and the gyroscope (rad/s); the
     /// rest are defaults. The velocity of the vehicle changes as fast as it is measured, like that of a hand-held rig.
-    #[must_use]
     pub const fn of_instruments(velocity_sigma_mps: f64, z_sigma_m: f64, yaw_rate_sigma_radps: f64) -> Self {
         Self {
             velocity_sigma_mps,
@@ -112,7 +111,6 @@ impl Log {
 
 impl Landmark {
     /// Whether it is detected at least every other time.
-    #[must_use]
     pub fn is_stable(&self) -> bool {
         self.detectability >= 0.5
     }

@@ -21,7 +21,6 @@ impl Vehicle {
     /// `control` is encoder speed (m/s) and steering angle (rad) for the Ackermann vehicle (5.25–5.27, with the sign of the x row
     /// corrected), speed (m/s) and turn rate (rad/s) for the unicycles, and for a holonomic vehicle also the speed to the left
     /// (m/s). The returned heading is in (−π, π].
-    #[must_use]
     pub fn step(&self, pose: [f64; 3], control: [f64; 3], dt_s: f64) -> [f64; 3] {
         let [x, y, heading] = pose;
         match *self {
@@ -93,7 +92,6 @@ impl Vehicle {
 }
 
 /// The pose (x m, y m, heading rad) at each scan of `log` by dead reckoning.
-#[must_use]
 pub fn dead_reckoning(log: &Log) -> Vec<[f64; 3]> {
     let mut pose = log.initial_pose;
     let mut poses = Vec::with_capacity(log.scans.len());

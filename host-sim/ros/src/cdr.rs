@@ -7,7 +7,6 @@ use cdr_encoding::{from_bytes, to_vec};
 const LITTLE: [u8; 4] = [0, 1, 0, 0];
 
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
 pub enum CdrError {
     #[error("{0} bytes, where the head alone has 4")]
     Short(usize),
@@ -27,9 +26,6 @@ pub fn encode<M: Message>(message: &M) -> Result<Vec<u8>, CdrError> {
 }
 
 /// Decodes a message; additional bytes are padding.
-///
-/// # Errors
-/// [`CdrError`].
 pub fn decode<M: Message>(bytes: &[u8]) -> Result<M, CdrError> {
     let Some((&[first, second, _, _], body)) = bytes.split_first_chunk() else {
         return Err(CdrError::Short(bytes.len()));

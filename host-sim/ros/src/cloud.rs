@@ -8,7 +8,6 @@ const FLOAT64: u8 = 8;
 
 /// Why a cloud cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
 pub enum CloudError {
     /// Rows or points need more bytes than there are.
     #[error("{height} rows of {width} points of {point_step} bytes do not fit {bytes} bytes with rows of {row_step}")]
@@ -30,7 +29,6 @@ pub enum CloudError {
 
 /// A cloud of points with S numbers in single precision, which most viewers need for x, y and z, and D numbers in double
 /// precision.
-#[must_use]
 pub fn cloud<const S: usize, const D: usize>(
     header: Header,
     single: [&str; S],
@@ -83,9 +81,6 @@ pub struct Column {
 
 impl<'c> Cloud<'c> {
     /// Checks the sizes of a cloud.
-    ///
-    /// # Errors
-    /// [`CloudError::Size`].
     pub fn of(cloud: &'c PointCloud2) -> Result<Self, CloudError> {
         let PointCloud2 { height, width, point_step, row_step, .. } = *cloud;
         let bytes = cloud.data.len();
@@ -100,7 +95,6 @@ impl<'c> Cloud<'c> {
         Ok(Self(cloud))
     }
 
-    #[must_use]
     pub fn points(&self) -> usize {
         // The product is at most the number of bytes of the data.
         self.0.height as usize * self.0.width as usize
@@ -126,7 +120,6 @@ impl<'c> Cloud<'c> {
     }
 
     /// A number of a point; NaN beyond the last one.
-    #[must_use]
     pub fn number(&self, point: usize, column: Column) -> f64 {
         let width = (self.0.width as usize).max(1);
         let (row, place) = (point / width, point % width);

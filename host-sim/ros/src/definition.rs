@@ -104,7 +104,6 @@ impl Definition {
 }
 
 /// The definition with those of all types in it, in the encoding `ros2msg` of MCAP.
-#[must_use]
 pub fn full_text(definition: &'static Definition) -> String {
     let mut all = Vec::new();
     collect(definition, &mut all);

@@ -25,7 +25,6 @@ pub struct ReadError {
 
 /// The error of a file.
 #[derive(Debug)]
-#[non_exhaustive]
 pub enum ReadProblem {
     Io(io::Error),
     /// It does not begin with the magic bytes of MCAP.
@@ -108,7 +107,6 @@ enum Raw {
 
 impl<R: Read> Reader<R> {
     /// Reads `source` from its present position.
-    #[must_use]
     pub fn new(source: R) -> Self {
         let options = LinearReaderOptions::default()
             .with_emit_chunks(true)
@@ -128,7 +126,6 @@ impl<R: Read> Reader<R> {
     }
 
     /// The channel with this number; there is one for every [`Record`] that refers to it.
-    #[must_use]
     pub fn channel(&self, number: u16) -> Option<&Channel> {
         self.channels.get(&number)
     }

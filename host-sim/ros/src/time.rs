@@ -22,9 +22,6 @@ pub struct TimeError(pub f64);
 
 impl Time {
     /// The stamp nearest to a time in seconds.
-    ///
-    /// # Errors
-    /// [`TimeError`].
     pub fn from_seconds(t_s: f64) -> Result<Self, TimeError> {
         // Whole seconds and the remainder separately: the product with 10⁹ would lose digits.
         let whole = t_s.floor();
@@ -37,7 +34,6 @@ impl Time {
     }
 
     /// The stamp of a number of nanoseconds; times beyond 2³¹ s are limited.
-    #[must_use]
     pub fn from_nanoseconds(ns: u64) -> Self {
         let sec = i32::try_from(ns / NANOSECONDS).unwrap_or(i32::MAX);
         // Less than 10⁹.
@@ -45,7 +41,6 @@ impl Time {
     }
 
     /// Nanoseconds; 0 for a negative stamp.
-    #[must_use]
     pub fn nanoseconds(&self) -> u64 {
         u64::try_from(self.sec).map_or(0, |sec| sec * NANOSECONDS + u64::from(self.nanosec))
     }

@@ -49,9 +49,6 @@ pub fn message(data: &[u8]) -> Result<Cow<'_, [u8]>, String> {
 
 /// The contents of a file, decompressed if the whole file is compressed with zstd or lz4, as by
 /// `ros2 bag record --compression-mode file`.
-///
-/// # Errors
-/// The file cannot be read.
 pub fn unpacked<R: Read + 'static>(mut source: R) -> io::Result<Box<dyn Read>> {
     let mut head = Vec::new();
     source.by_ref().take(4).read_to_end(&mut head)?;

@@ -10,7 +10,6 @@ use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum WriteError {
     /// Error of the file system, or too many topics.
     #[error("{0}")]
@@ -34,18 +33,12 @@ impl<W: Write + Seek> std::fmt::Debug for Writer<W> {
 
 impl<W: Write + Seek> Writer<W> {
     /// Starts an empty file; `library` is the name of the program.
-    ///
-    /// # Errors
-    /// Errors of the file system.
     pub fn new(out: W, library: &str) -> Result<Self, WriteError> {
         let file = WriteOptions::new().compression(None).profile("ros2").library(library).create(out)?;
         Ok(Self { file, channels: BTreeMap::new() })
     }
 
     /// Adds a topic, which is in the file even without messages. With `latched`, late readers receive its last message.
-    ///
-    /// # Errors
-    /// Errors of the file system, or too many topics.
     pub fn topic<M: Message>(&mut self, topic: &str, latched: bool) -> Result<(), WriteError> {
         if self.channels.contains_key(topic) {
             return Ok(());
@@ -66,9 +59,6 @@ impl<W: Write + Seek> Writer<W> {
     }
 
     /// Writes a message that was sent and received at this time; adds its topic if necessary.
-    ///
-    /// # Errors
-    /// [`WriteError`].
     pub fn write<M: Message>(&mut self, topic: &str, at: Time, message: &M) -> Result<(), WriteError> {
         self.topic::<M>(topic, false)?;
         let data = encode(message)?;
@@ -80,9 +70,6 @@ impl<W: Write + Seek> Writer<W> {
     }
 
     /// Attaches a file.
-    ///
-    /// # Errors
-    /// Errors of the file system.
     pub fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> Result<(), WriteError> {
         let (name, media_type) = (name.to_owned(), media_type.to_owned());
         let attachment = Attachment { log_time: 0, create_time: 0, name, media_type, data: Cow::Borrowed(data) };
@@ -90,9 +77,6 @@ impl<W: Write + Seek> Writer<W> {
     }
 
     /// Ends the file, which cannot be read otherwise.
-    ///
-    /// # Errors
-    /// Errors of the file system.
     pub fn finish(mut self) -> Result<W, WriteError> {
         self.file.finish()?;
         Ok(self.file.into_inner())

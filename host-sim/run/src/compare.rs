@@ -21,9 +21,6 @@ use scphd_reference::{Component, Particle, Recursion, Selection, State, Weighing
 /// A kind of vehicle for which the reference has models.
 pub trait Lockstep: Kind {
     /// [`compare`] with the filter and the reference of this kind.
-    ///
-    /// # Errors
-    /// As for `compare`.
     fn lockstep(
         log: &Self::Log,
         settings: &Self::Settings,
@@ -33,9 +30,6 @@ pub trait Lockstep: Kind {
     ) -> Result<Comparison, Refusal>;
 
     /// [`compare_joint`] with the joint filter and its reference of this kind.
-    ///
-    /// # Errors
-    /// As for `compare_joint`.
     fn joint_lockstep(
         log: &Self::Log,
         settings: &Self::Settings,
@@ -66,9 +60,6 @@ pub fn compare<K: Lockstep>(
 
 /// Runs the joint filter over a log and repeats each of its steps with its reference. `progress` is called with the number of
 /// processed scans.
-///
-/// # Errors
-/// The filter refuses the settings or a step.
 pub fn compare_joint<K: Lockstep>(
     log: &K::Log,
     settings: &K::Settings,

@@ -34,7 +34,6 @@ pub struct Frame<D: Dimensions> {
 impl<D: Dimensions> Film<D> {
     /// Creates the recorder for a run with this number of scans. It has frames of all scans, or of [`FRAMES`] evenly spaced ones,
     /// including the first and the last.
-    #[must_use]
     pub fn of(scans: usize) -> Self {
         let chosen = if scans <= FRAMES {
             (0..scans).collect()
@@ -44,13 +43,11 @@ impl<D: Dimensions> Film<D> {
         Self { chosen, frames: Vec::new(), health: Vec::with_capacity(scans), stages_us: Vec::with_capacity(scans) }
     }
 
-    #[must_use]
     pub fn has(&self, scan: usize) -> bool {
         self.chosen.binary_search(&scan).is_ok()
     }
 
     /// Number of recorded frames.
-    #[must_use]
     pub fn pictures(&self) -> usize {
         self.frames.len()
     }

@@ -16,7 +16,6 @@ pub struct TrueMap<D: Dimensions = Planar> {
 
 impl<D: Dimensions> TrueMap<D> {
     /// Positions of all landmarks, m.
-    #[must_use]
     pub fn points(&self) -> Vec<D::Position> {
         self.landmarks.iter().copied().chain(self.movers.iter().map(|&(_, position)| position)).collect()
     }
@@ -45,7 +44,6 @@ impl<K: Kind> std::fmt::Debug for MapTruth<'_, K> {
 
 impl<'a, K: Kind> MapTruth<'a, K> {
     /// Starts before the first scan of `log`.
-    #[must_use]
     pub fn new(log: &'a K::Log, settings: &K::Settings) -> Self {
         let landmarks = K::landmarks(log);
         let moving = K::moving(log);
@@ -60,18 +58,15 @@ impl<'a, K: Kind> MapTruth<'a, K> {
     }
 
     /// The static landmarks that have been in view so far, m; `None` if this is not known for any scan.
-    #[must_use]
     pub fn seen(&self) -> Option<Vec<K::Position>> {
         self.told.then(|| self.landmarks.iter().zip(&self.seen).filter(|(_, seen)| **seen).map(|(&at, _)| at).collect())
     }
 
-    #[must_use]
     pub fn knows_landmarks(&self) -> bool {
         !self.landmarks.is_empty()
     }
 
     /// Whether the moving landmarks are known, possibly to be none.
-    #[must_use]
     pub fn knows_movers(&self) -> bool {
         self.movers_known
     }

@@ -61,7 +61,6 @@ pub struct LeftOut {
 
 /// Why a run failed.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum SessionError {
     #[error("the filter refuses the settings: {0}")]
     Start(Refusal),
@@ -84,9 +83,6 @@ pub enum SessionError {
 
 /// Runs `filter` over `log`, in a thread with a stack that is large enough for any state. `progress` is called after each scan
 /// with the number of scans so far.
-///
-/// # Errors
-/// The filter refused the settings or a step.
 pub fn run<K: Kind>(
     log: &K::Log,
     settings: &K::Settings,
@@ -98,9 +94,6 @@ pub fn run<K: Kind>(
 }
 
 /// [`run`] with these worker threads.
-///
-/// # Errors
-/// As for `run`.
 pub fn run_on<K: Kind>(
     threads: &Threads,
     log: &K::Log,
@@ -168,9 +161,6 @@ pub fn run_in_map<K: Kind>(
 }
 
 /// [`run`] with an existing filter that has processed nothing of the log. `filter` and `seed` describe it in the summary.
-///
-/// # Errors
-/// The filter refused a step.
 pub fn run_of<K: Kind>(
     slam: &mut dyn Slam<K>,
     log: &K::Log,
@@ -198,9 +188,6 @@ fn run_filter<K: Kind>(
 }
 
 /// Runs `work` in a new thread whose stack is large enough for any filter state.
-///
-/// # Errors
-/// The operating system cannot start a thread.
 pub fn with_roomy_stack<T: Send>(work: impl FnOnce() -> T + Send) -> io::Result<T> {
     thread::scope(|scope| {
         let handle = thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, work)?;
@@ -396,7 +383,6 @@ fn summary<K: Kind>(
     }
 }
 
-#[must_use]
 pub fn condition_name(condition: Health) -> String {
     format!("{condition:?}").trim_matches(['{', '"', '}']).to_owned()
 }

@@ -15,7 +15,6 @@ impl HealthCounts {
     }
 
     /// The conditions that were reported, with their numbers of scans.
-    #[must_use]
     pub fn reported(self) -> Vec<(Health, usize)> {
         self.0.into_iter().filter(|&(_, count)| count > 0).collect()
     }
@@ -36,7 +35,6 @@ pub struct ScanTimes {
 
 impl ScanTimes {
     /// Computes both from the times of all scans, µs.
-    #[must_use]
     pub fn of(times_us: impl Iterator<Item = f64>) -> Self {
         let mut times: Vec<f64> = times_us.collect();
         times.sort_by(f64::total_cmp);

@@ -26,12 +26,10 @@ pub struct Motion<P> {
 
 impl<P: Coordinates> Motion<P> {
     /// The identity.
-    #[must_use]
     pub fn rest() -> Self {
         Self { turn_rad: 0.0, shift_m: P::with(|_| 0.0) }
     }
 
-    #[must_use]
     pub fn apply(&self, point: P) -> P {
         let (s, c) = libm::sincos(self.turn_rad);
         let point = point.as_ref();
@@ -43,7 +41,6 @@ impl<P: Coordinates> Motion<P> {
     /// The motion that brings the first points of the pairs nearest to the second ones, in the sense of least squares (Kabsch;
     /// the rotation is the direction of Σ ā·b and Σ ā×b in the plane of x and y). `None` without pairs; only a shift for one
     /// pair.
-    #[must_use]
     pub fn fit(pairs: &[(P, P)]) -> Option<Self> {
         if pairs.is_empty() {
             return None;
@@ -85,7 +82,6 @@ pub struct StaticScore<P> {
 ///
 /// Alternates between the optimal assignment within a gate and the best motion for it until nothing changes, with narrower and
 /// narrower gates.
-#[must_use]
 pub fn score<P: Coordinates>(features: &[P], landmarks: &[P]) -> StaticScore<P> {
     let mut motion = Motion::rest();
     let matched = |motion: &Motion<P>, gate_m: f64| {

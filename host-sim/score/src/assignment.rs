@@ -18,7 +18,6 @@ const DIGITS: i32 = 100;
 /// # Panics
 ///
 /// If the number of `costs` is not `rows · columns`, or one of them is not finite.
-#[must_use]
 pub fn assign(costs: &[f64], rows: usize, columns: usize) -> Vec<(usize, usize)> {
     assert_eq!(costs.len(), rows * columns, "as many costs as pairs");
     assert!(costs.iter().all(|cost| cost.is_finite()), "finite costs");

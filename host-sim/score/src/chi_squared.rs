@@ -12,14 +12,12 @@ fn bounds(freedom: f64) -> [f64; 2] {
 
 /// The bounds of the mean of `values` independent χ² values with `freedom` degrees of freedom each, divided by `freedom`: the
 /// mean is 1.
-#[must_use]
 pub fn bounds_of_mean(freedom: usize, values: usize) -> [f64; 2] {
     let all = (freedom * values) as f64;
     bounds(all).map(|bound| bound / all)
 }
 
 /// Whether a sum of squares with this number of degrees of freedom is within the two-sided bounds.
-#[must_use]
 pub fn is_within(squares: f64, freedom: usize) -> bool {
     let tail = 0.5 * (1.0 - CONFIDENCE);
     (tail..=1.0 - tail).contains(&distribution(freedom as f64, squares))

@@ -34,19 +34,16 @@ impl Consistency {
 
     /// The log likelihood of all scans. The filter omits the factor exp(−∫ κ + w_b dz) of every scan, which is the same for all
     /// particles, but not for all settings: `expected` is this integral, the mean number of false measurements and births.
-    #[must_use]
     pub fn ln_evidence(&self, expected: f64) -> Option<f64> {
         self.ln_evidence.map(|sum| sum - self.scans as f64 * expected)
     }
 
     /// Share of the scans with detections whose mean squared innovation is within the two-sided 95 % bounds of χ².
-    #[must_use]
     pub fn innovation_within(&self) -> Option<f64> {
         (self.innovations > 0).then(|| self.innovations_within as f64 / self.innovations as f64)
     }
 
     /// Mean squared innovation divided by its expected value.
-    #[must_use]
     pub fn innovation(&self) -> Option<f64> {
         (self.innovations > 0).then(|| self.innovation_sum / self.innovations as f64)
     }
@@ -61,32 +58,27 @@ pub struct SquaredErrors {
 
 impl SquaredErrors {
     /// Computes those of the positions of scans with truth.
-    #[must_use]
     pub fn of_positions<D: Dimensions>(scans: &[ScanRecord<D>]) -> Self {
         Self { dimension: D::Position::COUNT, values: scans.iter().filter_map(of_position).collect() }
     }
 
     /// Computes those of positions and headings together, if the truth has both.
-    #[must_use]
     pub fn of_poses<D: Dimensions>(scans: &[ScanRecord<D>]) -> Self {
         Self { dimension: D::Position::COUNT + 1, values: scans.iter().filter_map(of_pose).collect() }
     }
 
     /// Median; `None` without values, or if P is singular in all scans. The mean would be dominated by the few scans in which a
     /// single particle has all the weight, with nearly zero P.
-    #[must_use]
     pub fn median(&self) -> Option<f64> {
         median(&self.values)
     }
 
     /// Share within the two-sided 95 % bounds of χ².
-    #[must_use]
     pub fn within(&self) -> Option<f64> {
         let within = self.values.iter().filter(|&&value| is_within(value, self.dimension)).count();
         (!self.values.is_empty()).then(|| within as f64 / self.values.len() as f64)
     }
 
-    #[must_use]
     pub fn last(&self) -> Option<f64> {
         self.values.last().copied()
     }
@@ -99,13 +91,11 @@ fn is_within(mean_square: f64, freedom: usize) -> bool {
 
 /// Squared position error of a scan relative to the sum of the filter's covariance and that of the truth, divided by the
 /// dimension; `None` if the covariance is singular or the truth is not known.
-#[must_use]
 pub fn of_position<D: Dimensions>(scan: &ScanRecord<D>) -> Option<f64> {
     squared(&position_error(scan)?, &with_truth(scan))
 }
 
 /// The same for position and heading together.
-#[must_use]
 pub fn of_pose<D: Dimensions>(scan: &ScanRecord<D>) -> Option<f64> {
     let mut error = position_error(scan)?;
     error.push(wrap(D::heading(&scan.pose) - scan.true_heading_rad?));

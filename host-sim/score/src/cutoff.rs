@@ -15,7 +15,6 @@ impl Cutoff {
     /// # Panics
     ///
     /// If they are not.
-    #[must_use]
     pub const fn new(order: f64, distance: f64) -> Self {
         assert!(order >= 1.0 && order < f64::INFINITY, "the order is finite and at least 1");
         assert!(distance > 0.0 && distance < f64::INFINITY, "the cut-off is finite and more than 0");
@@ -23,13 +22,11 @@ impl Cutoff {
     }
 
     /// Order p.
-    #[must_use]
     pub const fn order(&self) -> f64 {
         self.order
     }
 
     /// Cut-off c, in the unit of the points.
-    #[must_use]
     pub const fn distance(&self) -> f64 {
         self.distance
     }
@@ -78,7 +75,6 @@ impl Cutoff {
     ///
     /// All pairs with a distance of c or more cost the same, so that only near pairs matter. Groups of points without near pairs
     /// between them are solved separately, which is exact and turns one large problem into many small ones.
-    #[must_use]
     pub fn pairs<X: AsRef<[f64]>, Y: AsRef<[f64]>>(&self, x: &[X], y: &[Y]) -> Vec<(usize, usize, f64)> {
         let distances: Vec<f64> =
             x.iter().flat_map(|a| y.iter().map(|b| self.between(a.as_ref(), b.as_ref()))).collect();

@@ -32,7 +32,6 @@ pub struct FinalMap<P> {
 impl<P: Coordinates> FinalMap<P> {
     /// Compares the estimated `features` with all `landmarks` and those that have been `seen`, m; `None` if the log has no
     /// landmarks.
-    #[must_use]
     pub fn of(features: &[P], landmarks: &[P], seen: Option<&[P]>) -> Option<Self> {
         (!landmarks.is_empty()).then(|| Self {
             ospa: ospa(features, landmarks, &OSPA),

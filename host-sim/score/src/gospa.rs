@@ -33,7 +33,6 @@ pub struct Gospa {
 /// let d = gospa(&[[3.0, 4.0], [90.0, 0.0]], &[[0.0, 0.0]], &Cutoff::new(1.0, 10.0));
 /// assert_eq!((d.localization, d.missed, d.spurious, d.distance), (5.0, 0.0, 5.0, 10.0));
 /// ```
-#[must_use]
 pub fn gospa<X: AsRef<[f64]>, Y: AsRef<[f64]>>(estimates: &[X], truth: &[Y], cutoff: &Cutoff) -> Gospa {
     let c = cutoff.distance();
     let mut pairs = cutoff.matched(estimates, truth);

@@ -20,7 +20,6 @@ pub struct MapError {
 
 impl MapError {
     /// Compares the positions of all estimated features, static and moving ones together, with the true ones, m.
-    #[must_use]
     pub fn of<P: Coordinates>(estimate: &[P], truth: &[P]) -> Self {
         Self { near: ospa(estimate, truth, &NEAR), far: ospa(estimate, truth, &FAR) }
     }

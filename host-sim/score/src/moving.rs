@@ -46,25 +46,21 @@ pub struct MovingScore {
 
 impl MovingScore {
     /// Share of the intervals in which the landmark was found in time; `None` without an interval.
-    #[must_use]
     pub fn hit_rate(&self) -> Option<f64> {
         share(self.spells_hit, self.spells)
     }
 
     /// Share of the scans, after the first ones of each interval, in which a moving landmark was matched; `None` without any.
-    #[must_use]
     pub fn settled_rate(&self) -> Option<f64> {
         share(self.settled_matched, self.settled)
     }
 
     /// Median distance of matched estimates, m; `None` without a match.
-    #[must_use]
     pub fn position_error_median_m(&self) -> Option<f64> {
         median(&self.errors_m)
     }
 
     /// Number of estimates a scan without a moving landmark in view; `None` without a scan.
-    #[must_use]
     pub fn false_per_scan(&self) -> Option<f64> {
         share(self.spurious, self.scans)
     }
@@ -85,7 +81,6 @@ fn share(part: usize, whole: usize) -> Option<f64> {
 }
 
 /// The median: the middle value, or the mean of the two middle ones.
-#[must_use]
 pub fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -139,7 +134,6 @@ impl MovingTally {
         self.spells.clear();
     }
 
-    #[must_use]
     pub fn score(self) -> MovingScore {
         self.score
     }

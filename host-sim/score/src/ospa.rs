@@ -25,7 +25,6 @@ pub struct Ospa {
 /// let d = ospa(&[[0.0, 0.0]], &[[3.0, 4.0], [90.0, 0.0]], &Cutoff::new(1.0, 10.0));
 /// assert_eq!((d.localization, d.cardinality, d.distance), (2.5, 5.0, 7.5));
 /// ```
-#[must_use]
 pub fn ospa<X: AsRef<[f64]>, Y: AsRef<[f64]>>(x: &[X], y: &[Y], cutoff: &Cutoff) -> Ospa {
     let n = x.len().max(y.len());
     if n == 0 {

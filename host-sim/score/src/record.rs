@@ -73,21 +73,18 @@ pub struct Usage {
 }
 
 impl<D: Dimensions> ScanRecord<D> {
-    #[must_use]
     pub fn position_error_m(&self) -> Option<f64> {
         Some(distance(&self.true_position?, &self.pose))
     }
 
     /// The root mean square position error that the filter expects, by the covariance of the estimate and the noise of the truth,
     /// m.
-    #[must_use]
     pub fn expected_error_m(&self) -> f64 {
         let variances = self.pose_covariance.as_ref().iter().enumerate().take(D::Position::COUNT);
         let of_truth = self.truth_sigma_m * self.truth_sigma_m;
         variances.map(|(k, row)| row.as_ref()[k] + of_truth).sum::<f64>().sqrt()
     }
 
-    #[must_use]
     pub fn dead_reckoning_error_m(&self) -> Option<f64> {
         Some(distance(&self.true_position?, &self.dead_reckoning))
     }
@@ -103,7 +100,6 @@ pub struct Record<D: Dimensions = Planar> {
 
 impl ScanRecord {
     /// A scan in the plane with only the estimated pose.
-    #[must_use]
     pub fn at(t_s: f64, pose: [f64; 3]) -> Self {
         Self {
             t_s,

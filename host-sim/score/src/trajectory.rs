@@ -21,7 +21,6 @@ pub struct TrajectoryScore {
 /// heading (rad).
 ///
 /// `None` without poses.
-#[must_use]
 pub fn score<C: Coordinates, P: Coordinates>(
     poses: impl IntoIterator<Item = (C, P, Option<f64>)>,
 ) -> Option<TrajectoryScore> {
@@ -49,7 +48,6 @@ pub fn score<C: Coordinates, P: Coordinates>(
     })
 }
 
-#[must_use]
 pub fn of_estimate<D: Dimensions>(scans: &[ScanRecord<D>]) -> Option<TrajectoryScore> {
     score(covered(scans, |scan| scan.pose))
 }
@@ -57,7 +55,6 @@ pub fn of_estimate<D: Dimensions>(scans: &[ScanRecord<D>]) -> Option<TrajectoryS
 /// Root mean square distance, m, of the estimated positions from the true ones after the best rotation about the vertical and
 /// shift: the absolute trajectory error of Sturm et al. 2012, which does not depend on the initial pose in the log. `None` if
 /// fewer than three scans have a true position: two points fit any two.
-#[must_use]
 pub fn aligned_rmse_m<D: Dimensions>(scans: &[ScanRecord<D>]) -> Option<f64> {
     let position = |pose: D::Pose| D::Position::with(|k| pose.as_ref()[k]);
     let pairs: Vec<_> = covered(scans, |scan| scan.pose).map(|(pose, truth, _)| (position(pose), truth)).collect();
@@ -70,7 +67,6 @@ pub fn aligned_rmse_m<D: Dimensions>(scans: &[ScanRecord<D>]) -> Option<f64> {
 }
 
 /// Score of dead reckoning over the same scans.
-#[must_use]
 pub fn of_dead_reckoning<D: Dimensions>(scans: &[ScanRecord<D>]) -> Option<TrajectoryScore> {
     score(covered(scans, |scan| scan.dead_reckoning))
 }

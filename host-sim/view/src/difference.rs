@@ -89,7 +89,6 @@ impl Written {
         Ok(Self { name, summary, page })
     }
 
-    #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -111,7 +110,6 @@ impl Written {
 }
 
 impl Difference {
-    #[must_use]
     pub fn of([a, b]: [&Written; 2]) -> Self {
         let (mut of_a, mut of_b) = (BTreeMap::new(), BTreeMap::new());
         flatten("", &a.summary["settings"], &mut of_a);
@@ -185,7 +183,6 @@ fn flatten(prefix: &str, value: &Value, into: &mut BTreeMap<String, Value>) {
 }
 
 /// A value as text.
-#[must_use]
 pub fn plain(value: &Value) -> String {
     match value {
         Value::Null => "-".into(),

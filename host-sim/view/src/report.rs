@@ -29,7 +29,6 @@ const PAIR: &str = include_str!("report/pair.html");
 const PAIR_SCRIPT: &str = include_str!("report/pair.js");
 
 /// The page of a recorded run; `settings_text` are its settings as a file, with their origins.
-#[must_use]
 pub fn page<K: Kind>(
     log: &K::Log,
     settings: &K::Settings,

@@ -37,7 +37,6 @@ pub struct Imported {
 
 /// Why an import failed.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum ImportError {
     /// A file cannot be read.
     #[error("{path}: {error}", path = .0.display(), error = .1)]

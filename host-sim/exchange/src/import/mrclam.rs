@@ -31,7 +31,6 @@ const HEAD: &str = "name = \"UTIAS MRCLAM\"\ninitial_pose = [0.0, 0.0, 0.0]\n\n[
     bearing_sigma_rad = 0.02\n";
 
 /// Whether a folder has the files of a robot.
-#[must_use]
 pub fn is(dir: &Path) -> bool {
     ROBOTS.into_iter().any(|robot| dir.join(format!("Robot{robot}_Odometry.dat")).is_file())
 }

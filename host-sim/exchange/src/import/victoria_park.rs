@@ -34,7 +34,6 @@ const SAME_M: f64 = 0.4;
 const FREE_M: f64 = 1.0;
 
 /// Whether a folder has the files.
-#[must_use]
 pub fn is(dir: &Path) -> bool {
     dir.join("aa3_dr.mat").is_file()
 }

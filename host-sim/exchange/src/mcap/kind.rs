@@ -33,15 +33,9 @@ pub trait Exported: Kind {
     fn told_at(log: &Self::Log) -> Vec<f64>;
 
     /// Declares the topics of these inputs.
-    ///
-    /// # Errors
-    /// The file cannot be written.
     fn topics<W: Write + Seek>(log: &Self::Log, file: &mut Writer<W>) -> Result<(), WriteError>;
 
     /// Writes the input with this index in [`told_at`](Self::told_at).
-    ///
-    /// # Errors
-    /// The file cannot be written.
     fn tell<W: Write + Seek>(log: &Self::Log, index: usize, at: Time, file: &mut Writer<W>) -> Result<(), WriteError>;
 }
 

@@ -22,7 +22,6 @@ const MOVING: [f32; 3] = [0.9, 0.4, 0.1];
 const ARROW_M: f64 = 0.1;
 
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum ExportError {
     /// Invalid time in the log.
     #[error("a time of the log: {0}")]
@@ -35,9 +34,6 @@ pub enum ExportError {
 pub type Attached<'a> = (&'a str, &'a str, &'a str);
 
 /// Checks that the times of a log can be written.
-///
-/// # Errors
-/// [`ExportError::Time`].
 pub fn check<K: Exported>(log: &K::Log) -> Result<(), ExportError> {
     let times = K::scans(log).iter().map(|scan| scan.t_s).chain(K::truth(log).iter().map(|row| row.t_s));
     times.chain(K::told_at(log)).try_for_each(|t_s| Ok(Time::from_seconds(t_s).map(drop)?))
@@ -52,9 +48,6 @@ enum What {
 }
 
 /// The bytes of a file with a recorded run.
-///
-/// # Errors
-/// [`ExportError`].
 pub fn write<K: Exported>(
     log: &K::Log,
     settings: &K::Settings,
@@ -117,9 +110,6 @@ pub fn write<K: Exported>(
 
 /// The bytes of a file with the inputs of a log in the plane: odometry, fixes, detections of all sensors, and the mountings of
 /// the sensors.
-///
-/// # Errors
-/// [`ExportError`].
 pub fn inputs(log: &Log, settings: &Settings) -> Result<Vec<u8>, ExportError> {
     let stamp = |t_s: f64| Time::from_seconds(t_s).map(|at| at.nanoseconds());
     let told = Planar::told_at(log).into_iter().enumerate().map(|(k, t_s)| Ok((stamp(t_s)?, What::Told(k))));

@@ -9,25 +9,21 @@ const FLAT_M: f64 = 0.05;
 const GATES: [f64; 2] = [5.991, 7.815];
 
 /// A position of two or three coordinates.
-#[must_use]
 pub fn point(place: &[f64]) -> Point {
     let at = |k: usize| place.get(k).copied().unwrap_or(0.0);
     Point { x: at(0), y: at(1), z: at(2) }
 }
 
-#[must_use]
 pub fn pose(place: &[f64], heading_rad: f64) -> Pose {
     Pose { position: point(place), orientation: Quaternion::of_yaw(heading_rad) }
 }
 
-#[must_use]
 pub fn transform(place: &[f64], heading_rad: f64) -> Transform {
     let Point { x, y, z } = point(place);
     Transform { translation: Vector3 { x, y, z }, rotation: Quaternion::of_yaw(heading_rad) }
 }
 
 /// The frame of `b` in the frame of `a`, if the same vehicle has the pose `a` in one and `b` in the other: x m, y m, heading rad.
-#[must_use]
 pub fn between(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     let turn = a[2] - b[2];
     let (sine, cosine) = turn.sin_cos();
@@ -35,7 +31,6 @@ pub fn between(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 }
 
 /// The covariance of a position with `count` coordinates followed by the heading, in the order of messages.
-#[must_use]
 pub fn covariance(count: usize, entry: impl Fn(usize, usize) -> f64) -> Covariance6 {
     let own = |k: usize| match k {
         k if k < count => Some(k),
@@ -48,7 +43,6 @@ pub fn covariance(count: usize, entry: impl Fn(usize, usize) -> f64) -> Covarian
 }
 
 /// The rotation and the axes (diameters, m) of the ellipse of 95 % probability.
-#[must_use]
 pub fn ellipse(covariance: &[&[f64]]) -> (Quaternion, Vector3) {
     let count = covariance.len();
     let flat = count < 3;

@@ -43,7 +43,6 @@ impl Faults {
 
 /// An error.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum Problem {
     #[error("missing")]
     Missing,

@@ -35,7 +35,6 @@ use scphd::models::{projection, rotation};
 use std::path::Path;
 use toml::Table;
 
-#[must_use]
 pub fn has_camera(dir: &Path) -> bool {
     let table = text(dir, "log.toml").ok().flatten().and_then(|text| text.parse::<Table>().ok());
     table.is_some_and(|table| table.contains_key("camera") && !table.contains_key("sensor"))
@@ -53,9 +52,6 @@ const OWN_PX: [f64; 2] = [2.4, 1.3];
 const ROW_TOLERANCE_PX: f64 = 13.0;
 
 /// Reads a folder.
-///
-/// # Errors
-/// The first error of the folder with its place.
 pub fn read_underwater(dir: &Path) -> Result<Log, LogError> {
     let content = text(dir, "log.toml")?.ok_or_else(|| Place::File("log.toml").error(Problem::Missing))?;
     let table: Table = content.parse().map_err(|error| syntax(&content, &error))?;

@@ -78,7 +78,6 @@ pub fn write(log: &Log, dir: &Path) -> io::Result<()> {
     Ok(())
 }
 
-#[must_use]
 pub fn head_text(log: &Log) -> String {
     head(log).to_string()
 }

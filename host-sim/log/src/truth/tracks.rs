@@ -16,7 +16,6 @@ pub struct Tracks<D: Dimensions = Planar> {
 
 impl<D: Dimensions> Tracks<D> {
     /// The tracks in the rows of a log, in any order.
-    #[must_use]
     pub fn new(moving: &[MovingLandmark<D>]) -> Self {
         let mut rows: BTreeMap<i64, Vec<(f64, D::Position)>> = BTreeMap::new();
         for row in moving {

@@ -65,21 +65,18 @@ impl Default for Quaternion {
 
 impl Quaternion {
     /// The rotation to the left by `yaw_rad` about the vertical.
-    #[must_use]
     pub fn of_yaw(yaw_rad: f64) -> Self {
         let (sine, cosine) = (0.5 * yaw_rad).sin_cos();
         Self { x: 0.0, y: 0.0, z: sine, w: cosine }
     }
 
     /// The yaw of the rotation, rad in (−π, π]; 0 for the quaternion 0.
-    #[must_use]
     pub fn yaw_rad(&self) -> f64 {
         let Self { x, y, z, w } = *self;
         f64::atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
     }
 
     /// The normalised quaternion; `None` if its norm is zero or not finite.
-    #[must_use]
     pub fn unit(&self) -> Option<Self> {
         let Self { x, y, z, w } = *self;
         let length = (x * x + y * y + z * z + w * w).sqrt();

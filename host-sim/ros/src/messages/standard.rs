@@ -15,7 +15,6 @@ messages! {
 }
 
 impl Header {
-    #[must_use]
     pub fn new(stamp: Time, frame_id: &str) -> Self {
         Self { stamp, frame_id: frame_id.to_owned() }
     }

@@ -45,7 +45,6 @@ impl Versus {
 }
 
 /// Compares the study's first filter with each other one.
-#[must_use]
 pub fn comparisons(study: &Study) -> Vec<Comparison> {
     let Some((first, others)) = study.plan.filters.split_first() else { return Vec::new() };
     let results = study.of_filter(first);

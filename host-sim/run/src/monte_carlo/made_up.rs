@@ -5,7 +5,6 @@ use scphd_score::moving::MovingScore;
 use scphd_score::results::json::Format;
 
 /// A result that depends only on the run and the filter.
-#[must_use]
 pub fn result(job: &Job, filter: &str, offset: f64) -> RunResult {
     let k = job.run as f64;
     let values = Curve::ALL.map(|curve| {
@@ -34,7 +33,6 @@ pub fn result(job: &Job, filter: &str, offset: f64) -> RunResult {
 }
 
 /// A plan for two filters.
-#[must_use]
 pub fn plan(runs: usize, input_sets: usize) -> Plan {
     let filters = vec!["scphd".to_owned(), "rb-single".to_owned()];
     let settings = "[filter]\nlikelihood = \"single-cluster\"\n".into();
@@ -51,7 +49,6 @@ pub fn plan(runs: usize, input_sets: usize) -> Plan {
 }
 
 /// Three runs of each of two filters, the second worse by one.
-#[must_use]
 pub fn of_two_filters() -> Study {
     let plan = plan(3, 3);
     let runs = plan.filters.iter().enumerate().flat_map(|(place, filter)| (0..3).map(move |run| (place, filter, run)));

@@ -24,9 +24,6 @@ use rayon::prelude::*;
 
 /// Executes every job with every filter on `threads` threads. Returns results by filter, then by run; of several failures that of
 /// the first job.
-///
-/// # Errors
-/// A job failed, or threads cannot be started.
 pub fn execute<E: Send + From<rayon::ThreadPoolBuildError>>(
     jobs: &[Job],
     filters: usize,

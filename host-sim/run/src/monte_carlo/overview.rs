@@ -41,7 +41,6 @@ pub struct Overview {
 
 impl Overview {
     /// Computes the figures of the runs of one filter; `None` without runs.
-    #[must_use]
     pub fn of(scenario: &str, results: &[&RunResult]) -> Option<Self> {
         let first = results.first()?;
         let over = |curve, part: fn(&[Option<f64>]) -> Option<f64>| {
@@ -84,7 +83,6 @@ fn last(values: &[Option<f64>]) -> Option<f64> {
 }
 
 /// The figures of every filter of a study, in the plan's order.
-#[must_use]
 pub fn overviews(study: &Study) -> Vec<Overview> {
     let filters = study.plan.filters.iter();
     filters.filter_map(|filter| Overview::of(&study.plan.scenario, &study.of_filter(filter))).collect()
@@ -101,9 +99,6 @@ struct Written {
 }
 
 /// Writes one object, or a list for several filters.
-///
-/// # Errors
-/// The file cannot be written.
 pub fn write_json(path: &Path, study: &Study) -> Result<(), OutputError> {
     let written = |overview: Overview| {
         let place = study.plan.filters.iter().position(|filter| *filter == overview.filter);
@@ -143,7 +138,6 @@ pub struct Spread {
 
 impl Spread {
     /// Computes the standard deviations over the runs of one filter.
-    #[must_use]
     pub fn of(results: &[&RunResult]) -> Self {
         let over = |curve, part: fn(&[Option<f64>]) -> Option<f64>| {
             let means = results.iter().filter_map(|result| part(result.series.curve(curve)));

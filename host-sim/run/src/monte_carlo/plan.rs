@@ -58,7 +58,6 @@ impl FromStr for Shard {
 }
 
 impl Plan {
-    #[must_use]
     pub fn job(&self, run: usize) -> Job {
         let input = run / (self.runs / self.input_sets.max(1)).max(1);
         Job {
@@ -70,7 +69,6 @@ impl Plan {
     }
 
     /// All runs, or those of one part.
-    #[must_use]
     pub fn jobs(&self, shard: Option<Shard>) -> Vec<Job> {
         let Shard { place, of } = shard.unwrap_or(Shard { place: 1, of: 1 });
         (place - 1..self.runs).step_by(of).map(|run| self.job(run)).collect()

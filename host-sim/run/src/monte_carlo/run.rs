@@ -48,7 +48,6 @@ impl Curve {
     ];
 
     /// Its name in tables, with the unit.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::PositionError => "position_error_m",
@@ -91,7 +90,6 @@ pub struct Series {
 }
 
 impl Series {
-    #[must_use]
     pub fn of<D: Dimensions>(scans: &[ScanRecord<D>]) -> Self {
         let start_s = scans.first().map_or(0.0, |scan| scan.t_s);
         Self {
@@ -100,7 +98,6 @@ impl Series {
         }
     }
 
-    #[must_use]
     pub fn curve(&self, curve: Curve) -> &[Option<f64>] {
         &self.values[curve as usize]
     }
@@ -128,7 +125,6 @@ pub struct RunResult {
 
 impl RunResult {
     /// Collects the result of a session that executed `job` with `samples` samples.
-    #[must_use]
     pub fn of<D: Dimensions>(job: &Job, samples: usize, session: Session<D>) -> Self {
         let Session { record, summary, moving, .. } = session;
         Self {
@@ -148,7 +144,6 @@ impl RunResult {
     }
 
     /// Whether the position RMSE is greater than that of dead reckoning; `None` without truth.
-    #[must_use]
     pub fn worse_than_dead_reckoning(&self) -> Option<bool> {
         let rmse = |curve| {
             let errors: Vec<f64> = self.series.curve(curve).iter().flatten().copied().collect();

@@ -15,7 +15,6 @@ pub struct Band {
 }
 
 /// Mean and ±1σ of a curve at every scan; scans without a known value are left out.
-#[must_use]
 pub fn band(results: &[&RunResult], curve: Curve) -> Vec<Band> {
     let scans = results.iter().map(|result| result.series.t_s.len()).max().unwrap_or(0);
     let at = |scan: usize| {
@@ -29,14 +28,12 @@ pub fn band(results: &[&RunResult], curve: Curve) -> Vec<Band> {
 }
 
 /// Mean of the values; `None` for an empty list.
-#[must_use]
 pub fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let (count, sum) = values.into_iter().fold((0_usize, 0.0), |(count, sum), value| (count + 1, sum + value));
     (count > 0).then(|| sum / count as f64)
 }
 
 /// Standard deviation of a sample (divisor one less than its size); `None` for less than two values.
-#[must_use]
 pub fn standard_deviation(values: &[f64]) -> Option<f64> {
     let mean = mean(values.iter().copied()).filter(|_| values.len() > 1)?;
     let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
@@ -45,7 +42,6 @@ pub fn standard_deviation(values: &[f64]) -> Option<f64> {
 
 /// Share of the scans at which the mean over runs of a NEES, divided by its dimension, is within the two-sided 95 % bounds of χ²
 /// for this number of independent runs. Scans known in fewer than two runs are left out; `None` if all are.
-#[must_use]
 pub fn consistent_share(runs: &[&[Option<f64>]], dimension: usize) -> Option<f64> {
     let scans = runs.iter().map(|run| run.len()).max().unwrap_or(0);
     let known = (0..scans).filter_map(|scan| {

@@ -16,7 +16,6 @@ pub struct Study {
 
 /// Why parts cannot be merged; displays as one line.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
 pub enum MergeError {
     #[error("no study")]
     Nothing,

@@ -112,7 +112,6 @@ fn number(value: &Value) -> Option<f64> {
 
 /// The run with the least error among those of `filters` in each world, under the name `name`; worlds without a run of one of
 /// them are left out.
-#[must_use]
 pub fn best_of(runs: &[WorldRun], filters: &[String], worlds: &[&str], name: &str) -> Vec<WorldRun> {
     let best = |world: &&str| {
         let of = filters.iter().map(|filter| runs.iter().find(|run| run.world == *world && run.filter == *filter));

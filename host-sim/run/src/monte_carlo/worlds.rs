@@ -25,7 +25,6 @@ pub struct WorldRun {
 
 impl WorldRun {
     /// Creates the row from the summary of a run; `None` if its log has no truth.
-    #[must_use]
     pub fn of(summary: &Summary, settings: &str) -> Option<Self> {
         Some(Self {
             world: summary.log.clone(),
@@ -68,7 +67,6 @@ fn runs_of<'a>(runs: &'a [WorldRun], filter: &str, worlds: &[&str]) -> Vec<Optio
 }
 
 /// The standing of `filter` compared with `yardstick`; `None` without a world in which both ran.
-#[must_use]
 pub fn standing(runs: &[WorldRun], filter: &str, yardstick: &str, worlds: &[&str]) -> Option<Standing> {
     let of = runs_of(runs, filter, worlds);
     let beside = runs_of(runs, yardstick, worlds);
@@ -99,7 +97,6 @@ pub fn standing(runs: &[WorldRun], filter: &str, yardstick: &str, worlds: &[&str
 
 /// A line for each world: dead reckoning, then RMSE and NEES divided by `dimension` of every filter, then the ratio of the first
 /// filter's RMSE to each other one's.
-#[must_use]
 pub fn lines(dimension: usize, runs: &[WorldRun], filters: &[String], worlds: &[&str]) -> String {
     let width = worlds.iter().map(|world| world.len()).max().unwrap_or(0).max("world".len());
     let mut text = format!("{:width$}  {:>10}", "world", "odometry");
@@ -133,15 +130,11 @@ pub fn lines(dimension: usize, runs: &[WorldRun], filters: &[String], worlds: &[
 }
 
 /// Writes the standings as a JSON list of flat objects.
-///
-/// # Errors
-/// The file cannot be written.
 pub fn write_json(path: &Path, standings: &[Standing]) -> Result<(), OutputError> {
     json::write(path, standings)
 }
 
 /// A standing as text, for positions of this dimension.
-#[must_use]
 pub fn told(dimension: usize, standing: &Standing) -> String {
     let percent = |share: f64| 100.0 * share;
     format!(

@@ -11,7 +11,6 @@ pub(super) const MOST: usize = 12;
 ///
 /// In a log that is not simulated the odometry noise is never lowered: most of its errors are constant, a scale or an offset, and
 /// corrections from scan to scan do not show them.
-#[must_use]
 pub fn candidates<K: Learn>(log: &K::Log, settings: &K::Settings, said: &[Said]) -> Vec<Candidate> {
     let mut all = Vec::new();
     let mut add = |group, how: &str, changes: Vec<Change>| {

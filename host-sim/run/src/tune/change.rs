@@ -18,13 +18,11 @@ pub struct Change {
 }
 
 impl Change {
-    #[must_use]
     pub fn new(field: &'static str, value: f64) -> Self {
         Self { field, value: Value::Float(value) }
     }
 
     /// The size of the value, as in [`Said::now`].
-    #[must_use]
     pub fn size(&self) -> Option<f64> {
         size(&self.value)
     }
@@ -59,7 +57,6 @@ pub enum Group {
 }
 
 impl Group {
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Odometry => "odometry",
@@ -95,9 +92,6 @@ fn size(value: &Value) -> Option<f64> {
 }
 
 /// Applies changes to `settings`.
-///
-/// # Errors
-/// The settings do not have a field.
 pub(super) fn changed<S: Serialize + DeserializeOwned>(settings: &S, changes: &[Change]) -> Result<S, FileProblem> {
     let mut over = Table::new();
     for Change { field, value } in changes {

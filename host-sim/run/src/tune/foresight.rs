@@ -45,7 +45,6 @@ pub struct Look<P> {
 }
 
 /// The score of every scan, nats; `view` is A, m² or m³.
-#[must_use]
 pub fn scores<P: Coordinates>(looks: &[Look<P>], view: f64) -> Vec<f64> {
     let (Some(first), Some(last)) = (looks.first(), looks.last()) else { return Vec::new() };
     let ago_s = AGO_SHARE * (last.t_s - first.t_s);

@@ -26,9 +26,6 @@ const LEAST_CLUTTER: f64 = 0.01;
 
 /// Estimates from the innovations of the scans to learn from, over the plan's rounds; each is a run with the results of the round
 /// before. `progress` is called after each round.
-///
-/// # Errors
-/// The filter refuses the settings or a step, or a thread cannot be started.
 pub fn innovations<K: Learn>(
     log: &K::Log,
     settings: &K::Settings,

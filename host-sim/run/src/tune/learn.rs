@@ -65,9 +65,6 @@ pub trait Learn: Kind {
     fn added(log: &Self::Log, settings: &Self::Settings, control: &Self::Control, dt_s: f64) -> Added;
 
     /// The sensor with noise and view of these settings.
-    ///
-    /// # Errors
-    /// The settings are not valid for it.
     fn eye<'a>(log: &'a Self::Log, settings: &'a Self::Settings) -> Result<Box<dyn Eye<Self> + 'a>, Refusal>;
 }
 

@@ -43,7 +43,6 @@ pub struct Tuned<S> {
 
 /// Why learning failed.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum TuneError {
     #[error("there must be scans to learn from and others to judge by")]
     EmptyPart,
@@ -56,7 +55,6 @@ pub enum TuneError {
 }
 
 /// The scans from `from_s` until before `until_s`, s since the first.
-#[must_use]
 pub fn scans_between<K: Kind>(log: &K::Log, from_s: f64, until_s: f64) -> Range<usize> {
     let scans = K::scans(log);
     let start_s = scans.first().map_or(0.0, |scan| scan.t_s);
@@ -66,9 +64,6 @@ pub fn scans_between<K: Kind>(log: &K::Log, from_s: f64, until_s: f64) -> Range<
 }
 
 /// Learns, tries and judges settings. `progress` is called after each run; there are at most [`most_runs`].
-///
-/// # Errors
-/// See [`TuneError`].
 pub fn tune<K: Learn>(
     log: &K::Log,
     settings: &K::Settings,
@@ -93,7 +88,6 @@ pub fn tune<K: Learn>(
     Ok(Tuned { said, outcome })
 }
 
-#[must_use]
 pub fn most_runs(plan: &Plan) -> usize {
     plan.rounds + search::most_runs(candidates::MOST, plan.effort.runs as usize)
 }

@@ -26,9 +26,6 @@ pub(super) enum Step<'a, K: Kind> {
 }
 
 /// Processes the first `scans` scans of a log with a filter, and passes on each step.
-///
-/// # Errors
-/// The filter refuses the settings or a step.
 pub(super) fn over<K: Kind>(
     log: &K::Log,
     settings: &K::Settings,

@@ -35,7 +35,6 @@ pub struct Foreseen {
 
 impl Foreseen {
     /// Sums over the held-out scans in order, each with its score and its number of measurements, and the position error.
-    #[must_use]
     pub fn of(held_out: &[(f64, usize)], position_rmse_m: Option<f64>) -> Self {
         let (mut blocks, mut measurements) = ([0.0; BLOCKS], [0; BLOCKS]);
         for (place, (score, of_scan)) in held_out.iter().enumerate() {
@@ -48,14 +47,12 @@ impl Foreseen {
 }
 
 /// Mean score of a measurement over some runs, nats.
-#[must_use]
 pub fn score(runs: &[Foreseen]) -> f64 {
     let sum: f64 = runs.iter().flat_map(|run| run.blocks).sum();
     sum / runs.iter().flat_map(|run| run.measurements).sum::<usize>().max(1) as f64
 }
 
 /// Root mean square error over some runs, m.
-#[must_use]
 pub fn position_rmse_m(runs: &[Foreseen]) -> Option<f64> {
     let squares: Option<f64> = runs.iter().map(|run| run.position_rmse_m.map(|error| error * error)).sum();
     squares.filter(|_| !runs.is_empty()).map(|sum| (sum / runs.len() as f64).sqrt())
@@ -82,7 +79,6 @@ pub struct Gain {
 impl Gain {
     /// Gain of runs with other settings (`then`) over those with the present ones (`now`), seed by seed, in the blocks of this
     /// part.
-    #[must_use]
     pub fn of(now: &[Foreseen], then: &[Foreseen], part: Part) -> Self {
         let runs = now.len().min(then.len()).max(1) as f64;
         let mut gains = [0.0; BLOCKS / 2];
@@ -146,7 +142,6 @@ pub struct Best {
 
 impl<S> Outcome<S> {
     /// The proposed candidate, if any.
-    #[must_use]
     pub fn proposed(&self) -> Option<&Candidate> {
         self.best.as_ref().filter(|best| best.confirmed).map(|best| &self.tried[best.tried].candidate)
     }
@@ -164,9 +159,6 @@ pub struct Effort {
 
 /// Compares all candidates with `now`. `trial` runs valid settings with a seed; `is_valid` tells whether settings are within
 /// their limits.
-///
-/// # Errors
-/// The present settings cannot be run, or threads cannot be started.
 pub fn search<S, E>(
     now: &S,
     candidates: Vec<Candidate>,

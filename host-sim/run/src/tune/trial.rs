@@ -10,9 +10,6 @@ use scphd_log::truth;
 use std::ops::Range;
 
 /// Runs the whole log. Returns the prediction of the scans that are not in `learn`.
-///
-/// # Errors
-/// The filter refuses the settings or a step, or a thread cannot be started.
 pub fn trial<K: Learn>(
     log: &K::Log,
     settings: &K::Settings,

@@ -98,19 +98,11 @@ fn hexadecimal<S: Serializer>(digest: &Option<u64>, serializer: S) -> Result<S::
 }
 
 /// Writes one summary to `path` as a JSON object; the file is complete or not written.
-///
-/// # Errors
-///
-/// [`OutputError`] if the file cannot be written.
 pub fn write_summary(path: &Path, summary: &Summary) -> Result<(), OutputError> {
     write(path, summary)
 }
 
 /// Writes summaries to `path` as a JSON list of objects; the file is complete or not written.
-///
-/// # Errors
-///
-/// [`OutputError`] if the file cannot be written.
 pub fn write_summaries(path: &Path, summaries: &[Summary]) -> Result<(), OutputError> {
     write(path, summaries)
 }
@@ -125,7 +117,6 @@ pub fn write<T: Serialize + ?Sized>(path: &Path, value: &T) -> Result<(), Output
 }
 
 /// An artificial summary, for tests of its display.
-#[must_use]
 pub fn made_up() -> Summary {
     Summary {
         format: Format,

@@ -8,7 +8,6 @@ use std::path::PathBuf;
 
 /// Why an output file could not be written.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum OutputError {
     #[error("cannot write {}: {source}", path.display())]
     Io { path: PathBuf, source: io::Error },

@@ -71,7 +71,6 @@ pub fn check(path: &Path) -> io::Result<()> {
     Ok(())
 }
 
-#[must_use]
 pub fn is_stdout(path: &Path) -> bool {
     matches!(way(path), Ok(Way::Stdout))
 }

@@ -43,7 +43,6 @@ pub struct Weighed {
 }
 
 /// Runs the reference with the single-cluster likelihood up to a scan, and weighs the candidates with each likelihood.
-#[must_use]
 pub fn weigh(log: &Log, settings: &Settings, moment: &Moment, seed: u64) -> Option<Weighed> {
     let with = |likelihood, samples| {
         let mut settings = settings.clone();
@@ -94,14 +93,12 @@ pub fn weigh(log: &Log, settings: &Settings, moment: &Moment, seed: u64) -> Opti
 }
 
 /// Density at `x` of weighted points smoothed by a Gaussian kernel, 1/m.
-#[must_use]
 pub fn density(points: impl Iterator<Item = (f64, f64)>, x: f64) -> f64 {
     let peak = 1.0 / ((2.0 * PI).sqrt() * BANDWIDTH_M);
     points.map(|(at, weight)| weight * peak * (-0.5 * ((x - at) / BANDWIDTH_M).powi(2)).exp()).sum()
 }
 
 /// Densities along x and along y before and after the update.
-#[must_use]
 pub fn figure(log: &Log, moment: &Moment, weighed: &Weighed) -> Figure {
     let charts = ["x (m)", "y (m)"].iter().enumerate().map(|(axis, name)| {
         let along = |weights: &[f64]| -> Vec<(f64, f64)> {

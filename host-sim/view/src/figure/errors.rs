@@ -17,7 +17,6 @@ fn named(study: &Study) -> Vec<(&str, Vec<&RunResult>)> {
 }
 
 /// 5.5: mean pose error and that of dead reckoning, and mean map error.
-#[must_use]
 pub fn mean_errors(study: &Study) -> Figure {
     let filters = named(study);
     let charts = vec![
@@ -29,7 +28,6 @@ pub fn mean_errors(study: &Study) -> Figure {
 }
 
 /// 5.6b and c: pose error and that of dead reckoning, and the map error with its parts, for one long run.
-#[must_use]
 pub fn long_run(name: &str, run: &RunResult) -> Figure {
     let filters = [("estimate", vec![run])];
     let mut pose = position(&filters);
@@ -52,7 +50,6 @@ pub fn long_run(name: &str, run: &RunResult) -> Figure {
 }
 
 /// 5.8: pose error and map error with its parts, for every filter, with ±1σ.
-#[must_use]
 pub fn comparison(study: &Study) -> Figure {
     let filters = named(study);
     // The two filters of the thesis have a chart of their own, because the others may have far larger errors.

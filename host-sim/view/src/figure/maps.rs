@@ -19,7 +19,6 @@ const AIR: f64 = 0.04;
 const HEIGHT_PX: [f64; 2] = [420.0, 1040.0];
 
 /// 5.3a, 5.7: trajectory and landmarks.
-#[must_use]
 pub fn scenario(log: &Log) -> Figure {
     let mut marks = Vec::new();
     if !log.moving.is_empty() {
@@ -32,7 +31,6 @@ pub fn scenario(log: &Log) -> Figure {
 }
 
 /// 5.3b, 5.7: all measurements, as seen from the true poses, and dead reckoning.
-#[must_use]
 pub fn measurements(log: &Log) -> Figure {
     let reckoned: Vec<[f64; 2]> = dead_reckoning(log).iter().map(|pose| [pose[0], pose[1]]).collect();
     let marks = vec![
@@ -45,7 +43,6 @@ pub fn measurements(log: &Log) -> Figure {
 }
 
 /// 5.4a, 5.6a: the final map and the trajectory with the true ones.
-#[must_use]
 pub fn estimate(log: &Log, record: &Record) -> Figure {
     let path = record.scans.iter().map(|scan| [scan.pose[0], scan.pose[1]]).collect();
     let features = record.map.iter().map(|feature| Gaussian {
@@ -65,7 +62,6 @@ pub fn estimate(log: &Log, record: &Record) -> Figure {
 }
 
 /// 5.4b: estimated moving features, and the true tracks while they are in view.
-#[must_use]
 pub fn tracks(log: &Log, settings: &Settings, record: &Record) -> Figure {
     let (all, lone) = estimated_tracks(PLAN, record);
     let truth = in_view(log, settings);

@@ -13,19 +13,16 @@ const ERRORS_PX: f64 = 300.0;
 type Runs<'a> = [(&'a str, &'a Record<Underwater>)];
 
 /// 7.5: the trajectory of each run, dead reckoning and the truth, a chart for each run.
-#[must_use]
 pub fn trajectories(log: &Log, runs: &Runs<'_>) -> Figure {
     each(log, runs, "trajectories", Parts { ways: true, maps: false })
 }
 
 /// 7.5, from above and from the side: trajectory and map of each run.
-#[must_use]
 pub fn plan_and_section(log: &Log, runs: &Runs<'_>) -> Figure {
     trajectory::figure::<Underwater>(log, runs)
 }
 
 /// 7.6: the features of each run and the true ones, a chart for each run.
-#[must_use]
 pub fn space_maps(log: &Log, runs: &Runs<'_>) -> Figure {
     each(log, runs, "estimated features", Parts { ways: false, maps: true })
 }
@@ -37,7 +34,6 @@ fn each(log: &Log, runs: &Runs<'_>, what: &str, parts: Parts) -> Figure {
 }
 
 /// 7.7: squared position error of each run over time.
-#[must_use]
 pub fn squared_errors(log: &Log, runs: &Runs<'_>) -> Figure {
     let squared = |scan: &ScanRecord<Underwater>| scan.position_error_m().map_or(f64::NAN, |error| error * error);
     let marks = runs.iter().enumerate().map(|(index, (label, record))| {

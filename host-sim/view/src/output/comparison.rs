@@ -116,7 +116,6 @@ fn row<D>(name: &str, compared: &[Compared<D>], show: impl Fn(&Compared<D>) -> S
 }
 
 /// The differences as text without a newline at the end: a row for each field, a column for each precision.
-#[must_use]
 pub fn render<D: Fields>(compared: &[Compared<D>]) -> String {
     let precision = row("precision", compared, |c| c.precision.clone());
     let fields = D::FIELDS.iter().map(|(_, name, show)| row(name, compared, |c| show(&c.differences)));
@@ -125,19 +124,11 @@ pub fn render<D: Fields>(compared: &[Compared<D>]) -> String {
 }
 
 /// Writes a JSON list of objects; the file is complete or not written.
-///
-/// # Errors
-///
-/// [`OutputError`] if the file cannot be written.
 pub fn write_json<D: Fields>(path: &Path, compared: &[Compared<D>]) -> Result<(), OutputError> {
     json::write(path, compared)
 }
 
 /// Writes a row for each scan, with its time (s) and its differences; the file is complete or not written.
-///
-/// # Errors
-///
-/// [`OutputError`] if the file cannot be written.
 pub fn write_csv<D: Fields>(path: &Path, scans: impl Iterator<Item = (f64, D)>) -> Result<(), OutputError> {
     let header: Vec<&str> = iter::once("t_s").chain(D::FIELDS.iter().map(|&(name, ..)| name)).collect();
     csv::write_rows(path, &header, scans)

@@ -8,7 +8,6 @@ use serde_json::Value;
 use std::path::Path;
 
 /// The different settings and all figures as text, without a newline at the end.
-#[must_use]
 pub fn render(difference: &Difference) -> String {
     let [a, b] = &difference.runs;
     let mut parts = vec![format!("A: {a}\nB: {b}")];
@@ -38,10 +37,6 @@ fn short(value: &Value) -> String {
 }
 
 /// Writes the comparison to `path` as a JSON object; the file is complete or not written.
-///
-/// # Errors
-///
-/// [`OutputError`] if the file cannot be written.
 pub fn write(path: &Path, difference: &Difference) -> Result<(), OutputError> {
     json::write(path, difference)
 }

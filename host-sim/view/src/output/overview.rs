@@ -6,7 +6,6 @@ use scphd_run::monte_carlo::compare::comparisons;
 use scphd_run::monte_carlo::overview::{Overview, Spread, overviews};
 
 /// The figures as text, a column for each filter, followed by comparisons of the first filter with each other one.
-#[must_use]
 pub fn render(study: &Study) -> String {
     type Figure = (&'static str, fn(&Overview, &Spread) -> String);
     const FIGURES: [Figure; 18] = [

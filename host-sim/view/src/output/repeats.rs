@@ -21,7 +21,6 @@ const FIGURES: [(&str, usize); 8] = [
 ///
 /// The standard deviation is that of a sample (divisor one less than the number of runs). A run without a figure does not count
 /// in it.
-#[must_use]
 pub fn render(logs: &[&[Summary]]) -> String {
     let figures: Vec<_> = logs.iter().map(|runs| figures(runs)).collect();
     let mut rows: Vec<Row> = logs
@@ -40,7 +39,6 @@ pub fn render(logs: &[&[Summary]]) -> String {
 /// Consistency of the filter's covariance over the runs of a scenario, each with different noise: NEES of the position divided by
 /// its dimension at the last scan, mean over the runs, with the two-sided 95 % bounds of χ² for this number of runs. `None` for
 /// fewer than two runs with truth.
-#[must_use]
 pub fn consistency(runs: &[Summary], dimension: usize) -> Option<String> {
     let last = known(runs, |run| run.nees_final);
     let nees = mean(&last).filter(|_| last.len() > 1)?;

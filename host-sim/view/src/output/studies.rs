@@ -7,9 +7,6 @@ use scphd_score::results::{OutputError, json};
 use std::path::Path;
 
 /// Writes the results of all runs to `path`; the file is complete or not written. `merge` reads them exactly.
-///
-/// # Errors
-/// The file cannot be written.
 pub fn write(path: &Path, study: &Study) -> Result<(), OutputError> {
     json::write(path, study)
 }
@@ -44,9 +41,6 @@ fn run_columns() -> Columns<(RunResult, Overview)> {
 
 /// Writes into the existing folder `dir`: `series-FILTER.csv` for each filter (mean and standard deviation over the runs of every
 /// curve, a row for each scan), and `runs.csv` (a row for each run).
-///
-/// # Errors
-/// A file cannot be written.
 pub fn write_tables(dir: &Path, study: &Study) -> Result<(), OutputError> {
     for filter in &study.plan.filters {
         let results = study.of_filter(filter);

@@ -8,7 +8,6 @@ use scphd_run::tune::{Gain, Outcome, Said, Tuned, position_rmse_m, score};
 const DIGITS: usize = 4;
 
 /// The tables of the estimates and of the candidates, and the result. `truth`: with the errors.
-#[must_use]
 pub fn render<S>(log: &str, tuned: &Tuned<S>, truth: bool) -> String {
     let Tuned { said, outcome } = tuned;
     let innovations = ruled(
@@ -99,7 +98,6 @@ fn verdict<S>(outcome: &Outcome<S>, truth: bool) -> String {
 }
 
 /// A line of a study over several logs: the proposal, and the errors with the seeds that confirmed it.
-#[must_use]
 pub fn line<S>(log: &str, tuned: &Tuned<S>) -> String {
     let outcome = &tuned.outcome;
     let Some(best) = outcome.best.as_ref() else {
@@ -121,7 +119,6 @@ pub fn line<S>(log: &str, tuned: &Tuned<S>) -> String {
 }
 
 /// Ratios of the held-out errors with the proposals to those before, over several logs.
-#[must_use]
 pub fn summary<S>(logs: &[Tuned<S>]) -> String {
     let ratio = |tuned: &Tuned<S>| {
         let best = tuned.outcome.best.as_ref().filter(|best| best.confirmed)?;

@@ -58,13 +58,11 @@ impl Interval {
     }
 
     /// The smallest interval around both.
-    #[must_use]
     pub fn union(self, other: Self) -> Self {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
     /// The common part of both; `self` if there is none.
-    #[must_use]
     pub fn intersection(self, other: Self) -> Self {
         Self::new(self.low.max(other.low), self.high.min(other.high))
             .filter(|_| self.low < other.high && other.low < self.high)
@@ -72,13 +70,11 @@ impl Interval {
     }
 
     /// The interval extended by `fraction` of its length at both ends.
-    #[must_use]
     pub fn padded(self, fraction: f64) -> Self {
         self.with_span(self.span() * (1.0 + 2.0 * fraction))
     }
 
     /// The interval with the same centre and this length.
-    #[must_use]
     pub fn with_span(self, span: f64) -> Self {
         let centre = 0.5 * (self.low + self.high);
         Self { low: centre - 0.5 * span, high: centre + 0.5 * span }

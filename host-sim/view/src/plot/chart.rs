@@ -115,7 +115,6 @@ impl Mark {
     }
 
     /// The same curve with another width, px; no effect on other shapes.
-    #[must_use]
     pub fn wide(mut self, width: f64) -> Self {
         if let Shape::Line { width_px, .. } = &mut self.shape {
             *width_px = width;

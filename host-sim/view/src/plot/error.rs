@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 /// Why a plot could not be made.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum PlotError {
     #[error("cannot write {}: {source}", path.display())]
     Io { path: PathBuf, source: io::Error },

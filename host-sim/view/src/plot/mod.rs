@@ -47,10 +47,6 @@ use std::path::{Path, PathBuf};
 /// paths.
 ///
 /// Every run has a label for the legend: `[("filter f32", &record)]`. Each file is complete or not written.
-///
-/// # Errors
-///
-/// [`PlotError`] if a file cannot be written or a figure cannot be rendered.
 pub fn write_plots<K: Kind>(dir: &Path, log: &K::Log, runs: &[(&str, &Record<K>)]) -> Result<Vec<PathBuf>, PlotError> {
     fs::create_dir_all(dir).map_err(|source| PlotError::Io { path: dir.into(), source })?;
     let mut paths = Vec::new();

@@ -25,7 +25,6 @@ impl Rect {
     }
 
     /// Extended by `margin` px on every side.
-    #[must_use]
     pub fn grown(self, margin: f64) -> Self {
         Self {
             left: self.left - margin,

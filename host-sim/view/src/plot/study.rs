@@ -8,7 +8,6 @@ use scphd_run::monte_carlo::{Band, Curve, RunResult, Study, band};
 const HEIGHT_PX: f64 = 300.0;
 
 /// The figure of a study: position and heading error, and the map error with both cut-offs.
-#[must_use]
 pub fn figure(study: &Study) -> Figure {
     let filters: Vec<(&str, Vec<&RunResult>)> =
         study.plan.filters.iter().map(|filter| (filter.as_str(), study.of_filter(filter))).collect();
@@ -20,7 +19,6 @@ pub fn figure(study: &Study) -> Figure {
 }
 
 /// A column of charts over time.
-#[must_use]
 pub fn column(title: String, mut charts: Vec<Chart>) -> Figure {
     if let Some(last) = charts.last_mut() {
         last.x_label = "time (s)".into();
@@ -29,7 +27,6 @@ pub fn column(title: String, mut charts: Vec<Chart>) -> Figure {
 }
 
 /// Position error of every filter, and that of dead reckoning, which is the same for all, each with its band.
-#[must_use]
 pub fn position(filters: &[(&str, Vec<&RunResult>)]) -> Chart {
     let mut chart = curve(filters, Curve::PositionError, "position error (m)");
     if let Some((_, results)) = filters.first() {
@@ -43,7 +40,6 @@ pub fn position(filters: &[(&str, Vec<&RunResult>)]) -> Chart {
 }
 
 /// Mean and band of a curve for every filter.
-#[must_use]
 pub fn curve(filters: &[(&str, Vec<&RunResult>)], curve: Curve, y_label: &str) -> Chart {
     let bands: Vec<Vec<Band>> = filters.iter().map(|(_, results)| band(results, curve)).collect();
     let mut marks: Vec<Mark> =
@@ -55,7 +51,6 @@ pub fn curve(filters: &[(&str, Vec<&RunResult>)], curve: Curve, y_label: &str) -
 }
 
 /// A map error with its parts for every filter: the total as a thick line with its band, the parts as thin lines.
-#[must_use]
 pub fn parts(filters: &[(&str, Vec<&RunResult>)]) -> Vec<Chart> {
     vec![
         curve(filters, Curve::OspaFar, "OSPA, c = 10 m (m)"),

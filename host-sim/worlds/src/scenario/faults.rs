@@ -49,7 +49,6 @@ const PLAN: [(Fault, Range<usize>); 8] = [
 /// faults of 3 s each: ten times the clutter, p_D 0.1, the last scan repeated, errors of the ranges of 1 m and of the bearings of
 /// 10°, doubled speeds, controls of zero; then no scan for 10 s. 501 scans of up to 64 measurements, the most that the sensor
 /// sends.
-#[must_use]
 pub fn faults(seed: u64) -> Log {
     let mut log = undisturbed(seed);
     // A separate random number generator, so that everything else is as without faults.

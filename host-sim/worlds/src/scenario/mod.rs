@@ -65,7 +65,6 @@ pub const SCENARIOS: &[(&str, &str)] = &[
 /// The scenarios with a different world for every seed.
 pub const WORLDS: [&str; 4] = ["worlds", "worlds-mounted", "worlds-moving", "worlds-exact"];
 
-#[must_use]
 pub fn by_name(name: &str, seed: u64) -> Option<Log> {
     match name {
         "survey" => Some(survey(seed)),
@@ -84,7 +83,6 @@ pub fn by_name(name: &str, seed: u64) -> Option<Log> {
 }
 
 /// Whether a scenario is one of the thesis, run with its recursion; the others are run like a user's log.
-#[must_use]
 pub fn is_of_thesis(name: &str) -> bool {
     !WORLDS.contains(&name) && name != "two-sensors"
 }
@@ -105,7 +103,6 @@ pub struct ThesisRun {
 
 /// The thesis's parameters for runs of this scenario, if there are any (5.3.1); `faults` has the vehicle and the moving landmarks
 /// of 5.3.1.
-#[must_use]
 pub fn thesis_run(name: &str) -> Option<ThesisRun> {
     let as_in_5_3_1 =
         ThesisRun { particles: 32, samples: 2, resample_threshold: 0.05, moving: true, runs_per_input: 4 };

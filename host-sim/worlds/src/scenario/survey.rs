@@ -25,7 +25,6 @@ const SCATTER: Scatter = Scatter { count: 60, seed: 1, from_path_m: (2.5, 12.0),
 /// Odometry at 20 Hz with white noise of 1 m/s and 2°; 641 scans at 10 Hz with a full circle of 15 m, noise of 0.25 m and 0.5°,
 /// p_D 0.95 within the true range, and 20 false measurements a scan, uniform in range and bearing. The measurements of a scan are
 /// in random order. Truth at every scan.
-#[must_use]
 pub fn survey(seed: u64) -> Log {
     let (controls, landmarks) = way();
     let imperfection = Imperfection::OF_5_3_1;
@@ -40,7 +39,6 @@ pub(super) fn way() -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
 }
 
 /// The same log with a position fix every 10 s, with 1 m of noise along each axis, as from a satellite receiver.
-#[must_use]
 pub fn survey_fixes(seed: u64) -> Log {
     const EVERY_SCANS: usize = 100;
     const SIGMA_M: f64 = 1.0;

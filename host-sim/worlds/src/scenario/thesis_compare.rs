@@ -23,7 +23,6 @@ const IMPERFECTION: Imperfection = Imperfection {
 
 /// The vehicle of 5.3.1 drives a trefoil at 5 m/s among 60 static landmarks, with the noise of 5.3.2: 2 m/s and 5° in the
 /// odometry, 1 m and 2° in the measurements, p_D 0.95, 5 false measurements a scan. 401 scans.
-#[must_use]
 pub fn thesis_compare(seed: u64) -> Log {
     let controls = WAY.controls(1);
     let landmarks = SCATTER.around(&drive(&controls), &[]);

@@ -46,13 +46,11 @@ const LONG_MOVERS: [Mover; 9] = [
 
 /// The vehicle of 5.3.1 drives a loop at 4 m/s among 45 static and 6 moving landmarks (0.8 to 2.3 m/s), with the noise, the
 /// missed detections and the clutter of 5.3.1. 301 scans.
-#[must_use]
 pub fn thesis_dynamic(seed: u64) -> Log {
     simulation("thesis-dynamic", &WAY, 1, &SCATTER, &MOVERS).log(seed)
 }
 
 /// The same for seven laps of a larger loop among 90 static and 9 moving landmarks. 3501 scans.
-#[must_use]
 pub fn thesis_dynamic_long(seed: u64) -> Log {
     simulation("thesis-dynamic-long", &LONG_WAY, LAPS, &LONG_SCATTER, &LONG_MOVERS).log(seed)
 }

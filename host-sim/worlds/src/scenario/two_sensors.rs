@@ -98,7 +98,6 @@ impl Eye {
 /// The car of `survey` on its trajectory, with a lidar in front (10 Hz, 15 m, 92° to each side) and a radar at the back with its
 /// view backwards (4 Hz, 25 m, 52° to each side, four times the noise in range and six times in bearing). Truth at every scan of
 /// either.
-#[must_use]
 pub fn two_sensors(seed: u64) -> Log {
     let (controls, landmarks) = way();
     let path = drive(&controls);

@@ -27,7 +27,6 @@ pub const SCENARIOS: &[(&str, &str)] = &[
 /// The scenarios with a different world for every seed.
 pub const WORLDS: [&str; 2] = ["worlds-space", "worlds-space-exact"];
 
-#[must_use]
 pub fn by_name(name: &str, seed: u64) -> Option<Log> {
     match name {
         "girona-tank" => Some(tank::girona_tank(seed)),

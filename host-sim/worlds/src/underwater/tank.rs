@@ -222,7 +222,6 @@ fn instruments(t_s: f64, row: usize, vehicle: &Vehicle, noise: &mut Noise) -> In
 }
 
 /// The log with the noise of `seed`.
-#[must_use]
 pub fn girona_tank(seed: u64) -> Log {
     let (way, landmarks, mut noise) = (way(), landmarks(), Noise::new(seed));
     let time = |row: usize| row as f64 / RATE_HZ;

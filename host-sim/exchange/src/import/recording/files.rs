@@ -17,7 +17,6 @@ const STRANGERS: [(&[u8], &str); 3] = [
 ];
 
 /// Whether a folder contains a recording of ROS 2.
-#[must_use]
 pub fn is_bag(dir: &Path) -> bool {
     dir.join(METADATA).is_file() || names(dir).is_ok_and(|names| names.iter().any(|name| is_recording(name)))
 }

@@ -439,7 +439,6 @@ fn sigma(name: &str, variances: Vec<Option<f64>>, stated: Option<f64>, least: f6
 }
 
 /// East and north of `origin`, m, in its tangent plane; latitude rad, longitude rad, height m.
-#[must_use]
 pub fn east_north(origin: [f64; 3], place: [f64; 3]) -> [f64; 2] {
     let (from, to) = (cartesian(origin), cartesian(place));
     let [x, y, z] = [to[0] - from[0], to[1] - from[1], to[2] - from[2]];

@@ -25,7 +25,6 @@ impl Told<'_> {
         self.channel.decode(self.data).map_err(|error| self.error(error))
     }
 
-    #[must_use]
     pub fn error(&self, what: impl Display) -> ImportError {
         ImportError::at(format_args!("{}, message {}", self.channel.topic, self.number), what)
     }

@@ -42,7 +42,6 @@ pub enum Kind {
 }
 
 /// The world with this seed.
-#[must_use]
 pub fn world(kind: Kind, seed: u64) -> Log {
     match kind {
         Kind::DataSheet => misbehaving(seed, Misbehaviour::ALL),
@@ -59,7 +58,6 @@ pub fn world(kind: Kind, seed: u64) -> Log {
 }
 
 /// The data sheet world with this seed, with only the errors in `misbehaviour`.
-#[must_use]
 pub fn misbehaving(seed: u64, misbehaviour: Misbehaviour) -> Log {
     of_plan(&Plan::data_sheet(seed), misbehaviour, seed, "worlds", by_data_sheet)
 }

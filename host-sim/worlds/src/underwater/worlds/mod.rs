@@ -38,7 +38,6 @@ pub enum Kind {
 }
 
 /// The world with this seed.
-#[must_use]
 pub fn world(kind: Kind, seed: u64) -> Log {
     match kind {
         Kind::DataSheet => misbehaving(seed, Misbehaviour::ALL),
@@ -50,14 +49,12 @@ pub fn world(kind: Kind, seed: u64) -> Log {
 }
 
 /// The data sheet world with this seed, with only the errors in `misbehaviour`.
-#[must_use]
 pub fn misbehaving(seed: u64, misbehaviour: Misbehaviour) -> Log {
     let plan = Plan::data_sheet(seed);
     of_plan(&plan, misbehaviour, seed, "worlds-space", by_data_sheet(&plan))
 }
 
 /// The size of this world, m.
-#[must_use]
 pub fn size_m(seed: u64) -> f64 {
     Plan::data_sheet(seed).size_m
 }
