@@ -19,17 +19,15 @@ pub fn repeat<K: Offer>(sources: &[Source<K>], args: RunArgs) -> Result<(), Fail
     let choice = args.filter(sources.iter().all(Source::is_joint_usual)).map_err(Failure::input)?;
     let threads = args.threads()?;
     args.options().into_iter().try_for_each(|option| used(&[choice], option, ""))?;
-    if args.out.is_some() {
-        return Err(Failure::input("--out: for a single run only, not with several logs or --repeat"));
-    }
-    if args.html.is_some() {
-        return Err(Failure::input("--html: for a single run only, not with several logs or --repeat"));
-    }
-    if args.mcap.is_some() {
-        return Err(Failure::input("--mcap: for a single run only, not with several logs or --repeat"));
-    }
-    if args.map.is_some() || args.save_map.is_some() {
-        return Err(Failure::input("--map and --save-map: for a single run only, not with several logs or --repeat"));
+    let files = [
+        (args.out.is_some(), "--out"),
+        (args.html.is_some(), "--html"),
+        (args.mcap.is_some(), "--mcap"),
+        (args.map.is_some() || args.save_map.is_some(), "--map and --save-map"),
+    ];
+    if let Some((_, option)) = files.into_iter().find(|(given, _)| *given) {
+        let why = "for a single run only, not with several logs or --repeat";
+        return Err(Failure::input(format_args!("{option}: {why}")));
     }
     let seeds = args.seeds()?;
     let outputs = Outputs { json: args.json, out: None };
