@@ -6,7 +6,7 @@ mod joint;
 mod planar;
 mod underwater;
 
-pub use differences::{Comparison, Differences};
+pub use differences::{Comparison, Differences, Figure, Figures};
 pub use joint::{JointComparison, JointDifferences};
 
 use differences::{NO_FIXES, distance, larger, norm, relative};

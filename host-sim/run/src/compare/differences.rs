@@ -5,52 +5,96 @@ use serde::Serialize;
 /// Reason for refusing a log with fixes.
 pub(super) const NO_FIXES: &str = "the reference takes no fixes of the pose";
 
-/// Largest differences between filter and reference, relative unless the name has a unit.
-/// `docs/results.md` defines the keys.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Differences {
-    pub scans: usize,
-    pub predicted_position_m: f64,
-    pub predicted_heading_rad: f64,
-    pub waited_s: f64,
-    pub ln_likelihood: f64,
-    pub particle_weight: f64,
-    pub component_weight: f64,
-    pub mean: f64,
-    pub covariance: f64,
-    pub mass: f64,
-    pub estimated_position_m: f64,
-    pub estimated_heading_rad: f64,
-    pub other_survivors: usize,
-    pub components: usize,
-    pub moving_components: usize,
-    pub unmatched: usize,
-    pub unmatched_mass: f64,
-    pub capacity_events: usize,
+/// A figure of a comparison.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Figure {
+    /// The greatest difference.
+    Greatest(f64),
+    Count(usize),
 }
 
-impl Differences {
-    /// The greater value of every field; counts are added.
-    pub(super) fn merge(&mut self, other: &Self) {
-        let larger = |into: &mut f64, value: f64| *into = larger(*into, value);
-        larger(&mut self.predicted_position_m, other.predicted_position_m);
-        larger(&mut self.predicted_heading_rad, other.predicted_heading_rad);
-        larger(&mut self.waited_s, other.waited_s);
-        larger(&mut self.ln_likelihood, other.ln_likelihood);
-        larger(&mut self.particle_weight, other.particle_weight);
-        larger(&mut self.component_weight, other.component_weight);
-        larger(&mut self.mean, other.mean);
-        larger(&mut self.covariance, other.covariance);
-        larger(&mut self.mass, other.mass);
-        larger(&mut self.estimated_position_m, other.estimated_position_m);
-        larger(&mut self.estimated_heading_rad, other.estimated_heading_rad);
-        larger(&mut self.unmatched_mass, other.unmatched_mass);
-        self.scans += other.scans;
-        self.other_survivors += other.other_survivors;
-        self.components += other.components;
-        self.moving_components += other.moving_components;
-        self.unmatched += other.unmatched;
-        self.capacity_events += other.capacity_events;
+/// The figures of a scan, or of several.
+pub trait Figures: Serialize + 'static {
+    /// The names of the figures in files, and in a table.
+    const NAMES: &'static [(&'static str, &'static str)];
+
+    /// The figures in this order.
+    fn figures(&self) -> Vec<Figure>;
+}
+
+pub(super) trait Field {
+    /// Adds the figure of other scans.
+    fn merge(&mut self, other: Self);
+
+    fn figure(&self) -> Figure;
+}
+
+impl Field for f64 {
+    fn merge(&mut self, other: Self) {
+        *self = larger(*self, other);
+    }
+
+    fn figure(&self) -> Figure {
+        Figure::Greatest(*self)
+    }
+}
+
+impl Field for usize {
+    fn merge(&mut self, other: Self) {
+        *self += other;
+    }
+
+    fn figure(&self) -> Figure {
+        Figure::Count(*self)
+    }
+}
+
+/// A struct of figures, each with its name in a table.
+macro_rules! figures {
+    ($(#[$about:meta])* $name:ident { $($field:ident: $kind:ty = $title:literal,)+ }) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+        pub struct $name { $(pub $field: $kind,)+ }
+
+        impl $name {
+            pub(super) fn merge(&mut self, other: &Self) {
+                $($crate::compare::differences::Field::merge(&mut self.$field, other.$field);)+
+            }
+        }
+
+        impl $crate::compare::Figures for $name {
+            const NAMES: &'static [(&'static str, &'static str)] = &[$((stringify!($field), $title)),+];
+
+            fn figures(&self) -> Vec<$crate::compare::Figure> {
+                vec![$($crate::compare::differences::Field::figure(&self.$field)),+]
+            }
+        }
+    };
+}
+pub(super) use figures;
+
+figures! {
+    /// Largest differences between filter and reference, relative unless the name has a unit.
+    /// `docs/results.md` defines the keys.
+    Differences {
+        scans: usize = "scans",
+        predicted_position_m: f64 = "predicted position (m)",
+        predicted_heading_rad: f64 = "predicted heading (rad)",
+        waited_s: f64 = "time since the scan (s)",
+        ln_likelihood: f64 = "ln likelihood (relative)",
+        particle_weight: f64 = "particle weight (relative)",
+        component_weight: f64 = "component weight (relative)",
+        mean: f64 = "component mean (relative)",
+        covariance: f64 = "component covariance (relative)",
+        mass: f64 = "map mass (relative)",
+        estimated_position_m: f64 = "estimated position (m)",
+        estimated_heading_rad: f64 = "estimated heading (rad)",
+        other_survivors: usize = "scans with other survivors",
+        components: usize = "static components compared",
+        moving_components: usize = "moving components compared",
+        unmatched: usize = "components unmatched",
+        unmatched_mass: f64 = "unmatched mass (share of a map)",
+        capacity_events: usize = "scans short of room",
     }
 }
 

@@ -1,75 +1,43 @@
 //! The joint filter and its reference in lockstep: every step of the reference starts from the filter's state. A second reference
 //! runs independently from the start.
 
-use super::differences::{Comparison, NO_FIXES, larger, norm, relative};
+use super::differences::{Comparison, NO_FIXES, figures, larger, norm, relative};
 use nalgebra::DMatrix;
 use scphd_filters::kind::Kind;
 use scphd_filters::slam::{OpenJoint, Refusal};
 use scphd_log::angle::wrap;
 use scphd_log::events::Event;
 use scphd_reference::joint::{Joint, Models, State};
-use serde::Serialize;
 
-/// Largest differences between the joint filter and its reference, relative unless the name has a unit.
-/// `docs/results.md` defines the keys.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct JointDifferences {
-    pub scans: usize,
-    pub predicted_position_m: f64,
-    pub predicted_heading_rad: f64,
-    pub predicted_covariance: f64,
-    pub waited_s: f64,
-    pub ln_evidence: f64,
-    pub innovation: f64,
-    pub estimated_position_m: f64,
-    pub estimated_heading_rad: f64,
-    pub mean: f64,
-    pub pose_covariance: f64,
-    pub feature_covariance: f64,
-    pub cross_covariance: f64,
-    pub existence: f64,
-    pub detections: f64,
-    pub mover_weight: f64,
-    pub mover_mean: f64,
-    pub mover_covariance: f64,
-    pub features: usize,
-    pub movers: usize,
-    pub unmatched: usize,
-    pub other_views: usize,
-    pub capacity_events: usize,
-    pub own_way_position_m: f64,
-    pub own_way_heading_rad: f64,
-}
-
-impl JointDifferences {
-    /// The greater value of every field; counts are added.
-    pub(super) fn merge(&mut self, other: &Self) {
-        let larger = |into: &mut f64, value: f64| *into = larger(*into, value);
-        larger(&mut self.predicted_position_m, other.predicted_position_m);
-        larger(&mut self.predicted_heading_rad, other.predicted_heading_rad);
-        larger(&mut self.predicted_covariance, other.predicted_covariance);
-        larger(&mut self.waited_s, other.waited_s);
-        larger(&mut self.ln_evidence, other.ln_evidence);
-        larger(&mut self.innovation, other.innovation);
-        larger(&mut self.estimated_position_m, other.estimated_position_m);
-        larger(&mut self.estimated_heading_rad, other.estimated_heading_rad);
-        larger(&mut self.mean, other.mean);
-        larger(&mut self.pose_covariance, other.pose_covariance);
-        larger(&mut self.feature_covariance, other.feature_covariance);
-        larger(&mut self.cross_covariance, other.cross_covariance);
-        larger(&mut self.existence, other.existence);
-        larger(&mut self.detections, other.detections);
-        larger(&mut self.mover_weight, other.mover_weight);
-        larger(&mut self.mover_mean, other.mover_mean);
-        larger(&mut self.mover_covariance, other.mover_covariance);
-        larger(&mut self.own_way_position_m, other.own_way_position_m);
-        larger(&mut self.own_way_heading_rad, other.own_way_heading_rad);
-        self.scans += other.scans;
-        self.features += other.features;
-        self.movers += other.movers;
-        self.unmatched += other.unmatched;
-        self.other_views += other.other_views;
-        self.capacity_events += other.capacity_events;
+figures! {
+    /// Largest differences between the joint filter and its reference, relative unless the name has a unit.
+    /// `docs/results.md` defines the keys.
+    JointDifferences {
+        scans: usize = "scans",
+        predicted_position_m: f64 = "predicted position (m)",
+        predicted_heading_rad: f64 = "predicted heading (rad)",
+        predicted_covariance: f64 = "predicted covariance (relative)",
+        waited_s: f64 = "time since the scan (s)",
+        ln_evidence: f64 = "ln evidence (relative)",
+        innovation: f64 = "mean squared innovation (relative)",
+        estimated_position_m: f64 = "estimated position (m)",
+        estimated_heading_rad: f64 = "estimated heading (rad)",
+        mean: f64 = "feature mean (relative)",
+        pose_covariance: f64 = "pose covariance (relative)",
+        feature_covariance: f64 = "feature covariance (relative)",
+        cross_covariance: f64 = "cross-covariance (relative)",
+        existence: f64 = "probability of a feature",
+        detections: f64 = "detections of a feature",
+        mover_weight: f64 = "probability of a mover",
+        mover_mean: f64 = "mean of a mover (relative)",
+        mover_covariance: f64 = "covariance of a mover (relative)",
+        features: usize = "features compared",
+        movers: usize = "movers compared",
+        unmatched: usize = "features unmatched",
+        other_views: usize = "scans with other views",
+        capacity_events: usize = "scans short of room",
+        own_way_position_m: f64 = "position, each on its own way (m)",
+        own_way_heading_rad: f64 = "heading, each on its own way (rad)",
     }
 }
 

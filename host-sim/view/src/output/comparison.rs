@@ -3,7 +3,7 @@
 use super::csv;
 use super::table::{grouped, ruled};
 use comfy_table::Row;
-use scphd_run::compare::{Differences, JointDifferences};
+use scphd_run::compare::{Differences, Figure, Figures, JointDifferences};
 use scphd_score::results::OutputError;
 use scphd_score::results::json::{self, Format};
 use serde::Serialize;
@@ -30,21 +30,13 @@ pub struct Compared<D = Differences> {
     pub settings: Value,
 }
 
-/// A field: its name in files, its name with the unit in the table, and its value as text.
-type Field<D> = (&'static str, &'static str, fn(&D) -> String);
-
 /// Differences for a kind of filter.
-pub trait Fields: Serialize + Sized + 'static {
-    /// Its fields in order.
-    const FIELDS: &'static [Field<Self>];
-
+pub trait Fields: Figures + Sized {
     /// Rows of the table with the parameters of the filter.
     fn heads(compared: &[Compared<Self>]) -> Vec<Row>;
 }
 
 impl Fields for Differences {
-    const FIELDS: &'static [Field<Self>] = &FIELDS;
-
     fn heads(compared: &[Compared]) -> Vec<Row> {
         vec![
             row("particles × samples", compared, |c| format!("{} × {}", c.particles, c.samples)),
@@ -54,61 +46,10 @@ impl Fields for Differences {
 }
 
 impl Fields for JointDifferences {
-    const FIELDS: &'static [Field<Self>] = &JOINT_FIELDS;
-
     fn heads(_: &[Compared<Self>]) -> Vec<Row> {
         Vec::new()
     }
 }
-
-const FIELDS: [Field<Differences>; 18] = [
-    ("scans", "scans", |d| count(d.scans)),
-    ("predicted_position_m", "predicted position (m)", |d| power(d.predicted_position_m)),
-    ("predicted_heading_rad", "predicted heading (rad)", |d| power(d.predicted_heading_rad)),
-    ("waited_s", "time since the scan (s)", |d| power(d.waited_s)),
-    ("ln_likelihood", "ln likelihood (relative)", |d| power(d.ln_likelihood)),
-    ("particle_weight", "particle weight (relative)", |d| power(d.particle_weight)),
-    ("component_weight", "component weight (relative)", |d| power(d.component_weight)),
-    ("mean", "component mean (relative)", |d| power(d.mean)),
-    ("covariance", "component covariance (relative)", |d| power(d.covariance)),
-    ("mass", "map mass (relative)", |d| power(d.mass)),
-    ("estimated_position_m", "estimated position (m)", |d| power(d.estimated_position_m)),
-    ("estimated_heading_rad", "estimated heading (rad)", |d| power(d.estimated_heading_rad)),
-    ("other_survivors", "scans with other survivors", |d| count(d.other_survivors)),
-    ("components", "static components compared", |d| count(d.components)),
-    ("moving_components", "moving components compared", |d| count(d.moving_components)),
-    ("unmatched", "components unmatched", |d| count(d.unmatched)),
-    ("unmatched_mass", "unmatched mass (share of a map)", |d| power(d.unmatched_mass)),
-    ("capacity_events", "scans short of room", |d| count(d.capacity_events)),
-];
-
-const JOINT_FIELDS: [Field<JointDifferences>; 25] = [
-    ("scans", "scans", |d| count(d.scans)),
-    ("predicted_position_m", "predicted position (m)", |d| power(d.predicted_position_m)),
-    ("predicted_heading_rad", "predicted heading (rad)", |d| power(d.predicted_heading_rad)),
-    ("predicted_covariance", "predicted covariance (relative)", |d| power(d.predicted_covariance)),
-    ("waited_s", "time since the scan (s)", |d| power(d.waited_s)),
-    ("ln_evidence", "ln evidence (relative)", |d| power(d.ln_evidence)),
-    ("innovation", "mean squared innovation (relative)", |d| power(d.innovation)),
-    ("estimated_position_m", "estimated position (m)", |d| power(d.estimated_position_m)),
-    ("estimated_heading_rad", "estimated heading (rad)", |d| power(d.estimated_heading_rad)),
-    ("mean", "feature mean (relative)", |d| power(d.mean)),
-    ("pose_covariance", "pose covariance (relative)", |d| power(d.pose_covariance)),
-    ("feature_covariance", "feature covariance (relative)", |d| power(d.feature_covariance)),
-    ("cross_covariance", "cross-covariance (relative)", |d| power(d.cross_covariance)),
-    ("existence", "probability of a feature", |d| power(d.existence)),
-    ("detections", "detections of a feature", |d| power(d.detections)),
-    ("mover_weight", "probability of a mover", |d| power(d.mover_weight)),
-    ("mover_mean", "mean of a mover (relative)", |d| power(d.mover_mean)),
-    ("mover_covariance", "covariance of a mover (relative)", |d| power(d.mover_covariance)),
-    ("features", "features compared", |d| count(d.features)),
-    ("movers", "movers compared", |d| count(d.movers)),
-    ("unmatched", "features unmatched", |d| count(d.unmatched)),
-    ("other_views", "scans with other views", |d| count(d.other_views)),
-    ("capacity_events", "scans short of room", |d| count(d.capacity_events)),
-    ("own_way_position_m", "position, each on its own way (m)", |d| power(d.own_way_position_m)),
-    ("own_way_heading_rad", "heading, each on its own way (rad)", |d| power(d.own_way_heading_rad)),
-];
 
 /// A row of the table: a name, and its value in every precision.
 fn row<D>(name: &str, compared: &[Compared<D>], show: impl Fn(&Compared<D>) -> String) -> Row {
@@ -118,7 +59,8 @@ fn row<D>(name: &str, compared: &[Compared<D>], show: impl Fn(&Compared<D>) -> S
 /// The differences as text without a newline at the end: a row for each field, a column for each precision.
 pub fn render<D: Fields>(compared: &[Compared<D>]) -> String {
     let precision = row("precision", compared, |c| c.precision.clone());
-    let fields = D::FIELDS.iter().map(|(_, name, show)| row(name, compared, |c| show(&c.differences)));
+    let fields = D::NAMES.iter().enumerate();
+    let fields = fields.map(|(k, (_, name))| row(name, compared, |c| shown(c.differences.figures()[k])));
     let rows = iter::once(precision).chain(D::heads(compared)).chain(fields);
     ruled(row("log", compared, |c| c.log.clone()), rows)
 }
@@ -130,17 +72,17 @@ pub fn write_json<D: Fields>(path: &Path, compared: &[Compared<D>]) -> Result<()
 
 /// Writes a row for each scan, with its time (s) and its differences; the file is complete or not written.
 pub fn write_csv<D: Fields>(path: &Path, scans: impl Iterator<Item = (f64, D)>) -> Result<(), OutputError> {
-    let header: Vec<&str> = iter::once("t_s").chain(D::FIELDS.iter().map(|&(name, ..)| name)).collect();
+    let header: Vec<&str> = iter::once("t_s").chain(D::NAMES.iter().map(|&(name, _)| name)).collect();
     csv::write_rows(path, &header, scans)
 }
 
-fn count(value: usize) -> String {
-    grouped(value as u64)
-}
-
-/// A difference with its order of magnitude.
-fn power(value: f64) -> String {
-    if value == 0.0 { "0".into() } else { format!("{value:.2e}") }
+/// A count, or a difference with its order of magnitude.
+fn shown(figure: Figure) -> String {
+    match figure {
+        Figure::Count(count) => grouped(count as u64),
+        Figure::Greatest(0.0) => "0".into(),
+        Figure::Greatest(difference) => format!("{difference:.2e}"),
+    }
 }
 
 #[cfg(test)]
@@ -170,8 +112,8 @@ mod tests {
 
     #[test]
     fn magnitudes_are_readable() {
-        assert_eq!(power(0.0), "0");
-        assert_eq!(power(1.234e-12), "1.23e-12");
-        assert_eq!(power(f64::NAN), "NaN");
+        for (difference, text) in [(0.0, "0"), (1.234e-12, "1.23e-12"), (f64::NAN, "NaN")] {
+            assert_eq!(shown(Figure::Greatest(difference)), text);
+        }
     }
 }
