@@ -11,7 +11,6 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
-#[expect(dead_code, reason = "other tests read folders")]
 mod folders;
 
 /// A folder with a log.

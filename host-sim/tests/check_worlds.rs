@@ -135,81 +135,54 @@ fn an_offset_of_the_turn_rate_is_a_note_and_not_a_wrong_unit() {
     }
 }
 
-/// A damage of a world, and the only finding that it must have.
-type Damage = (&'static str, fn(u64) -> Log, &'static str);
+/// A log, its damage with a seed, and the only finding that it must have.
+type Damage = (&'static str, fn(u64) -> Log, fn(&mut Log, u64), &'static str);
 
 #[test]
 fn every_damage_of_a_world_has_its_finding_and_no_other() {
+    let whole: fn(&mut Log, u64) = |_, _| {};
     let cases: [Damage; 27] = [
-        (
-            "parts of the vehicle in view",
-            |seed| {
-                let mut log = world(seed);
-                in_own_body(&mut log, seed);
-                log
-            },
-            "fixed-in-view",
-        ),
+        ("parts of the vehicle in view", world, |log, seed| _ = in_own_body(log, seed), "fixed-in-view"),
         (
             "speed without a sign",
-            |seed| {
-                let mut log = there_and_back(seed);
-                log.odometry.iter_mut().for_each(|row| row.control[0] = row.control[0].abs());
-                log
-            },
+            there_and_back,
+            |log, _| log.odometry.iter_mut().for_each(|row| row.control[0] = row.control[0].abs()),
             "speed-unsigned",
         ),
         (
             "30 s of empty scans",
-            |seed| {
-                let mut log = world(seed);
-                let from_s = 0.4 * end_s(&log);
+            world,
+            |log, _| {
+                let from_s = 0.4 * end_s(log);
                 for scan in log.scans.iter_mut().filter(|scan| (from_s..from_s + 30.0).contains(&scan.t_s)) {
                     scan.detections.clear();
                     scan.labels.clear();
                 }
-                log
             },
             "scans-empty",
         ),
         (
             "odometry that stands",
-            |seed| {
-                let mut log = world(seed);
-                let from_s = 0.4 * end_s(&log);
-                let rows = log.odometry.iter_mut().filter(|row| (from_s..from_s + 12.0).contains(&row.t_s));
-                rows.for_each(|row| row.control = [0.0; 3]);
-                log.truth.clear();
-                log
-            },
+            world,
+            |log, _| standing(log, 0.4, 12.0, |row| row.control = [0.0; 3]),
             "odometry-stands",
         ),
         (
             "wheels that are not read beside a gyroscope that is",
-            |seed| {
-                let mut log = world(seed);
-                let from_s = 0.4 * end_s(&log);
-                let rows = log.odometry.iter_mut().filter(|row| (from_s..from_s + 20.0).contains(&row.t_s));
-                rows.for_each(|row| row.control[0] = 0.0);
-                log.truth.clear();
-                log
-            },
+            world,
+            |log, _| standing(log, 0.4, 20.0, |row| row.control[0] = 0.0),
             "odometry-stands",
         ),
         (
             "odometry that always stands",
-            |seed| {
-                let mut log = world(seed);
-                log.odometry.iter_mut().for_each(|row| row.control = [0.0; 3]);
-                log.truth.clear();
-                log
-            },
+            world,
+            |log, _| standing(log, 0.0, f64::INFINITY, |row| row.control = [0.0; 3]),
             "odometry-stands",
         ),
         (
             "detections in the frame of the map",
-            |seed| {
-                let mut log = world(seed);
+            world,
+            |log, _| {
                 for scan in &mut log.scans {
                     let Some(pose) = truth::at(&log.truth, scan.t_s) else { continue };
                     let ([x, y], heading) = (pose.position, pose.heading_rad.unwrap());
@@ -222,108 +195,60 @@ fn every_damage_of_a_world_has_its_finding_and_no_other() {
                 // The view is enlarged so that all detections are in it.
                 log.sensor.range_max_m *= 4.0;
                 (log.sensor.bearing_min_rad, log.sensor.bearing_max_rad) = (-PI, PI);
-                log
             },
             "detection-frame",
         ),
-        (
-            "no return as the greatest range",
-            |seed| {
-                let (mut log, mut noise) = (world(seed), Noise::new(seed));
-                let [least, most] = [log.sensor.bearing_min_rad, log.sensor.bearing_max_rad];
-                for scan in &mut log.scans {
-                    for _ in 0..4 {
-                        scan.detections.push([0.998 * log.sensor.range_max_m, noise.between(least, most)]);
-                        scan.labels.push(-1);
-                    }
-                }
-                log
-            },
-            "no-return",
-        ),
+        ("no return as the greatest range", world, |log, seed| no_return(log, seed, 4, |_| 0.998), "no-return"),
         (
             "no return as one of three ranges",
-            |seed| {
-                let (mut log, mut noise) = (world(seed), Noise::new(seed));
-                let [least, most] = [log.sensor.bearing_min_rad, log.sensor.bearing_max_rad];
-                for (place, scan) in log.scans.iter_mut().enumerate() {
-                    let none_m = (0.997 + 0.001 * (place % 3) as f64) * log.sensor.range_max_m;
-                    for _ in 0..3 {
-                        scan.detections.push([none_m, noise.between(least, most)]);
-                        scan.labels.push(-1);
-                    }
-                }
-                log
-            },
+            world,
+            |log, seed| no_return(log, seed, 3, |place| 0.997 + 0.001 * (place % 3) as f64),
             "no-return",
         ),
-        (
-            "zero rows at the start of the truth",
-            |seed| {
-                let mut log = world(seed);
-                set_truth(&mut log, 0.0, 12.0, |row| (row.position, row.heading_rad) = ([0.0; 2], Some(0.0)));
-                log
-            },
-            "truth-jumps",
-        ),
+        ("zero rows at the start of the truth", world, |log, _| set_truth(log, 0.0, 12.0, ZEROS), "truth-jumps"),
         (
             "truth that stands still and jumps",
-            |seed| {
-                let mut log = world(seed);
-                let from_s = 0.4 * end_s(&log);
+            world,
+            |log, _| {
+                let from_s = 0.4 * end_s(log);
                 let held = truth::at(&log.truth, from_s).unwrap();
-                set_truth(&mut log, from_s, 15.0, |row| {
-                    (row.position, row.heading_rad) = (held.position, held.heading_rad)
-                });
-                log
+                set_truth(log, from_s, 15.0, |row| (row.position, row.heading_rad) = (held.position, held.heading_rad));
             },
             "truth-jumps",
         ),
         (
             "truth that is elsewhere for 10 s",
-            |seed| {
-                let mut log = world(seed);
-                let (from_s, off_m) = (0.4 * end_s(&log), 0.5 * log.sensor.range_max_m);
-                set_truth(&mut log, from_s, 10.0, |row| row.position[0] += off_m);
-                log
+            world,
+            |log, _| {
+                let (from_s, off_m) = (0.4 * end_s(log), 0.5 * log.sensor.range_max_m);
+                set_truth(log, from_s, 10.0, |row| row.position[0] += off_m);
             },
             "truth-jumps",
         ),
-        ("truth as of a compass", |seed| headed(seed, |heading| FRAC_PI_2 - heading), "truth-heading"),
-        ("truth clockwise", |seed| headed(seed, |heading| -heading), "truth-heading"),
-        ("truth from another axis", |seed| headed(seed, |heading| heading + FRAC_PI_2), "truth-heading"),
-        ("truth with a declination", |seed| headed(seed, |heading| heading - 0.2), "truth-heading"),
-        ("headings of a compass", |seed| with_fixes(seed, false, Some(|heading| FRAC_PI_2 - heading)), "fix-heading"),
-        ("headings clockwise", |seed| with_fixes(seed, false, Some(|heading| -heading)), "fix-heading"),
+        ("truth as of a compass", world, |log, _| headed(log, |heading| FRAC_PI_2 - heading), "truth-heading"),
+        ("truth clockwise", world, |log, _| headed(log, |heading| -heading), "truth-heading"),
+        ("truth from another axis", world, |log, _| headed(log, |heading| heading + FRAC_PI_2), "truth-heading"),
+        ("truth with a declination", world, |log, _| headed(log, |heading| heading - 0.2), "truth-heading"),
+        ("headings of a compass", |s| with_fixes(s, false, Some(|heading| FRAC_PI_2 - heading)), whole, "fix-heading"),
+        ("headings clockwise", |s| with_fixes(s, false, Some(|heading| -heading)), whole, "fix-heading"),
         (
             "headings from another axis",
-            |seed| with_fixes(seed, false, Some(|heading| heading - FRAC_PI_2)),
+            |s| with_fixes(s, false, Some(|heading| heading - FRAC_PI_2)),
+            whole,
             "fix-heading",
         ),
-        ("headings with a declination", |seed| with_fixes(seed, false, Some(|heading| heading + 0.25)), "fix-heading"),
-        ("positions and a compass", |seed| with_fixes(seed, true, Some(|heading| FRAC_PI_2 - heading)), "fix-heading"),
-        ("positions and a declination", |seed| with_fixes(seed, true, Some(|heading| heading + 0.2)), "fix-heading"),
-        (
-            "positions elsewhere for 12 s",
-            |seed| {
-                let mut log = with_fixes(seed, true, None);
-                let (from_s, off_m) = (0.4 * end_s(&log), 0.6 * log.sensor.range_max_m);
-                for fix in log.fixes.iter_mut().filter(|fix| (from_s..from_s + 12.0).contains(&fix.t_s)) {
-                    if let PoseFix::Position(position) = &mut fix.measured {
-                        position[1] += off_m;
-                    }
-                }
-                log
-            },
-            "fix-jump",
-        ),
-        ("positions elsewhere for the last 12 s", |seed| elsewhere(seed, |end_s| end_s - 12.0), "fix-jump"),
-        ("the start turned round, with positions", |seed| turned(seed, PI), "start-heading"),
-        ("the start turned, with positions", |seed| turned(seed, -0.8), "start-heading"),
+        ("headings with a declination", |s| with_fixes(s, false, Some(|heading| heading + 0.25)), whole, "fix-heading"),
+        ("positions and a compass", |s| with_fixes(s, true, Some(|heading| FRAC_PI_2 - heading)), whole, "fix-heading"),
+        ("positions and a declination", |s| with_fixes(s, true, Some(|heading| heading + 0.2)), whole, "fix-heading"),
+        ("positions elsewhere for 12 s", placed, |log, _| elsewhere(log, 0.4 * end_s(log), 0.6), "fix-jump"),
+        ("positions elsewhere for the last 12 s", placed, |log, _| elsewhere(log, end_s(log) - 12.0, 0.4), "fix-jump"),
+        ("the start turned round, with positions", placed, |log, _| turned(log, PI), "start-heading"),
+        ("the start turned, with positions", placed, |log, _| turned(log, -0.8), "start-heading"),
         (
             "two vehicles in turn",
-            |seed| {
-                let (mut log, other) = (world(seed), world(seed + 1000));
+            world,
+            |log, seed| {
+                let other = world(seed + 1000);
                 let scale = log.sensor.range_max_m / other.sensor.range_max_m;
                 let [least, most] = [log.sensor.bearing_min_rad, log.sensor.bearing_max_rad];
                 let seen = |[range, bearing]: &[f64; 2]| [scale * range, bearing.clamp(least, most)];
@@ -336,7 +261,6 @@ fn every_damage_of_a_world_has_its_finding_and_no_other() {
                 let end_s = log.odometry.last().unwrap().t_s;
                 log.scans.retain(|scan| scan.t_s <= end_s);
                 log.truth.clear();
-                log
             },
             "scans-mixed",
         ),
@@ -344,15 +268,19 @@ fn every_damage_of_a_world_has_its_finding_and_no_other() {
     let mut missed = Vec::new();
     for seed in SEEDS {
         // Then the initial position is wrong, too.
-        let found = found(&elsewhere(seed, |_| 0.0));
+        let mut log = placed(seed);
+        elsewhere(&mut log, 0.0, 0.4);
+        let found = found(&log);
         if !found.contains(&"fix-jump") {
             missed.push(format!("positions elsewhere for the first 12 s, {seed}: {found:?}"));
         }
     }
-    for (place, (name, damaged, code)) in cases.into_iter().enumerate() {
+    for (place, (name, log, damage, code)) in cases.into_iter().enumerate() {
         // Each damage in every third world.
         for seed in SEEDS.skip(place % 3).step_by(3) {
-            let found = found(&damaged(seed));
+            let mut log = log(seed);
+            damage(&mut log, seed);
+            let found = found(&log);
             if found != [code] {
                 missed.push(format!("{name}, {seed}: {found:?}"));
             }
@@ -361,29 +289,49 @@ fn every_damage_of_a_world_has_its_finding_and_no_other() {
     assert!(missed.is_empty(), "{missed:#?}");
 }
 
+const ZEROS: fn(&mut TruePose) = |row| (row.position, row.heading_rad) = ([0.0; 2], Some(0.0));
+
+/// Positions every second.
+fn placed(seed: u64) -> Log {
+    with_fixes(seed, true, None)
+}
+
+/// Changes the rows of the odometry from a share of the log on, without truth.
+fn standing(log: &mut Log, share: f64, lasts_s: f64, change: impl Fn(&mut Odometry)) {
+    let from_s = share * end_s(log);
+    log.odometry.iter_mut().filter(|row| (from_s..from_s + lasts_s).contains(&row.t_s)).for_each(change);
+    log.truth.clear();
+}
+
+/// Adds detections at these shares of the greatest range to every scan.
+fn no_return(log: &mut Log, seed: u64, count: usize, share: impl Fn(usize) -> f64) {
+    let mut noise = Noise::new(seed);
+    let [least, most] = [log.sensor.bearing_min_rad, log.sensor.bearing_max_rad];
+    for (place, scan) in log.scans.iter_mut().enumerate() {
+        for _ in 0..count {
+            scan.detections.push([share(place) * log.sensor.range_max_m, noise.between(least, most)]);
+            scan.labels.push(-1);
+        }
+    }
+}
+
 /// Positions with an offset for 12 s.
-fn elsewhere(seed: u64, from_s: fn(f64) -> f64) -> Log {
-    let mut log = with_fixes(seed, true, None);
-    let (from_s, off_m) = (from_s(end_s(&log)), 0.4 * log.sensor.range_max_m);
+fn elsewhere(log: &mut Log, from_s: f64, off: f64) {
+    let off_m = off * log.sensor.range_max_m;
     for fix in log.fixes.iter_mut().filter(|fix| (from_s..=from_s + 12.0).contains(&fix.t_s)) {
         if let PoseFix::Position(position) = &mut fix.measured {
             position[1] += off_m;
         }
     }
-    log
 }
 
-fn headed(seed: u64, heading: fn(f64) -> f64) -> Log {
-    let mut log = world(seed);
+fn headed(log: &mut Log, heading: fn(f64) -> f64) {
     log.truth.iter_mut().for_each(|row| row.heading_rad = row.heading_rad.map(|right| wrap(heading(right))));
-    log
 }
 
-fn turned(seed: u64, by_rad: f64) -> Log {
-    let mut log = with_fixes(seed, true, None);
+fn turned(log: &mut Log, by_rad: f64) {
     log.initial_pose[2] = wrap(log.initial_pose[2] + by_rad);
     log.truth.clear();
-    log
 }
 
 /// A world whose vehicle moves to the right of its heading by this angle.
@@ -523,7 +471,7 @@ fn a_replay_leaves_out_vehicle_parts_and_false_truth_and_corrects_the_start() {
 
     let place = TempDir::new().unwrap();
     let mut log = world(900_103);
-    set_truth(&mut log, 60.0, 15.0, |row| (row.position, row.heading_rad) = ([0.0; 2], Some(0.0)));
+    set_truth(&mut log, 60.0, 15.0, ZEROS);
     log_folder::write(&log, &place.path().join("log")).unwrap();
     let (rmse_m, said) = replayed(place.path(), "ekf");
     assert!(rmse_m < 0.05 * log.sensor.range_max_m, "{rmse_m}");

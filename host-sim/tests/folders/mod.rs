@@ -71,18 +71,3 @@ pub fn stereo() -> Files {
         ("landmarks.csv", format!("x_m,y_m,z_m\n{rows}").into_bytes()),
     ]
 }
-
-/// The files of an existing folder.
-pub fn read(dir: &Path) -> Files {
-    let names = [
-        "log.toml",
-        "odometry.csv",
-        "scans.csv",
-        "detections.csv",
-        "fixes.csv",
-        "truth.csv",
-        "landmarks.csv",
-        "moving.csv",
-    ];
-    names.into_iter().filter_map(|name| Some((name, fs::read(dir.join(name)).ok()?))).collect()
-}

@@ -514,8 +514,6 @@ heading = { column = "h", unit = "deg" }
 
 /// Writes a topic's message with this number.
 type Topic<'a> = &'a dyn Fn(&mut Writer<Cursor<Vec<u8>>>, u32);
-/// Changes a message with this number.
-type Change<'a, M> = &'a dyn Fn(u32, &mut M);
 
 /// Poles around a square of 16 m.
 fn posts() -> Vec<[f64; 2]> {
@@ -616,34 +614,6 @@ impl Drive {
                 let off = [range * angle.cos() - ahead, range * angle.sin() - left];
                 assert!(off[0].hypot(off[1]) < 1e-6, "{name}, scan {k}: {off:?}");
             }
-        }
-    }
-}
-
-#[test]
-fn a_twist_that_contradicts_its_poses_is_replaced_by_theirs() {
-    let (place, drive) = (Place::new(), Drive::new());
-    let cases: [(&str, Change<Odometry>); 4] = [
-        ("", &|_, _| {}),
-        ("no velocities", &|k, message| {
-            message.twist.twist.linear.x = 1e-12 * f64::from(k % 3);
-            message.twist.twist.angular.z = 1e-13;
-        }),
-        ("axes of the odometry's frame", &|k, message| {
-            let (s, c) = drive.poses[k as usize][2].sin_cos();
-            (message.twist.twist.linear.x, message.twist.twist.linear.y) = (c, s);
-        }),
-        ("no turn rate", &|_, message| message.twist.twist.angular.z = 0.0),
-    ];
-    for (k, (words, change)) in cases.iter().enumerate() {
-        place.write("a.mcap", drive.with_odometry(change));
-        let told = place.tells(&["import", "a.mcap", "--out", &k.to_string()]);
-        assert_eq!(told.contains("made of its poses"), !words.is_empty(), "{words}: {told}");
-        assert!(told.contains(words) && !told.contains("warning"), "{words}: {told}");
-        let log = log_folder::read(&place.path(&k.to_string())).unwrap();
-        for (row, control) in log.odometry.iter().zip(&drive.controls) {
-            let off = [0, 1, 2].map(|k| (row.control[k] - control[k]).abs());
-            assert!(off.iter().all(|off| *off < 1e-6), "{words}: {row:?}");
         }
     }
 }

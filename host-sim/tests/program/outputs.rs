@@ -75,10 +75,7 @@ fn destinations_that_must_not_be_replaced_are_refused_before_the_run() {
 #[cfg(unix)]
 mod unix {
     use super::*;
-    use std::os::unix::fs::{FileTypeExt, PermissionsExt, symlink};
-    use std::path::PathBuf;
-    use std::process::Command;
-    use std::thread;
+    use std::os::unix::fs::{PermissionsExt, symlink};
 
     #[test]
     fn the_path_of_the_standard_output_means_the_standard_output() {
@@ -129,37 +126,6 @@ mod unix {
             let error = place.fails(&[&REPLAY[..], &["--out", "out"]].concat());
             assert!(error.contains(table) && error.contains("read-only"), "{error}");
             fs::set_permissions(place.path("far").join(table), fs::Permissions::from_mode(0o644)).unwrap();
-        }
-    }
-
-    #[test]
-    fn a_fifo_is_written_through() {
-        let place = workplace();
-        let path = place.path("fifo");
-        assert!(Command::new("mkfifo").arg(&path).status().unwrap().success());
-        let reader = {
-            let path = path.clone();
-            thread::spawn(move || fs::read(path).unwrap())
-        };
-        place.succeeds(&[&REPLAY[..], &["--json", "fifo"]].concat());
-        let run: Value = serde_json::from_slice(&reader.join().unwrap()).unwrap();
-        assert_eq!(run["scans"], 11);
-        assert!(fs::symlink_metadata(&path).unwrap().file_type().is_fifo());
-    }
-
-    #[test]
-    fn a_device_is_written_through() {
-        let place = workplace();
-        let path = place.path("null");
-        // An own device, so that a failure does no harm. Only the superuser can create one, and only the superuser can replace
-        // one.
-        let made = Command::new("mknod").arg(&path).args(["c", "1", "3"]).stderr(std::process::Stdio::null()).status();
-        let device = if made.is_ok_and(|made| made.success()) { path } else { PathBuf::from("/dev/null") };
-        let device = device.to_str().unwrap();
-        for args in [[&REPLAY[..], &["--json", device]].concat(), vec!["stream", "log", device]] {
-            let (stdout, _) = said(&place, &args);
-            assert!(!stdout.is_empty(), "{args:?}");
-            assert!(fs::symlink_metadata(device).unwrap().file_type().is_char_device(), "{args:?}");
         }
     }
 }

@@ -75,6 +75,14 @@ impl Place {
         assert_eq!(all_names(self.0.path()), before, "{args:?}");
         error
     }
+
+    /// Each of the commands must fail with all parts of its message.
+    pub fn refuses(&self, cases: &[(&[&str], &[&str])]) {
+        for (args, parts) in cases {
+            let error = self.fails(args);
+            assert!(parts.iter().all(|part| error.contains(part)), "{args:?}: {error}");
+        }
+    }
 }
 
 /// The first scans of the survey.

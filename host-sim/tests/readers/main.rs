@@ -2,7 +2,6 @@
 //!
 //! `cargo xtask logs` installs them into an environment of their own and runs this test, which does not run without them.
 
-#[expect(dead_code, reason = "other tests read folders")]
 #[path = "../folders/mod.rs"]
 mod folders;
 
