@@ -214,7 +214,6 @@ fn changed(log: &Log, reading: &Reading) -> Log {
         Odometry { control: [ahead * reading.speed, turn * reading.turn, left * reading.speed], ..*row }
     };
     Log {
-        name: String::new(),
         initial_pose: log.initial_pose,
         vehicle: log.vehicle,
         sensor: log.sensor,
@@ -224,12 +223,8 @@ fn changed(log: &Log, reading: &Reading) -> Log {
         simulated: log.simulated,
         odometry: log.odometry.iter().map(as_read).collect(),
         scans: log.scans.iter().map(|scan| Scan { t_s: scan.t_s, ..Scan::default() }).collect(),
-        fixes: Vec::new(),
         fix_noise: log.fix_noise,
-        truth: Vec::new(),
-        truth_sigma_m: 0.0,
-        landmarks: Vec::new(),
-        moving: Vec::new(),
+        ..Log::default()
     }
 }
 

@@ -80,32 +80,15 @@ impl Iterator for Events<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::log::{Fix, FixNoise, Mounting, Nominal, Odometry, PoseFix, Scan, Sensor, Vehicle};
+    use crate::log::{Fix, Odometry, PoseFix, Scan, Sensor};
 
     fn log(odometry: &[f64], scans: &[f64]) -> Log {
         Log {
-            name: String::new(),
-            initial_pose: [0.0; 3],
-            vehicle: Vehicle::Unicycle,
-            sensor: Sensor {
-                range_min_m: 0.0,
-                range_max_m: 1.0,
-                bearing_min_rad: -1.0,
-                bearing_max_rad: 1.0,
-                mounting: Mounting::NONE,
-            },
-            sensor_name: String::new(),
-            others: Vec::new(),
-            fixes: Vec::new(),
-            fix_noise: FixNoise::default(),
-            nominal: Nominal::default(),
+            sensor: Sensor { range_max_m: 1.0, bearing_min_rad: -1.0, bearing_max_rad: 1.0, ..Sensor::default() },
             simulated: true,
             odometry: odometry.iter().map(|&t_s| Odometry { t_s, control: [t_s, -t_s, 0.0] }).collect(),
             scans: scans.iter().map(|&t_s| Scan { t_s, detections: vec![], ..Scan::default() }).collect(),
-            truth: vec![],
-            truth_sigma_m: 0.0,
-            landmarks: vec![],
-            moving: vec![],
+            ..Log::default()
         }
     }
 

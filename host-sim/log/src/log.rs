@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// Motion model and geometry, from the `[vehicle]` section of `log.toml`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Vehicle {
     /// Equations 5.25–5.27 of the thesis; controls are encoder speed and steering angle.
     Ackermann {
@@ -24,6 +24,7 @@ pub enum Vehicle {
         sensor_left_m: f64,
     },
     /// Euler step; controls are speed and turn rate.
+    #[default]
     Unicycle,
     /// Exact arc; controls are speed and turn rate.
     UnicycleArc,
@@ -32,7 +33,7 @@ pub enum Vehicle {
 }
 
 /// Range-bearing sensor window, from the `[sensor]` section of `log.toml`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sensor {
     /// Least range, m (0 if the log does not state it).
     pub range_min_m: f64,
@@ -173,7 +174,7 @@ pub struct Fix {
 
 /// Noise of fixes and their handling by a filter, from the section `[fixes]` of `log.toml`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct FixNoise {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position_sigma_m: Option<f64>,
@@ -187,10 +188,8 @@ pub struct FixNoise {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub patience_s: Option<f64>,
     /// Position of the antenna ahead of the vehicle's pose, m.
-    #[serde(default)]
     pub forward_m: f64,
     /// Position to its left, m.
-    #[serde(default)]
     pub left_m: f64,
 }
 
@@ -220,7 +219,7 @@ pub struct NamedSensor {
 }
 
 /// A whole log.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Log {
     pub name: String,
     /// Initial pose: x m, y m, heading rad.

@@ -145,14 +145,9 @@ fn empty(head: Head) -> Result<Log, LogError> {
         nominal: first.nominal,
         others: sensors.collect(),
         simulated: head.simulated,
-        odometry: Vec::new(),
-        scans: Vec::new(),
-        fixes: Vec::new(),
         fix_noise: head.fix_noise.unwrap_or_default(),
-        truth: Vec::new(),
         truth_sigma_m: head.truth_sigma_m,
-        landmarks: Vec::new(),
-        moving: Vec::new(),
+        ..Log::default()
     })
 }
 

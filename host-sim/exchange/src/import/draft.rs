@@ -120,13 +120,7 @@ impl Draft {
                 .to_owned(),
         );
         let mut sensors = sensors.into_iter();
-        let everywhere = Sensor {
-            range_min_m: 0.0,
-            range_max_m: 1.0,
-            bearing_min_rad: -PI,
-            bearing_max_rad: PI,
-            mounting: Mounting::NONE,
-        };
+        let everywhere = Sensor { range_max_m: 1.0, bearing_min_rad: -PI, bearing_max_rad: PI, ..Sensor::default() };
         let first = sensors.next().unwrap_or(NamedSensor {
             name: String::new(),
             sensor: everywhere,
@@ -140,15 +134,7 @@ impl Draft {
             sensor_name: first.name,
             nominal: first.nominal,
             others: sensors.collect(),
-            simulated: false,
-            odometry: Vec::new(),
-            scans: Vec::new(),
-            fixes: Vec::new(),
-            fix_noise: FixNoise::default(),
-            truth: Vec::new(),
-            truth_sigma_m: 0.0,
-            landmarks: Vec::new(),
-            moving: Vec::new(),
+            ..Log::default()
         }
     }
 }

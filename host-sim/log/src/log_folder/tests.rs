@@ -1,5 +1,5 @@
 use super::*;
-use crate::log::{FixNoise, Mounting, Nominal, Sensor, Vehicle};
+use crate::log::{Mounting, Nominal, Sensor, Vehicle};
 use std::fs;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -90,29 +90,15 @@ fn a_valid_folder_is_read() {
             sensor_forward_m: 3.78,
             sensor_left_m: 0.5,
         },
-        sensor: Sensor {
-            range_min_m: 0.0,
-            range_max_m: 30.0,
-            bearing_min_rad: -1.5,
-            bearing_max_rad: 1.5,
-            mounting: Mounting::NONE,
-        },
-        sensor_name: String::new(),
-        others: Vec::new(),
-        fixes: Vec::new(),
-        fix_noise: FixNoise::default(),
+        sensor: Sensor { range_max_m: 30.0, bearing_min_rad: -1.5, bearing_max_rad: 1.5, ..Sensor::default() },
         nominal: Nominal { range_sigma_m: Some(0.1), ..Nominal::default() },
-        simulated: false,
         odometry: vec![row(0.0, 1.5, 0.1), row(0.5, 2.0, -0.25), row(0.5, 3.0, 0.0)],
         scans: vec![
             Scan { t_s: 0.0, detections: vec![[1.0, 0.5]], ..Scan::default() },
             Scan { t_s: 0.5, detections: vec![], ..Scan::default() },
             Scan { t_s: 1.0, detections: vec![[2.0, -0.5], [3.0, 0.25]], ..Scan::default() },
         ],
-        truth: vec![],
-        truth_sigma_m: 0.0,
-        landmarks: vec![],
-        moving: vec![],
+        ..Log::default()
     };
     assert_eq!(log, expected);
 }

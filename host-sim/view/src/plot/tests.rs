@@ -3,7 +3,7 @@
 use super::*;
 use resvg::tiny_skia::Pixmap;
 use scphd_log::dimensions::Planar;
-use scphd_log::log::{FixNoise, Log, Mounting, Nominal, Scan, Sensor, TruePose, Vehicle};
+use scphd_log::log::{Log, Scan, Sensor, TruePose};
 use scphd_score::record::{MapFeature, ScanRecord};
 use scphd_shared_data::Folder;
 use std::f64::consts::{PI, TAU};
@@ -19,27 +19,9 @@ fn noise(index: usize, stream: f64) -> f64 {
 fn empty_log() -> Log {
     Log {
         name: "test".into(),
-        initial_pose: [0.0; 3],
-        vehicle: Vehicle::Unicycle,
-        sensor: Sensor {
-            range_min_m: 0.0,
-            range_max_m: 8.0,
-            bearing_min_rad: -PI / 2.0,
-            bearing_max_rad: PI / 2.0,
-            mounting: Mounting::NONE,
-        },
-        sensor_name: String::new(),
-        others: Vec::new(),
-        fixes: Vec::new(),
-        fix_noise: FixNoise::default(),
-        nominal: Nominal::default(),
+        sensor: Sensor { range_max_m: 8.0, bearing_min_rad: -PI / 2.0, bearing_max_rad: PI / 2.0, ..Sensor::default() },
         simulated: true,
-        odometry: vec![],
-        scans: vec![],
-        truth: vec![],
-        truth_sigma_m: 0.0,
-        landmarks: vec![],
-        moving: vec![],
+        ..Log::default()
     }
 }
 

@@ -3,7 +3,7 @@
 use super::car::{CAR, ROWS_PER_SECOND, drive};
 use super::mover::{Mover, tracks};
 use scphd_log::angle::wrap;
-use scphd_log::log::{FixNoise, Log, Mounting, Nominal, Odometry, Scan, Sensor, TruePose};
+use scphd_log::log::{Log, Nominal, Odometry, Scan, Sensor, TruePose};
 use scphd_log::noise::Noise;
 use std::f64::consts::PI;
 
@@ -116,16 +116,11 @@ impl Simulation {
             initial_pose: path[0],
             vehicle: CAR,
             sensor: Sensor {
-                range_min_m: 0.0,
                 range_max_m: imperfection.range_max_m,
                 bearing_min_rad: -PI,
                 bearing_max_rad: PI,
-                mounting: Mounting::NONE,
+                ..Sensor::default()
             },
-            sensor_name: String::new(),
-            others: Vec::new(),
-            fixes: Vec::new(),
-            fix_noise: FixNoise::default(),
             nominal: Nominal {
                 range_sigma_m: Some(imperfection.range_sigma_m),
                 range_sigma_ratio: 0.0,
@@ -140,9 +135,9 @@ impl Simulation {
             odometry,
             scans,
             truth,
-            truth_sigma_m: 0.0,
             landmarks: self.landmarks,
             moving,
+            ..Log::default()
         }
     }
 }

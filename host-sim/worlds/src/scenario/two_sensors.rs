@@ -3,7 +3,7 @@
 use super::car::{CAR, ROWS_PER_SECOND, drive};
 use super::survey::way;
 use scphd_log::angle::wrap;
-use scphd_log::log::{FixNoise, Log, Mounting, NamedSensor, Nominal, Odometry, Scan, Sensor, TruePose};
+use scphd_log::log::{Log, Mounting, NamedSensor, Nominal, Odometry, Scan, Sensor, TruePose};
 use scphd_log::noise::Noise;
 use std::f64::consts::PI;
 
@@ -127,11 +127,8 @@ pub fn two_sensors(seed: u64) -> Log {
         simulated: true,
         odometry,
         scans,
-        fixes: Vec::new(),
-        fix_noise: FixNoise::default(),
         truth,
-        truth_sigma_m: 0.0,
         landmarks,
-        moving: Vec::new(),
+        ..Log::default()
     }
 }

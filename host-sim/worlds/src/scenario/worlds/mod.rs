@@ -26,7 +26,7 @@ pub(crate) use stream::stream;
 use crate::scenario::mover;
 use detector::Detector;
 use plan::Plan;
-use scphd_log::log::{FixNoise, Log, Nominal, Scan, TruePose};
+use scphd_log::log::{Log, Nominal, Scan, TruePose};
 
 /// Statements of a world about itself, and therefore its possible errors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,18 +82,14 @@ fn of_plan(plan: &Plan, misbehaviour: Misbehaviour, seed: u64, name: &str, state
         initial_pose: path[0],
         vehicle: plan.vehicle,
         sensor: plan.sensor,
-        sensor_name: String::new(),
-        others: Vec::new(),
-        fixes: Vec::new(),
-        fix_noise: FixNoise::default(),
         nominal: stated(plan),
         simulated: misbehaviour == Misbehaviour::NONE && name == "worlds-exact",
         odometry,
         scans,
         truth,
-        truth_sigma_m: 0.0,
         landmarks: plan.landmarks.clone(),
         moving: mover::tracks(&plan.movers, &times),
+        ..Log::default()
     }
 }
 
