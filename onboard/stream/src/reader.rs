@@ -6,7 +6,7 @@ use crate::front::Begins;
 use crate::head::Head;
 use crate::header::Header;
 use crate::kind::Kind;
-use crate::record::{END, Raw, Record, Records, SLICE};
+use crate::record::{Both, END, Raw, Record, Records, SLICE};
 use crate::snapshot::Snapshot;
 use scphd_vehicle::Setting;
 
@@ -70,7 +70,7 @@ impl<'a, K: Kind> Reader<'a, K> {
     }
 
     /// The next record, encoded and decoded.
-    pub(crate) fn read_both(&mut self) -> Result<Option<(Raw<'a, K>, Record<'a, K>)>, StreamError> {
+    pub(crate) fn read_both(&mut self) -> Result<Option<Both<'a, K>>, StreamError> {
         loop {
             let (raw, rest) = self.rest.next::<K>()?;
             match raw {

@@ -252,6 +252,9 @@ pub(crate) enum Raw<'a, K> {
     },
 }
 
+/// A record, encoded and decoded.
+pub(crate) type Both<'a, K> = (Raw<'a, K>, Record<'a, K>);
+
 /// The sequence of records behind a head.
 #[derive(Debug, Clone)]
 pub(crate) struct Records<'a> {
