@@ -3,8 +3,7 @@
 
 use nalgebra::Vector2;
 use scphd::models::{
-    ControlNoise, Motion, PlanarPose, Pose, RangeBearing, RangeBearingWindow, Sensing, Sensor, Step, Unicycle,
-    UnicycleControl, UniformClutter,
+    ControlNoise, Motion, PlanarPose, Pose, RangeBearingWindow, Sensing, Sensor, Step, Unicycle, UnicycleControl,
 };
 use scphd::numerics::{Noise, Symmetric};
 use scphd::{Births, Detector, Health, JointConfig, JointSlam, joint_memory};
@@ -36,11 +35,7 @@ fn reaction(health: Health) -> Reaction {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut state = Box::new(Memory::new());
     let window = RangeBearingWindow::full_circle(20.0, 0.9)?;
-    let sensing = Sensing {
-        sensor: RangeBearing::new(0.1, 0.01)?,
-        field_of_view: window,
-        clutter: UniformClutter::of_scan(1.0, window.measure())?,
-    };
+    let sensing = Sensing::range_bearing([0.1, 0.01], window, 1.0)?;
     let lidar = Detector::new(sensing, Births::of_static(1e-3))?;
     let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.05))?;
     let mut slam = JointSlam::new(motion, JointConfig::default(), &mut *state)?;

@@ -2,10 +2,7 @@
 
 use core::f32::consts::PI;
 use nalgebra::Vector2;
-use scphd::models::{
-    ControlNoise, Motion, PlanarPose, RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl,
-    UniformClutter,
-};
+use scphd::models::{ControlNoise, Motion, PlanarPose, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl};
 use scphd::numerics::{Noise, wrap};
 use scphd::{Births, Component, Config, Detector, DetectorMemory, ScPhd, memory};
 
@@ -20,11 +17,7 @@ const LANDMARKS: [[f32; 2]; 5] = [[6.0, 3.0], [2.0, 9.0], [-6.0, 6.0], [-5.0, -2
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let window = RangeBearingWindow::full_circle(12.0, 0.9)?;
-    let sensing = Sensing {
-        sensor: RangeBearing::new(0.1, 0.01)?,
-        field_of_view: window,
-        clutter: UniformClutter::of_scan(2.0, window.measure())?,
-    };
+    let sensing = Sensing::range_bearing([0.1, 0.01], window, 2.0)?;
     // On a vehicle both memories are statics.
     let (mut state, mut scratch) = (Box::new(Memory::new()), DetectorMemory::<Vector2<f32>, 32>::new());
     let mut lidar = Detector::new(sensing, Births::of_static(0.002))?.over(&mut scratch)?;

@@ -3,7 +3,7 @@
 
 use core::f32::consts::PI;
 use nalgebra::{Vector2, Vector4};
-use scphd::models::{KnownPose, PlanarPose, Pose, RangeBearing, RangeBearingWindow, Sensing, UniformClutter};
+use scphd::models::{KnownPose, PlanarPose, Pose, RangeBearingWindow, Sensing};
 use scphd::numerics::Noise;
 use scphd::settings::MovingConfig;
 use scphd::{Births, Component, Config, Detector, DetectorMemory, ScPhd, memory};
@@ -21,11 +21,7 @@ const TARGETS: [[f32; 4]; 3] = [[-20.0, 10.0, 2.0, 0.0], [15.0, 15.0, -1.0, -1.5
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let window = RangeBearingWindow::full_circle(40.0, 0.95)?;
-    let sensing = Sensing {
-        sensor: RangeBearing::new(0.3, 0.01)?,
-        field_of_view: window,
-        clutter: UniformClutter::of_scan(5.0, window.measure())?,
-    };
+    let sensing = Sensing::range_bearing([0.3, 0.01], window, 5.0)?;
     let (mut state, mut scratch) = (Box::new(Memory::new()), DetectorMemory::<Vector2<f32>, 32>::new());
     // Everything moves.
     let births = Births { of_static: 0.0, of_moving: 0.1 / window.measure() };

@@ -31,11 +31,7 @@ fn radar(
         bearing_edge_rad: 3.0 * sigmas[1],
         ..RangeBearingLimits::full_circle(range_m, 0.8)
     })?;
-    let sensing = Sensing {
-        sensor: RangeBearing::new(sigmas[0], sigmas[1])?,
-        field_of_view: view,
-        clutter: UniformClutter::of_scan(1.0, view.measure())?,
-    };
+    let sensing = Sensing::range_bearing([sigmas[0], sigmas[1]], view, 1.0)?;
     Detector::new(sensing, Births::of_static(0.1 / view.measure()))?.mounted(seat)
 }
 

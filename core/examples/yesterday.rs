@@ -48,11 +48,7 @@ impl Hall {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let window = RangeBearingWindow::full_circle(12.0, 0.9)?;
-    let sensing = Sensing {
-        sensor: RangeBearing::new(0.05, 0.01)?,
-        field_of_view: window,
-        clutter: UniformClutter::of_scan(0.2, window.measure())?,
-    };
+    let sensing = Sensing::range_bearing([0.05, 0.01], window, 0.2)?;
     let lidar = Detector::new(sensing, Births::of_static(1e-3))?;
     let motion = Unicycle::new(Step::Arc, ControlNoise { interval_s: 0.5, ..ControlNoise::white(0.05, 0.01) })?;
     let mut draws = Noise::seeded(5);

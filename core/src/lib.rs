@@ -118,8 +118,6 @@ pub mod diagnostics {
     pub use crate::joint::HypothesesScrubber;
     #[cfg(feature = "embedded-hal")]
     pub use crate::report::probe::StagePins;
-    #[cfg(feature = "defmt")]
-    pub use crate::report::probe::StageTrace;
     pub use crate::report::probe::{Probe, Stage};
     pub use crate::report::reports::Peak;
 }

@@ -5,8 +5,7 @@
 
 use nalgebra::Vector2;
 use scphd::models::{
-    ControlNoise, PlanarPose, Pose, PositionFix, RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle,
-    UnicycleControl, UniformClutter,
+    ControlNoise, PlanarPose, Pose, PositionFix, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl,
 };
 use scphd::numerics::{Noise, wrap};
 use scphd::settings::Persistence;
@@ -112,9 +111,8 @@ struct Part {
 fn drive(filter: Filter, seed: u64, parts: usize, scans: usize) -> Vec<Part> {
     let mut world = World::new(seed);
     let window = RangeBearingWindow::full_circle(RANGE_M as f32, 0.9).unwrap();
-    let clutter = UniformClutter::of_scan(CLUTTER as f32, window.measure()).unwrap();
-    let sensing = Sensing { sensor: RangeBearing::new(0.1, 0.015).unwrap(), field_of_view: window, clutter };
-    let births = Births::of_static(clutter.intensity());
+    let sensing = Sensing::range_bearing([0.1, 0.015], window, CLUTTER as f32).unwrap();
+    let births = Births::of_static(sensing.clutter.intensity());
     // 0.15 m/s and 0.05 rad/s over 0.1 s, as white noise.
     let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.05, 0.016)).unwrap();
     let off = |world: &World, mean: PlanarPose<f32>| {
@@ -140,7 +138,7 @@ fn drive(filter: Filter, seed: u64, parts: usize, scans: usize) -> Vec<Part> {
         let (mut state, mut scratch) = (Box::new(Mixture::new()), DetectorMemory::<Vector2<f32>, MEASUREMENTS>::new());
         // A map lasts where what was detected three times stays, and where births are too light to be merged into it: such a merging widens a
         // feature that was known well, and moves it.
-        let rare = Births::of_static(0.02 * clutter.intensity());
+        let rare = Births::of_static(0.02 * sensing.clutter.intensity());
         let mut eyes = Detector::new(sensing, rare).unwrap().over(&mut scratch).unwrap();
         let config = Config {
             prune_weight: 0.015,

@@ -16,8 +16,7 @@ type Lidar = Detector<Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, Unifor
 
 fn lidar() -> Lidar {
     let window = RangeBearingWindow::full_circle(15.0, 0.9).unwrap();
-    let clutter = UniformClutter::of_scan(1.0, window.measure()).unwrap();
-    let sensing = Sensing { sensor: RangeBearing::new(0.1, 0.02).unwrap(), field_of_view: window, clutter };
+    let sensing = Sensing::range_bearing([0.1, 0.02], window, 1.0).unwrap();
     Detector::new(sensing, Births::of_static(0.01)).unwrap()
 }
 

@@ -65,8 +65,7 @@ impl<'s, T: Real> Drive<'s, T> {
         let of = T::from_f64;
         let ([speed, rate], [range, bearing]) = (noises.odometry.map(of), noises.sensor.map(of));
         let window = RangeBearingWindow::full_circle(of(RANGE_M), of(0.9)).unwrap();
-        let clutter = UniformClutter::of_scan(of(noises.stated), window.measure()).unwrap();
-        let sensing = Sensing { sensor: RangeBearing::new(range, bearing).unwrap(), field_of_view: window, clutter };
+        let sensing = Sensing::range_bearing([range, bearing], window, of(noises.stated)).unwrap();
         let detector = Detector::new(sensing, Births::of_static(of(1e-3))).unwrap();
         let motion = Unicycle::new(Step::Arc, ControlNoise::white(speed, rate)).unwrap();
         let mut slam = JointSlam::new(motion, JointConfig::default(), memory).unwrap();

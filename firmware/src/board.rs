@@ -11,7 +11,6 @@ unsafe extern "C" {
 }
 
 /// The region for a stream, which the debugger or flash tool loads on a board, and the loader in QEMU.
-#[must_use]
 pub fn stream() -> &'static [u8] {
     let (start, end) = (addr_of!(_stream_start), addr_of!(_stream_end));
     // SAFETY: the memory map reserves these addresses for the stream; nothing in the program writes to them.
@@ -19,7 +18,6 @@ pub fn stream() -> &'static [u8] {
 }
 
 /// Greatest use of the stack since the start, bytes: from the lowest word whose paint was overwritten.
-#[must_use]
 pub fn stack_used() -> usize {
     let (end, start) = (addr_of!(_stack_end), addr_of!(_stack_start));
     let mut lowest = end;

@@ -22,7 +22,6 @@ pub enum Clock {
 
 impl Clock {
     /// Starts the cycle counter or, if it does not count, SysTick.
-    #[must_use]
     pub fn start(peripherals: &mut Peripherals) -> Self {
         peripherals.DCB.enable_trace();
         peripherals.DWT.enable_cycle_counter();
@@ -47,7 +46,6 @@ impl Clock {
     }
 
     /// The present time; only differences are meaningful. Cycles wrap around after 2³².
-    #[must_use]
     pub fn now(self) -> u64 {
         match self {
             Self::Dwt => u64::from(DWT::cycle_count()),
@@ -64,7 +62,6 @@ impl Clock {
     }
 
     /// The time since `then`.
-    #[must_use]
     pub fn since(self, then: u64) -> u64 {
         match self {
             Self::Dwt => u64::from(DWT::cycle_count().wrapping_sub(then as u32)),
@@ -73,7 +70,6 @@ impl Clock {
     }
 
     /// Ticks of the clock during [`LOOP_INSTRUCTIONS`] instructions.
-    #[must_use]
     pub fn of_known_loop(self) -> u64 {
         let then = self.now();
         // SAFETY: decrements a register to zero; no other effect.
@@ -85,7 +81,6 @@ impl Clock {
     }
 
     /// Its name in reports.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Dwt => "dwt",

@@ -46,7 +46,6 @@ impl Probe for StageClock {
 
 impl Report {
     /// A report with this clock.
-    #[must_use]
     pub fn new(clock: Clock) -> Self {
         let stages = StageClock { clock, entered: [0; STAGES], spent: [0; STAGES] };
         Self { clock, started: 0, stages }

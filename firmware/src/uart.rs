@@ -47,7 +47,6 @@ pub struct Uart(());
 
 impl Uart {
     /// Sets the port up, at 115 200 baud. The image must have an interrupt handler that calls [`received`].
-    #[must_use]
     pub fn start(_nvic: &mut NVIC) -> Self {
         // SAFETY: registers of the board with one owner. The handler shares the queue only in critical sections.
         unsafe {

@@ -55,10 +55,8 @@ pub(crate) fn replayed<A: Aboard<T>, T: Real>(bytes: &[u8]) -> Result<(Recovered
 }
 
 /// The stream with snapshots.
-pub(crate) fn recorded<A, T>(bytes: &[u8], every: u32) -> Vec<u8>
+pub(crate) fn recorded<A: Aboard<T>, T: Real>(bytes: &[u8], every: u32) -> Vec<u8>
 where
-    T: Real,
-    A: Aboard<T>,
     for<'m> A::Filter<'m>: Saves<A::Kind>,
 {
     let (mut memory, mut with_snapshots) = (Box::new(A::MEMORY), Vec::new());

@@ -65,10 +65,8 @@ struct Rig<T: Real, S, V, const N: usize, const C: usize> {
 /// The results to compare after every scan: digest and report.
 type Told<T> = Vec<(u64, ScanReport<T>)>;
 
-impl<T: Real, S, V, const N: usize, const C: usize> Rig<T, S, V, N, C>
-where
-    S: MapStorage<Static<Vector2<T>>>,
-    V: MapStorage<Dynamic<Vector2<T>>>,
+impl<T: Real, S: MapStorage<Static<Vector2<T>>>, V: MapStorage<Dynamic<Vector2<T>>>, const N: usize, const C: usize>
+    Rig<T, S, V, N, C>
 {
     fn new(scans: usize, of_moving: f64, config: Config<T>) -> Self {
         let mut log = scenario::thesis_dynamic(1);
@@ -100,11 +98,7 @@ where
         let window = RangeBearingWindow::full_circle(T::from_f64(15.0), T::from_f64(0.95)).unwrap();
         let noise = ControlNoise::white(T::from_f64(1.0), T::from_f64(0.035));
         let motion = Ackermann::new(geometry, noise).unwrap();
-        let sensing = Sensing {
-            sensor: RangeBearing::new(T::from_f64(0.25), T::from_f64(0.009)).unwrap(),
-            field_of_view: window,
-            clutter: UniformClutter::of_scan(T::from_f64(20.0), window.measure()).unwrap(),
-        };
+        let sensing = Sensing::range_bearing([0.25, 0.009].map(T::from_f64), window, T::from_f64(20.0)).unwrap();
         let mut state = Box::new(State::<PlanarPose<T>, N, C, S, V>::new());
         let mut updates = Box::new(UpdateMemory::<State<PlanarPose<T>, N, C, S, V>, DRAFTS>::new());
         let mut scratch = Box::new(DetectorMemory::<Vector2<T>, 128, WORKERS>::new());
@@ -230,12 +224,7 @@ fn smallest_capacities() {
 
 /// A sensor with a range of 30 m.
 fn far_sighted() -> Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>> {
-    let window = RangeBearingWindow::full_circle(30.0, 0.9).unwrap();
-    Sensing {
-        sensor: RangeBearing::new(0.2, 0.02).unwrap(),
-        field_of_view: window,
-        clutter: UniformClutter::of_scan(1.0, window.measure()).unwrap(),
-    }
+    Sensing::range_bearing([0.2, 0.02], RangeBearingWindow::full_circle(30.0, 0.9).unwrap(), 1.0).unwrap()
 }
 
 #[test]

@@ -17,9 +17,8 @@ impl Monitor for NoClock {
 }
 
 /// The outcome of every round of a replay.
-fn rounds<A>(stream: &[u8], seed: u64) -> Vec<Round>
+fn rounds<A: Aboard<f32>>(stream: &[u8], seed: u64) -> Vec<Round>
 where
-    A: Aboard<f32>,
     for<'m> A::Filter<'m>: Failing<A::Kind>,
 {
     let (mut memory, mut room, mut rounds) = (Box::new(A::MEMORY), vec![0; 256 << 10], Vec::new());
@@ -27,9 +26,8 @@ where
     rounds
 }
 
-fn goes_on<A>(stream: &[u8])
+fn goes_on<A: Aboard<f32>>(stream: &[u8])
 where
-    A: Aboard<f32>,
     for<'m> A::Filter<'m>: Failing<A::Kind>,
 {
     let all: Vec<Vec<Round>> = SEEDS.map(|seed| rounds::<A>(stream, seed)).collect();

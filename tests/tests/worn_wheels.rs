@@ -79,11 +79,7 @@ fn drive(seed: u64) -> Log {
 /// RMSE of the position, m, and NEES divided by 3, as means over the scans.
 fn by_the_library(log: &Log) -> Result<[f64; 2], Box<dyn std::error::Error>> {
     let window = RangeBearingWindow::full_circle(RANGE_M as f32, 0.9)?;
-    let sensing = Sensing {
-        sensor: RangeBearing::new(SIGMAS[0] as f32, SIGMAS[1] as f32)?,
-        field_of_view: window,
-        clutter: UniformClutter::of_scan(1.0, window.measure())?,
-    };
+    let sensing = Sensing::range_bearing(SIGMAS.map(|sigma| sigma as f32), window, 1.0)?;
     let lidar = Detector::new(sensing, Births::of_static(0.1 / window.measure()))?;
     let mut map = Box::new(Map::new());
     let mut slam =

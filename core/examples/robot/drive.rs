@@ -55,8 +55,7 @@ impl Kind {
         let limits =
             RangeBearingLimits { bearing_half_width_rad: self.half_width_rad, range_edge_m, bearing_edge_rad, ..full };
         let field_of_view = RangeBearingWindow::new(limits)?;
-        let clutter = UniformClutter::of_scan(self.clutter, field_of_view.measure())?;
-        let sensing = Sensing { sensor: RangeBearing::new(self.sigmas[0], self.sigmas[1])?, field_of_view, clutter };
+        let sensing = Sensing::range_bearing([self.sigmas[0], self.sigmas[1]], field_of_view, self.clutter)?;
         Detector::new(sensing, Births::of_static(0.1 / field_of_view.measure()))?.mounted(mounting)
     }
 

@@ -20,7 +20,6 @@ impl<T: Real> Births<T> {
     pub const NONE: Self = Self { of_static: T::ZERO, of_moving: T::ZERO };
 
     /// Births of static features only, with this intensity.
-    #[must_use]
     pub const fn of_static(intensity: T) -> Self {
         Self { of_static: intensity, of_moving: T::ZERO }
     }
@@ -43,17 +42,13 @@ impl<T: Real> Births<T> {
 ///
 /// ```
 /// use nalgebra::Vector2;
-/// use scphd::models::{Mounting, RangeBearing, RangeBearingWindow, Sensing, UniformClutter};
+/// use scphd::models::{Mounting, RangeBearingWindow, Sensing};
 /// use scphd::{Births, Detector, DetectorMemory};
 ///
 /// // On a vehicle, a static: memory for 64 measurements of dimension 2.
 /// let mut memory = DetectorMemory::<Vector2<f32>, 64>::new();
 /// let window = RangeBearingWindow::full_circle(15.0, 0.9)?;
-/// let sensing = Sensing {
-///     sensor: RangeBearing::new(0.2, 0.02)?,
-///     field_of_view: window,
-///     clutter: UniformClutter::of_scan(2.0, window.measure())?,
-/// };
+/// let sensing = Sensing::range_bearing([0.2, 0.02], window, 2.0)?;
 /// // 3.8 m ahead of the axle, half a metre to the left.
 /// let mounting = Mounting::in_plane(3.8, 0.5, 0.0)?;
 /// let front = Detector::new(sensing, Births::of_static(0.01))?.mounted(mounting)?.over(&mut memory)?;
@@ -117,19 +112,16 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>, R> Detector<X,
     }
 
     /// The models.
-    #[must_use]
     pub fn sensing(&self) -> &X {
         &self.sensing
     }
 
     /// The mounting of the sensor; `None` if its pose is that of the vehicle.
-    #[must_use]
     pub fn mounting(&self) -> Option<&Mounting<T>> {
         self.mounting.as_ref()
     }
 
     /// The birth intensities.
-    #[must_use]
     pub fn births(&self) -> &Births<T> {
         &self.births
     }
@@ -142,7 +134,6 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>, R> Detector<X,
 
 impl<X: MeasurementModel> Detector<X, ScanRoom<'_, X::Measurement>> {
     /// Maximum number of measurements of a scan.
-    #[must_use]
     pub fn capacity(&self) -> usize {
         self.room.measurements.len()
     }
@@ -162,7 +153,6 @@ pub struct DetectorMemory<Z: Vector, const MEASUREMENTS: usize, const WORKERS: u
 
 impl<Z: Vector, const MEASUREMENTS: usize, const WORKERS: usize> DetectorMemory<Z, MEASUREMENTS, WORKERS> {
     /// An empty memory. Invalid capacities do not compile.
-    #[must_use]
     pub const fn new() -> Self {
         const {
             assert!(MEASUREMENTS >= 1, "a scan needs room for a measurement");
@@ -182,12 +172,6 @@ impl<Z: Vector, const MEASUREMENTS: usize, const WORKERS: usize> DetectorMemory<
             eta: self.eta.as_flattened_mut(),
             most_in_view: &mut self.most_in_view,
         }
-    }
-}
-
-impl<Z: Vector, const MEASUREMENTS: usize, const WORKERS: usize> Default for DetectorMemory<Z, MEASUREMENTS, WORKERS> {
-    fn default() -> Self {
-        Self::new()
     }
 }
 

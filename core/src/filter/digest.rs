@@ -8,7 +8,6 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     ///
     /// The same inputs give the same digest on every machine, at every optimisation level. The digest depends on all data that
     /// influences later results, and not on the order of the pages in the pool.
-    #[must_use]
     pub fn digest(&self) -> u64 {
         let mut digest = Fnv::EMPTY;
         self.memory.walk(matches!(self.config.proposal, Proposal::Informed(_)), &mut digest);

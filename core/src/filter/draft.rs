@@ -57,7 +57,6 @@ pub struct UpdateMemory<M: Capacities, const DRAFTS: usize> {
 
 impl<M: Capacities, const DRAFTS: usize> UpdateMemory<M, DRAFTS> {
     /// An empty memory, all zero and meant to be a `static`, like [`State`].
-    #[must_use]
     pub const fn new() -> Self {
         Self { drafts: [const { (M::StaticDraft::ZERO, M::MovingDraft::ZERO) }; DRAFTS] }
     }
@@ -65,12 +64,6 @@ impl<M: Capacities, const DRAFTS: usize> UpdateMemory<M, DRAFTS> {
     /// The drafts in this memory.
     pub fn drafts(&mut self) -> [Draft<'_, M::Position>; DRAFTS] {
         self.drafts.each_mut().map(|(of_static, of_moving)| Draft::over(of_static.draft(), of_moving.draft()))
-    }
-}
-
-impl<M: Capacities, const DRAFTS: usize> Default for UpdateMemory<M, DRAFTS> {
-    fn default() -> Self {
-        Self::new()
     }
 }
 

@@ -25,9 +25,7 @@ use crate::{LnSum, Real};
 ///     }
 /// }
 /// # use nalgebra::Vector2;
-/// # use scphd::models::{
-/// #     ControlNoise, PlanarPose, RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle, UniformClutter,
-/// # };
+/// # use scphd::models::{ControlNoise, PlanarPose, RangeBearingWindow, Sensing, Step, Unicycle};
 /// # use scphd::storage::{MapMemory, Static, UpdateMemory};
 /// # use scphd::{Births, Config, Detector, DetectorMemory, ScPhd, State};
 ///
@@ -38,11 +36,7 @@ use crate::{LnSum, Real};
 /// let mut updates = Box::new(UpdateMemory::<Memory, 8>::new());
 /// # let window = RangeBearingWindow::full_circle(15.0, 0.9)?;
 /// # let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?;
-/// # let sensing = Sensing {
-/// #     sensor: RangeBearing::new(0.2, 0.02)?,
-/// #     field_of_view: window,
-/// #     clutter: UniformClutter::of_scan(2.0, window.measure())?,
-/// # };
+/// # let sensing = Sensing::range_bearing([0.2, 0.02], window, 2.0)?;
 /// # let config = Config { particles: 16, ..Config::default() };
 /// let mut lidar = Detector::new(sensing, Births::of_static(0.01))?.over(&mut scratch)?;
 /// let mut state = Box::new(Memory::new());

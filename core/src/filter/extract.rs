@@ -33,7 +33,6 @@ pub struct MapEstimate<T> {
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// Mean and covariance of the pose of the vehicle over all candidates; `None` before the first reset.
-    #[must_use]
     pub fn estimate_pose(&self) -> Option<PoseEstimate<M::Pose>> {
         let candidates = self.candidates();
         if candidates.is_empty() {
@@ -66,13 +65,11 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     }
 
     /// Time since the last scan, s: the sum of the predictions since then, by which the moving features are still to be predicted.
-    #[must_use]
     pub fn waited_s(&self) -> T {
         self.memory.cursor.waited_s
     }
 
     /// The particle whose map is the estimate: the one that continues the candidate with the greatest weight in the last scan.
-    #[must_use]
     pub fn heaviest(&self) -> usize {
         self.memory.cursor.heaviest
     }

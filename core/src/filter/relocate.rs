@@ -137,11 +137,7 @@ mod tests {
         slam.relocate(PlanarPose::new(8.0, 2.0, 3.0), &doubt()).unwrap();
         assert_eq!(slam.map(1).count(), 1);
         let window = RangeBearingWindow::full_circle(20.0, 0.9).unwrap();
-        let sensing = Sensing {
-            sensor: RangeBearing::new(0.05, 0.01).unwrap(),
-            field_of_view: window,
-            clutter: UniformClutter::of_scan(0.1, window.measure()).unwrap(),
-        };
+        let sensing = Sensing::range_bearing([0.05, 0.01], window, 0.1).unwrap();
         let mut scratch = DetectorMemory::<Vector2<f64>, 8>::new();
         let mut lidar = Detector::new(sensing, Births::of_static(0.001)).unwrap().over(&mut scratch).unwrap();
         // From (8.3, 2) with heading π the landmark is 3.3 m straight ahead.

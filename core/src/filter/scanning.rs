@@ -144,7 +144,6 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
     }
 
     /// Number of candidates.
-    #[must_use]
     pub fn candidates(&self) -> usize {
         self.layout.candidates()
     }
@@ -353,7 +352,6 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
     }
 
     /// The first free label, with which the labels of the next drafts begin.
-    #[must_use]
     pub fn next_label(&self) -> u32 {
         self.memory.cursor.next_label
     }

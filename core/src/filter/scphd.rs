@@ -19,10 +19,7 @@ use crate::{
 ///
 /// ```
 /// use nalgebra::Vector2;
-/// use scphd::models::{
-///     ControlNoise, PlanarPose, RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl,
-///     UniformClutter,
-/// };
+/// use scphd::models::{ControlNoise, PlanarPose, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl};
 /// use scphd::storage::{MapMemory, Static};
 /// use scphd::{Births, Config, Detector, DetectorMemory, ScPhd, State};
 ///
@@ -34,11 +31,7 @@ use crate::{
 /// let mut scratch = DetectorMemory::<Vector2<f32>, 32>::new();
 ///
 /// let window = RangeBearingWindow::full_circle(15.0, 0.9)?;
-/// let sensing = Sensing {
-///     sensor: RangeBearing::new(0.2, 0.02)?,
-///     field_of_view: window,
-///     clutter: UniformClutter::of_scan(2.0, window.measure())?,
-/// };
+/// let sensing = Sensing::range_bearing([0.2, 0.02], window, 2.0)?;
 /// let mut lidar = Detector::new(sensing, Births::of_static(0.01))?.over(&mut scratch)?;
 ///
 /// let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?;
@@ -379,44 +372,37 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
     }
 
     /// The motion model.
-    #[must_use]
     pub fn motion(&self) -> &M {
         &self.motion
     }
 
     /// The tuning.
-    #[must_use]
     pub fn config(&self) -> &Config<T> {
         &self.config
     }
 
     /// The random stream in its present state; `None` before the first reset.
-    #[must_use]
     pub fn noise(&self) -> Option<&Noise> {
         self.memory.cursor.noise.as_ref()
     }
 
     /// ln L of every candidate of the last scan, in the order that the candidates had before the scan (4.52).
-    #[must_use]
     pub fn ln_likelihoods(&self) -> &[T] {
         self.memory.ln_likelihoods.get(..self.memory.cursor.weighed).unwrap_or(&[])
     }
 
     /// For every particle, the index of the candidate of the last scan that it continues.
-    #[must_use]
     pub fn survivors(&self) -> &[u16] {
         let particles = if self.memory.cursor.weighed > 0 { self.memory.cursor.particles } else { 0 };
         self.memory.survivors.get(..particles).unwrap_or(&[])
     }
 
     /// Number of particles in use: the configured number, or fewer after resampling.
-    #[must_use]
     pub fn particles(&self) -> usize {
         self.memory.cursor.particles
     }
 
     /// The candidates: N particles after a scan, N·M samples after a prediction. Weights sum to one.
-    #[must_use]
     pub fn candidates(&self) -> &[Candidate<M::Pose>] {
         self.memory.candidates()
     }

@@ -18,7 +18,6 @@ pub struct Scrubber {
 
 impl Scrubber {
     /// A scrubber that starts at the first part.
-    #[must_use]
     pub const fn new() -> Self {
         Self { next: 0 }
     }
@@ -51,7 +50,6 @@ pub struct Scrubbed {
 
 impl Scrubbed {
     /// Whether no damage was found.
-    #[must_use]
     pub fn is_clean(&self) -> bool {
         let Self { isolated, rescaled, lists, pages, features, widened, waiting, round: _ } = *self;
         isolated == 0 && !rescaled && lists == 0 && pages == 0 && features == 0 && !widened && !waiting
@@ -59,7 +57,6 @@ impl Scrubbed {
 
     /// [`Health::STATE_REPAIRED`] if damage was found: for a vehicle that stores the health of a scan and of the following
     /// scrubbing in one field.
-    #[must_use]
     pub fn health(&self) -> Health {
         Health::STATE_REPAIRED.when(!self.is_clean())
     }
@@ -135,7 +132,6 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// A hash of the data that is small and vital: the counts, the time since the last scan, the next label, the random stream and
     /// the divergence monitor. If a vehicle computes it after a step and gets another value before the next step, memory has failed
     /// in between, even where scrubbing cannot find it.
-    #[must_use]
     pub fn seal(&self) -> u64 {
         let cursor = &*self.memory.cursor;
         let mut seal = Sealing::EMPTY;

@@ -56,7 +56,6 @@ where
     /// An empty state, all zero, to be started by [`ScPhd::reset`](crate::ScPhd::reset).
     ///
     /// Invalid capacities do not compile.
-    #[must_use]
     pub const fn new() -> Self {
         const {
             assert!(PARTICLES >= 1, "a filter needs a particle");
@@ -100,17 +99,6 @@ where
             moving_maps: self.moving_maps.maps(),
             waiting: self.waiting.view(),
         }
-    }
-}
-
-impl<P: Pose, const PARTICLES: usize, const CANDIDATES: usize, S, V, const WAITING: usize> Default
-    for State<P, PARTICLES, CANDIDATES, S, V, WAITING>
-where
-    S: MapStorage<Static<P::Position>>,
-    V: MapStorage<Dynamic<P::Position>>,
-{
-    fn default() -> Self {
-        Self::new()
     }
 }
 

@@ -183,17 +183,16 @@ impl<T: Real, D: Place<Scalar = T>> Workspaces<'_, '_, D> {
 impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
     /// Adds a component after a miss and after each of its detections, and its terms to η_z. Returns p_D and ln of w (1 − p_D);
     /// `None` if it is out of view.
-    pub(crate) fn update_component<F, X>(
+    pub(crate) fn update_component<
+        F: Feature<State = N, Position = PositionOf<X::Pose>>,
+        X: MeasurementModel<Pose: Pose<Scalar = T>>,
+    >(
         &mut self,
         component: &Component<N>,
         scan_view: &ScanView<'_, X>,
         eta: &mut [LnSum<T>],
         tally: &mut Tally<T>,
-    ) -> Option<(T, T)>
-    where
-        F: Feature<State = N, Position = PositionOf<X::Pose>>,
-        X: MeasurementModel<Pose: Pose<Scalar = T>>,
-    {
+    ) -> Option<(T, T)> {
         let ScanView { view, pose_covariance, scan, .. } = scan_view;
         let mut expectation = view.expect(component)?;
         let mut noise = noise_at(view.sensor, &expectation.expected().measurement);
@@ -237,7 +236,10 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
     /// Adds the updated components of a page, and its components out of view unchanged. Returns whether any is in view, so that
     /// the page must be rewritten.
     #[inline(always)]
-    pub(crate) fn update_page<F, X>(
+    pub(crate) fn update_page<
+        F: Feature<State = N, Position = PositionOf<X::Pose>>,
+        X: MeasurementModel<Pose: Pose<Scalar = T>>,
+    >(
         &mut self,
         page: &Page<F>,
         scan_view: &ScanView<'_, X>,
@@ -245,11 +247,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         eta: &mut [LnSum<T>],
         seen: &mut Seen<T>,
         tally: &mut Tally<T>,
-    ) -> bool
-    where
-        F: Feature<State = N, Position = PositionOf<X::Pose>>,
-        X: MeasurementModel<Pose: Pose<Scalar = T>>,
-    {
+    ) -> bool {
         let bounds = &scan_view.bounds;
         let outside = self.outside();
         // A page without components is not kept.

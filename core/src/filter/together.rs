@@ -73,7 +73,6 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
     }
 
     /// Number of particles, and number of candidates of each.
-    #[must_use]
     pub fn particles(&self) -> [usize; 2] {
         [self.layout.particles, self.layout.children]
     }
@@ -174,7 +173,6 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
     }
 
     /// The indices of the candidates that the particles continue.
-    #[must_use]
     pub fn survivors(&self) -> &[u16] {
         self.memory.survivors.get(..self.layout.particles).unwrap_or(&[])
     }
@@ -222,13 +220,11 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
     }
 
     /// Free pages of either kind.
-    #[must_use]
     pub fn free_pages(&self) -> [usize; 2] {
         [self.memory.static_maps.pool.free(), self.memory.moving_maps.pool.free()]
     }
 
     /// Whether drafts can be stored in parallel.
-    #[must_use]
     pub fn stores_together(&self) -> bool {
         self.update_context.births_wait == 0 && !self.layout.single_candidate
     }
@@ -285,13 +281,11 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
 
 impl<T: Real, D: Place<Scalar = T>> Draft<'_, D> {
     /// The particle that gets the updated maps, and the number of particles that share them.
-    #[must_use]
     pub fn particles(&self) -> [usize; 2] {
         [self.task.particle, self.task.copies]
     }
 
     /// The sums over the components, in the order of [`Scanning::count`].
-    #[must_use]
     pub fn terms(&self) -> [T; TERMS] {
         let tally = &self.tally;
         let ((innovation, weight), known) = (tally.innovation, tally.known);
@@ -316,31 +310,26 @@ impl<T: Real, D: Place<Scalar = T>> Draft<'_, D> {
     }
 
     /// Number of new labels.
-    #[must_use]
     pub fn labels(&self) -> u32 {
         self.labels
     }
 
     /// For either map, the number of pages it allocates, and of pages it frees as their only owner.
-    #[must_use]
     pub fn pages(&self) -> [[usize; 2]; 2] {
         [[self.of_static.pages_len, self.of_static.regained], [self.of_moving.pages_len, self.of_moving.regained]]
     }
 
     /// The pages of the updated maps.
-    #[must_use]
     pub fn map_pages(&self) -> [usize; 2] {
         [self.of_static.row_len, self.of_moving.row_len]
     }
 
     /// Number of maps that are still to be updated at this one.
-    #[must_use]
     pub fn remaining(&self) -> usize {
         self.task.remaining
     }
 
     /// Whether the update is complete and fits into a map, if there are enough pages.
-    #[must_use]
     pub fn is_ready(&self) -> bool {
         self.is_whole && self.of_static.fits_row() && self.of_moving.fits_row()
     }

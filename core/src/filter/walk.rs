@@ -50,16 +50,13 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
     ///
     /// # Errors
     /// The source fails, or its data is inconsistent: the state is then undefined.
-    pub(crate) fn fill<S, E>(
+    pub(crate) fn fill<S: FnMut(usize, &mut [u8]) -> Result<(), E>, E>(
         &mut self,
         informed: bool,
         has_moving: bool,
         has_waiting: bool,
         from: &mut Reader<'_, S, E>,
-    ) -> Result<(), RestoreError<E>>
-    where
-        S: FnMut(usize, &mut [u8]) -> Result<(), E>,
-    {
+    ) -> Result<(), RestoreError<E>> {
         let [particles, children, predicted, heaviest] = core::array::from_fn(|_| from.word() as usize);
         let cursor = &mut *self.cursor;
         (cursor.particles, cursor.children, cursor.predicted, cursor.heaviest) =
@@ -114,15 +111,12 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Maps<'_, F> {
     }
 
     /// Restores a map, if there was one. Pages are allocated in the order of their first visit.
-    fn fill<S, E>(
+    fn fill<S: FnMut(usize, &mut [u8]) -> Result<(), E>, E>(
         &mut self,
         was_there: bool,
         particle: usize,
         from: &mut Reader<'_, S, E>,
-    ) -> Result<(), RestoreError<E>>
-    where
-        S: FnMut(usize, &mut [u8]) -> Result<(), E>,
-    {
+    ) -> Result<(), RestoreError<E>> {
         let flawed = Err(RestoreError::Flawed(Flaw::Pages));
         if was_there {
             let (len, far) = (from.word() as usize, from.word() as usize);
@@ -174,10 +168,9 @@ fn walk_component<T: Real, N: Vector<Scalar = T>>(component: &Component<N>, visi
 }
 
 /// Restores a component.
-fn next_component<T: Real, N: Vector<Scalar = T>, S, E>(from: &mut Reader<'_, S, E>) -> Component<N>
-where
-    S: FnMut(usize, &mut [u8]) -> Result<(), E>,
-{
+fn next_component<T: Real, N: Vector<Scalar = T>, S: FnMut(usize, &mut [u8]) -> Result<(), E>, E>(
+    from: &mut Reader<'_, S, E>,
+) -> Component<N> {
     Component {
         label: from.word(),
         ln_weight: from.scalar(),

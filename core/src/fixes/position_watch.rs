@@ -155,8 +155,7 @@ mod tests {
         assert!((variances[0] - 0.25).abs() < 1e-12 && variances[2] == 0.0004, "{back:?}");
     }
 
-    /// At 0.5 m/s a path of 7 s does not determine the rotation from fixes of 1.5 m. Keeping the heading would then keep its
-    /// error.
+    /// At 0.5 m/s a path of 7 s does not determine the rotation from fixes of 1.5 m. Keeping the heading would then keep its error.
     #[test]
     fn a_slow_vehicle_gets_time_until_its_path_determines_the_rotation() {
         let fix = PositionFix::new(1.5).unwrap();

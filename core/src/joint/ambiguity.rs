@@ -14,16 +14,12 @@ const APART: f64 = 9.0;
 /// measurements differ by more than noise. A correction would move the feature to the mean of the measurements, where
 /// none of them is, and the errors of such means are correlated from scan to scan. This happens after a time without
 /// detections, when the gates are so large that they contain many landmarks.
-pub(super) fn is_ambiguous<T, S>(
+pub(super) fn is_ambiguous<T: Real, S: Sensor<Pose: Pose<Scalar = T>>>(
     sensor: &S,
     table: &[AssociationRow<T>],
     index: usize,
     measurements: &[S::Measurement],
-) -> bool
-where
-    T: Real,
-    S: Sensor<Pose: Pose<Scalar = T>>,
-{
+) -> bool {
     let mut surest: Option<(T, &S::Measurement)> = None;
     let mut detected = T::ZERO;
     for (probability, z) in probabilities(table, index, measurements) {

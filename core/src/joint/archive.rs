@@ -14,8 +14,7 @@ pub(super) const ANCHORS: usize = 8;
 /// An archive of up to `CAPACITY` distant features, for a [`JointSlam`](super::JointSlam) whose map has more features
 /// than its state can store: [`with_archive`](super::JointSlam::with_archive).
 ///
-/// A feature in the plane takes 344 bytes in single precision. The archive is meant to be a `static`: a new one is
-/// all zero.
+/// A feature in the plane takes 344 bytes in single precision. The archive is meant to be a `static`: a new one is all zero.
 #[derive(Debug)]
 pub struct JointArchive<P: Pose, const CAPACITY: usize> {
     index: Index,
@@ -146,19 +145,12 @@ impl<P: Pose> Archive<P> for Archived<'_, P> {
 
 impl<P: Pose, const CAPACITY: usize> JointArchive<P, CAPACITY> {
     /// An empty archive.
-    #[must_use]
     pub const fn new() -> Self {
         Self { index: Index { len: 0, next_submap: 0, tried: 0, clock_us: 0 }, entries: [Entry::ZERO; CAPACITY] }
     }
 
     pub(super) fn archived(&mut self, reach_m: ScalarOf<P>) -> Archived<'_, P> {
         Archived(ArchiveView { index: &mut self.index, entries: &mut self.entries, reach_m })
-    }
-}
-
-impl<P: Pose, const CAPACITY: usize> Default for JointArchive<P, CAPACITY> {
-    fn default() -> Self {
-        Self::new()
     }
 }
 

@@ -141,9 +141,8 @@ impl Chosen {
     }
 }
 
-/// The anchors of a submap around the landmark `seed`: those nearest to it, or none if the nearest is more distant than
-/// `far`. If there are few anchors within reach, the landmarks there with the most detections become anchors, up to the
-/// maximum number.
+/// The anchors of a submap around the landmark `seed`: those nearest to it, or none if the nearest is more distant than `far`. If
+/// there are few anchors within reach, the landmarks there with the most detections become anchors, up to the maximum number.
 fn anchors<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     memory: &mut Memory<'_, P, Z>,
     seed: usize,
@@ -216,8 +215,7 @@ fn most<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     best.map(|(index, _)| index)
 }
 
-/// A submap that is moved to the archive: its anchors, and the common part of its covariance with and without
-/// conditioning on them.
+/// A submap that is moved to the archive: its anchors, and the common part of its covariance with and without conditioning on them.
 struct Leaving<P: Pose> {
     anchors: [Anchor<P>; ANCHORS],
     anchored: usize,
@@ -225,8 +223,7 @@ struct Leaving<P: Pose> {
     alone: Common<P>,
 }
 
-/// The common coordinates y of a submap, given some landmarks: those of the pose, with its position replaced by that of
-/// the seed.
+/// The common coordinates y of a submap, given some landmarks: those of the pose, with its position replaced by that of the seed.
 struct Common<P: Pose> {
     given: Conditioning<P>,
     seed: usize,
@@ -326,8 +323,7 @@ mod tests {
     use crate::{JointState, PlanarPose, joint_numbers};
     use nalgebra::Vector2;
 
-    /// If a feature differs from the seed only by rounding errors, its R is an allowance for rounding relative to its
-    /// variance.
+    /// If a feature differs from the seed only by rounding errors, its R is an allowance for rounding relative to its variance.
     #[test]
     fn the_allowance_for_rounding_is_relative_to_the_variance() {
         let mut state = JointState::<PlanarPose<f64>, Vector2<f64>, 3, { joint_numbers(3, 2, 3) }, 8>::new();

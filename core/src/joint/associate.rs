@@ -65,7 +65,12 @@ pub(super) struct Associated<T> {
 
 /// Computes p_D of every landmark, and the associations of every measurement. Weakly determined landmarks among the
 /// first `window` are excluded.
-pub(super) fn associate<T, X, Z, V>(
+pub(super) fn associate<
+    T: Real,
+    X: MeasurementModel<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
+    V: Movers<X::Pose>,
+>(
     models: &X,
     births: &Births<T>,
     config: &JointConfig<T>,
@@ -73,13 +78,7 @@ pub(super) fn associate<T, X, Z, V>(
     movers: &mut V,
     measurements: &[X::Measurement],
     window: usize,
-) -> Associated<T>
-where
-    T: Real,
-    X: MeasurementModel<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    V: Movers<X::Pose>,
-{
+) -> Associated<T> {
     let Memory { header, landmarks, joint, association_table, .. } = memory;
     let sensor = models.sensor();
     let frame = sensor.frame(&header.pose);
@@ -196,17 +195,13 @@ type Seen<X> = (
 );
 
 /// The predicted measurement of a feature, and p_D; `None` if the feature is not in view.
-pub(super) fn in_view_of<T, X>(
+pub(super) fn in_view_of<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
     models: &X,
     frame: &X::Frame,
     feature: &PositionOf<X::Pose>,
     measurements: &[X::Measurement],
     occlusion_factor: T,
-) -> Option<Seen<X>>
-where
-    T: Real,
-    X: MeasurementModel<Pose: Pose<Scalar = T>>,
-{
+) -> Option<Seen<X>> {
     let sensor = models.sensor();
     if !models.field_of_view().may_see(frame, feature) {
         return None;

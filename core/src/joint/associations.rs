@@ -1,5 +1,4 @@
-//! The association table of a scan: for each measurement, the landmarks that may have caused it, with their
-//! probabilities.
+//! The association table of a scan: for each measurement, the landmarks that may have caused it, with their probabilities.
 
 use crate::Real;
 

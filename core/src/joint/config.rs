@@ -8,8 +8,7 @@ use crate::{ConfigError, Plausible, Real};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct JointConfig<T> {
-    /// A measurement becomes a new feature if the probability that it comes from clutter or a new feature is at least
-    /// this.
+    /// A measurement becomes a new feature if the probability that it comes from clutter or a new feature is at least this.
     pub birth_probability_min: T,
     /// Association gate: a squared Mahalanobis distance beyond which a measurement cannot come from a feature.
     pub gate: T,
@@ -55,7 +54,6 @@ impl<T: Real> JointConfig<T> {
     /// The default, but missed features are removed sooner, and a feature that was detected once and is then missed is
     /// removed at once. It is meant for clutter so dense that it would fill the map, and for the map that a
     /// [`Locator`](crate::locate::Locator) matches with another one.
-    #[must_use]
     pub fn strict() -> Self {
         Self { least_existence: T::from_f64(0.01), least_tentative: T::from_f64(0.1), ..Self::default() }
     }

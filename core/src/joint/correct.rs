@@ -1,5 +1,4 @@
-//! Correction of the joint Gaussian: one feature after the other, each with all measurements that are associated with
-//! it.
+//! Correction of the joint Gaussian: one feature after the other, each with all measurements that are associated with it.
 
 use super::associations::detected;
 use super::covariance::symmetric;
@@ -13,22 +12,15 @@ use super::track::moving_hypothesis;
 use crate::report::watch::Recognised;
 use crate::{Matrix, Pose, Real, Sensor, Vector};
 
-/// Corrects pose and map with a scan: one feature after the other in the order of their indices, each linearised at the
-/// mean that the corrections before it have left. The existence probabilities of a feature are updated after its
-/// correction.
-pub(super) fn correct<T, S, Z, V>(
+/// Corrects pose and map with a scan: one feature after the other in the order of their indices, each linearised at the mean that
+/// the corrections before it have left. The existence probabilities of a feature are updated after its correction.
+pub(super) fn correct<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Movers<S::Pose>>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
     movers: &V,
     measurements: &[S::Measurement],
     gate: T,
-) -> Tally<T>
-where
-    T: Real,
-    S: Sensor<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    V: Movers<S::Pose>,
-{
+) -> Tally<T> {
     let mut tally = Tally::NOTHING;
     for index in 0..memory.header.len {
         let Some(detection) = memory.landmarks.get(index).map(|landmark| landmark.detection) else { break };
@@ -49,22 +41,16 @@ where
     tally
 }
 
-/// Updates the existence probability of one landmark with `detected`, the sum of its association probabilities. If it
-/// may be a moving object instead, returns the factor on these probabilities for the additional correction of its
-/// position alone.
+/// Updates the existence probability of one landmark with `detected`, the sum of its association probabilities. If it may be a
+/// moving object instead, returns the factor on these probabilities for the additional correction of its position alone.
 #[inline]
-pub(super) fn update_existence<T, P, Z>(
+pub(super) fn update_existence<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     memory: &mut Memory<'_, P, Z>,
     index: usize,
     detected: T,
     moving: &MovingHypothesis<T>,
     tally: &mut Tally<T>,
-) -> Option<T>
-where
-    T: Real,
-    P: Pose<Scalar = T>,
-    Z: Vector<Scalar = T>,
-{
+) -> Option<T> {
     let Memory { header, landmarks, .. } = memory;
     let landmark = landmarks.get_mut(index)?;
     let (detection, before) = (landmark.detection, landmark.existence.visible);
@@ -78,18 +64,14 @@ where
 }
 
 /// Corrects pose and map with the measurements that are associated with one feature, if the result is valid.
-pub(super) fn move_by<T, S, Z>(
+pub(super) fn move_by<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
     index: usize,
     measurements: &[S::Measurement],
     gate: T,
     tally: &mut Tally<T>,
-) where
-    T: Real,
-    S: Sensor<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-{
+) {
     let Some(statistics) = innovation_statistics(sensor, memory, index, measurements, T::ONE, gate, tally) else {
         return;
     };

@@ -255,12 +255,11 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
 }
 
 /// A X Bᵀ.
-pub(super) fn sandwiched<R, A, B>(a: &Linear<R, A>, x: &Linear<A, B>, b: &Linear<R, B>) -> Linear<R, R>
-where
-    R: Vector,
-    A: Vector<Scalar = R::Scalar>,
-    B: Vector<Scalar = R::Scalar>,
-{
+pub(super) fn sandwiched<R: Vector, A: Vector<Scalar = R::Scalar>, B: Vector<Scalar = R::Scalar>>(
+    a: &Linear<R, A>,
+    x: &Linear<A, B>,
+    b: &Linear<R, B>,
+) -> Linear<R, R> {
     product::<R, B, R>(&product::<R, A, B>(a, x), &Matrix::with(|row, column| b.at(column, row)))
 }
 

@@ -1,10 +1,9 @@
 //! Probabilistic data association by loopy belief propagation on the graph of landmarks and measurements (Williams &
 //! Lau 2014). A measurement has exactly one origin, and a landmark causes at most one measurement.
 //!
-//! With the odds a_jz = p_D v_j N(z; ẑ_j, S_j) / ((1 − p_D v_j) λ_z), λ_z = κ + w_b (plus w_m with moving-object
-//! tracks), the messages are μ_jz = a_jz / (1 + Σ_{z'≠z} a_jz' ν_z'j) and ν_zj = 1 / (1 + Σ_{j'≠j} μ_j'z). If no two
-//! landmarks are candidates for the same two measurements, the graph has no cycle, and the association probabilities
-//! are exact.
+//! With the odds a_jz = p_D v_j N(z; ẑ_j, S_j) / ((1 − p_D v_j) λ_z), λ_z = κ + w_b (plus w_m with moving-object tracks), the
+//! messages are μ_jz = a_jz / (1 + Σ_{z'≠z} a_jz' ν_z'j) and ν_zj = 1 / (1 + Σ_{j'≠j} μ_j'z). If no two landmarks are candidates
+//! for the same two measurements, the graph has no cycle, and the association probabilities are exact.
 
 use super::associations::{Association, AssociationRow};
 use super::movers::{MOVES, Movers, Tracks};
@@ -26,8 +25,7 @@ const LN_ODDS_MAX: f64 = 40.0;
 /// Returns ln of the likelihood of the scan by Bethe's approximation, which is exact without cycles; `ln_missed` is Σ
 /// ln(1 − p_D v), that of no detection at all.
 ///
-/// A moving-object track and the static landmark of the same object have one origin: at most one of them causes a
-/// measurement.
+/// A moving-object track and the static landmark of the same object have one origin: at most one of them causes a measurement.
 pub(super) fn marginals<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
     landmarks: &mut [Landmark<PositionOf<P>>],
     table: &mut [AssociationRow<T>],
@@ -66,8 +64,7 @@ pub(super) fn marginals<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
     movers.kept().iter().fold(ln_evidence, |sum, mover| sum + ln_1p(mover.message_sum))
 }
 
-/// The origin of an association. For a moving-object track this is the static landmark of the same object, if there is
-/// one.
+/// The origin of an association. For a moving-object track this is the static landmark of the same object, if there is one.
 fn origin<P: Pose, V: Movers<P>>(movers: &V, claimant: u16) -> u16 {
     if !movers.are_tracked() || claimant & MOVES == 0 {
         return claimant;
@@ -124,8 +121,7 @@ fn normalise<T: Real>(row: &mut AssociationRow<T>) {
     }
 }
 
-/// Computes the odds of a measurement's associations and initialises the messages. If the odds were too large, λ is
-/// increased.
+/// Computes the odds of a measurement's associations and initialises the messages. If the odds were too large, λ is increased.
 fn set_odds<T: Real>(row: &mut AssociationRow<T>) {
     let most =
         row.associations().iter().fold(T::NEG_INFINITY, |most, association| most.at_least(association.ln_likelihood));
@@ -137,9 +133,8 @@ fn set_odds<T: Real>(row: &mut AssociationRow<T>) {
     }
 }
 
-/// Sums a ν for every origin, and for every association the cavity sum: the same sum without this measurement. The
-/// cavity sum is added up from the measurements before and those after, because the difference of two large sums would
-/// lose its digits.
+/// Sums a ν for every origin, and for every association the cavity sum: the same sum without this measurement. The cavity sum is
+/// added up from the measurements before and those after, because the difference of two large sums would lose its digits.
 fn update_cavity_sums<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
     landmarks: &mut [Landmark<PositionOf<P>>],
     table: &mut [AssociationRow<T>],
@@ -165,8 +160,7 @@ fn clear_message_sums<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
     }
 }
 
-/// Calls `set` with every association of a measurement and the sum Σ a ν of its origin so far, then adds its own a ν to
-/// that sum.
+/// Calls `set` with every association of a measurement and the sum Σ a ν of its origin so far, then adds its own a ν to that sum.
 fn add_messages<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
     landmarks: &mut [Landmark<PositionOf<P>>],
     row: &mut AssociationRow<T>,
@@ -244,8 +238,7 @@ mod tests {
         (probabilities, ln_evidence)
     }
 
-    /// With many landmarks that compete for few measurements, the messages do not converge in the given number of
-    /// iterations.
+    /// With many landmarks that compete for few measurements, the messages do not converge in the given number of iterations.
     #[test]
     fn probabilities_of_a_measurement_sum_to_at_most_one() {
         let mut draws = Noise::seeded(5);

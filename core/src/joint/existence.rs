@@ -1,8 +1,7 @@
 //! Existence and visibility of a landmark as a Markov chain, so that consecutive misses are possible.
 //!
-//! A landmark that exists is visible or occluded, and changes between the two with constant rates. Only a visible
-//! landmark can be detected. A missed landmark is therefore first assumed to be occluded, and only after some time to
-//! be removed.
+//! A landmark that exists is visible or occluded, and changes between the two with constant rates. Only a visible landmark can be
+//! detected. A missed landmark is therefore first assumed to be occluded, and only after some time to be removed.
 
 use crate::{ConfigError, Real};
 
@@ -26,7 +25,6 @@ impl<T: Real> Persistence<T> {
     /// Posts, trees and similar landmarks, where people and cars pass, leaves move, and not every beam hits: 20 s
     /// visible, 10 s occluded, removed after some hours. The visible time has little effect in random worlds; if
     /// landmarks are occluded for long, a short occluded time makes the filter remove them.
-    #[must_use]
     pub fn posts() -> Self {
         let of = T::from_f64;
         Self { visible_s: of(20.0), occluded_s: of(10.0), lifetime_s: of(1e4) }

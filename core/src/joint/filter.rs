@@ -27,10 +27,7 @@ use crate::{
 ///
 /// ```
 /// use nalgebra::Vector2;
-/// use scphd::models::{
-///     ControlNoise, PlanarPose, RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl,
-///     UniformClutter,
-/// };
+/// use scphd::models::{ControlNoise, PlanarPose, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl};
 /// use scphd::storage::joint_numbers;
 /// use scphd::{Births, Detector, JointConfig, JointSlam, JointState};
 ///
@@ -39,11 +36,7 @@ use crate::{
 /// let mut state = Box::new(Memory::new());
 ///
 /// let window = RangeBearingWindow::full_circle(15.0, 0.9)?;
-/// let sensing = Sensing {
-///     sensor: RangeBearing::new(0.2, 0.02)?,
-///     field_of_view: window,
-///     clutter: UniformClutter::of_scan(2.0, window.measure())?,
-/// };
+/// let sensing = Sensing::range_bearing([0.2, 0.02], window, 2.0)?;
 /// let lidar = Detector::new(sensing, Births::of_static(1e-3))?;
 /// let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?;
 /// let mut slam = JointSlam::new(motion, JointConfig::default(), &mut *state)?;
@@ -194,16 +187,10 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A> J
     }
 }
 
-impl<T, M, Z, A, V> JointSlam<'_, M, Z, A, V>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    A: Archive<M::Pose>,
-    V: Movers<M::Pose>,
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>, V: Movers<M::Pose>>
+    JointSlam<'_, M, Z, A, V>
 {
     /// The motion model.
-    #[must_use]
     pub fn motion(&self) -> &M {
         &self.motion
     }
@@ -316,7 +303,6 @@ where
     }
 
     /// The mean pose and its covariance; `None` before the first reset.
-    #[must_use]
     pub fn estimate_pose(&self) -> Option<PoseEstimate<M::Pose>> {
         let Memory { header, joint, .. } = &self.memory;
         header.started.then(|| PoseEstimate {
@@ -354,10 +340,9 @@ where
         near.chain(far)
     }
 
-    /// The estimated moving objects, with position and velocity predicted to the present: those that exist and move
-    /// with a probability of at least [`extraction_weight`](MovingConfig::extraction_weight). The weight of a component
-    /// is this probability. Its label is that of the static feature that is the alternative hypothesis for the same
-    /// object.
+    /// The estimated moving objects, with position and velocity predicted to the present: those that exist and move with a
+    /// probability of at least [`extraction_weight`](MovingConfig::extraction_weight). The weight of a component is this
+    /// probability. Its label is that of the static feature that is the alternative hypothesis for the same object.
     pub fn moving(&self) -> impl Iterator<Item = Component<MovingOf<M::Pose>>> + '_ {
         let waited_s = self.memory.header.waited_s;
         let config = self.movers.common().map(|(_, config)| config);
@@ -374,7 +359,6 @@ where
 
     /// N̂: the expected number of features, the sum of their existence probabilities; for features in the archive, as
     /// they were when they were archived.
-    #[must_use]
     pub fn expected_features(&self) -> T {
         let near = self.memory.landmarks.iter().take(self.memory.header.len).map(|landmark| landmark.existence);
         let far = self.archive.kept().iter().map(|entry| entry.existence);
@@ -382,7 +366,6 @@ where
     }
 
     /// A hash of the complete filter state: equal on every machine that processed the same inputs.
-    #[must_use]
     pub fn digest(&self) -> u64 {
         let mut hash = Fnv::EMPTY;
         self.walk(&mut hash);
@@ -390,7 +373,6 @@ where
     }
 
     /// Number of features in the state and in the archive, whatever their existence probability.
-    #[must_use]
     pub fn held(&self) -> usize {
         self.memory.header.len + self.archive.kept().len()
     }

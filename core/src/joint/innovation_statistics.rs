@@ -20,17 +20,13 @@ pub(super) const LEAST_DETECTED: f64 = 0.02;
 const GATES: f64 = 4.0;
 
 /// Whether a landmark corrects the pose: Σ s = `detected` is large enough, and the association is not ambiguous.
-pub(super) fn is_informative_for_pose<T, S>(
+pub(super) fn is_informative_for_pose<T: Real, S: Sensor<Pose: Pose<Scalar = T>>>(
     sensor: &S,
     table: &[AssociationRow<T>],
     index: usize,
     measurements: &[S::Measurement],
     detected: T,
-) -> bool
-where
-    T: Real,
-    S: Sensor<Pose: Pose<Scalar = T>>,
-{
+) -> bool {
     detected >= T::from_f64(LEAST_DETECTED) && !is_ambiguous(sensor, table, index, measurements)
 }
 
@@ -51,7 +47,7 @@ pub(super) struct InnovationStatistics<P: Pose, Y: Vector, Z: Vector> {
 /// The terms of the update by one landmark, linearised at the present means, with its association probabilities
 /// multiplied by `times`. `None` if the landmark cannot be measured from here, if its measurements contradict the
 /// corrections before, or if rounding errors have made the covariance of the innovation invalid.
-pub(super) fn innovation_statistics<T, S, Z>(
+pub(super) fn innovation_statistics<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
     index: usize,
@@ -59,12 +55,7 @@ pub(super) fn innovation_statistics<T, S, Z>(
     times: T,
     gate: T,
     tally: &mut Tally<T>,
-) -> Option<InnovationStatistics<S::Pose, S::Measurement, Z>>
-where
-    T: Real,
-    S: Sensor<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-{
+) -> Option<InnovationStatistics<S::Pose, S::Measurement, Z>> {
     memory.make_room();
     let Memory { header, landmarks, joint, pending, association_table, .. } = memory;
     let landmark = landmarks.get(index)?;

@@ -51,8 +51,7 @@ impl<T: Real, P: Pose<Scalar = T>> Header<P> {
 }
 
 impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
-    /// Corrects pose and features by their rows of P Hᵀ times `step`. The rows of the features are those of the next
-    /// pending term.
+    /// Corrects pose and features by their rows of P Hᵀ times `step`. The rows of the features are those of the next pending term.
     pub(super) fn inject_correction(&mut self, pose: &RowsOf<P::Tangent, Z>, step: &Z) {
         let turn = turn_of::<P, Z>(pose, step);
         let Self { header, landmarks, pending, .. } = self;

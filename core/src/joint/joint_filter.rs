@@ -187,23 +187,14 @@ macro_rules! by_methods {
     };
 }
 
-impl<T, M, Z, A, V> JointFilter for JointSlam<'_, M, Z, A, V>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    A: Archive<M::Pose>,
-    V: Movers<M::Pose>,
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>, V: Movers<M::Pose>>
+    JointFilter for JointSlam<'_, M, Z, A, V>
 {
     by_methods!(core::convert::identity);
 }
 
-impl<T, M, Z, V, const OTHERS: usize> JointFilter for MultiHypothesisSlam<'_, M, Z, V, OTHERS>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    V: Movers<M::Pose>,
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Movers<M::Pose>, const OTHERS: usize>
+    JointFilter for MultiHypothesisSlam<'_, M, Z, V, OTHERS>
 {
     by_methods!(Self::likeliest);
 }

@@ -33,11 +33,7 @@ fn run(seed: u64) -> [[f64; 2]; LAPS] {
         }
     }
     let window = RangeBearingWindow::full_circle(REACH_M, 0.9).unwrap();
-    let sensing = Sensing {
-        sensor: RangeBearing::new(SENSOR[0], SENSOR[1]).unwrap(),
-        field_of_view: window,
-        clutter: UniformClutter::of_scan(0.5, window.measure()).unwrap(),
-    };
+    let sensing = Sensing::range_bearing([SENSOR[0], SENSOR[1]], window, 0.5).unwrap();
     let lidar = Detector::new(sensing, Births::of_static(1e-3)).unwrap();
     let noise = ControlNoise::white(ODOMETRY[0], ODOMETRY[1]);
     let motion = Unicycle::new(Step::Arc, noise).unwrap();
@@ -125,11 +121,7 @@ fn archived_information_is_counted_once_in_twenty_four_laps() {
 #[test]
 fn measurements_are_not_lost_to_a_submap_that_is_not_confirmed() {
     let window = RangeBearingWindow::full_circle(REACH_M, 0.9).unwrap();
-    let sensing = Sensing {
-        sensor: RangeBearing::new(SENSOR[0], SENSOR[1]).unwrap(),
-        field_of_view: window,
-        clutter: UniformClutter::of_scan(0.5, window.measure()).unwrap(),
-    };
+    let sensing = Sensing::range_bearing([SENSOR[0], SENSOR[1]], window, 0.5).unwrap();
     let lidar = Detector::new(sensing, Births::of_static(1e-3)).unwrap();
     let (mut state, mut archive) = (Box::new(Window::new()), Box::new(JointArchive::<_, 8>::new()));
     let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02)).unwrap();

@@ -10,13 +10,8 @@ use crate::{Component, LoadMapError, Motion, Pose, PositionOf, Real, Vector};
 /// Number of detections that is assumed for a loaded feature: that of an established feature.
 const DETECTIONS: f64 = 2.0;
 
-impl<T, M, Z, A, V> JointSlam<'_, M, Z, A, V>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    A: Archive<M::Pose>,
-    V: Movers<M::Pose>,
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>, V: Movers<M::Pose>>
+    JointSlam<'_, M, Z, A, V>
 {
     /// The greatest label that a loaded feature may have.
     pub const GREATEST_LOADED_LABEL: u32 = u32::MAX / 2;
@@ -27,9 +22,8 @@ where
     /// ones. Tracks of moving objects are removed, and an archive is emptied.
     ///
     /// # Errors
-    /// The filter has not been reset; a feature is not finite, beyond 1e8 m, heavier than a million, or its covariance
-    /// is not positive definite; its label is too great; or there are more features than the state can store. The state
-    /// is unchanged.
+    /// The filter has not been reset; a feature is not finite, beyond 1e8 m, heavier than a million, or its covariance is not
+    /// positive definite; its label is too great; or there are more features than the state can store. The state is unchanged.
     pub fn load_map(&mut self, features: &[Component<PositionOf<M::Pose>>]) -> Result<(), LoadMapError> {
         let Memory { header, landmarks, joint, .. } = &mut self.memory;
         if !header.started {

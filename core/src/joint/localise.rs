@@ -21,13 +21,8 @@ use crate::{
     Births, Clutter, Detector, Health, Linear, Matrix, MeasurementModel, Motion, Pose, Real, ScanError, Sensor, Vector,
 };
 
-impl<T, M, Z, A, V> JointSlam<'_, M, Z, A, V>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    A: Archive<M::Pose>,
-    V: Movers<M::Pose>,
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>, V: Movers<M::Pose>>
+    JointSlam<'_, M, Z, A, V>
 {
     /// Updates only the pose with one scan: static features are not corrected, initiated or removed, and their
     /// existence probabilities are unchanged. Use it instead of [`scan`](Self::scan) with a map that was
@@ -88,18 +83,14 @@ where
 }
 
 /// Corrects the pose with the measurements associated with one feature, if the result is valid.
-fn move_pose_by<T, S, Z>(
+fn move_pose_by<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
     index: usize,
     measurements: &[S::Measurement],
     gate: T,
     tally: &mut Tally<T>,
-) where
-    T: Real,
-    S: Sensor<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-{
+) {
     let Some(statistics) = innovation_statistics(sensor, memory, index, measurements, T::ONE, gate, tally) else {
         return;
     };
@@ -156,7 +147,7 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
 
 #[cfg(test)]
 mod tests {
-    use crate::tests::linear::{Drift, Everywhere, Offset};
+    use crate::tests::linear::{Drift, linear_sensing};
     use crate::*;
     use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
     use std::boxed::Box;
@@ -177,12 +168,7 @@ mod tests {
 
     #[test]
     fn with_linear_models_it_is_the_schmidt_kalman_filter() {
-        let noise = Symmetric::from_diagonal([0.09, 0.16]);
-        let sensing = Sensing {
-            sensor: Offset { noise },
-            field_of_view: Everywhere(1.0 - 1e-15),
-            clutter: UniformClutter::of_scan(1e-60, 1.0).unwrap(),
-        };
+        let sensing = linear_sensing([0.09, 0.16], 1.0 - 1e-15, 1e-60);
         let detector = Detector::new(sensing, Births::of_static(1e-16)).unwrap();
         let config = JointConfig { gate: 400.0, ..JointConfig::default() };
         let mut state = Box::new(Memory::new());
@@ -240,11 +226,7 @@ mod tests {
     #[test]
     fn the_error_of_a_surveyed_map_is_counted_once() {
         let window = RangeBearingWindow::full_circle(30.0, 0.9).unwrap();
-        let sensing = Sensing {
-            sensor: RangeBearing::new(0.1, 0.02).unwrap(),
-            field_of_view: window,
-            clutter: UniformClutter::of_scan(0.1, window.measure()).unwrap(),
-        };
+        let sensing = Sensing::range_bearing([0.1, 0.02], window, 0.1).unwrap();
         let lidar = Detector::new(sensing, Births::of_static(1e-3)).unwrap();
         let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.05)).unwrap();
         let exact = Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap();

@@ -1,11 +1,9 @@
-//! Loop closure: finds landmarks that were initiated twice, and merges them, by the joint consistency of the landmarks
-//! around them.
+//! Loop closure: finds landmarks that were initiated twice, and merges them, by the joint consistency of the landmarks around them.
 //!
-//! After a section of the trajectory without landmarks the pose is so uncertain that many landmarks are in the gate of
-//! a measurement, and a wrong association cannot be undone. A loop is therefore not closed by single measurements.
-//! Landmarks that are much less certain than others in view are excluded from the association
-//! ([`exclude_weakly_determined`]), and the measurements initiate new landmarks. These are accurate relative to each
-//! other, and are matched with the old map as a whole ([`close_loop`]).
+//! After a section of the trajectory without landmarks the pose is so uncertain that many landmarks are in the gate of a
+//! measurement, and a wrong association cannot be undone. A loop is therefore not closed by single measurements. Landmarks that are
+//! much less certain than others in view are excluded from the association ([`exclude_weakly_determined`]), and the measurements
+//! initiate new landmarks. These are accurate relative to each other, and are matched with the old map as a whole ([`close_loop`]).
 
 use super::associations::AssociationRow;
 use super::config::JointConfig;
@@ -286,15 +284,13 @@ mod tests {
     type Room<T, const N: usize, const L: usize> = JointState<PlanarPose<T>, Vector2<T>, N, L, 16>;
     type Six = Room<f64, 6, { joint_numbers(3, 2, 6) }>;
 
-    /// Variances of each coordinate, m²: of the common displacement of all new landmarks, and of each landmark's own
-    /// error.
+    /// Variances of each coordinate, m²: of the common displacement of all new landmarks, and of each landmark's own error.
     const COMMON: f64 = 4.0;
     const OWN: f64 = 0.01;
     /// Positions of the old landmarks, m.
     const OLD: [[f64; 2]; 3] = [[0.0, 0.0], [30.0, 0.0], [0.0, 50.0]];
 
-    /// Three old landmarks out of view, and three new ones in view. `apart` has the differences of the old ones from
-    /// the new ones.
+    /// Three old landmarks out of view, and three new ones in view. `apart` has the differences of the old ones from the new ones.
     fn map(apart: [[f64; 2]; 3]) -> Box<Six> {
         let mut state = Box::new(Six::new());
         let memory = state.memory();
@@ -380,9 +376,8 @@ mod tests {
         assert_eq!(nearest.indices().collect::<Vec<_>>(), [4, 2, 0]);
     }
 
-    /// Two and a half laps of a circle with landmarks along half of it, and odometry with a fifth of the noise that the
-    /// filter assumes. Returns the RMSE of the position, m, and the number of features at the end; there are twenty
-    /// landmarks.
+    /// Two and a half laps of a circle with landmarks along half of it, and odometry with a fifth of the noise that the filter
+    /// assumes. Returns the RMSE of the position, m, and the number of features at the end; there are twenty landmarks.
     fn rounds(seed: u64) -> (f64, usize) {
         let mut draws = Noise::seeded(seed);
         let radius = 20.0;
@@ -394,11 +389,7 @@ mod tests {
             })
             .collect();
         let window = RangeBearingWindow::full_circle(8.0_f32, 0.9).unwrap();
-        let sensing = Sensing {
-            sensor: RangeBearing::new(0.05, 0.01).unwrap(),
-            field_of_view: window,
-            clutter: UniformClutter::of_scan(0.2, window.measure()).unwrap(),
-        };
+        let sensing = Sensing::range_bearing([0.05, 0.01], window, 0.2).unwrap();
         let lidar = Detector::new(sensing, Births::of_static(2e-4)).unwrap();
         // Five times the actual noise.
         let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.25, 0.1)).unwrap();

@@ -28,22 +28,20 @@ pub(super) struct Initiated {
     pub(super) lost: usize,
 }
 
-/// Initiates a landmark from every measurement that no landmark caused with a probability of at least
-/// `birth_probability_min`.
-pub(super) fn initiate<T, X, Z, V>(
+/// Initiates a landmark from every measurement that no landmark caused with a probability of at least `birth_probability_min`.
+pub(super) fn initiate<
+    T: Real,
+    X: MeasurementModel<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
+    V: Movers<X::Pose>,
+>(
     models: &X,
     births: &Births<T>,
     config: &JointConfig<T>,
     memory: &mut Memory<'_, X::Pose, Z>,
     movers: &mut V,
     measurements: &[X::Measurement],
-) -> Initiated
-where
-    T: Real,
-    X: MeasurementModel<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    V: Movers<X::Pose>,
-{
+) -> Initiated {
     let mut initiated = Initiated::default();
     let (ln_birth, ln_moving) = (births.of_static.ln(), births.of_moving.ln());
     let frame = models.sensor().frame(&memory.header.pose);
@@ -144,8 +142,7 @@ pub(super) fn drop_degenerate<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T
     invalid
 }
 
-/// Drops landmarks with a low probability of existence, except those of this scan, whose labels begin with
-/// `first_label`.
+/// Drops landmarks with a low probability of existence, except those of this scan, whose labels begin with `first_label`.
 pub(super) fn drop_unlikely<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     config: &JointConfig<T>,
     memory: &mut Memory<'_, P, Z>,
@@ -173,12 +170,11 @@ pub(super) fn drop_unlikely<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>
 /// by its own covariance. Their equality is a measurement m_i − m_j = 0 without noise, which corrects the whole state.
 /// Tentative landmarks may be clutter and are not fused; a tentative duplicate is dropped later, because the other
 /// landmark has the greater association probabilities.
-pub(super) fn merge<T, S, Z>(sensor: &S, config: &JointConfig<T>, memory: &mut Memory<'_, S::Pose, Z>) -> usize
-where
-    T: Real,
-    S: Sensor<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-{
+pub(super) fn merge<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>>(
+    sensor: &S,
+    config: &JointConfig<T>,
+    memory: &mut Memory<'_, S::Pose, Z>,
+) -> usize {
     let mut merged = 0;
     let frame = sensor.frame(&memory.header.pose);
     let mut one = 0;
@@ -263,8 +259,7 @@ pub(super) fn fuse<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     true
 }
 
-/// Updates the covariance with the constraint that coordinate `of` of two landmarks is equal. Their means are equal
-/// already.
+/// Updates the covariance with the constraint that coordinate `of` of two landmarks is equal. Their means are equal already.
 fn constrain_equal<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     memory: &mut Memory<'_, P, Z>,
     indices: [usize; 2],

@@ -1,11 +1,10 @@
 //! Joint maps: one Gaussian over the pose and all features, with their cross-covariances.
 //!
-//! A particle of a [`ScPhd`](crate::ScPhd) is a sample of the pose, and its map is a mixture whose features are
-//! independent given the pose. With few particles, the correlations between features are therefore lost, and the
-//! covariance of the estimate is too small. The joint Gaussian keeps the correlations. Data association is
-//! probabilistic: a measurement is associated with clutter, births and the features in its gate, with probabilities
-//! that follow from its likelihood under each. Every feature has an existence probability. `docs/joint.md` has the
-//! equations; `scan.rs` has the steps of a scan in order.
+//! A particle of a [`ScPhd`](crate::ScPhd) is a sample of the pose, and its map is a mixture whose features are independent given
+//! the pose. With few particles, the correlations between features are therefore lost, and the covariance of the estimate is too
+//! small. The joint Gaussian keeps the correlations. Data association is probabilistic: a measurement is associated with clutter,
+//! births and the features in its gate, with probabilities that follow from its likelihood under each. Every feature has an
+//! existence probability. `docs/joint.md` has the equations; `scan.rs` has the steps of a scan in order.
 
 mod ambiguity;
 mod archive;
@@ -15,6 +14,8 @@ mod associations;
 mod conditioning;
 mod config;
 mod correct;
+#[cfg(test)]
+mod course;
 mod covariance;
 mod data_association;
 mod difference;

@@ -6,8 +6,7 @@ use crate::{Component, Linear, MovingOf, Pose, Real, ScalarOf, Symmetric, Tangen
 
 /// Storage of up to `CAPACITY` moving-object tracks of a joint map, for [`with_movers`](super::JointSlam::with_movers).
 ///
-/// A track in the plane takes 80 bytes in single precision. The storage is meant to be a `static`: when new, it
-/// is all zero.
+/// A track in the plane takes 80 bytes in single precision. The storage is meant to be a `static`: when new, it is all zero.
 #[derive(Debug)]
 pub struct JointMovers<P: Pose, const CAPACITY: usize> {
     index: Common<P>,
@@ -34,8 +33,7 @@ pub struct Mover<P: Pose> {
     pub(super) detection: ScalarOf<P>,
     /// The probability that the present scan detects neither the track nor the static feature of the same object.
     pub(super) not_detected: ScalarOf<P>,
-    /// Σ a ν over the measurements of the present scan. If there is a static feature of the same object, its sum is
-    /// used instead.
+    /// Σ a ν over the measurements of the present scan. If there is a static feature of the same object, its sum is used instead.
     pub(super) message_sum: ScalarOf<P>,
     /// Index of the static feature of the same object, or [`NONE`].
     pub(super) static_index: u16,
@@ -43,8 +41,7 @@ pub struct Mover<P: Pose> {
 
 /// The value of `static_index` without such a feature.
 pub(super) const NONE: u16 = u16::MAX;
-/// The bit that marks the index of a moving-object track in an association. Without it, the index is that of a
-/// landmark.
+/// The bit that marks the index of a moving-object track in an association. Without it, the index is that of a landmark.
 pub(super) const MOVES: u16 = 1 << 15;
 
 /// Borrowed tracks, of any capacity.
@@ -153,7 +150,6 @@ impl<P: Pose, V: Movers<P>> Movers<P> for Option<V> {
 
 impl<P: Pose, const CAPACITY: usize> JointMovers<P, CAPACITY> {
     /// No tracks.
-    #[must_use]
     pub const fn new() -> Self {
         const { assert!(CAPACITY < MOVES as usize, "at most 32767 movers") };
         Self { index: Common { len: 0, process_noise: Symmetric::ZERO }, movers: [Mover::ZERO; CAPACITY] }
@@ -161,12 +157,6 @@ impl<P: Pose, const CAPACITY: usize> JointMovers<P, CAPACITY> {
 
     pub(super) fn tracked(&mut self, config: MovingConfig<ScalarOf<P>>) -> Tracked<'_, P> {
         Tracked(Tracks { common: &mut self.index, movers: &mut self.movers, config })
-    }
-}
-
-impl<P: Pose, const CAPACITY: usize> Default for JointMovers<P, CAPACITY> {
-    fn default() -> Self {
-        Self::new()
     }
 }
 

@@ -4,7 +4,7 @@ use super::associations::{Association, AssociationRow};
 use super::data_association::marginals;
 use super::movers::{MOVES, Movers};
 use super::state::Landmark;
-use crate::tests::linear::{Drift, Everywhere, Offset};
+use crate::tests::linear::{Drift, Everywhere, Offset, linear_sensing};
 use crate::*;
 use nalgebra::{Matrix2, Matrix4, SMatrix, Vector2, Vector4};
 use std::boxed::Box;
@@ -25,11 +25,7 @@ type LinearSensing = Sensing<Offset, Everywhere, UniformClutter<f64>>;
 
 /// Linear models with this p_D, clutter, and birth intensities of static features and of tracks.
 fn linear(detection: f64, clutter: f64, of_static: f64, of_moving: f64) -> Detector<LinearSensing> {
-    let sensing = Sensing {
-        sensor: Offset { noise: Symmetric::from_diagonal(R) },
-        field_of_view: Everywhere(detection),
-        clutter: UniformClutter::of_scan(clutter, 1.0).unwrap(),
-    };
+    let sensing = linear_sensing(R, detection, clutter);
     Detector::new(sensing, Births { of_static, of_moving }).unwrap()
 }
 

@@ -9,21 +9,14 @@ use crate::filter::observe::FixInnovation;
 use crate::numerics::vector::applied;
 use crate::{Fix, FixReport, Linear, Matrix, Motion, ObserveError, Pose, PoseEstimate, Real, TangentOf, Vector};
 
-impl<T, M, Z, A, V> JointSlam<'_, M, Z, A, V>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    A: Archive<M::Pose>,
-    V: Movers<M::Pose>,
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>, V: Movers<M::Pose>>
+    JointSlam<'_, M, Z, A, V>
 {
-    /// Corrects pose and features with a measurement of the pose itself (Kalman update), between any two steps. It may
-    /// have at most as many dimensions as the state's `Z`. A correction that would move the pose out of range is left
-    /// out.
+    /// Corrects pose and features with a measurement of the pose itself (Kalman update), between any two steps. It may have at most
+    /// as many dimensions as the state's `Z`. A correction that would move the pose out of range is left out.
     ///
     /// # Errors
-    /// The measurement is not finite, its noise is not positive definite, or the filter has not been reset; the state
-    /// is unchanged.
+    /// The measurement is not finite, its noise is not positive definite, or the filter has not been reset; the state is unchanged.
     pub fn observe<F: Fix<Pose = M::Pose>>(
         &mut self,
         fix: &F,

@@ -176,20 +176,17 @@ fn set_rows<Z: Vector, R: AsRef<[Z]> + AsMut<[Z]>>(
 }
 
 /// H times the rows of P Hᵀ for the coordinates that H refers to.
-pub(super) fn h_times<Y, N, Z>(h: &Linear<Y, N>, rows: &[Z]) -> Linear<Y, Z>
-where
-    Y: Vector,
-    N: Vector<Scalar = Y::Scalar>,
-    Z: Vector<Scalar = Y::Scalar>,
-{
+pub(super) fn h_times<Y: Vector, N: Vector<Scalar = Y::Scalar>, Z: Vector<Scalar = Y::Scalar>>(
+    h: &Linear<Y, N>,
+    rows: &[Z],
+) -> Linear<Y, Z> {
     let rows = || rows.iter().take(N::DIMENSION).enumerate();
     Matrix::with(|row, column| rows().fold(Zero::ZERO, |sum, (k, of)| sum + h.at(row, k) * of.at(column)))
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
-    /// Applies the pending terms for this number of features; none is pending afterwards. Every variance is increased
-    /// by 4 ε of its value for rounding errors: otherwise the matrix would lose its definiteness in a hundred thousand
-    /// updates.
+    /// Applies the pending terms for this number of features; none is pending afterwards. Every variance is increased by 4 ε of its
+    /// value for rounding errors: otherwise the matrix would lose its definiteness in a hundred thousand updates.
     pub(super) fn apply<Z: Vector<Scalar = T>>(&mut self, pending: &mut Pending<'_, P, Z>, features: usize) {
         match pending.count {
             0 => {}
@@ -241,8 +238,7 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
     }
 }
 
-/// Adds to two rows of the triangle, of the same length, the products of their weights with the rows of C_t for every
-/// column.
+/// Adds to two rows of the triangle, of the same length, the products of their weights with the rows of C_t for every column.
 #[inline(always)]
 fn add_columns<P: Pose, Z: Vector<Scalar = ScalarOf<P>>, const N: usize>(
     weights: &[[Z; N]; 2],

@@ -1,9 +1,8 @@
 //! Second correction of a static landmark that may be a moving object instead.
 //!
-//! Pose and map are corrected with the association probabilities s of the static hypothesis. The position of the
-//! landmark itself is conditional on that hypothesis, so that it is corrected with the greater weights s/e, e the
-//! probability of the hypothesis: the remaining weights s (1/e − 1) are applied with a gain for this position only
-//! (Schmidt 1966).
+//! Pose and map are corrected with the association probabilities s of the static hypothesis. The position of the landmark itself is
+//! conditional on that hypothesis, so that it is corrected with the greater weights s/e, e the probability of the hypothesis: the
+//! remaining weights s (1/e − 1) are applied with a gain for this position only (Schmidt 1966).
 
 use super::ambiguity::is_ambiguous;
 use super::covariance::{Joint, first, symmetric};
@@ -16,7 +15,7 @@ use crate::numerics::vector::applied;
 use crate::{Linear, Matrix, Pose, Real, Sensor, Vector};
 
 /// Corrects the position of a landmark, and nothing else, with `rest` times its association probabilities.
-pub(super) fn correct_position<T, S, Z>(
+pub(super) fn correct_position<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
     index: usize,
@@ -24,11 +23,7 @@ pub(super) fn correct_position<T, S, Z>(
     detected: T,
     rest: T,
     gate: T,
-) where
-    T: Real,
-    S: Sensor<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-{
+) {
     let much = detected * rest >= T::from_f64(LEAST_DETECTED) && rest < T::INFINITY;
     if !much || is_ambiguous(sensor, memory.association_table, index, measurements) {
         return;
@@ -59,9 +54,8 @@ pub(super) fn correct_position<T, S, Z>(
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
-    /// P_mm ← P_mm + (P Hᵀ)_m (L + V) (P Hᵀ)_mᵀ and P_m· ← P_m· + (P Hᵀ)_m L (P Hᵀ)_·ᵀ of one feature, for this number
-    /// of features in all, with L = `learnt`, the decrease by the measurement, and V = `spread`, the uncertainty of the
-    /// association.
+    /// P_mm ← P_mm + (P Hᵀ)_m (L + V) (P Hᵀ)_mᵀ and P_m· ← P_m· + (P Hᵀ)_m L (P Hᵀ)_·ᵀ of one feature, for this number of features
+    /// in all, with L = `learnt`, the decrease by the measurement, and V = `spread`, the uncertainty of the association.
     fn correct_position_block<Z: Vector<Scalar = T>>(
         &mut self,
         index: usize,

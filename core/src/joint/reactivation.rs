@@ -78,9 +78,8 @@ pub(super) fn propose<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
 }
 
 impl Candidates {
-    /// Keeps the submaps in the window that the scan, with this number of measurements, has confirmed, and removes them
-    /// from the archive. Removes the others from the window. Returns the number of re-activated features, and whether a
-    /// submap was removed.
+    /// Keeps the submaps in the window that the scan, with this number of measurements, has confirmed, and removes them from the
+    /// archive. Removes the others from the window. Returns the number of re-activated features, and whether a submap was removed.
     pub(super) fn accept<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
         &mut self,
         view: &mut ArchiveView<'_, P>,
@@ -126,9 +125,8 @@ impl Candidate {
         seen >= expected.at_least(T::ONE) * half
     }
 
-    /// Completes the covariances of a confirmed submap. With all anchors in the window they are complete. Without them,
-    /// the correlation with the pose is unknown: split covariance intersection makes both uncertain enough for every
-    /// correlation.
+    /// Completes the covariances of a confirmed submap. With all anchors in the window they are complete. Without them, the
+    /// correlation with the pose is unknown: split covariance intersection makes both uncertain enough for every correlation.
     fn insert<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
         &self,
         view: &ArchiveView<'_, P>,

@@ -7,13 +7,8 @@ use super::state::Memory;
 use crate::numerics::range::is_within_square;
 use crate::{Matrix, Motion, Pose, Real, ResetError, Symmetric, TangentOf, Vector, Zero};
 
-impl<T, M, Z, A, V> JointSlam<'_, M, Z, A, V>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    A: Archive<M::Pose>,
-    V: Movers<M::Pose>,
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>, V: Movers<M::Pose>>
+    JointSlam<'_, M, Z, A, V>
 {
     /// [`reset`](Self::reset) with a covariance of the pose.
     ///
@@ -54,8 +49,7 @@ where
     /// Adds a covariance to that of the pose, if the pose is less certain than the filter assumes.
     ///
     /// # Errors
-    /// The covariance is not finite or a variance is negative, or the filter has not been reset; the state is
-    /// unchanged.
+    /// The covariance is not finite or a variance is negative, or the filter has not been reset; the state is unchanged.
     pub fn scatter(&mut self, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
         ResetError::check_covariance(covariance)?;
         self.memory.clamp();

@@ -26,8 +26,7 @@ pub struct JointReport<T> {
     pub merged: usize,
     /// New features for which there was no room, or features that they replaced.
     pub lost: usize,
-    /// Corrections that were left out, and features that were removed, because a covariance was no longer positive
-    /// definite.
+    /// Corrections that were left out, and features that were removed, because a covariance was no longer positive definite.
     pub degenerate: usize,
     /// Features far from the vehicle that were moved to the archive.
     pub archived: usize,
@@ -49,8 +48,7 @@ pub struct JointReport<T> {
     pub saturated: usize,
     /// ln of the likelihood of the scan given all previous inputs, up to a constant.
     pub ln_evidence: T,
-    /// Expected number of detections of the features in view: Σ p_D v, with v the probability that a feature exists and
-    /// is visible.
+    /// Expected number of detections of the features in view: Σ p_D v, with v the probability that a feature exists and is visible.
     pub expected_detections: T,
     /// Expected number of measurements that come from features in view: the sum of their association probabilities. If
     /// it is far below `expected_detections` in scan after scan in a well-known map, the estimated pose is wrong.

@@ -16,17 +16,11 @@ use super::state::Memory;
 use crate::models::OnVehicle;
 use crate::{Clutter, Detector, Health, MeasurementModel, Motion, Pose, Real, ScanError, Sensor, Vector};
 
-impl<T, M, Z, A, V> JointSlam<'_, M, Z, A, V>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    A: Archive<M::Pose>,
-    V: Movers<M::Pose>,
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>, V: Movers<M::Pose>>
+    JointSlam<'_, M, Z, A, V>
 {
-    /// Updates pose and map with one scan of one of the vehicle's sensors. Its measurements may have at most as many
-    /// dimensions as the state's `Z`. Moving objects are tracked only [with movers](Self::with_movers); otherwise all
-    /// landmarks are static.
+    /// Updates pose and map with one scan of one of the vehicle's sensors. Its measurements may have at most as many dimensions as
+    /// the state's `Z`. Moving objects are tracked only [with movers](Self::with_movers); otherwise all landmarks are static.
     ///
     /// # Errors
     /// A measurement is not finite, there are more measurements than the state has room for, the covariance of the
@@ -129,13 +123,11 @@ where
 
 /// Predicts tracks and existence to the time of the scan.
 #[inline]
-pub(super) fn advance<T, P, Z, V>(config: &JointConfig<T>, memory: &mut Memory<'_, P, Z>, movers: &mut V)
-where
-    T: Real,
-    P: Pose<Scalar = T>,
-    Z: Vector<Scalar = T>,
-    V: Movers<P>,
-{
+pub(super) fn advance<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>, V: Movers<P>>(
+    config: &JointConfig<T>,
+    memory: &mut Memory<'_, P, Z>,
+    movers: &mut V,
+) {
     if let Some(mut tracks) = movers.tracks() {
         tracks.advance(memory.header.waited_s, config.least_existence);
     }

@@ -1,5 +1,4 @@
-//! Memory scrubbing of a joint map: a check of the state in slices between steps, which repairs damage by memory
-//! faults.
+//! Memory scrubbing of a joint map: a check of the state in slices between steps, which repairs damage by memory faults.
 //!
 //! Every covariance is limited by its two variances: |P_ab|² ≤ P_aa P_bb (Cauchy and Schwarz). If one covariance
 //! violates this bound, it was damaged, or one of the two variances; a damaged variance violates the bound with many
@@ -21,13 +20,8 @@ const ROUNDING: f64 = 1.05;
 /// Factor by which rounding errors may change the sum of the existence probabilities of a feature.
 const GREATEST_PROBABILITY: f64 = 1.001;
 
-impl<T, M, Z, A, V> JointSlam<'_, M, Z, A, V>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    A: Archive<M::Pose>,
-    V: Movers<M::Pose>,
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>, V: Movers<M::Pose>>
+    JointSlam<'_, M, Z, A, V>
 {
     /// Checks `parts` parts of the state and repairs values that the filter cannot have produced, as
     /// [`ScPhd::scrub`](crate::ScPhd::scrub) does: for memory without error correction, between steps, when there is
@@ -35,10 +29,9 @@ where
     /// archived feature, or a moving-object track. Valid data is unchanged to the bit. With n features, one feature
     /// takes about 2 n (3 + 2 n) comparisons in the worst case, and in the plane 6 + 4 n if it is valid.
     ///
-    /// An invalid feature is removed, and is initiated again when it is detected again. A variance of the pose that
-    /// contradicts its covariances is increased until it agrees. A value that was changed to another valid value is not
-    /// found; to find it, compare [seals](Self::seal) or [digests](Self::digest), or go back to a
-    /// [snapshot](Self::save).
+    /// An invalid feature is removed, and is initiated again when it is detected again. A variance of the pose that contradicts its
+    /// covariances is increased until it agrees. A value that was changed to another valid value is not found; to find it, compare
+    /// [seals](Self::seal) or [digests](Self::digest), or go back to a [snapshot](Self::save).
     ///
     /// # Errors
     /// Damage that cannot be repaired: invalid counts or times, or a pose out of range. [Restore](Self::restore) a
@@ -93,7 +86,6 @@ where
     /// A hash of the data that is small and vital: the pose with its covariance, the counts, the time since the last
     /// scan, the next label and the divergence monitor. If a vehicle computes it after a step and gets another value
     /// before the next step, memory has failed in between, even where scrubbing cannot find it.
-    #[must_use]
     pub fn seal(&self) -> u64 {
         let mut seal = Sealing::EMPTY;
         let Memory { header, joint, .. } = &self.memory;

@@ -19,11 +19,7 @@ fn slam(state: &mut Memory) -> Slam<'_> {
 
 fn drive(slam: &mut Slam<'_>, draws: &mut Noise, scans: usize) {
     let window = RangeBearingWindow::full_circle(20.0, 0.9).unwrap();
-    let sensing = Sensing {
-        sensor: RangeBearing::new(0.1, 0.01).unwrap(),
-        field_of_view: window,
-        clutter: UniformClutter::of_scan(0.5, window.measure()).unwrap(),
-    };
+    let sensing = Sensing::range_bearing([0.1, 0.01], window, 0.5).unwrap();
     let eyes = Detector::new(sensing, Births::of_static(1e-3)).unwrap();
     for _ in 0..scans {
         slam.predict(&UnicycleControl { speed_mps: 0.0, rate_radps: 0.0 }, 0.1).unwrap();

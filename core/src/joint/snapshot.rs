@@ -24,13 +24,8 @@ pub(super) fn shape<P: Pose>(content: Content, kind: u32) -> Shape {
     }
 }
 
-impl<T, M, Z, A, V> JointSlam<'_, M, Z, A, V>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    A: Archive<M::Pose>,
-    V: Movers<M::Pose>,
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>, V: Movers<M::Pose>>
+    JointSlam<'_, M, Z, A, V>
 {
     /// Checks the complete filter state: the pose, every feature, every number of the covariance. The cost is linear in
     /// the size of the state; no step calls it.
@@ -119,13 +114,8 @@ where
 }
 
 /// The state, and the archive and the tracks if there are any.
-impl<T, M, Z, A, V> Walk for JointSlam<'_, M, Z, A, V>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    A: Archive<M::Pose>,
-    V: Movers<M::Pose>,
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>, V: Movers<M::Pose>> Walk
+    for JointSlam<'_, M, Z, A, V>
 {
     fn walk(&self, visit: &mut impl Visit) {
         self.memory.estimate().walk(visit);

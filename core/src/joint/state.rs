@@ -99,7 +99,6 @@ where
     Z: Vector<Scalar = T>,
 {
     /// An empty state, without a pose.
-    #[must_use]
     pub const fn new() -> Self {
         const {
             let numbers = joint_numbers(P::Tangent::DIMENSION, P::Position::DIMENSION, FEATURES);
@@ -129,18 +128,6 @@ where
             pending: Pending::over(&mut self.pending),
             association_table: &mut self.association_table,
         }
-    }
-}
-
-impl<T, P, Z, const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize> Default
-    for JointState<P, Z, FEATURES, NUMBERS, MEASUREMENTS>
-where
-    T: Real,
-    P: Pose<Scalar = T>,
-    Z: Vector<Scalar = T>,
-{
-    fn default() -> Self {
-        Self::new()
     }
 }
 

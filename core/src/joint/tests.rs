@@ -1,7 +1,9 @@
 //! The joint filter against closed forms, and with extreme and invalid input.
 
+use super::course::{self, Course, motion};
 use super::*;
-use crate::tests::linear::{Drift, Everywhere, Offset};
+use crate::tests::alone::Lidar;
+use crate::tests::linear::{Drift, linear_sensing};
 use crate::*;
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 use std::boxed::Box;
@@ -14,12 +16,7 @@ const LANDMARKS: [[f64; 2]; 4] = [[300.0, 0.0], [0.0, 400.0], [-500.0, 20.0], [4
 
 #[test]
 fn with_linear_models_and_known_association_it_is_the_kalman_filter() {
-    let noise = Symmetric::from_diagonal([0.09, 0.16]);
-    let sensing = Sensing {
-        sensor: Offset { noise },
-        field_of_view: Everywhere(1.0 - 1e-15),
-        clutter: UniformClutter::of_scan(1e-60, 1.0).unwrap(),
-    };
+    let sensing = linear_sensing([0.09, 0.16], 1.0 - 1e-15, 1e-60);
     let detector = Detector::new(sensing, Births::of_static(1e-16)).unwrap();
     let config = JointConfig { gate: 400.0, ..JointConfig::default() };
     let mut state = Box::new(Linear::<4, { joint_numbers(3, 2, 4) }>::new());
@@ -105,11 +102,7 @@ fn with_linear_models_and_known_association_it_is_the_kalman_filter() {
 
 #[test]
 fn a_feature_that_contradicts_those_before_it_corrects_nothing() {
-    let sensing = Sensing {
-        sensor: Offset { noise: Symmetric::from_diagonal([0.09, 0.16]) },
-        field_of_view: Everywhere(0.999),
-        clutter: UniformClutter::of_scan(1e-60, 1.0).unwrap(),
-    };
+    let sensing = linear_sensing([0.09, 0.16], 0.999, 1e-60);
     let detector = Detector::new(sensing, Births::of_static(1e-16)).unwrap();
     let told_by = |shifts: &[f64]| {
         let mut state = Box::new(Linear::<4, { joint_numbers(3, 2, 4) }>::new());
@@ -134,61 +127,9 @@ fn a_feature_that_contradicts_those_before_it_corrects_nothing() {
 }
 
 type Car<T, const N: usize, const L: usize, const Z: usize> = JointState<PlanarPose<T>, Vector2<T>, N, L, Z>;
-type Lidar<T> = Detector<Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>>;
 
-fn motion<T: Real>() -> Unicycle<T> {
-    Unicycle::new(Step::Arc, ControlNoise::white(T::from_f64(0.1), T::from_f64(0.05))).unwrap()
-}
-
-fn lidar<T: Real>() -> Lidar<T> {
-    lidar_of(T::from_f64(1e-3))
-}
-
-fn lidar_of<T: Real>(births: T) -> Lidar<T> {
-    let real = T::from_f64;
-    let window = RangeBearingWindow::full_circle(real(20.0), real(0.9)).unwrap();
-    let sensing = Sensing {
-        sensor: RangeBearing::new(real(0.1), real(0.01)).unwrap(),
-        field_of_view: window,
-        clutter: UniformClutter::of_scan(real(2.0), window.measure()).unwrap(),
-    };
-    Detector::new(sensing, Births::of_static(births)).unwrap()
-}
-
-/// Landmarks around a circle of 8 m radius on which the vehicle drives, and its true pose.
-struct Course {
-    pose: PlanarPose<f64>,
-    draws: Noise,
-}
-
-impl Course {
-    fn new(seed: u64) -> Self {
-        Self { pose: PlanarPose::new(8.0, 0.0, core::f64::consts::FRAC_PI_2), draws: Noise::seeded(seed) }
-    }
-
-    /// The odometry of the next step of 0.1 s, and the scan after it.
-    fn step(&mut self, hidden: impl Fn(usize) -> bool) -> ([f64; 2], Vec<[f64; 2]>) {
-        let (speed, rate) = (2.0, 0.25);
-        let real = Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap();
-        self.pose = real.propagate(&self.pose, &UnicycleControl { speed_mps: speed, rate_radps: rate }, 0.1);
-        let odometry = [speed + 0.1 * self.draws.normal::<f64>(), rate + 0.05 * self.draws.normal::<f64>()];
-        let mut seen = Vec::new();
-        for k in 0..12 {
-            let angle = k as f64 * core::f64::consts::TAU / 12.0;
-            let radius = if k % 2 == 0 { 12.0 } else { 4.0 };
-            let (dx, dy) = (radius * angle.cos() - self.pose.x_m, radius * angle.sin() - self.pose.y_m);
-            let noise = [0.1 * self.draws.normal::<f64>(), 0.01 * self.draws.normal::<f64>()];
-            let detected = self.draws.uniform::<f64>() < 0.9;
-            if dx.hypot(dy) < 20.0 && detected && !hidden(k) {
-                seen.push([dx.hypot(dy) + noise[0], wrap(dy.atan2(dx) - self.pose.heading_rad + noise[1])]);
-            }
-        }
-        for _ in 0..2 {
-            let (range, turn) = (20.0 * self.draws.uniform::<f64>(), self.draws.uniform::<f64>());
-            seen.push([range.max(0.1), wrap(core::f64::consts::TAU * turn)]);
-        }
-        (odometry, seen)
-    }
+fn lidar<T: Real>() -> Detector<Lidar<T>> {
+    course::lidar(2.0, Births::of_static(1e-3))
 }
 
 type CarSlam<'s, T> = JointSlam<'s, Unicycle<T>, Vector2<T>>;
@@ -201,10 +142,10 @@ fn run<T: Real>(
 ) -> JointReport<T> {
     let mut last = None;
     for _ in 0..steps {
-        let ([speed, rate], seen) = course.step(hidden);
-        let control = UnicycleControl { speed_mps: T::from_f64(speed), rate_radps: T::from_f64(rate) };
-        slam.predict(&control, T::from_f64(0.1)).unwrap();
-        let seen: Vec<SVector<T, 2>> = seen.iter().map(|z| SVector::from(z.map(T::from_f64))).collect();
+        let (odometry, seen) = course.step(hidden);
+        let [speed_mps, rate_radps] = [odometry.speed_mps, odometry.rate_radps].map(T::from_f64);
+        slam.predict(&UnicycleControl { speed_mps, rate_radps }, T::from_f64(0.1)).unwrap();
+        let seen: Vec<_> = seen.iter().map(|z| z.map(T::from_f64)).collect();
         last = Some(slam.scan(&lidar(), &seen).unwrap());
     }
     last.unwrap()
@@ -220,7 +161,7 @@ fn a_round_trip_is_accurate_and_consistent() {
         let mut state = Box::new(Car::<f32, ROOM, { joint_numbers(3, 2, ROOM) }, 32>::new());
         let config = JointConfig { persistence: Persistence::FOR_EVER, ..JointConfig::default() };
         let mut slam = JointSlam::new(motion(), config, &mut *state).unwrap();
-        let mut course = Course::new(seed);
+        let mut course = Course::new(seed, false, 2);
         slam.reset(PlanarPose::new(8.0, 0.0, core::f32::consts::FRAC_PI_2)).unwrap();
         run(&mut slam, &mut course, 300, |_| false);
         let pose = slam.estimate_pose().unwrap();
@@ -243,15 +184,15 @@ fn both_precisions_agree_and_a_full_state_goes_on() {
     let mut slam64 = JointSlam::new(motion(), JointConfig::default(), &mut *fine).unwrap();
     slam32.reset(PlanarPose::new(8.0, 0.0, core::f32::consts::FRAC_PI_2)).unwrap();
     slam64.reset(PlanarPose::new(8.0, 0.0, core::f64::consts::FRAC_PI_2)).unwrap();
-    run(&mut slam32, &mut Course::new(3), 200, |_| false);
-    run(&mut slam64, &mut Course::new(3), 200, |_| false);
+    run(&mut slam32, &mut Course::new(3, false, 2), 200, |_| false);
+    run(&mut slam64, &mut Course::new(3, false, 2), 200, |_| false);
     let (a, b) = (slam32.estimate_pose().unwrap().mean, slam64.estimate_pose().unwrap().mean);
     assert!((f64::from(a.x_m) - b.x_m).abs() < 2e-3 && (f64::from(a.y_m) - b.y_m).abs() < 2e-3, "{a:?} {b:?}");
     // Capacity for a third of the landmarks.
     let mut small = Box::new(Car::<f32, 4, { joint_numbers(3, 2, 4) }, 32>::new());
     let mut slam = JointSlam::new(motion(), JointConfig::default(), &mut *small).unwrap();
     slam.reset(PlanarPose::new(8.0, 0.0, core::f32::consts::FRAC_PI_2)).unwrap();
-    let report = run(&mut slam, &mut Course::new(3), 200, |_| false);
+    let report = run(&mut slam, &mut Course::new(3, false, 2), 200, |_| false);
     assert!(report.lost > 0 && report.health.contains(Health::COMPONENTS_LOST) && slam.held() <= 4);
 }
 
@@ -260,7 +201,7 @@ fn both_precisions_agree_and_a_full_state_goes_on() {
 fn missing_for_a_while<T: Real>(seed: u64, comes_back: bool) -> [bool; 4] {
     let mut state = Box::new(Car::<T, ROOM, { joint_numbers(3, 2, ROOM) }, 32>::new());
     let mut slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
-    let mut course = Course::new(seed);
+    let mut course = Course::new(seed, false, 2);
     slam.reset(PlanarPose::new(T::from_f64(8.0), T::ZERO, T::PI / T::from_f64(2.0))).unwrap();
     run(&mut slam, &mut course, 600, |_| false);
     // The first landmark is at (12, 0).
@@ -288,51 +229,6 @@ fn an_occluded_landmark_stays_and_a_removed_one_is_dropped() {
     }
     of::<f32>(4);
     of::<f64>(1);
-}
-
-#[test]
-fn with_any_input_the_state_stays_finite_and_definite() {
-    let mut draws = Noise::seeded(11);
-    for seed in 0..60 {
-        let mut state = Box::new(Car::<f32, 12, { joint_numbers(3, 2, 12) }, 8>::new());
-        let mut slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
-        slam.reset(PlanarPose::new(1e3 * seed as f32, -1e5, 2.0)).unwrap();
-        for _ in 0..300 {
-            let pick = |draws: &mut Noise, values: &[f32]| {
-                let index = (draws.uniform::<f64>() * values.len() as f64) as usize;
-                values[index.min(values.len() - 1)]
-            };
-            let control = UnicycleControl {
-                speed_mps: pick(&mut draws, &[0.0, 1.0, -3.0, 300.0, 1e9, f32::NAN, 1e-30]),
-                rate_radps: pick(&mut draws, &[0.0, 0.2, -2.0, 60.0, 1e9, f32::INFINITY]),
-            };
-            let dt = pick(&mut draws, &[0.0, 0.1, 1.0, 200.0, 1e-20, 1e20, -1.0]);
-            let _refused = slam.predict(&control, dt);
-            let count = (draws.uniform::<f64>() * 9.0) as usize;
-            let scan: Vec<SVector<f32, 2>> = (0..count)
-                .map(|_| {
-                    let range = pick(&mut draws, &[0.0, 1e-20, 0.5, 5.0, 5.1, 19.0, 20.0, 1e7, 3e38, -4.0]);
-                    let bearing = pick(&mut draws, &[0.0, 0.01, 1.0, -1.0, 3.2, -3.2, 1e6, 1e30]);
-                    SVector::from([range, bearing])
-                })
-                .collect();
-            let _refused = slam.scan(&lidar(), &scan);
-            let pose = slam.estimate_pose().unwrap();
-            assert!(pose.mean.is_finite() && pose.covariance.is_finite(), "{pose:?}");
-            assert!((0..3).all(|k| pose.covariance.get(k, k) >= 0.0), "{pose:?}");
-            for index in 0..slam.memory.header.len {
-                let landmark = slam.memory.landmarks[index];
-                let total = landmark.existence.total();
-                assert!(
-                    landmark.mean.iter().all(|x| x.is_finite()) && (0.0..=1.0 + 1e-5).contains(&total),
-                    "{landmark:?}"
-                );
-                let first = 3 + 2 * index;
-                assert!((first..first + 2).all(|k| slam.memory.joint.get(k, k) > 0.0));
-            }
-            assert!(slam.memory.joint.used(slam.memory.header.len).iter().all(|x| x.is_finite()));
-        }
-    }
 }
 
 #[test]
@@ -418,7 +314,7 @@ fn a_landmark_is_found_at_a_low_birth_intensity() {
     // A birth intensity of a thousandth of the clutter intensity: one detection hardly gives a landmark, two at one
     // position do.
     let clutter = lidar::<f64>().sensing().clutter.intensity();
-    let detector = lidar_of(clutter / 1000.0);
+    let detector = course::lidar(2.0, Births::of_static(clutter / 1000.0));
     let mut state = Box::new(Car::<f64, 8, { joint_numbers(3, 2, 8) }, 4>::new());
     let mut slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
     slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();

@@ -1,9 +1,7 @@
-//! Moving-object tracks in a scan: they are associated with measurements together with the static landmarks, and
-//! corrected.
+//! Moving-object tracks in a scan: they are associated with measurements together with the static landmarks, and corrected.
 //!
-//! Every birth may be static or moving: it is both a static feature of the joint map and a track with the same label,
-//! of which at most one exists. Later scans decide which; until then both are associated with measurements as one
-//! object.
+//! Every birth may be static or moving: it is both a static feature of the joint map and a track with the same label, of which at
+//! most one exists. Later scans decide which; until then both are associated with measurements as one object.
 
 use super::associate::{Predicted, in_view_of};
 use super::associations::{Association, AssociationRow, detected, probabilities};
@@ -30,15 +28,12 @@ struct PredictedTrack<P: Pose, Y: Vector> {
 
 impl<T: Real, P: Pose<Scalar = T>, Y: Vector<Scalar = T>> PredictedTrack<P, Y> {
     /// `None` if the track cannot be measured, or if rounding errors have made S invalid.
-    fn of<S>(
+    fn of<S: Sensor<Pose = P, Measurement = Y>>(
         sensor: &S,
         frame: &S::Frame,
         component: &Component<MovingOf<P>>,
         process_noise: &Symmetric<TangentOf<P>>,
-    ) -> Option<Self>
-    where
-        S: Sensor<Pose = P, Measurement = Y>,
-    {
+    ) -> Option<Self> {
         let predicted = Predicted::of(sensor, frame, &component.position())?;
         let noise = noise_at(sensor, &predicted.measurement).plus(&process_noise.congruence::<Y>(&predicted.by_pose));
         let of_place = component.covariance.leading::<PositionOf<P>>().congruence::<Y>(&predicted.by_feature);
@@ -228,7 +223,7 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
 
 /// One Gaussian with the mean and covariance of all outcomes of a scan: the track `unseen`, which was missed, with its
 /// weight, and its correction by each associated measurement, with the association probability as weight.
-fn corrected<'m, T, S, I>(
+fn corrected<'m, T: Real, S: Sensor<Pose: Pose<Scalar = T>>, I: Iterator<Item = (T, &'m S::Measurement)>>(
     sensor: &S,
     frame: &S::Frame,
     process_noise: &Symmetric<TangentOf<S::Pose>>,
@@ -236,10 +231,7 @@ fn corrected<'m, T, S, I>(
     probabilities: impl Fn() -> I,
 ) -> Component<MovingOf<S::Pose>>
 where
-    T: Real,
-    S: Sensor<Pose: Pose<Scalar = T>>,
     S::Measurement: 'm,
-    I: Iterator<Item = (T, &'m S::Measurement)>,
 {
     let likeliest =
         probabilities().enumerate().fold(None, |most: Option<(usize, T)>, (index, (probability, _))| match most {
@@ -263,35 +255,26 @@ where
 }
 
 /// The log-likelihood of a measurement of this moving object; `None` beyond the gate.
-pub(super) fn ln_density<T, S>(
+pub(super) fn ln_density<T: Real, S: Sensor<Pose: Pose<Scalar = T>>>(
     sensor: &S,
     frame: &S::Frame,
     component: &Component<MovingOf<S::Pose>>,
     process_noise: &Symmetric<TangentOf<S::Pose>>,
     z: &S::Measurement,
     gate: T,
-) -> Option<T>
-where
-    T: Real,
-    S: Sensor<Pose: Pose<Scalar = T>>,
-{
+) -> Option<T> {
     let PredictedTrack { predicted, factor, .. } = PredictedTrack::of(sensor, frame, component, process_noise)?;
     let distance = factor.mahalanobis(&sensor.innovation(z, &predicted.measurement));
     (distance <= gate).then(|| factor.ln_peak() - distance * T::from_f64(0.5))
 }
 
 /// The hypothesis that the object of a static feature moves, after the association of a scan.
-pub(super) fn moving_hypothesis<T, P, V, Y>(
+pub(super) fn moving_hypothesis<T: Real, P: Pose<Scalar = T>, V: Movers<P>, Y>(
     movers: &V,
     index: usize,
     table: &[AssociationRow<T>],
     measurements: &[Y],
-) -> MovingHypothesis<T>
-where
-    T: Real,
-    P: Pose<Scalar = T>,
-    V: Movers<P>,
-{
+) -> MovingHypothesis<T> {
     let track = movers.kept().iter().enumerate().find(|(_, mover)| usize::from(mover.static_index) == index);
     track.map_or(MovingHypothesis::NOTHING, |(own, mover)| MovingHypothesis {
         expected: mover.detection * mover.weight(),

@@ -144,12 +144,11 @@ pub(super) fn walk_archive<P: Pose>(entries: &[Entry<P>], index: &Index, visit: 
 }
 
 /// Reads an archive from a snapshot with this number of features. The caller must audit the result.
-pub(super) fn fill_archive<T, P, S, E>(view: &mut ArchiveView<'_, P>, features: usize, from: &mut Reader<'_, S, E>)
-where
-    T: Real,
-    P: Pose<Scalar = T>,
-    S: FnMut(usize, &mut [u8]) -> Result<(), E>,
-{
+pub(super) fn fill_archive<T: Real, P: Pose<Scalar = T>, S: FnMut(usize, &mut [u8]) -> Result<(), E>, E>(
+    view: &mut ArchiveView<'_, P>,
+    features: usize,
+    from: &mut Reader<'_, S, E>,
+) {
     let ArchiveView { index, entries, .. } = view;
     index.len = features.min(entries.len());
     (index.next_submap, index.tried) = (from.word(), from.word());
@@ -198,12 +197,11 @@ pub(super) fn walk_movers<P: Pose>(movers: &[Mover<P>], common: &Common<P>, visi
 }
 
 /// Reads the tracks from a snapshot with this number of tracks. The caller must audit the result.
-pub(super) fn fill_movers<T, P, S, E>(tracks: &mut Tracks<'_, P>, movers: usize, from: &mut Reader<'_, S, E>)
-where
-    T: Real,
-    P: Pose<Scalar = T>,
-    S: FnMut(usize, &mut [u8]) -> Result<(), E>,
-{
+pub(super) fn fill_movers<T: Real, P: Pose<Scalar = T>, S: FnMut(usize, &mut [u8]) -> Result<(), E>, E>(
+    tracks: &mut Tracks<'_, P>,
+    movers: usize,
+    from: &mut Reader<'_, S, E>,
+) {
     tracks.common.len = movers.min(tracks.movers.len());
     tracks.common.process_noise = Symmetric::from_fn(|_, _| from.scalar());
     for mover in tracks.kept_mut() {

@@ -1,7 +1,8 @@
-//! A person who walks among landmarks: the effect on a joint map, and the moving-object tracks in every operation of
-//! the filter.
+//! A person who walks among landmarks: the effect on a joint map, and the moving-object tracks in every operation of the filter.
 
+use super::course::{self, Course, motion};
 use super::movers::{Mover, Movers};
+use crate::tests::alone::Lidar;
 use crate::*;
 use nalgebra::{Vector2, Vector4};
 use std::boxed::Box;
@@ -9,76 +10,12 @@ use std::vec::Vec;
 
 type Pose64 = PlanarPose<f64>;
 type Moved<'s, M> = JointSlam<'s, M, Vector2<f64>, NoArchive, Tracked<'s, Pose64>>;
-type Lidar<T> = Detector<Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>>;
-
-fn lidar<T: Real>(of_moving: f64) -> Lidar<T> {
-    let real = T::from_f64;
-    let window = RangeBearingWindow::full_circle(real(20.0), real(0.9)).unwrap();
-    let sensing = Sensing {
-        sensor: RangeBearing::new(real(0.1), real(0.01)).unwrap(),
-        field_of_view: window,
-        clutter: UniformClutter::of_scan(real(1.0), window.measure()).unwrap(),
-    };
-    Detector::new(sensing, Births { of_static: real(1e-3), of_moving: real(of_moving) }).unwrap()
+fn lidar(of_moving: f64) -> Detector<Lidar<f64>> {
+    course::lidar(1.0, Births { of_static: 1e-3, of_moving })
 }
 
 const ROOM: usize = 48;
 type Car = JointState<Pose64, Vector2<f64>, ROOM, { joint_numbers(3, 2, ROOM) }, 32>;
-
-fn motion() -> Unicycle<f64> {
-    Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.05)).unwrap()
-}
-
-/// A vehicle on a circle of 8 m radius among twelve landmarks, and a person who walks back and forth over two of them.
-struct Place {
-    pose: Pose64,
-    draws: Noise,
-    t_s: f64,
-    walks: bool,
-}
-
-impl Place {
-    fn new(seed: u64, walks: bool) -> Self {
-        Self {
-            pose: PlanarPose::new(8.0, 0.0, core::f64::consts::FRAC_PI_2),
-            draws: Noise::seeded(seed),
-            t_s: 0.0,
-            walks,
-        }
-    }
-
-    fn landmark(k: usize) -> Vector2<f64> {
-        let angle = k as f64 * core::f64::consts::TAU / 12.0;
-        Vector2::new(angle.cos(), angle.sin()) * if k.is_multiple_of(2) { 12.0 } else { 4.0 }
-    }
-
-    /// Position of the walker: from (0, 6) over landmark 3 at (0, 4) and landmark 9 at (0, −4) to (0, −6) in 12 s, and
-    /// back.
-    fn walker(&self) -> Vector2<f64> {
-        let phase = (self.t_s / 12.0).rem_euclid(2.0);
-        Vector2::new(0.0, 6.0 - 12.0 * if phase < 1.0 { phase } else { 2.0 - phase })
-    }
-
-    fn step(&mut self) -> (UnicycleControl<f64>, Vec<Vector2<f64>>) {
-        let real = Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap();
-        self.pose = real.propagate(&self.pose, &UnicycleControl { speed_mps: 2.0, rate_radps: 0.25 }, 0.1);
-        self.t_s += 0.1;
-        let mut draw = || self.draws.normal::<f64>();
-        let odometry = UnicycleControl { speed_mps: 2.0 + 0.1 * draw(), rate_radps: 0.25 + 0.05 * draw() };
-        let mut seen = Vec::new();
-        let walker = self.walks.then(|| self.walker());
-        for at in (0..12).map(Self::landmark).chain(walker) {
-            let (dx, dy) = (at.x - self.pose.x_m, at.y - self.pose.y_m);
-            let noise = [0.1 * self.draws.normal::<f64>(), 0.01 * self.draws.normal::<f64>()];
-            if self.draws.uniform::<f64>() < 0.9 {
-                seen.push(Vector2::new(dx.hypot(dy) + noise[0], wrap(dy.atan2(dx) - self.pose.heading_rad + noise[1])));
-            }
-        }
-        let (range, turn) = (20.0 * self.draws.uniform::<f64>(), self.draws.uniform::<f64>());
-        seen.push(Vector2::new(range.max(0.1), wrap(core::f64::consts::TAU * turn)));
-        (odometry, seen)
-    }
-}
 
 /// Number of scans after which the tracks are scored.
 const SETTLED: usize = 50;
@@ -102,11 +39,11 @@ fn drive(seed: u64, walks: bool, of_moving: f64) -> Score {
     let (mut state, mut movers) = (Box::new(Car::new()), JointMovers::<_, 32>::new());
     let slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
     let mut slam = slam.with_movers(&mut movers, MovingConfig::walkers()).unwrap();
-    let mut place = Place::new(seed, walks);
+    let mut place = Course::new(seed, walks, 1);
     slam.reset(place.pose).unwrap();
     let (mut score, mut squares, scans) = (Score::default(), 0.0, 480);
     for scan in 0..scans {
-        let (odometry, seen) = place.step();
+        let (odometry, seen) = place.step(|_| false);
         slam.predict(&odometry, 0.1).unwrap();
         slam.scan(&lidar(of_moving), &seen).unwrap();
         squares += slam.estimate_pose().unwrap().mean.distance_m(&place.pose).powi(2);
@@ -123,7 +60,7 @@ fn drive(seed: u64, walks: bool, of_moving: f64) -> Score {
     score.pose_m = (squares / f64::from(scans as u32)).sqrt();
     score.ghosts = slam.features().count().saturating_sub(12);
     score.off_m = (0..12).fold(0.0, |most: f64, k| {
-        let distances = slam.features().map(|feature| (feature.mean - Place::landmark(k)).norm());
+        let distances = slam.features().map(|feature| (feature.mean - Course::landmark(k)).norm());
         most.max(distances.fold(f64::INFINITY, f64::min))
     });
     score
@@ -170,11 +107,11 @@ fn without_births_of_tracks_the_result_is_the_same() {
     let slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
     let mut slam = slam.with_movers(&mut movers, MovingConfig::walkers()).unwrap();
     let mut alone = JointSlam::new(motion(), JointConfig::default(), &mut *alone).unwrap();
-    let mut place = Place::new(3, true);
+    let mut place = Course::new(3, true, 1);
     slam.reset(place.pose).unwrap();
     alone.reset(place.pose).unwrap();
     for _ in 0..100 {
-        let (odometry, seen) = place.step();
+        let (odometry, seen) = place.step(|_| false);
         slam.predict(&odometry, 0.1).unwrap();
         alone.predict(&odometry, 0.1).unwrap();
         let (a, b) = (slam.scan(&lidar(0.0), &seen).unwrap(), alone.scan(&lidar(0.0), &seen).unwrap());
@@ -183,11 +120,11 @@ fn without_births_of_tracks_the_result_is_the_same() {
     }
 }
 
-fn with_a_walker<R>(work: impl FnOnce(&mut Moved<'_, Unicycle<f64>>, &mut Place) -> R) -> R {
+fn with_a_walker<R>(work: impl FnOnce(&mut Moved<'_, Unicycle<f64>>, &mut Course) -> R) -> R {
     let (mut state, mut movers) = (Box::new(Car::new()), JointMovers::<_, 32>::new());
     let slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
     let mut slam = slam.with_movers(&mut movers, MovingConfig::walkers()).unwrap();
-    let mut place = Place::new(1, true);
+    let mut place = Course::new(1, true, 1);
     slam.reset(place.pose).unwrap();
     for _ in 0..60 {
         go(&mut slam, &mut place);
@@ -196,8 +133,8 @@ fn with_a_walker<R>(work: impl FnOnce(&mut Moved<'_, Unicycle<f64>>, &mut Place)
     work(&mut slam, &mut place)
 }
 
-fn go(slam: &mut Moved<'_, Unicycle<f64>>, place: &mut Place) {
-    let (odometry, seen) = place.step();
+fn go(slam: &mut Moved<'_, Unicycle<f64>>, place: &mut Course) {
+    let (odometry, seen) = place.step(|_| false);
     slam.predict(&odometry, 0.1).unwrap();
     slam.scan(&lidar(5e-4), &seen).unwrap();
 }
@@ -215,7 +152,7 @@ fn a_snapshot_contains_the_tracks_and_the_filter_continues_with_the_same_bits() 
         assert_eq!(other.restore(7, from_slice(bytes)), Ok(len));
         assert_eq!((other.digest(), other.seal()), (slam.digest(), slam.seal()));
         for _ in 0..40 {
-            let (odometry, seen) = place.step();
+            let (odometry, seen) = place.step(|_| false);
             slam.predict(&odometry, 0.1).unwrap();
             other.predict(&odometry, 0.1).unwrap();
             assert_eq!(slam.scan(&lidar(5e-4), &seen), other.scan(&lidar(5e-4), &seen));
@@ -267,7 +204,7 @@ fn localise_updates_tracks_and_leaves_the_map_unchanged() {
         slam.load_map(&map).unwrap();
         let (mut found, scans) = (0, 60);
         for scan in 0..scans + 10 {
-            let (odometry, seen) = place.step();
+            let (odometry, seen) = place.step(|_| false);
             slam.predict(&odometry, 0.1).unwrap();
             slam.localise(&lidar(5e-4), &seen).unwrap();
             let near =

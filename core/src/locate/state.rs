@@ -77,7 +77,6 @@ pub(super) struct Memory<'s, T: Real> {
 
 impl<T: Real, const FEATURES: usize, const HYPOTHESES: usize> LocatorState<T, FEATURES, HYPOTHESES> {
     /// A state without a map. Invalid capacities do not compile.
-    #[must_use]
     pub const fn new() -> Self {
         const {
             assert!(FEATURES >= 3, "a pose is determined by three landmarks or more");
@@ -112,12 +111,6 @@ impl<T: Real, const FEATURES: usize, const HYPOTHESES: usize> LocatorState<T, FE
             taken: &mut self.taken,
             hypotheses: &mut self.hypotheses,
         }
-    }
-}
-
-impl<T: Real, const FEATURES: usize, const HYPOTHESES: usize> Default for LocatorState<T, FEATURES, HYPOTHESES> {
-    fn default() -> Self {
-        Self::new()
     }
 }
 

@@ -42,7 +42,6 @@ impl<T: Real, N: Vector<Scalar = T>> Component<N> {
 
     /// The position: the first coordinates of the mean.
     #[inline]
-    #[must_use]
     pub fn position<D: Vector<Scalar = T>>(&self) -> D {
         D::with(|row| self.mean.at(row))
     }
@@ -67,7 +66,6 @@ impl<T: Real, N: Vector<Scalar = T>, Z: Vector<Scalar = T>> Correction<N, Z> {
     ///
     /// `h` applies to the first coordinates; `factor` is that of S = H P Hᵀ + R.
     #[inline]
-    #[must_use]
     pub fn new<D: Vector<Scalar = T>>(
         covariance: &Symmetric<N>,
         h: &Linear<Z, D>,
@@ -98,7 +96,6 @@ impl<T: Real, N: Vector<Scalar = T>, Z: Vector<Scalar = T>> Correction<N, Z> {
 
     /// Whether the corrected covariance had to be repaired.
     #[inline]
-    #[must_use]
     pub fn repaired(&self) -> bool {
         self.repaired
     }

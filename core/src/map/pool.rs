@@ -12,13 +12,11 @@ impl PageId {
     pub(crate) const ZERO: Self = Self(0);
 
     /// The page with this index.
-    #[must_use]
     pub fn of(index: u16) -> Self {
         Self(index)
     }
 
     /// The index of the page in its pool.
-    #[must_use]
     pub fn index(self) -> usize {
         usize::from(self.0)
     }
@@ -64,7 +62,7 @@ pub struct Pool<'s, F: Feature> {
     free_len: &'s mut u16,
 }
 
-impl<'s, F: Feature> Pool<'s, F> {
+impl<'s, F: Feature + Feature<Position: Vector<Scalar: Real>> + Feature<Position: Vector<Scalar: Real>>> Pool<'s, F> {
     /// A pool without pages.
     pub(crate) fn none(free_len: &'s mut u16) -> Self {
         Self { pages: &mut [], references: &mut [], free: &mut [], free_len }
@@ -125,10 +123,7 @@ impl<'s, F: Feature> Pool<'s, F> {
     }
 
     /// Copies a page to a page that a map holds.
-    pub(crate) fn write(&mut self, id: PageId, other: &Page<F>)
-    where
-        F: Feature<Position: Vector<Scalar: Real>>,
-    {
+    pub(crate) fn write(&mut self, id: PageId, other: &Page<F>) {
         if let Some(page) = self.held(id.index()) {
             page.copy_from(other);
         }
@@ -172,10 +167,7 @@ impl<'s, F: Feature> Pool<'s, F> {
     }
 
     /// Allocates a page and copies a held page to it; `None` if no page is free.
-    pub(crate) fn take_copy(&mut self, of: PageId) -> Option<PageId>
-    where
-        F: Feature<Position: Vector<Scalar: Real>>,
-    {
+    pub(crate) fn take_copy(&mut self, of: PageId) -> Option<PageId> {
         let (id, _) = self.take()?;
         if let Ok([copy, page]) = self.pages.get_disjoint_mut([id.index(), of.index()]) {
             copy.copy_from(page);

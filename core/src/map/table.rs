@@ -455,8 +455,7 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         copy
     }
 
-    /// Keeps the pages of a row, from index `first` on, that satisfy `keep`, and moves the others to `replaced`, in
-    /// order.
+    /// Keeps the pages of a row, from index `first` on, that satisfy `keep`, and moves the others to `replaced`, in order.
     fn retain(&mut self, row: usize, first: usize, mut keep: impl FnMut(PageId) -> bool) {
         let start = self.start(row);
         let Some(head) = self.rows.get_mut(row) else { return };

@@ -12,8 +12,7 @@ pub(crate) enum Origin<T> {
     Outside,
     /// In view and missed.
     Missed,
-    /// As `Missed`, for a confirmed component: the weight that it keeps depends on its detections, which follow. ln of w (1 −
-    /// p_D).
+    /// As `Missed`, for a confirmed component: the weight that it keeps depends on its detections, which follow. ln of w (1 − p_D).
     Remembered { ln_missed: T },
     /// Detected by the measurement with this index, at this squared Mahalanobis distance.
     Detected { measurement: u16, distance: T },
@@ -327,8 +326,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         self.in_view = kept;
     }
 
-    /// All components, and their indices sorted by bucket, below [`BUCKETS`](crate::numerics::sort::BUCKETS). The keys are not
-    /// set.
+    /// All components, and their indices sorted by bucket, below [`BUCKETS`](crate::numerics::sort::BUCKETS). The keys are not set.
     #[inline(never)]
     pub(crate) fn in_order(&mut self, bucket: impl Fn(&Component<N>) -> usize) -> (&[Entry<N>], &[Ranked]) {
         let capacity = self.entries.len();

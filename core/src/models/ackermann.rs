@@ -165,13 +165,7 @@ impl<T: Real> ByOdometry for Ackermann<T> {
         AckermannControl { speed_mps, steering_rad }
     }
 
-    fn by_odometry(
-        &self,
-        pose: &PlanarPose<T>,
-        control: &Self::Control,
-        corrected: &Self::Control,
-        dt: T,
-    ) -> Matrix3<T> {
+    fn by_odometry(&self, pose: &Self::Pose, control: &Self::Control, corrected: &Self::Control, dt: T) -> Matrix3<T> {
         let by_control = self.attitude(pose.heading_rad).by_control(&self.centreline(corrected), dt);
         by_control * OdometryCorrection::by_itself([control.speed_mps, control.steering_rad])
     }
@@ -180,9 +174,8 @@ impl<T: Real> ByOdometry for Ackermann<T> {
 #[cfg(test)]
 mod tests {
     use super::{Ackermann, AckermannControl, AckermannGeometry};
-    use crate::models::testing::check_linearised;
-    use crate::{ControlNoise, Motion, Noise, PlanarPose, Pose};
-    use nalgebra::Matrix3;
+    use crate::models::testing::{check_linearised, check_samples};
+    use crate::{ControlNoise, Motion, PlanarPose};
 
     fn victoria_park(noise: ControlNoise<f64>) -> Ackermann<f64> {
         let geometry =
@@ -236,25 +229,11 @@ mod tests {
     /// the tangent.
     #[test]
     fn samples_of_correlated_errors_have_the_linearised_covariance() {
-        let runs = 20_000;
         for (interval_s, dt) in [(1.0, 0.025), (3.0, 0.025), (0.5, 1.0)] {
             let noise = ControlNoise { interval_s, speed_sigma_ratio: 0.1, ..ControlNoise::white(0.1, 0.05) };
-            let car = victoria_park(noise);
             for steering_rad in [-0.5, 0.0, 0.3, 0.5] {
                 let control = AckermannControl { speed_mps: 5.0, steering_rad };
-                let pose = PlanarPose::new(3.0, -2.0, 0.7);
-                let mean = car.propagate(&pose, &control, dt);
-                let expected = car.linearise(&pose, &control, dt).noise.to_matrix();
-                let (mut draws, mut covariance) = (Noise::seeded(7), Matrix3::zeros());
-                for _ in 0..runs {
-                    let off = car.sample(&pose, &control, dt, &mut draws).difference(&mean);
-                    covariance += off * off.transpose() / f64::from(runs);
-                }
-                for (row, column) in (0..3).flat_map(|row| (0..3).map(move |column| (row, column))) {
-                    let scale = (expected[(row, row)] * expected[(column, column)]).sqrt();
-                    let error = (covariance[(row, column)] - expected[(row, column)]).abs();
-                    assert!(error < 0.05 * scale, "{interval_s} {dt} {steering_rad}: {covariance} {expected}");
-                }
+                check_samples(&victoria_park(noise), &PlanarPose::new(3.0, -2.0, 0.7), &control, dt, (20_000, 0.05));
             }
         }
     }

@@ -232,8 +232,9 @@ impl<T: Real> Motion for Auv<T> {
 #[cfg(test)]
 mod tests {
     use super::{Auv, AuvControl, AuvPose, Reading};
-    use crate::{Motion, Noise, Pose, Symmetric};
-    use nalgebra::{SMatrix, SVector, Vector3};
+    use crate::models::testing::check_samples;
+    use crate::{Motion, Pose, Symmetric};
+    use nalgebra::{SVector, Vector3};
 
     const POSE: AuvPose<f64> =
         AuvPose { x_m: 1.0, y_m: -2.0, z_m: -3.0, yaw_rad: 3.0, yaw_rate_radps: 0.4, roll_rad: 0.2, pitch_rad: -0.3 };
@@ -306,20 +307,7 @@ mod tests {
     fn samples_have_the_linearised_covariance() {
         let auv = Auv::new(0.5, 0.4).unwrap();
         for aided in [false, true] {
-            let (control, mut noise) = (control(aided), Noise::seeded(5));
-            let mean = auv.propagate(&POSE, &control, 0.1);
-            let expected = auv.linearise(&POSE, &control, 0.1).noise.to_matrix();
-            let runs = 40_000;
-            let mut covariance = SMatrix::<f64, 5, 5>::zeros();
-            for _ in 0..runs {
-                let off = auv.sample(&POSE, &control, 0.1, &mut noise).difference(&mean);
-                covariance += off * off.transpose() / f64::from(runs);
-            }
-            for (row, column) in (0..5).flat_map(|row| (0..5).map(move |column| (row, column))) {
-                let scale = (expected[(row, row)] * expected[(column, column)]).sqrt();
-                let error = (covariance[(row, column)] - expected[(row, column)]).abs();
-                assert!(error < 0.03 * scale, "{aided}: {row} {column}: {covariance} {expected}");
-            }
+            check_samples(&auv, &POSE, &control(aided), 0.1, (40_000, 0.03));
         }
     }
 

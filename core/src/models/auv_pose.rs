@@ -31,13 +31,11 @@ pub struct AuvPose<T> {
 
 impl<T: Real> AuvPose<T> {
     /// The pose of a level vehicle at rest, from its position (m) and yaw (rad).
-    #[must_use]
     pub const fn new(x_m: T, y_m: T, z_m: T, yaw_rad: T) -> Self {
         Self { x_m, y_m, z_m, yaw_rad, yaw_rate_radps: T::ZERO, roll_rad: T::ZERO, pitch_rad: T::ZERO }
     }
 
     /// Position, m.
-    #[must_use]
     pub fn position(&self) -> Vector3<T> {
         Vector3::new(self.x_m, self.y_m, self.z_m)
     }
@@ -178,7 +176,6 @@ pub struct BodyFrame<T: Real> {
 
 impl<T: Real> BodyFrame<T> {
     /// The frame of a pose.
-    #[must_use]
     pub fn of(pose: &AuvPose<T>) -> Self {
         Self { position: pose.position(), rotation: rotation(pose.roll_rad, pose.pitch_rad, pose.yaw_rad) }
     }

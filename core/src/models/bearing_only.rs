@@ -1,6 +1,9 @@
 //! Bearing-only sensor in the plane, whose measurement cannot be inverted (5.2.1).
 
-use super::{Expected, FieldOfView, Inverse, ModelError, PlanarFrame, PlanarPose, RangeBearingWindow, Sensor, require};
+use super::{
+    Expected, ExpectedOf, FieldOfView, InverseOf, ModelError, PlanarFrame, PlanarPose, RangeBearingWindow, Sensor,
+    require,
+};
 use crate::{Bounds, Component, Real, Symmetric, Vector, wrap};
 use core::fmt::Debug;
 use nalgebra::{RowVector2, SMatrix, SVector, Vector1, Vector2};
@@ -60,7 +63,7 @@ impl<T: Real, B: BirthIntensity<PlanarFrame<T>, Vector2<T>>> Sensor for BearingO
     }
 
     #[inline]
-    fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 2>) -> Option<Expected<Vector2<T>, Vector1<T>>> {
+    fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 2>) -> Option<ExpectedOf<Self>> {
         let [[dx, dy]] = (feature - frame.position).data.0;
         let squared = dx * dx + dy * dy;
         // The comparison is written so that NaN fails it.
@@ -87,17 +90,12 @@ impl<T: Real, B: BirthIntensity<PlanarFrame<T>, Vector2<T>>> Sensor for BearingO
     }
 
     /// `None`: any range is possible.
-    fn invert(&self, _frame: &Self::Frame, _measured: &SVector<T, 1>) -> Option<Inverse<Vector2<T>, Vector1<T>>> {
+    fn invert(&self, _frame: &Self::Frame, _measured: &SVector<T, 1>) -> Option<InverseOf<Self>> {
         None
     }
 
     #[inline]
-    fn by_pose(
-        &self,
-        frame: &Self::Frame,
-        feature: &SVector<T, 2>,
-        expected: &Expected<Vector2<T>, Vector1<T>>,
-    ) -> SMatrix<T, 1, 3> {
+    fn by_pose(&self, frame: &Self::Frame, feature: &SVector<T, 2>, expected: &ExpectedOf<Self>) -> SMatrix<T, 1, 3> {
         frame.by_pose(&expected.jacobian, feature)
     }
 }
@@ -143,20 +141,15 @@ pub struct PolarBirths<T> {
     grid: PolarGrid<T>,
 }
 
-/// Checks that the ranges of births are in order, and their squares within single precision.
-pub(super) fn check_ranges<T: Real>(nearest_m: T, farthest_m: T) -> Result<(), ModelError> {
-    require(nearest_m >= T::from_f64(1e-9), "nearest_m", "at least 1e-9 m")?;
-    let holds = farthest_m > nearest_m && farthest_m <= T::from_f64(1e9);
-    require(holds, "farthest_m", "above nearest_m and at most 1e9 m")
-}
-
 impl<T: Real> PolarBirths<T> {
     /// The birth intensity of this grid.
     ///
     /// # Errors
     /// 1e-9 m ≤ nearest < farthest ≤ 1e9 m; at least two rings and one sector; a weight between 0 and 1e6.
     pub fn new(grid: PolarGrid<T>) -> Result<Self, ModelError> {
-        check_ranges(grid.nearest_m, grid.farthest_m)?;
+        require(grid.nearest_m >= T::from_f64(1e-9), "nearest_m", "at least 1e-9 m")?;
+        let holds = grid.farthest_m > grid.nearest_m && grid.farthest_m <= T::from_f64(1e9);
+        require(holds, "farthest_m", "above nearest_m and at most 1e9 m")?;
         require(grid.rings >= 2, "rings", "at least 2")?;
         require(grid.sectors >= 1, "sectors", "at least 1")?;
         require(grid.weight >= T::ZERO && grid.weight <= T::from_f64(1e6), "weight", "between 0 and 1e6")?;
@@ -191,10 +184,11 @@ impl<T: Real> BirthIntensity<PlanarFrame<T>, Vector2<T>> for PolarBirths<T> {
 #[cfg(test)]
 mod tests {
     use super::{BearingOnly, BirthIntensity, PolarBirths, PolarGrid};
+    use crate::models::testing::check_sensor;
     use crate::tests::alone::{Alone, Models};
     use crate::{
-        Births, Component, Config, KnownPose, MapMemory, Noise, PlanarFrame, PlanarPose, RangeBearingWindow, Sensor,
-        State, Static, UniformClutter, wrap,
+        Births, Component, Config, KnownPose, MapMemory, Noise, PlanarFrame, PlanarPose, RangeBearingWindow, Sensing,
+        Sensor, State, Static, UniformClutter, wrap,
     };
     use nalgebra::{Vector1, Vector2};
     use std::boxed::Box;
@@ -209,18 +203,11 @@ mod tests {
     #[test]
     fn derivatives_agree_with_differences() {
         let sensor = BearingOnly::new(0.01, births()).unwrap();
-        let frame = sensor.frame(&PlanarPose::new(1.0, -2.0, 2.9));
+        let pose = PlanarPose::new(1.0, -2.0, 2.9);
+        let frame = sensor.frame(&pose);
         for step in 0..20 {
             let angle = 0.31 * f64::from(step);
-            let feature = frame.position + Vector2::new(angle.cos(), angle.sin()) * 7.0;
-            let seen = sensor.expect(&frame, &feature).unwrap();
-            for k in 0..2 {
-                let mut offset = Vector2::zeros();
-                offset[k] = 1e-6;
-                let bearing = |offset| sensor.expect(&frame, &(feature + offset)).unwrap().measurement[0];
-                let slope = wrap(bearing(offset) - bearing(-offset)) / 2e-6;
-                assert!((slope - seen.jacobian[k]).abs() < 1e-8);
-            }
+            check_sensor(&sensor, &pose, &(frame.position + Vector2::new(angle.cos(), angle.sin()) * 7.0), 1e-8);
         }
         assert!(sensor.expect(&frame, &frame.position).is_none());
         assert_eq!(BearingOnly::new(0.0, births()).unwrap_err().field, "bearing_sigma_rad");
@@ -260,12 +247,12 @@ mod tests {
     #[test]
     fn bearings_from_many_places_make_a_map() {
         let landmarks = [Vector2::new(8.0, 6.0), Vector2::new(12.0, -5.0), Vector2::new(3.0, -9.0)];
-        let models = Models {
-            motion: KnownPose::new(),
+        let sensing = Sensing {
             sensor: BearingOnly::new(0.01, births()).unwrap(),
             field_of_view: RangeBearingWindow::full_circle(30.0, 0.95).unwrap(),
             clutter: UniformClutter::of_scan(1.0, core::f64::consts::TAU).unwrap(),
         };
+        let models = Models { motion: KnownPose::new(), sensing };
         let config = Config { particles: 1, prune_weight: 1e-5, extraction_weight: 0.5, ..Config::default() };
         type Memory = State<PlanarPose<f64>, 1, 1, MapMemory<Static<Vector2<f64>>, 1, 128, 128, 2048>>;
         let mut state = Box::new(Memory::new());

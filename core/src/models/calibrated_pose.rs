@@ -50,7 +50,6 @@ pub struct CalibratedPose<T> {
 
 impl<T: Real> CalibratedPose<T> {
     /// A pose without odometry correction.
-    #[must_use]
     pub const fn at(vehicle: PlanarPose<T>) -> Self {
         Self { vehicle, odometry: OdometryCorrection::NONE }
     }

@@ -61,7 +61,6 @@ impl<T: Real> UniformClutter<T> {
     }
 
     /// κ, per unit of measurement space.
-    #[must_use]
     pub fn intensity(&self) -> T {
         self.ln_intensity.exp()
     }

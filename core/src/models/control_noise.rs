@@ -32,7 +32,6 @@ impl<T: Real> ControlNoise<T> {
 
     /// White noise with constant standard deviations, one draw per prediction, as in the thesis: of the speed, m/s, and of the
     /// second control (steering angle, rad, or turn rate, rad/s).
-    #[must_use]
     pub const fn white(speed_sigma_mps: T, turn_sigma: T) -> Self {
         Self { speed_sigma_mps, speed_sigma_ratio: T::ZERO, turn_sigma, turn_sigma_ratio: T::ZERO, interval_s: T::ZERO }
     }
@@ -40,7 +39,6 @@ impl<T: Real> ControlNoise<T> {
     /// Preset for a wheeled vehicle whose noise is unknown: 0.02 m/s and 10 % of the speed, 0.02 rad/s (or rad of steering) and 10
     /// % of it, each with a correlation time of half a second. The constant parts matter on straight paths, where the relative
     /// noise of a turn rate near zero vanishes. The simulator, C and Python have the same defaults.
-    #[must_use]
     pub fn wheeled() -> Self {
         let of = T::from_f64;
         Self {
@@ -52,7 +50,6 @@ impl<T: Real> ControlNoise<T> {
     }
 
     /// Whether there is no noise: the predicted pose is then that of the odometry.
-    #[must_use]
     pub fn is_none(&self) -> bool {
         [self.speed_sigma_mps, self.speed_sigma_ratio, self.turn_sigma, self.turn_sigma_ratio]
             .iter()

@@ -149,13 +149,7 @@ impl<T: Real> ByOdometry for Holonomic<T> {
         HolonomicControl { forward_mps, left_mps, rate_radps }
     }
 
-    fn by_odometry(
-        &self,
-        pose: &PlanarPose<T>,
-        control: &Self::Control,
-        corrected: &Self::Control,
-        dt: T,
-    ) -> Matrix3<T> {
+    fn by_odometry(&self, pose: &Self::Pose, control: &Self::Control, corrected: &Self::Control, dt: T) -> Matrix3<T> {
         let by_control = Displacement::of(pose.heading_rad, corrected, dt).by_control(dt);
         let &HolonomicControl { forward_mps, left_mps, rate_radps } = control;
         let zero = T::ZERO;
@@ -166,9 +160,9 @@ impl<T: Real> ByOdometry for Holonomic<T> {
 #[cfg(test)]
 mod tests {
     use super::{Holonomic, HolonomicControl};
-    use crate::models::testing::check_linearised;
-    use crate::{ControlNoise, Motion, Noise, PlanarPose, Pose, Step, Symmetric, Unicycle, UnicycleControl};
-    use nalgebra::{Matrix3, Vector3};
+    use crate::models::testing::{check_linearised, check_samples};
+    use crate::{ControlNoise, Motion, PlanarPose, Pose, Step, Symmetric, Unicycle, UnicycleControl};
+    use nalgebra::Vector3;
 
     fn control([forward_mps, left_mps, rate_radps]: [f64; 3]) -> HolonomicControl<f64> {
         HolonomicControl { forward_mps, left_mps, rate_radps }
@@ -250,19 +244,7 @@ mod tests {
     fn samples_have_the_linearised_covariance() {
         let robot = Holonomic::new(ControlNoise { interval_s: 0.4, ..NOISE }).unwrap();
         let (pose, told) = (PlanarPose::new(5.0, -7.0, 0.6), control([0.8, -0.5, 0.6]));
-        let mean = robot.propagate(&pose, &told, 0.1);
-        let expected = robot.linearise(&pose, &told, 0.1).noise.to_matrix();
-        let (mut noise, runs) = (Noise::seeded(5), 40_000);
-        let mut covariance = Matrix3::zeros();
-        for _ in 0..runs {
-            let off = robot.sample(&pose, &told, 0.1, &mut noise).difference(&mean);
-            covariance += off * off.transpose() / f64::from(runs);
-        }
-        for (row, column) in (0..3).flat_map(|row| (0..3).map(move |column| (row, column))) {
-            let scale = (expected[(row, row)] * expected[(column, column)]).sqrt();
-            let error = (covariance[(row, column)] - expected[(row, column)]).abs();
-            assert!(error < 0.03 * scale, "{row} {column}: {covariance} {expected}");
-        }
+        check_samples(&robot, &pose, &told, 0.1, (40_000, 0.03));
     }
 
     #[test]

@@ -21,7 +21,6 @@ pub struct KnownPose<P>(PhantomData<P>);
 
 impl<P> KnownPose<P> {
     /// A vehicle with this type of pose.
-    #[must_use]
     pub const fn new() -> Self {
         Self(PhantomData)
     }

@@ -57,9 +57,7 @@ pub use self_calibrating::{ByOdometry, OdometryPrior, SelfCalibrating};
 pub(crate) use sensing::OnVehicle;
 pub use sensing::{MeasurementModel, Sensing};
 pub use sensor::{Expected, ExpectedOf, Inverse, InverseOf, Sensor};
-pub use sonar::{
-    BearingElevation, RangeBearingElevation, RangeOnly, SonarLimits, SonarWindow, SphericalBirths, SphericalGrid,
-};
+pub use sonar::{RangeBearingElevation, SonarLimits, SonarWindow};
 pub use stereo_camera::{StereoCamera, StereoFrame, pixel_noise, projection};
 pub use stereo_frustum::{FrustumLimits, StereoFrustum};
 pub use unicycle::{Step, Unicycle, UnicycleControl};
@@ -79,7 +77,6 @@ pub struct ModelError {
 
 impl ModelError {
     /// The error for the `check` of a user's model: the parameter and its valid range.
-    #[must_use]
     pub const fn new(field: &'static str, range: &'static str) -> Self {
         Self { field, range }
     }

@@ -58,13 +58,11 @@ impl<T: Real> Mounting<T> {
     }
 
     /// Position ahead, to the left and upwards, m.
-    #[must_use]
     pub fn position_m(&self) -> [T; 3] {
         [self.forward_m, self.left_m, self.up_m]
     }
 
     /// Roll, pitch, yaw, rad.
-    #[must_use]
     pub fn angles_rad(&self) -> [T; 3] {
         [self.roll_rad, self.pitch_rad, self.yaw_rad]
     }
@@ -74,7 +72,7 @@ impl<T: Real> Mounting<T> {
 mod tests {
     use super::Mounting;
     use crate::models::Mounted;
-    use crate::models::testing::check_in_space;
+    use crate::models::testing::check_sensor;
     use crate::{
         Ackermann, AckermannControl, AckermannGeometry, AuvPose, ControlNoise, Motion, PlanarPose, Pose, RangeBearing,
         RangeBearingElevation, Sensor, rotation,
@@ -100,24 +98,12 @@ mod tests {
 
     #[test]
     fn derivatives_by_the_vehicles_pose_agree_with_differences() {
-        const STEP: f64 = 1e-6;
         let lidar = RangeBearing::new(0.1, 0.01).unwrap();
         for (forward, left, yaw) in [(0.22, 0.0, 0.52), (-3.0, 1.0, 3.1), (0.0, 0.0, -6.0)] {
             let mounting = Some(Mounting::in_plane(forward, left, yaw).unwrap());
             let mounted = Mounted { sensor: &lidar, mounting };
             for heading in [-3.1, 0.3, 2.0] {
-                let (pose, feature) = (PlanarPose::new(3.0, -2.0, heading), Vector2::new(9.0, 4.0));
-                let frame = mounted.frame(&pose);
-                let slope = mounted.by_pose(&frame, &feature, &mounted.expect(&frame, &feature).unwrap());
-                for k in 0..3 {
-                    let at = |step: f64| {
-                        let mut by = Vector3::zeros();
-                        by[k] = step;
-                        mounted.expect(&mounted.frame(&pose.displaced(&by)), &feature).unwrap().measurement
-                    };
-                    let difference = mounted.innovation(&at(STEP), &at(-STEP)) / (2.0 * STEP);
-                    assert!((difference - slope.column(k)).norm() < 1e-7, "{difference} {slope}");
-                }
+                check_sensor(&mounted, &PlanarPose::new(3.0, -2.0, heading), &Vector2::new(9.0, 4.0), 1e-7);
             }
         }
     }
@@ -129,7 +115,7 @@ mod tests {
             let mounting = Some(Mounting::in_space([0.4, -0.2, 0.3], angles).unwrap());
             let mounted = Mounted { sensor: &sonar, mounting };
             let pose = AuvPose { roll_rad: 0.2, pitch_rad: -0.1, ..AuvPose::new(1.0, -2.0, 3.0, 0.7) };
-            check_in_space(&mounted, &pose, &Vector3::new(4.0, 1.5, 1.0), 1e-7);
+            check_sensor(&mounted, &pose, &Vector3::new(4.0, 1.5, 1.0), 1e-7);
         }
     }
 

@@ -93,7 +93,6 @@ pub struct PlanarPose<T> {
 
 impl<T: Real> PlanarPose<T> {
     /// A pose from x (m), y (m) and heading (rad).
-    #[must_use]
     pub const fn new(x_m: T, y_m: T, heading_rad: T) -> Self {
         Self { x_m, y_m, heading_rad }
     }

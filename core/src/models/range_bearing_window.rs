@@ -56,7 +56,6 @@ pub struct RangeBearingWindow<T> {
 
 impl<T: Real> RangeBearingLimits<T> {
     /// A full circle with hard edges and a constant probability of detection, as in (5.15).
-    #[must_use]
     pub fn full_circle(range_max_m: T, probability: T) -> Self {
         Self {
             range_min_m: T::ZERO,
@@ -118,13 +117,11 @@ impl<T: Real> RangeBearingWindow<T> {
     }
 
     /// The limits.
-    #[must_use]
     pub fn limits(&self) -> &RangeBearingLimits<T> {
         &self.limits
     }
 
     /// Measure of the window in range × bearing, m·rad: the domain of uniform clutter.
-    #[must_use]
     pub fn measure(&self) -> T {
         let half_width = self.limits.bearing_half_width_rad.at_most(T::PI);
         (self.limits.range_max_m - self.limits.range_min_m) * (half_width + half_width)

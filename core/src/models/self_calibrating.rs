@@ -80,7 +80,6 @@ impl<T: Real, M: ByOdometry<Pose = PlanarPose<T>>> SelfCalibrating<M, T> {
     }
 
     /// Initial covariance for `reset_within`: that of the prior for the odometry correction, zero for the pose.
-    #[must_use]
     pub fn prior(&self) -> Symmetric<SVector<T, 6>> {
         let OdometryCorrection { speed_scale, turn_scale, turn_offset } = self.prior.sigma;
         let square = |x: T| x * x;

@@ -1,7 +1,8 @@
 //! The models of a sensor: measurement, field of view and clutter.
 
-use super::{Clutter, FieldOfView, ModelError, Mounted, MountedFrame, MountedView, Mounting, Pose, Sensor, require};
-use crate::{PositionOf, ScalarOf, TangentOf, Vector};
+use super::{Clutter, FieldOfView, ModelError, Mounted, MountedFrame, MountedView, Mounting, Pose, RangeBearing};
+use super::{RangeBearingWindow, Sensor, UniformClutter, require};
+use crate::{PositionOf, Real, ScalarOf, TangentOf, Vector};
 
 /// The models of one sensor as one type: the trait of [`Sensing`], for generic code.
 pub trait MeasurementModel {
@@ -64,11 +65,25 @@ pub struct Sensing<S, V, C> {
     pub clutter: C,
 }
 
-impl<S, V, C> MeasurementModel for Sensing<S, V, C>
-where
-    S: Sensor,
-    V: FieldOfView<S::Frame, PositionOf<S::Pose>, S::Measurement>,
-    C: Clutter<S::Measurement>,
+impl<T: Real> Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>> {
+    /// A range and bearing sensor with these standard deviations of the noise, m and rad, and with clutter that is uniform over
+    /// the field of view, of this expected number of false measurements per scan.
+    ///
+    /// # Errors
+    /// As for [`RangeBearing::new`] and [`UniformClutter::of_scan`].
+    pub fn range_bearing(
+        [range_sigma_m, bearing_sigma_rad]: [T; 2],
+        field_of_view: RangeBearingWindow<T>,
+        clutter_per_scan: T,
+    ) -> Result<Self, ModelError> {
+        let sensor = RangeBearing::new(range_sigma_m, bearing_sigma_rad)?;
+        let clutter = UniformClutter::of_scan(clutter_per_scan, field_of_view.measure())?;
+        Ok(Self { sensor, field_of_view, clutter })
+    }
+}
+
+impl<S: Sensor, V: FieldOfView<S::Frame, PositionOf<S::Pose>, S::Measurement>, C: Clutter<S::Measurement>>
+    MeasurementModel for Sensing<S, V, C>
 {
     type Pose = S::Pose;
     type Measurement = S::Measurement;

@@ -1,6 +1,6 @@
 //! A stereo camera: a feature in space is measured as four pixel coordinates (7.2–7.5).
 
-use super::{AuvPose, BodyFrame, Expected, Inverse, ModelError, Sensor, require};
+use super::{AuvPose, BodyFrame, Expected, ExpectedOf, Inverse, ModelError, Sensor, require};
 use crate::{Real, Symmetric};
 use nalgebra::{Matrix2x3, Matrix3, Matrix4x3, SMatrix, SVector, Vector1, Vector3, Vector4};
 
@@ -295,12 +295,7 @@ impl<T: Real> Sensor for StereoCamera<T> {
     }
 
     #[inline]
-    fn by_pose(
-        &self,
-        frame: &Self::Frame,
-        feature: &SVector<T, 3>,
-        expected: &Expected<Vector3<T>, Vector4<T>>,
-    ) -> SMatrix<T, 4, 5> {
+    fn by_pose(&self, frame: &Self::Frame, feature: &SVector<T, 3>, expected: &ExpectedOf<Self>) -> SMatrix<T, 4, 5> {
         frame.body.by_pose(&expected.jacobian, feature)
     }
 }
@@ -308,7 +303,7 @@ impl<T: Real> Sensor for StereoCamera<T> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::{StereoCamera, pixel_noise, projection};
-    use crate::models::testing::check_in_space;
+    use crate::models::testing::check_sensor;
     use crate::{AuvPose, Noise, Real, Sensor};
     use nalgebra::{Matrix3, SMatrix, Vector3, Vector4};
 
@@ -344,7 +339,7 @@ pub(super) mod tests {
         for pose in poses() {
             let frame = camera.frame(&pose);
             for feature in features(&frame) {
-                check_in_space(&camera, &pose, &feature, 2e-4);
+                check_sensor(&camera, &pose, &feature, 2e-4);
                 let seen = camera.expect(&frame, &feature).unwrap();
                 let back = camera.invert(&frame, &seen.measurement).unwrap();
                 assert!((back.feature - feature).norm() < 1e-10);
@@ -460,8 +455,7 @@ pub(super) mod tests {
         assert_eq!(error(left, right, noise, f64::NAN), "epipolar_gate");
     }
 
-    /// Noise that is common to both images moves the point across the line of sight, and does not change the variance of its
-    /// depth.
+    /// Noise that is common to both images moves the point across the line of sight, and does not change the variance of its depth.
     #[test]
     fn common_noise_does_not_change_the_variance_of_the_depth() {
         let camera = camera::<f64>(0.0);

@@ -77,7 +77,6 @@ impl<T: Real> StereoFrustum<T> {
     }
 
     /// The limits.
-    #[must_use]
     pub fn limits(&self) -> &FrustumLimits<T> {
         &self.limits
     }

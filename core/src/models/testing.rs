@@ -1,10 +1,10 @@
 //! Checks shared by the tests of the models.
 
-use crate::{AuvPose, Matrix, Motion, PlanarPose, Pose, Sensor, Symmetric, Vector};
-use nalgebra::{SMatrix, SVector, Vector3, Vector5};
+use crate::{Matrix, Motion, Noise, PlanarPose, Pose, PositionOf, Sensor, Symmetric, TangentOf, Vector};
+use nalgebra::{SMatrix, SVector, Vector3};
 
 /// Checks that the coordinate `SIFTED_BY` does not wrap: its innovation is the difference, even beyond a full turn.
-pub(super) fn check_sifting<S: Sensor<Pose: Pose<Scalar = f64>>>(sensor: &S, measured: &S::Measurement) {
+fn check_sifting<S: Sensor<Pose: Pose<Scalar = f64>>>(sensor: &S, measured: &S::Measurement) {
     let Some(k) = S::SIFTED_BY else { return };
     assert!(k < S::Measurement::DIMENSION && k != S::SORTED_BY);
     let expected = S::Measurement::with(|k| measured.at(k) - 4.0);
@@ -17,35 +17,58 @@ pub(super) fn off_by<Z: Vector<Scalar = f64>>(quotient: &Z, of_matrix: impl Fn(u
     off.dot(&off).sqrt()
 }
 
-/// Compares H with respect to the feature and to the pose of a sensor in space with central differences, relative to the size of
-/// either.
-pub(super) fn check_in_space<S>(sensor: &S, pose: &AuvPose<f64>, feature: &Vector3<f64>, tolerance: f64)
-where
-    S: Sensor<Pose = AuvPose<f64>>,
-{
+/// Compares H with respect to the feature and to the pose of a sensor with central differences.
+pub(super) fn check_sensor<S: Sensor<Pose: Pose<Scalar = f64>>>(
+    sensor: &S,
+    pose: &S::Pose,
+    feature: &PositionOf<S::Pose>,
+    tolerance: f64,
+) {
     const STEP: f64 = 1e-5;
     let frame = sensor.frame(pose);
     let seen = sensor.expect(&frame, feature).unwrap();
     check_sifting(sensor, &seen.measurement);
     let by_pose = sensor.by_pose(&frame, feature, &seen);
     let slope = |at: &dyn Fn(f64) -> S::Measurement| sensor.innovation(&at(STEP), &at(-STEP)) * (1.0 / (2.0 * STEP));
-    for k in 0..3 {
+    for k in 0..PositionOf::<S::Pose>::DIMENSION {
         let difference = slope(&|step| {
-            let mut offset = Vector3::zeros();
-            offset[k] = step;
-            sensor.expect(&frame, &(feature + offset)).unwrap().measurement
+            let moved = *feature + Vector::with(|of| if of == k { step } else { 0.0 });
+            sensor.expect(&frame, &moved).unwrap().measurement
         });
         let error = off_by(&difference, |row| seen.jacobian.at(row, k));
         assert!(error < tolerance, "by the feature, column {k}: off by {error} from {difference:?}");
     }
-    for k in 0..5 {
+    for k in 0..TangentOf::<S::Pose>::DIMENSION {
         let difference = slope(&|step| {
-            let mut by = Vector5::zeros();
-            by[k] = step;
-            sensor.expect(&sensor.frame(&pose.displaced(&by)), feature).unwrap().measurement
+            let moved = pose.displaced(&Vector::with(|of| if of == k { step } else { 0.0 }));
+            sensor.expect(&sensor.frame(&moved), feature).unwrap().measurement
         });
         let error = off_by(&difference, |row| by_pose.at(row, k));
         assert!(error < tolerance, "by the pose, column {k}: off by {error} from {difference:?}");
+    }
+}
+
+/// Compares the covariance of samples of a motion with Q, relative to the standard deviations.
+pub(super) fn check_samples<M: Motion<Pose: Pose<Scalar = f64>>>(
+    motion: &M,
+    pose: &M::Pose,
+    control: &M::Control,
+    dt: f64,
+    (runs, tolerance): (u32, f64),
+) {
+    let (mean, q) = (motion.propagate(pose, control, dt), motion.linearise(pose, control, dt).noise);
+    let (mut draws, dimension) = (Noise::seeded(7), TangentOf::<M::Pose>::DIMENSION);
+    let mut covariance = [[0.0; 5]; 5];
+    for _ in 0..runs {
+        let off = motion.sample(pose, control, dt, &mut draws).difference(&mean);
+        for (row, column) in (0..dimension).flat_map(|row| (0..=row).map(move |column| (row, column))) {
+            covariance[row][column] += off.at(row) * off.at(column) / f64::from(runs);
+        }
+    }
+    for (row, column) in (0..dimension).flat_map(|row| (0..=row).map(move |column| (row, column))) {
+        let scale = (q.get(row, row) * q.get(column, column)).sqrt();
+        let error = (covariance[row][column] - q.get(row, column)).abs();
+        assert!(error < tolerance * scale, "{row} {column}, {dt} s: {covariance:?} {q:?}");
     }
 }
 

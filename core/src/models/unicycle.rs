@@ -156,13 +156,7 @@ impl<T: Real> ByOdometry for Unicycle<T> {
         UnicycleControl { speed_mps, rate_radps }
     }
 
-    fn by_odometry(
-        &self,
-        pose: &PlanarPose<T>,
-        control: &Self::Control,
-        corrected: &Self::Control,
-        dt: T,
-    ) -> Matrix3<T> {
+    fn by_odometry(&self, pose: &Self::Pose, control: &Self::Control, corrected: &Self::Control, dt: T) -> Matrix3<T> {
         let by_control = self.displacement(pose.heading_rad, corrected, dt).by_control(dt);
         by_control * OdometryCorrection::by_itself([control.speed_mps, control.rate_radps])
     }

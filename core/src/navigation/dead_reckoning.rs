@@ -83,14 +83,12 @@ impl<T: Real> DeadReckoning<T> {
     }
 
     /// Position, m.
-    #[must_use]
     pub fn position_m(&self) -> Vector3<T> {
         let [[x, y, z, ..]] = self.state.mean.data.0;
         Vector3::new(x, y, z)
     }
 
     /// Covariance of the position, m², from the errors of the velocity only.
-    #[must_use]
     pub fn covariance(&self) -> Symmetric<Vector3<T>> {
         self.state.covariance.leading()
     }

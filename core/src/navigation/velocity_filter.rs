@@ -182,20 +182,17 @@ impl<T: Real> VelocityFilter<T> {
     }
 
     /// Velocity along the vehicle's axes, m/s.
-    #[must_use]
     pub fn velocity_mps(&self) -> Vector3<T> {
         let [[x, y, z, _]] = self.state.mean.data.0;
         Vector3::new(x, y, z)
     }
 
     /// Covariance of the velocity, m²/s².
-    #[must_use]
     pub fn covariance(&self) -> Symmetric<Vector3<T>> {
         self.state.covariance.leading()
     }
 
     /// z, m.
-    #[must_use]
     pub fn z_m(&self) -> T {
         let [[_, _, _, z]] = self.state.mean.data.0;
         z

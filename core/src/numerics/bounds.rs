@@ -33,7 +33,6 @@ impl<T: Real, D: Vector<Scalar = T>> Bounds<D> {
     pub(crate) const ZERO: Self = Self { low: D::ZERO, high: D::ZERO };
 
     /// The cube of half width `reach` around `centre`, m.
-    #[must_use]
     pub fn around(centre: &D, reach: T) -> Self {
         Self { low: D::with(|k| centre.at(k) - reach), high: D::with(|k| centre.at(k) + reach) }
     }

@@ -29,7 +29,6 @@ impl<T: Real> LnSum<T> {
     pub(crate) const ZERO: Self = Self { greatest: T::ZERO, scaled: T::ZERO };
 
     /// The sum of one term, given by its logarithm.
-    #[must_use]
     pub fn of(ln_term: T) -> Self {
         if ln_term > T::NEG_INFINITY { Self { greatest: ln_term, scaled: T::ONE } } else { Self::EMPTY }
     }
@@ -53,7 +52,6 @@ impl<T: Real> LnSum<T> {
 
     /// The logarithm of the sum.
     #[inline]
-    #[must_use]
     pub fn ln(&self) -> T {
         // A sum of one term is that term.
         if self.scaled == T::ONE { self.greatest } else { self.greatest + self.scaled.ln() }

@@ -25,7 +25,6 @@ pub struct Noise {
 
 impl Noise {
     /// The stream of a seed.
-    #[must_use]
     pub fn seeded(seed: u64) -> Self {
         Self { stream: Xoshiro128PlusPlus::seed_from_u64(seed) }
     }

@@ -59,6 +59,7 @@ proptest! {
         let scale = full.norm() * 1e3 * (1.0 + v.norm());
         prop_assert!((full * factor.solve(&v) - v).norm() < 1e-11 * scale);
         prop_assert!((factor.mahalanobis(&v) - v.dot(&factor.solve(&v))).abs() < 1e-10 * (1.0 + v.norm_squared() * 1e3));
+        prop_assert!((factor.quadratic(&v) - v.dot(&(full * v))).abs() < 1e-11 * (1.0 + full.norm() * v.norm_squared()));
         let inverse = factor.inverse();
         let back = full * Matrix3::from_fn(|row, column| inverse.get(row, column));
         prop_assert!((back - Matrix3::identity()).norm() < 1e-9 * scale);

@@ -24,8 +24,7 @@ pub(crate) struct Cursor<T> {
     pub(crate) refused: u16,
     /// Number of candidates weighted by the last scan; zero before the first.
     pub(crate) weighed: usize,
-    /// The particle whose map is the estimate: the one that continues the heaviest surviving candidate of the last
-    /// scan.
+    /// The particle whose map is the estimate: the one that continues the heaviest surviving candidate of the last scan.
     pub(crate) heaviest: usize,
     /// The next free label. Labels wrap around after 2³².
     pub(crate) next_label: u32,

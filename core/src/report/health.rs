@@ -88,7 +88,6 @@ impl Health {
     }
 
     /// Whether there is no warning.
-    #[must_use]
     pub fn is_good(self) -> bool {
         self == Self::GOOD
     }
@@ -100,7 +99,6 @@ impl Health {
     }
 
     /// The set as bits, for a telemetry field. The bit of a warning is the same in every release.
-    #[must_use]
     pub fn bits(self) -> u16 {
         self.0
     }

@@ -119,22 +119,6 @@ impl<P: embedded_hal::digital::OutputPin> Probe for StagePins<P> {
     }
 }
 
-/// Logs every stage with defmt at trace level.
-#[cfg(feature = "defmt")]
-#[derive(Debug, Clone, Copy, Default)]
-pub struct StageTrace;
-
-#[cfg(feature = "defmt")]
-impl Probe for StageTrace {
-    fn enter(&mut self, stage: Stage) {
-        defmt::trace!("{} begins", stage);
-    }
-
-    fn leave(&mut self, stage: Stage) {
-        defmt::trace!("{} ends", stage);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -96,7 +96,6 @@ pub struct MovingConfig<T> {
 
 impl<T: Real> MovingConfig<T> {
     /// Moving features with the speed of people.
-    #[must_use]
     pub fn walkers() -> Self {
         Self {
             velocity_sigma_mps: T::ONE,
@@ -141,7 +140,6 @@ impl<T: Real> Config<T> {
     /// let config = Config::<f32>::informed(4);
     /// assert!(matches!(config.proposal, Proposal::Informed(_)) && config.check().is_ok());
     /// ```
-    #[must_use]
     pub fn informed(particles: usize) -> Self {
         let proposal = Proposal::Informed(Informed { sampled_fraction: T::ZERO, ..Informed::default() });
         Self { particles, proposal, ..Self::default() }
@@ -155,13 +153,11 @@ impl<T: Real> Config<T> {
     ///
     /// assert_eq!(Config::<f32>::blind(32, 2), Config { particles: 32, samples: 2, ..Config::default() });
     /// ```
-    #[must_use]
     pub fn blind(particles: usize, samples: usize) -> Self {
         Self { particles, samples, ..Self::default() }
     }
 
     /// One particle with a known pose: tracking with [`KnownPose`](crate::KnownPose).
-    #[must_use]
     pub fn tracking() -> Self {
         Self::blind(1, 1)
     }

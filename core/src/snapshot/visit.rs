@@ -19,8 +19,7 @@ pub(crate) trait Visit {
     fn snapshot_word(&mut self, _word: u32) {}
     /// A number that is not part of a digest.
     fn snapshot_scalar<T: Real>(&mut self, _number: T) {}
-    /// The rounding errors of x and y. They are part of a digest only if they are not zero, which they are unless steps are
-    /// short.
+    /// The rounding errors of x and y. They are part of a digest only if they are not zero, which they are unless steps are short.
     fn remainder<T: Real>(&mut self, remainder: &[T; 2]) {
         for &number in remainder {
             if number == T::ZERO { self.snapshot_scalar(number) } else { self.scalar(number) }

@@ -19,10 +19,7 @@ impl<T: Real> Watch<T> {
     }
 
     /// Restores its state. The next scan removes invalid values.
-    pub(crate) fn next<S, E>(from: &mut Reader<'_, S, E>) -> Self
-    where
-        S: FnMut(usize, &mut [u8]) -> Result<(), E>,
-    {
+    pub(crate) fn next<S: FnMut(usize, &mut [u8]) -> Result<(), E>, E>(from: &mut Reader<'_, S, E>) -> Self {
         let [lost, scans, known_below, next_known_below] = core::array::from_fn(|_| from.word());
         let [cusum, existence_loss, usually_missed, usually_new, usually_stated, usually_waited_s] =
             core::array::from_fn(|_| from.scalar());

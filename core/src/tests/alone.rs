@@ -7,13 +7,14 @@ use std::boxed::Box;
 /// Capacity for measurements of a scan.
 const MEASUREMENTS: usize = 64;
 
+/// A range and bearing sensor.
+pub(crate) type Lidar<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
+
 /// Models that a test combines.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Models<M, S, V, C> {
+pub(crate) struct Models<M, X> {
     pub(crate) motion: M,
-    pub(crate) sensor: S,
-    pub(crate) field_of_view: V,
-    pub(crate) clutter: C,
+    pub(crate) sensing: X,
 }
 
 /// A filter with the detector of all its scans.
@@ -22,16 +23,9 @@ pub(crate) struct Alone<'s, M: Motion, X: MeasurementModel> {
     pub(crate) detector: Detector<X, ScanRoom<'s, X::Measurement>>,
 }
 
-impl<'s, T, M, S, V, C> Alone<'s, M, Sensing<S, V, C>>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    S: Sensor<Pose = M::Pose>,
-    V: FieldOfView<S::Frame, PositionOf<M::Pose>, S::Measurement>,
-    C: Clutter<S::Measurement>,
-{
+impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, X: MeasurementModel<Pose = M::Pose>> Alone<'s, M, X> {
     pub(crate) fn new<const PARTICLES: usize, const CANDIDATES: usize, SM, VM>(
-        models: Models<M, S, V, C>,
+        Models { motion, sensing }: Models<M, X>,
         births: Births<T>,
         config: Config<T>,
         state: &'s mut State<M::Pose, PARTICLES, CANDIDATES, SM, VM>,
@@ -40,22 +34,14 @@ where
         SM: MapStorage<Static<PositionOf<M::Pose>>>,
         VM: MapStorage<Dynamic<PositionOf<M::Pose>>>,
     {
-        let Models { motion, sensor, field_of_view, clutter } = models;
         let slam = ScPhd::new(motion, config, state)?;
         // Leaked: the memory lives until the test ends.
-        let memory = Box::leak(Box::new(DetectorMemory::<S::Measurement, MEASUREMENTS>::new()));
-        let detector = Detector::new(Sensing { sensor, field_of_view, clutter }, births)?.over(memory)?;
+        let memory = Box::leak(Box::new(DetectorMemory::<X::Measurement, MEASUREMENTS>::new()));
+        let detector = Detector::new(sensing, births)?.over(memory)?;
         slam.check(&detector)?;
         Ok(Self { slam, detector })
     }
-}
 
-impl<T, M, X> Alone<'_, M, X>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    X: MeasurementModel<Pose = M::Pose>,
-{
     pub(crate) fn scan(&mut self, measurements: &[X::Measurement]) -> Result<ScanReport<T>, ScanError> {
         self.slam.scan(&mut self.detector, measurements)
     }

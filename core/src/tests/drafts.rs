@@ -31,9 +31,7 @@ fn wrapped_labels_are_assigned_in_the_same_order() {
     let window = RangeBearingWindow::full_circle(20.0, 0.9).unwrap();
     let models = Models {
         motion: Unicycle::new(Step::Arc, ControlNoise::white(0.3, 0.05)).unwrap(),
-        sensor: RangeBearing::new(0.2, 0.02).unwrap(),
-        field_of_view: window,
-        clutter: UniformClutter::of_scan(5.0, window.measure()).unwrap(),
+        sensing: Sensing::range_bearing([0.2, 0.02], window, 5.0).unwrap(),
     };
     let config = Config { particles: 8, samples: 2, merge_distance: 0.01, ..Config::default() };
     let measurements: Vec<_> = (0..60)

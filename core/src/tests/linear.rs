@@ -1,6 +1,9 @@
 //! Linear Gaussian models, for tests against closed forms.
 
-use crate::{Bounds, Expected, FieldOfView, Inverse, Linearised, Motion, Noise, PlanarPose, Rates, Sensor, Symmetric};
+use crate::{
+    Bounds, Expected, FieldOfView, Inverse, Linearised, Motion, Noise, PlanarPose, Rates, Sensing, Sensor, Symmetric,
+    UniformClutter,
+};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
 /// A vehicle displaced by its control, with noise in x and y.
@@ -77,4 +80,14 @@ impl FieldOfView<Vector2<f64>, Vector2<f64>, Vector2<f64>> for Everywhere {
     fn bounds(&self, _: &Vector2<f64>) -> Bounds<Vector2<f64>> {
         Bounds::EVERYWHERE
     }
+}
+
+/// The linear models with these variances of the noise, probability of detection and clutter intensity.
+pub(crate) fn linear_sensing(
+    variances: [f64; 2],
+    detection: f64,
+    clutter: f64,
+) -> Sensing<Offset, Everywhere, UniformClutter<f64>> {
+    let sensor = Offset { noise: Symmetric::from_diagonal(variances) };
+    Sensing { sensor, field_of_view: Everywhere(detection), clutter: UniformClutter::of_scan(clutter, 1.0).unwrap() }
 }

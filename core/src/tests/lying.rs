@@ -179,8 +179,8 @@ type Memory = State<
 
 const BIRTHS: Births<f64> = Births { of_static: 0.01, of_moving: 0.01 };
 
-fn models(liar: &Liar) -> Models<&Liar, &Liar, &Liar, &Liar> {
-    Models { motion: liar, sensor: liar, field_of_view: liar, clutter: liar }
+fn models(liar: &Liar) -> Models<&Liar, Sensing<&Liar, &Liar, &Liar>> {
+    Models { motion: liar, sensing: Sensing { sensor: liar, field_of_view: liar, clutter: liar } }
 }
 
 fn check<N: Vector<Scalar = f64>>(component: &Component<N>) -> bool {
@@ -241,9 +241,11 @@ fn endless_births_are_refused_or_limited() {
     let endless = Endless { noise: Symmetric::from_diagonal([0.04, 0.04]) };
     let models = Models {
         motion: Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.1)).unwrap(),
-        sensor: endless,
-        field_of_view: Everywhere,
-        clutter: UniformClutter::of_scan(1.0, 1.0).unwrap(),
+        sensing: Sensing {
+            sensor: endless,
+            field_of_view: Everywhere,
+            clutter: UniformClutter::of_scan(1.0, 1.0).unwrap(),
+        },
     };
     state.clear();
     let mut filter = Alone::new(models, Births::of_static(0.01), config, &mut *state).unwrap();
@@ -318,7 +320,7 @@ fn a_model_whose_check_fails_is_refused() {
         }
     }
     let liar = Liar::new(Lie::Birth, 0.0, usize::MAX);
-    let wrong = Models { motion: &liar, sensor: &liar, field_of_view: &liar, clutter: Wrong };
+    let wrong = Models { motion: &liar, sensing: Sensing { sensor: &liar, field_of_view: &liar, clutter: Wrong } };
     let mut state = Box::new(Memory::new());
     let config = Config { particles: 3, ..Config::default() };
     let refused = Alone::new(wrong, Births::of_static(0.01), config, &mut *state).map(|_| ()).unwrap_err();

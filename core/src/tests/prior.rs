@@ -1,7 +1,7 @@
 //! A prior with an invalid covariance.
 
 use crate::tests::alone::{Alone, Models};
-use crate::tests::linear::{Drift, Everywhere, Offset};
+use crate::tests::linear::{Drift, linear_sensing};
 use crate::*;
 use nalgebra::Vector2;
 use std::boxed::Box;
@@ -11,12 +11,7 @@ use std::boxed::Box;
 fn a_prior_with_an_invalid_covariance_leaves_the_state_valid() {
     type Memory = State<PlanarPose<f64>, 1, 4, MapMemory<Static<Vector2<f64>>, 1, 64, 16, 128>>;
     for sampled_fraction in [0.0, 0.4] {
-        let models = Models {
-            motion: Drift { sigmas: [0.5, 0.2] },
-            sensor: Offset { noise: Symmetric::from_diagonal([0.09, 0.16]) },
-            field_of_view: Everywhere(0.9),
-            clutter: UniformClutter::of_scan(1e-12, 1.0).unwrap(),
-        };
+        let models = Models { motion: Drift { sigmas: [0.5, 0.2] }, sensing: linear_sensing([0.09, 0.16], 0.9, 1e-12) };
         let proposal = Proposal::Informed(Informed { sampled_fraction, ..Informed::default() });
         let config = Config { particles: 1, samples: 4, proposal, ..Config::default() };
         let mut memory = Box::new(Memory::new());

@@ -1,7 +1,7 @@
 //! Memory faults in a running filter: the damage that is found is repaired, and the filter continues.
 
 use crate::particles::cursor::Cursor;
-use crate::tests::alone::{Alone, Models};
+use crate::tests::alone::{Alone, Lidar, Models};
 use crate::*;
 use nalgebra::Vector2;
 use std::boxed::Box;
@@ -10,7 +10,7 @@ use std::vec::Vec;
 type Still = MapMemory<Static<Vector2<f32>>, 8, 48, 8, 64>;
 type Moving = MapMemory<Dynamic<Vector2<f32>>, 8, 48, 8, 64>;
 type Memory = State<PlanarPose<f32>, 8, 16, Still, Moving>;
-type Filter<'s> = Alone<'s, Unicycle<f32>, Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>>;
+type Filter<'s> = Alone<'s, Unicycle<f32>, Lidar<f32>>;
 
 const AHEAD: UnicycleControl<f32> = UnicycleControl { speed_mps: 1.0, rate_radps: 0.1 };
 /// The particles, the page lists, and the pages of either kind.
@@ -20,9 +20,7 @@ fn filter(config: Config<f32>, state: &mut Memory) -> Filter<'_> {
     let window = RangeBearingWindow::full_circle(20.0, 0.9).unwrap();
     let models = Models {
         motion: Unicycle::new(Step::Arc, ControlNoise::white(0.3, 0.05)).unwrap(),
-        sensor: RangeBearing::new(0.2, 0.02).unwrap(),
-        field_of_view: window,
-        clutter: UniformClutter::of_scan(2.0, window.measure()).unwrap(),
+        sensing: Sensing::range_bearing([0.2, 0.02], window, 2.0).unwrap(),
     };
     let mut filter = Filter::new(models, Births { of_static: 0.01, of_moving: 0.002 }, config, state).unwrap();
     filter.reset(PlanarPose::ZERO, 1).unwrap();

@@ -1,7 +1,7 @@
 //! Number of iterations of the informed proposal.
 
 use crate::tests::alone::{Alone, Models};
-use crate::tests::linear::{Drift, Offset};
+use crate::tests::linear::{Drift, linear_sensing};
 use crate::*;
 use core::sync::atomic::{AtomicUsize, Ordering};
 use nalgebra::Vector2;
@@ -25,12 +25,9 @@ impl FieldOfView<Vector2<f64>, Vector2<f64>, Vector2<f64>> for Counted {
 /// Number of calls in a scan of two features, and the estimated pose.
 fn scanned(rounds: usize) -> (usize, Vector2<f64>) {
     type Memory = State<PlanarPose<f64>, 1, 1, MapMemory<Static<Vector2<f64>>, 1, 8, 8, 32>>;
-    let models = Models {
-        motion: Drift { sigmas: [0.5, 0.2] },
-        sensor: Offset { noise: Symmetric::from_diagonal([0.09, 0.16]) },
-        field_of_view: Counted,
-        clutter: UniformClutter::of_scan(1e-12, 1.0).unwrap(),
-    };
+    let Sensing { sensor, clutter, .. } = linear_sensing([0.09, 0.16], 0.9, 1e-12);
+    let sensing = Sensing { sensor, field_of_view: Counted, clutter };
+    let models = Models { motion: Drift { sigmas: [0.5, 0.2] }, sensing };
     let proposal = Proposal::Informed(Informed { rounds, sampled_fraction: 0.0, ..Informed::default() });
     let config = Config { particles: 1, samples: 1, proposal, ..Config::default() };
     let mut memory = Box::new(Memory::new());

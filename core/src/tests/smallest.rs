@@ -2,25 +2,21 @@
 //! of `docs/performance.md`.
 
 use crate::numerics::work::limited;
-use crate::tests::alone::{Alone, Models};
+use crate::tests::alone::{Alone, Lidar, Models};
 use crate::*;
 use nalgebra::Vector2;
 use std::boxed::Box;
 use std::vec::Vec;
 
-type Filter<'s> = Alone<'s, Unicycle<f32>, Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>>;
+type Filter<'s> = Alone<'s, Unicycle<f32>, Lidar<f32>>;
 
 const AHEAD: UnicycleControl<f32> = UnicycleControl { speed_mps: 1.0, rate_radps: 0.1 };
 
-fn models(
-    clutter_per_scan: f32,
-) -> Models<Unicycle<f32>, RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>> {
+fn models(clutter_per_scan: f32) -> Models<Unicycle<f32>, Lidar<f32>> {
     let window = RangeBearingWindow::full_circle(20.0, 0.9).unwrap();
     Models {
         motion: Unicycle::new(Step::Arc, ControlNoise::white(0.3, 0.05)).unwrap(),
-        sensor: RangeBearing::new(0.2, 0.02).unwrap(),
-        field_of_view: window,
-        clutter: UniformClutter::of_scan(clutter_per_scan, window.measure()).unwrap(),
+        sensing: Sensing::range_bearing([0.2, 0.02], window, clutter_per_scan).unwrap(),
     }
 }
 

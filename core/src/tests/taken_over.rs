@@ -1,15 +1,15 @@
 //! States that an earlier filter has used: a filter continues from them if they fit, and refuses them otherwise.
 
-use crate::tests::alone::{Alone, Models};
+use crate::tests::alone::{Alone, Lidar, Models};
 use crate::*;
 use nalgebra::Vector2;
 use std::boxed::Box;
 use std::string::ToString;
 
 type Memory = State<PlanarPose<f64>, 8, 16, MapMemory<Static<Vector2<f64>>, 8, 64, 8, 64>>;
-type Filter<'s> = Alone<'s, Unicycle<f64>, Sensing<RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>>>;
+type Filter<'s> = Alone<'s, Unicycle<f64>, Lidar<f64>>;
 const BIRTHS: Births<f64> = Births::of_static(0.01);
-type CarModels = Models<Unicycle<f64>, RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>>;
+type CarModels = Models<Unicycle<f64>, Lidar<f64>>;
 
 const AHEAD: UnicycleControl<f64> = UnicycleControl { speed_mps: 1.0, rate_radps: 0.1 };
 
@@ -17,9 +17,7 @@ fn models() -> CarModels {
     let window = RangeBearingWindow::full_circle(20.0, 0.9).unwrap();
     Models {
         motion: Unicycle::new(Step::Arc, ControlNoise::white(0.3, 0.05)).unwrap(),
-        sensor: RangeBearing::new(0.2, 0.02).unwrap(),
-        field_of_view: window,
-        clutter: UniformClutter::of_scan(2.0, window.measure()).unwrap(),
+        sensing: Sensing::range_bearing([0.2, 0.02], window, 2.0).unwrap(),
     }
 }
 
@@ -118,8 +116,7 @@ fn a_state_that_fits_continues_with_the_same_bits() {
 /// does not fit.
 #[test]
 fn a_filter_borrowed_for_every_step_is_the_same() {
-    let Models { motion, sensor, field_of_view, clutter } = models();
-    let sensing = Sensing { sensor, field_of_view, clutter };
+    let Models { motion, sensing } = models();
     for config in [config(8, 2), informed(8, 2, 0.5)] {
         let mut kept = worked(config, true);
         let mut filter = Filter::new(models(), BIRTHS, config, &mut *kept).unwrap();

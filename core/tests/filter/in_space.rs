@@ -20,23 +20,19 @@ const LIMITS: FrustumLimits<f64> = FrustumLimits {
 };
 const PIXEL_SIGMA: f64 = 2.0;
 
-fn models() -> Models<Auv<f64>, StereoCamera<f64>, StereoFrustum<f64>, UniformClutter<f64>> {
+fn models() -> Models<Auv<f64>, Sensing<StereoCamera<f64>, StereoFrustum<f64>, UniformClutter<f64>>> {
     let calibration = Matrix3::new(500.0, 0.0, 400.0, 0.0, 500.0, 300.0, 0.0, 0.0, 1.0);
     let down = Matrix3::new(0.0, -1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, -1.0);
     let side = |y| projection(&calibration, &down, &Vector3::new(0.0, y, 0.0));
     let sensor = StereoCamera::new(side(0.1), side(-0.1), pixel_noise([PIXEL_SIGMA; 4], [0.0; 2]), 16.0).unwrap();
     let field_of_view = StereoFrustum::new(&sensor, LIMITS).unwrap();
     let measure = field_of_view.measure(20.0, 170.0, 10.0);
-    Models {
-        motion: Auv::new(0.3, 0.0).unwrap(),
-        sensor,
-        field_of_view,
-        clutter: UniformClutter::of_scan(5.0, measure).unwrap(),
-    }
+    let clutter = UniformClutter::of_scan(5.0, measure).unwrap();
+    Models { motion: Auv::new(0.3, 0.0).unwrap(), sensing: Sensing { sensor, field_of_view, clutter } }
 }
 
 fn births(moving: f64) -> Births<f64> {
-    let clutter = models().clutter.intensity();
+    let clutter = models().sensing.clutter.intensity();
     Births { of_static: 0.05 * clutter, of_moving: moving * clutter }
 }
 
@@ -94,11 +90,11 @@ impl Dive {
     /// What the camera reports of these features, and five pairs that nothing caused.
     fn look(&mut self, features: impl Iterator<Item = Vector3<f64>>) -> Vec<Vector4<f64>> {
         let models = models();
-        let frame = models.sensor.frame(&self.pose);
+        let frame = models.sensing.sensor.frame(&self.pose);
         let mut scan = Vec::new();
         for feature in features {
-            let Some(seen) = models.sensor.expect(&frame, &feature) else { continue };
-            let p = models.field_of_view.detection_probability(&frame, &feature, &seen.measurement);
+            let Some(seen) = models.sensing.sensor.expect(&frame, &feature) else { continue };
+            let p = models.sensing.field_of_view.detection_probability(&frame, &feature, &seen.measurement);
             if self.noise.uniform::<f64>() < p {
                 scan.push(seen.measurement + Vector4::from_fn(|_, _| PIXEL_SIGMA * self.noise.normal::<f64>()));
             }
@@ -130,10 +126,10 @@ fn run<const N: usize>(proposal: Proposal<f64>) {
         let report = filter.scan(&dive.look(features.iter().copied())).unwrap();
         no_birth += report.no_birth;
         assert!(!report.health.contains(Health::COMPONENTS_LOST), "{step}: {report:?}");
-        let frame = models().sensor.frame(&dive.pose);
+        let frame = models().sensing.sensor.frame(&dive.pose);
         for (seen, feature) in ever_seen.iter_mut().zip(&features) {
-            let expected = models().sensor.expect(&frame, feature).unwrap().measurement;
-            *seen |= models().field_of_view.detection_probability(&frame, feature, &expected) > 0.8;
+            let expected = models().sensing.sensor.expect(&frame, feature).unwrap().measurement;
+            *seen |= models().sensing.field_of_view.detection_probability(&frame, feature, &expected) > 0.8;
         }
         let mean = filter.estimate_pose().unwrap().mean;
         error = error.max((mean.position() - dive.pose.position()).norm());

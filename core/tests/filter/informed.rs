@@ -1,7 +1,7 @@
 //! The informed proposal against closed forms, against the blind one, and where it has nothing to go by.
 
-use crate::alone::{Alone, Models};
-use crate::linear::{Drift, Everywhere, Offset};
+use crate::alone::{Alone, Lidar, Models};
+use crate::linear::{Drift, Everywhere, Offset, linear_sensing};
 use crate::*;
 use nalgebra::{Matrix2, SVector, Vector2, Vector3};
 
@@ -29,12 +29,8 @@ fn linear_map() -> [Component<Vector2<f64>>; 2] {
 }
 
 fn linear<const C: usize>(memory: &mut Memory<f64, 1, C>, proposal: Proposal<f64>, seed: u64) -> Linear<'_> {
-    let models = Models {
-        motion: Drift { sigmas: [0.5, 0.2] },
-        sensor: Offset { noise: Symmetric::from_diagonal([0.09, 0.16]) },
-        field_of_view: Everywhere(DETECTION),
-        clutter: UniformClutter::of_scan(CLUTTER, 1.0).unwrap(),
-    };
+    let models =
+        Models { motion: Drift { sigmas: [0.5, 0.2] }, sensing: linear_sensing([0.09, 0.16], DETECTION, CLUTTER) };
     let config = Config { particles: 1, samples: C, proposal, ..Config::default() };
     let mut filter = Alone::new(models, Births::NONE, config, memory).unwrap();
     filter.reset(START, seed).unwrap();
@@ -129,7 +125,7 @@ fn nothing_seen_leaves_the_prior() {
     assert!(ln_likelihoods.iter().all(|ln_l| (ln_l - ln_likelihoods[0]).abs() < 1e-12), "{ln_likelihoods:?}");
 }
 
-type Car<'s, T> = Alone<'s, Unicycle<T>, Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>>;
+type Car<'s, T> = Alone<'s, Unicycle<T>, Lidar<T>>;
 
 fn car<T: Real, const N: usize, const C: usize>(
     memory: &mut Memory<T, N, C>,
@@ -141,9 +137,7 @@ fn car<T: Real, const N: usize, const C: usize>(
     let window = RangeBearingWindow::full_circle(c(20.0), c(0.9)).unwrap();
     let models = Models {
         motion: Unicycle::new(Step::Arc, noise).unwrap(),
-        sensor: RangeBearing::new(c(0.3), c(0.03)).unwrap(),
-        field_of_view: window,
-        clutter: UniformClutter::of_scan(c(2.0), window.measure()).unwrap(),
+        sensing: Sensing::range_bearing([c(0.3), c(0.03)], window, c(2.0)).unwrap(),
     };
     let config = Config { particles: N, samples: C / N, proposal, ..Config::default() };
     let mut filter = Alone::new(models, Births::of_static(c(0.01)), config, memory).unwrap();

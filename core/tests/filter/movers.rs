@@ -1,12 +1,11 @@
 //! Features that move, and their names, against closed forms and on small scenes.
 
-use crate::alone::{Alone, Models};
+use crate::alone::{Alone, Lidar, Models};
 use crate::*;
 use nalgebra::{Vector2, Vector3, Vector4};
 use std::collections::BTreeMap;
 
-type Tracker<'s> =
-    Alone<'s, KnownPose<PlanarPose<f64>>, Sensing<RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>>>;
+type Tracker<'s> = Alone<'s, KnownPose<PlanarPose<f64>>, Lidar<f64>>;
 type Memory = State<
     PlanarPose<f64>,
     2,
@@ -19,14 +18,9 @@ const ORIGIN: PlanarPose<f64> = PlanarPose::new(0.0, 0.0, 0.0);
 const DETECTION: f64 = 0.9;
 const CLUTTER_PER_SCAN: f64 = 2.0;
 
-fn models() -> Models<KnownPose<PlanarPose<f64>>, RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>> {
+fn models() -> Models<KnownPose<PlanarPose<f64>>, Lidar<f64>> {
     let window = RangeBearingWindow::full_circle(20.0, DETECTION).unwrap();
-    Models {
-        motion: KnownPose::new(),
-        sensor: RangeBearing::new(0.1, 0.01).unwrap(),
-        field_of_view: window,
-        clutter: UniformClutter::of_scan(CLUTTER_PER_SCAN, window.measure()).unwrap(),
-    }
+    Models { motion: KnownPose::new(), sensing: Sensing::range_bearing([0.1, 0.01], window, CLUTTER_PER_SCAN).unwrap() }
 }
 
 fn config() -> Config<f64> {
@@ -148,7 +142,7 @@ fn drives_off(speed_mps: f64, detection: f64, seed: u64) -> (f64, f64, f64) {
     const STANDS_S: f64 = 120.0;
     let mut memory = Box::new(Memory::new());
     let mut models = models();
-    models.field_of_view = RangeBearingWindow::full_circle(20.0, detection).unwrap();
+    models.sensing.field_of_view = RangeBearingWindow::full_circle(20.0, detection).unwrap();
     // At a low p_D what has been missed several times must still be there.
     let config = Config { prune_weight: 1e-4, ..config() };
     let mut filter = Tracker::new(models, BIRTHS, config, &mut memory).unwrap();
@@ -302,8 +296,7 @@ fn a_state_without_memory_for_it_refuses_to_track() {
     let mut tracker = Tracker::new(models(), Births::of_static(0.002), config(), &mut *memory).unwrap();
     tracker.reset(ORIGIN, 1).unwrap();
     assert!(tracker.scan(&[]).is_ok());
-    let Models { sensor, field_of_view, clutter, .. } = models();
-    tracker.detector.adopt(Detector::new(Sensing { sensor, field_of_view, clutter }, BIRTHS).unwrap());
+    tracker.detector.adopt(Detector::new(models().sensing, BIRTHS).unwrap());
     assert_eq!(tracker.scan(&[]), Err(ScanError::NoRoomForMoving));
 }
 
@@ -368,9 +361,8 @@ fn the_expected_map_spreads_with_the_poses() {
         }
     }
     let mut memory = Box::new(Memory::new());
-    let Models { sensor, field_of_view, clutter, .. } = models();
     let config = Config { particles: 2, samples: 1, ..config() };
-    let models = Models { motion: Apart, sensor, field_of_view, clutter };
+    let models = Models { motion: Apart, sensing: models().sensing };
     let mut filter = Alone::new(models, Births::of_static(0.1), config, &mut *memory).unwrap();
     // A seed whose first two numbers fall on either side of the half.
     let seed = (0..).find(|&seed| {

@@ -1,6 +1,7 @@
 //! Fixes and several detectors, against closed forms.
 
-use crate::linear::{Drift, Everywhere, Offset};
+use crate::alone::Lidar;
+use crate::linear::{Drift, linear_sensing};
 use crate::*;
 use nalgebra::{Matrix3, SMatrix, Vector1, Vector2, Vector3};
 
@@ -109,11 +110,7 @@ fn many_blind_particles_stand_for_the_posterior() {
     assert_eq!(slam.audit(), Ok(()));
     // The next scan goes on from there.
     let mut scratch = DetectorMemory::<Vector2<f64>, 8>::new();
-    let sensing = Sensing {
-        sensor: Offset { noise: Symmetric::from_diagonal([0.1, 0.1]) },
-        field_of_view: Everywhere(0.9),
-        clutter: UniformClutter::of_scan(1.0, 100.0).unwrap(),
-    };
+    let sensing = linear_sensing([0.1, 0.1], 0.9, 0.01);
     let mut detector = Detector::new(sensing, Births::of_static(0.01)).unwrap().over(&mut scratch).unwrap();
     slam.scan(&mut detector, &[Vector2::new(4.0, 1.0)]).unwrap();
     assert_eq!(slam.audit(), Ok(()));
@@ -124,11 +121,7 @@ fn many_blind_particles_stand_for_the_posterior() {
 fn a_joint_map_learns_of_a_fix() {
     let mut state = Box::new(JointState::<PlanarPose<f64>, Vector2<f64>, 4, { joint_numbers(3, 2, 4) }, 8>::new());
     let mut slam = JointSlam::new(Drift { sigmas: [1.0, 1.0] }, JointConfig::default(), &mut *state).unwrap();
-    let sensing = Sensing {
-        sensor: Offset { noise: Symmetric::from_diagonal([1e-4, 1e-4]) },
-        field_of_view: Everywhere(0.9),
-        clutter: UniformClutter::of_scan(1e-9, 1.0).unwrap(),
-    };
+    let sensing = linear_sensing([1e-4, 1e-4], 0.9, 1e-9);
     let detector = Detector::new(sensing, Births::of_static(1e-3)).unwrap();
     slam.reset(PlanarPose::ZERO).unwrap();
     slam.predict(&Vector2::zeros(), 1.0).unwrap();
@@ -142,7 +135,7 @@ fn a_joint_map_learns_of_a_fix() {
     slam.observe(&HeadingFix::new(0.1).unwrap(), &Vector1::new(0.0)).unwrap();
 }
 
-type Radar = Detector<Sensing<RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>>>;
+type Radar = Detector<Lidar<f64>>;
 
 /// A radar that looks to where `bearing` is, and as far around as `half_width`.
 fn radar(bearing: f64, half_width: f64) -> Radar {

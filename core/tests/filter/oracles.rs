@@ -90,7 +90,7 @@ impl Clutter<Vector2<f64>> for Intensity {
 
 /// What one scan makes of a prior map, seen from the origin by one particle: ln L and the posterior map. A lone sample, which the
 /// update weighs, and two of the same pose, which are weighed before it, must say the same.
-fn one_scan<S>(
+fn one_scan<S: Sensor<Pose = PlanarPose<f64>, Measurement = Vector2<f64>> + Copy>(
     sensor: S,
     p_d: f64,
     kappa: f64,
@@ -98,15 +98,12 @@ fn one_scan<S>(
     config: Config<f64>,
     prior: &[Component<Vector2<f64>>],
     scan: &[Vector2<f64>],
-) -> (f64, Vec<Component<Vector2<f64>>>)
-where
-    S: Sensor<Pose = PlanarPose<f64>, Measurement = Vector2<f64>> + Copy,
-{
+) -> (f64, Vec<Component<Vector2<f64>>>) {
     let origin = PlanarPose::new(0.0, 0.0, 0.0);
     let mut state = Box::new(State::<PlanarPose<f64>, 1, 2, MapMemory<Static<Vector2<f64>>, 1, 16, 16, 64>>::new());
     let mut by = |samples| {
-        let models =
-            Models { motion: KnownPose::new(), sensor, field_of_view: Everywhere(p_d), clutter: Intensity(kappa) };
+        let sensing = Sensing { sensor, field_of_view: Everywhere(p_d), clutter: Intensity(kappa) };
+        let models = Models { motion: KnownPose::new(), sensing };
         let config = Config { particles: 1, samples, ..config };
         let mut filter = Alone::new(models, Births::of_static(births), config, &mut *state).unwrap();
         filter.reset(origin, 1).unwrap();

@@ -1,21 +1,18 @@
 //! What a scan says of the room that it took, and of what it expected to see.
 
-use crate::alone::{Alone, Models};
+use crate::alone::{Alone, Lidar, Models};
 use crate::*;
 use nalgebra::Vector2;
 
-type Lidar = Sensing<RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>>;
 type Memory = State<PlanarPose<f64>, 2, 2, MapMemory<Static<Vector2<f64>>, 2, 24, 12, 128>>;
 
 const DETECTION: f64 = 0.9;
 
-fn filter(state: &mut Memory, particles: usize) -> Alone<'_, Unicycle<f64>, Lidar> {
+fn filter(state: &mut Memory, particles: usize) -> Alone<'_, Unicycle<f64>, Lidar<f64>> {
     let field_of_view = RangeBearingWindow::full_circle(20.0, DETECTION).unwrap();
     let models = Models {
         motion: Unicycle::new(Step::Euler, ControlNoise::white(1e-6, 1e-6)).unwrap(),
-        sensor: RangeBearing::new(0.05, 0.005).unwrap(),
-        field_of_view,
-        clutter: UniformClutter::of_scan(1e-3, field_of_view.measure()).unwrap(),
+        sensing: Sensing::range_bearing([0.05, 0.005], field_of_view, 1e-3).unwrap(),
     };
     let config = Config { particles, resample_threshold: 0.0, ..Config::default() };
     let mut filter = Alone::new(models, Births::of_static(1.0), config, state).unwrap();

@@ -1,13 +1,12 @@
 //! A vehicle that stands still among a few landmarks, with models that are right or not: how many landmarks the map counts, and which
 //! conditions a scan raises.
 
-use crate::alone::{Alone, Models};
+use crate::alone::{Alone, Lidar, Models};
 use crate::*;
 use nalgebra::Vector2;
 
 type Memory = State<PlanarPose<f64>, 1, 1, MapMemory<Static<Vector2<f64>>, 1, 64, 64, 256>>;
 type JointMemory = JointState<PlanarPose<f64>, Vector2<f64>, 40, { joint_numbers(3, 2, 40) }, 64>;
-type Sees = Sensing<RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>>;
 
 const SIGMAS: [f64; 2] = [0.1, 0.01];
 const RANGE_M: f64 = 20.0;
@@ -26,13 +25,9 @@ struct World {
 const RIGHT: World = World { landmarks: 10, stated_detection: 0.98, detection: 0.98, noisier: 1.0, clutter: 1.0 };
 
 impl World {
-    fn sensing(&self) -> Sees {
+    fn sensing(&self) -> Lidar<f64> {
         let window = RangeBearingWindow::full_circle(RANGE_M, self.stated_detection).unwrap();
-        Sensing {
-            sensor: RangeBearing::new(SIGMAS[0], SIGMAS[1]).unwrap(),
-            field_of_view: window,
-            clutter: UniformClutter::of_scan(self.clutter, window.measure()).unwrap(),
-        }
+        Sensing::range_bearing(SIGMAS, window, self.clutter).unwrap()
     }
 
     fn births(&self) -> Births<f64> {
@@ -73,8 +68,7 @@ fn remembering(confirmed_weight: f64) -> Config<f64> {
 
 /// Scans of the mixture, after the first hundred: N̂ and the health.
 fn scans(world: World, confirmed_weight: f64, seed: u64, scans: usize, mut each: impl FnMut(f64, &ScanReport<f64>)) {
-    let Sensing { sensor, field_of_view, clutter } = world.sensing();
-    let models = Models { motion: KnownPose::new(), sensor, field_of_view, clutter };
+    let models = Models { motion: KnownPose::new(), sensing: world.sensing() };
     let mut memory = Box::new(Memory::new());
     let mut filter = Alone::new(models, world.births(), remembering(confirmed_weight), &mut *memory).unwrap();
     filter.reset(PlanarPose::new(0.0, 0.0, 0.0), 1).unwrap();
@@ -93,8 +87,7 @@ fn what_is_detected_is_not_counted_as_hidden_beside() {
     let world = World { landmarks: 1, detection: 1.0, clutter: 0.0, ..RIGHT };
     let sensing = World { clutter: 1.0, ..world };
     let weigh = |confirmed_weight: f64, missed: usize| {
-        let Sensing { sensor, field_of_view, clutter } = sensing.sensing();
-        let models = Models { motion: KnownPose::new(), sensor, field_of_view, clutter };
+        let models = Models { motion: KnownPose::new(), sensing: sensing.sensing() };
         let mut memory = Box::new(Memory::new());
         let mut filter = Alone::new(models, sensing.births(), remembering(confirmed_weight), &mut *memory).unwrap();
         filter.reset(PlanarPose::new(0.0, 0.0, 0.0), 1).unwrap();

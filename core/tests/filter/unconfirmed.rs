@@ -1,14 +1,14 @@
 //! What becomes of features that were seen but once and of those that are confirmed, and which features are the estimated ones.
 
-use crate::alone::{Alone, Models};
+use crate::alone::{Alone, Lidar, Models};
 use crate::{
-    Births, Component, Config, ControlNoise, Extraction, MapMemory, PlanarPose, RangeBearing, RangeBearingLimits,
-    RangeBearingWindow, Sensing, State, Static, Step, Symmetric, Unicycle, UnicycleControl, UniformClutter,
+    Births, Component, Config, ControlNoise, Extraction, MapMemory, PlanarPose, RangeBearingLimits, RangeBearingWindow,
+    Sensing, State, Static, Step, Symmetric, Unicycle, UnicycleControl,
 };
 use nalgebra::Vector2;
 
 type Memory = State<PlanarPose<f64>, 1, 1, MapMemory<Static<Vector2<f64>>, 1, 16, 16, 64>>;
-type Planar<'s> = Alone<'s, Unicycle<f64>, Sensing<RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>>>;
+type Planar<'s> = Alone<'s, Unicycle<f64>, Lidar<f64>>;
 
 /// A vehicle that turns on the spot without error and sees to the front.
 fn filter(memory: &mut Memory, config: Config<f64>) -> Planar<'_> {
@@ -16,9 +16,7 @@ fn filter(memory: &mut Memory, config: Config<f64>) -> Planar<'_> {
     let window = RangeBearingWindow::new(limits).unwrap();
     let models = Models {
         motion: Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap(),
-        sensor: RangeBearing::new(0.1, 0.02).unwrap(),
-        field_of_view: window,
-        clutter: UniformClutter::of_scan(1.0, window.measure()).unwrap(),
+        sensing: Sensing::range_bearing([0.1, 0.02], window, 1.0).unwrap(),
     };
     let mut filter = Planar::new(models, Births::of_static(0.01), config, memory).unwrap();
     filter.reset(PlanarPose::new(0.0, 0.0, 0.0), 1).unwrap();

@@ -6,9 +6,7 @@ mod reports;
 mod world;
 
 use nalgebra::Vector2;
-use scphd::models::{
-    ControlNoise, PlanarPose, Pose, RangeBearing, Sensing, Step, Unicycle, UnicycleControl, UniformClutter,
-};
+use scphd::models::{ControlNoise, PlanarPose, Pose, Sensing, Step, Unicycle, UnicycleControl};
 use scphd::settings::Persistence;
 use scphd::{Births, Config, Detector, DetectorMemory, Health, JointConfig, JointSlam, ScPhd, joint_memory, memory};
 use std::ops::Range;
@@ -38,9 +36,8 @@ const FILTERS: [Filter; 3] = [Filter::Mixture, Filter::Joint, Filter::Hiding];
 fn drive(filter: Filter, world: &mut World, scans: usize, mut told: impl FnMut(usize, &mut World, Health, f64)) {
     let setting = world.setting;
     let window = setting.stated_window();
-    let clutter = UniformClutter::of_scan(setting.clutter as f32, window.measure()).unwrap();
-    let sensing = Sensing { sensor: RangeBearing::new(0.1, 0.015).unwrap(), field_of_view: window, clutter };
-    let births = Births::of_static(clutter.intensity());
+    let sensing = Sensing::range_bearing([0.1, 0.015], window, setting.clutter as f32).unwrap();
+    let births = Births::of_static(sensing.clutter.intensity());
     let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.15, 0.05)).unwrap();
     let dt = DT_S as f32;
     let control = |[speed, rate]: [f64; 2]| UnicycleControl { speed_mps: speed as f32, rate_radps: rate as f32 };

@@ -17,9 +17,8 @@ type Lidar = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<
 
 fn lidar() -> Detector<Lidar> {
     let window = Setting::ALL[0].stated_window();
-    let clutter = UniformClutter::of_scan(2.0, window.measure()).unwrap();
-    let sensing = Sensing { sensor: RangeBearing::new(0.1, 0.015).unwrap(), field_of_view: window, clutter };
-    Detector::new(sensing, Births::of_static(clutter.intensity())).unwrap()
+    let sensing = Sensing::range_bearing([0.1, 0.015], window, 2.0).unwrap();
+    Detector::new(sensing, Births::of_static(sensing.clutter.intensity())).unwrap()
 }
 
 fn motion() -> Unicycle<f32> {

@@ -56,7 +56,6 @@ pub struct Wheels {
 
 impl Wheels {
     /// Starts before the first sample of a stream.
-    #[must_use]
     pub fn of(source: Reader<'static, Planar>) -> Self {
         let mut wheels = Self { source, next: None, wait_ns: 0 };
         wheels.next = wheels.read(0);
@@ -75,7 +74,6 @@ impl Wheels {
     }
 
     /// Ticks from the last sample to the next one; `None` after the last one.
-    #[must_use]
     pub fn due(&self) -> Option<u32> {
         self.next.map(|_| ticks(self.wait_ns))
     }
@@ -102,7 +100,6 @@ pub struct Sensor {
 
 impl Sensor {
     /// Starts before the first scan of a stream.
-    #[must_use]
     pub fn of(source: Reader<'static, Planar>) -> Self {
         let mut sensor = Self { source, next: None, time_ns: 0, now_ns: 0 };
         sensor.next = sensor.read();
@@ -124,7 +121,6 @@ impl Sensor {
     }
 
     /// Ticks from the arrival of the last scan to that of the next one; `None` after the last one.
-    #[must_use]
     pub fn due(&self) -> Option<u32> {
         self.next.as_ref().map(|scan| ticks(scan.arrived_ns - self.now_ns))
     }

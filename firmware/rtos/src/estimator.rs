@@ -42,7 +42,6 @@ pub struct Estimator {
 }
 
 /// The stream in the board's memory. Ends the program if there is none.
-#[must_use]
 pub fn stream() -> Reader<'static, Planar> {
     Reader::open(board::stream()).unwrap_or_else(|error| {
         defmt::error!("{}", error);
@@ -55,7 +54,6 @@ impl Estimator {
     ///
     /// # Safety
     /// Must be called once, because it uses the lights.
-    #[must_use]
     pub unsafe fn start() -> Self {
         let (Some(memory), Some(waiting)) = (MEMORY.try_take(), WAITING.try_take()) else { report::failed() };
         let standing = Odometry { control: [0.0; 3], dt_s: 0.0 };

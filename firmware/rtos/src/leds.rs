@@ -19,7 +19,6 @@ impl Led {
     ///
     /// # Safety
     /// Must be called once, and the lights must stay in one task: switching a light reads and writes the register of all.
-    #[must_use]
     pub unsafe fn of_stages() -> [Self; 5] {
         Stage::ALL.map(|stage| Self { bit: 1 << stage as u32 })
     }
@@ -44,7 +43,6 @@ impl OutputPin for Led {
 }
 
 /// The stage shown by the lights, the inner one of nested stages; `None` between scans.
-#[must_use]
 pub fn stage() -> Option<Stage> {
     // SAFETY: a register of the board; reading it has no side effects.
     let lights = unsafe { LIGHTS.read_volatile() };

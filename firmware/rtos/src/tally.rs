@@ -56,19 +56,16 @@ impl Tally {
     }
 
     /// Numbers of lost odometry samples and scans.
-    #[must_use]
     pub fn lost(&self) -> (u32, u32) {
         (self.lost_odometry.load(Ordering::Relaxed), self.lost_scans.load(Ordering::Relaxed))
     }
 
     /// Numbers of odometry interrupts in each stage of a scan.
-    #[must_use]
     pub fn preempted(&self) -> [u32; Stage::ALL.len()] {
         self.preempted.each_ref().map(|count| count.load(Ordering::Relaxed))
     }
 
     /// Greatest latency of an odometry interrupt, ticks, and greatest number of samples in its queue.
-    #[must_use]
     pub fn worst(&self) -> (u32, u32) {
         (self.waited.load(Ordering::Relaxed), self.deepest.load(Ordering::Relaxed))
     }
@@ -79,7 +76,6 @@ impl Tally {
     }
 
     /// Whether the last scan has arrived.
-    #[must_use]
     pub fn has_ended(&self) -> bool {
         self.ended.load(Ordering::Acquire)
     }

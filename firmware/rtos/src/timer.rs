@@ -26,7 +26,6 @@ impl Timer {
     ///
     /// # Safety
     /// Must be called once: two owners would clear each other's interrupts.
-    #[must_use]
     pub unsafe fn first() -> Self {
         Self { registers: 0x4000_0000 as *mut u32 }
     }
@@ -35,7 +34,6 @@ impl Timer {
     ///
     /// # Safety
     /// Must be called once: two owners would clear each other's interrupts.
-    #[must_use]
     pub unsafe fn second() -> Self {
         Self { registers: 0x4000_1000 as *mut u32 }
     }

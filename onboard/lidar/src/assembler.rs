@@ -90,14 +90,12 @@ pub struct Assembler<const POINTS: usize> {
 impl<const POINTS: usize> Assembler<POINTS> {
     /// An assembler whose revolutions begin at the rear, opposite to the arrow. An LD06 has 450 points in a revolution at 10 Hz,
     /// 900 at 5 Hz.
-    #[must_use]
     pub const fn new() -> Self {
         Self::with_seam(18_000)
     }
 
     /// An assembler whose revolutions begin at this angle, hundredths of a degree clockwise from the arrow. Choose a direction
     /// without posts.
-    #[must_use]
     pub const fn with_seam(seam_cdeg: u16) -> Self {
         Self {
             seam_cdeg: (seam_cdeg as u32 % FULL_CIRCLE) as u16,

@@ -82,7 +82,6 @@ impl PostFinder {
     }
 
     /// The settings.
-    #[must_use]
     pub fn settings(&self) -> &PostSettings {
         &self.settings
     }

@@ -30,8 +30,7 @@ pub struct LaserScan<'a> {
 
 impl<'a> LaserScan<'a> {
     /// A scan with these ranges, m, from the first beam. Ranges that are NaN, infinite, 0 or outside the limits are no return.
-    /// `intensities` has the same length, or is empty if the lidar does not measure them: reflectors can then not be
-    /// distinguished.
+    /// `intensities` has the same length, or is empty if the lidar does not measure them: reflectors can then not be distinguished.
     ///
     /// # Errors
     /// A field of the sweep is out of range, or the lengths differ.

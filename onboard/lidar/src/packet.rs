@@ -123,7 +123,6 @@ impl Packet {
     }
 
     /// The packet as the lidar sends it: for simulators and tests.
-    #[must_use]
     pub fn to_bytes(&self) -> [u8; LENGTH] {
         let mut bytes = [0; LENGTH];
         let numbers = [self.speed_degps, self.start_cdeg].into_iter().flat_map(u16::to_le_bytes);
@@ -146,7 +145,6 @@ impl Packet {
     }
 
     /// Angle between readings, hundredths of a degree.
-    #[must_use]
     pub fn step_cdeg(&self) -> f32 {
         self.span_cdeg() as f32 / (POINTS - 1) as f32
     }

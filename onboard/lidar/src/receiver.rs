@@ -26,7 +26,6 @@ pub struct Receiver {
 
 impl Receiver {
     /// A receiver without any bytes.
-    #[must_use]
     pub const fn new() -> Self {
         Self {
             held: [0; Packet::LENGTH],
@@ -105,13 +104,11 @@ impl Receiver {
     }
 
     /// The counts so far.
-    #[must_use]
     pub fn report(&self) -> ReceiverReport {
         self.report
     }
 
     /// Number of bytes that wait for the rest of their packet.
-    #[must_use]
     pub fn waiting(&self) -> usize {
         self.len
     }

@@ -11,8 +11,7 @@ pub struct PostSettings {
     pub tolerance_m: f32,
     /// Greatest difference of the ranges of adjacent beams on one object, m: above 0, and above the noise of two readings.
     pub gap_m: f32,
-    /// Number of points that a post must have: at least 1. A greater number excludes single false readings, and shortens the
-    /// range:
+    /// Number of points that a post must have: at least 1. A greater number excludes single false readings, and shortens the range:
     /// [`Resolution::detection_probability`](crate::Resolution::detection_probability).
     pub min_points: u16,
     /// Least intensity of a beam on a post, in the lidar's own unit: 0 for posts without reflectors, about 200 for reflectors of
@@ -26,7 +25,6 @@ pub struct PostSettings {
 
 impl PostSettings {
     /// For posts of this radius, m, without reflectors, with the range of an LD06 and at least two points.
-    #[must_use]
     pub const fn of_radius(radius_m: f32) -> Self {
         Self {
             radius_m,

@@ -4,8 +4,7 @@ mod world;
 
 use nalgebra::Vector2;
 use scphd::models::{
-    ControlNoise, PlanarPose, RangeBearing, RangeBearingLimits, RangeBearingWindow, Sensing, Step, Unicycle,
-    UnicycleControl, UniformClutter,
+    ControlNoise, PlanarPose, RangeBearingLimits, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl,
 };
 use scphd::{Births, Detector, JointConfig, JointSlam, joint_memory};
 use scphd_lidar::{Assembler, PostFinder, PostSettings, Receiver, Resolution};
@@ -68,11 +67,7 @@ fn drive(seed: u64, takes_motion_out: bool, damage: f64) -> [f64; 4] {
     let view = RangeBearingWindow::new(limits).unwrap();
     // The greatest noise within the view. The motion is compensated by the odometry, whose error is a few percent.
     let [range_sigma_m, bearing_sigma_rad] = Resolution::LD06.worst_sigmas(&posts);
-    let sensing = Sensing {
-        sensor: RangeBearing::new(range_sigma_m.max(0.02), bearing_sigma_rad).unwrap(),
-        field_of_view: view,
-        clutter: UniformClutter::of_scan(CLUTTER, view.measure()).unwrap(),
-    };
+    let sensing = Sensing::range_bearing([range_sigma_m.max(0.02), bearing_sigma_rad], view, CLUTTER).unwrap();
     let detector = Detector::new(sensing, Births::of_static(0.1 / view.measure())).unwrap();
     let noise = ControlNoise::wheeled();
     let mut memory = Box::new(Map::new());

@@ -1,12 +1,8 @@
-//! A filter on a companion computer of a flight stack: receives speeds and targets over UDP, and sends poses.
-//! `companion 0.0.0.0:14560` listens there and answers the sender. Without arguments it checks itself
-//! with a simulated vehicle, over loopback.
+//! A filter on a companion computer of a flight stack: receives speeds and targets over UDP, and sends poses. `companion
+//! 0.0.0.0:14560` listens there and answers the sender. Without arguments it checks itself with a simulated vehicle, over loopback.
 
 use nalgebra::Vector2;
-use scphd::models::{
-    ControlNoise, PlanarPose, RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl,
-    UniformClutter,
-};
+use scphd::models::{ControlNoise, PlanarPose, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl};
 use scphd::{Births, Detector, JointConfig, JointSlam, joint_memory};
 use scphd_mavlink::{
     Heartbeat, Incoming, MapFrame, Odometry, OffPlane, Pose, Received, Receiver, ResetCounter, Sender, Twist,
@@ -35,8 +31,7 @@ pub struct Sent {
 /// Serves until there was no message for the time `silence`. Returns the poses that were sent.
 pub fn accompany(socket: &UdpSocket, silence: Duration) -> Result<Vec<Sent>, Box<dyn Error>> {
     let view = RangeBearingWindow::full_circle(FAR_M, 0.95)?;
-    let clutter = UniformClutter::of_scan(0.1, view.measure())?;
-    let sensing = Sensing { sensor: RangeBearing::new(0.05, 0.01)?, field_of_view: view, clutter };
+    let sensing = Sensing::range_bearing([0.05, 0.01], view, 0.1)?;
     let detector = Detector::new(sensing, Births::of_static(0.1 / view.measure()))?;
     let mut memory = Box::new(Map::new());
     let motion = Unicycle::new(Step::Arc, ControlNoise::wheeled())?;

@@ -23,7 +23,6 @@ impl Outgoing for TimeSync {
 
 impl TimeSync {
     /// A request at this time of our clock.
-    #[must_use]
     pub const fn question(now_ns: i64) -> Self {
         Self { answered_ns: 0, asked_ns: now_ns }
     }

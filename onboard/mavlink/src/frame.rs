@@ -61,7 +61,6 @@ impl Sender {
     pub const VISUAL_ODOMETRY: u8 = 197;
 
     /// A sender whose first frame has the sequence number 0.
-    #[must_use]
     pub const fn new(system: u8, component: u8) -> Self {
         Self { system, component, sequence: 0 }
     }

@@ -38,7 +38,6 @@ impl OffPlane {
 
 impl Pose {
     /// The pose of a planar filter: x, y (m) and heading (rad), and their covariance.
-    #[must_use]
     pub fn planar([x, y, heading]: [f32; 3], covariance: &[[f32; 3]; 3], off: OffPlane) -> Self {
         let [tilt, z] = [off.tilt_sigma_rad, off.z_sigma_m].map(|sigma| sigma * sigma);
         let [[xx, xy, xh], [yx, yy, yh], [hx, hy, hh]] = *covariance;

@@ -78,7 +78,6 @@ enum Held {
 
 impl Receiver {
     /// A receiver without any bytes.
-    #[must_use]
     pub const fn new() -> Self {
         let report = Report { messages: 0, others: 0, unusable: 0, damaged: 0, skipped: 0 };
         Self { held: [0; FRAME], len: 0, follows: true, report }
@@ -120,13 +119,11 @@ impl Receiver {
     }
 
     /// The counts so far.
-    #[must_use]
     pub fn report(&self) -> Report {
         self.report
     }
 
     /// Number of bytes that wait for the rest of their frame.
-    #[must_use]
     pub fn waiting(&self) -> usize {
         self.len
     }

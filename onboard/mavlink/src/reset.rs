@@ -12,13 +12,11 @@ pub struct ResetCounter {
 
 impl ResetCounter {
     /// Corrections of at most this size, m and rad, are no jumps.
-    #[must_use]
     pub const fn new(limit_m: f32, limit_rad: f32) -> Self {
         Self { limit_m, limit_rad, counter: 0 }
     }
 
     /// The value to send; it wraps after 255.
-    #[must_use]
     pub const fn value(&self) -> u8 {
         self.counter
     }

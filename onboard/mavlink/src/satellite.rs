@@ -47,7 +47,6 @@ pub struct Origin {
 
 impl Origin {
     /// A map with this origin, degrees × 10⁷. Errors are a few metres within 10 km, and centimetres within 1 km.
-    #[must_use]
     pub fn new(latitude_e7: i32, longitude_e7: i32) -> Self {
         let (sine, cosine) = libm::sincos((f64::from(latitude_e7) / UNITS).to_radians());
         let flat = 1.0 - ECCENTRICITY_SQUARE * sine * sine;

@@ -22,7 +22,6 @@ pub struct Target {
 
 impl Target {
     /// Range in the horizontal plane (m) and bearing (rad), a measurement for a filter; `None` if the distance is unknown.
-    #[must_use]
     pub fn in_plane(&self) -> Option<[f32; 2]> {
         self.distance_m.map(|distance_m| [distance_m * libm::cosf(self.elevation_rad), self.bearing_rad])
     }

@@ -82,8 +82,7 @@ proptest! {
         prop_assert_eq!(report.skipped as usize, noise.len() * sent.len());
     }
 
-    /// A message with a changed byte is lost, and no other one, unless the change makes it look longer, or like an unsupported
-    /// one.
+    /// A message with a changed byte is lost, and no other one, unless the change makes it look longer, or like an unsupported one.
     #[test]
     fn damage_affects_only_its_message(sent in prop::collection::vec(odometry(), 4), at in 10..2000_usize, flip in 1..=255_u8) {
         let mut sender = Sender::new(1, 2);

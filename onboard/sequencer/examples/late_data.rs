@@ -3,8 +3,7 @@
 
 use heapless::Vec as List;
 use scphd::models::{
-    ControlNoise, Motion, PlanarPose, Pose, RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl,
-    UniformClutter,
+    ControlNoise, Motion, PlanarPose, Pose, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl,
 };
 use scphd::numerics::nalgebra::Vector2;
 use scphd::numerics::{Noise, wrap};
@@ -59,8 +58,7 @@ fn log(exact: &Unicycle<f32>) -> Vec<(u64, Stamp, Input)> {
 /// RMSE of the current pose at every time, m. Time stamps are the times of measurement, or those of arrival.
 fn drive(exact: &Unicycle<f32>, when_measured: bool) -> Result<f32, Box<dyn std::error::Error>> {
     let window = RangeBearingWindow::full_circle(15.0, 0.95)?;
-    let clutter = UniformClutter::of_scan(0.1, window.measure())?;
-    let sensing = Sensing { sensor: RangeBearing::new(0.03, 0.01)?, field_of_view: window, clutter };
+    let sensing = Sensing::range_bearing([0.03, 0.01], window, 0.1)?;
     let lidar = Detector::new(sensing, Births::of_static(0.001))?;
     let noise = ControlNoise { interval_s: 0.5, ..ControlNoise::white(0.1, 0.05) };
     let mut memory = Box::new(Memory::new());

@@ -17,8 +17,7 @@
 //! use heapless::Vec;
 //! use scphd::numerics::nalgebra::Vector2;
 //! use scphd::models::{
-//!     ControlNoise, PlanarPose, PositionFix, RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle,
-//!     UnicycleControl, UniformClutter,
+//!     ControlNoise, PlanarPose, PositionFix, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl,
 //! };
 //! use scphd::{Births, Config, Detector, DetectorMemory, ScPhd, memory};
 //! use scphd_sequencer::{Action, Sequencer, Settings, Stamp};
@@ -37,11 +36,7 @@
 //! }
 //! # let (mut state, mut scratch) = (Box::new(Memory::new()), DetectorMemory::<Vector2<f32>, 32>::new());
 //! # let window = RangeBearingWindow::full_circle(12.0, 0.9)?;
-//! # let sensing = Sensing {
-//! #     sensor: RangeBearing::new(0.1, 0.01)?,
-//! #     field_of_view: window,
-//! #     clutter: UniformClutter::of_scan(2.0, window.measure())?,
-//! # };
+//! # let sensing = Sensing::range_bearing([0.1, 0.01], window, 2.0)?;
 //! # let mut lidar = Detector::new(sensing, Births::of_static(0.002))?.over(&mut scratch)?;
 //! # let gps = PositionFix::new(0.5)?;
 //! # let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.05))?;

@@ -22,7 +22,6 @@ impl<P: Pose> MapFromOdom<P> {
     pub const IDENTITY: Self = Self { turn_rad: ScalarOf::<P>::ZERO, shift_m: PositionOf::<P>::ZERO };
 
     /// The transformation between two poses of a vehicle at the same time.
-    #[must_use]
     pub fn between(in_map: &P, in_odom: &P) -> Self {
         let turn_rad = P::HEADING.map_or(ScalarOf::<P>::ZERO, |heading| {
             wrap(in_map.coordinates().at(heading) - in_odom.coordinates().at(heading))
@@ -58,13 +57,11 @@ impl<P: Pose> MapFromOdom<P> {
     }
 
     /// The rotation about the vertical, rad, in (−π, π].
-    #[must_use]
     pub fn turn_rad(&self) -> ScalarOf<P> {
         self.turn_rad
     }
 
     /// Position of the odometry frame's origin in the map, m.
-    #[must_use]
     pub fn shift_m(&self) -> PositionOf<P> {
         self.shift_m
     }
@@ -114,7 +111,6 @@ pub struct SmoothOdometry<P: Pose> {
 
 impl<P: Pose> SmoothOdometry<P> {
     /// A vehicle at this pose in both frames.
-    #[must_use]
     pub const fn new(pose: P) -> Self {
         let greatest = Correction { distance_m: ScalarOf::<P>::ZERO, angle_rad: ScalarOf::<P>::ZERO };
         Self { pose, map_from_odom: MapFromOdom::IDENTITY, corrections: 0, greatest }
@@ -166,31 +162,26 @@ impl<P: Pose> SmoothOdometry<P> {
     }
 
     /// The pose in the odometry frame.
-    #[must_use]
     pub fn pose(&self) -> P {
         self.pose
     }
 
     /// The pose in the map.
-    #[must_use]
     pub fn in_map(&self) -> P {
         self.map_from_odom.apply(&self.pose)
     }
 
     /// The transformation from the odometry frame to the map.
-    #[must_use]
     pub fn map_from_odom(&self) -> MapFromOdom<P> {
         self.map_from_odom
     }
 
     /// Number of corrections. Saturates at `u32::MAX`.
-    #[must_use]
     pub fn corrections(&self) -> u32 {
         self.corrections
     }
 
     /// The greatest distance and the greatest angle of all corrections.
-    #[must_use]
     pub fn greatest(&self) -> Correction<ScalarOf<P>> {
         self.greatest
     }

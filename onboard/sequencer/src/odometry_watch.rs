@@ -38,7 +38,6 @@ pub struct OdometryBias<V: Vector> {
 
 impl<V: Vector> OdometryBias<V> {
     /// Whether odometry has a bias in some direction: wheels that slip or stand still, a gyroscope with an offset.
-    #[must_use]
     pub fn is_suspected(&self) -> bool {
         self.evidence.as_slice().iter().any(|x| x.abs() > V::Scalar::from_f64(SUSPECTED))
     }
@@ -86,7 +85,6 @@ impl<P: Pose> Default for OdometryWatch<P> {
 
 impl<P: Pose> OdometryWatch<P> {
     /// The state before the first scan.
-    #[must_use]
     pub const fn new() -> Self {
         let zero = TangentOf::<P>::ZERO;
         Self { recent: zero, beyond: zero, above: zero, below: zero }

@@ -63,7 +63,6 @@ impl Flags {
     }
 
     /// Whether there is no warning.
-    #[must_use]
     pub fn is_empty(self) -> bool {
         self == Self::NONE
     }
@@ -75,7 +74,6 @@ impl Flags {
     }
 
     /// The set as bits, for a telemetry field. The bit of a warning is the same in every release.
-    #[must_use]
     pub fn bits(self) -> u16 {
         self.0
     }

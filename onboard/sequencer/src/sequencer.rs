@@ -92,7 +92,6 @@ enum Due<C> {
 
 impl<C: Copy, E, const CONTROLS: usize, const EVENTS: usize> Sequencer<C, E, CONTROLS, EVENTS> {
     /// A sequencer before its start, for a `static`.
-    #[must_use]
     pub const fn new() -> Self {
         Self {
             settings: Settings::UNSET,
@@ -275,7 +274,6 @@ impl<C: Copy, E, const CONTROLS: usize, const EVENTS: usize> Sequencer<C, E, CON
     }
 
     /// The time up to which predictions were output, by the present clock, ns: that of the filter's estimate.
-    #[must_use]
     pub fn time_ns(&self) -> u64 {
         self.timeline.stamp_of(self.time)
     }
@@ -287,7 +285,6 @@ impl<C: Copy, E, const CONTROLS: usize, const EVENTS: usize> Sequencer<C, E, CON
     }
 
     /// The warnings and counts.
-    #[must_use]
     pub fn report(&self) -> Report {
         self.report
     }

@@ -28,7 +28,6 @@ pub struct Stamp {
 
 impl Stamp {
     /// The time of an input of this source, with the sequence number 0.
-    #[must_use]
     pub const fn new(source: u8, time_ns: u64) -> Self {
         Self { time_ns, source, number: 0 }
     }
@@ -53,13 +52,11 @@ pub struct Interval(u64);
 
 impl Interval {
     /// An interval in nanoseconds.
-    #[must_use]
     pub const fn of_ns(ns: u64) -> Self {
         Self(ns)
     }
 
     /// The interval in nanoseconds.
-    #[must_use]
     pub const fn ns(self) -> u64 {
         self.0
     }

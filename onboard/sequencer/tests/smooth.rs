@@ -68,8 +68,7 @@ fn auv_control(draws: &mut Noise) -> AuvControl<f64> {
     }
 }
 
-/// Under water: the transformation rotates about the vertical only, because both poses have the roll and pitch of the
-/// instruments.
+/// Under water: the transformation rotates about the vertical only, because both poses have the roll and pitch of the instruments.
 #[test]
 fn an_underwater_vehicle_is_transformed_with_its_attitude() {
     let motion = Auv::new(0.5, 0.0).unwrap();

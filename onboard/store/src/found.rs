@@ -30,19 +30,16 @@ pub struct Snapshot {
 
 impl Snapshot {
     /// Its generation: 1 for the first snapshot, and one more for each following one.
-    #[must_use]
     pub fn generation(&self) -> u32 {
         self.generation
     }
 
     /// Number of its bytes.
-    #[must_use]
     pub fn len(&self) -> usize {
         usize::try_from(self.len).unwrap_or(usize::MAX)
     }
 
     /// Whether it has no bytes.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
@@ -78,7 +75,6 @@ pub struct Found<const BANKS: usize> {
 
 impl<const BANKS: usize> Found<BANKS> {
     /// The last one that was committed.
-    #[must_use]
     pub fn newest(&self) -> Option<&Snapshot> {
         self.in_banks.iter().flatten().max_by_key(|snapshot| snapshot.generation)
     }

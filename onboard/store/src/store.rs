@@ -47,7 +47,6 @@ impl<S: NorFlash, const BANKS: usize> Store<S, BANKS> {
     }
 
     /// The greatest length of a snapshot, bytes.
-    #[must_use]
     pub fn capacity(&self) -> usize {
         usize::try_from(self.bank_len).unwrap_or(usize::MAX).saturating_sub(HEAD)
     }

@@ -6,10 +6,7 @@ mod flash;
 use embassy_futures::block_on;
 use flash::{Chip, PowerLost};
 use nalgebra::Vector2;
-use scphd::models::{
-    ControlNoise, PlanarPose, RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl,
-    UniformClutter,
-};
+use scphd::models::{ControlNoise, PlanarPose, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl};
 use scphd::snapshot::RestoreError;
 use scphd::{Births, Config, Detector, DetectorMemory, ScPhd, memory};
 use scphd_store::{Snapshot, Store, StoreError};
@@ -131,11 +128,7 @@ const KIND: u32 = 0x0b0e;
 fn a_filter_restored_from_flash_continues_with_the_same_bits() {
     let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.05)).unwrap();
     let window = RangeBearingWindow::full_circle(12.0, 0.9).unwrap();
-    let sensing = Sensing {
-        sensor: RangeBearing::new(0.1, 0.01).unwrap(),
-        field_of_view: window,
-        clutter: UniformClutter::of_scan(2.0, window.measure()).unwrap(),
-    };
+    let sensing = Sensing::range_bearing([0.1, 0.01], window, 2.0).unwrap();
     let config = Config::blind(8, 1);
     let mut scratch = [(); 2].map(|()| DetectorMemory::<Vector2<f32>, 8>::new());
     let [mut eyes, mut other_eyes] = scratch

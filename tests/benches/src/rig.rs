@@ -74,7 +74,6 @@ impl<M: Drive> Rig<M> {
     ///
     /// # Panics
     /// The filter refuses the world.
-    #[must_use]
     pub fn new<S, V, const PARTICLES: usize, const CANDIDATES: usize>(
         motion: M,
         births: Births<f32>,
@@ -90,11 +89,7 @@ impl<M: Drive> Rig<M> {
         let window =
             RangeBearingWindow::full_circle(world.range_max_m as f32, world.detection as f32).expect("the view");
         let noise = [World::RANGE_SIGMA_M, World::BEARING_SIGMA_RAD].map(|sigma| sigma as f32);
-        let sensing = Sensing {
-            sensor: RangeBearing::new(noise[0], noise[1]).expect("the sensor's noise"),
-            field_of_view: window,
-            clutter: UniformClutter::of_scan(world.clutter_mean() as f32, window.measure()).expect("the clutter"),
-        };
+        let sensing = Sensing::range_bearing(noise, window, world.clutter_mean() as f32).expect("the models");
         type Memory<S, V, const N: usize, const C: usize> = State<PlanarPose<f32>, N, C, S, V, WAITING>;
         let make = || Box::new(Memory::<S, V, PARTICLES, CANDIDATES>::new());
         let thread = thread::Builder::new().stack_size(STACK_BYTES).spawn(make).expect("a thread");

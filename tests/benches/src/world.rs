@@ -42,7 +42,6 @@ impl World {
     pub const BEARING_SIGMA_RAD: f64 = 0.5 * PI / 180.0;
 
     /// `count` landmarks in a square around the origin, at least `apart_m` from each other.
-    #[must_use]
     pub fn scattered(count: usize, side_m: f64, apart_m: f64, seed: u64) -> Vec<[f64; 2]> {
         let mut noise = Noise::new(seed);
         let mut places: Vec<[f64; 2]> = Vec::with_capacity(count);
@@ -57,7 +56,6 @@ impl World {
     }
 
     /// λ, the mean number of false measurements.
-    #[must_use]
     pub fn clutter_mean(&self) -> f64 {
         match self.clutter {
             Clutter::Mean(mean) => mean,
@@ -66,7 +64,6 @@ impl World {
     }
 
     /// Number of landmarks and targets in view from the origin.
-    #[must_use]
     pub fn in_view(&self) -> usize {
         let places = self.landmarks.iter().chain(self.targets.iter().map(|[place, _]| place));
         places.filter(|place| distance(**place, [0.0; 2]) <= self.range_max_m).count()
@@ -106,19 +103,16 @@ pub struct Course {
 
 impl Course {
     /// Starts with the noise of `seed`.
-    #[must_use]
     pub fn new(world: World, seed: u64) -> Self {
         Self { world, noise: Noise::new(seed), scans: 0 }
     }
 
     /// The present world.
-    #[must_use]
     pub fn world(&self) -> &World {
         &self.world
     }
 
     /// The start pose.
-    #[must_use]
     pub fn start(&self) -> [f64; 3] {
         self.world.pose(0)
     }

@@ -18,7 +18,6 @@ pub const SKIPPED: &str = "SCPHD_SKIPPED";
 const ORACLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../oracles");
 
 /// The folder of the logs: that of [`FOLDER`], by default `shared/data` beside the repository.
-#[must_use]
 pub fn folder() -> PathBuf {
     env::var_os(FOLDER).map_or_else(beside, PathBuf::from)
 }
@@ -33,7 +32,6 @@ fn beside() -> PathBuf {
 ///
 /// # Panics
 /// The file of [`SKIPPED`] cannot be written: a skipped test that is not counted would look like one that ran.
-#[must_use]
 pub fn find(name: &str) -> Option<PathBuf> {
     let path = folder().join(name);
     if path.exists() {
@@ -53,7 +51,6 @@ pub fn find(name: &str) -> Option<PathBuf> {
 ///
 /// # Panics
 /// It is missing or not JSON; it is part of this repository.
-#[must_use]
 pub fn oracle(name: &str) -> serde_json::Value {
     let path = Path::new(ORACLES).join(name);
     let text = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
@@ -64,7 +61,6 @@ pub fn oracle(name: &str) -> serde_json::Value {
 ///
 /// # Panics
 /// It is not a list of numbers.
-#[must_use]
 pub fn numbers(value: &serde_json::Value) -> Vec<f64> {
     let list = value.as_array().expect("a list");
     list.iter().map(|number| number.as_f64().expect("a number")).collect()
@@ -79,7 +75,6 @@ impl Folder {
     ///
     /// # Panics
     /// It cannot be created.
-    #[must_use]
     pub fn new(name: &str) -> Self {
         let path = env::temp_dir().join(format!("scphd-{name}-{}", process::id()));
         let _ = fs::remove_dir_all(&path);
@@ -91,7 +86,6 @@ impl Folder {
     ///
     /// # Panics
     /// The folder cannot be read.
-    #[must_use]
     pub fn names(&self) -> Vec<String> {
         let files = fs::read_dir(&self.0).expect("a folder");
         let name = |file: io::Result<fs::DirEntry>| file.expect("a file").file_name().to_string_lossy().into_owned();

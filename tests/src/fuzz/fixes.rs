@@ -34,12 +34,8 @@ impl<M: Motion> Observer<M::Pose> for ScPhd<'_, M> {
     }
 }
 
-impl<M, Z, A, V> Observer<M::Pose> for JointSlam<'_, M, Z, A, V>
-where
-    M: Motion,
-    Z: Vector<Scalar = ScalarOf<M::Pose>>,
-    A: Archive<M::Pose>,
-    V: Movers<M::Pose>,
+impl<M: Motion, Z: Vector<Scalar = ScalarOf<M::Pose>>, A: Archive<M::Pose>, V: Movers<M::Pose>> Observer<M::Pose>
+    for JointSlam<'_, M, Z, A, V>
 {
     fn take<F: Fix<Pose = M::Pose>>(
         &mut self,

@@ -6,7 +6,7 @@ use super::fixes::{Placed, observe};
 use super::scans::seen;
 use super::session::Seeded;
 use super::worlds::{Car, Diver, Drawn, FeatureOf, Listener, Models, ModelsOf, Rover, Tracker, World};
-use super::{Failure, Operations, Run, Watch};
+use super::{Failure, Operations, Run, Watch, named, require};
 use nalgebra::{Vector2, Vector4};
 use scphd::diagnostics::Scrubber;
 use scphd::errors::{ScanError, SetupError};
@@ -222,10 +222,6 @@ pub(super) fn run<V: Vehicle, const F: usize, const N: usize, const M: usize, co
 type StepOf<'a, V> = dyn FnMut(&mut Session<V>, &mut Eyes<V>, &mut Draw, bool) -> Result<Next, String> + 'a;
 type Eyes<V> = (Detector<FirstOf<V>>, Detector<SecondOf<V>>);
 
-fn require(holds: bool, what: impl FnOnce() -> String) -> Result<(), String> {
-    if holds { Ok(()) } else { Err(what()) }
-}
-
 /// Whether a number is finite and not negative, as required of probabilities.
 fn sound<T: Real>(number: T) -> bool {
     number >= T::ZERO && number.is_finite()
@@ -346,6 +342,8 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
         let Ok(report) = outcome else {
             return require(slam.digest() == before, || "a refused scan changed the state".into());
         };
+        let events = [("archived", report.archived), ("reactivated", report.reactivated), ("evicted", report.evicted)];
+        events.iter().filter(|(_, times)| *times > 0).for_each(|&(event, _)| count::<_, ()>(event, &Ok(())));
         let told = || format!("{report:?} of {held} held before");
         require(report.measurements == measurements.len(), told)?;
         require(report.features <= self.features && report.in_view <= held + self.archive, told)?;
@@ -555,7 +553,6 @@ macro_rules! sessions {
 /// The kind of session of a seed.
 pub(super) fn kind_of(seed: u64) -> (String, Run) {
     let (seeded, mut draw) = Seeded::of(seed, 0x107);
-    let hostility = seeded.hostility;
     let (name, run) = sessions!(draw.below(1 << 20);
         Robot f32 3 2: (1 1 0) (1 4 2) (2 4 0) (5 8 0) (8 16 12) (24 24 0) (12 24 40);
         Robot f64 3 2: (1 1 1) (4 8 0) (8 16 20);
@@ -566,8 +563,5 @@ pub(super) fn kind_of(seed: u64) -> (String, Run) {
         Glider f32 5 3: (2 4 4) (8 16 0);
         Glider f64 5 3: (5 8 8);
     );
-    (
-        format!("{name}; {hostility} of the numbers hostile"),
-        Box::new(move |operations, watch| run(seeded, operations, watch)),
-    )
+    named(&name, seeded, run)
 }

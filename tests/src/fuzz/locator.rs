@@ -4,7 +4,7 @@ use super::counts::count;
 use super::draw::Draw;
 use super::session::Seeded;
 use super::worlds::{Drawn, Rover, World};
-use super::{Failure, Operations, Run, Watch};
+use super::{Failure, Operations, Run, Watch, named};
 use nalgebra::Vector2;
 use scphd::errors::ConfigError;
 use scphd::locate::{Locator, LocatorConfig, LocatorReport, LocatorState};
@@ -278,10 +278,6 @@ macro_rules! sessions {
 /// The kind of session of a seed.
 pub(super) fn kind_of(seed: u64) -> (String, Run) {
     let (seeded, mut draw) = Seeded::of(seed, 0x10ca);
-    let hostility = seeded.hostility;
     let (name, run) = sessions!(draw.below(1 << 20); f32: 3 2 4 3 8 2 12 8 24 16; f64: 3 2 8 4 20 6;);
-    (
-        format!("{name}; {hostility} of the numbers hostile"),
-        Box::new(move |operations, watch| run(seeded, operations, watch)),
-    )
+    named(&name, seeded, run)
 }

@@ -55,7 +55,6 @@ impl Target {
     pub const ALL: [Self; 5] = [Self::Mixture, Self::Joint, Self::Locator, Self::Snapshots, Self::Streams];
 
     /// Its name.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Mixture => "mixture",
@@ -67,7 +66,6 @@ impl Target {
     }
 
     /// Its share of all operations, in thousandths.
-    #[must_use]
     pub fn share(self) -> u64 {
         match self {
             Self::Mixture => 500,
@@ -276,6 +274,17 @@ fn attempt(seed: u64, operations: &Operations<'_>, watch: &Watch) -> Result<(), 
 
 type Run = Box<dyn Fn(&Operations<'_>, &Watch) -> Result<(), Failure>>;
 
+/// A session of this kind and its description.
+fn named(kind: &str, seeded: Seeded, run: fn(Seeded, &Operations<'_>, &Watch) -> Result<(), Failure>) -> (String, Run) {
+    let hostility = seeded.hostility;
+    let run = Box::new(move |operations: &Operations<'_>, watch: &Watch| run(seeded, operations, watch));
+    (format!("{kind}; {hostility} of the numbers hostile"), run)
+}
+
+fn require(holds: bool, what: impl FnOnce() -> String) -> Result<(), String> {
+    if holds { Ok(()) } else { Err(what()) }
+}
+
 /// The kinds of sessions: a vehicle, a scalar, and capacities for particles, candidates, measurements, pages, pages of a map,
 /// components in an update; with or without moving features.
 macro_rules! sessions {
@@ -306,7 +315,6 @@ macro_rules! sessions {
 /// The kind of session of a mixture of a seed. A change of this list gives every recorded seed another session.
 fn mixture_of(seed: u64) -> (String, Run) {
     let (seeded, mut draw) = Seeded::of(seed, 0x5eed);
-    let hostility = seeded.hostility;
     let (name, run) = sessions!(draw.below(1 << 20);
         Rover f32:
             (1 1 1, 1 1 8 still) (1 1 1, 1 1 8 moving) (2 4 4, 6 3 12 moving) (4 8 8, 24 6 24 moving) (8 16 24, 128 16 128 moving);
@@ -321,8 +329,5 @@ fn mixture_of(seed: u64) -> (String, Run) {
         Listener f32: (1 2 2, 2 2 8 moving) (4 8 12, 48 12 64 moving);
         Listener f64: (4 4 12, 48 12 64 still);
     );
-    (
-        format!("{name}; {hostility} of the numbers hostile"),
-        Box::new(move |operations, watch| run(seeded, operations, watch)),
-    )
+    named(&name, seeded, run)
 }

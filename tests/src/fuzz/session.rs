@@ -6,7 +6,7 @@ use super::fixes::{Placed, observe};
 use super::scans::seen;
 use super::tuning::{Room, births, config};
 use super::worlds::{Drawn, FeatureOf, MeasurementOf, Models, ModelsOf, World};
-use super::{Failure, Operations, Watch};
+use super::{Failure, Operations, Watch, require};
 use scphd::diagnostics::Scrubber;
 use scphd::errors::SetupError;
 use scphd::models::{MeasurementModel, Mounting, Pose, TangentOf};
@@ -224,10 +224,6 @@ fn into_vec(bytes: &mut Vec<u8>) -> impl FnMut(&[u8]) -> Result<(), SliceEnd> {
         bytes.extend_from_slice(piece);
         Ok(())
     }
-}
-
-fn require(holds: bool, what: impl FnOnce() -> String) -> Result<(), String> {
-    if holds { Ok(()) } else { Err(what()) }
 }
 
 /// Greatest difference of a sum of weights from one.

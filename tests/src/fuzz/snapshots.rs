@@ -6,11 +6,11 @@ use super::counts::count;
 use super::draw::Draw;
 use super::session::Seeded;
 use super::worlds::{Diver, Models, Rover, World};
-use super::{Failure, Operations, Run, Watch};
+use super::{Failure, Operations, Run, Watch, require};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use nalgebra::{Vector2, Vector3};
 use scphd::diagnostics::Scrubber;
-use scphd::models::{PlanarPose, Reading, Sensor};
+use scphd::models::{PlanarPose, Pose, Reading, Sensor};
 use scphd::navigation::{Instruments, Navigator, VelocityNoise};
 use scphd::numerics::Symmetric;
 use scphd::snapshot::{RestoreError, SliceEnd, from_slice, restore_map, save_map};
@@ -60,10 +60,6 @@ impl Source {
             }
         }
     }
-}
-
-fn require(holds: bool, what: impl FnOnce() -> String) -> Result<(), String> {
-    if holds { Ok(()) } else { Err(what()) }
 }
 
 /// Saves to a vector.
@@ -118,7 +114,7 @@ impl<T: Real, const N: usize, const PAGES: usize, const MAP: usize, const INFORM
     fn save(draw: &mut Draw) -> Vec<u8> {
         let mut state = Self::state();
         let mut slam = ScPhd::new(robot::<T>().motion, Self::config(), &mut *state).expect("it fits");
-        slam.reset(PlanarPose::ZERO_HERE, draw.word()).expect("a pose");
+        slam.reset(PlanarPose::ZERO, draw.word()).expect("a pose");
         Self::drive(draw, &mut slam, 1 + draw.clone().below(6)).expect("a plain drive");
         bytes_of(|sink| slam.save(KIND, sink)).expect("a sound state is saved")
     }
@@ -126,7 +122,7 @@ impl<T: Real, const N: usize, const PAGES: usize, const MAP: usize, const INFORM
     fn restore(draw: &mut Draw, bytes: &[u8], source: &Source) -> Result<(), String> {
         let mut state = Self::state();
         let mut slam = ScPhd::new(robot::<T>().motion, Self::config(), &mut *state).expect("it fits");
-        slam.reset(PlanarPose::ZERO_HERE, 3).expect("a pose");
+        slam.reset(PlanarPose::ZERO, 3).expect("a pose");
         let before = slam.digest();
         let outcome = slam.restore(KIND, source.over(bytes));
         count("mixture", &outcome);
@@ -167,7 +163,7 @@ impl<T: Real, const N: usize, const PAGES: usize, const MAP: usize, const INFORM
         let eyes = Detector::new(sensing, births).map_err(|error| error.to_string())?;
         let mut eyes = eyes.over(&mut scratch).map_err(|error| error.to_string())?;
         for _ in 0..steps {
-            let _ = slam.predict(&Rover::<T>::control(draw, &PlanarPose::ZERO_HERE), T::from_f64(0.1));
+            let _ = slam.predict(&Rover::<T>::control(draw, &PlanarPose::ZERO), T::from_f64(0.1));
             let Some(pose) = slam.estimate_pose() else { return Err("no pose".into()) };
             let scan = seen(draw, &pose.mean, &sensing);
             slam.scan(&mut eyes, &scan).map_err(|error| error.to_string())?;
@@ -176,22 +172,13 @@ impl<T: Real, const N: usize, const PAGES: usize, const MAP: usize, const INFORM
     }
 }
 
-/// A start pose.
-trait Zero {
-    const ZERO_HERE: Self;
-}
-
-impl<T: Real> Zero for PlanarPose<T> {
-    const ZERO_HERE: Self = <Self as scphd::models::Pose>::ZERO;
-}
-
 /// A joint map; with an archive if its capacity is not zero.
 struct Joint<T, const F: usize, const NUMBERS: usize, const ARCHIVE: usize>(std::marker::PhantomData<T>);
 
 impl<T: Real, const F: usize, const NUMBERS: usize, const ARCHIVE: usize> Kind for Joint<T, F, NUMBERS, ARCHIVE> {
     fn save(draw: &mut Draw) -> Vec<u8> {
         Self::over(|slam| {
-            slam.reset(PlanarPose::ZERO_HERE).expect("a pose");
+            slam.reset(PlanarPose::ZERO).expect("a pose");
             let steps = 1 + draw.below(6);
             Self::drive(draw, slam, steps).expect("a plain drive");
             bytes_of(|sink| slam.save(KIND, sink)).expect("a sound state is saved")
@@ -200,7 +187,7 @@ impl<T: Real, const F: usize, const NUMBERS: usize, const ARCHIVE: usize> Kind f
 
     fn restore(draw: &mut Draw, bytes: &[u8], source: &Source) -> Result<(), String> {
         Self::over(|slam| {
-            slam.reset(PlanarPose::ZERO_HERE).expect("a pose");
+            slam.reset(PlanarPose::ZERO).expect("a pose");
             let before = slam.digest();
             let outcome = slam.restore(KIND, source.over(bytes));
             count("joint map", &outcome);
@@ -242,7 +229,7 @@ impl<T: Real, const F: usize, const NUMBERS: usize, const ARCHIVE: usize> Joint<
         let sensing = robot::<T>().sensing;
         let eyes = Detector::new(sensing, Births::of_static(T::from_f64(0.01))).map_err(|error| error.to_string())?;
         for _ in 0..steps {
-            let _ = slam.predict(&Rover::<T>::control(draw, &PlanarPose::ZERO_HERE), T::from_f64(0.1));
+            let _ = slam.predict(&Rover::<T>::control(draw, &PlanarPose::ZERO), T::from_f64(0.1));
             let Some(pose) = slam.estimate_pose() else { return Err("no pose".into()) };
             let scan = seen(draw, &pose.mean, &sensing);
             slam.scan(&eyes, &scan).map_err(|error| error.to_string())?;

@@ -5,7 +5,7 @@
 use super::counts::count;
 use super::draw::Draw;
 use super::session::Seeded;
-use super::{Failure, Operations, Run, Watch};
+use super::{Failure, Operations, Run, Watch, named, require};
 use nalgebra::Vector2;
 use scphd::models::{OdometryCorrection, OdometryPrior};
 use scphd::models::{PlanarPose, Reading};
@@ -62,10 +62,8 @@ trait Vessel<T: Real>: Aboard<T> {
     fn with_snapshots(bytes: &[u8], memory: &mut Self::Memory, every: u32) -> Option<Vec<u8>>;
 }
 
-fn kept<A, T>(bytes: &[u8], memory: &mut A::Memory, every: u32) -> Option<Vec<u8>>
+fn kept<A: Aboard<T>, T: Real>(bytes: &[u8], memory: &mut A::Memory, every: u32) -> Option<Vec<u8>>
 where
-    T: Real,
-    A: Aboard<T>,
     for<'m> A::Filter<'m>: Saves<A::Kind>,
 {
     let mut kept = Vec::new();
@@ -396,10 +394,6 @@ fn damage(draw: &mut Draw, bytes: &mut Vec<u8>, other: &[u8]) -> &'static str {
     }
 }
 
-fn require(holds: bool, what: impl FnOnce() -> String) -> Result<(), String> {
-    if holds { Ok(()) } else { Err(what()) }
-}
-
 /// An operation on a stream: replay, record with snapshots, replay, damage, replay.
 fn operation<A: Vessel<T>, T: Real>(draw: &mut Draw, memory: &mut A::Memory, told: &mut String) -> Result<(), String> {
     let bytes = A::stream(draw);
@@ -484,9 +478,5 @@ pub(super) fn kind_of(seed: u64) -> (String, Run) {
         of::<underwater::BlackBox, f32>(),
     ];
     let (name, run) = kinds[draw.below(kinds.len())];
-    let hostility = seeded.hostility;
-    (
-        format!("streams, {name}; {hostility} of the numbers hostile"),
-        Box::new(move |operations, watch| run(seeded, operations, watch)),
-    )
+    named(&format!("streams, {name}"), seeded, run)
 }

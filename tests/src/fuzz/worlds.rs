@@ -53,8 +53,13 @@ pub trait World: Sized {
     fn clutter(draw: &mut Draw) -> MeasurementOf<Self>;
     /// Standard deviations of the difference of a measurement from the expected one.
     const SPREAD: &'static [f64];
+    /// How far below the vehicle a feature may be, m; without effect in the plane.
+    const DEPTH_M: f64 = 0.0;
+
     /// A random feature near a pose.
-    fn feature(draw: &mut Draw, near: &Self::Pose) -> FeatureOf<Self>;
+    fn feature(draw: &mut Draw, near: &Self::Pose) -> FeatureOf<Self> {
+        near.feature(draw, Self::DEPTH_M)
+    }
 }
 
 /// Random poses, in the plane or in space.
@@ -66,6 +71,8 @@ pub trait Drawn: Pose {
     /// # Errors
     /// The random mounting is refused.
     fn mounting(draw: &mut Draw) -> Result<Mounting<Self::Scalar>, ModelError>;
+    /// A random feature near this pose, at most this far below it, m.
+    fn feature(&self, draw: &mut Draw, depth_m: f64) -> Self::Position;
 }
 
 impl<T: Real> Drawn for PlanarPose<T> {
@@ -76,6 +83,10 @@ impl<T: Real> Drawn for PlanarPose<T> {
 
     fn mounting(draw: &mut Draw) -> Result<Mounting<T>, ModelError> {
         Mounting::in_plane(draw.real(-4.0, 4.0), draw.real(-1.0, 1.0), draw.real(-3.2, 3.2))
+    }
+
+    fn feature(&self, draw: &mut Draw, _: f64) -> Vector2<T> {
+        Vector2::new(place(draw, self.x_m, -25.0, 25.0), place(draw, self.y_m, -25.0, 25.0))
     }
 }
 
@@ -94,6 +105,17 @@ impl<T: Real> Drawn for AuvPose<T> {
         let place = [draw.real(-1.0, 1.0), draw.real(-1.0, 1.0), draw.real(-0.5, 0.5)];
         Mounting::in_space(place, [draw.real(-0.3, 0.3), draw.real(-0.3, 0.3), draw.real(-3.2, 3.2)])
     }
+
+    fn feature(&self, draw: &mut Draw, depth_m: f64) -> Vector3<T> {
+        let (x, y) = (place(draw, self.x_m, -2.0, 2.0), place(draw, self.y_m, -2.0, 2.0));
+        Vector3::new(x, y, place(draw, self.z_m, -depth_m, 0.0))
+    }
+}
+
+/// A coordinate this far from `at`.
+fn place<T: Real>(draw: &mut Draw, at: T, low: f64, high: f64) -> T {
+    let place = at.to_f64() + draw.even(low, high);
+    T::from_f64(draw.spoilt(place))
 }
 
 fn control_noise<T: Real>(draw: &mut Draw) -> ControlNoise<T> {
@@ -126,14 +148,6 @@ fn window<T: Real>(draw: &mut Draw) -> Result<RangeBearingWindow<T>, ModelError>
 fn clutter<T: Real>(draw: &mut Draw, measure: T) -> Result<UniformClutter<T>, ModelError> {
     let per_scan = if draw.chance(0.1) { T::ZERO } else { T::from_f64(draw.magnitude(1e-3, 20.0)) };
     UniformClutter::of_scan(T::from_f64(draw.spoilt(per_scan.to_f64())), measure)
-}
-
-fn planar_feature<T: Real>(draw: &mut Draw, near: &PlanarPose<T>) -> Vector2<T> {
-    let mut place = |at: T| {
-        let place = at.to_f64() + draw.even(-25.0, 25.0);
-        T::from_f64(draw.spoilt(place))
-    };
-    Vector2::new(place(near.x_m), place(near.y_m))
 }
 
 fn planar_clutter<T: Real>(draw: &mut Draw) -> Vector2<T> {
@@ -175,10 +189,6 @@ impl<T: Real> World for Rover<T> {
     fn clutter(draw: &mut Draw) -> Vector2<T> {
         planar_clutter(draw)
     }
-
-    fn feature(draw: &mut Draw, near: &PlanarPose<T>) -> Vector2<T> {
-        planar_feature(draw, near)
-    }
 }
 
 /// A car with a range and bearing sensor.
@@ -210,10 +220,6 @@ impl<T: Real> World for Car<T> {
 
     fn clutter(draw: &mut Draw) -> Vector2<T> {
         planar_clutter(draw)
-    }
-
-    fn feature(draw: &mut Draw, near: &PlanarPose<T>) -> Vector2<T> {
-        planar_feature(draw, near)
     }
 }
 
@@ -262,10 +268,6 @@ impl<T: Real> World for Tracker<T> {
     fn clutter(draw: &mut Draw) -> Vector1<T> {
         Vector1::new(draw.real(-3.2, 3.2))
     }
-
-    fn feature(draw: &mut Draw, near: &PlanarPose<T>) -> Vector2<T> {
-        planar_feature(draw, near)
-    }
 }
 
 fn auv_control<T: Real>(draw: &mut Draw, from: &AuvPose<T>) -> AuvControl<T> {
@@ -282,14 +284,6 @@ fn auv_control<T: Real>(draw: &mut Draw, from: &AuvPose<T>) -> AuvControl<T> {
     }
 }
 
-fn feature_in_space<T: Real>(draw: &mut Draw, near: &AuvPose<T>, below: f64) -> Vector3<T> {
-    let mut place = |at: T, low: f64, high: f64| {
-        let place = at.to_f64() + draw.even(low, high);
-        T::from_f64(draw.spoilt(place))
-    };
-    Vector3::new(place(near.x_m, -2.0, 2.0), place(near.y_m, -2.0, 2.0), place(near.z_m, -below, 0.0))
-}
-
 /// An underwater vehicle with a stereo camera that looks down.
 #[derive(Debug)]
 pub struct Diver<T>(PhantomData<T>);
@@ -301,6 +295,7 @@ impl<T: Real> World for Diver<T> {
     type Motion = Auv<T>;
     type Sensing = Sensing<StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>>;
     const SPREAD: &'static [f64] = &[1.0; 4];
+    const DEPTH_M: f64 = 4.0;
 
     fn models(draw: &mut Draw) -> Result<ModelsOf<Self>, ModelError> {
         let number = T::from_f64;
@@ -334,10 +329,6 @@ impl<T: Real> World for Diver<T> {
         let pixels = [u, v, u - disparity, v + draw.even(-9.0, 9.0)];
         Vector4::from(pixels.map(|pixel| T::from_f64(draw.spoilt(pixel))))
     }
-
-    fn feature(draw: &mut Draw, near: &AuvPose<T>) -> Vector3<T> {
-        feature_in_space(draw, near, 4.0)
-    }
 }
 
 /// An underwater vehicle with a sonar that measures range, bearing and elevation.
@@ -351,6 +342,7 @@ impl<T: Real> World for Listener<T> {
     type Motion = Auv<T>;
     type Sensing = Sensing<RangeBearingElevation<T>, SonarWindow<T>, UniformClutter<T>>;
     const SPREAD: &'static [f64] = &[0.05, 0.02, 0.02];
+    const DEPTH_M: f64 = 10.0;
 
     fn models(draw: &mut Draw) -> Result<ModelsOf<Self>, ModelError> {
         let field_of_view = SonarWindow::new(SonarLimits {
@@ -382,9 +374,5 @@ impl<T: Real> World for Listener<T> {
 
     fn clutter(draw: &mut Draw) -> Vector3<T> {
         Vector3::new(draw.real(0.0, 30.0), draw.real(-3.2, 3.2), draw.real(-1.5, 1.5))
-    }
-
-    fn feature(draw: &mut Draw, near: &AuvPose<T>) -> Vector3<T> {
-        feature_in_space(draw, near, 10.0)
     }
 }

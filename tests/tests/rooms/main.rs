@@ -1,5 +1,4 @@
-//! Dependencies of modules: in the library every folder depends only on those before it, and in no crate files import in a
-//! circle.
+//! Dependencies of modules: in the library every folder depends only on those before it, and in no crate files import in a circle.
 
 mod imports;
 

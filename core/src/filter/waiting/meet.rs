@@ -8,8 +8,7 @@ use crate::numerics::work;
 use crate::particles::candidate::Candidate;
 use crate::{Component, MeasurementModel, Pose, PositionOf, Real, Sensor, Symmetric, TangentOf, Vector, Zero};
 
-/// The motion of the vehicle from the pose at the births to the pose of the scan, and the motions of all candidates relative to
-/// it.
+/// The motion of the vehicle from the pose at the births to the pose of the scan, and the motions of all candidates relative to it.
 pub(super) struct Step<'a, X: MeasurementModel> {
     /// The scan from the pose at the end of the motion.
     pub(super) view: View<'a, X>,
@@ -58,9 +57,8 @@ pub(super) fn compare<T: Real, P: Pose<Scalar = T>>(
 
 impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Step<'_, X> {
     /// Calls `met_by` for every candidate that may have detected the birth: for which a detection would have at least the weight
-    /// below which components are pruned. Returns p_D w, the expected detections of the birth for the other candidates, which
-    /// would prune it after a miss; `None` if it would not be pruned, or may be out of view. For a moving birth only the position
-    /// counts.
+    /// below which components are pruned. Returns p_D w, the expected detections of the birth for the other candidates, which would
+    /// prune it after a miss; `None` if it would not be pruned, or may be out of view. For a moving birth only the position counts.
     ///
     /// The predicted measurement of another candidate is approximated: this one's, shifted by the difference of the motions.
     #[inline(never)]

@@ -314,8 +314,7 @@ impl<T: Real> Awaited<T> {
         Z::with(|k| self.z.get(k).copied().unwrap_or(T::ZERO))
     }
 
-    /// ln of the weight of its birth with this birth intensity; `None` if it is below the floor, or too heavy to have been
-    /// delayed.
+    /// ln of the weight of its birth with this birth intensity; `None` if it is below the floor, or too heavy to have been delayed.
     pub(super) fn ln_weight(&self, ln_intensity: T, ln_floor: T) -> Option<T> {
         let ln_weight = ln_intensity - self.ln_reference;
         // The weight by the complete η_z was a little smaller, and below `HEAVY`.
@@ -324,8 +323,7 @@ impl<T: Real> Awaited<T> {
     }
 }
 
-/// Identifies a sensor by a hash of the position of a measurement, seen from the origin; `None` if the measurement has no
-/// inverse.
+/// Identifies a sensor by a hash of the position of a measurement, seen from the origin; `None` if the measurement has no inverse.
 pub(super) fn of_sensor<S: Sensor<Pose: Pose<Scalar: Real>>>(sensor: &S, measured: &S::Measurement) -> Option<u64> {
     let inverse = sensor.invert(&sensor.frame(&S::Pose::ZERO), measured)?;
     let mut hash = Fnv::EMPTY;

@@ -13,12 +13,8 @@ use super::{MOST, joining};
 use crate::models::OnVehicle;
 use crate::{Births, LnSum, MeasurementModel, Motion, Pose, Real, Vector};
 
-impl<'s, T, M, Z, V, const OTHERS: usize> MultiHypothesisSlam<'s, M, Z, V, OTHERS>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    V: Movers<M::Pose>,
+impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Movers<M::Pose>, const OTHERS: usize>
+    MultiHypothesisSlam<'s, M, Z, V, OTHERS>
 {
     /// Updates all hypotheses with one measurement of the scan. At most as many children are kept as there are places.
     pub(super) fn branch<X: MeasurementModel<Pose = M::Pose>>(
@@ -123,12 +119,8 @@ impl<T: Real> Branches<T> {
     }
 }
 
-impl<T, M, Z, V> JointSlam<'_, M, Z, super::super::archive::NoArchive, V>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    V: Movers<M::Pose>,
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Movers<M::Pose>>
+    JointSlam<'_, M, Z, super::super::archive::NoArchive, V>
 {
     /// Corrects pose and landmarks with one measurement of known cause.
     fn correct_by<X: MeasurementModel<Pose = M::Pose>>(

@@ -52,20 +52,19 @@ impl<T: Real> Cause<T> {
 /// The likeliest causes of a measurement among old landmarks and tracks, with ln( p_D v N(z; ẑ, S) / (1 − p_D v) ), without those in
 /// `taken`, which caused earlier measurements: a landmark causes at most one measurement. p_D of all landmarks and tracks must be that
 /// of this scan.
-pub(super) fn causes_of<T, X, Z, V>(
+pub(super) fn causes_of<
+    T: Real,
+    X: MeasurementModel<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
+    V: Movers<X::Pose>,
+>(
     models: &X,
     config: &JointConfig<T>,
     memory: &Memory<'_, X::Pose, Z>,
     movers: &V,
     z: &X::Measurement,
     taken: &[Cause<T>],
-) -> Best<Cause<T>, T, CAUSES>
-where
-    T: Real,
-    X: MeasurementModel<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    V: Movers<X::Pose>,
-{
+) -> Best<Cause<T>, T, CAUSES> {
     let mut causes = Best::new(CAUSES, Cause::NEW);
     let sensor = models.sensor();
     let frame = sensor.frame(&memory.header.pose);
@@ -129,13 +128,10 @@ fn of_landmark<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
 }
 
 /// ln of the probability that the scan detects nothing.
-pub(super) fn ln_missed<T, P, Z, V>(memory: &Memory<'_, P, Z>, movers: &V) -> T
-where
-    T: Real,
-    P: Pose<Scalar = T>,
-    Z: Vector<Scalar = T>,
-    V: Movers<P>,
-{
+pub(super) fn ln_missed<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>, V: Movers<P>>(
+    memory: &Memory<'_, P, Z>,
+    movers: &V,
+) -> T {
     let landmarks = memory.landmarks.iter().enumerate().take(memory.header.len);
     let of_landmarks = landmarks.map(|(index, landmark)| of_landmark(landmark, movers, track_of(movers, index)).1);
     let alone = movers.kept().iter().filter(|mover| mover.static_index == NONE);
@@ -143,19 +139,14 @@ where
 }
 
 /// ln of the density of a measurement, if this landmark causes it; `None` beyond the gate.
-fn of_static<T, X, Z>(
+fn of_static<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>>(
     sensor: &X::Sensor,
     frame: &<X::Sensor as Sensor>::Frame,
     memory: &Memory<'_, X::Pose, Z>,
     index: usize,
     z: &X::Measurement,
     gate: ScalarOf<X::Pose>,
-) -> Option<T>
-where
-    T: Real,
-    X: MeasurementModel<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-{
+) -> Option<T> {
     let landmark = memory.landmarks.get(index)?;
     let predicted = Predicted::of(sensor, frame, &landmark.mean)?;
     let own = OwnNoise::of(sensor, z, &predicted.measurement);

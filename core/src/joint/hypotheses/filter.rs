@@ -45,12 +45,8 @@ pub struct MultiHypothesisSlam<'s, M: Motion, Z: Vector, V, const OTHERS: usize>
     pub(super) config: HypothesesConfig<ScalarOf<M::Pose>>,
 }
 
-impl<'s, T, M, Z, V> JointSlam<'s, M, Z, NoArchive, V>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    V: MoversOf<'s, M::Pose>,
+impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: MoversOf<'s, M::Pose>>
+    JointSlam<'s, M, Z, NoArchive, V>
 {
     /// This filter with several hypotheses of data association. They belong to the state: pass both from the start, and
     /// again whenever the filter is constructed anew. Call [`with_movers`](Self::with_movers) before.
@@ -78,27 +74,20 @@ where
     }
 }
 
-impl<'s, T, M, Z, V, const OTHERS: usize> MultiHypothesisSlam<'s, M, Z, V, OTHERS>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    V: Movers<M::Pose>,
+impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Movers<M::Pose>, const OTHERS: usize>
+    MultiHypothesisSlam<'s, M, Z, V, OTHERS>
 {
     /// The filter with the likeliest hypothesis: its map, its moving objects, its pose.
-    #[must_use]
     pub fn likeliest(&self) -> &JointSlam<'s, M, Z, NoArchive, V> {
         &self.slam
     }
 
     /// Number of hypotheses.
-    #[must_use]
     pub fn hypotheses(&self) -> usize {
         self.alive().count()
     }
 
     /// The mean pose of all hypotheses and its covariance; `None` before the first reset.
-    #[must_use]
     pub fn estimate_pose(&self) -> Option<PoseEstimate<M::Pose>> {
         let likeliest = self.slam.estimate_pose()?;
         if self.hypotheses() == 1 {
@@ -120,7 +109,6 @@ where
     }
 
     /// Probability of the likeliest hypothesis.
-    #[must_use]
     pub fn share(&self) -> T {
         (-self.ln_all()).exp()
     }

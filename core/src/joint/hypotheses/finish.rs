@@ -14,12 +14,8 @@ use super::causes::Cause;
 use crate::models::OnVehicle;
 use crate::{Births, Clutter, Health, MeasurementModel, Motion, Pose, Real, Vector};
 
-impl<T, M, Z, V> JointSlam<'_, M, Z, NoArchive, V>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    V: Movers<M::Pose>,
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Movers<M::Pose>>
+    JointSlam<'_, M, Z, NoArchive, V>
 {
     pub(super) fn finish<X: MeasurementModel<Pose = M::Pose>>(
         &mut self,

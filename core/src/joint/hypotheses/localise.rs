@@ -7,12 +7,8 @@ use super::filter::MultiHypothesisSlam;
 use super::scan::{Branch, Branches};
 use crate::{Detector, MeasurementModel, Motion, Pose, Real, ScanError, Vector};
 
-impl<T, M, Z, V, const OTHERS: usize> MultiHypothesisSlam<'_, M, Z, V, OTHERS>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    V: Movers<M::Pose>,
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Movers<M::Pose>, const OTHERS: usize>
+    MultiHypothesisSlam<'_, M, Z, V, OTHERS>
 {
     /// [`JointSlam::localise`](crate::JointSlam::localise) of every hypothesis, whose weight is multiplied by the likelihood
     /// of the scan.

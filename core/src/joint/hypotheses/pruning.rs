@@ -6,12 +6,8 @@ use super::scan::Branches;
 use super::slot::Weight;
 use crate::{Motion, Pose, Real, Vector};
 
-impl<T, M, Z, V, const OTHERS: usize> MultiHypothesisSlam<'_, M, Z, V, OTHERS>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    V: Movers<M::Pose>,
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Movers<M::Pose>, const OTHERS: usize>
+    MultiHypothesisSlam<'_, M, Z, V, OTHERS>
 {
     /// Stores the weights after a scan or a fix, relative to the likeliest hypothesis.
     pub(super) fn settle(&mut self, branches: &Branches<T>) {

@@ -65,12 +65,8 @@ impl<T: Real> Branches<T> {
     }
 }
 
-impl<'s, T, M, Z, V, const OTHERS: usize> MultiHypothesisSlam<'s, M, Z, V, OTHERS>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    V: Movers<M::Pose>,
+impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Movers<M::Pose>, const OTHERS: usize>
+    MultiHypothesisSlam<'s, M, Z, V, OTHERS>
 {
     /// Updates all hypotheses with one scan of one of the vehicle's sensors, as [`JointSlam::scan`] does with one.
     ///
@@ -134,20 +130,19 @@ where
 
 /// The start of a scan in one hypothesis: predicts it to the time of the scan, and computes p_D of all its landmarks and
 /// tracks. Returns the number of landmarks in view, and ln of the probability that none is detected.
-fn begin<T, M, Z, V, X>(
-    slam: &mut JointSlam<'_, M, Z, super::super::archive::NoArchive, V>,
-    causes: &mut [Cause<T>],
-    models: &OnVehicle<'_, X>,
-    births: &Births<T>,
-    measurements: &[X::Measurement],
-) -> (usize, T)
-where
+fn begin<
     T: Real,
     M: Motion<Pose: Pose<Scalar = T>>,
     Z: Vector<Scalar = T>,
     V: Movers<M::Pose>,
     X: MeasurementModel<Pose = M::Pose>,
-{
+>(
+    slam: &mut JointSlam<'_, M, Z, super::super::archive::NoArchive, V>,
+    causes: &mut [Cause<T>],
+    models: &OnVehicle<'_, X>,
+    births: &Births<T>,
+    measurements: &[X::Measurement],
+) -> (usize, T) {
     let JointSlam { config, memory, movers, .. } = slam;
     memory.clamp();
     advance(config, memory, movers);

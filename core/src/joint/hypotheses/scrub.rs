@@ -16,18 +16,13 @@ pub struct HypothesesScrubber {
 
 impl HypothesesScrubber {
     /// A scrubber that starts with the likeliest hypothesis.
-    #[must_use]
     pub const fn new() -> Self {
         Self { place: 0, within: Scrubber::new() }
     }
 }
 
-impl<T, M, Z, V, const OTHERS: usize> MultiHypothesisSlam<'_, M, Z, V, OTHERS>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    V: Movers<M::Pose>,
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Movers<M::Pose>, const OTHERS: usize>
+    MultiHypothesisSlam<'_, M, Z, V, OTHERS>
 {
     /// Checks `parts` parts of one hypothesis after the other, as [`JointSlam::scrub`](crate::JointSlam::scrub) does. If a
     /// hypothesis other than the likeliest cannot be repaired, it is dropped and counted as isolated.
@@ -55,7 +50,6 @@ where
     }
 
     /// As [`JointSlam::seal`](crate::JointSlam::seal), of all hypotheses.
-    #[must_use]
     pub fn seal(&self) -> u64 {
         let mut seal = Sealing::EMPTY;
         let own = self.slam.seal();

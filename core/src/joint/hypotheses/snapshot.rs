@@ -23,12 +23,8 @@ impl<T: Real, P: Pose<Scalar = T>, V: Movers<P>> Slot<'_, P, V> {
     }
 }
 
-impl<T, M, Z, V, const OTHERS: usize> MultiHypothesisSlam<'_, M, Z, V, OTHERS>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    V: Movers<M::Pose>,
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Movers<M::Pose>, const OTHERS: usize>
+    MultiHypothesisSlam<'_, M, Z, V, OTHERS>
 {
     /// [`JointSlam::audit`](crate::JointSlam::audit) of every hypothesis, and of their weights.
     ///
@@ -112,12 +108,8 @@ where
     }
 }
 
-impl<T, M, Z, V> crate::JointSlam<'_, M, Z, crate::storage::NoArchive, V>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    V: Movers<M::Pose>,
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Movers<M::Pose>>
+    crate::JointSlam<'_, M, Z, crate::storage::NoArchive, V>
 {
     /// Reads the state from what a walk with this number of features and tracks has written.
     fn fill<S, E>(&mut self, features: usize, movers: Option<usize>, from: &mut Reader<'_, S, E>)
@@ -135,12 +127,8 @@ where
 }
 
 /// Visits the likeliest hypothesis as a [`JointSlam`](crate::JointSlam) does, and the other places up to the last in use.
-impl<T, M, Z, V, const OTHERS: usize> Walk for MultiHypothesisSlam<'_, M, Z, V, OTHERS>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    V: Movers<M::Pose>,
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Movers<M::Pose>, const OTHERS: usize> Walk
+    for MultiHypothesisSlam<'_, M, Z, V, OTHERS>
 {
     fn walk(&self, visit: &mut impl Visit) {
         self.slam.walk(visit);

@@ -11,12 +11,8 @@ use crate::{
     PositionOf, PredictError, PredictReport, Real, ResetError, Symmetric, TangentOf, Vector,
 };
 
-impl<T, M, Z, V, const OTHERS: usize> MultiHypothesisSlam<'_, M, Z, V, OTHERS>
-where
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    V: Movers<M::Pose>,
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Movers<M::Pose>, const OTHERS: usize>
+    MultiHypothesisSlam<'_, M, Z, V, OTHERS>
 {
     /// [`JointSlam::reset`](crate::JointSlam::reset), with one hypothesis.
     ///
@@ -156,7 +152,6 @@ where
 
     /// A hash of the complete filter state: equal on every machine that processed the same inputs. With one hypothesis it is
     /// that of the [`JointSlam`](crate::JointSlam).
-    #[must_use]
     pub fn digest(&self) -> u64 {
         let mut hash = Fnv::EMPTY;
         self.walk(&mut hash);

@@ -69,7 +69,6 @@ impl<
 > JointHypotheses<P, OTHERS, FEATURES, NUMBERS, MEASUREMENTS, TRACKS>
 {
     /// No hypotheses.
-    #[must_use]
     pub const fn new() -> Self {
         const {
             let numbers = joint_numbers(TangentOf::<P>::DIMENSION, PositionOf::<P>::DIMENSION, FEATURES);
@@ -93,20 +92,5 @@ impl<
             causes: &mut other.causes,
         });
         (&mut self.causes, others)
-    }
-}
-
-impl<
-    T: Real,
-    P: Pose<Scalar = T>,
-    const OTHERS: usize,
-    const FEATURES: usize,
-    const NUMBERS: usize,
-    const MEASUREMENTS: usize,
-    const TRACKS: usize,
-> Default for JointHypotheses<P, OTHERS, FEATURES, NUMBERS, MEASUREMENTS, TRACKS>
-{
-    fn default() -> Self {
-        Self::new()
     }
 }

@@ -2,7 +2,7 @@
 
 use super::super::state::Header;
 use super::slot::Weight;
-use crate::tests::linear::{Drift, Everywhere, Offset};
+use crate::tests::linear::{Drift, Everywhere, Offset, linear_sensing};
 use crate::*;
 use nalgebra::Vector2;
 use std::boxed::Box;
@@ -47,11 +47,7 @@ impl Room {
 
 fn eyes() -> Eyes {
     let window = RangeBearingWindow::full_circle(12.0, 0.8).unwrap();
-    let sensing = Sensing {
-        sensor: RangeBearing::new(0.1, 0.02).unwrap(),
-        field_of_view: window,
-        clutter: UniformClutter::of_scan(0.5, window.measure()).unwrap(),
-    };
+    let sensing = Sensing::range_bearing([0.1, 0.02], window, 0.5).unwrap();
     Detector::new(sensing, Births { of_static: 1e-3, of_moving: 5e-4 }).unwrap()
 }
 
@@ -120,11 +116,7 @@ type Linear = JointState<PlanarPose<f64>, Vector2<f64>, 4, { joint_numbers(3, 2,
 type LinearOthers = JointHypotheses<PlanarPose<f64>, 3, 4, { joint_numbers(3, 2, 4) }, 4, 0>;
 
 fn linear(detection: f64) -> Detector<Sensing<Offset, Everywhere, UniformClutter<f64>>> {
-    let sensing = Sensing {
-        sensor: Offset { noise: Symmetric::from_diagonal([0.01, 0.01]) },
-        field_of_view: Everywhere(detection),
-        clutter: UniformClutter::of_scan(0.01, 1.0).unwrap(),
-    };
+    let sensing = linear_sensing([0.01, 0.01], detection, 0.01);
     Detector::new(sensing, Births::of_static(1e-3)).unwrap()
 }
 

@@ -98,11 +98,12 @@ impl World {
             ..RangeBearingLimits::full_circle(self.range_m as f32, self.detection as f32)
         })
         .unwrap();
-        let sensing = Sensing {
-            sensor: RangeBearing::new(self.range_sigma_m as f32, self.bearing_sigma_rad as f32).unwrap(),
-            field_of_view: window,
-            clutter: UniformClutter::of_scan(self.clutter as f32, window.measure()).unwrap(),
-        };
+        let sensing = Sensing::range_bearing(
+            [self.range_sigma_m as f32, self.bearing_sigma_rad as f32],
+            window,
+            self.clutter as f32,
+        )
+        .unwrap();
         Detector::new(sensing, Births::of_static(0.3 / window.measure())).unwrap()
     }
 

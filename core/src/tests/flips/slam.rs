@@ -2,13 +2,13 @@
 
 use super::world::{CLUTTER, DETECTION, DT_S, Passage, RANGE_M};
 use super::{JOINT_FEATURES, MEASUREMENTS};
+use crate::tests::alone::Lidar;
 use crate::*;
 use nalgebra::Vector2;
 use std::boxed::Box;
 use std::vec;
 use std::vec::Vec;
 
-type Lidar = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
 type Mixture = State<PlanarPose<f32>, 4, 4, MapMemory<Static<Vector2<f32>>, 4, 96, 20, 320>>;
 type Joint =
     JointState<PlanarPose<f32>, Vector2<f32>, JOINT_FEATURES, { joint_numbers(3, 2, JOINT_FEATURES) }, MEASUREMENTS>;
@@ -36,11 +36,10 @@ fn motion() -> Unicycle<f32> {
     Unicycle::new(Step::Arc, ControlNoise::white(0.15, 0.05)).unwrap()
 }
 
-fn lidar() -> Detector<Lidar> {
+fn lidar() -> Detector<Lidar<f32>> {
     let window = RangeBearingWindow::full_circle(RANGE_M, DETECTION).unwrap();
-    let clutter = UniformClutter::of_scan(CLUTTER, window.measure()).unwrap();
-    let sensing = Sensing { sensor: RangeBearing::new(0.1, 0.015).unwrap(), field_of_view: window, clutter };
-    Detector::new(sensing, Births::of_static(clutter.intensity())).unwrap()
+    let sensing = Sensing::range_bearing([0.1, 0.015], window, CLUTTER).unwrap();
+    Detector::new(sensing, Births::of_static(sensing.clutter.intensity())).unwrap()
 }
 
 fn control(passage: &Passage) -> UnicycleControl<f32> {
@@ -95,7 +94,7 @@ macro_rules! in_the_same_words {
 /// A joint map.
 pub(crate) struct OfJoint<'s> {
     slam: JointSlam<'s, Unicycle<f32>, Vector2<f32>>,
-    eyes: Detector<Lidar>,
+    eyes: Detector<Lidar<f32>>,
 }
 
 pub(crate) fn joint() -> OfJoint<'static> {
@@ -117,7 +116,7 @@ impl Slam for OfJoint<'_> {
 /// Four informed particles.
 pub(crate) struct OfMixture<'s> {
     slam: ScPhd<'s, Unicycle<f32>>,
-    eyes: Detector<Lidar, ScanRoom<'s, Vector2<f32>>>,
+    eyes: Detector<Lidar<f32>, ScanRoom<'s, Vector2<f32>>>,
 }
 
 pub(crate) fn mixture() -> OfMixture<'static> {

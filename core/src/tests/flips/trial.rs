@@ -14,8 +14,7 @@ const TIMES: f64 = 3.0;
 /// Protection of the filter's memory by the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Guard {
-    /// Scrubs this number of parts after every scan, and restores a snapshot if the damage cannot be repaired or a step is
-    /// refused.
+    /// Scrubs this number of parts after every scan, and restores a snapshot if the damage cannot be repaired or a step is refused.
     Scrub(usize),
     /// Also compares seals before every step.
     ScrubAndSeal(usize),

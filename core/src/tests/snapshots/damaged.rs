@@ -78,21 +78,6 @@ fn every_bit_that_changes_and_every_end_that_is_missing_is_noticed() {
 }
 
 #[test]
-fn random_bytes_are_no_snapshot() {
-    let mut state = Box::new(Memory::new());
-    let (mut slam, digest) = held(&mut state);
-    let mut noise = Noise::seeded(1);
-    for len in (0..300).cycle().take(20_000) {
-        let bytes: Vec<u8> = (0..len).map(|_| (256.0 * noise.uniform::<f32>()) as u8).collect();
-        let behind_magic = [&b"SCPH"[..], &bytes].concat();
-        for bytes in [bytes, behind_magic] {
-            assert!(slam.restore(KIND, from_slice(&bytes)).is_err());
-        }
-    }
-    assert_eq!((slam.digest(), slam.audit()), (digest, Ok(())));
-}
-
-#[test]
 fn other_vehicles_and_capacities_are_refused_with_the_reason() {
     let bytes = snapshot();
     let mut state = Box::new(Memory::new());

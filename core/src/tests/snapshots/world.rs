@@ -1,10 +1,10 @@
 //! A vehicle on a circle among posts, and a walker: the inputs of every test.
 
+use crate::tests::alone::Lidar;
 use crate::*;
 use nalgebra::Vector2;
 use std::vec::Vec;
 
-pub(in crate::tests) type Lidar<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
 pub(in crate::tests) type Scratch<T> = DetectorMemory<Vector2<T>, 32>;
 pub(in crate::tests) type Eyes<'m, T> = Detector<Lidar<T>, ScanRoom<'m, Vector2<T>>>;
 
@@ -32,11 +32,7 @@ pub(in crate::tests) fn motion<T: Real>() -> Unicycle<T> {
 
 pub(in crate::tests) fn lidar<T: Real>() -> Lidar<T> {
     let window = RangeBearingWindow::full_circle(T::from_f64(10.0), T::from_f64(0.9)).unwrap();
-    Sensing {
-        sensor: RangeBearing::new(T::from_f64(0.1), T::from_f64(0.01)).unwrap(),
-        field_of_view: window,
-        clutter: UniformClutter::of_scan(T::from_f64(3.0), window.measure()).unwrap(),
-    }
+    Sensing::range_bearing([T::from_f64(0.1), T::from_f64(0.01)], window, T::from_f64(3.0)).unwrap()
 }
 
 pub(in crate::tests) fn detector<T: Real>(scratch: &mut Scratch<T>, moves: bool) -> Eyes<'_, T> {

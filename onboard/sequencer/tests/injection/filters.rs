@@ -56,9 +56,8 @@ pub fn motion() -> Unicycle<f32> {
 
 pub fn lidar(setting: Setting) -> Detector<Lidar> {
     let window = setting.stated_window();
-    let clutter = UniformClutter::of_scan(setting.clutter as f32, window.measure()).unwrap();
-    let sensing = Sensing { sensor: RangeBearing::new(0.1, 0.015).unwrap(), field_of_view: window, clutter };
-    Detector::new(sensing, Births::of_static(clutter.intensity())).unwrap()
+    let sensing = Sensing::range_bearing([0.1, 0.015], window, setting.clutter as f32).unwrap();
+    Detector::new(sensing, Births::of_static(sensing.clutter.intensity())).unwrap()
 }
 
 struct OfJoint {

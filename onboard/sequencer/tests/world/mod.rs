@@ -136,9 +136,7 @@ pub fn filtered(feed: impl FnOnce(&mut dyn Feed)) -> Outcome {
     }
     let detector = |[range_sigma, bearing_sigma]: [f32; 2], range_max| {
         let field_of_view = RangeBearingWindow::full_circle(range_max, 0.9).unwrap();
-        let clutter = UniformClutter::of_scan(1.0, field_of_view.measure()).unwrap();
-        let sensing =
-            Sensing { sensor: RangeBearing::new(range_sigma, bearing_sigma).unwrap(), field_of_view, clutter };
+        let sensing = Sensing::range_bearing([range_sigma, bearing_sigma], field_of_view, 1.0).unwrap();
         Detector::new(sensing, Births::of_static(0.1 / field_of_view.measure())).unwrap()
     };
     let (mut still, mut map) = (Box::new(Mixture::new()), Box::new(Map::new()));
