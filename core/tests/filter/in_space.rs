@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3, Vector4, Vector6};
 type Still<const N: usize> = MapMemory<Static<Vector3<f64>>, N, 512, 32, 512>;
 type Moving<const N: usize> = MapMemory<Dynamic<Vector3<f64>>, N, 256, 8, 256>;
 type Memory<const N: usize, V> = State<AuvPose<f64>, N, N, Still<N>, V>;
-type Filter<'s> = Alone<'s, Auv<f64>, Sensing<StereoCamera<f64>, StereoFrustum<f64>, UniformClutter<f64>>>;
+type Filter<'s> = Alone<'s, Auv<f64>, Camera>;
 
 const LIMITS: FrustumLimits<f64> = FrustumLimits {
     width_px: 800.0,
@@ -20,7 +20,9 @@ const LIMITS: FrustumLimits<f64> = FrustumLimits {
 };
 const PIXEL_SIGMA: f64 = 2.0;
 
-fn models() -> Models<Auv<f64>, Sensing<StereoCamera<f64>, StereoFrustum<f64>, UniformClutter<f64>>> {
+type Camera = Sensing<StereoCamera<f64>, StereoFrustum<f64>, UniformClutter<f64>>;
+
+fn models() -> Models<Auv<f64>, Camera> {
     let calibration = Matrix3::new(500.0, 0.0, 400.0, 0.0, 500.0, 300.0, 0.0, 0.0, 1.0);
     let down = Matrix3::new(0.0, -1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, -1.0);
     let side = |y| projection(&calibration, &down, &Vector3::new(0.0, y, 0.0));

@@ -62,31 +62,3 @@ impl<X, const N: usize> Queue<X, N> {
         self.entries.len()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::{Key, Queue};
-    use crate::PushError;
-
-    const fn key(time: u64, source: u8, number: u32) -> Key {
-        Key { time, source, number }
-    }
-
-    #[test]
-    fn inputs_come_out_by_time_then_source_then_number() {
-        let mut queue = Queue::<char, 5>::new();
-        for (key, input) in
-            [(key(2, 0, 0), 'e'), (key(1, 1, 0), 'c'), (key(1, 0, 9), 'b'), (key(1, 0, 2), 'a'), (key(1, 1, 1), 'd')]
-        {
-            assert_eq!(queue.insert(key, input), Ok(()));
-        }
-        assert_eq!(queue.insert(key(1, 1, 0), 'x'), Err(PushError::Duplicate));
-        assert_eq!(queue.insert(key(0, 0, 0), 'x'), Err(PushError::Full));
-        for expected in ['a', 'b', 'c', 'd', 'e'] {
-            let (first, &input) = queue.first().unwrap();
-            assert_eq!(input, expected);
-            queue.remove(first);
-        }
-        assert!(queue.first().is_none());
-    }
-}
