@@ -61,11 +61,28 @@ fn replayed_as<K: Aboard<T>, T: Real>(bytes: &[u8], scans: u32) -> Result<Digest
     })
 }
 
-fn replayed<T: Real>(bytes: &[u8], scans: u32) -> Result<Digests, ReplayError>
-where
-    Planar: Aboard<T>,
-{
-    replayed_as::<Planar, T>(bytes, scans)
+/// A replay by this filter of a log with these settings ends where the session ends, in memory that is never full. Returns the
+/// stream and the last digest.
+fn ends_alike<A: Aboard<T, Kind = Planar>, T: Real>(
+    log: &Log,
+    settings: &Settings,
+    of: Recorded,
+) -> (Vec<u8>, Option<u64>) {
+    let (precision, scalar) = precision::<T>();
+    let filter = match of {
+        Recorded::Mixture => Filter::Core(precision),
+        Recorded::Joint => Filter::Joint(precision),
+    };
+    let session = session::run::<dimensions::Planar>(log, settings, filter, SEED, &mut |_| ()).unwrap();
+    let bytes = stream::write(log, settings, of, SEED, scalar, usize::MAX).unwrap().bytes;
+    let digests = replayed_as::<A, T>(&bytes, u32::MAX).unwrap();
+    assert!(!digests.full);
+    assert_eq!((digests.all.len(), digests.all.last()), (log.scans.len(), session.summary.digest.as_ref()));
+    (bytes, session.summary.digest)
+}
+
+fn precision<T: Real>() -> (Precision, Scalar) {
+    if size_of::<T>() == 4 { (Precision::F32, Scalar::F32) } else { (Precision::F64, Scalar::F64) }
 }
 
 /// A short dive with the settings of the firmware's stream, with few particles and frames that fit the memory on board.
@@ -81,19 +98,8 @@ fn short_dive() -> (scphd_log::underwater::Log, scphd_filters::underwater::setti
 #[test]
 fn a_replay_ends_in_the_state_of_the_session() {
     let (log, settings) = short_log();
-    for (precision, scalar) in [(Precision::F32, Scalar::F32), (Precision::F64, Scalar::F64)] {
-        let session =
-            session::run::<dimensions::Planar>(&log, &settings, Filter::Core(precision), SEED, &mut |_| ()).unwrap();
-        let bytes = stream::write(&log, &settings, Recorded::Mixture, SEED, scalar, usize::MAX).unwrap().bytes;
-        let digests = match precision {
-            Precision::F32 => replayed::<f32>(&bytes, u32::MAX),
-            Precision::F64 => replayed::<f64>(&bytes, u32::MAX),
-        }
-        .unwrap();
-        assert!(!digests.full);
-        assert_eq!(digests.all.len(), SCANS);
-        assert_eq!(digests.all.last().copied(), session.summary.digest, "{precision:?}");
-    }
+    ends_alike::<Planar, f32>(&log, &settings, Recorded::Mixture);
+    ends_alike::<Planar, f64>(&log, &settings, Recorded::Mixture);
 }
 
 /// A joint map has the same state with every sufficient capacity, and another one with moving-object tracks.
@@ -104,22 +110,14 @@ fn a_joint_map_ends_where_its_session_ends() {
     let mut settings = Settings::for_log(&log);
     let mut ended = |moving: bool| {
         settings.set_moving(moving);
-        let filter = Filter::Joint(Precision::F32);
-        let session = session::run::<dimensions::Planar>(&log, &settings, filter, SEED, &mut |_| ()).unwrap();
-        let bytes = stream::write(&log, &settings, Recorded::Joint, SEED, Scalar::F32, usize::MAX).unwrap().bytes;
-        let replays = if moving {
-            [
-                replayed_as::<PlanarJointMovers, f32>(&bytes, u32::MAX),
-                replayed_as::<PlanarJoint40Movers, f32>(&bytes, u32::MAX),
-            ]
+        let of = Recorded::Joint;
+        if moving {
+            ends_alike::<PlanarJointMovers, f32>(&log, &settings, of);
+            ends_alike::<PlanarJoint40Movers, f32>(&log, &settings, of).1
         } else {
-            [replayed_as::<PlanarJoint, f32>(&bytes, u32::MAX), replayed_as::<PlanarJoint40, f32>(&bytes, u32::MAX)]
-        };
-        for digests in replays.map(Result::unwrap) {
-            assert!(!digests.full);
-            assert_eq!(digests.all.last().copied(), session.summary.digest, "moving {moving}");
+            ends_alike::<PlanarJoint, f32>(&log, &settings, of);
+            ends_alike::<PlanarJoint40, f32>(&log, &settings, of).1
         }
-        session.summary.digest
     };
     assert_ne!(ended(false), ended(true));
 }
@@ -158,16 +156,24 @@ fn on_board_there_is_room_for_what_moves_in_the_thesis() {
     assert!(error_m < 0.15, "{error_m} m");
 }
 
+fn dive_ends_alike<A: Aboard<T>, T: Real>(
+    log: &scphd_log::underwater::Log,
+    settings: &scphd_filters::underwater::settings::Settings,
+    (of, filter): (Recorded, fn(Precision) -> Filter),
+) {
+    let (precision, scalar) = precision::<T>();
+    let filter = filter(precision);
+    let session = session::run::<dimensions::Underwater>(log, settings, filter, SEED, &mut |_| ()).unwrap();
+    let bytes = stream::write_underwater(log, settings, of, SEED, scalar, usize::MAX).unwrap().bytes;
+    let digests = replayed_as::<A, T>(&bytes, u32::MAX).unwrap();
+    assert!(!digests.full);
+    assert_eq!((digests.all.len(), digests.all.last()), (log.scans.len(), session.summary.digest.as_ref()));
+}
+
 #[test]
 fn a_dive_with_a_joint_map_ends_where_its_session_ends() {
     let (log, settings) = short_dive();
-    let filter = Filter::Joint(Precision::F32);
-    let session = session::run::<dimensions::Underwater>(&log, &settings, filter, SEED, &mut |_| ()).unwrap();
-    let bytes =
-        stream::write_underwater(&log, &settings, Recorded::Joint, SEED, Scalar::F32, usize::MAX).unwrap().bytes;
-    let digests = replayed_as::<UnderwaterJoint, f32>(&bytes, u32::MAX).unwrap();
-    assert!(!digests.full);
-    assert_eq!((digests.all.len(), digests.all.last().copied()), (log.scans.len(), session.summary.digest));
+    dive_ends_alike::<UnderwaterJoint, f32>(&log, &settings, (Recorded::Joint, Filter::Joint));
 }
 
 /// An odometry row beyond the speed limit that moves the vehicle little in its short time: only the check of the speed can refuse
@@ -177,13 +183,10 @@ fn an_implausible_row_is_refused_on_board_and_in_the_session() {
     let drive = |speed: f64| {
         let (mut log, settings) = short_log();
         log.odometry[7].control = [speed, 0.0, 0.0];
-        let of = |filter| stream::write(&log, &settings, filter, SEED, Scalar::F32, usize::MAX).unwrap().bytes;
-        let core = Filter::Core(Precision::F32);
-        let session = session::run::<dimensions::Planar>(&log, &settings, core, SEED, &mut |_| ()).unwrap();
-        let last = |digests: Digests| digests.all.last().copied();
-        let mixture = last(replayed::<f32>(&of(Recorded::Mixture), u32::MAX).unwrap());
-        assert_eq!(mixture, session.summary.digest, "{speed} m/s");
-        [mixture, last(replayed_as::<PlanarJoint, f32>(&of(Recorded::Joint), u32::MAX).unwrap())]
+        let (_, mixture) = ends_alike::<Planar, f32>(&log, &settings, Recorded::Mixture);
+        let bytes = stream::write(&log, &settings, Recorded::Joint, SEED, Scalar::F32, usize::MAX).unwrap().bytes;
+        let joint = replayed_as::<PlanarJoint, f32>(&bytes, u32::MAX).unwrap();
+        [mixture, joint.all.last().copied()]
     };
     // All speeds beyond the limit leave the same state, and others a different one.
     let left_out = drive(400.0);
@@ -199,20 +202,8 @@ fn a_dive_ends_in_the_state_of_its_session() {
     // A frame between two samples of the instruments, and one before the first.
     log.scans[10].t_s += 0.03;
     log.scans[0].t_s -= 0.5;
-    for (precision, scalar) in [(Precision::F32, Scalar::F32), (Precision::F64, Scalar::F64)] {
-        let filter = Filter::Core(precision);
-        let session = session::run::<dimensions::Underwater>(&log, &settings, filter, SEED, &mut |_| ()).unwrap();
-        let bytes =
-            stream::write_underwater(&log, &settings, Recorded::Mixture, SEED, scalar, usize::MAX).unwrap().bytes;
-        let digests = match precision {
-            Precision::F32 => replayed_as::<Underwater, f32>(&bytes, u32::MAX),
-            Precision::F64 => replayed_as::<Underwater, f64>(&bytes, u32::MAX),
-        }
-        .unwrap();
-        assert!(!digests.full);
-        assert_eq!(digests.all.len(), log.scans.len());
-        assert_eq!(digests.all.last().copied(), session.summary.digest, "{precision:?}");
-    }
+    dive_ends_alike::<Underwater, f32>(&log, &settings, (Recorded::Mixture, Filter::Core));
+    dive_ends_alike::<Underwater, f64>(&log, &settings, (Recorded::Mixture, Filter::Core));
 }
 
 #[test]
@@ -237,7 +228,7 @@ fn a_dive_that_cannot_be_replayed_is_refused_by_name() {
     assert_eq!(refused(&blind, &settings).as_deref(), Some(error));
     // Each kind refuses streams of the other.
     let bytes = stream::write_underwater(&log, &settings, Recorded::Mixture, SEED, Scalar::F32, 3).unwrap().bytes;
-    let error = replayed::<f32>(&bytes, u32::MAX).err().unwrap().to_string();
+    let error = replayed_as::<Planar, f32>(&bytes, u32::MAX).err().unwrap().to_string();
     assert_eq!(error, "the stream is for another type of vehicle: 3");
     let mut unmanned = log;
     unmanned.instruments.clear();
@@ -250,9 +241,9 @@ fn a_stream_of_fewer_scans_is_the_beginning_of_the_whole_one() {
     let whole = stream::write(&log, &settings, Recorded::Mixture, SEED, Scalar::F32, usize::MAX).unwrap();
     let part = stream::write(&log, &settings, Recorded::Mixture, SEED, Scalar::F32, 10).unwrap();
     assert_eq!((whole.scans as usize, part.scans), (SCANS, 10));
-    let expected = replayed::<f32>(&whole.bytes, 10).unwrap().all;
+    let expected = replayed_as::<Planar, f32>(&whole.bytes, 10).unwrap().all;
     assert_eq!(expected.len(), 10);
-    assert_eq!(replayed::<f32>(&part.bytes, u32::MAX).unwrap().all, expected);
+    assert_eq!(replayed_as::<Planar, f32>(&part.bytes, u32::MAX).unwrap().all, expected);
 }
 
 #[test]
@@ -260,8 +251,8 @@ fn a_truncated_stream_is_replayed_up_to_its_end_and_then_refused() {
     let (log, settings) = short_log();
     let bytes = stream::write(&log, &settings, Recorded::Mixture, SEED, Scalar::F32, 10).unwrap().bytes;
     let cut = &bytes[..bytes.len() - 20];
-    assert!(matches!(replayed::<f32>(cut, u32::MAX), Err(ReplayError::Stream(StreamError::Truncated))));
-    assert_eq!(replayed::<f32>(cut, 9).unwrap().all.len(), 9);
+    assert!(matches!(replayed_as::<Planar, f32>(cut, u32::MAX), Err(ReplayError::Stream(StreamError::Truncated))));
+    assert_eq!(replayed_as::<Planar, f32>(cut, 9).unwrap().all.len(), 9);
 }
 
 #[test]
@@ -269,12 +260,12 @@ fn a_stream_beyond_the_capacities_on_board_is_refused_by_name() {
     let (log, mut settings) = short_log();
     settings.filter.particles = 1000;
     let bytes = stream::write(&log, &settings, Recorded::Mixture, SEED, Scalar::F32, 2).unwrap().bytes;
-    let error = replayed::<f32>(&bytes, u32::MAX).err().unwrap().to_string();
+    let error = replayed_as::<Planar, f32>(&bytes, u32::MAX).err().unwrap().to_string();
     assert_eq!(error, "the filter refuses the stream header: 1000 particles do not fit a state for 32");
     let (mut log, settings) = short_log();
     log.scans[1].detections = vec![[5.0, 0.0]; 65];
     let bytes = stream::write(&log, &settings, Recorded::Mixture, SEED, Scalar::F32, 2).unwrap().bytes;
-    let error = replayed::<f32>(&bytes, u32::MAX).err().unwrap().to_string();
+    let error = replayed_as::<Planar, f32>(&bytes, u32::MAX).err().unwrap().to_string();
     assert_eq!(error, "scan 1: the filter refuses: 65 measurements do not fit a state for 64");
 }
 
@@ -338,25 +329,12 @@ fn few_features() -> (Log, Settings) {
     (log, settings)
 }
 
-/// A replay by this filter of a log with these settings ends where the session ends.
-fn ends_alike<A: Aboard<f32, Kind = Planar>>(log: &Log, settings: &Settings, of: Recorded) -> Vec<u8> {
-    let filter = match of {
-        Recorded::Mixture => Filter::Core(Precision::F32),
-        Recorded::Joint => Filter::Joint(Precision::F32),
-    };
-    let session = session::run::<dimensions::Planar>(log, settings, filter, SEED, &mut |_| ()).unwrap();
-    let bytes = stream::write(log, settings, of, SEED, Scalar::F32, usize::MAX).unwrap().bytes;
-    let digests = replayed_as::<A, f32>(&bytes, u32::MAX).unwrap();
-    assert_eq!(digests.all.last().copied(), session.summary.digest);
-    bytes
-}
-
 #[test]
 fn noise_that_grows_with_the_range_ends_where_the_session_ends() {
     let (log, mut settings) = few_features();
     settings.sensor.range_sigma_ratio = 0.01;
-    ends_alike::<Planar>(&log, &settings, Recorded::Mixture);
-    ends_alike::<PlanarJoint>(&log, &settings, Recorded::Joint);
+    ends_alike::<Planar, f32>(&log, &settings, Recorded::Mixture);
+    ends_alike::<PlanarJoint, f32>(&log, &settings, Recorded::Joint);
 }
 
 #[test]
@@ -368,7 +346,7 @@ fn calibrated_odometry_ends_where_the_session_ends() {
         turn_offset_sigma: 0.02,
         lasts_s: 3600.0,
     });
-    let bytes = ends_alike::<BlackBoxCalibrated>(&log, &settings, Recorded::Joint);
+    let (bytes, _) = ends_alike::<BlackBoxCalibrated, f32>(&log, &settings, Recorded::Joint);
     let error = replayed_as::<PlanarJoint, f32>(&bytes, u32::MAX).err().unwrap().to_string();
     assert_eq!(error, "the filter refuses the stream header: the memory is not for what joint.odometry says");
 }
@@ -381,8 +359,8 @@ fn a_vehicle_with_sideways_speed_ends_where_the_session_ends() {
     let mut settings = Settings::for_log(&log);
     settings.restrict_to_reference();
     (settings.filter.particles, settings.filter.samples) = (4, 1);
-    ends_alike::<Planar>(&log, &settings, Recorded::Mixture);
-    let bytes = ends_alike::<PlanarJoint>(&log, &settings, Recorded::Joint);
+    ends_alike::<Planar, f32>(&log, &settings, Recorded::Mixture);
+    let (bytes, _) = ends_alike::<PlanarJoint, f32>(&log, &settings, Recorded::Joint);
     let mut reader = Reader::<Planar>::open(&bytes).unwrap();
     let sideways = std::iter::from_fn(|| reader.read().unwrap())
         .filter(|record| matches!(record, Record::Predict(odometry) if odometry.control[2] == -0.25));

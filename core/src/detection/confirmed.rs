@@ -1,7 +1,7 @@
 //! Confirmation of features: their covariance is smaller than the first few measurements alone can make it.
 
 use crate::models::noise_at;
-use crate::{Component, Pose, PositionOf, Real, Sensor, Symmetric, TangentOf, Vector};
+use crate::{Component, CovarianceOf, Pose, PositionOf, Real, Sensor, Vector};
 
 /// The threshold for det S / det R in one dimension: half way between the values after k measurements, 1 + 1/k, and after k + 1.
 fn middle<T: Real>(detections: T) -> T {
@@ -16,7 +16,7 @@ fn middle<T: Real>(detections: T) -> T {
 pub(crate) fn is_confirmed<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, N: Vector<Scalar = T>>(
     sensor: &S,
     frame: &S::Frame,
-    pose_covariance: Option<&Symmetric<TangentOf<S::Pose>>>,
+    pose_covariance: Option<&CovarianceOf<S::Pose>>,
     component: &Component<N>,
     detections: T,
 ) -> Option<bool> {

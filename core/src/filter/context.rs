@@ -6,7 +6,7 @@ use crate::filter::stages::ParticleLayout;
 use crate::filter::survivor::ScanView;
 use crate::models::{Mounted, MountedView, OnVehicle};
 use crate::particles::candidate::Candidate;
-use crate::{Births, Config, MeasurementModel, Pose, Real, ScalarOf, Symmetric, TangentOf};
+use crate::{Births, Config, CovarianceOf, MeasurementModel, Pose, Real, ScalarOf};
 
 /// Inputs of a scan update that no stage changes.
 pub(crate) struct ScanContext<'a, X: MeasurementModel> {
@@ -67,7 +67,7 @@ pub(crate) struct SurvivorViews<'b, 'a, X: MeasurementModel> {
     pub(crate) layout: ParticleLayout,
     pub(crate) update_context: UpdateContext<ScalarOf<X::Pose>>,
     pub(crate) candidates: &'b [Candidate<X::Pose>],
-    pub(crate) pose_covariances: &'b [Symmetric<TangentOf<X::Pose>>],
+    pub(crate) pose_covariances: &'b [CovarianceOf<X::Pose>],
     /// For every particle, Σ p_D w of the delayed births that the scan has missed.
     pub(crate) missed: &'b [ScalarOf<X::Pose>],
 }

@@ -6,8 +6,8 @@ use crate::map::reduce::heavier;
 use crate::particles::candidate::{moments, total_weight};
 use crate::settings::config::Extraction;
 use crate::{
-    Component, Config, Detector, MeasurementModel, Motion, MovingOf, Pose, PositionOf, Proposal, Real, ScPhd, Sensor,
-    Symmetric, TangentOf, Vector,
+    Component, Config, CovarianceOf, Detector, MeasurementModel, Motion, MovingOf, Pose, PositionOf, Proposal, Real,
+    ScPhd, Sensor, Symmetric, Vector,
 };
 
 /// The estimated pose.
@@ -16,7 +16,7 @@ pub struct PoseEstimate<P: Pose> {
     /// Weighted mean over the candidates; angles by their circular mean.
     pub mean: P,
     /// Weighted covariance of the candidates' differences from the mean.
-    pub covariance: Symmetric<TangentOf<P>>,
+    pub covariance: CovarianceOf<P>,
 }
 
 /// Result of a map extraction; the features themselves are in the caller's buffer.

@@ -3,7 +3,7 @@
 use crate::detection::view::View;
 use crate::models::noise_at;
 use crate::numerics::range::is_within_range;
-use crate::{Component, InverseOf, MeasurementModel, Place, Pose, Real, Sensor, Symmetric, TangentOf, Vector};
+use crate::{Component, CovarianceOf, InverseOf, MeasurementModel, Place, Pose, Real, Sensor, Symmetric, Vector};
 
 /// The position of a newborn feature.
 #[derive(Debug)]
@@ -20,7 +20,7 @@ impl<T: Real, D: Place<Scalar = T>> Newborn<D> {
     #[inline(never)]
     pub(crate) fn of<X: MeasurementModel<Pose: Pose<Scalar = T, Position = D>>>(
         view: &View<'_, X>,
-        pose_covariance: Option<&Symmetric<TangentOf<X::Pose>>>,
+        pose_covariance: Option<&CovarianceOf<X::Pose>>,
         measured: &X::Measurement,
     ) -> Option<Self> {
         // A feature out of view cannot have caused the measurement; if it was born there it would never be missed, and would

@@ -5,7 +5,8 @@ use crate::numerics::range::{is_within_range, is_within_square};
 use crate::numerics::vector::{applied, product};
 use crate::particles::candidate::{effective_number, reweigh};
 use crate::{
-    Fix, Linear, Matrix, Motion, ObserveError, Pose, PoseEstimate, Real, ScPhd, ScalarOf, Symmetric, TangentOf, Vector,
+    CovarianceOf, Fix, Linear, Matrix, Motion, ObserveError, Pose, PoseEstimate, Real, ScPhd, ScalarOf, Symmetric,
+    TangentOf, Vector,
 };
 
 /// Result of a fix.
@@ -53,7 +54,7 @@ impl<T: Real, F: Fix<Pose: Pose<Scalar = T>>> FixInnovation<F> {
         fix: &F,
         measured: &F::Measurement,
         pose: &F::Pose,
-        covariance: &Symmetric<TangentOf<F::Pose>>,
+        covariance: &CovarianceOf<F::Pose>,
     ) -> Result<Self, T> {
         let fix_innovation = Self::of(fix, measured, pose, covariance).ok_or(T::INFINITY)?;
         // The comparison is written so that NaN is rejected.
@@ -65,7 +66,7 @@ impl<T: Real, F: Fix<Pose: Pose<Scalar = T>>> FixInnovation<F> {
         fix: &F,
         measured: &F::Measurement,
         pose: &F::Pose,
-        covariance: &Symmetric<TangentOf<F::Pose>>,
+        covariance: &CovarianceOf<F::Pose>,
     ) -> Option<Self> {
         let innovation = fix.innovation(measured, &fix.expect(pose)?);
         let by_pose = fix.by_pose(pose);

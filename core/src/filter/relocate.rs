@@ -3,7 +3,7 @@
 use crate::filter::state::Memory;
 use crate::numerics::range::{is_within_range, is_within_square};
 use crate::numerics::vector::applied;
-use crate::{Motion, Pose, Proposal, Real, ResetError, ScPhd, Symmetric, TangentOf, Vector};
+use crate::{CovarianceOf, Motion, Pose, Proposal, Real, ResetError, ScPhd, Symmetric, TangentOf, Vector};
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// [`reset`](Self::reset) with a covariance of the pose, in the coordinates of [`Pose::difference`].
@@ -17,7 +17,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     pub fn reset_within(
         &mut self,
         pose: M::Pose,
-        covariance: &Symmetric<TangentOf<M::Pose>>,
+        covariance: &CovarianceOf<M::Pose>,
         seed: u64,
     ) -> Result<(), ResetError> {
         ResetError::check_covariance(covariance)?;
@@ -30,7 +30,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     ///
     /// # Errors
     /// The pose or the covariance is out of range, or the filter has not been reset; the state is unchanged.
-    pub fn relocate(&mut self, pose: M::Pose, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
+    pub fn relocate(&mut self, pose: M::Pose, covariance: &CovarianceOf<M::Pose>) -> Result<(), ResetError> {
         ResetError::check_pose(&pose)?;
         ResetError::check_covariance(covariance)?;
         let Memory { cursor, pose_covariances, candidates, .. } = &mut self.memory;
@@ -51,7 +51,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     ///
     /// # Errors
     /// The covariance is not finite or a variance is negative, or the filter has not been reset; the state is unchanged.
-    pub fn scatter(&mut self, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
+    pub fn scatter(&mut self, covariance: &CovarianceOf<M::Pose>) -> Result<(), ResetError> {
         ResetError::check_covariance(covariance)?;
         self.memory.clamp();
         let Memory { cursor, pose_covariances, candidates, .. } = &mut self.memory;

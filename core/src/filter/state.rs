@@ -5,7 +5,7 @@ use crate::filter::waiting::memory::{MOST_WORDS, Waiting, WaitingMemory};
 use crate::map::{MapStorage, NoMoving};
 use crate::particles::candidate::Candidate;
 use crate::particles::cursor::Cursor;
-use crate::{Config, Dynamic, Flaw, Pose, Proposal, Real, ScalarOf, SetupError, Static, Symmetric, TangentOf};
+use crate::{Config, CovarianceOf, Dynamic, Flaw, Pose, Proposal, Real, ScalarOf, SetupError, Static, Symmetric};
 
 /// All memory of a filter: its estimate and its working memory, with every capacity in the type.
 ///
@@ -136,9 +136,9 @@ impl Held {
 pub(crate) struct Memory<'s, P: Pose> {
     pub(crate) cursor: &'s mut Cursor<ScalarOf<P>>,
     /// With the informed proposal, the covariance of every particle's pose since the last scan; otherwise zero.
-    pub(crate) pose_covariances: &'s mut [Symmetric<TangentOf<P>>],
+    pub(crate) pose_covariances: &'s mut [CovarianceOf<P>],
     /// Covariances of the selected candidates.
-    pub(crate) selected_covariances: &'s mut [Symmetric<TangentOf<P>>],
+    pub(crate) selected_covariances: &'s mut [CovarianceOf<P>],
     pub(crate) candidates: &'s mut [Candidate<P>],
     pub(crate) ln_likelihoods: &'s mut [ScalarOf<P>],
     pub(crate) selected: &'s mut [Candidate<P>],

@@ -15,15 +15,15 @@ use crate::models::noise_at;
 use crate::numerics::work;
 use crate::report::watch::is_known;
 use crate::{
-    Births, Bounds, Component, Config, Dynamic, Feature, LnSum, MeasurementModel, Place, Pose, PositionOf, Probe, Real,
-    ScalarOf, Stage, Static, Symmetric, TangentOf, Vector,
+    Births, Bounds, Component, Config, CovarianceOf, Dynamic, Feature, LnSum, MeasurementModel, Place, Pose,
+    PositionOf, Probe, Real, ScalarOf, Stage, Static, Vector,
 };
 
 /// The scan from the pose of one survivor.
 pub(crate) struct ScanView<'a, X: MeasurementModel> {
     pub(crate) view: View<'a, X>,
     /// Covariance of the pose, if it has one: added to that of the predicted measurements.
-    pub(crate) pose_covariance: Option<Symmetric<TangentOf<X::Pose>>>,
+    pub(crate) pose_covariance: Option<CovarianceOf<X::Pose>>,
     /// The bounding box of the view.
     pub(crate) bounds: Bounds<PositionOf<X::Pose>>,
     pub(crate) scan: &'a Scan<'a, X::Measurement>,

@@ -14,8 +14,8 @@ use crate::numerics::work;
 use crate::particles::candidate::{Candidate, PartSums, ln_products, ln_rest, multiply, sum_up};
 use crate::particles::resample::{one_child, position};
 use crate::{
-    Dynamic, LnSum, MeasurementModel, Noise, Page, PageId, Place, Pose, PositionOf, Real, ScalarOf, Static, Symmetric,
-    TangentOf,
+    CovarianceOf, Dynamic, LnSum, MeasurementModel, Noise, Page, PageId, Place, Pose, PositionOf, Real, ScalarOf,
+    Static,
 };
 
 /// The arrays of all candidates and particles.
@@ -30,9 +30,9 @@ pub struct Lent<'s, P: Pose> {
     /// Their indices.
     pub survivors: &'s mut [u16],
     /// The covariance of every particle's pose.
-    pub pose_covariances: &'s mut [Symmetric<TangentOf<P>>],
+    pub pose_covariances: &'s mut [CovarianceOf<P>],
     /// The covariances of the selected candidates.
-    pub selected_covariances: &'s mut [Symmetric<TangentOf<P>>],
+    pub selected_covariances: &'s mut [CovarianceOf<P>],
 }
 
 /// The lists of the pages of all static maps, and of all moving ones.

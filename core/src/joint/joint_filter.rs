@@ -7,9 +7,9 @@ use super::hypotheses::MultiHypothesisSlam;
 use super::movers::Movers;
 use super::report::JointReport;
 use crate::{
-    Component, ConfigError, Detector, Fix, FixReport, Flaw, LoadMapError, MeasurementModel, ModelError, Motion,
-    MovingOf, ObserveError, Pose, PoseEstimate, PositionOf, PredictError, PredictReport, Real, ResetError,
-    RestoreError, SaveError, ScalarOf, ScanError, Symmetric, TangentOf, Vector,
+    Component, ConfigError, CovarianceOf, Detector, Fix, FixReport, Flaw, LoadMapError, MeasurementModel, ModelError,
+    Motion, MovingOf, ObserveError, Pose, PoseEstimate, PositionOf, PredictError, PredictReport, Real, ResetError,
+    RestoreError, SaveError, ScalarOf, ScanError, Vector,
 };
 
 /// The pose of a filter.
@@ -29,17 +29,9 @@ pub trait JointFilter {
     fn retune(&mut self, motion: Self::Motion) -> Result<(), ModelError>;
     fn configure(&mut self, config: JointConfig<Number<Self>>) -> Result<(), ConfigError>;
     fn reset(&mut self, pose: PoseOf<Self>) -> Result<(), ResetError>;
-    fn reset_within(
-        &mut self,
-        pose: PoseOf<Self>,
-        covariance: &Symmetric<TangentOf<PoseOf<Self>>>,
-    ) -> Result<(), ResetError>;
-    fn relocate(
-        &mut self,
-        pose: PoseOf<Self>,
-        covariance: &Symmetric<TangentOf<PoseOf<Self>>>,
-    ) -> Result<(), ResetError>;
-    fn scatter(&mut self, covariance: &Symmetric<TangentOf<PoseOf<Self>>>) -> Result<(), ResetError>;
+    fn reset_within(&mut self, pose: PoseOf<Self>, covariance: &CovarianceOf<PoseOf<Self>>) -> Result<(), ResetError>;
+    fn relocate(&mut self, pose: PoseOf<Self>, covariance: &CovarianceOf<PoseOf<Self>>) -> Result<(), ResetError>;
+    fn scatter(&mut self, covariance: &CovarianceOf<PoseOf<Self>>) -> Result<(), ResetError>;
     fn load_map(&mut self, features: &[Component<PositionOf<PoseOf<Self>>>]) -> Result<(), LoadMapError>;
     fn predict(
         &mut self,
@@ -97,19 +89,15 @@ macro_rules! by_methods {
             self.reset(pose)
         }
 
-        fn reset_within(
-            &mut self,
-            pose: M::Pose,
-            covariance: &Symmetric<TangentOf<M::Pose>>,
-        ) -> Result<(), ResetError> {
+        fn reset_within(&mut self, pose: M::Pose, covariance: &CovarianceOf<M::Pose>) -> Result<(), ResetError> {
             self.reset_within(pose, covariance)
         }
 
-        fn relocate(&mut self, pose: M::Pose, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
+        fn relocate(&mut self, pose: M::Pose, covariance: &CovarianceOf<M::Pose>) -> Result<(), ResetError> {
             self.relocate(pose, covariance)
         }
 
-        fn scatter(&mut self, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
+        fn scatter(&mut self, covariance: &CovarianceOf<M::Pose>) -> Result<(), ResetError> {
             self.scatter(covariance)
         }
 

@@ -2,7 +2,7 @@
 
 use crate::numerics::range::is_within_square;
 use crate::settings::config::MovingConfig;
-use crate::{Component, Linear, MovingOf, Pose, Real, ScalarOf, Symmetric, TangentOf, Vector};
+use crate::{Component, CovarianceOf, Linear, MovingOf, Pose, Real, ScalarOf, Symmetric, TangentOf, Vector};
 
 /// Storage of up to `CAPACITY` moving-object tracks of a joint map, for [`with_movers`](super::JointSlam::with_movers).
 ///
@@ -20,7 +20,7 @@ pub struct Common<P: Pose> {
     pub(super) len: usize,
     /// Q: the covariance that the noise of the odometry has added to that of the pose since the last scan. The tracks
     /// are given the pose of that scan, so that Q is the uncertainty of the vehicle relative to them.
-    pub(super) process_noise: Symmetric<TangentOf<P>>,
+    pub(super) process_noise: CovarianceOf<P>,
 }
 
 /// A moving-object track.
@@ -267,7 +267,7 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
     }
 
     /// Adds a step of the vehicle to the process noise: Q ← F Q Fᵀ + `noise`, with F = `transition`.
-    pub(super) fn carried(&mut self, transition: &Linear<TangentOf<P>, TangentOf<P>>, noise: &Symmetric<TangentOf<P>>) {
+    pub(super) fn carried(&mut self, transition: &Linear<TangentOf<P>, TangentOf<P>>, noise: &CovarianceOf<P>) {
         let process_noise = self.common.process_noise.congruence::<TangentOf<P>>(transition).plus(noise);
         // With implausibly large steps, rounding errors may make a variance negative.
         let process_noise = Symmetric::from_fn(|row, column| {

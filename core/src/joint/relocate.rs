@@ -5,7 +5,7 @@ use super::filter::JointSlam;
 use super::movers::Movers;
 use super::state::Memory;
 use crate::numerics::range::is_within_square;
-use crate::{Matrix, Motion, Pose, Real, ResetError, Symmetric, TangentOf, Vector, Zero};
+use crate::{CovarianceOf, Matrix, Motion, Pose, Real, ResetError, Symmetric, TangentOf, Vector, Zero};
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>, V: Movers<M::Pose>>
     JointSlam<'_, M, Z, A, V>
@@ -14,11 +14,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
     ///
     /// # Errors
     /// As for `reset`, or the covariance is not finite or a variance is negative; the state is unchanged.
-    pub fn reset_within(
-        &mut self,
-        pose: M::Pose,
-        covariance: &Symmetric<TangentOf<M::Pose>>,
-    ) -> Result<(), ResetError> {
+    pub fn reset_within(&mut self, pose: M::Pose, covariance: &CovarianceOf<M::Pose>) -> Result<(), ResetError> {
         ResetError::check_covariance(covariance)?;
         self.reset(pose)?;
         self.scatter(covariance)
@@ -29,7 +25,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
     ///
     /// # Errors
     /// The pose or the covariance is out of range, or the filter has not been reset; the state is unchanged.
-    pub fn relocate(&mut self, pose: M::Pose, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
+    pub fn relocate(&mut self, pose: M::Pose, covariance: &CovarianceOf<M::Pose>) -> Result<(), ResetError> {
         ResetError::check_pose(&pose)?;
         ResetError::check_covariance(covariance)?;
         self.memory.clamp();
@@ -50,7 +46,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
     ///
     /// # Errors
     /// The covariance is not finite or a variance is negative, or the filter has not been reset; the state is unchanged.
-    pub fn scatter(&mut self, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
+    pub fn scatter(&mut self, covariance: &CovarianceOf<M::Pose>) -> Result<(), ResetError> {
         ResetError::check_covariance(covariance)?;
         self.memory.clamp();
         let Memory { header, joint, .. } = &mut self.memory;

@@ -5,7 +5,7 @@ use super::covariance::{Joint, joint_numbers};
 use super::existence::Existence;
 use super::pending::{FeatureRows, Pending, TERMS};
 use crate::report::watch::Watch;
-use crate::{Pose, PositionOf, Real, ScalarOf, Symmetric, TangentOf, Vector, Zero};
+use crate::{CovarianceOf, Pose, PositionOf, Real, ScalarOf, Symmetric, Vector, Zero};
 
 /// One landmark of a joint map.
 #[derive(Debug, Clone, Copy)]
@@ -57,7 +57,7 @@ pub(super) struct Header<P: Pose> {
     /// Time since the last scan, s.
     pub(super) waited_s: ScalarOf<P>,
     /// W: the covariance that the noise of the steps since the last scan has added to that of the pose.
-    pub(super) motion_noise: Symmetric<TangentOf<P>>,
+    pub(super) motion_noise: CovarianceOf<P>,
     /// Predictions refused since the last scan.
     pub(super) refused: usize,
     pub(super) next_label: u32,

@@ -13,8 +13,8 @@ use crate::map::reduce::{Near, heavier, moment_match};
 use crate::models::noise_at;
 use crate::numerics::range::is_within_range;
 use crate::{
-    Component, Correction, Factor, Linear, Matrix, MeasurementModel, MovingOf, Pose, PositionOf, Real, Sensor,
-    Symmetric, TangentOf, Vector,
+    Component, Correction, CovarianceOf, Factor, Linear, Matrix, MeasurementModel, MovingOf, Pose, PositionOf, Real,
+    Sensor, Symmetric, Vector,
 };
 
 /// The predicted measurement of a track, and its covariance.
@@ -32,7 +32,7 @@ impl<T: Real, P: Pose<Scalar = T>, Y: Vector<Scalar = T>> PredictedTrack<P, Y> {
         sensor: &S,
         frame: &S::Frame,
         component: &Component<MovingOf<P>>,
-        process_noise: &Symmetric<TangentOf<P>>,
+        process_noise: &CovarianceOf<P>,
     ) -> Option<Self> {
         let predicted = Predicted::of(sensor, frame, &component.position())?;
         let noise = noise_at(sensor, &predicted.measurement).plus(&process_noise.congruence::<Y>(&predicted.by_pose));
@@ -226,7 +226,7 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
 fn corrected<'m, T: Real, S: Sensor<Pose: Pose<Scalar = T>>, I: Iterator<Item = (T, &'m S::Measurement)>>(
     sensor: &S,
     frame: &S::Frame,
-    process_noise: &Symmetric<TangentOf<S::Pose>>,
+    process_noise: &CovarianceOf<S::Pose>,
     unseen: Component<MovingOf<S::Pose>>,
     probabilities: impl Fn() -> I,
 ) -> Component<MovingOf<S::Pose>>
@@ -259,7 +259,7 @@ pub(super) fn ln_density<T: Real, S: Sensor<Pose: Pose<Scalar = T>>>(
     sensor: &S,
     frame: &S::Frame,
     component: &Component<MovingOf<S::Pose>>,
-    process_noise: &Symmetric<TangentOf<S::Pose>>,
+    process_noise: &CovarianceOf<S::Pose>,
     z: &S::Measurement,
     gate: T,
 ) -> Option<T> {

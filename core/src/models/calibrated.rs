@@ -1,6 +1,6 @@
 //! Sensors and fixes of a vehicle with online odometry calibration.
 
-use super::{CalibratedPose, ExpectedOf, Fix, InverseOf, ModelError, PlanarPose, Sensor};
+use super::{CalibratedPose, ExpectedOf, Fix, InverseOf, ModelError, PlanarPose, Sensor, sensor::as_inner_sensor};
 use crate::{Component, Linear, Matrix, Real, Symmetric, TangentOf, Vector};
 use nalgebra::Vector2;
 
@@ -20,13 +20,7 @@ impl<T: Real, S: Sensor<Pose = PlanarPose<T>>> Sensor for Calibrated<S> {
     type Measurement = S::Measurement;
     type Frame = S::Frame;
 
-    const SORTED_BY: usize = S::SORTED_BY;
-    const SORTED_BY_ANGLE: bool = S::SORTED_BY_ANGLE;
-    const SIFTED_BY: Option<usize> = S::SIFTED_BY;
-
-    fn check(&self) -> Result<(), ModelError> {
-        self.0.check()
-    }
+    as_inner_sensor!(S, 0);
 
     fn frame(&self, pose: &CalibratedPose<T>) -> S::Frame {
         self.0.frame(&pose.vehicle)
@@ -34,18 +28,6 @@ impl<T: Real, S: Sensor<Pose = PlanarPose<T>>> Sensor for Calibrated<S> {
 
     fn expect(&self, frame: &S::Frame, feature: &Vector2<T>) -> Option<ExpectedOf<S>> {
         self.0.expect(frame, feature)
-    }
-
-    fn innovation(&self, measured: &S::Measurement, expected: &S::Measurement) -> S::Measurement {
-        self.0.innovation(measured, expected)
-    }
-
-    fn occludes(&self, measured: &S::Measurement, expected: &S::Measurement) -> bool {
-        self.0.occludes(measured, expected)
-    }
-
-    fn noise(&self) -> &Symmetric<S::Measurement> {
-        self.0.noise()
     }
 
     fn noise_of(&self, measured: &S::Measurement, expected: &S::Measurement) -> Option<Symmetric<S::Measurement>> {

@@ -41,6 +41,19 @@ fn gate<T: Real>(gate: T) -> Result<T, ModelError> {
     Ok(gate)
 }
 
+/// The noise and the gate of a fix with these fields.
+macro_rules! noise_and_gate {
+    () => {
+        fn noise(&self) -> &Symmetric<Self::Measurement> {
+            &self.noise
+        }
+
+        fn gate(&self) -> ScalarOf<Self::Pose> {
+            self.gate
+        }
+    };
+}
+
 /// The position of an antenna in the plane (x, y m), for example from a satellite receiver, transformed to the map frame.
 ///
 /// ```
@@ -112,13 +125,7 @@ impl<T: Real> Fix for PositionFix<T> {
         measured - expected
     }
 
-    fn noise(&self) -> &Symmetric<Vector2<T>> {
-        &self.noise
-    }
-
-    fn gate(&self) -> T {
-        self.gate
-    }
+    noise_and_gate!();
 }
 
 /// The heading (rad, from the map's x axis towards its y axis), for example from a compass, for any pose that has a
@@ -172,13 +179,7 @@ impl<P: Pose> Fix for HeadingFix<P> {
         Vector1::new(wrap(difference))
     }
 
-    fn noise(&self) -> &Symmetric<Vector1<P::Scalar>> {
-        &self.noise
-    }
-
-    fn gate(&self) -> P::Scalar {
-        self.gate
-    }
+    noise_and_gate!();
 }
 
 /// The height z (m, upwards) of an underwater vehicle, which is minus its depth, from a pressure sensor.
@@ -222,13 +223,7 @@ impl<T: Real> Fix for HeightFix<T> {
         measured - expected
     }
 
-    fn noise(&self) -> &Symmetric<Vector1<T>> {
-        &self.noise
-    }
-
-    fn gate(&self) -> T {
-        self.gate
-    }
+    noise_and_gate!();
 }
 
 /// A beacon: an identified landmark at a known position, so that its measurement needs no data association.

@@ -49,7 +49,7 @@ pub use motion::{Linearised, Motion, Rates};
 pub(crate) use mounted::{Mounted, MountedFrame, MountedView};
 pub use mounting::Mounting;
 pub use planar_motion::{PlanarControl, PlanarMotion};
-pub use pose::{MovingOf, PlanarPose, Pose, PositionOf, ScalarOf, TangentOf};
+pub use pose::{CovarianceOf, MovingOf, PlanarPose, Pose, PositionOf, ScalarOf, TangentOf};
 pub use range_bearing::{PlanarFrame, RangeBearing};
 pub use range_bearing_window::{RangeBearingLimits, RangeBearingWindow};
 pub use range_noise::RangeNoise;

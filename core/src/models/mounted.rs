@@ -1,6 +1,6 @@
 //! The models of a sensor with its mounting on the vehicle.
 
-use super::{ExpectedOf, FieldOfView, InverseOf, ModelError, Mounting, Pose, Sensor};
+use super::{ExpectedOf, FieldOfView, InverseOf, ModelError, Mounting, Pose, Sensor, sensor::as_inner_sensor};
 use crate::numerics::vector::applied;
 use crate::{Bounds, Component, Linear, Matrix, PositionOf, ScalarOf, Symmetric, TangentOf, Vector};
 
@@ -50,13 +50,7 @@ impl<S: Sensor> Sensor for Mounted<'_, S> {
     type Measurement = S::Measurement;
     type Frame = MountedFrame<S::Frame, TangentOf<S::Pose>>;
 
-    const SORTED_BY: usize = S::SORTED_BY;
-    const SORTED_BY_ANGLE: bool = S::SORTED_BY_ANGLE;
-    const SIFTED_BY: Option<usize> = S::SIFTED_BY;
-
-    fn check(&self) -> Result<(), ModelError> {
-        self.sensor.check()
-    }
+    as_inner_sensor!(S, sensor);
 
     #[inline]
     fn frame(&self, pose: &S::Pose) -> Self::Frame {
@@ -69,19 +63,6 @@ impl<S: Sensor> Sensor for Mounted<'_, S> {
     #[inline(always)]
     fn expect(&self, frame: &Self::Frame, feature: &PositionOf<S::Pose>) -> Option<ExpectedOf<S>> {
         self.sensor.expect(&frame.frame, feature)
-    }
-
-    #[inline(always)]
-    fn innovation(&self, measured: &S::Measurement, expected: &S::Measurement) -> S::Measurement {
-        self.sensor.innovation(measured, expected)
-    }
-
-    fn occludes(&self, measured: &S::Measurement, expected: &S::Measurement) -> bool {
-        self.sensor.occludes(measured, expected)
-    }
-
-    fn noise(&self) -> &Symmetric<S::Measurement> {
-        self.sensor.noise()
     }
 
     #[inline(always)]

@@ -1,12 +1,14 @@
 //! The vehicle state (parent state).
 
 use super::{ModelError, Mounting, require};
-use crate::{Place, Real, Vector, wrap};
+use crate::{Place, Real, Symmetric, Vector, wrap};
 use core::fmt::Debug;
 use nalgebra::{Vector2, Vector3};
 
 /// The scalar type of a vehicle state.
 pub type ScalarOf<P> = <P as Pose>::Scalar;
+/// The covariance of a vehicle state.
+pub type CovarianceOf<P> = Symmetric<TangentOf<P>>;
 /// The difference of two vehicle states (tangent space).
 pub type TangentOf<P> = <P as Pose>::Tangent;
 /// The position of a feature in the map of a vehicle.

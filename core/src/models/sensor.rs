@@ -114,3 +114,31 @@ pub struct Inverse<D: Vector, Z: Vector> {
     /// H* = ∂h⁻¹/∂z.
     pub jacobian: Linear<D, Z>,
 }
+
+/// What a sensor with another one, of type `$S` in the field `$sensor`, has in common with it.
+macro_rules! as_inner_sensor {
+    ($S:ident, $sensor:tt) => {
+        const SORTED_BY: usize = $S::SORTED_BY;
+        const SORTED_BY_ANGLE: bool = $S::SORTED_BY_ANGLE;
+        const SIFTED_BY: Option<usize> = $S::SIFTED_BY;
+
+        fn check(&self) -> Result<(), ModelError> {
+            self.$sensor.check()
+        }
+
+        #[inline(always)]
+        fn innovation(&self, measured: &$S::Measurement, expected: &$S::Measurement) -> $S::Measurement {
+            self.$sensor.innovation(measured, expected)
+        }
+
+        fn occludes(&self, measured: &$S::Measurement, expected: &$S::Measurement) -> bool {
+            self.$sensor.occludes(measured, expected)
+        }
+
+        #[inline(always)]
+        fn noise(&self) -> &Symmetric<$S::Measurement> {
+            self.$sensor.noise()
+        }
+    };
+}
+pub(super) use as_inner_sensor;

@@ -1,6 +1,6 @@
 //! Sensors whose noise differs between measurements: it depends on the range, or the driver reports it with each measurement.
 
-use super::{ExpectedOf, InverseOf, ModelError, Sensor, require};
+use super::{ExpectedOf, InverseOf, ModelError, Sensor, require, sensor::as_inner_sensor};
 use crate::{Component, Factor, Linear, PositionOf, Symmetric, TangentOf, Vector, Zero};
 
 /// Covariance of the noise of a measurement of a sensor `S`. A closure of the predicted measurement implements it.
@@ -58,13 +58,7 @@ impl<S: Sensor, N: NoiseModel<S>> Sensor for WithNoise<S, N> {
     type Measurement = S::Measurement;
     type Frame = S::Frame;
 
-    const SORTED_BY: usize = S::SORTED_BY;
-    const SORTED_BY_ANGLE: bool = S::SORTED_BY_ANGLE;
-    const SIFTED_BY: Option<usize> = S::SIFTED_BY;
-
-    fn check(&self) -> Result<(), ModelError> {
-        self.sensor.check()
-    }
+    as_inner_sensor!(S, sensor);
 
     #[inline(always)]
     fn frame(&self, pose: &S::Pose) -> S::Frame {
@@ -74,20 +68,6 @@ impl<S: Sensor, N: NoiseModel<S>> Sensor for WithNoise<S, N> {
     #[inline(always)]
     fn expect(&self, frame: &S::Frame, feature: &PositionOf<S::Pose>) -> Option<ExpectedOf<S>> {
         self.sensor.expect(frame, feature)
-    }
-
-    #[inline(always)]
-    fn innovation(&self, measured: &S::Measurement, expected: &S::Measurement) -> S::Measurement {
-        self.sensor.innovation(measured, expected)
-    }
-
-    fn occludes(&self, measured: &S::Measurement, expected: &S::Measurement) -> bool {
-        self.sensor.occludes(measured, expected)
-    }
-
-    #[inline(always)]
-    fn noise(&self) -> &Symmetric<S::Measurement> {
-        self.sensor.noise()
     }
 
     #[inline(always)]

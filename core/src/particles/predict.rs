@@ -4,7 +4,7 @@ use crate::numerics::range::{is_within_range, is_within_square};
 use crate::particles::candidate::Candidate;
 use crate::particles::cursor::Cursor;
 use crate::particles::short::{at_origin, is_short, propagated, short_beyond, summed};
-use crate::{Health, Linearised, Motion, Noise, Pose, PredictError, PredictReport, Real, Symmetric, TangentOf};
+use crate::{CovarianceOf, Health, Linearised, Motion, Noise, Pose, PredictError, PredictReport, Real, TangentOf};
 
 /// Splits every particle into `samples` candidates in the first prediction after a scan, then moves every candidate with its own
 /// noise. With `dt` = 0 it changes nothing and draws no random numbers. Moving features are predicted at the scan.
@@ -73,7 +73,7 @@ pub(crate) fn predict_gaussians<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
     motion: &M,
     cursor: &mut Cursor<T>,
     particles: &mut [Candidate<M::Pose>],
-    pose_covariances: &mut [Symmetric<TangentOf<M::Pose>>],
+    pose_covariances: &mut [CovarianceOf<M::Pose>],
     control: &M::Control,
     dt: T,
 ) -> Result<PredictReport, PredictError> {

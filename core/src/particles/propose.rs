@@ -19,8 +19,8 @@ use crate::particles::candidate::Candidate;
 use crate::particles::cursor::Cursor;
 use crate::particles::predict::split;
 use crate::{
-    Bounds, Component, Factor, Feature, Informed, Linear, LnSum, MeasurementModel, Noise, Pose, Real, ScalarOf, Sensor,
-    Symmetric, TangentOf, Vector, Zero,
+    Bounds, Component, CovarianceOf, Factor, Feature, Informed, Linear, LnSum, MeasurementModel, Noise, Pose, Real,
+    ScalarOf, Sensor, Symmetric, TangentOf, Vector, Zero,
 };
 
 /// The Gaussian of one particle's ξ: N(ξ̂, Λ⁻¹).
@@ -168,7 +168,7 @@ struct UncertainView<'l, 'v, X: MeasurementModel> {
     /// A.
     root: &'l Linear<TangentOf<X::Pose>, TangentOf<X::Pose>>,
     /// Λ⁻¹.
-    covariance: Symmetric<TangentOf<X::Pose>>,
+    covariance: CovarianceOf<X::Pose>,
     scan: &'l Scan<'l, X::Measurement>,
 }
 

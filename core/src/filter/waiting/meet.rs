@@ -6,14 +6,14 @@ use crate::filter::waiting::memory::Birthplace;
 use crate::numerics::vector::applied;
 use crate::numerics::work;
 use crate::particles::candidate::Candidate;
-use crate::{Component, MeasurementModel, Pose, PositionOf, Real, Sensor, Symmetric, TangentOf, Vector, Zero};
+use crate::{Component, CovarianceOf, MeasurementModel, Pose, PositionOf, Real, Sensor, TangentOf, Vector, Zero};
 
 /// The motion of the vehicle from the pose at the births to the pose of the scan, and the motions of all candidates relative to it.
 pub(super) struct Step<'a, X: MeasurementModel> {
     /// The scan from the pose at the end of the motion.
     pub(super) view: View<'a, X>,
     /// Covariance of that pose, if it has one.
-    pub(super) pose_covariance: Option<&'a Symmetric<TangentOf<X::Pose>>>,
+    pub(super) pose_covariance: Option<&'a CovarianceOf<X::Pose>>,
     /// Difference of the motion of every candidate from this one.
     pub(super) steps: &'a [TangentOf<X::Pose>],
     /// Maximum of the absolute differences, by coordinate.

@@ -2,7 +2,7 @@
 
 use crate::detection::scan::Scan;
 use crate::numerics::fnv::Fnv;
-use crate::{Config, MeasurementModel, Pose, Real, ScalarOf, Sensor, Symmetric, TangentOf, Vector, Zero};
+use crate::{Config, CovarianceOf, MeasurementModel, Pose, Real, ScalarOf, Sensor, Symmetric, TangentOf, Vector, Zero};
 
 /// Number of measurements in one word of a bit set.
 pub(super) const PER_WORD: usize = u64::BITS as usize;
@@ -198,7 +198,7 @@ impl Met<'_> {
 pub(crate) struct Birthplace<P: Pose> {
     pub(super) pose: P,
     /// Covariance of the pose, or zero.
-    pub(super) covariance: Symmetric<TangentOf<P>>,
+    pub(super) covariance: CovarianceOf<P>,
 }
 
 /// Memory of the delayed births of all particles.
@@ -301,7 +301,7 @@ impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
     }
 
     /// Stores the pose from which a particle has seen the scan.
-    pub(crate) fn place(&mut self, particle: usize, pose: P, covariance: Symmetric<TangentOf<P>>) {
+    pub(crate) fn place(&mut self, particle: usize, pose: P, covariance: CovarianceOf<P>) {
         if let Some(slot) = self.birthplaces.get_mut(particle) {
             *slot = Birthplace { pose, covariance };
         }

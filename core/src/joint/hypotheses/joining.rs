@@ -2,10 +2,10 @@
 
 use super::super::covariance::row_start;
 use super::super::walk::Estimate;
-use crate::{Pose, Real, Symmetric, TangentOf, Vector};
+use crate::{CovarianceOf, Pose, Real, Symmetric, TangentOf, Vector};
 
 impl<T: Real, P: Pose<Scalar = T>> Estimate<'_, P> {
-    pub(super) fn pose_covariance(&self) -> Symmetric<TangentOf<P>> {
+    pub(super) fn pose_covariance(&self) -> CovarianceOf<P> {
         Symmetric::from_fn(|row, column| {
             let (row, column) = (row.max(column), row.min(column));
             self.numbers.get(row_start(row) + column).copied().unwrap_or(T::ZERO)

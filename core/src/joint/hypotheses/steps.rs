@@ -7,8 +7,8 @@ use super::scan::{Branch, Branches};
 use crate::numerics::fnv::Fnv;
 use crate::snapshot::visit::Walk;
 use crate::{
-    Component, ConfigError, Fix, FixReport, JointConfig, LoadMapError, ModelError, Motion, ObserveError, Pose,
-    PositionOf, PredictError, PredictReport, Real, ResetError, Symmetric, TangentOf, Vector,
+    Component, ConfigError, CovarianceOf, Fix, FixReport, JointConfig, LoadMapError, ModelError, Motion, ObserveError,
+    Pose, PositionOf, PredictError, PredictReport, Real, ResetError, Vector,
 };
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Movers<M::Pose>, const OTHERS: usize>
@@ -28,11 +28,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Mover
     ///
     /// # Errors
     /// As there; the state is unchanged.
-    pub fn reset_within(
-        &mut self,
-        pose: M::Pose,
-        covariance: &Symmetric<TangentOf<M::Pose>>,
-    ) -> Result<(), ResetError> {
+    pub fn reset_within(&mut self, pose: M::Pose, covariance: &CovarianceOf<M::Pose>) -> Result<(), ResetError> {
         self.slam.reset_within(pose, covariance)?;
         self.drop_others();
         Ok(())
@@ -42,7 +38,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Mover
     ///
     /// # Errors
     /// As there; the state is unchanged.
-    pub fn relocate(&mut self, pose: M::Pose, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
+    pub fn relocate(&mut self, pose: M::Pose, covariance: &CovarianceOf<M::Pose>) -> Result<(), ResetError> {
         self.slam.relocate(pose, covariance)?;
         self.drop_others();
         Ok(())
@@ -62,7 +58,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Mover
     ///
     /// # Errors
     /// As there; the state is unchanged.
-    pub fn scatter(&mut self, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
+    pub fn scatter(&mut self, covariance: &CovarianceOf<M::Pose>) -> Result<(), ResetError> {
         self.slam.scatter(covariance)?;
         self.of_others(|slam| slam.scatter(covariance).is_ok());
         Ok(())
