@@ -36,6 +36,14 @@ macro_rules! handlers {
             $crate::clock::round();
         }
 
+        $crate::failure_handlers!();
+    };
+}
+
+/// Defines the handlers of faults and panics.
+#[macro_export]
+macro_rules! failure_handlers {
+    () => {
         #[cortex_m_rt::exception]
         unsafe fn HardFault(_frame: &cortex_m_rt::ExceptionFrame) -> ! {
             $crate::report::fault()

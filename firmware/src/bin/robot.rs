@@ -2,8 +2,7 @@
 #![no_std]
 #![no_main]
 
-use core::panic::PanicInfo;
-use cortex_m_rt::{ExceptionFrame, entry, exception};
+use cortex_m_rt::entry;
 use defmt_semihosting as _;
 use scphd_firmware::{board, report};
 use static_cell::ConstStaticCell;
@@ -36,12 +35,4 @@ fn main() -> ! {
     }
 }
 
-#[exception]
-unsafe fn HardFault(_frame: &ExceptionFrame) -> ! {
-    report::fault()
-}
-
-#[panic_handler]
-fn panic(_info: &PanicInfo<'_>) -> ! {
-    report::panicked()
-}
+scphd_firmware::failure_handlers!();

@@ -7,11 +7,10 @@
 #![no_main]
 
 use core::cell::RefCell;
-use core::panic::PanicInfo;
 use cortex_m::Peripherals;
 use cortex_m::interrupt::{Mutex, free};
 use cortex_m::peripheral::syst::SystClkSource;
-use cortex_m_rt::{ExceptionFrame, entry, exception};
+use cortex_m_rt::{entry, exception};
 use defmt_semihosting as _;
 use heapless::Deque;
 use scphd_firmware::{board, report};
@@ -163,12 +162,4 @@ fn SysTick() {
     });
 }
 
-#[exception]
-unsafe fn HardFault(_frame: &ExceptionFrame) -> ! {
-    report::fault()
-}
-
-#[panic_handler]
-fn panic(_info: &PanicInfo<'_>) -> ! {
-    report::panicked()
-}
+scphd_firmware::failure_handlers!();

@@ -3,9 +3,8 @@
 #![no_std]
 #![no_main]
 
-use core::panic::PanicInfo;
 use cortex_m::peripheral::NVIC;
-use cortex_m_rt::{ExceptionFrame, entry, exception};
+use cortex_m_rt::entry;
 use embassy_executor::{InterruptExecutor, raw};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
@@ -164,12 +163,4 @@ fn main() -> ! {
     }
 }
 
-#[exception]
-unsafe fn HardFault(_frame: &ExceptionFrame) -> ! {
-    report::fault()
-}
-
-#[panic_handler]
-fn panic(_info: &PanicInfo<'_>) -> ! {
-    report::panicked()
-}
+scphd_firmware::failure_handlers!();

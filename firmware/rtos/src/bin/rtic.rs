@@ -2,10 +2,6 @@
 #![no_std]
 #![no_main]
 
-use core::panic::PanicInfo;
-use cortex_m_rt::{ExceptionFrame, exception};
-use scphd_firmware::report;
-
 #[rtic::app(device = scphd_firmware_rtos::device, peripherals = false)]
 mod app {
     use heapless::spsc::{Consumer, Producer, Queue};
@@ -118,12 +114,4 @@ mod app {
     }
 }
 
-#[exception]
-unsafe fn HardFault(_frame: &ExceptionFrame) -> ! {
-    report::fault()
-}
-
-#[panic_handler]
-fn panic(_info: &PanicInfo<'_>) -> ! {
-    report::panicked()
-}
+scphd_firmware::failure_handlers!();
