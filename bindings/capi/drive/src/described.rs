@@ -104,7 +104,11 @@ pub fn control(kind: VehicleKind, speed_mps: f32, rate_radps: f32) -> Control<f3
 ///
 /// # Errors
 /// The filter refuses the input.
-pub fn take(slam: &mut (impl Services<f32> + ?Sized), described: &Description<f32>, event: &Event) -> Result<(), Box<dyn Error>> {
+pub fn take(
+    slam: &mut (impl Services<f32> + ?Sized),
+    described: &Description<f32>,
+    event: &Event,
+) -> Result<(), Box<dyn Error>> {
     let vectors = |scan: &[[f32; 2]]| scan.iter().map(|&z| z.into()).collect::<Vec<Vector2<f32>>>();
     match event {
         &Event::Predict([speed_mps, rate_radps, dt_s]) => {
