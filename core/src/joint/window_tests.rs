@@ -350,6 +350,42 @@ fn a_snapshot_contains_the_archive() {
 }
 
 #[test]
+fn with_any_input_window_and_archive_stay_finite() {
+    let mut draws = Noise::seeded(12);
+    let mut moved = [0, 0, 0];
+    for _ in 0..40 {
+        type Small = Room<f32, 12, { joint_numbers(3, 2, 12) }>;
+        let (mut state, mut archive) = (Box::new(Small::new()), Box::new(JointArchive::<_, 10>::new()));
+        let slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
+        let mut slam = slam.with_archive(&mut archive, 6.0).unwrap();
+        slam.reset(PlanarPose::ZERO).unwrap();
+        for _ in 0..300 {
+            let mut pick = |values: &[f32]| {
+                let place = (draws.uniform::<f64>() * values.len() as f64) as usize;
+                values[place.min(values.len() - 1)]
+            };
+            let control = UnicycleControl {
+                speed_mps: pick(&[0.0, 3.0, -3.0, 9.0, -9.0, 300.0, f32::NAN]),
+                rate_radps: pick(&[0.0, 0.0, 0.0, 0.2, f32::INFINITY]),
+            };
+            let _refused = slam.predict(&control, pick(&[0.0, 0.1, 1.0, 1e20, -1.0]));
+            let count = pick(&[0.0, 3.0, 6.0, 9.0]) as usize;
+            let scan: Vec<_> = (0..count)
+                .map(|_| Vector2::new(pick(&[0.0, 0.5, 5.0, 5.1, 11.0, 1e7, -4.0]), pick(&[0.0, 0.01, 1.0, -1.0, 1e6])))
+                .collect();
+            if let Ok(report) = slam.scan(&lidar(), &scan) {
+                let counts = [report.archived, report.reactivated, report.evicted];
+                moved.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
+            }
+            assert_eq!(slam.audit(), Ok(()));
+            let covariance = slam.estimate_pose().unwrap().covariance;
+            assert!((0..3).all(|k| covariance.get(k, k) >= 0.0), "{covariance:?}");
+        }
+    }
+    assert!(moved.iter().all(|&count| count > 20), "{moved:?}");
+}
+
+#[test]
 fn a_loaded_map_replaces_window_and_archive() {
     let mut state = Box::new(Window::<f32>::new());
     let mut archive = Box::new(JointArchive::<PlanarPose<f32>, 400>::new());

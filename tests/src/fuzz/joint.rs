@@ -342,8 +342,6 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
         let Ok(report) = outcome else {
             return require(slam.digest() == before, || "a refused scan changed the state".into());
         };
-        let events = [("archived", report.archived), ("reactivated", report.reactivated), ("evicted", report.evicted)];
-        events.iter().filter(|(_, times)| *times > 0).for_each(|&(event, _)| count::<_, ()>(event, &Ok(())));
         let told = || format!("{report:?} of {held} held before");
         require(report.measurements == measurements.len(), told)?;
         require(report.features <= self.features && report.in_view <= held + self.archive, told)?;
