@@ -7,8 +7,10 @@ use pyo3::PyResult;
 use scphd::models::{CalibratedPose, PlanarPose, ScalarOf};
 use scphd::settings::MovingConfig;
 use scphd::storage::{Archive, JointArchive, JointHypotheses, JointMovers, NoMovers, Tracked, joint_numbers};
-use scphd::{JointSlam, JointState, Real};
-use scphd_vehicle::{Description, Filter, Joint, MoversMemory, PlanarState, Services, StartError};
+use scphd::{JointSlam, Real};
+use scphd_vehicle::{
+    Backing, Description, Empty, Filter, JointBacking, MoversMemory, PlanarState, Services, StartError,
+};
 use self_cell::{MutBorrow, self_cell};
 
 /// Memory for moving features, used if the description has them.
@@ -26,21 +28,13 @@ impl<P: PlanarState + 'static, const MOVERS: usize> MoversMemory<P> for MayMove<
     }
 }
 
-/// Memory of a joint map, its moving features, its archive and its further hypotheses; `()` without archive or hypotheses.
-struct Memory<
-    P: PlanarState,
-    B,
-    H,
-    const FEATURES: usize,
-    const NUMBERS: usize,
-    const MEASUREMENTS: usize,
-    const MOVERS: usize,
-> {
-    state: JointState<P, Vector2<ScalarOf<P>>, FEATURES, NUMBERS, MEASUREMENTS>,
-    movers: MayMove<P, MOVERS>,
-    archive: B,
-    hypotheses: H,
+impl<P: PlanarState, const MOVERS: usize> Empty for MayMove<P, MOVERS> {
+    const EMPTY: Self = Self(JointMovers::new());
 }
+
+/// Memory of a joint map, its moving features, its archive and its further hypotheses; `()` without archive or hypotheses.
+type Memory<P, B, H, const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize, const MOVERS: usize> =
+    JointBacking<P, MayMove<P, MOVERS>, B, H, FEATURES, NUMBERS, MEASUREMENTS>;
 
 /// A joint map in its memory, with the sensors and fixes of its description.
 type Slam<'m, T> = Box<dyn Services<T> + Send + 'm>;
@@ -57,8 +51,7 @@ macro_rules! room {
             for Memory<$pose<$scalar>, $archive, $hypotheses, FEATURES, NUMBERS, MEASUREMENTS, MOVERS>
         {
             fn start(&mut self, description: &Description<$scalar>) -> Result<Slam<'_, $scalar>, StartError> {
-                let Self { state, movers, archive, hypotheses } = self;
-                Ok(Box::new(<Joint<_, $pose<$scalar>>>::start(description, state, movers, archive, hypotheses)?))
+                Ok(Box::new(Backing::start(self, description)?))
             }
         }
     };
@@ -130,12 +123,7 @@ macro_rules! memory {
             { joint_numbers($dimension, 2, $features) },
             $measurements,
             $movers,
-        > {
-            state: JointState::new(),
-            movers: MayMove(JointMovers::new()),
-            archive: Default::default(),
-            hypotheses: Default::default(),
-        })?
+        >::new())?
     };
 }
 
