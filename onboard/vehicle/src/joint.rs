@@ -1,7 +1,7 @@
 //! A joint map built from a description.
 
+use crate::detectors::{detectors, make_detector};
 use crate::optional::{ArchiveMemory, HypothesesMemory, MoversMemory, odd, stays};
-use crate::sensor::{detectors, make_detector};
 use crate::slam::{Sink, Source, described, unwatched, watched};
 use crate::{
     Control, Description, Filter, Fixes, JointSettings, Measurements, PlanarState, Polar, Ranging, Recordable, Refused,

@@ -32,6 +32,7 @@
 
 mod backing;
 mod description;
+mod detectors;
 mod drive;
 mod error;
 mod field;

@@ -1,6 +1,6 @@
 //! A mixture built from a description.
 
-use crate::sensor::{detectors, make_detector};
+use crate::detectors::{detectors, make_detector};
 use crate::slam::{Sink, Source, described, unwatched, watched};
 use crate::{
     Control, Description, Filter, Fixes, Measurements, Recordable, Refused, Rooms, SENSORS, Scanned, Sensor, Services,

@@ -1,6 +1,6 @@
 //! A sensor, and its detector.
 
-use crate::{Description, PlanarState, SENSORS, Setting, StartError};
+use crate::PlanarState;
 use core::fmt::Debug;
 use nalgebra::{Vector1, Vector2};
 use scphd::models::{
@@ -60,31 +60,6 @@ pub type Polar<P, T, N = RangeNoise<T>> = Detector<
 pub type Direction<P, T> = Detector<
     Sensing<<P as PlanarState>::Seen<BearingOnly<T, PolarBirths<T>>>, RangeBearingWindow<T>, UniformClutter<T>>,
 >;
-
-/// The detectors of a description.
-pub(crate) fn detectors<T, D>(
-    description: &Description<T>,
-    detector: impl Fn(&Sensor<T>) -> Result<D, StartError>,
-) -> Result<[Option<D>; SENSORS], StartError> {
-    let mut places = [const { None }; SENSORS];
-    for (place, sensor) in places.iter_mut().zip(&description.sensors) {
-        *place = sensor.as_ref().map(&detector).transpose()?;
-    }
-    Ok(places)
-}
-
-/// Makes the detector of a sensor in its place. Not inlined, so that its code exists once.
-#[inline(never)]
-pub(crate) fn make_detector<T, D>(
-    places: &mut [Option<D>; SENSORS],
-    index: usize,
-    sensor: &Sensor<T>,
-    detector: impl Fn(&Sensor<T>) -> Result<D, StartError>,
-) -> Result<(), StartError> {
-    let place = places.get_mut(index).ok_or(StartError::NoRoom { part: Setting::SENSOR_MODEL })?;
-    *place = Some(detector(sensor)?);
-    Ok(())
-}
 
 impl<T: Real> Sensor<T> {
     /// A sensor of range and bearing with a full circle of this radius, m, with this probability of detection and these standard

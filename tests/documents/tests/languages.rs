@@ -15,7 +15,7 @@ const PYTHON_DIGESTS: &str = "bindings/python/tests/test_digests.py";
 const BLACK_BOX: &str = "tests/tests/black_box.rs";
 const MIXTURE: &str = "tests/lockstep/mixture.rs";
 const JOINT: &str = "tests/lockstep/joint.rs";
-const DESCRIBED: &str = "host-sim/filters/src/describe.rs";
+const LOGS: &str = "tests/tests/twelve_logs.rs";
 const SEVERAL: &str = "host-sim/run/src/session/several.rs";
 const MAPS: &str = "host-sim/tests/program/maps.rs";
 const UNDER_WATER: &str = "host-sim/run/src/compare/underwater.rs";
@@ -77,7 +77,7 @@ const FEATURES: [(&str, [Test; 5]); 23] = [
             (C, "start_filters"),
             (PYTHON_DIGESTS, "test_eleven_filters_over_300_scans"),
             (BLACK_BOX, "cut_at_every_50th_scan_tracks_and_hypotheses_end_alike"),
-            (DESCRIBED, "agree"),
+            (LOGS, "nine_filters_of_the_drive_run_in_the_simulator"),
         ],
     ),
     (
