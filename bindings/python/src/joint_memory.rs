@@ -145,8 +145,9 @@ fn parts<T>(description: &Description<T>) -> [bool; 3] {
     }
 }
 
-/// A joint map in single precision, in the memory of this name. Those of the C interface have the same names and capacities, so
-/// that a filter gives the same results even where capacities are exceeded. The capacities of `DESK` depend on the description.
+/// A joint map in single precision, in the memory of this name. Names and capacities are those of the C interface, so that a filter
+/// gives the same results even where capacities are exceeded; sets that have no movers in C have room for one here. The capacities of
+/// `DESK` depend on the description.
 pub fn single(set: &str, description: &Description<f32>) -> PyResult<Box<dyn Cell<f32>>> {
     let room: Box<dyn Room<f32>> = match (set, parts(description)) {
         ("DESK", [true, ..]) => memory!(PlanarPose<f32> of 3: 200, 256, 128, archived 10_000),

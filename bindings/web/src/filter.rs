@@ -45,7 +45,7 @@ pub enum Filter<'m> {
 }
 
 impl Filter<'_> {
-    /// The calls of a loop, and those outside of it.
+    /// All calls of the filter, of whichever kind.
     pub fn services(&mut self) -> &mut dyn Services<f32> {
         match self {
             Self::Joint(filter) => filter,
@@ -73,8 +73,9 @@ const NOISE: ControlNoise<f32> = ControlNoise {
     turn_sigma_ratio: 0.05,
     interval_s: 0.5,
 };
-/// Ratio of clutter to birth intensity of static features, and of the birth intensities of moving and static features.
+/// Ratio of the clutter intensity to the birth intensity of static features.
 const CLUTTER_OVER_BIRTH: f32 = 20.0;
+/// Ratio of the birth intensity of moving features to that of static ones.
 const MOVING_SHARE: f32 = 0.3;
 /// Least number of false measurements in a scan that the filter assumes; the birth intensity is proportional to it.
 const LEAST_CLUTTER: f32 = 1.0;
@@ -113,6 +114,7 @@ pub(crate) struct Memory {
 impl Memory {
     pub(crate) const NEW: Self = Self { joint: JointMemory::new(), state: State::new(), rooms: Rooms::new() };
 
+    /// Empties the state of the mixture, so that any configuration can start on it; the joint map is emptied by its reset.
     pub(crate) fn clear(&mut self) {
         self.state.clear();
     }
@@ -132,7 +134,7 @@ impl Memory {
                 Filter::Joint(filter)
             }
             scphd_vehicle::Filter::Mixture(_) => {
-                // Without an audit of the state in every step.
+                // `reborrow` and not `new`, which would audit the whole state in every step.
                 let mut filter = Mixture::without_sensors(description, fixes, rooms, |motion, config| {
                     ScPhd::reborrow(motion, config, state)
                 })?;

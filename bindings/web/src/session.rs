@@ -12,7 +12,8 @@ use scphd_vehicle::{Control, Description, Measurements};
 #[derive(Debug)]
 pub struct Session {
     memory: Memory,
-    /// In a cell, which has no niche: `None` is zero then, and the module does not contain a session of zeros.
+    /// In a cell, because a cell has no niche: the `None` of this option is all zero, so that the static session is in .bss, and the
+    /// module does not contain its bytes.
     described: Option<Cell<Description<f32>>>,
     world: Option<World>,
     scans: u32,

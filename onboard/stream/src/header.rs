@@ -1,4 +1,4 @@
-//! The head of a stream: all parameters of a filter.
+//! The decoded head of a stream.
 
 use crate::bytes::{CHECK, Checked};
 use crate::front::{Begins, FRONT, MAGIC, Mark, RETUNED, SNAPSHOT, VERSION};
@@ -20,18 +20,18 @@ pub trait Parameters<K: Kind> {
     /// than half a kilobyte.
     ///
     /// # Errors
-    /// A choice that the setting does not have.
+    /// The first setting whose number is not the index of one of its choices.
     fn describe<T: Real>(&self, description: &mut Description<T>) -> Result<(), Invalid>;
 
     /// The models that a description does not have.
     fn models(&self) -> K::Models;
 }
 
-/// All parameters of a filter: models, tuning and initial pose. All numbers are in double precision, for any payload: the filter
-/// rounds them like settings from any other source.
+/// The decoded head: models, tuning and initial pose. All numbers are in double precision, whatever the type in the records: the
+/// filter rounds them like settings from any other source.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Header<K: Kind> {
-    /// The number type of the payload.
+    /// The number type of the records.
     pub scalar: Scalar,
     /// Number of scans in the stream, or [`UNKNOWN`].
     pub scans: u32,
@@ -84,7 +84,7 @@ impl<K: Kind> Header<K> {
     /// The description of the filter, rounded to the numbers of the filter.
     ///
     /// # Errors
-    /// A choice that the setting does not have.
+    /// The first setting whose number is not the index of one of its choices.
     pub fn description<T: Real>(&self) -> Result<Description<T>, Invalid> {
         let mut description = Description::robot();
         self.describe(&mut description)?;

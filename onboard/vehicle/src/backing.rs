@@ -1,4 +1,4 @@
-//! The static memory of a filter, with named capacities.
+//! Memory types for filters, with named capacities.
 
 use crate::{
     ArchiveMemory, Description, Empty, Fixes, HypothesesMemory, Joint, MoversMemory, PlanarState, Ranging, Recordable,
@@ -29,11 +29,10 @@ pub trait Backing<T: Real> {
         Ok(slam)
     }
 
-    /// The filter of the description without its sensors, and with these fixes in place of those of the description, whose ranges
-    /// are not checked.
+    /// The filter without sensors, and with these fixes instead of the description's. Does not check the ranges of the description.
     ///
     /// # Errors
-    /// As for [`start`](Self::start).
+    /// The description is of another filter than the memory, or a model or setting is refused.
     fn without_sensors(&mut self, description: &Description<T>, fixes: Fixes<T>) -> Result<Self::Slam<'_>, StartError>;
 }
 

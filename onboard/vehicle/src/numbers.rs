@@ -18,7 +18,7 @@ pub const fn numbers_of_sensor(sensor: usize) -> Range<usize> {
 }
 
 /// The number of each setting: 0 for one that the description does not have, and for a setting with choices the index of the choice.
-/// They are exact in double precision, except for counts beyond 2⁵³. A seed has the bits of its number.
+/// They are exact in double precision, except for counts beyond 2⁵³. The number of a seed is the f64 with the seed's 64 bits.
 impl<T: Real> Description<T> {
     /// Number of its numbers.
     pub const NUMBERS: usize = OWN + SENSORS * OF_A_SENSOR;
@@ -34,11 +34,11 @@ impl<T: Real> Description<T> {
         numbers
     }
 
-    /// Sets all settings of [`robot`](Self::robot) to these numbers; missing ones are 0. In place, because a description has more
-    /// than half a kilobyte.
+    /// Sets all settings of a description, which must be [`robot`](Self::robot), to these numbers; missing numbers are 0. In place,
+    /// because a description has more than half a kilobyte.
     ///
     /// # Errors
-    /// The first choice that the setting does not have. All other ranges are checked when a filter is built.
+    /// The first setting whose number is not the index of one of its choices. All other ranges are checked when a filter is built.
     pub fn take_numbers(&mut self, numbers: impl IntoIterator<Item = f64>) -> Result<(), Invalid> {
         let numbers = numbers.into_iter().chain(core::iter::repeat(0.0));
         places().zip(numbers).try_for_each(|((place, sensor), number)| self.put(place, sensor, number))
@@ -90,7 +90,7 @@ impl<T: Real> Sensor<T> {
     /// The sensor with these numbers, if there is one.
     ///
     /// # Errors
-    /// The first choice that the setting does not have.
+    /// The first setting whose number is not the index of one of its choices.
     pub fn of_numbers(numbers: &[f64]) -> Result<Option<Self>, Invalid> {
         let mut alone = Description::robot();
         for (place, number) in (OWN..Setting::COUNT).zip(numbers) {

@@ -53,10 +53,10 @@ type PlanarSensing<P> = Sensing<
 >;
 type PlanarModels<P> = Models<Planar, <P as PlanarState>::Moves, PlanarSensing<P>>;
 
-/// The fixed-capacity filter in the plane.
+/// `ScPhd` in the plane.
 type Core = Box<dyn Transparent<Planar, [f64; 3], 2, 4>>;
 
-/// The fixed-capacity filter for a log's vehicle, with its state on the heap.
+/// `ScPhd` for a log's vehicle, with its state on the heap.
 ///
 /// # Errors
 /// The first setting that is out of range.
@@ -68,7 +68,9 @@ pub fn core_filter(
     seed: u64,
 ) -> Result<Core, Refusal> {
     if settings.calibration.is_some() {
-        return Err(refusal("calibration: particles do not learn what odometry is off by; --filter joint does"));
+        return Err(refusal(
+            "calibration: `ScPhd` does not estimate scale and offset of the odometry; use --filter joint",
+        ));
     }
     let margin = settings.filter.interval_margin;
     in_precision!(precision, T => {
@@ -127,7 +129,7 @@ where
     joint_of(models, config, state, maps, prior)
 }
 
-/// How far odometry may be off, for its calibration.
+/// The prior of the odometry's scale and offset.
 pub fn odometry_prior<T: Real>(calibration: &CalibrationSettings) -> OdometryPrior<T> {
     let real = T::from_f64;
     OdometryPrior {
@@ -162,7 +164,7 @@ fn models<P: PlanarState>(
     prior: Option<OdometryPrior<P::Scalar>>,
 ) -> Result<PlanarModels<P>, Refusal> {
     let motion = numbers.vehicle.drive().and_then(|motion| P::moves(motion, prior)).map_err(refusal)?;
-    let motion = motion.ok_or_else(|| refusal("calibration: not of this filter"))?;
+    let motion = motion.ok_or_else(|| refusal("calibration: this filter has no calibration of the odometry"))?;
     let (start, _) = P::start(&motion, numbers.start, &Symmetric::ZERO);
     Ok(Models {
         motion,

@@ -15,7 +15,7 @@ pub struct PlanarNumbers<T> {
     pub vehicle: Vehicle<T>,
     /// The sensors: any number, unlike in a description.
     pub sensors: Vec<Sensor<T>>,
-    /// The recursion.
+    /// The configuration of `ScPhd`.
     pub config: Config<T>,
     /// The initial pose.
     pub start: PlanarPose<T>,
@@ -55,7 +55,7 @@ impl<T: Real> PlanarNumbers<T> {
     }
 }
 
-/// The kind of a vehicle with its lengths, and noise that is not its own.
+/// A vehicle of this kind and geometry. Its noise is that of `Description::robot`; the caller replaces it.
 fn vehicle_of<T: Real>(vehicle: &log::Vehicle) -> Vehicle<T> {
     let robot = Description::robot().vehicle;
     let kind = match *vehicle {
@@ -75,7 +75,7 @@ fn vehicle_of<T: Real>(vehicle: &log::Vehicle) -> Vehicle<T> {
     Vehicle { kind, ..robot }
 }
 
-/// The configuration of the recursion, with moving features.
+/// The configuration of `ScPhd`, with the settings of moving features.
 pub(super) fn planar_config<T: Real>(settings: &Settings) -> Config<T> {
     let moving = &settings.moving;
     let moving = MovingConfig {
