@@ -4,10 +4,13 @@
 #[path = "../tests/kinds/mod.rs"]
 mod kinds;
 
-use kinds::{HELD, TRACKED, described, inputs};
+use kinds::{HELD, described, inputs};
 use scphd_drive::{Event, control, take};
 use scphd_vehicle::Control;
 use scphd_web::Session;
+
+/// The place of the joint map with tracks, of which the page has room for more features than C.
+const TRACKED: usize = 4;
 
 fn write(call: &str, numbers: impl IntoIterator<Item = f64>) {
     let numbers: String = numbers.into_iter().map(|number| format!(" {:016x}", number.to_bits())).collect();

@@ -6,10 +6,6 @@ use scphd_vehicle::Description;
 /// Their places among the filters of the drive.
 pub const HELD: [usize; 3] = [0, 1, 10];
 
-/// The place of the joint map with tracks, of which the page has room for more features than C.
-#[allow(dead_code, reason = "of the module's drive alone")]
-pub const TRACKED: usize = 4;
-
 /// The description of one of them.
 pub fn described(place: usize) -> Description<f32> {
     let mut described = descriptions()[place].unwrap();

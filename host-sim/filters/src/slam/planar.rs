@@ -72,9 +72,8 @@ pub fn core_filter(
             "calibration: `ScPhd` does not estimate scale and offset of the odometry; use --filter joint",
         ));
     }
-    let margin = settings.filter.interval_margin;
     in_precision!(precision, T => {
-        let numbers = PlanarNumbers::with_margin(settings, margin, vehicle, initial_pose);
+        let numbers = PlanarNumbers::of(settings, vehicle, initial_pose);
         let models = models::<PlanarPose<T>>(&numbers, settings, None)?;
         core_of(models, numbers.config, Box::new(HostState::<T>::new()), seed)
     })
