@@ -80,6 +80,8 @@ pub fn cargo_for(board: &Board, libraries: &str) -> Result<Command, String> {
     let mut flags: Vec<String> = board.flags.iter().map(ToString::to_string).collect();
     flags.extend(toolchain.linker(&mut cargo)?);
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
+    // The code is the same but for a few bytes, and an image links in half of the time.
+    cargo.env("CARGO_PROFILE_RELEASE_DEBUG", "0");
     cargo.args(["--quiet", "--release", "--target", board.target]);
     Ok(cargo)
 }
