@@ -91,7 +91,8 @@ fn replays(rig: Rig, precision: Precision, sources: &[Source<'_>]) -> Result<usi
             return Err(format!("no scan of {}", source.what));
         }
         let few = streams::make(Source { scans: source.scans.min(SLOW_SCANS), ..source }, precision)?;
-        let (slow, fast) = (streams::on_host_in("dev", &few, rig, precision)?, streams::on_host(&few, rig, precision)?);
+        let (slow, fast) =
+            (streams::on_host_unoptimised(&few, rig, precision)?, streams::on_host(&few, rig, precision)?);
         if let Some(difference) = fast.first_difference(&slow) {
             failures.push(format!("{} {} without optimisation: {difference}", source.what, rig.replay(precision)));
         }
@@ -129,8 +130,9 @@ pub fn robot() -> Result<Outcome, Stop> {
 /// mixture and with the joint map.
 fn several_sensors() -> Result<(), String> {
     let mut example = process::cargo();
-    let host =
-        process::read(example.args(["run", "--quiet", "--release", "--package", "scphd", "--example", "robot"]))?;
+    // With the optimisation and the features of the tests, which have built most of it.
+    example.args(["run", "--quiet", "--profile", "test", "--package", "scphd", "--features", "embedded-hal"]);
+    let host = process::read(example.args(["--example", "robot"]))?;
     let image = image::build(FIRST, "robot", &[])?;
     // The image contains its inputs and ignores the stream.
     let nothing = process::own_target_dir("no-stream.bin");

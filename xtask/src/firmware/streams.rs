@@ -5,9 +5,11 @@ use super::rig::{Precision, Rig};
 use crate::once::Once;
 use crate::{process, unit};
 use std::ffi::OsStr;
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 /// The program that replays streams on the host.
 const REPLAY: &str = "scphd-replay";
@@ -43,7 +45,7 @@ pub fn black_box(source: Source<'_>, snapshot_every: usize, joint: bool) -> Resu
     let replay = if joint { "box-joint-f32" } else { "box-f32" };
     let arguments = ["--snapshot-every", &snapshot_every.to_string()];
     let path = write(source, Precision::F32, "-box", &arguments)?;
-    let text = run(REPLAY, "release", &[], &[replay.as_ref(), path.as_ref()])?;
+    let text = run(REPLAY, OF_TESTS, &[replay.as_ref(), path.as_ref()])?;
     Ok((path, Replay::parse(&text)?))
 }
 
@@ -51,13 +53,13 @@ pub fn black_box(source: Source<'_>, snapshot_every: usize, joint: bool) -> Resu
 pub fn cut(black_box: &Path, after: usize) -> Result<PathBuf, String> {
     let left = black_box.with_extension(format!("{after}.scphd"));
     let after = after.to_string();
-    run(REPLAY, "release", &[], &["cut".as_ref(), black_box.as_ref(), after.as_ref(), left.as_ref()])?;
+    run(REPLAY, OF_TESTS, &["cut".as_ref(), black_box.as_ref(), after.as_ref(), left.as_ref()])?;
     Ok(left)
 }
 
 fn write(source: Source<'_>, precision: Precision, suffix: &str, more: &[&str]) -> Result<PathBuf, String> {
     let dir = process::own_target_dir("streams");
-    std::fs::create_dir_all(&dir).map_err(|error| format!("{}: {error}", dir.display()))?;
+    fs::create_dir_all(&dir).map_err(|error| format!("{}: {error}", dir.display()))?;
     let name = Path::new(source.what).file_name().unwrap_or_default().display();
     let rig = source.rig;
     let path = dir.join(format!("{name}-{}{}-{}{suffix}.scphd", source.scans, rig.mark, precision.name()));
@@ -76,43 +78,80 @@ fn write(source: Source<'_>, precision: Precision, suffix: &str, more: &[&str]) 
     Ok(path)
 }
 
-/// The simulator from the tests' build, which the step `unit` has made.
+/// The optimisation of the tests, and none.
+const OPTIMISED: &str = "test";
+const UNOPTIMISED: &str = "dev";
+
+/// A build of a program: its profile, and the features of the streams' package.
+type Build = (&'static str, &'static [&'static str]);
+
+/// The build of the tests, which the step `unit` has made.
+const OF_TESTS: Build = (OPTIMISED, &[]);
+
+/// The simulator.
 pub fn simulator() -> Result<Command, String> {
-    static BUILT: OnceLock<Result<PathBuf, String>> = OnceLock::new();
-    let build = || {
-        let mut cargo = process::cargo();
-        // Programs are built for the tests of their package. A separate build would have other features.
-        cargo.args(["test", "--quiet", "--no-run", "--test", "guide"]).args(unit::PACKAGES);
-        process::run(cargo.arg("--target-dir").arg(process::target_dir()))?;
-        Ok(process::target_dir().join("debug").join("scphd-sim"))
-    };
-    BUILT.get_or_init(build).clone().map(process::command)
+    program("scphd-sim", OF_TESTS).map(process::command)
 }
 
-/// Runs a program of the streams' package in this profile and with these features, and returns its output. One runs at a time: builds
-/// with different features use the same folder, and must not overwrite a running program.
-fn run(program: &str, profile: &str, features: &[&str], arguments: &[&OsStr]) -> Result<String, String> {
+/// A program of this workspace, which is built once in a run.
+fn program(name: &'static str, build: Build) -> Result<PathBuf, String> {
+    static BUILT: Once<(&str, Build), PathBuf> = Once::new();
+    // All builds put a program at the same place, from where it is kept.
     static PLACE: Mutex<()> = Mutex::new(());
-    let _place = PLACE.lock().unwrap_or_else(PoisonError::into_inner);
-    let mut cargo = process::cargo();
-    cargo.args(["run", "--quiet", "--package", "scphd-stream", "--bin", program, "--profile", profile]);
-    process::read(cargo.args(["--features", &features.join(","), "--"]).args(arguments))
+    BUILT.get((name, build), || {
+        let _place = PLACE.lock().unwrap_or_else(PoisonError::into_inner);
+        let (profile, features) = build;
+        let mut cargo = process::cargo();
+        if build == OF_TESTS {
+            // Programs are built for the tests of their package. A separate build would have other features.
+            cargo.args(["test", "--quiet", "--no-run", "--test", "guide", "--test", "crowded"]).args(unit::PACKAGES);
+        } else {
+            cargo.args(["build", "--quiet", "--package", "scphd-stream", "--bin", name, "--profile", profile]);
+            cargo.args(["--features", &features.join(",")]);
+        }
+        process::run(cargo.arg("--target-dir").arg(process::target_dir()))?;
+        let mark = features.iter().map(|feature| format!("-{feature}")).collect::<String>();
+        let folder = process::own_target_dir("programs");
+        let (built, path) =
+            (process::target_dir().join("debug").join(name), folder.join(format!("{name}-{profile}{mark}")));
+        let kept = fs::create_dir_all(&folder).and_then(|()| keep(&built, &path));
+        kept.map(|()| path).map_err(|error| format!("{}: {error}", built.display()))
+    })
+}
+
+/// Gives a program a second name, under which it stays when another build takes its place.
+fn keep(built: &Path, path: &Path) -> io::Result<()> {
+    if path.exists() {
+        fs::remove_file(path)?;
+    }
+    // Not a copy where that can be avoided: a program that has just been written may still be open in a child of another thread.
+    fs::hard_link(built, path).or_else(|_| fs::copy(built, path).map(drop))
+}
+
+/// Runs a program of the streams' package, and returns its output.
+fn run(name: &'static str, build: Build, arguments: &[&OsStr]) -> Result<String, String> {
+    process::read(process::command(program(name, build)?).args(arguments))
 }
 
 /// The output of a replay with bit flips on the host, with these features.
-pub fn flips_on_host(stream: &Path, features: &[&str]) -> Result<String, String> {
-    run("scphd-flips", "release", features, &[stream.as_ref()])
+pub fn flips_on_host(stream: &Path, features: &'static [&str]) -> Result<String, String> {
+    run("scphd-flips", (OPTIMISED, features), &[stream.as_ref()])
 }
 
 /// Replays a stream on the host with the capacities of the vehicle, unless this program has already done so.
 pub fn on_host(stream: &Path, rig: Rig, precision: Precision) -> Result<Replay, String> {
-    on_host_in("release", stream, rig, precision)
+    replayed(OPTIMISED, stream, rig, precision)
 }
 
-/// As [`on_host`], in a build of this profile.
-pub fn on_host_in(profile: &'static str, stream: &Path, rig: Rig, precision: Precision) -> Result<Replay, String> {
-    static REPLAYED: Once<(&str, PathBuf, String, &[&str]), Replay> = Once::new();
-    REPLAYED.get((profile, stream.to_owned(), rig.replay(precision), rig.room), || {
-        Replay::parse(&run(REPLAY, profile, rig.room, &[rig.replay(precision).as_ref(), stream.as_ref()])?)
+/// As [`on_host`], without optimisation.
+pub fn on_host_unoptimised(stream: &Path, rig: Rig, precision: Precision) -> Result<Replay, String> {
+    replayed(UNOPTIMISED, stream, rig, precision)
+}
+
+fn replayed(profile: &'static str, stream: &Path, rig: Rig, precision: Precision) -> Result<Replay, String> {
+    static REPLAYED: Once<(Build, PathBuf, String), Replay> = Once::new();
+    let build = (profile, rig.room);
+    REPLAYED.get((build, stream.to_owned(), rig.replay(precision)), || {
+        Replay::parse(&run(REPLAY, build, &[rig.replay(precision).as_ref(), stream.as_ref()])?)
     })
 }
