@@ -6,7 +6,7 @@ mod limits;
 mod share;
 mod table;
 
-use crate::firmware::board::{Board, EMULATED};
+use crate::firmware::board::{Board, EMULATED, FIRST, REFERENCE};
 use crate::firmware::image::{self, Image};
 use crate::firmware::output::Replay;
 use crate::firmware::rig::{Precision, Rig};
@@ -83,8 +83,9 @@ pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, Stop> {
 /// The image of a replay, and the figures of its code and of the image without output.
 fn built(board: &Board, rig: Rig, precision: Precision) -> Result<(Image, Code), String> {
     let image = image::build_replay(board, rig, precision)?;
-    let features = &rig.proof_features(precision)[..];
-    let bare = image::build(board, PROOF, features)?;
+    // The reference board has the processor of the first one, and the step `proof` builds most of the images for it.
+    let alike = if board == FIRST { &REFERENCE } else { board };
+    let bare = image::build(alike, PROOF, &rig.proof_features(precision))?;
     let code = Code { image: image.sizes()?, stack_bound: image.stack_bound()?, library: bare.library_flash()? };
     Ok((image, code))
 }

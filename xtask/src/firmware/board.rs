@@ -68,6 +68,11 @@ mod tests {
     use crate::process;
 
     #[test]
+    fn the_first_board_has_the_processor_of_the_reference_board() {
+        assert_eq!((FIRST.core, FIRST.target, FIRST.flags), (REFERENCE.core, REFERENCE.target, REFERENCE.flags));
+    }
+
+    #[test]
     fn every_board_has_a_memory_map_and_a_known_target() {
         for board in EMULATED {
             let map = process::root().join("firmware/memory").join(board.name).with_extension("x");
