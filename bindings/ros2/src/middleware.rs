@@ -182,19 +182,3 @@ pub fn any_publisher<M: serde::Serialize>(
     let topic = node.create_topic(&parted(name)?, type_name(kind)?, quality).map_err(|error| refused(&error))?;
     node.create_publisher(&topic, Some(quality.clone())).map_err(|error| refused(&error))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_are_resolved_as_by_ros() {
-        let words = "-r __ns:=/car --ros-args -r scan:=/lidar/points -r __node:=slam -p order.wait_s:=0.5 log --flag";
-        let found = Arguments::of(words.split(' ').map(str::to_owned), "scphd").unwrap();
-        assert_eq!((found.resolved("scan"), found.resolved("odom")), ("/lidar/points".into(), "/car/odom".into()));
-        assert_eq!((found.resolved("~/pose"), found.resolved("/tf")), ("/car/slam/pose".into(), "/tf".into()));
-        assert_eq!(found.rest, ["log", "--flag"]);
-        assert!(found.parameters.0.contains_key("order.wait_s"));
-        assert!(Arguments::of(["-p".to_owned()].into_iter(), "scphd").is_err());
-    }
-}

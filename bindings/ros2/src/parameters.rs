@@ -136,34 +136,3 @@ impl Parameters {
         text
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn files_arguments_and_nested_names_are_read_and_written_back() {
-        let mut read = Parameters::default();
-        let text = "/**:\n  ros__parameters:\n    a: 1\nscphd:\n  ros__parameters:\n    a: 2.5\n    b: {c: yes, d: [x, y]}\n\
-                    other:\n  ros__parameters: {a: 3}\n";
-        read.read(text, "scphd").unwrap();
-        read.assign("e.f:=.inf").unwrap();
-        read.assign("g:='a word'").unwrap();
-        assert_eq!(read.0["a"], Value::Number(2.5));
-        assert_eq!(read.0["b.d"], Value::Texts(vec!["x".into(), "y".into()]));
-        assert_eq!(read.0["e.f"], Value::Number(f64::INFINITY));
-        let mut again = Parameters::default();
-        again.read(&read.text("scphd"), "scphd").unwrap();
-        assert_eq!(again, read);
-    }
-
-    #[test]
-    fn an_invalid_parameter_file_is_an_error() {
-        for text in
-            ["", "[1]", "scphd: 3", "other:\n  ros__parameters: {a: 1}", "scphd:\n  ros__parameters: {a: [1]}", "a: ["]
-        {
-            assert!(Parameters::default().read(text, "scphd").is_err(), "{text}");
-        }
-        assert!(Parameters::default().assign("a=1").is_err());
-    }
-}
