@@ -49,6 +49,16 @@ pub const NODE: Wanted = Wanted::packaged("node", "nodejs", &[&["nodejs"]]);
 /// Builds programs that use the installed C library.
 pub const CMAKE: Wanted = Wanted::packaged("cmake", "cmake", &[&["cmake"]]);
 
+/// Valgrind, which looks for its tools where it is installed, unless it is told another place.
+pub fn valgrind() -> Result<Command, Missing> {
+    let valgrind = VALGRIND.obtain()?;
+    let mut command = valgrind.command();
+    if let Some(tree) = &valgrind.tree {
+        command.env("VALGRIND_LIB", tree.path("usr/libexec/valgrind"));
+    }
+    Ok(command)
+}
+
 /// A program that is present.
 #[derive(Debug, Clone)]
 pub struct Tool {

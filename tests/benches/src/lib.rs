@@ -1,6 +1,6 @@
-//! The measured cases: filters in worlds without an end, for the benches of time (`benches/time.rs`) and of instructions
-//! (`benches/instructions.rs`). The program of `cargo xtask bench` is an example of `scphd-tests`, because every program of this
-//! package would be built for its benches.
+//! The measured cases: filters in worlds without an end, for the bench of times (`benches/time.rs`) and for the program whose
+//! instructions are counted (`src/bin/instructions.rs`). The program of `cargo xtask bench` is an example of `scphd-tests`, because
+//! every program of this package is built for its benches.
 
 pub mod cases;
 mod rig;

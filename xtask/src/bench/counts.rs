@@ -1,12 +1,12 @@
-//! The step `counts`: compares instructions of the host's benches, counted by callgrind, with the committed ones.
+//! The step `counts`: compares instructions on the host, counted by callgrind, with the committed ones.
 
 use super::PACKAGE;
 use crate::outcome::{Missing, Outcome, Stop};
-use crate::tools::{Tool, VALGRIND};
-use crate::{files, process, toolchain};
+use crate::{files, process, toolchain, tools};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::fs;
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// The committed counts.
@@ -20,11 +20,10 @@ const HEAD: &str = "\
 ";
 /// Time limit: the setups run under callgrind too, fifty times slower than otherwise.
 const LIMIT: Duration = Duration::from_secs(1800);
-/// Number of steps that the benches count together.
+/// The program, which prints the names of its cases, and runs one of them.
+const PROGRAM: &str = "instructions";
+/// Number of steps that are counted together.
 const STEPS: f64 = 10.0;
-
-/// The program that runs the benches in callgrind; it must have the version of the library.
-const RUNNER: &str = "gungraun-runner";
 
 /// Counts, and the compiler of the counted code.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -99,73 +98,42 @@ fn change(before: u64, now: u64) -> String {
     format!("{:+.2} %", 100.0 * (now as f64 / before.max(1) as f64 - 1.0))
 }
 
-/// Runs the benches in callgrind.
+/// Runs each case in callgrind, as many at a time as there are cores.
 fn count() -> Result<BTreeMap<String, u64>, Stop> {
-    // Checks what may be missing before the build, which takes minutes.
-    let valgrind = valgrind_folder(&VALGRIND.obtain()?)?;
-    let folders = std::iter::once(runner()?).chain(valgrind);
-    let path = std::env::var_os("PATH").unwrap_or_default();
-    let paths = folders.chain(std::env::split_paths(&path));
-    let path = std::env::join_paths(paths).map_err(|error| error.to_string())?;
-    let mut bench = process::cargo();
-    bench.env("PATH", path).env("GUNGRAUN_HOME", process::own_target_dir("gungraun"));
-    bench.args(["bench", "--quiet", "--package", PACKAGE, "--bench", "instructions", "--", "--output-format=json"]);
-    let output = process::capture_for(&mut bench, LIMIT)?;
-    let mut instructions = BTreeMap::new();
-    for line in String::from_utf8_lossy(&output).lines().filter(|line| line.starts_with('{')) {
-        let summary: serde_json::Value = serde_json::from_str(line).map_err(|error| error.to_string())?;
-        let id = summary["id"].as_str().ok_or("a count without a name")?;
-        let total = total(&summary).ok_or_else(|| format!("no count of {id}"))?;
-        instructions.insert(id.to_owned(), (total as f64 / STEPS).round() as u64);
-    }
-    if instructions.is_empty() {
+    // Checks what may be missing before the build.
+    tools::valgrind()?;
+    let program = program()?;
+    let cases = process::read(&mut process::command(&program))?;
+    let cases: Vec<&str> = cases.lines().collect();
+    let folder = process::own_target_dir("callgrind");
+    fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let counted = process::side_by_side(&cases, |case| {
+        let out = folder.join(case).with_extension("out");
+        let mut callgrind = tools::valgrind()?;
+        callgrind.args(["--quiet", "--tool=callgrind", "--toggle-collect=*counted_steps*"]);
+        callgrind.arg(format!("--callgrind-out-file={}", out.display())).arg(&program).arg(case);
+        process::run_for(&mut callgrind, LIMIT)?;
+        let total = total(&files::text(&out)?).ok_or_else(|| format!("no count of {case} in {}", out.display()))?;
+        Ok(((*case).to_owned(), (total as f64 / STEPS).round() as u64))
+    })?;
+    if counted.is_empty() {
         return Err("nothing was counted".into());
     }
-    Ok(instructions)
+    Ok(counted.into_iter().collect())
 }
 
-/// A folder with a `valgrind` that finds its tools in the unpacked tree; without it, it looks for them in its installation path.
-fn valgrind_folder(valgrind: &Tool) -> Result<Option<PathBuf>, String> {
-    let Some(tree) = &valgrind.tree else { return Ok(None) };
-    let folder = process::own_target_dir("valgrind");
-    let script = folder.join("valgrind");
-    let tools = tree.path("usr/libexec/valgrind");
-    let text = format!("#!/bin/sh\nVALGRIND_LIB='{}' exec '{}' \"$@\"\n", tools.display(), valgrind.program.display());
-    files::write(&script, text)?;
-    process::read(process::command("chmod").arg("+x").arg(&script))?;
-    Ok(Some(folder))
+/// The program with the cases, in the profile of the benches.
+fn program() -> Result<PathBuf, String> {
+    let mut build = process::cargo();
+    build.args(["build", "--quiet", "--profile", "bench", "--package", PACKAGE, "--bin", PROGRAM]);
+    process::run(build.arg("--target-dir").arg(process::target_dir()))?;
+    Ok(process::target_dir().join("release").join(PROGRAM))
 }
 
-/// The total number of instructions of a bench; the file may also have those of an earlier run.
-fn total(summary: &serde_json::Value) -> Option<u64> {
-    let metrics = &summary["profiles"][0]["summaries"]["total"]["summary"]["Callgrind"]["Ir"]["metrics"];
-    let count = if metrics["Left"].is_null() { &metrics["Both"][0] } else { &metrics["Left"] };
-    count["Int"].as_u64()
-}
-
-/// The folder of the runner, installed in the version of the library.
-fn runner() -> Result<PathBuf, Stop> {
-    let lock = files::text(&process::root().join("Cargo.lock"))?;
-    let version = locked_version(&lock, RUNNER).ok_or_else(|| format!("Cargo.lock has no {RUNNER}"))?;
-    let tools = process::own_target_dir("tools");
-    if process::read(process::command(tools.join("bin").join(RUNNER)).arg("--version"))
-        .is_ok_and(|found| found.ends_with(&version))
-    {
-        return Ok(tools.join("bin"));
-    }
-    let mut install = process::cargo();
-    // Without optimisation, which would take three times as long: it only starts the benches and reads the counts.
-    install.args(["install", RUNNER, "--debug", "--locked", "--force", "--version", &version, "--root"]).arg(&tools);
-    install.arg("--target-dir").arg(Path::new(&tools).join("build"));
-    process::run(&mut install).map_err(|reason| Missing(format!("no {RUNNER} {version}: {reason}")))?;
-    Ok(tools.join("bin"))
-}
-
-fn locked_version(lock: &str, package: &str) -> Option<String> {
-    let lock: toml::Table = lock.parse().ok()?;
-    let packages = lock.get("package")?.as_array()?;
-    let found = packages.iter().find(|entry| entry.get("name").and_then(|name| name.as_str()) == Some(package))?;
-    found.get("version")?.as_str().map(str::to_owned)
+/// The number of instructions in a file of callgrind.
+fn total(text: &str) -> Option<u64> {
+    let total = text.lines().find_map(|line| line.strip_prefix("totals: "))?.parse().ok();
+    total.filter(|&instructions| instructions > 0)
 }
 
 #[cfg(test)]
@@ -207,21 +175,8 @@ mod tests {
     }
 
     #[test]
-    fn counts_are_read_with_and_without_earlier_ones() {
-        let summary = |metrics: &str| {
-            let text = format!(
-                r#"{{"profiles": [{{"summaries": {{"total": {{"summary": {{"Callgrind": {{"Ir": {{"metrics": {metrics}}}}}}}}}}}}}]}}"#
-            );
-            total(&serde_json::from_str(&text).unwrap())
-        };
-        assert_eq!(summary(r#"{"Left": {"Int": 7}}"#), Some(7));
-        assert_eq!(summary(r#"{"Both": [{"Int": 8}, {"Int": 7}]}"#), Some(8));
-        assert_eq!(summary("{}"), None);
-    }
-
-    #[test]
-    fn the_projects_lock_file_names_the_runner() {
-        let lock = std::fs::read_to_string(process::root().join("Cargo.lock")).unwrap();
-        assert!(locked_version(&lock, RUNNER).is_some_and(|version| version.starts_with(char::is_numeric)));
+    fn a_count_is_the_total_of_a_file() {
+        assert_eq!(total("events: Ir\nfn=(1) steps\n3 40\ntotals: 40\n"), Some(40));
+        assert_eq!((total("events: Ir\n"), total("totals: 0\n")), (None, None));
     }
 }

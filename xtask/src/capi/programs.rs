@@ -1,8 +1,7 @@
 //! C and C++ programs on the host.
 
 use crate::outcome::Missing;
-use crate::process;
-use crate::tools::VALGRIND;
+use crate::{process, tools};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -105,9 +104,8 @@ fn beside_another(c: &Compiler, archive: &Path, dir: &Path) -> Result<(), String
 
 /// Runs the shorter programs in valgrind.
 pub fn check_memory(dir: &Path) -> Result<(), crate::outcome::Stop> {
-    let valgrind = VALGRIND.obtain()?;
     for program in ["misuse.c", "all_that_a_filter_can.c", "robot.c"] {
-        let mut command = valgrind.command();
+        let mut command = tools::valgrind()?;
         command.args(["--quiet", "--leak-check=full", "--error-exitcode=9"]).arg(dir.join(program));
         process::run(&mut command)?;
     }
