@@ -19,7 +19,7 @@ const QUICK: &str = "--features scphd/embedded-hal --package scphd --package scp
 pub const WHOLE_RUNS: [&str; 2] = ["scphd-digest", "scphd-lockstep"];
 
 /// Of these packages the tests of each library, and those of the last three, which contain only tests.
-const QUICK_TARGETS: &str = "--lib --test mixture --test joint --test digest --test links --test safety";
+const QUICK_TARGETS: &str = "--lib --test mixture --test joint --test laps --test digest --test links --test safety";
 
 /// Runs the tests of the libraries.
 pub fn quick() -> Result<Outcome, Stop> {

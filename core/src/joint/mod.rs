@@ -8,6 +8,8 @@
 
 mod ambiguity;
 mod archive;
+#[cfg(test)]
+mod archive_tests;
 mod archiving;
 mod associate;
 mod associations;
@@ -25,8 +27,6 @@ mod hypotheses;
 mod innovation_statistics;
 mod invariant_error;
 mod joint_filter;
-#[cfg(test)]
-mod laps_tests;
 mod load;
 mod localise;
 mod loop_closure;

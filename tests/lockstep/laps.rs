@@ -1,10 +1,11 @@
 //! Twenty-four laps of one course: an archive must not count the same information again in every lap.
 
-use super::*;
-use crate::*;
 use nalgebra::Vector2;
-use std::boxed::Box;
-use std::vec::Vec;
+use scphd::models::{ControlNoise, Motion, PlanarPose, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl};
+use scphd::numerics::{Noise, Symmetric, wrap};
+use scphd::storage::{JointArchive, joint_numbers};
+use scphd::{Births, Detector, JointConfig, JointSlam, JointState};
+use std::thread;
 
 type Room<const N: usize, const L: usize> = JointState<PlanarPose<f64>, Vector2<f64>, N, L, 40>;
 type Window = Room<40, { joint_numbers(3, 2, 40) }>;
@@ -47,12 +48,12 @@ fn run(seed: u64) -> [[f64; 2]; LAPS] {
     slam.reset(pose).unwrap();
     all.reset(pose).unwrap();
     let straight = (STRAIGHT_M / (SPEED_MPS * DT_S)) as usize;
-    let bend = (core::f64::consts::PI * RADIUS_M / (SPEED_MPS * DT_S)).round() as usize;
+    let bend = (std::f64::consts::PI * RADIUS_M / (SPEED_MPS * DT_S)).round() as usize;
     let lap = 2 * (straight + bend);
     let mut figures = [[0.0; 2]; LAPS];
     for step in 0..LAPS * lap {
         let is_straight = step % (straight + bend) < straight;
-        let rate_radps = if is_straight { 0.0 } else { core::f64::consts::PI / (bend as f64 * DT_S) };
+        let rate_radps = if is_straight { 0.0 } else { std::f64::consts::PI / (bend as f64 * DT_S) };
         let control = UnicycleControl { speed_mps: SPEED_MPS, rate_radps };
         pose = real.propagate(&pose, &control, DT_S);
         let spread = noise.covariance([SPEED_MPS, rate_radps], DT_S);
@@ -74,7 +75,7 @@ fn run(seed: u64) -> [[f64; 2]; LAPS] {
             }
             if draws.uniform::<f64>() < 0.4 {
                 let (range, turn) = (REACH_M * draws.uniform::<f64>(), draws.uniform::<f64>());
-                seen.push(Vector2::new(range, core::f64::consts::TAU * (turn - 0.5)));
+                seen.push(Vector2::new(range, std::f64::consts::TAU * (turn - 0.5)));
             }
             slam.scan(&lidar, &seen).unwrap();
             all.scan(&lidar, &seen).unwrap();
@@ -98,58 +99,20 @@ fn run(seed: u64) -> [[f64; 2]; LAPS] {
 #[test]
 fn archived_information_is_counted_once_in_twenty_four_laps() {
     // The settings of the archive were chosen on the courses 0 to 7.
-    // In two threads, because the rest of the library's tests take less time than this one.
-    let runs: Vec<_> = std::thread::scope(|scope| {
+    // In two threads, because the other tests of filters take less time than this one.
+    let runs: Vec<_> = thread::scope(|scope| {
         let halves = [100..108, 108..116].map(|seeds| scope.spawn(|| seeds.map(run).collect::<Vec<_>>()));
         halves.into_iter().flat_map(|half| half.join().unwrap()).collect()
     });
-    let figures = core::array::from_fn::<_, LAPS, _>(|lap| {
+    let figures = std::array::from_fn::<_, LAPS, _>(|lap| {
         [0, 1].map(|which| {
             let mut of_runs: Vec<f64> = runs.iter().map(|run| run[lap][which]).collect();
             of_runs.sort_by(f64::total_cmp);
             f64::midpoint(of_runs[7], of_runs[8])
         })
     });
-    std::println!("NEES and ratio of variances, lap by lap: {figures:.2?}");
+    println!("NEES and ratio of variances, lap by lap: {figures:.2?}");
     for [nees, ratio] in figures {
         assert!((0.7..1.5).contains(&nees) && (0.8..1.3).contains(&ratio), "{figures:.2?}");
     }
-}
-
-/// Only one landmark of a submap within reach is left, so that the submap is not confirmed. The measurements of this
-/// landmark initiate a new one.
-#[test]
-fn measurements_are_not_lost_to_a_submap_that_is_not_confirmed() {
-    let window = RangeBearingWindow::full_circle(REACH_M, 0.9).unwrap();
-    let sensing = Sensing::range_bearing([SENSOR[0], SENSOR[1]], window, 0.5).unwrap();
-    let lidar = Detector::new(sensing, Births::of_static(1e-3)).unwrap();
-    let (mut state, mut archive) = (Box::new(Window::new()), Box::new(JointArchive::<_, 8>::new()));
-    let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02)).unwrap();
-    let slam = JointSlam::new(motion, JointConfig::default(), &mut *state).unwrap();
-    let mut slam = slam.with_archive(&mut archive, REACH_M).unwrap();
-    slam.reset(PlanarPose::ZERO).unwrap();
-    {
-        use super::archive::{Archive, Entry, Split};
-        let mut view = slam.archive.view().unwrap();
-        view.index.next_submap = 1;
-        for label in 0..8 {
-            let known = Split { own: Symmetric::from_diagonal([0.01; 2]), ..Split::ZERO };
-            let mean = Vector2::new(5.0, label as f64 - 4.0);
-            let existence = existence::Existence::of(1.0);
-            view.put(Entry { label, mean, alone: known, given: known, existence, detections: 9.0, ..Entry::ZERO });
-        }
-    }
-    slam.memory.header.next_label = 8;
-    let mut detections = 0.0;
-    for _ in 0..50 {
-        let report = slam.scan(&lidar, &[Vector2::new(5.0, 0.0)]).unwrap();
-        assert_eq!(report.reactivated, 0);
-        detections += report.detections;
-    }
-    assert!(detections > 45.0, "{detections} of 50");
-}
-
-#[test]
-fn the_memory_of_an_archived_feature_is_as_documented() {
-    assert!(size_of::<archive::Entry<PlanarPose<f32>>>() == 344, "{}", size_of::<archive::Entry<PlanarPose<f32>>>());
 }
