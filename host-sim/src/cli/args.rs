@@ -575,10 +575,11 @@ pub struct Tuning {
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = count)]
     pub samples: Option<usize>,
     /// Whether features may move; on: births of moving features are half as frequent as those of static ones [default: on for the
-    /// scenarios of 5.3.1, otherwise off]. Overrides the settings file.
+    /// scenarios of 5.3.1 and for a joint map of a drive that loses its heading, otherwise off]. Overrides the settings file.
     #[arg(long, value_enum)]
     pub moving: Option<Switch>,
-    /// Hypotheses of data association of a joint map in the plane, 16 at most [default: 1]. Overrides the settings file.
+    /// Hypotheses of data association of a joint map in the plane, 16 at most [default: 8 for a drive that loses its heading,
+    /// otherwise 1]. Overrides the settings file.
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     pub hypotheses: Option<usize>,
     /// TOML file whose fields override the defaults for the log; all are optional. `scphd-sim settings` prints all with their

@@ -8,7 +8,7 @@ use super::maps::{Maps, told};
 use super::offer::Offer;
 use super::outputs::{Outputs, check_file, label, write_file};
 use super::progress::Progress;
-use super::source::{Found, OfKind, Source, Sources, all_scenarios, either, scenario, settings_command, used};
+use super::source::{Found, OfKind, Source, Sources, all_scenarios, either, scenario, settings_command, tuned, used};
 use super::{check, compare, diff, figure, hil, import, monte_carlo, recording, repeat, stream, tune, worlds};
 use clap::CommandFactory;
 use scphd::Health;
@@ -86,17 +86,24 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
                 return Err(Failure::input("--as: only vehicles in the plane are described by settings"));
             };
             let log = &*source.log(0)?;
-            let settings = source.tuned_from(&mut source.origins(log), log, &tuning, &[])?;
+            let choice = usual(&source, &tuning)?;
+            let defaults = source.defaults(log, &[choice]);
+            let settings = tuned::<Planar>(defaults, &mut source.origins(log), log, &tuning, &[])?;
             print(&constants(log, &settings, &name.display().to_string(), language)?)
         }
     }
 }
 
+/// The default filter.
+fn usual<K: Offer>(source: &Source<K>, tuning: &Tuning) -> Result<Choice, Failure> {
+    Choice::of(FilterName::usual(source.is_joint_usual(), tuning, 1), None).map_err(Failure::input)
+}
+
 fn settings<K: Offer>(source: &Source<K>, tuning: &Tuning) -> Result<(), Failure> {
     let log = &*source.log(0)?;
     let mut origins = source.origins(log);
-    let settings = source.tuned_from(&mut origins, log, tuning, &[])?;
-    let choice = Choice::of(FilterName::usual(source.is_joint_usual(), tuning, 1), None).map_err(Failure::input)?;
+    let choice = usual(source, tuning)?;
+    let settings = tuned::<K>(source.defaults(log, &[choice]), &mut origins, log, tuning, &[])?;
     let text = origins.annotated(&settings, Some(choice.filter))?;
     let about = "# After each value: where it is from. stated: the log or scenario says it; default: taken where the log does not say.";
     print(&format!("{about}\n{}", text.trim_end()))

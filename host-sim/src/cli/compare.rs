@@ -30,7 +30,10 @@ pub fn compare<K: Offer>(source: &Source<K>, args: CompareArgs) -> Result<(), Fa
             (recursion.particles, recursion.samples) = (PARTICLES, SAMPLES);
             tuned::<K>(defaults, &mut Origins::default(), &log, &args.tuning, &[filter.choice()])?
         }
-        ComparedFilter::Joint => source.tuned(&log, &args.tuning, &[filter.choice()])?,
+        // The reference has one hypothesis.
+        ComparedFilter::Joint => {
+            tuned::<K>(source.defaults(&log, &[]), &mut Origins::default(), &log, &args.tuning, &[filter.choice()])?
+        }
     };
     let outputs = Outputs { json: args.json, out: args.out };
     outputs.check()?;

@@ -30,6 +30,9 @@ pub trait Offer: Lockstep + Learn + Checked + Exported {
     /// Their origins.
     fn origins(scenario: Option<&str>, log: &Self::Log) -> Origins;
 
+    /// Changes default settings for a log to those for a joint map.
+    fn set_for_joint_map(settings: &mut Self::Settings, log: &Self::Log);
+
     fn set_moving(settings: &mut Self::Settings, moving: bool) -> Result<(), &'static str>;
 
     fn set_hypotheses(settings: &mut Self::Settings, hypotheses: usize) -> Result<(), &'static str>;
@@ -74,6 +77,10 @@ impl Offer for Planar {
         let mut origins = Origins::of_log(log);
         origins.set_changed(&Settings::for_log(log), &Self::defaults(scenario, log), &Origin::Experiment);
         origins
+    }
+
+    fn set_for_joint_map(settings: &mut Settings, log: &Log) {
+        settings.set_for_joint_map(log);
     }
 
     fn set_moving(settings: &mut Settings, moving: bool) -> Result<(), &'static str> {
@@ -137,6 +144,8 @@ impl Offer for Underwater {
     fn origins(scenario: Option<&str>, log: &scphd_log::underwater::Log) -> Origins {
         Origins::of(&Self::defaults(scenario, log), in_space::stated(scenario.is_some(), log))
     }
+
+    fn set_for_joint_map(_settings: &mut in_space::Settings, _log: &scphd_log::underwater::Log) {}
 
     fn set_moving(_settings: &mut in_space::Settings, moving: bool) -> Result<(), &'static str> {
         if moving { Err("underwater runs take everything for static") } else { Ok(()) }

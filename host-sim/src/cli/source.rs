@@ -10,6 +10,7 @@ use super::failure::{Failure, warning};
 use super::offer::Offer;
 use scphd_filters::kind::Kind;
 use scphd_filters::settings::{Origin, Origins, OutOfRange, changed, users_of};
+use scphd_filters::slam::Filter;
 use scphd_log::dimensions::{Planar, Underwater};
 use scphd_log::log_folder;
 use std::borrow::Cow;
@@ -65,6 +66,17 @@ impl<K: Offer> Source<K> {
         K::origins(self.name(), log)
     }
 
+    /// The default settings for these filters: those for a joint map, unless a mixture or the reference has the same settings.
+    pub fn defaults(&self, log: &K::Log, filters: &[Choice]) -> K::Settings {
+        let mut defaults = K::defaults(self.name(), log);
+        let is_joint = |choice: &Choice| matches!(choice.filter, Filter::Joint(_));
+        let is_baseline = |choice: &Choice| matches!(choice.filter, Filter::Ekf(_));
+        if filters.iter().any(is_joint) && filters.iter().all(|choice| is_joint(choice) || is_baseline(choice)) {
+            K::set_for_joint_map(&mut defaults, log);
+        }
+        defaults
+    }
+
     /// The settings for these filters: the defaults, overridden by the settings file, then by the command line.
     pub fn tuned(&self, log: &K::Log, tuning: &Tuning, filters: &[Choice]) -> Result<K::Settings, Failure> {
         self.tuned_from(&mut Origins::default(), log, tuning, filters)
@@ -78,7 +90,7 @@ impl<K: Offer> Source<K> {
         tuning: &Tuning,
         filters: &[Choice],
     ) -> Result<K::Settings, Failure> {
-        tuned::<K>(K::defaults(self.name(), log), origins, log, tuning, filters)
+        tuned::<K>(self.defaults(log, filters), origins, log, tuning, filters)
     }
 
     /// Whether the joint map is the default filter here.

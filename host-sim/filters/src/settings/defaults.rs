@@ -2,7 +2,7 @@
 //!
 //! Stated values are used as stated. Others are from a table of physical figures ([`UNSTATED`]), the same for every vehicle,
 //! sensor and place. These are round; they were chosen on the random worlds of the seeds 100 to 199 (`scenario::worlds`), not on
-//! recorded logs. A simulated log states its noise exactly; a data sheet states only the white part, so that a margin is added.
+//! recorded logs, except those for drives that lose their heading, for which robots 1 to 3 of MRCLAM were used. A simulated log states its noise exactly; a data sheet states only the white part, so that a margin is added.
 
 use super::{
     Extraction, FilterSettings, JointSettings, Likelihood, MovingSettings, Proposal, SensorSettings, Settings,
@@ -10,6 +10,7 @@ use super::{
 };
 use scphd::JointConfig;
 use scphd::models::ControlNoise;
+use scphd_log::angle::wrap;
 use scphd_log::log::{FixNoise, Log, Nominal, Odometry, Sensor, Vehicle};
 use scphd_log::vehicle::FASTEST_MPS;
 use scphd_worlds::scenario::{is_of_thesis, thesis_run};
@@ -130,6 +131,15 @@ struct Unstated {
     /// Sampled share of the informed proposal's covariance.
     drawn: f64,
 }
+
+/// Relative noise of turns for a drive that loses its heading. The landmarks do not correct its heading for a long time, so that
+/// slip, and the difference between a commanded turn and the turn made, count in full.
+const LOST_TURN_SHARE: f64 = 0.3;
+/// Greatest expected number of other detections within three standard deviations of a detection at which several hypotheses help:
+/// in denser scans the noise itself makes landmarks ambiguous.
+const CROWDED: f64 = 0.1;
+/// Number of hypotheses of data association for a drive that loses its heading.
+const LOST_HYPOTHESES: usize = 8;
 
 /// [`Unstated::noise_margin`].
 pub(super) const DATA_SHEET_MARGIN: f64 = UNSTATED.noise_margin;
@@ -265,6 +275,21 @@ impl Settings {
         settings
     }
 
+    /// Changes default settings for `log` to those for a joint map. They differ if the log is not simulated, its scans are not
+    /// crowded, and the drive loses its heading: then turns have more noise, unless the log states it, objects may move, and there
+    /// are several hypotheses of data association.
+    pub fn set_for_joint_map(&mut self, log: &Log) {
+        let turn_sigma_ratio = if stated_turn(log).is_some() { 0.0 } else { LOST_TURN_SHARE };
+        let noise = VehicleSettings { turn_sigma_ratio, ..self.vehicle };
+        let is_crowded = near(&self.sensor, detections_per_scan(log)) > CROWDED;
+        if log.simulated || is_crowded || !loses_heading(log, &noise) {
+            return;
+        }
+        self.vehicle = noise;
+        self.joint.hypotheses = LOST_HYPOTHESES;
+        self.set_moving(true);
+    }
+
     /// Switches off extensions of the recursion of the thesis, which the reference does not have.
     pub fn restrict_to_reference(&mut self) {
         self.filter.proposal = Proposal::Blind;
@@ -281,13 +306,23 @@ impl Settings {
     }
 }
 
-/// The rules by the expected number of false measurements in a scan within three standard deviations of a feature: κ 9π σ_r σ_b, with
-/// σ_r in the middle of the view.
+/// The rules by the expected number of false measurements in a scan within three standard deviations of a feature.
 fn memory(sensor: &SensorSettings) -> &'static Memory {
-    let density = sensor.clutter_per_scan / sensor.measure();
+    if near(sensor, sensor.clutter_per_scan) < SPARSE_CLUTTER { &SPARSE } else { &DENSE }
+}
+
+/// The number of `measurements` of a scan that are expected within three standard deviations of a feature, if they are uniform in the
+/// view: 9π σ_r σ_b times their density, with σ_r in the middle of the view.
+fn near(sensor: &SensorSettings, measurements: f64) -> f64 {
+    let density = measurements / sensor.measure();
     let range_sigma_m = sensor.range_sigma_at(0.5 * (sensor.range_min_m + sensor.range_max_m));
-    let near = density * 9.0 * PI * range_sigma_m * sensor.bearing_sigma_rad;
-    if near < SPARSE_CLUTTER { &SPARSE } else { &DENSE }
+    density * 9.0 * PI * range_sigma_m * sensor.bearing_sigma_rad
+}
+
+/// Mean number of detections of the scans that have any; 0 without detections.
+fn detections_per_scan(log: &Log) -> f64 {
+    let detections = || log.scans.iter().map(|scan| scan.detections.len()).filter(|&count| count > 0);
+    detections().sum::<usize>() as f64 / detections().count().max(1) as f64
 }
 
 /// Root mean square of the vehicle's speed over the time of its odometry, m/s; `None` if it does not move. Implausible rows do
@@ -305,10 +340,7 @@ fn speed_mps(odometry: &[Odometry]) -> Option<f64> {
 /// The noise that the log states, or the default: constant and relative part.
 fn vehicle(log: &Log) -> VehicleSettings {
     let (nominal, wheeled) = (&log.nominal, ControlNoise::<f64>::wheeled());
-    let stated_turn = match log.vehicle {
-        Vehicle::Ackermann { .. } => nominal.steering_sigma_rad,
-        Vehicle::Unicycle | Vehicle::UnicycleArc | Vehicle::Holonomic => nominal.rate_sigma_radps,
-    };
+    let stated_turn = stated_turn(log);
     // Stated noise is white, with independent values in each row, only if it was simulated so.
     let white = log.simulated && nominal.speed_sigma_mps.is_some() && stated_turn.is_some();
     let share = |stated: Option<f64>, share| if stated.is_some() { 0.0 } else { share };
@@ -319,6 +351,53 @@ fn vehicle(log: &Log) -> VehicleSettings {
         turn_sigma_ratio: share(stated_turn, wheeled.turn_sigma_ratio),
         noise_interval_s: if white { 0.0 } else { ControlNoise::<f64>::wheeled().interval_s },
     }
+}
+
+/// The noise of the second control that the log states.
+fn stated_turn(log: &Log) -> Option<f64> {
+    match log.vehicle {
+        Vehicle::Ackermann { .. } => log.nominal.steering_sigma_rad,
+        Vehicle::Unicycle | Vehicle::UnicycleArc | Vehicle::Holonomic => log.nominal.rate_sigma_radps,
+    }
+}
+
+/// Whether the heading's error grows so much in a time without detections that the gate of data association is wider than the
+/// view: then a detection may be of any landmark near the view. Fixes limit this error.
+fn loses_heading(log: &Log, noise: &VehicleSettings) -> bool {
+    let view_rad = |sensor: &Sensor| sensor.bearing_max_rad - sensor.bearing_min_rad;
+    let half_view_rad = 0.5 * log.sensors().map(|(_, sensor, _)| view_rad(sensor)).fold(0.0, f64::max);
+    let limit = half_view_rad * half_view_rad / JointConfig::<f64>::default().gate;
+    let mut detected = log.scans.iter().filter(|scan| !scan.detections.is_empty()).map(|scan| scan.t_s).peekable();
+    // Before the first detection there is no map.
+    let Some(mut last_s) = detected.next().filter(|_| log.fixes.is_empty()) else { return false };
+    // Integral of the variance of the turn rate since the last detection.
+    let mut spread = 0.0;
+    for rows in log.odometry.windows(2) {
+        let until_s = rows[1].t_s;
+        if log.vehicle.implausible(rows[0].control, until_s - rows[0].t_s).is_some() {
+            continue;
+        }
+        let variance = turn_rate_variance(log.vehicle, rows[0].control, noise);
+        let mut from_s = rows[0].t_s.max(last_s);
+        while let Some(t_s) = detected.next_if(|&t_s| t_s <= until_s) {
+            spread += variance * (t_s - from_s).max(0.0);
+            if spread * noise.noise_interval_s.min(t_s - last_s) > limit {
+                return true;
+            }
+            (spread, last_s, from_s) = (0.0, t_s, t_s.max(from_s));
+        }
+        spread += variance * (until_s - from_s).max(0.0);
+    }
+    false
+}
+
+/// Variance of the vehicle's turn rate by the noise of the second control, rad²/s².
+fn turn_rate_variance(vehicle: Vehicle, [speed, turn, left]: [f64; 3], noise: &VehicleSettings) -> f64 {
+    const STEP: f64 = 1e-3;
+    let heading = |turn| vehicle.step([0.0; 3], [speed, turn, left], STEP)[2];
+    let by_turn = wrap(heading(turn + STEP) - heading(turn - STEP)) / (2.0 * STEP * STEP);
+    let share = noise.turn_sigma_ratio * turn;
+    by_turn * by_turn * (noise.turn_sigma * noise.turn_sigma + share * share)
 }
 
 /// The noise of fixes, if there are any: as stated, or with the margin of a data sheet.
@@ -459,6 +538,47 @@ mod tests {
         assert_eq!((settings.vehicle.speed_sigma_mps, settings.vehicle.speed_sigma_ratio), (1.0, 0.0));
         // Its errors are nevertheless correlated in time: only a simulation states that they are white.
         assert_eq!(settings.vehicle.noise_interval_s, 0.5);
+    }
+
+    #[test]
+    fn a_drive_that_loses_its_heading_has_hypotheses_tracks_and_more_noise_of_turns() {
+        let mut log = scenario::survey(1);
+        (log.simulated, log.nominal) = (false, Nominal::default());
+        (log.sensor.bearing_min_rad, log.sensor.bearing_max_rad) = (-0.4, 0.4);
+        log.scans.iter_mut().for_each(|scan| scan.detections.truncate(2));
+        let differs = |log: &Log| {
+            let (usual, mut settings) = (Settings::for_log(log), Settings::for_log(log));
+            settings.set_for_joint_map(log);
+            assert_eq!(settings.check(), Ok(()));
+            (settings != usual).then_some(settings)
+        };
+        assert_eq!(differs(&log), None);
+        let back = log.scans.len() / 2;
+        log.scans[1..back].iter_mut().for_each(|scan| scan.detections.clear());
+        let lost = differs(&log).unwrap();
+        assert_eq!((lost.vehicle.turn_sigma_ratio, lost.joint.hypotheses), (0.3, 8));
+        assert_eq!(lost.moving.birth_intensity, 0.5 * lost.filter.birth_intensity);
+        // After the last detection nothing returns, and before the first there is nothing to lose.
+        for scans in [back..log.scans.len(), 0..1] {
+            let mut at_an_end = log.clone();
+            at_an_end.scans[scans].iter_mut().for_each(|scan| scan.detections.clear());
+            assert_eq!(differs(&at_an_end), None);
+        }
+        // A wide view has landmarks on every side.
+        let mut wide = log.clone();
+        (wide.sensor.bearing_min_rad, wide.sensor.bearing_max_rad) = (-PI, PI);
+        assert_eq!(differs(&wide), None);
+        let mut crowded = log.clone();
+        crowded.scans[back..].iter_mut().for_each(|scan| scan.detections = vec![[5.0, 0.0]; 100]);
+        assert_eq!(differs(&crowded), None);
+        // Stated noise is used.
+        let mut stated = log.clone();
+        stated.nominal.steering_sigma_rad = Some(1e-4);
+        assert_eq!(differs(&stated), None);
+        stated.nominal.steering_sigma_rad = Some(0.2);
+        assert_eq!(differs(&stated).unwrap().vehicle.turn_sigma_ratio, 0.0);
+        log.simulated = true;
+        assert_eq!(differs(&log), None);
     }
 
     #[test]
