@@ -58,11 +58,11 @@ macro_rules! room {
 }
 room!(PlanarPose, f32, (), (), []);
 room!(PlanarPose, f32, JointArchive<PlanarPose<f32>, ARCHIVED>, (), [const ARCHIVED: usize,]);
-room!(PlanarPose, f32, (), JointHypotheses<PlanarPose<f32>, OTHERS, FEATURES, NUMBERS, MEASUREMENTS, MOVERS>, [const OTHERS: usize,]);
+room!(PlanarPose, f32, (), JointHypotheses<PlanarPose<f32>, OTHERS, FEATURES, NUMBERS, MOVERS>, [const OTHERS: usize,]);
 room!(CalibratedPose, f32, (), (), []);
-room!(CalibratedPose, f32, (), JointHypotheses<CalibratedPose<f32>, OTHERS, FEATURES, NUMBERS, MEASUREMENTS, MOVERS>, [const OTHERS: usize,]);
+room!(CalibratedPose, f32, (), JointHypotheses<CalibratedPose<f32>, OTHERS, FEATURES, NUMBERS, MOVERS>, [const OTHERS: usize,]);
 room!(PlanarPose, f64, (), (), []);
-room!(PlanarPose, f64, (), JointHypotheses<PlanarPose<f64>, OTHERS, FEATURES, NUMBERS, MEASUREMENTS, MOVERS>, [const OTHERS: usize,]);
+room!(PlanarPose, f64, (), JointHypotheses<PlanarPose<f64>, OTHERS, FEATURES, NUMBERS, MOVERS>, [const OTHERS: usize,]);
 room!(CalibratedPose, f64, (), (), []);
 
 self_cell!(
@@ -116,7 +116,6 @@ macro_rules! memory {
                 { $hypotheses - 1 },
                 $features,
                 { joint_numbers($dimension, 2, $features) },
-                $measurements,
                 $movers,
             >)?),
             $features,

@@ -7,16 +7,13 @@ use crate::Real;
 pub(super) struct Association<T> {
     /// Index of the landmark, or that of a moving-object track with the bit [`MOVES`](super::movers::MOVES).
     pub(super) feature: u16,
-    /// ln( p_D v N(z; ẑ, S) / (1 − p_D v) ). If the same object has a moving-object track of probability w, the
-    /// denominator is 1 − p_D v − p_D w.
-    pub(super) ln_likelihood: T,
-    /// a: the odds exp(`ln_likelihood`)/λ.
+    /// a: the odds p_D v N(z; ẑ, S) / ((1 − p_D v) λ), before [`marginals`](super::data_association::marginals) the logarithm
+    /// of a λ. If the same object has a moving-object track of probability w, the denominator is (1 − p_D v − p_D w) λ.
     pub(super) odds: T,
     /// ν: the message from the measurement to the landmark.
     pub(super) nu: T,
-    /// Σ a ν of the landmark's associations with other measurements.
-    pub(super) cavity_sum: T,
-    /// s: the probability that the feature caused the measurement.
+    /// s: the probability that the feature caused the measurement; until it is known, the cavity sum Σ a ν of the landmark's
+    /// associations with other measurements.
     pub(super) probability: T,
 }
 
@@ -38,17 +35,10 @@ pub(super) struct AssociationRow<T> {
 
 impl<T: Real> Association<T> {
     pub(super) fn new(feature: u16, ln_likelihood: T) -> Self {
-        Self { feature, ln_likelihood, ..Self::ZERO }
+        Self { feature, odds: ln_likelihood, ..Self::ZERO }
     }
 
-    const ZERO: Self = Self {
-        feature: 0,
-        ln_likelihood: T::ZERO,
-        odds: T::ZERO,
-        nu: T::ZERO,
-        cavity_sum: T::ZERO,
-        probability: T::ZERO,
-    };
+    const ZERO: Self = Self { feature: 0, odds: T::ZERO, nu: T::ZERO, probability: T::ZERO };
 }
 
 impl<T: Real> AssociationRow<T> {
@@ -84,13 +74,19 @@ impl<T: Real> AssociationRow<T> {
             *slot = association;
             self.len += 1;
         } else if let Some(weakest) = self.associations.first_mut()
-            && weakest.ln_likelihood < association.ln_likelihood
+            && weakest.odds < association.odds
         {
             *weakest = association;
         }
         if self.len == ASSOCIATIONS {
             self.weakest_first();
         }
+    }
+
+    /// Adds an association of known probability to a row with fewer than four, as the cause of the measurement.
+    pub(super) fn add_certain(&mut self, feature: u16, probability: T) {
+        self.no_feature_probability = T::ZERO;
+        self.associate(Association { probability, ..Association::new(feature, T::ZERO) });
     }
 
     /// Removes the associations of the landmarks for which `of` is true.
@@ -113,8 +109,8 @@ impl<T: Real> AssociationRow<T> {
     fn weakest_first(&mut self) {
         let mut weakest = (0, T::INFINITY);
         for (index, association) in self.associations.iter().enumerate() {
-            if association.ln_likelihood < weakest.1 {
-                weakest = (index, association.ln_likelihood);
+            if association.odds < weakest.1 {
+                weakest = (index, association.odds);
             }
         }
         self.associations.swap(0, weakest.0);

@@ -53,7 +53,7 @@ pub(super) fn marginals<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
             let is_first = is_first_of_origin::<T, P, V>(row.associations(), movers, index);
             let Some(association) = row.associations_mut().get_mut(index) else { break };
             association.probability =
-                association.odds * association.nu / (T::ONE + association.cavity_sum + own_message);
+                association.odds * association.nu / (T::ONE + association.probability + own_message);
             if is_first {
                 ln_evidence -= ln_1p(mu_nu);
             }
@@ -123,12 +123,11 @@ fn normalise<T: Real>(row: &mut AssociationRow<T>) {
 
 /// Computes the odds of a measurement's associations and initialises the messages. If the odds were too large, λ is increased.
 fn set_odds<T: Real>(row: &mut AssociationRow<T>) {
-    let most =
-        row.associations().iter().fold(T::NEG_INFINITY, |most, association| most.at_least(association.ln_likelihood));
+    let most = row.associations().iter().fold(T::NEG_INFINITY, |most, association| most.at_least(association.odds));
     row.ln_lambda = row.ln_lambda.at_least(most - T::from_f64(LN_ODDS_MAX));
     let ln_lambda = row.ln_lambda;
     for association in row.associations_mut() {
-        association.odds = (association.ln_likelihood - ln_lambda).exp();
+        association.odds = (association.odds - ln_lambda).exp();
         association.nu = T::ONE;
     }
 }
@@ -142,11 +141,11 @@ fn update_cavity_sums<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
 ) {
     clear_message_sums::<T, P, V>(landmarks, movers);
     for row in table.iter_mut() {
-        add_messages::<T, P, V>(landmarks, row, movers, |association, before| association.cavity_sum = before);
+        add_messages::<T, P, V>(landmarks, row, movers, |association, before| association.probability = before);
     }
     clear_message_sums::<T, P, V>(landmarks, movers);
     for row in table.iter_mut().rev() {
-        add_messages::<T, P, V>(landmarks, row, movers, |association, behind| association.cavity_sum += behind);
+        add_messages::<T, P, V>(landmarks, row, movers, |association, behind| association.probability += behind);
     }
 }
 
@@ -181,9 +180,9 @@ fn add_messages<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
     }
 }
 
-/// μ: the message from a landmark to a measurement.
+/// μ: the message from a landmark to a measurement, while the field of the probability has the cavity sum.
 fn mu<T: Real>(association: &Association<T>) -> T {
-    association.odds / (T::ONE + association.cavity_sum)
+    association.odds / (T::ONE + association.probability)
 }
 
 /// ν: the messages from a measurement to its landmarks.

@@ -37,9 +37,11 @@ pub struct Mover<P: Pose> {
     pub(super) message_sum: ScalarOf<P>,
     /// Index of the static feature of the same object, or [`NONE`].
     pub(super) static_index: u16,
+    /// Index of the measurement of the present scan that it caused, or [`NONE`]; only with several hypotheses.
+    pub(super) measurement: u16,
 }
 
-/// The value of `static_index` without such a feature.
+/// The index of no landmark, no track and no measurement.
 pub(super) const NONE: u16 = u16::MAX;
 /// The bit that marks the index of a moving-object track in an association. Without it, the index is that of a landmark.
 pub(super) const MOVES: u16 = 1 << 15;
@@ -175,6 +177,7 @@ impl<T: Real, P: Pose<Scalar = T>> Mover<P> {
         not_detected: T::ZERO,
         message_sum: T::ZERO,
         static_index: 0,
+        measurement: 0,
     };
 
     /// A new track, without the data of a scan.

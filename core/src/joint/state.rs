@@ -24,7 +24,11 @@ pub(super) struct Landmark<D: Vector> {
     pub(super) detection: D::Scalar,
     /// Whether archived submaps are conditioned on it.
     pub(super) is_anchor: bool,
-    /// Scratch of the present scan: first ln of the peak of its innovation's density, then Σ a ν over its associations.
+    /// Index of the measurement of the present scan that it caused, or [`NONE`](super::movers::NONE); only with several
+    /// hypotheses.
+    pub(super) measurement: u16,
+    /// Scratch of the present scan: first ln of the peak of its innovation's density, then Σ a ν over its associations. With
+    /// several hypotheses the probability that it caused its measurement, and not the track of the same object.
     pub(super) scratch: D::Scalar,
 }
 
@@ -104,6 +108,7 @@ where
             let numbers = joint_numbers(P::Tangent::DIMENSION, P::Position::DIMENSION, FEATURES);
             assert!(NUMBERS == numbers, "NUMBERS must be joint_numbers of pose, feature and FEATURES");
             assert!(FEATURES <= u16::MAX as usize, "at most 65535 features");
+            assert!(MEASUREMENTS <= u16::MAX as usize, "at most 65535 measurements");
         }
         Self {
             header: Header::ZERO,
@@ -154,6 +159,7 @@ impl<T: Real, D: Vector<Scalar = T>> Landmark<D> {
         detections: T::ZERO,
         detection: T::ZERO,
         is_anchor: false,
+        measurement: 0,
         scratch: T::ZERO,
     };
 }

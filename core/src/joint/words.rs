@@ -30,7 +30,8 @@ impl<M: Motion<Pose = PlanarPose<f32>>> JointSlam<'_, M, Vector2<f32>> {
         each("counts", Word::Long(next_label));
         watch.words(each);
         for landmark in landmarks.iter_mut().take(features) {
-            let Landmark { label, mean, moved, existence, detections, detection, is_anchor, scratch } = landmark;
+            let Landmark { label, mean, moved, existence, detections, detection, is_anchor, measurement: _, scratch } =
+                landmark;
             each("feature", Word::Long(label));
             each("feature", Word::Truth(is_anchor));
             let [x, y] = &mut mean.data.0[0];
@@ -59,13 +60,7 @@ impl AssociationRow<f32> {
         each("scratch", Word::Count(len));
         for association in self.associations_mut() {
             each("scratch", Word::Short(&mut association.feature));
-            for number in [
-                &mut association.ln_likelihood,
-                &mut association.odds,
-                &mut association.nu,
-                &mut association.cavity_sum,
-                &mut association.probability,
-            ] {
+            for number in [&mut association.odds, &mut association.nu, &mut association.probability] {
                 each("scratch", Word::Real(number));
             }
         }

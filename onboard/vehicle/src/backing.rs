@@ -63,7 +63,7 @@ macro_rules! joint_backing {
             $crate::scphd::models::$pose<$scalar>,
             $crate::joint_beside!(JointMovers, $pose<$scalar> $(, $movers)?),
             $crate::joint_beside!(JointArchive, $pose<$scalar> $(, $archived)?),
-            $crate::joint_hypotheses!($pose<$scalar>, $features, $measurements, (0 $(+ $movers)?) $(, $hypotheses)?),
+            $crate::joint_hypotheses!($pose<$scalar>, $features, (0 $(+ $movers)?) $(, $hypotheses)?),
             { $features },
             { $crate::numbers::<$crate::scphd::models::$pose<$scalar>>($features) },
             { $measurements },
@@ -158,14 +158,13 @@ macro_rules! joint_beside {
 #[doc(hidden)]
 #[macro_export]
 macro_rules! joint_hypotheses {
-    ($pose:ident<$scalar:ty>, $features:expr, $measurements:expr, $movers:expr) => { () };
-    ($pose:ident<$scalar:ty>, $features:expr, $measurements:expr, $movers:expr, $hypotheses:expr) => {
+    ($pose:ident<$scalar:ty>, $features:expr, $movers:expr) => { () };
+    ($pose:ident<$scalar:ty>, $features:expr, $movers:expr, $hypotheses:expr) => {
         $crate::scphd::storage::JointHypotheses<
             $crate::scphd::models::$pose<$scalar>,
             { $hypotheses - 1 },
             { $features },
             { $crate::numbers::<$crate::scphd::models::$pose<$scalar>>($features) },
-            { $measurements },
             { $movers },
         >
     };

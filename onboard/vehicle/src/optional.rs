@@ -49,14 +49,8 @@ impl<P: PlanarState, const ARCHIVED: usize> Empty for JointArchive<P, ARCHIVED> 
     const EMPTY: Self = Self::new();
 }
 
-impl<
-    P: PlanarState,
-    const OTHERS: usize,
-    const FEATURES: usize,
-    const NUMBERS: usize,
-    const MEASUREMENTS: usize,
-    const TRACKS: usize,
-> Empty for JointHypotheses<P, OTHERS, FEATURES, NUMBERS, MEASUREMENTS, TRACKS>
+impl<P: PlanarState, const OTHERS: usize, const FEATURES: usize, const NUMBERS: usize, const TRACKS: usize> Empty
+    for JointHypotheses<P, OTHERS, FEATURES, NUMBERS, TRACKS>
 {
     const EMPTY: Self = Self::new();
 }
@@ -193,9 +187,8 @@ impl<
     const OTHERS: usize,
     const FEATURES: usize,
     const NUMBERS: usize,
-    const MEASUREMENTS: usize,
     const TRACKS: usize,
-> HypothesesMemory<'m, P, NoArchive, V> for JointHypotheses<P, OTHERS, FEATURES, NUMBERS, MEASUREMENTS, TRACKS>
+> HypothesesMemory<'m, P, NoArchive, V> for JointHypotheses<P, OTHERS, FEATURES, NUMBERS, TRACKS>
 {
     type Filter = MultiHypothesisSlam<'m, P::Moves, Vector2<ScalarOf<P>>, V, OTHERS>;
 

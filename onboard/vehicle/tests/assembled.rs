@@ -179,7 +179,7 @@ fn a_joint_map_that_learns_its_odometry() {
 fn a_joint_map_with_several_hypotheses() {
     joint_memory! { type Memory: Unicycle<f32> { measurement: Vector2<f32>, features: 24, measurements: 16 } }
     let (mut state, mut movers) = (Box::new(Memory::new()), JointMovers::<PlanarPose<f32>, 8>::new());
-    let mut others = Box::new(JointHypotheses::<PlanarPose<f32>, 7, 24, { joint_numbers(3, 2, 24) }, 16, 8>::new());
+    let mut others = Box::new(JointHypotheses::<PlanarPose<f32>, 7, 24, { joint_numbers(3, 2, 24) }, 8>::new());
     // Between two scans the vehicle may turn by the angle between two landmarks.
     let noise = ControlNoise::white(5.0, 5.0);
     let motion = Unicycle::new(Step::Arc, noise).unwrap();

@@ -48,7 +48,7 @@ pub(crate) const STEERED: f32 = 0.5;
 /// A robot that estimates its odometry error.
 type Learner = SelfCalibrating<Unicycle<f32>, f32>;
 /// Seven hypotheses beside the likeliest.
-type Others = JointHypotheses<PlanarPose<f32>, 7, 24, { joint_numbers(3, 2, 24) }, 16, 8>;
+type Others = JointHypotheses<PlanarPose<f32>, 7, 24, { joint_numbers(3, 2, 24) }, 8>;
 /// A joint map with movers and an archive.
 type WithMovers<'m, A> = JointSlam<'m, Unicycle<f32>, Vector2<f32>, A, Tracked<'m, PlanarPose<f32>>>;
 type Ranging = WithNoise<RangeBearing<f32>, RangeNoise<f32>>;

@@ -30,10 +30,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: M
         let mut children = Children::new(self.places());
         for (place, ln_weight) in branches.alive() {
             children.add(Child { place, cause: Cause::NEW }, ln_weight + ln_new);
-            let causes = self.with(place, |slam, causes| {
-                let taken = causes.get(..index).unwrap_or(&[]);
-                causes_of(models, &slam.config, &slam.memory, &slam.movers, z, taken)
-            });
+            let causes = self.with(place, |slam| causes_of(models, &slam.config, &slam.memory, &slam.movers, z));
             for &(cause, ln_odds) in causes.all() {
                 children.add(Child { place, cause }, ln_weight + ln_odds);
             }
@@ -49,10 +46,8 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: M
             let Some(branch) = branches.list.get_mut(place) else { continue };
             branch.ln_weight = ln_weight;
             let tally = &mut branch.tally;
-            self.with(place, |slam, causes| {
-                if let Some(slot) = causes.get_mut(index) {
-                    *slot = cause;
-                }
+            self.with(place, |slam| {
+                cause.store(index, &mut slam.memory, &mut slam.movers);
                 slam.correct_by(cause, models, measurements.get(index..=index).unwrap_or(&[]), tally);
             });
             let earlier = kept.iter().flatten().copied();
@@ -135,7 +130,8 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Mover
         }
         let Self { config, memory, .. } = self;
         if let Some(row) = memory.association_table.first_mut() {
-            cause.fill(row, T::ZERO);
+            row.start(T::ZERO);
+            row.add_certain(cause.landmark, cause.share);
         }
         move_by(models.sensor(), memory, usize::from(cause.landmark), measurement, config.gate, tally);
         memory.reset_error_frame();

@@ -1,7 +1,6 @@
-//! The likeliest causes of a measurement in one hypothesis.
+//! The likeliest causes of a measurement in one hypothesis. Those that were chosen are stored in the landmarks and tracks.
 
 use super::super::associate::Predicted;
-use super::super::associations::{Association, AssociationRow};
 use super::super::config::JointConfig;
 use super::super::movers::{MOVES, Movers, NONE};
 use super::super::state::{Landmark, Memory};
@@ -15,7 +14,7 @@ pub(super) const CAUSES: usize = 3;
 
 /// The cause of a measurement. A static landmark and the track of the same object are one cause.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cause<T> {
+pub(super) struct Cause<T> {
     /// Index of the landmark, or [`NONE`].
     pub(super) landmark: u16,
     /// Index of the track, or [`NONE`].
@@ -25,33 +24,61 @@ pub struct Cause<T> {
 }
 
 impl<T: Real> Cause<T> {
-    /// The value in memory that is not in use.
-    pub(super) const ZERO: Self = Self { landmark: 0, mover: 0, share: T::ZERO };
     /// Clutter, or a new landmark.
     pub(super) const NEW: Self = Self { landmark: NONE, mover: NONE, share: T::ZERO };
 
-    /// Whether both have the same landmark or the same track.
-    fn overlaps(&self, other: &Self) -> bool {
-        self.landmark != NONE && self.landmark == other.landmark || self.mover != NONE && self.mover == other.mover
-    }
-
-    /// Sets the row of its measurement in the association table.
-    pub(super) fn fill(&self, row: &mut AssociationRow<T>, ln_lambda: T) {
-        row.start(ln_lambda);
-        row.no_feature_probability = if *self == Self::NEW { T::ONE } else { T::ZERO };
-        let of = |feature, probability| Association { probability, ..Association::new(feature, T::ZERO) };
-        if self.landmark != NONE {
-            row.associate(of(self.landmark, self.share));
+    /// Stores this cause of a measurement of the present scan in the landmark and the track.
+    pub(super) fn store<P: Pose<Scalar = T>, Z: Vector<Scalar = T>, V: Movers<P>>(
+        &self,
+        measurement: usize,
+        memory: &mut Memory<'_, P, Z>,
+        movers: &mut V,
+    ) {
+        if let Some(landmark) = memory.landmarks.get_mut(usize::from(self.landmark)) {
+            (landmark.measurement, landmark.scratch) = (measurement as u16, self.share);
         }
-        if self.mover != NONE {
-            row.associate(of(MOVES | self.mover, T::ONE - self.share));
+        if let Some(mover) = movers.tracks().and_then(|tracks| tracks.movers.get_mut(usize::from(self.mover))) {
+            mover.measurement = measurement as u16;
         }
     }
 }
 
-/// The likeliest causes of a measurement among old landmarks and tracks, with ln( p_D v N(z; ẑ, S) / (1 − p_D v) ), without those in
-/// `taken`, which caused earlier measurements: a landmark causes at most one measurement. p_D of all landmarks and tracks must be that
-/// of this scan.
+/// Starts a scan, of which no measurement has a cause so far.
+pub(super) fn clear<P: Pose, Z: Vector<Scalar = ScalarOf<P>>, V: Movers<P>>(
+    memory: &mut Memory<'_, P, Z>,
+    movers: &mut V,
+) {
+    memory.landmarks.iter_mut().for_each(|landmark| landmark.measurement = NONE);
+    if let Some(tracks) = movers.tracks() {
+        tracks.movers.iter_mut().for_each(|mover| mover.measurement = NONE);
+    }
+}
+
+/// Adds the stored causes to the rows of their measurements in the association table.
+pub(super) fn fill<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>, V: Movers<P>>(
+    memory: &mut Memory<'_, P, Z>,
+    movers: &V,
+) {
+    let Memory { header, landmarks, association_table, .. } = memory;
+    let mut add = |measurement: u16, feature, probability| {
+        if let Some(row) = association_table.get_mut(usize::from(measurement)) {
+            row.add_certain(feature, probability);
+        }
+    };
+    let landmarks = landmarks.get(..header.len).unwrap_or(&[]);
+    for (landmark, index) in landmarks.iter().zip(0..) {
+        add(landmark.measurement, index, landmark.scratch);
+    }
+    for (mover, index) in movers.kept().iter().zip(0..) {
+        let of_static = landmarks.get(usize::from(mover.static_index));
+        let share = of_static.filter(|landmark| landmark.measurement == mover.measurement);
+        add(mover.measurement, MOVES | index, T::ONE - share.map_or(T::ZERO, |landmark| landmark.scratch));
+    }
+}
+
+/// The likeliest causes of a measurement among old landmarks and tracks, with ln( p_D v N(z; ẑ, S) / (1 − p_D v) ), without those
+/// that caused earlier measurements: a landmark causes at most one measurement. p_D of all landmarks and tracks must be that of
+/// this scan.
 pub(super) fn causes_of<
     T: Real,
     X: MeasurementModel<Pose: Pose<Scalar = T>>,
@@ -63,7 +90,6 @@ pub(super) fn causes_of<
     memory: &Memory<'_, X::Pose, Z>,
     movers: &V,
     z: &X::Measurement,
-    taken: &[Cause<T>],
 ) -> Best<Cause<T>, T, CAUSES> {
     let mut causes = Best::new(CAUSES, Cause::NEW);
     let sensor = models.sensor();
@@ -75,12 +101,12 @@ pub(super) fn causes_of<
         let ln_density = ln_density(sensor, &frame, &mover.component, &common.process_noise, z, config.gate);
         ln_density.filter(|_| expected > T::ZERO).map(|ln_density| expected.ln() + ln_density)
     };
-    let free = |cause: &Cause<T>| !taken.iter().any(|other| other.overlaps(cause));
     for (index, landmark) in memory.landmarks.iter().enumerate().take(memory.header.len) {
         let mover = track_of(movers, index);
         let (expected, ln_not_detected) = of_landmark(landmark, movers, mover);
         let mut cause = Cause { landmark: index as u16, mover, share: T::ONE };
-        if !(ln_not_detected < T::ZERO && free(&cause)) {
+        let of_mover = movers.kept().get(usize::from(mover)).map_or(NONE, |mover| mover.measurement);
+        if !(ln_not_detected < T::ZERO && landmark.measurement == NONE && of_mover == NONE) {
             continue;
         }
         let ln_static = of_static::<T, X, Z>(sensor, &frame, memory, index, z, config.gate);
@@ -100,7 +126,7 @@ pub(super) fn causes_of<
     }
     for (index, mover) in movers.kept().iter().enumerate().filter(|(_, mover)| mover.static_index == NONE) {
         let cause = Cause { landmark: NONE, mover: index as u16, share: T::ZERO };
-        if free(&cause)
+        if mover.measurement == NONE
             && let Some(ln) = ln_moving(cause.mover)
         {
             causes.add(cause, ln - mover.not_detected.ln());

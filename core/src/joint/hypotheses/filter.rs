@@ -4,7 +4,6 @@ use super::super::archive::NoArchive;
 use super::super::filter::JointSlam;
 use super::super::movers::Movers;
 use super::super::walk::Estimate;
-use super::causes::Cause;
 use super::config::HypothesesConfig;
 use super::slot::{Slot, Weight};
 use super::storage::JointHypotheses;
@@ -26,7 +25,7 @@ use crate::{LnSum, Motion, Pose, PoseEstimate, Real, ScalarOf, SetupError, Symme
 /// const NUMBERS: usize = joint_numbers(3, 2, 24);
 /// let mut state = Box::new(JointState::<PlanarPose<f32>, Vector2<f32>, 24, NUMBERS, 16>::new());
 /// // Seven more hypotheses, without moving objects.
-/// let mut others = Box::new(JointHypotheses::<PlanarPose<f32>, 7, 24, NUMBERS, 16, 0>::new());
+/// let mut others = Box::new(JointHypotheses::<PlanarPose<f32>, 7, 24, NUMBERS, 0>::new());
 /// # let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?;
 /// let slam = JointSlam::new(motion, JointConfig::default(), &mut *state)?;
 /// let mut slam = slam.with_hypotheses(&mut others, HypothesesConfig::default())?;
@@ -39,8 +38,6 @@ use crate::{LnSum, Motion, Pose, PoseEstimate, Real, ScalarOf, SetupError, Symme
 pub struct MultiHypothesisSlam<'s, M: Motion, Z: Vector, V, const OTHERS: usize> {
     /// The filter with the likeliest hypothesis, except while another one is processed.
     pub(super) slam: JointSlam<'s, M, Z, NoArchive, V>,
-    /// The causes of the measurements of the present scan in the likeliest.
-    pub(super) causes: &'s mut [Cause<ScalarOf<M::Pose>>],
     pub(super) others: [Slot<'s, M::Pose, V>; OTHERS],
     pub(super) config: HypothesesConfig<ScalarOf<M::Pose>>,
 }
@@ -53,24 +50,17 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: M
     ///
     /// # Errors
     /// The configuration is out of range, or the capacities are not those of the state and its movers.
-    pub fn with_hypotheses<
-        const OTHERS: usize,
-        const FEATURES: usize,
-        const NUMBERS: usize,
-        const MEASUREMENTS: usize,
-        const TRACKS: usize,
-    >(
+    pub fn with_hypotheses<const OTHERS: usize, const FEATURES: usize, const NUMBERS: usize, const TRACKS: usize>(
         mut self,
-        hypotheses: &'s mut JointHypotheses<M::Pose, OTHERS, FEATURES, NUMBERS, MEASUREMENTS, TRACKS>,
+        hypotheses: &'s mut JointHypotheses<M::Pose, OTHERS, FEATURES, NUMBERS, TRACKS>,
         config: HypothesesConfig<T>,
     ) -> Result<MultiHypothesisSlam<'s, M, Z, V, OTHERS>, SetupError> {
         config.check()?;
         require(self.memory.landmarks.len() == FEATURES, "FEATURES", "those of the state")?;
-        require(self.memory.association_table.len() == MEASUREMENTS, "MEASUREMENTS", "those of the state")?;
         let tracks = self.movers.tracks().map(|tracks| tracks.movers.len());
         require(tracks.is_none_or(|tracks| tracks == TRACKS), "TRACKS", "the capacity of the movers")?;
-        let (causes, others) = hypotheses.borrowed(&self.movers);
-        Ok(MultiHypothesisSlam { slam: self, causes, others, config })
+        let others = hypotheses.borrowed(&self.movers);
+        Ok(MultiHypothesisSlam { slam: self, others, config })
     }
 }
 
@@ -162,18 +152,18 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: M
     pub(super) fn with<Y>(
         &mut self,
         place: usize,
-        work: impl FnOnce(&mut JointSlam<'s, M, Z, NoArchive, V>, &mut [Cause<T>]) -> Y,
+        work: impl FnOnce(&mut JointSlam<'s, M, Z, NoArchive, V>) -> Y,
     ) -> Y {
         self.exchange(place);
-        let result = work(&mut self.slam, self.causes);
+        let result = work(&mut self.slam);
         self.exchange(place);
         result
     }
 
     fn exchange(&mut self, place: usize) {
-        let Self { slam, causes, others, .. } = self;
+        let Self { slam, others, .. } = self;
         if let Some(other) = place.checked_sub(1).and_then(|index| others.get_mut(index)) {
-            other.exchange(&mut slam.memory, &mut slam.movers, causes);
+            other.exchange(&mut slam.memory, &mut slam.movers);
         }
     }
 
@@ -182,9 +172,9 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: M
         self.exchange(from);
         // The likeliest is now in the place of the other one.
         let to = if to == 0 { from } else { to };
-        let Self { slam, causes, others, .. } = self;
+        let Self { slam, others, .. } = self;
         if let Some(other) = to.checked_sub(1).and_then(|index| others.get_mut(index)) {
-            other.copy(&slam.memory.estimate(), &slam.movers, causes);
+            other.copy(&slam.memory.estimate(), &slam.movers);
         }
         self.exchange(from);
     }

@@ -10,7 +10,7 @@ use super::super::movers::Movers;
 use super::super::position_update::correct_position;
 use super::super::report::{JointReport, Tally};
 use super::super::track::moving_hypothesis;
-use super::causes::Cause;
+use super::causes::fill;
 use crate::models::OnVehicle;
 use crate::{Births, Clutter, Health, MeasurementModel, Motion, Pose, Real, Vector};
 
@@ -19,7 +19,6 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Mover
 {
     pub(super) fn finish<X: MeasurementModel<Pose = M::Pose>>(
         &mut self,
-        causes: &[Cause<T>],
         models: &OnVehicle<'_, X>,
         births: &Births<T>,
         measurements: &[X::Measurement],
@@ -28,9 +27,11 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Mover
         let Self { config, memory, movers, .. } = self;
         let sensor = models.sensor();
         let ln_birth = births.of_static.ln();
-        for ((row, cause), z) in memory.association_table.iter_mut().zip(causes).zip(measurements) {
-            cause.fill(row, ln_lambda(models, ln_birth, births, movers.are_tracked(), z));
+        for (row, z) in memory.association_table.iter_mut().zip(measurements) {
+            row.start(ln_lambda(models, ln_birth, births, movers.are_tracked(), z));
+            row.no_feature_probability = T::ONE;
         }
+        fill(memory, movers);
         for index in 0..memory.header.len {
             let Some(detection) = memory.landmarks.get(index).map(|landmark| landmark.detection) else { break };
             let moving = moving_hypothesis::<T, M::Pose, V, _>(movers, index, memory.association_table, measurements);

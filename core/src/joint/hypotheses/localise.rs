@@ -29,7 +29,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Mover
             if !self.is_alive(place) {
                 continue;
             }
-            let localised = self.with(place, |slam, _| slam.localise(detector, measurements))?;
+            let localised = self.with(place, |slam| slam.localise(detector, measurements))?;
             *branch = Branch { alive: true, ln_weight: self.ln_weight(place) + localised.ln_evidence, ..*branch };
             *report = Some(localised);
         }

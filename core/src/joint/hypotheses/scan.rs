@@ -6,7 +6,7 @@ use super::super::movers::Movers;
 use super::super::report::{JointReport, Tally};
 use super::super::scan::advance;
 use super::MOST;
-use super::causes::{Cause, ln_missed};
+use super::causes::{clear, ln_missed};
 use super::filter::MultiHypothesisSlam;
 use crate::{
     Births, Detector, Health, LnSum, MeasurementModel, Motion, Pose, Real, ScanError, Vector, models::OnVehicle,
@@ -91,8 +91,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: M
             if !self.is_alive(place) {
                 continue;
             }
-            let (in_view, ln_missed) =
-                self.with(place, |slam, causes| begin(slam, causes, &models, births, measurements));
+            let (in_view, ln_missed) = self.with(place, |slam| begin(slam, &models, births, measurements));
             let ln_weight = self.ln_weight(place) + ln_missed;
             *branch = Branch { alive: true, ln_weight, in_view, tally: Tally::NOTHING };
         }
@@ -103,7 +102,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: M
         let mut report = None;
         for place in 0..self.places() {
             let Some(&Branch { tally, in_view, .. }) = branches.at(place) else { continue };
-            let finished = self.with(place, |slam, causes| slam.finish(causes, &models, births, measurements, tally));
+            let finished = self.with(place, |slam| slam.finish(&models, births, measurements, tally));
             if place == likeliest {
                 report = Some((finished, in_view));
             }
@@ -138,7 +137,6 @@ fn begin<
     X: MeasurementModel<Pose = M::Pose>,
 >(
     slam: &mut JointSlam<'_, M, Z, super::super::archive::NoArchive, V>,
-    causes: &mut [Cause<T>],
     models: &OnVehicle<'_, X>,
     births: &Births<T>,
     measurements: &[X::Measurement],
@@ -148,6 +146,6 @@ fn begin<
     advance(config, memory, movers);
     // Weakly determined landmarks are not excluded: that one of them caused a measurement is a hypothesis of its own.
     let associated = associate(models, births, config, memory, movers, measurements, 0);
-    causes.iter_mut().for_each(|cause| *cause = Cause::NEW);
+    clear(memory, movers);
     (associated.in_view, ln_missed(memory, movers))
 }

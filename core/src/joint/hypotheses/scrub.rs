@@ -34,7 +34,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Mover
         self.drop_unsound();
         let mut scrubbed = Scrubbed::default();
         let HypothesesScrubber { place, within } = scrubber;
-        let result = self.with(*place, |slam, _| slam.scrub(within, parts));
+        let result = self.with(*place, |slam| slam.scrub(within, parts));
         match result {
             Err(flaw) if *place == 0 => return Err(flaw),
             Err(_) => self.drop_at(*place),

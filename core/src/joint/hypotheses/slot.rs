@@ -4,7 +4,6 @@ use super::super::covariance::used;
 use super::super::movers::Movers;
 use super::super::state::{Header, Landmark, Memory};
 use super::super::walk::Estimate;
-use super::causes::Cause;
 use crate::{Pose, PositionOf, Real, ScalarOf, Vector};
 
 /// The weight of a hypothesis relative to that of the likeliest.
@@ -34,8 +33,6 @@ pub(super) struct Slot<'s, P: Pose, V> {
     pub(super) landmarks: &'s mut [Landmark<PositionOf<P>>],
     pub(super) numbers: &'s mut [ScalarOf<P>],
     pub(super) movers: V,
-    /// The causes of the measurements of the present scan.
-    pub(super) causes: &'s mut [Cause<ScalarOf<P>>],
 }
 
 impl<'s, T: Real, P: Pose<Scalar = T>, V: Movers<P>> Slot<'s, P, V> {
@@ -44,26 +41,19 @@ impl<'s, T: Real, P: Pose<Scalar = T>, V: Movers<P>> Slot<'s, P, V> {
     }
 
     /// Exchanges the references with those of the filter.
-    pub(super) fn exchange<Z: Vector<Scalar = T>>(
-        &mut self,
-        memory: &mut Memory<'s, P, Z>,
-        movers: &mut V,
-        causes: &mut &'s mut [Cause<T>],
-    ) {
+    pub(super) fn exchange<Z: Vector<Scalar = T>>(&mut self, memory: &mut Memory<'s, P, Z>, movers: &mut V) {
         core::mem::swap(&mut self.header, &mut memory.header);
         core::mem::swap(&mut self.landmarks, &mut memory.landmarks);
         core::mem::swap(&mut self.numbers, &mut memory.joint.numbers);
         core::mem::swap(&mut self.movers, movers);
-        core::mem::swap(&mut self.causes, causes);
     }
 
     /// Overwrites this hypothesis with another one.
-    pub(super) fn copy(&mut self, from: &Estimate<'_, P>, movers: &V, causes: &[Cause<T>]) {
+    pub(super) fn copy(&mut self, from: &Estimate<'_, P>, movers: &V) {
         let features = from.header.len;
         *self.header = *from.header;
         assign(self.landmarks, from.landmarks.get(..features).unwrap_or(&[]));
         assign(self.numbers, used::<P>(from.numbers, features));
-        assign(self.causes, causes);
         if let (Some(tracks), Some((common, _))) = (self.movers.tracks(), movers.common()) {
             *tracks.common = *common;
             assign(tracks.movers, movers.kept());

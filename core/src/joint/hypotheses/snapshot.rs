@@ -91,7 +91,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Mover
             }
             let (features, tracks) = (reader.word() as usize, reader.word() as usize);
             let ln = reader.scalar();
-            self.with(place, |slam, _| slam.fill(features, movers.checked_sub(1).map(|_| tracks), &mut reader));
+            self.with(place, |slam| slam.fill(features, movers.checked_sub(1).map(|_| tracks), &mut reader));
             if let Some(other) = self.others.get_mut(place - 1) {
                 *other.weight = Weight { alive: true, ln };
             }

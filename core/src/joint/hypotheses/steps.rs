@@ -125,7 +125,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Mover
             if place == 0 {
                 *slot = Some(report);
             } else if self.is_alive(place) {
-                *slot = self.with(place, |slam, _| slam.observe(fix, measured)).ok();
+                *slot = self.with(place, |slam| slam.observe(fix, measured)).ok();
             }
         }
         let half = T::from_f64(0.5);
@@ -160,7 +160,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Mover
         mut work: impl FnMut(&mut crate::JointSlam<'_, M, Z, crate::storage::NoArchive, V>) -> bool,
     ) {
         for place in 1..=OTHERS {
-            if self.is_alive(place) && !self.with(place, |slam, _| work(slam)) {
+            if self.is_alive(place) && !self.with(place, |slam| work(slam)) {
                 self.drop_at(place);
             }
         }

@@ -16,7 +16,7 @@ type Eyes = Detector<Sensing<RangeBearing<f32>, Window, UniformClutter<f32>>>;
 type Pose32 = PlanarPose<f32>;
 type Memory = JointState<Pose32, Vector2<f32>, ROOM, NUMBERS, 16>;
 type Tracks = JointMovers<Pose32, 8>;
-type Others = JointHypotheses<Pose32, 7, ROOM, NUMBERS, 16, 8>;
+type Others = JointHypotheses<Pose32, 7, ROOM, NUMBERS, 8>;
 type Several<'s> = MultiHypothesisSlam<'s, Unicycle<f32>, Vector2<f32>, Tracked<'s, Pose32>, 7>;
 
 /// The memory of one filter in single precision.
@@ -113,7 +113,7 @@ fn one_hypothesis_is_the_filter_without_to_the_bit() {
 
 const LANDMARKS: [[f64; 2]; 3] = [[10.0, 0.0], [16.0, 0.0], [16.0, 9.0]];
 type Linear = JointState<PlanarPose<f64>, Vector2<f64>, 4, { joint_numbers(3, 2, 4) }, 4>;
-type LinearOthers = JointHypotheses<PlanarPose<f64>, 3, 4, { joint_numbers(3, 2, 4) }, 4, 0>;
+type LinearOthers = JointHypotheses<PlanarPose<f64>, 3, 4, { joint_numbers(3, 2, 4) }, 0>;
 
 fn linear(detection: f64) -> Detector<Sensing<Offset, Everywhere, UniformClutter<f64>>> {
     let sensing = linear_sensing([0.01, 0.01], detection, 0.01);
@@ -324,7 +324,7 @@ fn damage_is_found_or_survived() {
                 2 => slot.numbers[pick(200)] = value,
                 3 => slot.landmarks[pick(8)].mean.x = value,
                 4 => *slot.header = Header { waited_s: value, ..Header::ZERO },
-                _ => slot.causes[0].landmark = pick(70_000) as u16,
+                _ => slot.landmarks[0].measurement = pick(70_000) as u16,
             }
             slot.weight.alive = true;
         }

@@ -67,7 +67,7 @@ impl<M: Motion + 'static, Z: Vector<Scalar = Numbers<M>>, const FEATURES: usize,
 /// The state of up to 16 hypotheses.
 pub(super) struct Several<M: Motion, Z: Vector<Scalar = Numbers<M>>, const NUMBERS: usize> {
     likeliest: One<M, Z, FEATURES_OF_EACH, NUMBERS>,
-    others: JointHypotheses<M::Pose, OTHERS, FEATURES_OF_EACH, NUMBERS, MEASUREMENTS, MOVERS>,
+    others: JointHypotheses<M::Pose, OTHERS, FEATURES_OF_EACH, NUMBERS, MOVERS>,
     hypotheses: HypothesesConfig<Numbers<M>>,
 }
 

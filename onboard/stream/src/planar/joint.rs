@@ -34,7 +34,7 @@ type Archive<T> = Room<
     { joint_numbers(3, 2, FEATURES) },
 >;
 type Calibrated<T> = Room<CalibratedPose<T>, (), (), (), FEATURES, { joint_numbers(6, 2, FEATURES) }>;
-type Others<T> = JointHypotheses<Pose<T>, 7, OF_EACH, { joint_numbers(3, 2, OF_EACH) }, MEASUREMENTS, 8>;
+type Others<T> = JointHypotheses<Pose<T>, 7, OF_EACH, { joint_numbers(3, 2, OF_EACH) }, 8>;
 type Hypotheses<T> = Room<Pose<T>, JointMovers<Pose<T>, 8>, (), Others<T>, OF_EACH, { joint_numbers(3, 2, OF_EACH) }>;
 
 /// Declares filters on board. Those of a black box have room for a loaded map.
