@@ -13,6 +13,7 @@ use crate::{
     Births, Clutter, FieldOfView, Linear, LnSum, Matrix, MeasurementModel, Pose, PositionOf, Real, ScalarOf, Sensor,
     Symmetric, TangentOf, Vector,
 };
+use nalgebra::SVector;
 
 /// The predicted measurement of a feature, and its derivatives by pose and feature.
 pub(super) struct Predicted<P: Pose, Y: Vector> {
@@ -48,6 +49,23 @@ impl<T: Real, P: Pose<Scalar = T>, Y: Vector<Scalar = T>> Predicted<P, Y> {
         let full = of_pose + own + mixed + Matrix::with(|row, column| mixed.at(column, row));
         symmetric::<Y>(&full)
     }
+
+    /// The prediction of one coordinate of the measurement.
+    #[inline]
+    pub(super) fn along(&self, k: usize) -> Predicted<P, SVector<T, 1>> {
+        Predicted {
+            measurement: Vector::with(|_| self.measurement.at(k)),
+            by_pose: Matrix::with(|_, column| self.by_pose.at(k, column)),
+            by_feature: Matrix::with(|_, column| self.by_feature.at(k, column)),
+        }
+    }
+}
+
+/// Whether the squared Mahalanobis distance is above the gate because ν²/S is along one coordinate, with S = `variance` of it. The
+/// last factor exceeds rounding errors.
+#[inline]
+pub(super) fn is_beyond<T: Real>(innovation: T, variance: T, gate: T) -> bool {
+    innovation * innovation > gate * variance * (T::ONE + T::EPSILON * T::from_f64(16.0))
 }
 
 /// Results of the data association of a scan.

@@ -54,6 +54,11 @@ impl<T: Real> AssociationRow<T> {
         (self.ln_lambda, self.len) = (ln_lambda, 0);
     }
 
+    /// Removes the associations: no landmark caused the measurement.
+    pub(super) fn clear(&mut self) {
+        (self.no_feature_probability, self.len) = (T::ONE, 0);
+    }
+
     /// All data except the associations, for fault injection.
     #[cfg(any(test, feature = "flips"))]
     pub(super) fn parts(&mut self) -> ([&mut T; 2], &mut usize) {

@@ -28,7 +28,8 @@ pub(super) struct Landmark<D: Vector> {
     /// hypotheses.
     pub(super) measurement: u16,
     /// Scratch of the present scan: first ln of the peak of its innovation's density, then Σ a ν over its associations. With
-    /// several hypotheses the probability that it caused its measurement, and not the track of the same object.
+    /// several hypotheses first ln of the probability that neither it nor the track of the same object is detected, then the
+    /// probability that it caused its measurement, and not the track.
     pub(super) scratch: D::Scalar,
 }
 

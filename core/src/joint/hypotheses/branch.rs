@@ -1,6 +1,5 @@
 //! One measurement: every hypothesis has children, of which the likeliest are kept.
 
-use super::super::associate::ln_lambda;
 use super::super::correct::move_by;
 use super::super::filter::JointSlam;
 use super::super::innovation_statistics::LEAST_DETECTED;
@@ -11,7 +10,7 @@ use super::filter::MultiHypothesisSlam;
 use super::scan::{Branch, Branches};
 use super::{MOST, joining};
 use crate::models::OnVehicle;
-use crate::{Births, LnSum, MeasurementModel, Motion, Pose, Real, Vector};
+use crate::{LnSum, MeasurementModel, Motion, Pose, Real, Vector};
 
 impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Movers<M::Pose>, const OTHERS: usize>
     MultiHypothesisSlam<'s, M, Z, V, OTHERS>
@@ -20,13 +19,12 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: M
     pub(super) fn branch<X: MeasurementModel<Pose = M::Pose>>(
         &mut self,
         models: &OnVehicle<'_, X>,
-        births: &Births<T>,
         measurements: &[X::Measurement],
         index: usize,
         branches: &mut Branches<T>,
     ) {
         let Some(z) = measurements.get(index) else { return };
-        let ln_new = ln_lambda(models, births.of_static.ln(), births, self.slam.movers.are_tracked(), z);
+        let ln_new = self.slam.memory.association_table.get(index).map_or(T::NEG_INFINITY, |row| row.ln_lambda);
         let mut children = Children::new(self.places());
         for (place, ln_weight) in branches.alive() {
             children.add(Child { place, cause: Cause::NEW }, ln_weight + ln_new);
@@ -130,7 +128,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Mover
         }
         let Self { config, memory, .. } = self;
         if let Some(row) = memory.association_table.first_mut() {
-            row.start(T::ZERO);
+            row.clear();
             row.add_certain(cause.landmark, cause.share);
         }
         move_by(models.sensor(), memory, usize::from(cause.landmark), measurement, config.gate, tally);

@@ -1,13 +1,13 @@
 //! The likeliest causes of a measurement in one hypothesis. Those that were chosen are stored in the landmarks and tracks.
 
-use super::super::associate::Predicted;
+use super::super::associate::{Predicted, in_view_of, is_beyond};
 use super::super::config::JointConfig;
 use super::super::movers::{MOVES, Movers, NONE};
-use super::super::state::{Landmark, Memory};
+use super::super::state::Memory;
 use super::super::track::ln_density;
 use super::best::Best;
 use crate::models::OwnNoise;
-use crate::{LnSum, MeasurementModel, Pose, PositionOf, Real, ScalarOf, Sensor, Vector};
+use crate::{LnSum, MeasurementModel, Pose, Real, ScalarOf, Sensor, Vector};
 
 /// Most landmarks that a hypothesis considers as the cause of a measurement.
 pub(super) const CAUSES: usize = 3;
@@ -43,15 +43,36 @@ impl<T: Real> Cause<T> {
     }
 }
 
-/// Starts a scan, of which no measurement has a cause so far.
-pub(super) fn clear<P: Pose, Z: Vector<Scalar = ScalarOf<P>>, V: Movers<P>>(
-    memory: &mut Memory<'_, P, Z>,
+/// Starts a scan, of which no measurement has a cause so far: computes p_D of all landmarks and tracks. Returns the number of
+/// landmarks in view, and ln of the probability that nothing is detected. Weakly determined landmarks are not excluded: that one
+/// of them caused a measurement is a hypothesis of its own.
+pub(super) fn start<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Movers<X::Pose>>(
+    models: &X,
+    occlusion_factor: T,
+    memory: &mut Memory<'_, X::Pose, Z>,
     movers: &mut V,
-) {
-    memory.landmarks.iter_mut().for_each(|landmark| landmark.measurement = NONE);
-    if let Some(tracks) = movers.tracks() {
-        tracks.movers.iter_mut().for_each(|mover| mover.measurement = NONE);
+    measurements: &[X::Measurement],
+) -> (usize, T) {
+    let frame = models.sensor().frame(&memory.header.pose);
+    let landmarks = memory.landmarks.get_mut(..memory.header.len).unwrap_or(&mut []);
+    let mut tracks = movers.tracks();
+    if let Some(tracks) = &mut tracks {
+        tracks.predict_detection(models, &frame, measurements, occlusion_factor, landmarks);
+        tracks.kept_mut().iter_mut().for_each(|mover| mover.measurement = NONE);
     }
+    let (mut in_view, mut ln_missed) = (0, T::ZERO);
+    for (index, landmark) in landmarks.iter_mut().enumerate() {
+        let seen = in_view_of(models, &frame, &landmark.mean, measurements, occlusion_factor);
+        in_view += usize::from(seen.is_some());
+        landmark.detection = seen.map_or(T::ZERO, |(_, detection)| detection);
+        let expected = landmark.detection * landmark.existence.visible;
+        let neither = |moving: T| (T::ONE - expected - moving).at_least(T::EPSILON);
+        let moving = tracks.as_mut().map_or(T::ZERO, |tracks| tracks.set_not_detected(index, neither));
+        (landmark.measurement, landmark.scratch) = (NONE, neither(moving).ln());
+        ln_missed += landmark.scratch;
+    }
+    let alone = movers.kept().iter().filter(|mover| mover.static_index == NONE);
+    (in_view, alone.fold(ln_missed, |sum, mover| sum + mover.not_detected.ln()))
 }
 
 /// Adds the stored causes to the rows of their measurements in the association table.
@@ -95,23 +116,29 @@ pub(super) fn causes_of<
     let sensor = models.sensor();
     let frame = sensor.frame(&memory.header.pose);
     let ln_moving = |index: u16| {
-        let mover = movers.kept().get(usize::from(index))?;
+        let mover = movers.kept().get(usize::from(index)).filter(|mover| mover.detection > T::ZERO)?;
         let (common, _) = movers.common()?;
+        let ln_density = ln_density(sensor, &frame, &mover.component, &common.process_noise, z, config.gate)?;
         let expected = mover.detection * mover.weight();
-        let ln_density = ln_density(sensor, &frame, &mover.component, &common.process_noise, z, config.gate);
-        ln_density.filter(|_| expected > T::ZERO).map(|ln_density| expected.ln() + ln_density)
+        (expected > T::ZERO).then(|| expected.ln() + ln_density)
     };
     for (index, landmark) in memory.landmarks.iter().enumerate().take(memory.header.len) {
-        let mover = track_of(movers, index);
-        let (expected, ln_not_detected) = of_landmark(landmark, movers, mover);
-        let mut cause = Cause { landmark: index as u16, mover, share: T::ONE };
-        let of_mover = movers.kept().get(usize::from(mover)).map_or(NONE, |mover| mover.measurement);
-        if !(ln_not_detected < T::ZERO && landmark.measurement == NONE && of_mover == NONE) {
+        let ln_not_detected = landmark.scratch;
+        if landmark.measurement != NONE || !(ln_not_detected < T::ZERO) {
             continue;
         }
+        let mover = track_of(movers, index);
+        if movers.kept().get(usize::from(mover)).is_some_and(|mover| mover.measurement != NONE) {
+            continue;
+        }
+        let expected = landmark.detection * landmark.existence.visible;
+        let mut cause = Cause { landmark: index as u16, mover, share: T::ONE };
         let ln_static = of_static::<T, X, Z>(sensor, &frame, memory, index, z, config.gate);
         let ln_static = ln_static.filter(|_| expected > T::ZERO).map(|ln| expected.ln() + ln);
         let ln_moving = ln_moving(mover);
+        if ln_static.is_none() && ln_moving.is_none() {
+            continue;
+        }
         let mut both = LnSum::EMPTY;
         ln_static.into_iter().chain(ln_moving).for_each(|ln| both.add(ln));
         match (ln_static, ln_moving) {
@@ -141,29 +168,6 @@ fn track_of<P: Pose, V: Movers<P>>(movers: &V, index: usize) -> u16 {
     movers.kept().iter().position(|mover| is_this(mover.static_index)).map_or(NONE, |index| index as u16)
 }
 
-/// p_D v of a landmark, and ln of the probability that neither it nor the track of the same object is detected.
-fn of_landmark<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
-    landmark: &Landmark<PositionOf<P>>,
-    movers: &V,
-    mover: u16,
-) -> (T, T) {
-    let expected = landmark.detection * landmark.existence.visible;
-    let mover = movers.kept().get(usize::from(mover));
-    let moving = mover.map_or(T::ZERO, |mover| mover.detection * mover.weight());
-    (expected, (T::ONE - expected - moving).at_least(T::EPSILON).ln())
-}
-
-/// ln of the probability that the scan detects nothing.
-pub(super) fn ln_missed<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>, V: Movers<P>>(
-    memory: &Memory<'_, P, Z>,
-    movers: &V,
-) -> T {
-    let landmarks = memory.landmarks.iter().enumerate().take(memory.header.len);
-    let of_landmarks = landmarks.map(|(index, landmark)| of_landmark(landmark, movers, track_of(movers, index)).1);
-    let alone = movers.kept().iter().filter(|mover| mover.static_index == NONE);
-    of_landmarks.chain(alone.map(|mover| mover.not_detected.ln())).fold(T::ZERO, |sum, ln| sum + ln)
-}
-
 /// ln of the density of a measurement, if this landmark causes it; `None` beyond the gate.
 fn of_static<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>>(
     sensor: &X::Sensor,
@@ -175,9 +179,17 @@ fn of_static<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>, Z: Vector<Sca
 ) -> Option<T> {
     let landmark = memory.landmarks.get(index)?;
     let predicted = Predicted::of(sensor, frame, &landmark.mean)?;
+    let innovation = sensor.innovation(z, &predicted.measurement);
     let own = OwnNoise::of(sensor, z, &predicted.measurement);
     let noise = own.as_ref().map_or(sensor.noise(), |own| &own.covariance);
-    let factor = predicted.covariance(&memory.joint.blocks(index)).plus(noise).factor()?;
-    let distance = factor.mahalanobis(&sensor.innovation(z, &predicted.measurement));
+    let blocks = memory.joint.blocks(index);
+    let variance = |k| predicted.along(k).covariance(&blocks).get(0, 0) + noise.get(k, k);
+    let is_far = |k| is_beyond(innovation.at(k), variance(k), gate);
+    // One coordinate alone excludes most landmarks, at a fraction of the cost.
+    if (0..X::Measurement::DIMENSION).any(is_far) {
+        return None;
+    }
+    let factor = predicted.covariance(&blocks).plus(noise).factor()?;
+    let distance = factor.mahalanobis(&innovation);
     (distance <= gate).then(|| factor.ln_peak() - distance * T::from_f64(0.5))
 }

@@ -1,8 +1,7 @@
 //! The end of a scan in one hypothesis, when the causes of all measurements are known: existence, tracks, new landmarks, map management.
 
 use super::super::archive::NoArchive;
-use super::super::associate::ln_lambda;
-use super::super::associations::detected;
+use super::super::associations::{AssociationRow, detected};
 use super::super::correct::update_existence;
 use super::super::filter::JointSlam;
 use super::super::map_management::{drop_degenerate, drop_unlikely, initiate, merge};
@@ -26,11 +25,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Mover
     ) -> JointReport<T> {
         let Self { config, memory, movers, .. } = self;
         let sensor = models.sensor();
-        let ln_birth = births.of_static.ln();
-        for (row, z) in memory.association_table.iter_mut().zip(measurements) {
-            row.start(ln_lambda(models, ln_birth, births, movers.are_tracked(), z));
-            row.no_feature_probability = T::ONE;
-        }
+        memory.association_table.iter_mut().take(measurements.len()).for_each(AssociationRow::clear);
         fill(memory, movers);
         for index in 0..memory.header.len {
             let Some(detection) = memory.landmarks.get(index).map(|landmark| landmark.detection) else { break };

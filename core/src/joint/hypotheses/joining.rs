@@ -1,5 +1,6 @@
 //! Hypotheses with practically the same pose.
 
+use super::super::associate::is_beyond;
 use super::super::covariance::row_start;
 use super::super::walk::Estimate;
 use crate::{CovarianceOf, Pose, Real, Symmetric, TangentOf, Vector};
@@ -23,6 +24,10 @@ pub(super) fn are_alike<T: Real, P: Pose<Scalar = T>>(
     let apart = other.header.pose.difference(&one.header.pose);
     let covariance = one.pose_covariance();
     let squared = sigmas * sigmas;
+    // One coordinate alone tells most poses apart.
+    if (0..TangentOf::<P>::DIMENSION).any(|k| is_beyond(apart.at(k), covariance.get(k, k).at_least(T::ZERO), squared)) {
+        return false;
+    }
     match covariance.factor() {
         Some(factor) => factor.mahalanobis(&apart) <= squared,
         None => (0..TangentOf::<P>::DIMENSION)

@@ -1,16 +1,14 @@
 //! The update of all hypotheses with one scan.
 
-use super::super::associate::associate;
+use super::super::associate::ln_lambda;
 use super::super::filter::JointSlam;
 use super::super::movers::Movers;
 use super::super::report::{JointReport, Tally};
 use super::super::scan::advance;
 use super::MOST;
-use super::causes::{clear, ln_missed};
+use super::causes::start;
 use super::filter::MultiHypothesisSlam;
-use crate::{
-    Births, Detector, Health, LnSum, MeasurementModel, Motion, Pose, Real, ScanError, Vector, models::OnVehicle,
-};
+use crate::{Detector, Health, LnSum, MeasurementModel, Motion, Pose, Real, ScanError, Vector};
 
 /// A hypothesis during a scan.
 #[derive(Debug, Clone, Copy)]
@@ -91,12 +89,22 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: M
             if !self.is_alive(place) {
                 continue;
             }
-            let (in_view, ln_missed) = self.with(place, |slam| begin(slam, &models, births, measurements));
+            let (in_view, ln_missed) = self.with(place, |slam| {
+                let JointSlam { config, memory, movers, .. } = slam;
+                memory.clamp();
+                advance(config, memory, movers);
+                start(&models, config.occlusion_factor, memory, movers, measurements)
+            });
             let ln_weight = self.ln_weight(place) + ln_missed;
             *branch = Branch { alive: true, ln_weight, in_view, tally: Tally::NOTHING };
         }
+        // λ is the same for all hypotheses.
+        let (ln_birth, are_tracked) = (births.of_static.ln(), self.slam.movers.are_tracked());
+        for (row, z) in self.slam.memory.association_table.iter_mut().zip(measurements) {
+            row.start(ln_lambda(&models, ln_birth, births, are_tracked, z));
+        }
         for index in 0..measurements.len() {
-            self.branch(&models, births, measurements, index, &mut branches);
+            self.branch(&models, measurements, index, &mut branches);
         }
         let likeliest = branches.likeliest();
         let mut report = None;
@@ -125,27 +133,4 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: M
     pub(super) fn is_alive(&self, place: usize) -> bool {
         place.checked_sub(1).is_none_or(|index| self.others.get(index).is_some_and(|other| other.weight.alive))
     }
-}
-
-/// The start of a scan in one hypothesis: predicts it to the time of the scan, and computes p_D of all its landmarks and
-/// tracks. Returns the number of landmarks in view, and ln of the probability that none is detected.
-fn begin<
-    T: Real,
-    M: Motion<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-    V: Movers<M::Pose>,
-    X: MeasurementModel<Pose = M::Pose>,
->(
-    slam: &mut JointSlam<'_, M, Z, super::super::archive::NoArchive, V>,
-    models: &OnVehicle<'_, X>,
-    births: &Births<T>,
-    measurements: &[X::Measurement],
-) -> (usize, T) {
-    let JointSlam { config, memory, movers, .. } = slam;
-    memory.clamp();
-    advance(config, memory, movers);
-    // Weakly determined landmarks are not excluded: that one of them caused a measurement is a hypothesis of its own.
-    let associated = associate(models, births, config, memory, movers, measurements, 0);
-    clear(memory, movers);
-    (associated.in_view, ln_missed(memory, movers))
 }
