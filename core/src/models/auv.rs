@@ -285,6 +285,22 @@ mod tests {
         assert_eq!((moved.roll_rad, moved.pitch_rad), (0.1, 0.0));
     }
 
+    /// P − P e eᵀ P / (P_zz + σ²), with e along z.
+    #[test]
+    fn a_depth_takes_its_share_of_the_covariance() {
+        let auv = Auv::new(0.5, 0.0).unwrap();
+        let (sigma, dt) = (0.02, 0.1);
+        let depth = Some(Reading { value: -3.0, sigma });
+        let level = AuvControl { roll_rad: 0.0, z_m: depth, ..control(false) };
+        let start = AuvPose { yaw_rad: 0.0, roll_rad: 0.0, pitch_rad: 0.0, ..POSE };
+        let noise = auv.linearise(&start, &level, dt).noise;
+        let before = |row, column| level.velocity_covariance.get(row, column) * dt * dt;
+        for (row, column) in [(0, 0), (1, 0), (2, 0), (1, 1), (2, 1), (2, 2)] {
+            let taken = before(row, 2) * before(2, column) / (before(2, 2) + sigma * sigma);
+            assert!((noise.get(row, column) - (before(row, column) - taken)).abs() < 1e-15, "{row} {column}");
+        }
+    }
+
     #[test]
     fn derivatives_agree_with_differences() {
         let auv = Auv::new(0.5, 0.4).unwrap();

@@ -8,15 +8,17 @@ use std::vec::Vec;
 
 type Memory = State<PlanarPose<f32>, 8, 16, MapMemory<Static<Vector2<f32>>, 8, 256, 32, 256>>;
 
-/// A map of `features` on a ring around the vehicle. Every second feature causes two measurements in the scans.
+/// A map of `count` features on a ring around the vehicle, most of which cause two measurements in the scans, and of as many on
+/// a ring out of view, whose pages are kept.
 fn features(count: u32) -> Vec<Component<Vector2<f32>>> {
-    (0..count)
+    (0..2 * count)
         .map(|label| {
+            let radius = if label < count { 10.0 } else { 60.0 };
             let (sine, cosine) = (core::f32::consts::TAU * label as f32 / count as f32).sin_cos();
             Component {
                 label,
                 ln_weight: 0.0,
-                mean: Vector2::new(10.0 * cosine, 10.0 * sine),
+                mean: Vector2::new(radius * cosine, radius * sine),
                 covariance: Symmetric::from_diagonal([0.2, 0.2]),
             }
         })
