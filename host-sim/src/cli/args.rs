@@ -302,8 +302,8 @@ pub struct RunArgs {
     pub tuning: Tuning,
     #[command(flatten)]
     pub seed: Seed,
-    /// The filter [default: joint for logs and random worlds, unless --particles, --samples, --threads or --moving on require
-    /// core; otherwise core].
+    /// The filter [default: joint for logs and random worlds, unless --particles, --samples or --threads require core;
+    /// otherwise core].
     #[arg(long, value_enum)]
     pub filter: Option<FilterName>,
     /// Number type of the filter [default: f32 for core, f64 for reference, which has no other].
@@ -361,7 +361,7 @@ pub struct MonteCarloArgs {
     #[arg(long, allow_negative_numbers = true, value_parser = seed, default_value_t = 0)]
     pub seed: u64,
     /// The filters, separated by commas; they have the same inputs, and the first is compared with each other one [default: joint
-    /// in random worlds, unless --particles, --samples or --moving on require core; otherwise core].
+    /// in random worlds, unless --particles or --samples require core; otherwise core].
     #[arg(long, value_enum, value_delimiter = ',')]
     pub filter: Vec<FilterName>,
     /// Number type of the filters [default: f32 for core, f64 for reference, which has no other].
@@ -575,7 +575,7 @@ pub struct Tuning {
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = count)]
     pub samples: Option<usize>,
     /// Whether features may move; on: births of moving features are half as frequent as those of static ones [default: on for the
-    /// scenarios of 5.3.1 and for a joint map of a drive that loses its heading, otherwise off]. Overrides the settings file.
+    /// scenarios of 5.3.1 and for a joint map of a recorded log, otherwise off]. Overrides the settings file.
     #[arg(long, value_enum)]
     pub moving: Option<Switch>,
     /// Hypotheses of data association of a joint map in the plane, 16 at most [default: 8 for a drive that loses its heading,
@@ -606,7 +606,7 @@ pub struct ScenarioSeed {
 pub enum FilterName {
     /// The thesis's filter with fixed capacities, as on a target.
     Core,
-    /// One Gaussian over the pose and all features; with --moving on, moving-object tracks beside it.
+    /// One Gaussian over the pose and all features; unless --moving is off, moving-object tracks beside it.
     Joint,
     /// The thesis's recursion without approximations in double precision, slow, in the plane; the likelihood is that of the
     /// settings, by default single-cluster.
@@ -768,7 +768,7 @@ impl FilterName {
     /// mixture has.
     pub fn usual(is_log: bool, tuning: &Tuning, threads: u16) -> Self {
         let several = tuning.particles.is_some() || tuning.samples.is_some() || threads > 1;
-        if is_log && !several && tuning.moving != Some(Switch::On) { Self::Joint } else { Self::Core }
+        if is_log && !several { Self::Joint } else { Self::Core }
     }
 }
 

@@ -190,7 +190,7 @@ fn a_log_gets_a_joint_map_where_nothing_asks_for_what_it_has_not() {
         (run["filter"].as_str().unwrap().to_owned(), run["particles"].as_u64().unwrap())
     };
     assert_eq!(filter(&[]), ("joint".into(), 1));
-    for mixture in [&["--particles", "2"][..], &["--filter", "core"], &["--moving", "on"], &["--threads", "2"]] {
+    for mixture in [&["--particles", "2"][..], &["--filter", "core"], &["--threads", "2"]] {
         assert_eq!(filter(mixture).0, "scphd", "{mixture:?}");
     }
     fs::write(place.path("moving.toml"), "[moving]\nbirth_intensity = 0.01").unwrap();

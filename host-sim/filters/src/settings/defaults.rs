@@ -275,19 +275,21 @@ impl Settings {
         settings
     }
 
-    /// Changes default settings for `log` to those for a joint map. They differ if the log is not simulated, its scans are not
-    /// crowded, and the drive loses its heading: then turns have more noise, unless the log states it, objects may move, and there
-    /// are several hypotheses of data association.
+    /// Changes default settings for `log` to those for a joint map. Unless the log is simulated, objects may move. If, moreover, its
+    /// scans are not crowded and the drive loses its heading, turns have more noise, unless the log states it, and there are
+    /// several hypotheses of data association.
     pub fn set_for_joint_map(&mut self, log: &Log) {
+        if log.simulated {
+            return;
+        }
+        self.set_moving(true);
         let turn_sigma_ratio = if stated_turn(log).is_some() { 0.0 } else { LOST_TURN_SHARE };
         let noise = VehicleSettings { turn_sigma_ratio, ..self.vehicle };
         let is_crowded = near(&self.sensor, detections_per_scan(log)) > CROWDED;
-        if log.simulated || is_crowded || !loses_heading(log, &noise) {
-            return;
+        if !is_crowded && loses_heading(log, &noise) {
+            self.vehicle = noise;
+            self.joint.hypotheses = LOST_HYPOTHESES;
         }
-        self.vehicle = noise;
-        self.joint.hypotheses = LOST_HYPOTHESES;
-        self.set_moving(true);
     }
 
     /// Switches off extensions of the recursion of the thesis, which the reference does not have.
@@ -541,15 +543,17 @@ mod tests {
     }
 
     #[test]
-    fn a_drive_that_loses_its_heading_has_hypotheses_tracks_and_more_noise_of_turns() {
+    fn a_recorded_drive_has_tracks_and_one_that_loses_its_heading_also_hypotheses_and_more_noise_of_turns() {
         let mut log = scenario::survey(1);
         (log.simulated, log.nominal) = (false, Nominal::default());
         (log.sensor.bearing_min_rad, log.sensor.bearing_max_rad) = (-0.4, 0.4);
         log.scans.iter_mut().for_each(|scan| scan.detections.truncate(2));
+        // The settings, where they differ from those of every recorded drive.
         let differs = |log: &Log| {
-            let (usual, mut settings) = (Settings::for_log(log), Settings::for_log(log));
+            let (mut usual, mut settings) = (Settings::for_log(log), Settings::for_log(log));
             settings.set_for_joint_map(log);
             assert_eq!(settings.check(), Ok(()));
+            usual.set_moving(!log.simulated);
             (settings != usual).then_some(settings)
         };
         assert_eq!(differs(&log), None);
@@ -558,6 +562,7 @@ mod tests {
         let lost = differs(&log).unwrap();
         assert_eq!((lost.vehicle.turn_sigma_ratio, lost.joint.hypotheses), (0.3, 8));
         assert_eq!(lost.moving.birth_intensity, 0.5 * lost.filter.birth_intensity);
+        assert!(Settings::for_log(&log).moving.birth_intensity == 0.0);
         // After the last detection nothing returns, and before the first there is nothing to lose.
         for scans in [back..log.scans.len(), 0..1] {
             let mut at_an_end = log.clone();
