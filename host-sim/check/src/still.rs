@@ -256,7 +256,7 @@ fn tell_along(log: &Log, poses: &[[f64; 3]], pairs: &[[usize; 2]], along: &[Alon
                 short(place[1]),
                 percent(share)
             ),
-            "run with --moving on; or take its detections out",
+            "a joint map tracks it, a mixture with --moving on; or take its detections out",
         );
     }
 }
