@@ -133,13 +133,13 @@ fn a_seal_and_a_snapshot_undo_damaged_counts() {
 }
 
 #[test]
-#[ignore = "a quarter of an hour; the seeds of judgement"]
+#[ignore = "a minute when optimised; the seeds of judgement"]
 fn fifty_thousand_bits_of_a_joint_map() {
     fifty_thousand("joint map", slam::joint);
 }
 
 #[test]
-#[ignore = "a quarter of an hour; the seeds of judgement"]
+#[ignore = "a minute when optimised; the seeds of judgement"]
 fn fifty_thousand_bits_of_a_mixture() {
     fifty_thousand("mixture", slam::mixture);
 }
