@@ -31,9 +31,7 @@ pub fn compare<K: Offer>(source: &Source<K>, args: CompareArgs) -> Result<(), Fa
             tuned::<K>(defaults, &mut Origins::default(), &log, &args.tuning, &[filter.choice()])?
         }
         // The reference has one hypothesis.
-        ComparedFilter::Joint => {
-            tuned::<K>(source.defaults(&log, &[]), &mut Origins::default(), &log, &args.tuning, &[filter.choice()])?
-        }
+        ComparedFilter::Joint => source.tuned_alike(&log, &args.tuning, &[filter.choice()])?,
     };
     let outputs = Outputs { json: args.json, out: args.out };
     outputs.check()?;

@@ -2,10 +2,9 @@
 
 use super::args::HilArgs;
 use super::failure::{Failure, is_quiet, print};
-use super::source::{Found, OfKind, tuned};
+use super::source::{Found, OfKind};
 use scphd_boards::hil::{Bench, HilError, Limits, Line, Outcome, Rates, Scanned, expected};
 use scphd_boards::stream;
-use scphd_filters::settings::Origins;
 use scphd_link::{Answer, Report, Unit};
 use scphd_log::dimensions::Planar;
 use scphd_log::log::Log;
@@ -34,14 +33,8 @@ pub fn hil(args: &HilArgs) -> Result<(), Failure> {
     };
     let seed = args.seed.seed;
     let log = source.log(seed)?;
-    // A stream does not have the parts that are usual on a host.
-    let settings = tuned::<Planar>(
-        source.defaults(&log, &[]),
-        &mut Origins::default(),
-        &log,
-        &args.tuning,
-        &[args.filter.choice()],
-    )?;
+    // Images on boards have no tracks and one hypothesis, unless they are asked for.
+    let settings = source.tuned_alike(&log, &args.tuning, &[args.filter.choice()])?;
     let scans = args.scans.unwrap_or(usize::MAX);
     let stream =
         stream::write(&log, &settings, args.filter.recorded(), seed, Scalar::F32, scans).map_err(Failure::input)?;

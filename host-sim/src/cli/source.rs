@@ -82,6 +82,11 @@ impl<K: Offer> Source<K> {
         self.tuned_from(&mut Origins::default(), log, tuning, filters)
     }
 
+    /// [`tuned`](Self::tuned), with defaults that all filters have, not those for a joint map.
+    pub fn tuned_alike(&self, log: &K::Log, tuning: &Tuning, filters: &[Choice]) -> Result<K::Settings, Failure> {
+        tuned::<K>(K::defaults(self.name(), log), &mut Origins::default(), log, tuning, filters)
+    }
+
     /// [`tuned`](Self::tuned), with the origin of each setting; `origins` has those of the defaults.
     pub fn tuned_from(
         &self,

@@ -2,7 +2,8 @@
 //!
 //! Stated values are used as stated. Others are from a table of physical figures ([`UNSTATED`]), the same for every vehicle,
 //! sensor and place. These are round; they were chosen on the random worlds of the seeds 100 to 199 (`scenario::worlds`), not on
-//! recorded logs, except those for drives that lose their heading, for which robots 1 to 3 of MRCLAM were used. A simulated log states its noise exactly; a data sheet states only the white part, so that a margin is added.
+//! recorded logs, except those for drives that lose their heading, for which robots 1 to 3 of MRCLAM were used. A simulated log
+//! states its noise exactly; a data sheet states only the white part, so that a margin is added.
 
 use super::{
     Extraction, FilterSettings, JointSettings, Likelihood, MovingSettings, Proposal, SensorSettings, Settings,
