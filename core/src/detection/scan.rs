@@ -106,8 +106,7 @@ impl<'s, T: Real, Z: Vector<Scalar = T>> Scan<'s, Z> {
 
     /// The bucket of a coordinate, monotonic; coordinates outside the scan fall into the first or the last bucket.
     fn bucket(&self, coordinate: T) -> usize {
-        let place = ((coordinate - self.first) * self.buckets_per_unit).to_i32();
-        usize::try_from(place).unwrap_or(0).min(BUCKETS - 1)
+        ((coordinate - self.first) * self.buckets_per_unit).to_index(BUCKETS as u8 - 1)
     }
 
     /// Number of measurements.
@@ -146,9 +145,9 @@ impl<'s, T: Real, Z: Vector<Scalar = T>> Scan<'s, Z> {
             if crosses { self.places_across(low, high) } else { (self.start(low)..self.end(high), 0..0) };
         loop {
             work::round();
-            let first = places.start;
-            for (offset, measurement) in self.measurements.get(places).unwrap_or(&[]).iter().enumerate() {
-                found((first + offset, measurement));
+            for index in places {
+                let Some(measurement) = self.measurements.get(index) else { break };
+                found((index, measurement));
             }
             if rest.is_empty() {
                 return;

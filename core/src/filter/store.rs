@@ -189,9 +189,9 @@ fn morton<T: Real, D: Vector<Scalar = T>>(position: &D, bounds: &Bounds<D>, per_
     let places = D::with(|k| offset.at(k) * per_unit.at(k));
     let mut key = 0;
     for (axis, place) in places.as_slice().iter().enumerate() {
-        let cell = place.to_i32().clamp(0, (1 << const { morton_bits::<D>() }) - 1).unsigned_abs();
+        let cell = place.to_index((1 << const { morton_bits::<D>() }) - 1);
         let spaced = const { spaced::<D>() };
-        key |= usize::from(spaced.get(cell as usize).copied().unwrap_or(0)) << axis;
+        key |= usize::from(spaced.get(cell).copied().unwrap_or(0)) << axis;
     }
     key
 }

@@ -39,7 +39,7 @@ impl<T: Real> Axis<T> {
     /// The cell of a coordinate; the outer cells are unbounded.
     #[inline]
     fn cell(&self, x: T) -> usize {
-        ((x - self.low) * self.per_unit).to_i32().clamp(0, CELLS as i32 - 1).unsigned_abs() as usize
+        ((x - self.low) * self.per_unit).to_index(CELLS as u8 - 1)
     }
 }
 
@@ -91,9 +91,10 @@ impl<T: Real> Cells<T> {
             self.axis(axis).cell(x - reach)..self.axis(axis).cell(x + reach) + 1
         };
         let (rows, columns) = (reached(0), reached(1));
-        for row in self.first.get(rows).unwrap_or(&[]) {
-            for &first in row.get(columns.clone()).unwrap_or(&[]) {
-                let mut place = usize::from(first);
+        for row in rows {
+            for column in columns.clone() {
+                let first = self.first.get(row).and_then(|row| row.get(column));
+                let mut place = first.map_or(links.len(), |&first| usize::from(first));
                 while let Some(link) = links.get(place) {
                     work::round();
                     visit(place);

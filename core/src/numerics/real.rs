@@ -54,6 +54,8 @@ pub trait Real:
     fn to_f64(self) -> f64;
     /// The nearest integer towards zero, saturating; 0 for NaN.
     fn to_i32(self) -> i32;
+    /// The nearest integer towards zero between 0 and `most`; 0 for NaN.
+    fn to_index(self, most: u8) -> usize;
     /// The bits of the number (of an `f32`, in the lower half), for digests.
     fn bits(self) -> u64;
     /// The number with these bits.
@@ -132,6 +134,15 @@ macro_rules! implement_real {
             #[inline]
             fn to_i32(self) -> i32 {
                 self as i32
+            }
+            #[inline]
+            fn to_index(self, most: u8) -> usize {
+                // The same number by the instructions of each processor, a third of what the other form takes there.
+                if cfg!(target_arch = "arm") {
+                    (self as i32).clamp(0, i32::from(most)).unsigned_abs() as usize
+                } else {
+                    usize::from((self as u8).min(most))
+                }
             }
             #[inline]
             fn bits(self) -> u64 {

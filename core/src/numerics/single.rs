@@ -17,7 +17,7 @@ const HALF_PI: [f32; 3] = [1.570_312_5, 0.000_483_751_297, 7.549_790_1e-8];
 /// c₀ + c₁ x + c₂ x² + …
 #[inline]
 fn polynomial<const N: usize>(coefficients: [f32; N], x: f32) -> f32 {
-    coefficients.into_iter().rev().fold(0.0, |sum, coefficient| sum * x + coefficient)
+    coefficients.into_iter().rev().reduce(|sum, coefficient| sum * x + coefficient).unwrap_or(0.0)
 }
 
 /// The nearest whole number, halves away from zero.
@@ -35,9 +35,28 @@ fn power_of_two(n: i32) -> f32 {
 /// e to the power of `x`; relative error below 1.5e-7 where the result is a normal number.
 #[inline]
 pub(crate) fn exp(x: f32) -> f32 {
+    if !(x.abs() < 87.0) {
+        return exp_of_far(x);
+    }
+    // The result is a normal number: its exponent is the sum of both.
+    let (power, n) = power_and_exponent(x);
+    f32::from_bits(power.to_bits().wrapping_add((n << 23).cast_unsigned()))
+}
+
+/// eˣ = p 2ⁿ, with p between √½ and √2 except for rounding errors.
+#[inline]
+fn power_and_exponent(x: f32) -> (f32, i32) {
     const COEFFICIENTS: [f32; 7] =
         [1.0, 1.0, 0.499_999_934, 0.166_665_206, 0.041_668_388, 0.008_368_717, 0.001_381_459_8];
-    // Outside this range the result is 0 or infinite. NaN is handled here too.
+    let n = nearest(x * core::f32::consts::LOG2_E);
+    let whole = n as f32;
+    (polynomial(COEFFICIENTS, x - whole * LN_2[0] - whole * LN_2[1]), n)
+}
+
+/// The exponential of a number whose result may not be a normal number, or of NaN.
+#[cold]
+#[inline(never)]
+fn exp_of_far(x: f32) -> f32 {
     if !(x > -104.0 && x < 88.8) {
         return if x < 0.0 {
             0.0
@@ -47,10 +66,7 @@ pub(crate) fn exp(x: f32) -> f32 {
             x
         };
     }
-    let n = nearest(x * core::f32::consts::LOG2_E);
-    let whole = n as f32;
-    let rest = x - whole * LN_2[0] - whole * LN_2[1];
-    let power = polynomial(COEFFICIENTS, rest);
+    let (power, n) = power_and_exponent(x);
     // In two steps, so that neither factor leaves the range of normal numbers.
     let half = n >> 1;
     power * power_of_two(half) * power_of_two(n - half)
