@@ -557,7 +557,7 @@ fn printed_settings_have_their_origins() {
     assert_eq!(origin(&["survey"], "merge_distance"), "default");
     assert_eq!(origin(&["survey"], "proposal"), "experiment of the thesis");
     assert_eq!(origin(&["worlds"], "clutter_per_scan"), "default");
-    assert!(origin(&["worlds"], "range_sigma_m").ends_with(", × 1.5 by default"));
+    assert!(origin(&["worlds"], "range_sigma_m").ends_with(", × 1.1 by default"));
     assert_eq!(origin(&["survey", "--moving", "on", "--samples", "2"], "samples"), "command line, --samples");
     fs::write(place.path("noise.toml"), "[vehicle]\nturn_sigma = 0.02\n").unwrap();
     assert_eq!(origin(&["worlds", "--settings", "noise.toml"], "turn_sigma"), "file noise.toml");

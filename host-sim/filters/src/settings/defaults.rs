@@ -5,6 +5,7 @@
 //! recorded logs, except those for drives that lose their heading, for which robots 1 to 3 of MRCLAM were used. A simulated log
 //! states its noise exactly; a data sheet states only the white part, so that a margin is added.
 
+use super::white::white_shares;
 use super::{
     Extraction, FilterSettings, JointSettings, Likelihood, MovingSettings, Proposal, SensorSettings, Settings,
     VehicleSettings,
@@ -16,6 +17,7 @@ use scphd_log::log::{FixNoise, Log, Nominal, Odometry, Sensor, Vehicle};
 use scphd_log::vehicle::FASTEST_MPS;
 use scphd_worlds::scenario::{is_of_thesis, thesis_run};
 use std::f64::consts::PI;
+use std::ops::RangeInclusive;
 
 /// Samples M of every particle in a prediction: more cost as much as more particles.
 const SAMPLES: usize = 1;
@@ -142,8 +144,14 @@ const CROWDED: f64 = 0.1;
 /// Number of hypotheses of data association for a drive that loses its heading.
 const LOST_HYPOTHESES: usize = 8;
 
-/// [`Unstated::noise_margin`].
-pub(super) const DATA_SHEET_MARGIN: f64 = UNSTATED.noise_margin;
+/// The stated noise of a sensor is white if this share of its variance is ([`white_shares`]); more is of odometry, or the data sheet
+/// is wrong.
+const WHITE: RangeInclusive<f64> = 0.7..=1.5;
+/// Factor for white stated noise, instead of [`Unstated::noise_margin`].
+const WHITE_MARGIN: f64 = 1.1;
+/// Correlation time of odometry errors with such sensors, s. The usual one goes with the larger margin: both variances are about
+/// half as large, so that their ratio, and the estimate, remain nearly the same.
+const WHITE_INTERVAL_S: f64 = 0.25;
 
 const UNSTATED: Unstated = Unstated {
     noise_margin: 1.5,
@@ -276,9 +284,9 @@ impl Settings {
         settings
     }
 
-    /// Changes default settings for `log` to those for a joint map. Unless the log is simulated, objects may move. If, moreover, its
-    /// scans are not crowded and the drive loses its heading, turns have more noise, unless the log states it, and there are
-    /// several hypotheses of data association.
+    /// Changes default settings for `log` to those for a joint map. Unless the log is simulated, objects may move, and stated
+    /// measurement noise has a smaller margin if it is white. If, moreover, its scans are not crowded and the drive loses its
+    /// heading, turns have more noise, unless the log states it, and there are several hypotheses of data association.
     pub fn set_for_joint_map(&mut self, log: &Log) {
         if log.simulated {
             return;
@@ -290,6 +298,16 @@ impl Settings {
         if !is_crowded && loses_heading(log, &noise) {
             self.vehicle = noise;
             self.joint.hypotheses = LOST_HYPOTHESES;
+        }
+        if log.sensors().enumerate().all(|(index, (_, sensor, nominal))| is_white(log, index, sensor, nominal)) {
+            self.vehicle.noise_interval_s = WHITE_INTERVAL_S;
+            let others = self.others.iter_mut().map(|(_, sensor)| sensor);
+            for sensor in std::iter::once(&mut self.sensor).chain(others) {
+                let factor = WHITE_MARGIN / UNSTATED.noise_margin;
+                sensor.range_sigma_m = (factor * sensor.range_sigma_m).max(LEAST_RANGE_SIGMA_M);
+                sensor.range_sigma_ratio *= factor;
+                sensor.bearing_sigma_rad = (factor * sensor.bearing_sigma_rad).max(LEAST_BEARING_SIGMA_RAD);
+            }
         }
     }
 
@@ -340,6 +358,14 @@ fn speed_mps(odometry: &[Odometry]) -> Option<f64> {
     Some(way / time).filter(|square| square.is_finite()).map(f64::sqrt).filter(|&speed| speed >= LEAST_SPEED_MPS)
 }
 
+/// Whether the log states the measurement noise of the sensor with this index, and its scans have this noise and no other.
+fn is_white(log: &Log, index: usize, sensor: &Sensor, nominal: &Nominal) -> bool {
+    nominal.range_sigma_m.is_some()
+        && nominal.bearing_sigma_rad.is_some()
+        && white_shares(log, index, sensor, nominal)
+            .is_some_and(|shares| shares.iter().all(|share| WHITE.contains(share)))
+}
+
 /// The noise that the log states, or the default: constant and relative part.
 fn vehicle(log: &Log) -> VehicleSettings {
     let (nominal, wheeled) = (&log.nominal, ControlNoise::<f64>::wheeled());
@@ -364,16 +390,20 @@ fn stated_turn(log: &Log) -> Option<f64> {
     }
 }
 
-/// Whether the heading's error grows so much in a time without detections that the gate of data association is wider than the
-/// view: then a detection may be of any landmark near the view. Fixes limit this error.
+/// Whether the heading's error grows so much in a time without detections and fixes that the gate of data association is wider than
+/// the view: then the next detection may be of any landmark near the view.
 fn loses_heading(log: &Log, noise: &VehicleSettings) -> bool {
     let view_rad = |sensor: &Sensor| sensor.bearing_max_rad - sensor.bearing_min_rad;
     let half_view_rad = 0.5 * log.sensors().map(|(_, sensor, _)| view_rad(sensor)).fold(0.0, f64::max);
     let limit = half_view_rad * half_view_rad / JointConfig::<f64>::default().gate;
-    let mut detected = log.scans.iter().filter(|scan| !scan.detections.is_empty()).map(|scan| scan.t_s).peekable();
+    let detected = log.scans.iter().filter(|scan| !scan.detections.is_empty()).map(|scan| scan.t_s);
     // Before the first detection there is no map.
-    let Some(mut last_s) = detected.next().filter(|_| log.fixes.is_empty()) else { return false };
-    // Integral of the variance of the turn rate since the last detection.
+    let Some(mut last_s) = detected.clone().next() else { return false };
+    let fixed = log.fixes.iter().map(|fix| (fix.t_s, false)).filter(|&(t_s, _)| t_s > last_s);
+    let mut known: Vec<_> = detected.skip(1).map(|t_s| (t_s, true)).chain(fixed).collect();
+    known.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut known = known.into_iter().peekable();
+    // Integral of the variance of the turn rate since the last detection or fix.
     let mut spread = 0.0;
     for rows in log.odometry.windows(2) {
         let until_s = rows[1].t_s;
@@ -382,9 +412,9 @@ fn loses_heading(log: &Log, noise: &VehicleSettings) -> bool {
         }
         let variance = turn_rate_variance(log.vehicle, rows[0].control, noise);
         let mut from_s = rows[0].t_s.max(last_s);
-        while let Some(t_s) = detected.next_if(|&t_s| t_s <= until_s) {
+        while let Some((t_s, is_detection)) = known.next_if(|&(t_s, _)| t_s <= until_s) {
             spread += variance * (t_s - from_s).max(0.0);
-            if spread * noise.noise_interval_s.min(t_s - last_s) > limit {
+            if is_detection && spread * noise.noise_interval_s.min(t_s - last_s) > limit {
                 return true;
             }
             (spread, last_s, from_s) = (0.0, t_s, t_s.max(from_s));
@@ -451,6 +481,8 @@ fn sensor(simulated: bool, window: &Sensor, nominal: &Nominal) -> SensorSettings
 #[cfg(test)]
 mod tests {
     use super::*;
+    use scphd_log::dimensions::PoseFix;
+    use scphd_log::log::{Fix, Scan};
     use scphd_worlds::scenario;
 
     #[test]
@@ -570,6 +602,13 @@ mod tests {
             at_an_end.scans[scans].iter_mut().for_each(|scan| scan.detections.clear());
             assert_eq!(differs(&at_an_end), None);
         }
+        // Fixes limit the error of the heading as long as there are any.
+        let mut with_fixes = log.clone();
+        let fix = |scan: &Scan| Fix { t_s: scan.t_s, measured: PoseFix::Heading(0.0) };
+        with_fixes.fixes = log.scans.iter().map(fix).collect();
+        assert_eq!(differs(&with_fixes), None);
+        with_fixes.fixes.truncate(back / 4);
+        assert_eq!(differs(&with_fixes).unwrap().joint.hypotheses, 8);
         // A wide view has landmarks on every side.
         let mut wide = log.clone();
         (wide.sensor.bearing_min_rad, wide.sensor.bearing_max_rad) = (-PI, PI);
@@ -585,6 +624,34 @@ mod tests {
         assert_eq!(differs(&stated).unwrap().vehicle.turn_sigma_ratio, 0.0);
         log.simulated = true;
         assert_eq!(differs(&log), None);
+    }
+
+    #[test]
+    fn white_stated_noise_has_a_smaller_margin_in_a_joint_map() {
+        let white = scenario::worlds::world(scenario::worlds::Kind::DataSheet, 900_000);
+        let joint = |log: &Log| {
+            let mut settings = Settings::for_log(log);
+            settings.set_for_joint_map(log);
+            assert_eq!(settings.check(), Ok(()));
+            settings
+        };
+        let margins = |log: &Log| {
+            let (Settings { sensor, vehicle, .. }, nominal) = (joint(log), log.nominal.sigmas(&log.sensor));
+            let ratios = [sensor.range_sigma_m / nominal[0], sensor.bearing_sigma_rad / nominal[1]];
+            (ratios.map(|ratio| (1e9 * ratio).round() / 1e9), vehicle.noise_interval_s)
+        };
+        assert_eq!(margins(&white), ([1.1; 2], 0.25));
+        // The edges of the view are not of the noise alone.
+        assert_eq!(joint(&white).sensor.range_edge_m, Settings::for_log(&white).sensor.range_edge_m);
+        // A data sheet that is wrong by a factor of two, or states only one of both.
+        for factor in [0.5, 2.0] {
+            let mut wrong = white.clone();
+            wrong.nominal.bearing_sigma_rad = wrong.nominal.bearing_sigma_rad.map(|sigma| factor * sigma);
+            assert_eq!(margins(&wrong), ([1.5; 2], 0.5));
+        }
+        let mut unstated = white;
+        unstated.nominal.bearing_sigma_rad = None;
+        assert_eq!(margins(&unstated), ([1.5; 2], 0.5));
     }
 
     #[test]

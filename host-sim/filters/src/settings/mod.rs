@@ -5,6 +5,7 @@ pub mod file;
 mod limits;
 mod origin;
 mod used;
+mod white;
 
 pub use file::{FileError, FileProblem};
 pub use limits::OutOfRange;

@@ -1,7 +1,6 @@
 //! Origin of each setting.
 
 use super::Settings;
-use super::defaults::DATA_SHEET_MARGIN;
 use super::file::{self, FileError, FileProblem, LEARNT, lookup};
 use super::used::{is_used_by, users_of};
 use crate::slam::Filter;
@@ -35,7 +34,7 @@ impl fmt::Display for Origin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Stated => f.write_str("stated"),
-            Self::WithMargin(stated) => write!(f, "stated {stated}, × {DATA_SHEET_MARGIN} by default"),
+            Self::WithMargin(stated) => write!(f, "stated {stated}"),
             Self::Scheme => f.write_str("default"),
             Self::Experiment => f.write_str("experiment of the thesis"),
             Self::File(path) => write!(f, "file {path}"),
@@ -120,15 +119,20 @@ impl Origins {
         let mut section = "";
         for line in plain.lines() {
             section = line.strip_prefix('[').and_then(|line| line.strip_suffix(']')).unwrap_or(section);
-            let field = line.split_once(" = ").map(|(key, _)| format!("{section}.{key}"));
-            let unused = |field: &str| filter.filter(|&filter| !is_used_by(filter, field));
-            match field.and_then(|field| Some((self.get(&field)?, unused(&field), field))) {
-                Some((origin, Some(_), field)) => {
-                    text += &format!("{line:width$}  # {origin}; for --filter {} alone\n", users_of(&field));
-                }
-                Some((origin, None, _)) => text += &format!("{line:width$}  # {origin}\n"),
-                None => text += &format!("{line}\n"),
+            let parts = line.split_once(" = ").map(|(key, value)| (format!("{section}.{key}"), value));
+            let Some((origin, field, value)) = parts.and_then(|(field, value)| Some((self.get(&field)?, field, value)))
+            else {
+                text += &format!("{line}\n");
+                continue;
+            };
+            text += &format!("{line:width$}  # {origin}");
+            if let (Origin::WithMargin(stated), Ok(value)) = (origin, value.parse::<f64>()) {
+                text += &format!(", × {} by default", (100.0 * value / stated).round() / 100.0);
             }
+            if filter.is_some_and(|filter| !is_used_by(filter, &field)) {
+                text += &format!("; for --filter {} alone", users_of(&field));
+            }
+            text.push('\n');
         }
         Ok(text)
     }
