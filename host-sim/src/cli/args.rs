@@ -559,7 +559,7 @@ pub struct TuneArgs {
     pub seed: Seed,
     #[command(flatten)]
     pub scenario_seed: ScenarioSeed,
-    /// Writes all settings, including the proposed ones, to FILE, for --settings.
+    /// Writes the proposed settings, and those of --settings and of options, to FILE, for --settings.
     #[arg(long, value_name = "FILE.toml")]
     pub out: Option<PathBuf>,
 }

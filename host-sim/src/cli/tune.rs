@@ -45,7 +45,7 @@ fn single<K: Offer>(source: &Source<K>, args: &TuneArgs, choice: Choice) -> Resu
     if let Some(path) = &args.out {
         let proposed = &tuned.outcome.settings;
         origins.set_changed(&settings, proposed, &Origin::Learnt);
-        let text = origins.annotated(proposed, None)?;
+        let text = origins.overrides(proposed)?;
         write_file("--out", path, text.as_bytes())?;
         notice(format_args!("settings are in {}", path.display()));
     }

@@ -283,6 +283,8 @@ fn settings_proposed_by_tune_can_be_replayed() {
     let tuned = fs::read_to_string(place.path("tuned.toml")).unwrap();
     let particles = tuned.lines().find(|line| line.starts_with("particles = 2 ")).unwrap();
     assert!(particles.ends_with("# command line, --particles"), "{tuned}");
+    // Every filter keeps its own defaults.
+    assert!(!tuned.contains("default") && !tuned.contains("hypotheses"), "{tuned}");
     let printed = place.prints(&[&["tune", "survey", "--count", "2"][..], &few].concat());
     assert!(printed.contains("2 logs, proposals in ") && printed.lines().count() == 3, "{printed}");
     assert!(place.fails(&["tune", "exported", "--count", "2"]).contains("--count"));

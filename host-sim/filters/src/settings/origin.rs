@@ -108,20 +108,47 @@ impl Origins {
     /// # Errors
     /// A number is greater than TOML permits, which cannot happen within the limits.
     pub fn annotated<S: Serialize>(&self, settings: &S, filter: Option<Filter>) -> Result<String, toml::ser::Error> {
+        self.file(settings, filter, |_| true)
+    }
+
+    /// As [`annotated`](Self::annotated), but without defaults and what a log states: other filters have their own defaults.
+    ///
+    /// # Errors
+    /// As [`annotated`](Self::annotated).
+    pub fn overrides<S: Serialize>(&self, settings: &S) -> Result<String, toml::ser::Error> {
+        let is_override = |origin: &Origin| matches!(origin, Origin::File(_) | Origin::CommandLine(_) | Origin::Learnt);
+        self.file(settings, None, is_override)
+    }
+
+    fn file<S: Serialize>(
+        &self,
+        settings: &S,
+        filter: Option<Filter>,
+        is_kept: impl Fn(&Origin) -> bool,
+    ) -> Result<String, toml::ser::Error> {
         let plain = toml::to_string(settings)?;
         let mut text = String::new();
         let learnt = self.0.iter().filter(|(_, origin)| **origin == Origin::Learnt).map(|(field, _)| field.clone());
         let learnt: Vec<Value> = learnt.map(Value::String).collect();
         if !learnt.is_empty() {
-            text += &format!("{LEARNT} = {}\n\n", Value::Array(learnt));
+            text += &format!("{LEARNT} = {}\n", Value::Array(learnt));
         }
         let width = plain.lines().map(|line| line.chars().count()).max().unwrap_or(0);
-        let mut section = "";
+        let (mut section, mut written) = ("", "");
         for line in plain.lines() {
             section = line.strip_prefix('[').and_then(|line| line.strip_suffix(']')).unwrap_or(section);
-            let parts = line.split_once(" = ").map(|(key, value)| (format!("{section}.{key}"), value));
-            let Some((origin, field, value)) = parts.and_then(|(field, value)| Some((self.get(&field)?, field, value)))
-            else {
+            let Some((key, value)) = line.split_once(" = ") else { continue };
+            let field = format!("{section}.{key}");
+            let origin = self.get(&field);
+            if !origin.is_none_or(&is_kept) {
+                continue;
+            }
+            if section != written {
+                let gap = if text.is_empty() { "" } else { "\n" };
+                text += &format!("{gap}[{section}]\n");
+                written = section;
+            }
+            let Some(origin) = origin else {
                 text += &format!("{line}\n");
                 continue;
             };
@@ -233,6 +260,7 @@ mod tests {
         let plain = settings.to_toml().unwrap();
         let settings_in = |text: &str, mark: &str| text.lines().filter(|line| line.contains(mark)).count();
         assert_eq!(settings_in(&text, "  # "), settings_in(&plain, " = "));
+        assert_eq!(Origins::of_log(&log).overrides(&settings).unwrap(), "");
         let of = lines(&text);
         assert_eq!(of["range_sigma_m"], "stated 0.1, × 1.5 by default");
         assert_eq!(of["bearing_sigma_rad"], "default");
