@@ -56,7 +56,10 @@ pub fn faults(seed: u64) -> Log {
     for (fault, during) in PLAN {
         fault.befall(&mut log, during, &mut noise);
     }
-    log.scans.iter_mut().for_each(|scan| scan.detections.truncate(MEASUREMENTS));
+    for scan in &mut log.scans {
+        scan.detections.truncate(MEASUREMENTS);
+        scan.labels.truncate(MEASUREMENTS);
+    }
     log
 }
 
@@ -76,8 +79,11 @@ impl Fault {
             }
             Self::Blind => look_again(log, during, Imperfection { detection_probability: 0.1, ..SIGHT }, noise),
             Self::StuckScan => {
-                let last = log.scans[during.start - 1].detections.clone();
-                log.scans[during].iter_mut().for_each(|scan| scan.detections.clone_from(&last));
+                let last = log.scans[during.start - 1].clone();
+                for scan in &mut log.scans[during] {
+                    scan.detections.clone_from(&last.detections);
+                    scan.labels.clone_from(&last.labels);
+                }
             }
             Self::RangeBias => of_detections(log, during, |[range, bearing]| [range + 1.0, bearing]),
             Self::BearingBias => {
@@ -97,7 +103,8 @@ fn look_again(log: &mut Log, during: Range<usize>, sight: Imperfection, noise: &
         let truth = log.truth[index];
         let pose = [truth.position[0], truth.position[1], truth.heading_rad.unwrap_or(0.0)];
         let moving = log.moving.chunks(times).map(|track| track[index].position);
-        log.scans[index].detections = sight.scan(&pose, log.landmarks.iter().copied().chain(moving), noise);
+        let seen = sight.scan(&pose, log.landmarks.iter().copied().chain(moving), noise);
+        (log.scans[index].detections, log.scans[index].labels) = seen.into_iter().unzip();
     }
 }
 

@@ -21,11 +21,12 @@ impl Mover {
     }
 }
 
-/// The tracks of all moving landmarks, with a row at each of `times`, numbered from 1.
-pub(super) fn tracks(movers: &[Mover], times: &[f64]) -> Vec<MovingLandmark> {
+/// The tracks of all moving landmarks, with a row at each of `times`. They are numbered after the static ones, because subjects and
+/// the labels of landmarks are one set of numbers.
+pub(super) fn tracks(movers: &[Mover], static_landmarks: usize, times: &[f64]) -> Vec<MovingLandmark> {
     let rows = |(index, mover): (usize, &Mover)| {
         let mover = *mover;
-        let subject = index as i64 + 1;
+        let subject = (static_landmarks + index) as i64;
         times.iter().map(move |&t_s| MovingLandmark { subject, t_s, position: mover.at(t_s) }).collect::<Vec<_>>()
     };
     movers.iter().enumerate().flat_map(rows).collect()
@@ -48,8 +49,8 @@ mod tests {
     #[test]
     fn every_track_has_a_row_at_every_time() {
         let mover = Mover { centre_m: [0.0; 2], radius_m: 5.0, speed_mps: 1.0, phase_rad: 1.0 };
-        let rows = tracks(&[mover, Mover { speed_mps: 2.0, ..mover }], &[0.0, 0.5, 1.0]);
-        assert_eq!(rows.iter().map(|row| row.subject).collect::<Vec<_>>(), [1, 1, 1, 2, 2, 2]);
+        let rows = tracks(&[mover, Mover { speed_mps: 2.0, ..mover }], 7, &[0.0, 0.5, 1.0]);
+        assert_eq!(rows.iter().map(|row| row.subject).collect::<Vec<_>>(), [7, 7, 7, 8, 8, 8]);
         assert_eq!((rows[4].t_s, rows[1].position), (0.5, mover.at(0.5)));
     }
 }

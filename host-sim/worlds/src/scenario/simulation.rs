@@ -39,22 +39,27 @@ impl Imperfection {
         clutter_per_scan: 20.0,
     };
 
-    /// Range (m) and bearing (rad) of the detections from `pose`, in random order.
-    pub fn scan(&self, pose: &[f64; 3], landmarks: impl Iterator<Item = [f64; 2]>, noise: &mut Noise) -> Vec<[f64; 2]> {
+    /// Range (m) and bearing (rad) of the detections from `pose`, each with the index of its landmark, or −1, in random order.
+    pub fn scan(
+        &self,
+        pose: &[f64; 3],
+        landmarks: impl Iterator<Item = [f64; 2]>,
+        noise: &mut Noise,
+    ) -> Vec<([f64; 2], i64)> {
         let [x, y, heading] = *pose;
         let mut detections = Vec::new();
-        for landmark in landmarks {
+        for (label, landmark) in (0..).zip(landmarks) {
             let (dx, dy) = (landmark[0] - x, landmark[1] - y);
             let range = (dx * dx + dy * dy).sqrt();
             if range <= self.range_max_m && noise.happens(self.detection_probability) {
                 let bearing = libm::atan2(dy, dx) - heading;
                 // A range is not negative.
                 let range = (range + self.range_sigma_m * noise.normal()).abs();
-                detections.push([range, wrap(bearing + self.bearing_sigma_rad * noise.normal())]);
+                detections.push(([range, wrap(bearing + self.bearing_sigma_rad * noise.normal())], label));
             }
         }
         for _ in 0..noise.poisson(self.clutter_per_scan) {
-            detections.push([noise.between(0.0, self.range_max_m), noise.between(-PI, PI)]);
+            detections.push(([noise.between(0.0, self.range_max_m), noise.between(-PI, PI)], -1));
         }
         noise.shuffle(&mut detections);
         detections
@@ -104,12 +109,13 @@ impl Simulation {
             .zip(path.iter().step_by(ROWS_PER_SCAN))
             .map(|(truth, pose)| {
                 let moving = self.movers.iter().map(|mover| mover.at(truth.t_s));
-                let detections = imperfection.scan(pose, self.landmarks.iter().copied().chain(moving), &mut noise);
-                Scan { t_s: truth.t_s, detections, ..Scan::default() }
+                let seen = imperfection.scan(pose, self.landmarks.iter().copied().chain(moving), &mut noise);
+                let (detections, labels) = seen.into_iter().unzip();
+                Scan { t_s: truth.t_s, detections, labels, ..Scan::default() }
             })
             .collect();
         let times: Vec<f64> = truth.iter().map(|row| row.t_s).collect();
-        let moving = tracks(&self.movers, &times);
+        let moving = tracks(&self.movers, self.landmarks.len(), &times);
 
         Log {
             name: self.name.to_owned(),

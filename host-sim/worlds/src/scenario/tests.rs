@@ -132,6 +132,27 @@ fn detections_are_of_landmarks_or_uniform_clutter_at_the_stated_rates() {
 }
 
 #[test]
+fn a_label_is_the_number_of_the_landmark() {
+    for name in ["thesis-dynamic", "faults"] {
+        let log = by_name(name, 3).unwrap();
+        assert_eq!(log.moving[0].subject, log.landmarks.len() as i64);
+        assert!(log.scans.iter().all(|scan| scan.labels.len() == scan.detections.len()));
+        let scan = &log.scans[100];
+        let here = truth::at(&log.truth, scan.t_s).unwrap();
+        let labelled = scan.detections.iter().zip(&scan.labels);
+        let of_static = labelled.filter_map(|(z, &label)| Some((z, log.landmarks.get(usize::try_from(label).ok()?)?)));
+        let apart: Vec<f64> = of_static
+            .map(|(&[range, bearing], &landmark)| {
+                let (sin, cos) = (here.heading_rad.unwrap() + bearing).sin_cos();
+                apart(landmark, [here.position[0] + range * cos, here.position[1] + range * sin])
+            })
+            .collect();
+        // Six standard deviations.
+        assert!(apart.len() > 5 && apart.iter().all(|&distance| distance < 1.7), "{name}: {apart:?}");
+    }
+}
+
+#[test]
 fn dead_reckoning_has_errors_of_metres() {
     for (name, _) in SCENARIOS {
         for seed in 0..4 {

@@ -88,7 +88,7 @@ fn of_plan(plan: &Plan, misbehaviour: Misbehaviour, seed: u64, name: &str, state
         scans,
         truth,
         landmarks: plan.landmarks.clone(),
-        moving: mover::tracks(&plan.movers, &times),
+        moving: mover::tracks(&plan.movers, plan.landmarks.len(), &times),
         ..Log::default()
     }
 }
