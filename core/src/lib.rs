@@ -138,6 +138,8 @@ pub mod storage {
         Archive, Archived, JointArchive, JointFilter, JointHypotheses, JointMovers, Movers, MoversOf, NoArchive,
         NoMovers, Tracked, joint_numbers,
     };
+    #[doc(hidden)]
+    pub use crate::joint::{FeaturePass, FeatureRows, FeatureTask, Landmark, Pending, RowExecutor};
     pub use crate::map::component::Correction;
     pub use crate::map::{Dynamic, Feature, MapMemory, MapStorage, NoMoving, PAGE_LEN, Static};
     #[doc(hidden)]

@@ -3,8 +3,9 @@
 use super::archive::{ANCHORS, Anchor, ArchiveView, Entry, SUBMAP_LEN, Split};
 use super::conditioning::Conditioning;
 use super::covariance::{Joint, first};
+use super::landmark::Landmark;
 use super::map_management::TENTATIVE_BELOW;
-use super::state::{Landmark, Memory};
+use super::state::Memory;
 use crate::{Linear, Matrix, Pose, PositionOf, Real, Symmetric, TangentOf, Vector, Zero};
 
 /// Least distance of a feature that may be archived, divided by the reach of the detectors.

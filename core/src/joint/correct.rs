@@ -7,6 +7,7 @@ use super::innovation_statistics::{InnovationStatistics, innovation_statistics, 
 use super::movers::Movers;
 use super::position_update::correct_position;
 use super::report::Tally;
+use super::rows::RowExecutor;
 use super::state::Memory;
 use super::track::moving_hypothesis;
 use crate::report::watch::Recognised;
@@ -20,6 +21,7 @@ pub(super) fn correct<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Vector<Scal
     movers: &V,
     measurements: &[S::Measurement],
     gate: T,
+    rows: &impl RowExecutor<S::Pose, Z>,
 ) -> Tally<T> {
     let mut tally = Tally::NOTHING;
     for index in 0..memory.header.len {
@@ -31,11 +33,11 @@ pub(super) fn correct<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Vector<Scal
         let detected = detected(memory.association_table, index, measurements);
         let tells = is_informative_for_pose(sensor, memory.association_table, index, measurements, detected);
         if tells {
-            move_by(sensor, memory, index, measurements, gate, &mut tally);
+            move_by(sensor, memory, index, measurements, gate, &mut tally, rows);
         }
         let position_factor = update_existence(memory, index, detected, &moving, &mut tally);
         if let Some(times) = position_factor.filter(|_| movers.are_tracked()) {
-            correct_position(sensor, memory, index, measurements, detected, times, gate);
+            correct_position(sensor, memory, index, measurements, detected, times, gate, rows);
         }
     }
     tally
@@ -71,8 +73,9 @@ pub(super) fn move_by<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Vector<Scal
     measurements: &[S::Measurement],
     gate: T,
     tally: &mut Tally<T>,
+    rows: &impl RowExecutor<S::Pose, Z>,
 ) {
-    let Some(statistics) = innovation_statistics(sensor, memory, index, measurements, T::ONE, gate, tally) else {
+    let Some(statistics) = innovation_statistics(sensor, memory, index, measurements, T::ONE, gate, tally, rows) else {
         return;
     };
     let InnovationStatistics { pose, inverse, step, spread, detected } = statistics;
@@ -91,6 +94,6 @@ pub(super) fn move_by<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Vector<Scal
         tally.left_out += 1;
         return;
     }
-    memory.inject_correction(&pose, &step);
+    memory.inject_correction(&pose, &step, rows);
     memory.pending.push(&by);
 }

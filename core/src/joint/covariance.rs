@@ -50,6 +50,22 @@ pub(super) fn used<P: Pose>(numbers: &[ScalarOf<P>], features: usize) -> &[Scala
     numbers.get(..row_start(first::<P>(features))).unwrap_or(&[])
 }
 
+/// The element of two coordinates, in any order.
+pub(super) fn get<T: Real>(numbers: &[T], row: usize, column: usize) -> T {
+    let (row, column) = if row >= column { (row, column) } else { (column, row) };
+    numbers.get(row_start(row) + column).copied().unwrap_or(T::ZERO)
+}
+
+/// The covariances of a coordinate with consecutive other coordinates, in most cases a part of one stored row.
+#[inline]
+pub(super) fn run<T: Real, N: Vector<Scalar = T>>(numbers: &[T], row: usize, column: usize) -> N {
+    let start = row_start(row) + column;
+    match numbers.get(start..start + N::DIMENSION) {
+        Some(run) if row + 1 >= column + N::DIMENSION => N::with(|k| run.get(k).copied().unwrap_or(T::ZERO)),
+        _ => N::with(|k| get(numbers, row, column + k)),
+    }
+}
+
 impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
     /// Number of coordinates of the pose; `D` is that of a feature.
     const K: usize = P::Tangent::DIMENSION;
@@ -57,18 +73,13 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
 
     /// The element of two coordinates, in any order.
     pub(super) fn get(&self, row: usize, column: usize) -> T {
-        let (row, column) = if row >= column { (row, column) } else { (column, row) };
-        self.numbers.get(row_start(row) + column).copied().unwrap_or(T::ZERO)
+        get(self.numbers, row, column)
     }
 
-    /// The covariances of a coordinate with consecutive other coordinates, in most cases a part of one stored row.
+    /// The covariances of a coordinate with consecutive other coordinates.
     #[inline]
     pub(super) fn run<N: Vector<Scalar = T>>(&self, row: usize, column: usize) -> N {
-        let start = row_start(row) + column;
-        match self.numbers.get(start..start + N::DIMENSION) {
-            Some(run) if row + 1 >= column + N::DIMENSION => N::with(|k| run.get(k).copied().unwrap_or(T::ZERO)),
-            _ => N::with(|k| self.get(row, column + k)),
-        }
+        run(self.numbers, row, column)
     }
 
     pub(super) fn set(&mut self, row: usize, column: usize, value: T) {

@@ -6,8 +6,8 @@
 //! for the same two measurements, the graph has no cycle, and the association probabilities are exact.
 
 use super::associations::{Association, AssociationRow};
+use super::landmark::Landmark;
 use super::movers::{MOVES, Movers, Tracks};
-use super::state::Landmark;
 use crate::{Pose, PositionOf, Real};
 
 /// Iterations of belief propagation. A graph without cycles has converged after as many iterations as its longest path
@@ -204,8 +204,8 @@ fn update_nu<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(row: &mut AssociationRo
 mod tests {
     use super::super::associations::{Association, AssociationRow};
     use super::super::existence::Existence;
+    use super::super::landmark::Landmark;
     use super::super::movers::NoMovers;
-    use super::super::state::Landmark;
     use crate::{Noise, PlanarPose, Real};
     use nalgebra::Vector2;
     use std::vec;

@@ -7,7 +7,7 @@
 //! the difference δ of two features that become one is e_b − e_a − δθ ê × δ.
 
 use super::covariance::{Joint, first, symmetric};
-use super::invariant_error::lever;
+use super::rows::lever;
 use super::state::Memory;
 use crate::{Factor, Linear, Matrix, Pose, PositionOf, Real, Vector, Zero};
 

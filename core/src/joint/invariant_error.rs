@@ -9,7 +9,9 @@
 //! [`reset_error_frame`](Memory::reset_error_frame) transforms the covariance to that of the actual errors, with Δ = 0.
 
 use super::covariance::RowsOf;
-use super::state::{Header, Landmark, Memory};
+use super::landmark::Landmark;
+use super::rows::{RowExecutor, lever, turned};
+use super::state::{Header, Memory};
 use crate::numerics::range::is_within_range;
 use crate::{Linear, Matrix, Pose, PositionOf, Real, TangentOf, Vector, Zero};
 
@@ -52,58 +54,41 @@ impl<T: Real, P: Pose<Scalar = T>> Header<P> {
 
 impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     /// Corrects pose and features by their rows of P Hᵀ times `step`. The rows of the features are those of the next pending term.
-    pub(super) fn inject_correction(&mut self, pose: &RowsOf<P::Tangent, Z>, step: &Z) {
+    pub(super) fn inject_correction(&mut self, pose: &RowsOf<P::Tangent, Z>, step: &Z, rows: &impl RowExecutor<P, Z>) {
         let turn = turn_of::<P, Z>(pose, step);
-        let Self { header, landmarks, pending, .. } = self;
+        let Self { header, landmarks, joint, pending, .. } = self;
         let by = header.step_of(pose, step, turn);
         header.pose = header.pose.displaced(&by);
         header.moved.iter_mut().zip(by.as_slice()).for_each(|(moved, &by)| *moved += by);
-        for (landmark, rows) in landmarks.iter_mut().take(header.len).zip(pending.features()) {
-            let counted = P::Position::with(|d| rows.as_ref().get(d).map_or(T::ZERO, |row| row.dot(step)));
-            let by = turned(counted, turn, landmark.moved.as_slice());
-            landmark.mean += by;
-            landmark.moved += by;
-        }
+        pending.inject(joint, landmarks.get_mut(..header.len).unwrap_or(&mut []), (step, turn), rows);
     }
 
     /// Applies the pending terms to the covariance if there is no room for another one.
-    pub(super) fn make_room(&mut self) {
+    pub(super) fn make_room(&mut self, rows: &impl RowExecutor<P, Z>) {
         if self.pending.is_full() {
-            self.joint.apply(&mut self.pending, self.header.len);
+            self.joint.apply(&mut self.pending, self.header.len, rows);
         }
     }
 
     /// Applies the pending terms and, if corrections have moved pose or features, transforms the covariance to that of
     /// the actual errors, with Δ = 0.
-    pub(super) fn reset_error_frame(&mut self) {
-        self.make_room();
+    pub(super) fn reset_error_frame(&mut self, rows: &impl RowExecutor<P, Z>) {
+        self.make_room(rows);
         let Self { header, landmarks, joint, pending, .. } = self;
         let unmoved = |moved: &[T]| moved.iter().all(|&by| by == T::ZERO);
         let all = || landmarks.iter().take(header.len);
         let Some(heading) = P::HEADING
             .filter(|_| !(unmoved(&header.moved) && all().all(|landmark| unmoved(landmark.moved.as_slice()))))
         else {
-            joint.apply(pending, header.len);
+            joint.apply(pending, header.len, rows);
             return;
         };
-        let of = |moved: &[T], coordinate: usize| lever(moved).get(coordinate).copied().unwrap_or(T::ZERO);
-        let of_pose = P::Tangent::with(|k| of(&header.moved, k));
-        let of_feature = |feature: usize| {
-            let moved = landmarks.get(feature).map_or(P::Position::ZERO, |landmark| landmark.moved);
-            P::Position::with(|d| of(moved.as_slice(), d))
-        };
-        pending.push_turn(joint, heading, (&of_pose, of_feature), header.len);
-        joint.apply(pending, header.len);
+        let levers = lever(&header.moved);
+        let of_pose = P::Tangent::with(|k| levers.get(k).copied().unwrap_or(T::ZERO));
+        let landmarks = landmarks.get_mut(..header.len).unwrap_or(&mut []);
+        pending.push_turn(joint, landmarks, heading, &of_pose, rows);
+        joint.apply(pending, header.len, rows);
         header.moved = [T::ZERO; 2];
-        landmarks.iter_mut().take(header.len).for_each(|landmark| landmark.moved = Zero::ZERO);
-    }
-}
-
-/// ê × Δ with the vertical unit vector ê: the first two coordinates; the third one is 0.
-pub(super) fn lever<T: Real>(moved: &[T]) -> [T; 2] {
-    match *moved {
-        [x, y, ..] => [-y, x],
-        _ => [T::ZERO; 2],
     }
 }
 
@@ -113,16 +98,11 @@ fn turn_of<P: Pose, Z: Vector<Scalar = P::Scalar>>(pose: &RowsOf<P::Tangent, Z>,
     row.map_or(P::Scalar::ZERO, |row| row.dot(step))
 }
 
-/// e = ξ + δθ × Δ.
-fn turned<T: Real, V: Vector<Scalar = T>>(counted: V, turn: T, moved: &[T]) -> V {
-    let lever = lever(moved);
-    V::with(|k| counted.at(k) + lever.get(k).map_or(T::ZERO, |&by| turn * by))
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::associate::Predicted;
-    use super::super::state::{JointState, Landmark};
+    use super::super::landmark::Landmark;
+    use super::super::state::JointState;
     use super::lever;
     use crate::*;
     use nalgebra::Vector2;

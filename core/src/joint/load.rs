@@ -3,8 +3,9 @@
 use super::archive::Archive;
 use super::existence::Existence;
 use super::filter::JointSlam;
+use super::landmark::Landmark;
 use super::movers::Movers;
-use super::state::{Landmark, Memory};
+use super::state::Memory;
 use crate::{Component, LoadMapError, Motion, Pose, PositionOf, Real, Vector};
 
 /// Number of detections that is assumed for a loaded feature: that of an established feature.

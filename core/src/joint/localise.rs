@@ -18,7 +18,8 @@ use super::state::Memory;
 use crate::numerics::vector::applied;
 use crate::report::watch::Recognised;
 use crate::{
-    Births, Clutter, Detector, Health, Linear, Matrix, MeasurementModel, Motion, Pose, Real, ScanError, Sensor, Vector,
+    Births, Clutter, Detector, Health, Linear, Matrix, MeasurementModel, Motion, Pose, Real, ScanError, Sensor, Serial,
+    Vector,
 };
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>, V: Movers<M::Pose>>
@@ -91,7 +92,8 @@ fn move_pose_by<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T
     gate: T,
     tally: &mut Tally<T>,
 ) {
-    let Some(statistics) = innovation_statistics(sensor, memory, index, measurements, T::ONE, gate, tally) else {
+    let Some(statistics) = innovation_statistics(sensor, memory, index, measurements, T::ONE, gate, tally, &Serial)
+    else {
         return;
     };
     let InnovationStatistics { pose, inverse, step, spread, detected } = statistics;

@@ -9,8 +9,9 @@ use super::associations::AssociationRow;
 use super::config::JointConfig;
 use super::covariance::{first, symmetric};
 use super::difference::{Difference, Fusion};
+use super::landmark::Landmark;
 use super::map_management::fuse;
-use super::state::{Landmark, Memory};
+use super::state::Memory;
 use crate::numerics::vector::{applied, product, transposed};
 use crate::{Linear, LnSum, Matrix, Pose, PositionOf, Real, Vector};
 

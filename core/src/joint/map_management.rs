@@ -4,12 +4,15 @@ use super::config::JointConfig;
 use super::covariance::first;
 use super::difference::{Difference, Fusion};
 use super::existence::Existence;
+use super::landmark::Landmark;
 use super::movers::Movers;
-use super::state::{Landmark, Memory};
+use super::state::Memory;
 use crate::models::noise_at;
 use crate::numerics::range::{is_within_range, is_within_square};
 use crate::numerics::vector::product;
-use crate::{Births, FieldOfView, Linear, Matrix, MeasurementModel, Pose, PositionOf, Real, Sensor, TangentOf, Vector};
+use crate::{
+    Births, FieldOfView, Linear, Matrix, MeasurementModel, Pose, PositionOf, Real, Sensor, Serial, TangentOf, Vector,
+};
 
 /// A landmark with fewer detections than this is tentative.
 pub(super) const TENTATIVE_BELOW: f64 = 1.5;
@@ -242,7 +245,7 @@ pub(super) fn fuse<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
         landmark.mean += by;
         landmark.moved += by;
     }
-    memory.reset_error_frame();
+    memory.reset_error_frame(&Serial);
     for coordinate in 0..P::Position::DIMENSION {
         constrain_equal(memory, [one, other], coordinate);
     }
@@ -278,5 +281,5 @@ fn constrain_equal<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     }
     pending.fill(features, of_row);
     pending.push(&Matrix::with(|r, c| if r == 0 && c == 0 { -T::ONE / variance } else { T::ZERO }));
-    joint.apply(pending, features);
+    joint.apply(pending, features, &Serial);
 }

@@ -2,8 +2,8 @@
 
 use super::associations::{Association, AssociationRow};
 use super::data_association::marginals;
+use super::landmark::Landmark;
 use super::movers::{MOVES, Movers};
-use super::state::Landmark;
 use crate::tests::linear::{Drift, Everywhere, Offset, linear_sensing};
 use crate::*;
 use nalgebra::{Matrix2, Matrix4, SMatrix, Vector2, Vector4};

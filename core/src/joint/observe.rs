@@ -7,7 +7,9 @@ use super::movers::Movers;
 use super::state::Memory;
 use crate::filter::observe::FixInnovation;
 use crate::numerics::vector::applied;
-use crate::{Fix, FixReport, Linear, Matrix, Motion, ObserveError, Pose, PoseEstimate, Real, TangentOf, Vector};
+use crate::{
+    Fix, FixReport, Linear, Matrix, Motion, ObserveError, Pose, PoseEstimate, Real, Serial, TangentOf, Vector,
+};
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>, V: Movers<M::Pose>>
     JointSlam<'_, M, Z, A, V>
@@ -52,9 +54,9 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
         if !(pending.may_push(joint, &by) && header.may_move::<Z>(&pose, &step)) {
             return Ok(FixReport::left_out(fix_innovation.distance, T::ONE));
         }
-        self.memory.inject_correction(&pose, &step);
+        self.memory.inject_correction(&pose, &step, &Serial);
         self.memory.pending.push(&by);
-        self.memory.reset_error_frame();
+        self.memory.reset_error_frame(&Serial);
         // The correction may have moved a feature out of range.
         drop_degenerate(&mut self.memory);
         let FixInnovation { distance, ln_likelihood, .. } = fix_innovation;

@@ -7,26 +7,27 @@
 use super::covariance::{Joint, RowsOf, first, row_start};
 use crate::numerics::vector::applied;
 use crate::{Linear, Matrix, Pose, PositionOf, Real, ScalarOf, TangentOf, Vector, Zero};
+use core::ops::Range;
 
 /// Maximum number of terms of one pass: a Cortex-M has registers for the weights of four terms for two rows.
 pub(super) const TERMS: usize = 4;
 
 /// The rows of C_t for one feature, for every term.
-pub(super) type FeatureRows<P, Z> = [RowsOf<PositionOf<P>, Z>; TERMS];
+pub type FeatureRows<P, Z> = [RowsOf<PositionOf<P>, Z>; TERMS];
 
 /// A matrix B_t for every term.
-type EachBy<Z> = [Linear<Z, Z>; TERMS];
+pub(super) type EachBy<Z> = [Linear<Z, Z>; TERMS];
 
 /// The pending terms, and the rows of the next one.
 #[derive(Debug)]
-pub(super) struct Pending<'s, P: Pose, Z: Vector> {
+pub struct Pending<'s, P: Pose, Z: Vector> {
     /// The rows of C_t for the features.
     pub(super) features: &'s mut [FeatureRows<P, Z>],
     /// The rows of C_t for the pose.
-    pose: [RowsOf<TangentOf<P>, Z>; TERMS],
+    pub(super) pose: [RowsOf<TangentOf<P>, Z>; TERMS],
     /// B_t.
-    by: EachBy<Z>,
-    count: usize,
+    pub(super) by: EachBy<Z>,
+    pub(super) count: usize,
 }
 
 impl<'s, T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Pending<'s, P, Z> {
@@ -56,73 +57,11 @@ impl<'s, T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Pending<'s, P, Z> 
 
     /// Sets the rows of the next term, for the pose and this number of features.
     pub(super) fn fill(&mut self, features: usize, of: impl Fn(usize) -> Z) {
-        self.fill_with(features, &[], of);
-    }
-
-    /// The same, with the rows of the pending terms times `gains` added.
-    fn fill_with(&mut self, features: usize, gains: &[Linear<Z, Z>], of: impl Fn(usize) -> Z) {
-        set_rows(&mut self.pose, self.count, gains, &of);
+        set_rows(&mut self.pose, self.count, &[], &of);
         for (feature, rows) in self.features.iter_mut().take(features).enumerate() {
             let first = first::<P>(feature);
-            set_rows(rows, self.count, gains, |d| of(first + d));
+            set_rows(rows, self.count, &[], |d| of(first + d));
         }
-    }
-
-    /// Sets the rows of the next term to P Hᵀ, for the pose and this number of features. H consists of Hx = ∂h/∂x and
-    /// Hm = ∂h/∂m of the feature `index`; P includes the pending terms.
-    pub(super) fn measure<Y: Vector<Scalar = T>>(
-        &mut self,
-        joint: &Joint<'_, P>,
-        index: usize,
-        by_pose: &Linear<Y, P::Tangent>,
-        by_feature: &Linear<Y, P::Position>,
-        features: usize,
-    ) {
-        let own = self.features.get(index).copied().unwrap_or([Zero::ZERO; TERMS]);
-        let mut gains: EachBy<Z> = [Zero::ZERO; TERMS];
-        for (((gain, by), pose), own) in gains.iter_mut().zip(&self.by).zip(&self.pose).zip(&own).take(self.count) {
-            let of_measurement: Linear<Y, Z> = h_times::<Y, P::Tangent, Z>(by_pose, pose.as_ref())
-                + h_times::<Y, P::Position, Z>(by_feature, own.as_ref());
-            *gain = Matrix::with(|y, z| {
-                (0..Z::DIMENSION).fold(T::ZERO, |sum, k| sum + of_measurement.at(y, k) * by.at(k, z))
-            });
-        }
-        let first = first::<P>(index);
-        self.fill_with(features, gains.get(..self.count).unwrap_or(&[]), |coordinate| {
-            let (pose, own) = (joint.run::<P::Tangent>(coordinate, 0), joint.run::<P::Position>(coordinate, first));
-            let of_measurement = applied::<Y, P::Tangent>(by_pose, &pose) + applied::<Y, P::Position>(by_feature, &own);
-            Z::with(|z| of_measurement.at(z))
-        });
-    }
-
-    /// Adds the next term for P ← (I + c eᵀ) P (I + c eᵀ)ᵀ, for the pose and this number of features. It accounts for
-    /// an uncertain heading at positions that corrections have moved. e is the direction of the coordinate `heading`; c
-    /// has the levers of the other coordinates of the pose (0 of the heading itself) and those of each feature. With
-    /// w = P e + c eᵀ P e/2 the result is P + c wᵀ + w cᵀ.
-    pub(super) fn push_turn(
-        &mut self,
-        joint: &Joint<'_, P>,
-        heading: usize,
-        (of_pose, of_feature): (&P::Tangent, impl Fn(usize) -> P::Position),
-        features: usize,
-    ) {
-        let (mut variance, mut gains) = (joint.get(heading, heading), [Zero::ZERO; TERMS]);
-        for ((gain, by), pose) in gains.iter_mut().zip(&self.by).zip(&self.pose).take(self.count) {
-            let Some(of_heading) = pose.as_ref().get(heading) else { return };
-            let weighed = applied::<Z, Z>(by, of_heading);
-            variance += weighed.dot(of_heading);
-            *gain = Matrix::with(|row, column| if row == 1 { weighed.at(column) } else { T::ZERO });
-        }
-        let half = variance * T::from_f64(0.5);
-        self.fill_with(features, gains.get(..self.count).unwrap_or(&[]), |row| {
-            let lever = match row.checked_sub(P::Tangent::DIMENSION) {
-                None => of_pose.at(row),
-                Some(behind) => of_feature(behind / P::Position::DIMENSION).at(behind % P::Position::DIMENSION),
-            };
-            let with_heading = joint.get(row, heading) + lever * half;
-            Z::with(|z| [lever, with_heading].get(z).copied().unwrap_or(T::ZERO))
-        });
-        self.push(&Matrix::with(|row, column| if row + column == 1 { T::ONE } else { T::ZERO }));
     }
 
     /// Whether all variances of the pose are valid after the next term, with B = `by`. If rounding errors have made the
@@ -162,7 +101,7 @@ impl<'s, T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Pending<'s, P, Z> 
 
 /// Sets the rows of the term `next`.
 #[inline]
-fn set_rows<Z: Vector, R: AsRef<[Z]> + AsMut<[Z]>>(
+pub(super) fn set_rows<Z: Vector, R: AsRef<[Z]> + AsMut<[Z]>>(
     rows: &mut [R; TERMS],
     next: usize,
     gains: &[Linear<Z, Z>],
@@ -184,58 +123,94 @@ pub(super) fn h_times<Y: Vector, N: Vector<Scalar = Y::Scalar>, Z: Vector<Scalar
     Matrix::with(|row, column| rows().fold(Zero::ZERO, |sum, (k, of)| sum + h.at(row, k) * of.at(column)))
 }
 
-impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
-    /// Applies the pending terms for this number of features; none is pending afterwards. Every variance is increased by 4 ε of its
-    /// value for rounding errors: otherwise the matrix would lose its definiteness in a hundred thousand updates.
-    pub(super) fn apply<Z: Vector<Scalar = T>>(&mut self, pending: &mut Pending<'_, P, Z>, features: usize) {
-        match pending.count {
-            0 => {}
-            1 => self.apply_first::<Z, 1>(pending, features),
-            2 => self.apply_first::<Z, 2>(pending, features),
-            _ => {
-                if !pending.is_full() {
-                    pending.fill(features, |_| Z::ZERO);
-                }
-                self.apply_first::<Z, TERMS>(pending, features);
-            }
+impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Pending<'_, P, Z> {
+    /// Adds the pending terms to all rows.
+    #[inline]
+    pub(super) fn add_to_all(&self, numbers: &mut [T], features: usize) {
+        match self.count {
+            1 => self.add_terms_to_all::<1>(numbers, features),
+            2 => self.add_terms_to_all::<2>(numbers, features),
+            _ => self.add_terms_to_all::<TERMS>(numbers, features),
         }
-        pending.count = 0;
     }
 
-    fn apply_first<Z: Vector<Scalar = T>, const N: usize>(&mut self, pending: &Pending<'_, P, Z>, features: usize) {
-        let rounding = T::ONE + T::EPSILON * T::from_f64(4.0);
-        let weighed = |rows: &[Z; N]| -> [Z; N] {
-            let mut parts = pending.by.iter().zip(rows);
-            core::array::from_fn(|_| parts.next().map_or(Z::ZERO, |(by, row)| applied::<Z, Z>(by, row)))
-        };
-        let (mut row, behind) = (0, first::<P>(features));
-        // Two rows at a time, so that the rows of C_t for a column are loaded once for both. If the number of rows is
-        // odd, the first one, which is the shortest, is done alone.
+    fn add_terms_to_all<const N: usize>(&self, numbers: &mut [T], features: usize) {
+        let behind = first::<P>(features);
         if behind % 2 == 1
-            && let Some(variance) = self.numbers.first_mut()
+            && let Some(variance) = numbers.first_mut()
         {
-            let rows = pending.rows_of::<N>(0);
-            *variance = (*variance + products(&weighed(&rows), &rows)) * rounding;
-            row = 1;
+            self.add_to_first::<N>(variance);
         }
+        let mut row = behind % 2;
         while row < behind {
-            let numbers = self.numbers.get_mut(row_start(row)..row_start(row + 2));
-            let Some((upper, lower)) = numbers.and_then(|numbers| numbers.split_at_mut_checked(row + 1)) else {
-                return;
-            };
-            let (of_upper, of_lower) = (pending.rows_of::<N>(row), pending.rows_of::<N>(row + 1));
-            let weights = [weighed(&of_upper), weighed(&of_lower)];
-            let Some(before) = lower.get_mut(..=row) else { return };
-            add_columns(&weights, pending, (upper, before));
-            if let Some(variance) = upper.last_mut() {
-                *variance *= rounding;
-            }
-            if let Some(variance) = lower.last_mut() {
-                *variance = (*variance + products(&weights[1], &of_lower)) * rounding;
-            }
+            let Some(pair) = numbers.get_mut(row_start(row)..row_start(row + 2)) else { return };
+            self.add_to_pair::<N>(row, pair);
             row += 2;
         }
     }
+
+    /// The numbers that one pass changes, in a covariance of this number of features: those of two rows, so that the rows of C_t
+    /// for a column are loaded once for both. If the number of rows is odd, the first part is the first row alone, which is the
+    /// shortest. `None` behind the last part.
+    pub fn part(features: usize, part: usize) -> Option<Range<usize>> {
+        let behind = first::<P>(features);
+        let (from, to) = ((2 * part).saturating_sub(behind % 2), 2 * part + 2 - behind % 2);
+        (to <= behind).then(|| row_start(from)..row_start(to))
+    }
+
+    /// Adds the pending terms to the numbers of one part.
+    pub fn add_to(&self, features: usize, part: usize, numbers: &mut [T]) {
+        match numbers {
+            [variance] => match self.count {
+                1 => self.add_to_first::<1>(variance),
+                2 => self.add_to_first::<2>(variance),
+                _ => self.add_to_first::<TERMS>(variance),
+            },
+            numbers => {
+                let row = (2 * part).saturating_sub(first::<P>(features) % 2);
+                match self.count {
+                    1 => self.add_to_pair::<1>(row, numbers),
+                    2 => self.add_to_pair::<2>(row, numbers),
+                    _ => self.add_to_pair::<TERMS>(row, numbers),
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn weighed<const N: usize>(&self, rows: &[Z; N]) -> [Z; N] {
+        let mut parts = self.by.iter().zip(rows);
+        core::array::from_fn(|_| parts.next().map_or(Z::ZERO, |(by, row)| applied::<Z, Z>(by, row)))
+    }
+
+    /// Adds the first `N` terms to the first row alone.
+    #[inline(always)]
+    fn add_to_first<const N: usize>(&self, variance: &mut T) {
+        let rows = self.rows_of::<N>(0);
+        *variance = (*variance + products(&self.weighed(&rows), &rows)) * rounding();
+    }
+
+    /// Adds the first `N` terms to two rows.
+    #[inline(always)]
+    fn add_to_pair<const N: usize>(&self, row: usize, numbers: &mut [T]) {
+        let Some((upper, lower)) = numbers.split_at_mut_checked(row + 1) else { return };
+        let (of_upper, of_lower) = (self.rows_of::<N>(row), self.rows_of::<N>(row + 1));
+        let weights = [self.weighed(&of_upper), self.weighed(&of_lower)];
+        let Some(before) = lower.get_mut(..=row) else { return };
+        add_columns(&weights, self, (upper, before));
+        if let Some(variance) = upper.last_mut() {
+            *variance *= rounding();
+        }
+        if let Some(variance) = lower.last_mut() {
+            *variance = (*variance + products(&weights[1], &of_lower)) * rounding();
+        }
+    }
+}
+
+/// The factor of a variance for rounding errors.
+#[inline(always)]
+fn rounding<T: Real>() -> T {
+    T::ONE + T::EPSILON * T::from_f64(4.0)
 }
 
 /// Adds to two rows of the triangle, of the same length, the products of their weights with the rows of C_t for every column.

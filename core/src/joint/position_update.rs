@@ -9,12 +9,14 @@ use super::covariance::{Joint, first, symmetric};
 use super::innovation_statistics::{InnovationStatistics, LEAST_DETECTED, innovation_statistics};
 use super::pending::Pending;
 use super::report::Tally;
+use super::rows::RowExecutor;
 use super::state::Memory;
 use crate::numerics::range::is_within_range;
 use crate::numerics::vector::applied;
 use crate::{Linear, Matrix, Pose, Real, Sensor, Vector};
 
 /// Corrects the position of a landmark, and nothing else, with `rest` times its association probabilities.
+#[expect(clippy::too_many_arguments, reason = "every parameter is a part of a correction")]
 pub(super) fn correct_position<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
@@ -23,28 +25,29 @@ pub(super) fn correct_position<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Ve
     detected: T,
     rest: T,
     gate: T,
+    rows: &impl RowExecutor<S::Pose, Z>,
 ) {
     let much = detected * rest >= T::from_f64(LEAST_DETECTED) && rest < T::INFINITY;
     if !much || is_ambiguous(sensor, memory.association_table, index, measurements) {
         return;
     }
     // Only this position may change, so that the error frame must be the present one.
-    memory.reset_error_frame();
+    memory.reset_error_frame(rows);
     // The innovations were counted with the first correction.
     let mut counted = Tally::NOTHING;
-    let statistics = innovation_statistics(sensor, memory, index, measurements, rest, gate, &mut counted);
+    let statistics = innovation_statistics(sensor, memory, index, measurements, rest, gate, &mut counted, rows);
     let Some(InnovationStatistics { inverse, step, spread, detected, .. }) = statistics else { return };
     let spread = symmetric::<S::Measurement>(&spread);
     if !(spread.is_finite() && step.as_slice().iter().all(|x| x.is_finite())) {
         return;
     }
     let Memory { header, landmarks, joint, pending, .. } = memory;
-    let Some((landmark, rows)) = landmarks.get_mut(index).zip(pending.feature(index).copied()) else { return };
+    let Some((landmark, own)) = landmarks.get_mut(index).zip(pending.feature(index).copied()) else { return };
     // All are padded with zeros to the dimension of `Z`, the measurement with the most dimensions.
     let learnt = Matrix::with(|row, column| -inverse.at(row, column) * detected);
     let spread = Matrix::with(|row, column| spread.get(row, column));
     let step = Z::with(|z| step.at(z));
-    let by = <S::Pose as Pose>::Position::with(|d| rows.as_ref().get(d).map_or(T::ZERO, |row| row.dot(&step)));
+    let by = <S::Pose as Pose>::Position::with(|d| own.as_ref().get(d).map_or(T::ZERO, |row| row.dot(&step)));
     if !is_within_range(&(landmark.mean + by)) {
         return;
     }

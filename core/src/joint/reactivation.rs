@@ -5,7 +5,8 @@ use super::archive::{ArchiveView, Entry, SUBMAP_LEN};
 use super::archiving::{squared_m, whitened};
 use super::covariance::{Joint, first};
 use super::existence::Persistence;
-use super::state::{Landmark, Memory};
+use super::landmark::Landmark;
+use super::state::Memory;
 use crate::numerics::vector::applied;
 use crate::{Linear, Matrix, Pose, PositionOf, Real, Symmetric, TangentOf, Vector, Zero};
 

@@ -12,9 +12,10 @@ use super::map_management::{drop_degenerate, drop_unlikely, initiate, merge};
 use super::movers::Movers;
 use super::reactivation::propose;
 use super::report::JointReport;
+use super::rows::RowExecutor;
 use super::state::Memory;
 use crate::models::OnVehicle;
-use crate::{Clutter, Detector, Health, MeasurementModel, Motion, Pose, Real, ScanError, Sensor, Vector};
+use crate::{Clutter, Detector, Health, MeasurementModel, Motion, Pose, Real, ScanError, Sensor, Serial, Vector};
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>, V: Movers<M::Pose>>
     JointSlam<'_, M, Z, A, V>
@@ -29,6 +30,17 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
         &mut self,
         detector: &Detector<X, R>,
         measurements: &[X::Measurement],
+    ) -> Result<JointReport<T>, ScanError> {
+        self.scan_on(detector, measurements, &Serial)
+    }
+
+    /// [`scan`](Self::scan) with this execution of the loops over the covariance.
+    #[doc(hidden)]
+    pub fn scan_on<X: MeasurementModel<Pose = M::Pose>, R>(
+        &mut self,
+        detector: &Detector<X, R>,
+        measurements: &[X::Measurement],
+        rows: &impl RowExecutor<M::Pose, Z>,
     ) -> Result<JointReport<T>, ScanError> {
         let models = self.checked(detector, measurements)?;
         let sensor = models.sensor();
@@ -52,13 +64,13 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
             associated = associate(&models, births, config, memory, movers, measurements, window);
         }
         let Associated { in_view, weak, expected_of_weak, ln_evidence } = associated;
-        let mut tally = correct(sensor, memory, movers, measurements, config.gate);
+        let mut tally = correct(sensor, memory, movers, measurements, config.gate, rows);
         tally.expected_of_weak = expected_of_weak;
         let merged_tracks = movers.tracks().map_or(0, |mut tracks| {
             tracks.correct(sensor, memory.header, memory.association_table, measurements);
             tracks.merge_and_prune(config)
         });
-        memory.reset_error_frame();
+        memory.reset_error_frame(rows);
         let first_label = memory.header.next_label;
         let initiated = initiate(&models, births, config, memory, movers, measurements);
         let mut merged = merge(sensor, config, memory);

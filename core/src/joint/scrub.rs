@@ -8,8 +8,9 @@
 use super::archive::{Archive, ArchiveView};
 use super::covariance::{Joint, first};
 use super::filter::JointSlam;
+use super::landmark::Landmark;
 use super::movers::{Movers, Tracks};
-use super::state::{Landmark, Memory};
+use super::state::Memory;
 use crate::filter::scrub::{Scrubbed, Scrubber};
 use crate::numerics::range::is_within_range;
 use crate::snapshot::visit::{Sealing, Visit};

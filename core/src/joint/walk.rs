@@ -3,8 +3,9 @@
 use super::archive::{Anchor, ArchiveView, Entry, Index, Split};
 use super::covariance::used;
 use super::existence::Existence;
+use super::landmark::Landmark;
 use super::movers::{Common, Mover, Movers, Tracks};
-use super::state::{Header, Landmark, Memory};
+use super::state::{Header, Memory};
 use crate::numerics::range::is_within_range;
 use crate::report::watch::Watch;
 use crate::snapshot::read::Reader;

@@ -3,7 +3,8 @@
 use super::associations::AssociationRow;
 use super::existence::Existence;
 use super::filter::JointSlam;
-use super::state::{Header, Landmark, Memory};
+use super::landmark::Landmark;
+use super::state::{Header, Memory};
 use crate::numerics::flip::{Each, Word, flip_one};
 use crate::{Motion, Noise, PlanarPose};
 use nalgebra::Vector2;

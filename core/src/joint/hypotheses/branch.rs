@@ -10,7 +10,7 @@ use super::filter::MultiHypothesisSlam;
 use super::scan::{Branch, Branches};
 use super::{MOST, joining};
 use crate::models::OnVehicle;
-use crate::{LnSum, MeasurementModel, Motion, Pose, Real, Vector};
+use crate::{LnSum, MeasurementModel, Motion, Pose, Real, Serial, Vector};
 
 impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Movers<M::Pose>, const OTHERS: usize>
     MultiHypothesisSlam<'s, M, Z, V, OTHERS>
@@ -131,7 +131,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Mover
             row.clear();
             row.add_certain(cause.landmark, cause.share);
         }
-        move_by(models.sensor(), memory, usize::from(cause.landmark), measurement, config.gate, tally);
-        memory.reset_error_frame();
+        move_by(models.sensor(), memory, usize::from(cause.landmark), measurement, config.gate, tally, &Serial);
+        memory.reset_error_frame(&Serial);
     }
 }

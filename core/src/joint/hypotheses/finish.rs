@@ -11,7 +11,7 @@ use super::super::report::{JointReport, Tally};
 use super::super::track::moving_hypothesis;
 use super::causes::fill;
 use crate::models::OnVehicle;
-use crate::{Births, Clutter, Health, MeasurementModel, Motion, Pose, Real, Vector};
+use crate::{Births, Clutter, Health, MeasurementModel, Motion, Pose, Real, Serial, Vector};
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Movers<M::Pose>>
     JointSlam<'_, M, Z, NoArchive, V>
@@ -36,14 +36,14 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Mover
             let detected = detected(memory.association_table, index, measurements);
             let position_factor = update_existence(memory, index, detected, &moving, &mut tally);
             if let Some(times) = position_factor.filter(|_| movers.are_tracked()) {
-                correct_position(sensor, memory, index, measurements, detected, times, config.gate);
+                correct_position(sensor, memory, index, measurements, detected, times, config.gate, &Serial);
             }
         }
         let merged_tracks = movers.tracks().map_or(0, |mut tracks| {
             tracks.correct(sensor, memory.header, memory.association_table, measurements);
             tracks.merge_and_prune(config)
         });
-        memory.reset_error_frame();
+        memory.reset_error_frame(&Serial);
         let first_label = memory.header.next_label;
         let initiated = initiate(models, births, config, memory, movers, measurements);
         let merged = merge(sensor, config, memory);

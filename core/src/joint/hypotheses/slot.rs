@@ -1,8 +1,9 @@
 //! A hypothesis other than that in the filter's state, borrowed.
 
 use super::super::covariance::used;
+use super::super::landmark::Landmark;
 use super::super::movers::Movers;
-use super::super::state::{Header, Landmark, Memory};
+use super::super::state::{Header, Memory};
 use super::super::walk::Estimate;
 use crate::{Pose, PositionOf, Real, ScalarOf, Vector};
 

@@ -1,8 +1,9 @@
 //! Memory of the hypotheses other than the likeliest one.
 
 use super::super::covariance::joint_numbers;
+use super::super::landmark::Landmark;
 use super::super::movers::JointMovers;
-use super::super::state::{Header, Landmark};
+use super::super::state::Header;
 use super::MOST;
 use super::slot::{Slot, Weight};
 use super::tracks::MoversOf;
