@@ -15,11 +15,14 @@ ask() {
     ask device
     ask check thesis-dynamic --runs 16 --scans 100
     ask check survey --particles 32 --runs 8 --scans 60
-    ask large-check thesis-dynamic --particles 64 --scans 60
-    ask large-check thesis-dynamic --particles 4096 --scans 4
-    ask time thesis-dynamic --runs 256
+    ask check thesis-dynamic --filter joint --runs 16 --scans 100
+    ask check survey --filter joint --runs 16 --scans 100
+    ask check thesis-dynamic --particles 64 --scans 60
+    ask check thesis-dynamic --particles 4096 --scans 4
     ask time thesis-dynamic --runs 10000
     ask time thesis-dynamic --runs 4096 --profile
-    ask large-time thesis-dynamic --scans 16 --most 4096
-    ask large-time thesis-dynamic --scans 16 --least 4096 --most 4096 --profile
+    for runs in 256 2048 10000; do ask time survey --filter joint --runs "$runs"; done
+    ask time thesis-dynamic --filter joint --runs 10000
+    for particles in 256 1024 4096; do ask time thesis-dynamic --particles "$particles" --scans 16; done
+    ask time thesis-dynamic --particles 4096 --scans 16 --profile
 } 2>&1 | tee "$log"

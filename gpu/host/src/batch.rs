@@ -1,19 +1,34 @@
 //! The inputs of a batch of runs in flat buffers, with the offsets of each run.
 
-use crate::setup::setup_of;
-use crate::unfit::Unfit;
+use scphd::settings::Proposal;
 use scphd_filters::settings::Settings;
-use scphd_filters::slam::PlanarNumbers;
+use scphd_filters::slam::{PlanarNumbers, joint_config};
 use scphd_gpu_kernels::{
-    Feature, MEASUREMENTS, Mover, PARTICLES, Prediction, Run, SAMPLES, Scan, ScanResult, Status, asks_for_digest,
+    Feature, LARGE_PARTICLES, MEASUREMENTS, PARTICLES, Prediction, Run, SAMPLES, Scan, ScanResult, Setup, Status,
+    asks_for_digest, halves, setup_of,
 };
 use scphd_log::events::{Event, events};
 use scphd_log::log::Log;
+use scphd_vehicle::{Description, Filter, JointSettings, Start};
+
+/// The error for runs that the kernels cannot do: why they have no capacity or no code for it.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("not for the kernels: {0}")]
+pub struct Unfit(pub String);
+
+/// A sort of filters, by their capacities.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sort {
+    /// Many filters of a few particles.
+    Many,
+    /// Filters of many particles.
+    Large,
+    /// Joint maps.
+    Joint,
+}
 
 /// Capacity for estimated features per scan in addition to the landmarks of the scenario, averaged over a run.
-pub const SPARE_FEATURES: usize = 16;
-/// Capacity for estimated moving features per scan, averaged over a run.
-pub const MOVERS_A_SCAN: usize = 16;
+const SPARE_FEATURES: usize = 32;
 
 /// The inputs of several runs.
 #[derive(Debug, Clone)]
@@ -26,15 +41,8 @@ pub struct Batch {
     pub predictions: Vec<Prediction>,
     /// The measurements of all runs, one run after the other: range, m, and bearing, rad.
     pub measurements: Vec<[f32; 2]>,
-    /// The capacities of a filter: particles, and samples of each.
-    room: [usize; 2],
-}
-
-impl Default for Batch {
-    /// A batch without runs, for filters of a slot's capacities.
-    fn default() -> Self {
-        Self::with_room([PARTICLES, SAMPLES])
-    }
+    /// The sort of all filters.
+    pub(crate) sort: Sort,
 }
 
 /// An index or a number of elements in a buffer, as `u32`.
@@ -43,10 +51,10 @@ fn number(count: usize) -> Result<u32, Unfit> {
 }
 
 impl Batch {
-    /// A batch without runs, for filters with these capacities: particles, and samples of each.
-    pub(crate) fn with_room(room: [usize; 2]) -> Self {
+    /// A batch without runs.
+    pub fn new(sort: Sort) -> Self {
         let (runs, scans, predictions, measurements) = Default::default();
-        Self { runs, scans, predictions, measurements, room }
+        Self { runs, scans, predictions, measurements, sort }
     }
 
     /// Adds a run over the log, whose filter has the seed.
@@ -58,8 +66,8 @@ impl Batch {
         let mut since = 0;
         for event in events(log) {
             match event {
-                Event::Predict { control: [speed, turn, _], dt_s, .. } => {
-                    self.predictions.push(Prediction { control: [speed as f32, turn as f32], dt_s: dt_s as f32 });
+                Event::Predict { control, dt_s, .. } => {
+                    self.predictions.push(Prediction { control: control.map(|x| x as f32), dt_s: dt_s as f32 });
                 }
                 Event::Fix { .. } => return Err(Unfit("fixes of the pose".into())),
                 Event::Scan { index } => {
@@ -80,41 +88,30 @@ impl Batch {
                 }
             }
         }
-        let [first_feature, first_mover] = self.rooms();
-        let of_run = number(self.scans.len() - scans)?;
-        let room = |a_scan: usize| number(of_run as usize * a_scan);
+        let of_run = self.scans.len() - scans;
+        let ([particles, samples], setup) = self.sort.setup(log, settings)?;
         let run = Run {
-            seed: Run::halves(seed),
+            seed: halves(seed),
             first_scan: number(scans)?,
-            scans: of_run,
+            scans: number(of_run)?,
             first_prediction: number(predictions)?,
             predictions: number(self.predictions.len() - predictions)?,
             first_measurement: number(measurements)?,
             measurements: number(self.measurements.len() - measurements)?,
-            first_feature: number(first_feature)?,
-            features: room(log.landmarks.len() + SPARE_FEATURES)?,
-            first_mover: number(first_mover)?,
-            movers: room(MOVERS_A_SCAN)?,
-            setup: setup_of(&PlanarNumbers::of(settings, &log.vehicle, log.initial_pose), self.room)?,
+            first_feature: number(self.features())?,
+            features: number(of_run * (log.landmarks.len() + SPARE_FEATURES))?,
+            particles,
+            samples,
+            setup,
         };
         self.runs.push(run);
         Ok(())
     }
 
-    /// Number of particles of the first run's filter.
-    pub fn particles(&self) -> u32 {
-        self.runs.first().map_or(0, |run| run.setup.particles)
-    }
-
-    /// Whether the batch is the single run of a large filter.
-    pub fn is_large(&self) -> bool {
-        self.room[0] > PARTICLES
-    }
-
     /// The greatest numbers of particles of a run, and of samples of each.
     pub fn most(&self) -> [usize; 2] {
         let most = |of: fn(&Run) -> u32| self.runs.iter().map(of).max().unwrap_or(0) as usize;
-        [most(|run| run.setup.particles), most(|run| run.setup.samples)]
+        [most(|run| run.particles), most(|run| run.samples)]
     }
 
     /// The greatest number of predictions before the scan of any run.
@@ -132,36 +129,61 @@ impl Batch {
         self.runs.iter().any(|run| asks_for_digest(every as usize, taken, taken == run.scans as usize))
     }
 
-    /// Number of filters, greatest number of particles, and greatest number of samples of each.
-    pub(crate) fn counts(&self) -> [u64; 3] {
-        let [particles, samples] = self.most();
-        [self.runs.len(), particles, samples].map(|count| count as u64)
-    }
-
     /// The greatest number of scans of a run.
     pub fn most_scans(&self) -> u32 {
         self.runs.iter().map(|run| run.scans).max().unwrap_or(0)
     }
 
-    /// Capacities for the estimated features, and for the moving ones, of all runs.
-    pub fn rooms(&self) -> [usize; 2] {
-        let last = |end: fn(&Run) -> usize| self.runs.last().map_or(0, end);
-        [
-            last(|run| run.first_feature as usize + run.features as usize),
-            last(|run| run.first_mover as usize + run.movers as usize),
-        ]
+    /// Capacity for the estimated features of all runs.
+    pub fn features(&self) -> usize {
+        self.runs.last().map_or(0, |run| run.first_feature as usize + run.features as usize)
     }
 
     /// Bytes of the inputs and outputs.
     pub fn bytes(&self) -> usize {
-        let [features, movers] = self.rooms();
         size_of_val(&self.runs[..])
             + size_of_val(&self.scans[..])
             + size_of_val(&self.predictions[..])
             + size_of_val(&self.measurements[..])
             + self.runs.len() * size_of::<Status>()
             + self.scans.len() * size_of::<ScanResult>()
-            + features * size_of::<Feature>()
-            + movers * size_of::<Mover>()
+            + self.features() * size_of::<Feature>()
+    }
+}
+
+impl Sort {
+    /// Numbers of particles and samples of a run's filter, and its settings.
+    fn setup(self, log: &Log, settings: &Settings) -> Result<([u32; 2], Setup), Unfit> {
+        let margin = if self == Self::Joint { 1.0 } else { settings.filter.interval_margin };
+        let numbers = PlanarNumbers::<f32>::with_margin(settings, margin, &log.vehicle, log.initial_pose);
+        let PlanarNumbers { vehicle, sensors, config, start } = numbers;
+        let [sensor] = sensors[..] else { return Err(Unfit(format!("{} sensors; there may be one", sensors.len()))) };
+        let most = |count: usize, most: usize, of: &str| match u32::try_from(count) {
+            Ok(number) if count <= most => Ok(number),
+            _ => Err(Unfit(format!("{count} {of}; there is room for {most}"))),
+        };
+        let (counts, filter) = if self == Self::Joint {
+            most(settings.joint.hypotheses, 1, "hypotheses")?;
+            if settings.calibration.is_some() {
+                return Err(Unfit("calibration of the odometry".into()));
+            }
+            let movers = (settings.moving.birth_intensity > 0.0).then_some(config.moving);
+            let joint = JointSettings { config: joint_config(&settings.joint), movers, ..JointSettings::default() };
+            ([0; 2], Filter::Joint(joint))
+        } else {
+            if config.births_wait {
+                return Err(Unfit("births that wait".into()));
+            }
+            if let Proposal::Informed(informed) = config.proposal {
+                most(informed.rounds, 16, "rounds of the proposal")?;
+            }
+            let particles = if self == Self::Large { LARGE_PARTICLES } else { PARTICLES };
+            let particles = most(config.particles, particles, "particles")?;
+            ([particles, most(config.samples, SAMPLES, "samples of a particle")?], Filter::Mixture(config))
+        };
+        let robot = Description::robot();
+        let start = Start { pose: start, ..robot.start };
+        let sensors = [Some(sensor), None, None, None];
+        Ok((counts, setup_of(&Description { vehicle, filter, sensors, start, ..robot })))
     }
 }

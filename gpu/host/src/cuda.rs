@@ -1,20 +1,16 @@
 //! A CUDA device: the driver, the module and the memory, all located at run time.
 
 use crate::batch::Batch;
-use crate::device::{Device, DeviceError, Launch, Outcome, buffers, of_scan};
-use bytemuck::Pod;
+use crate::device::{DeviceError, Kernels, Launch, Machine};
 use cudarc::driver::{
     CudaContext, CudaFunction, CudaModule, CudaSlice, CudaStream, DevicePtr, DriverError, LaunchConfig, PushKernelArg,
     sys,
 };
 use cudarc::nvrtc::Ptx;
-use scphd_gpu_kernels::{LargeMemory, Memory, Size};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
-
-/// Least alignment of memory that the driver allocates, bytes.
-const ALIGNMENT: u64 = 256;
 
 /// Number of warps that a multiprocessor executes at the same time.
 const SCHEDULERS: usize = 4;
@@ -64,27 +60,7 @@ fn read(path: &Path) -> Result<Vec<u8>, DeviceError> {
 }
 
 fn refused(doing: &'static str) -> impl Fn(DriverError) -> DeviceError {
-    move |DriverError(code)| DeviceError::Driver { doing, why: format!("{code:?}") }
-}
-
-/// The kernels for filters of one size.
-#[derive(Debug)]
-struct Kernels {
-    /// The kernels that start the filters, those of a prediction, those of a scan, and that of a digest.
-    launches: [Vec<(CudaFunction, Launch)>; 4],
-    /// Bytes of one element of each buffer: room, sight, desk, draft, stream, part.
-    sizes: [usize; 6],
-}
-
-impl Kernels {
-    fn load<M: Size>(module: &Arc<CudaModule>, stream: &Arc<CudaStream>) -> Result<Self, DeviceError> {
-        let function = |name: &str| module.load_function(name).map_err(refused("looking for a kernel"));
-        let load = |launch: Launch| Ok((function(&launch.kernel)?, launch));
-        let [starting, predicting, scanning, digest] =
-            Launch::all::<M>().map(|launches| launches.into_iter().map(load).collect::<Result<Vec<_>, DeviceError>>());
-        let sizes = told_bytes(stream, &function(&Launch::bytes::<M>())?)?;
-        Ok(Self { launches: [starting?, predicting?, scanning?, digest?], sizes })
-    }
+    move |DriverError(code)| DeviceError::Refused { doing, why: format!("{code:?}") }
 }
 
 /// One card with the module loaded.
@@ -92,13 +68,15 @@ impl Kernels {
 pub struct Cuda {
     context: Arc<CudaContext>,
     stream: Arc<CudaStream>,
-    /// The kernels for many filters, and for one large filter.
-    kernels: [Kernels; 2],
+    module: Arc<CudaModule>,
+    /// The kernels that were launched.
+    kernels: HashMap<String, CudaFunction>,
+    buffers: Vec<CudaSlice<u8>>,
     /// Greatest number of threads of a block, and number of blocks that a launch should have at least.
     block: u32,
     blocks: usize,
     name: String,
-    /// The wall time of every kernel over all launches of the last batch, s; `None` without a profile.
+    /// The wall time of every kernel since the buffers were freed, s; `None` without a profile.
     times: Option<Vec<(String, f64)>>,
 }
 
@@ -123,152 +101,113 @@ impl Cuda {
         let blocks = SCHEDULERS * usize::try_from(context.attribute(count).map_err(doing)?).unwrap_or(1);
         let card = context.name().map_err(refused("asking for the name of the card"))?;
         let name = format!("{card}, sm_{}{}, {}, at most {block} threads a block", kind.0, kind.1, path.display());
-        let kernels = [Kernels::load::<Memory>(&module, &stream)?, Kernels::load::<LargeMemory>(&module, &stream)?];
-        Ok(Self { context, stream, kernels, block, blocks, name, times: profile.then(Vec::new) })
+        let (kernels, buffers, times) = (HashMap::new(), Vec::new(), profile.then(Vec::new));
+        Ok(Self { context, stream, module, kernels, buffers, block, blocks, name, times })
     }
 
     /// Number of threads of a block of a launch. Blocks are smaller if there are not enough threads for all schedulers of the
     /// card, because the threads of a block wait for each other where their paths diverge.
-    fn block_of(&self, threads: usize) -> u32 {
+    fn block_of(&self, threads: usize) -> usize {
         let few = (threads / self.blocks).next_power_of_two().max(FEWEST);
-        u32::try_from(few).unwrap_or(self.block).min(self.block).min(threads.max(1) as u32)
+        few.min(self.block as usize).min(threads.max(1))
     }
 
-    fn kernels(&self, batch: &Batch) -> &Kernels {
-        let [many, large] = &self.kernels;
-        if batch.is_large() { large } else { many }
-    }
-
-    /// Allocates a buffer with this content. The driver has no empty buffers.
-    fn upload<T: Pod>(&self, things: &[T]) -> Result<CudaSlice<u8>, DeviceError> {
-        let bytes: &[u8] = bytemuck::cast_slice(things);
-        let bytes = if bytes.is_empty() { &[0; 16] } else { bytes };
-        self.stream.clone_htod(bytes).map_err(refused("copying to the card"))
-    }
-
-    fn zeros(&self, bytes: usize) -> Result<CudaSlice<u8>, DeviceError> {
-        self.stream.alloc_zeros(bytes.max(16)).map_err(refused("allocating memory of the card"))
-    }
-
-    /// Copies the start of a buffer back, as many elements as `to` has.
-    fn download<T: Pod>(&self, from: &CudaSlice<u8>, to: &mut [T]) -> Result<(), DeviceError> {
-        let bytes: &mut [u8] = bytemuck::cast_slice_mut(to);
-        if bytes.is_empty() {
-            return Ok(());
+    fn kernel(&mut self, name: &str) -> Result<&CudaFunction, DeviceError> {
+        if !self.kernels.contains_key(name) {
+            let function = self.module.load_function(name).map_err(refused("looking for a kernel"))?;
+            self.kernels.insert(name.to_owned(), function);
         }
-        self.stream.memcpy_dtoh(&from.slice(..bytes.len()), bytes).map_err(refused("copying from the card"))
+        Ok(&self.kernels[name])
     }
-}
 
-/// Bytes of the elements of the buffers as the module's compiler laid them out, which may differ from the host's layout. A kernel
-/// writes them and their common alignment.
-fn told_bytes(stream: &Arc<CudaStream>, kernel: &CudaFunction) -> Result<[usize; 6], DeviceError> {
-    let doing = "asking the module for the bytes of its buffers";
-    let mut said: CudaSlice<u64> = stream.alloc_zeros(7).map_err(refused(doing))?;
-    let mut launch = stream.launch_builder(kernel);
-    launch.arg(&mut said);
-    // SAFETY: the kernel takes a pointer to seven numbers, and the buffer has seven.
-    unsafe { launch.launch(grid(1, 1)) }.map_err(refused(doing))?;
-    let mut numbers = vec![0_u64; 7];
-    stream.memcpy_dtoh(&said, &mut numbers).map_err(refused(doing))?;
-    stream.synchronize().map_err(refused(doing))?;
-    bytes_of_buffers(&numbers)
-}
-
-/// Bytes of the buffers' elements, from the numbers that a kernel wrote: the bytes, and then the greatest alignment.
-pub(crate) fn bytes_of_buffers(numbers: &[u64]) -> Result<[usize; 6], DeviceError> {
-    let bytes: [usize; 6] = std::array::from_fn(|thing| usize::try_from(numbers[thing]).unwrap_or(0));
-    if bytes.contains(&0) || numbers[6] > ALIGNMENT {
-        let doing = "asking the module for the bytes of its buffers";
-        return Err(DeviceError::Driver { doing, why: format!("{numbers:?}") });
+    fn keep(&mut self, buffer: CudaSlice<u8>) -> u64 {
+        let address = buffer.device_ptr(&self.stream).0;
+        self.buffers.push(buffer);
+        address
     }
-    Ok(bytes)
 }
 
 /// A grid of at least `threads` threads.
-fn grid(threads: usize, block: u32) -> LaunchConfig {
-    let blocks = (threads as u32).div_ceil(block).max(1);
-    LaunchConfig { grid_dim: (blocks, 1, 1), block_dim: (block, 1, 1), shared_mem_bytes: 0 }
+fn grid(threads: usize, block: usize) -> LaunchConfig {
+    let blocks = threads.div_ceil(block).max(1);
+    LaunchConfig { grid_dim: (blocks as u32, 1, 1), block_dim: (block as u32, 1, 1), shared_mem_bytes: 0 }
 }
 
-impl Device for Cuda {
+impl Machine for Cuda {
     fn name(&self) -> &str {
         &self.name
     }
 
-    fn run_bytes(&self, batch: &Batch) -> usize {
-        buffers(batch, self.kernels(batch).sizes).iter().sum::<usize>() / batch.runs.len().max(1)
+    fn bytes(&mut self, kernels: &Kernels) -> Result<[u64; 7], DeviceError> {
+        let doing = "asking the module for the bytes of its buffers";
+        let stream = self.stream.clone();
+        let mut told: CudaSlice<u64> = stream.alloc_zeros(7).map_err(refused(doing))?;
+        let mut launch = stream.launch_builder(self.kernel(&kernels.bytes.0)?);
+        launch.arg(&mut told);
+        // SAFETY: the kernel takes a pointer to seven numbers, and the buffer has seven.
+        unsafe { launch.launch(grid(1, 1)) }.map_err(refused(doing))?;
+        let mut numbers = [0; 7];
+        stream.memcpy_dtoh(&told, &mut numbers).map_err(refused(doing))?;
+        stream.synchronize().map_err(refused(doing))?;
+        Ok(numbers)
     }
 
-    /// As many as fit into nine tenths of the free memory. The rest is for the stacks of all threads that the card can hold at
-    /// the same time, which are allocated when a kernel is launched.
-    fn resident(&self, bytes_a_run: usize) -> Result<usize, DeviceError> {
+    fn clear(&mut self) {
+        self.buffers.clear();
+        self.times.iter_mut().for_each(Vec::clear);
+    }
+
+    fn free(&self) -> Result<Option<usize>, DeviceError> {
         let (free, _) = self.context.mem_get_info().map_err(refused("asking for free memory"))?;
-        Ok((free / 10 * 9 / bytes_a_run.max(1)).max(1))
+        Ok(Some(free))
     }
 
-    fn run(&mut self, batch: &Batch, digest_every: u32) -> Result<Outcome, DeviceError> {
-        let mut outcome = Outcome::untouched(batch);
-        let Kernels { launches: [starting, predicting, scanning, digest], sizes } = self.kernels(batch);
-        let inputs = [
-            self.upload(&batch.runs)?,
-            self.upload(&batch.scans)?,
-            self.upload(&batch.predictions)?,
-            self.upload(&batch.measurements)?,
-        ];
-        let scratch =
-            buffers(batch, *sizes).into_iter().map(|bytes| self.zeros(bytes)).collect::<Result<Vec<_>, _>>()?;
-        let outputs = [
-            self.zeros(size_of_val(&outcome.statuses[..]))?,
-            self.zeros(size_of_val(&outcome.results[..]))?,
-            self.zeros(size_of_val(&outcome.features[..]))?,
-            self.zeros(size_of_val(&outcome.movers[..]))?,
-        ];
-        // The addresses of the buffers, and the counts, in the order of the fields of `Filters`.
-        let addresses = inputs.iter().chain(&scratch).chain(&outputs).map(|buffer| buffer.device_ptr(&self.stream).0);
-        let filters = self.upload(&addresses.chain(batch.counts()).collect::<Vec<u64>>())?;
-        let doing = "running the kernels";
-        self.stream.synchronize().map_err(refused(doing))?;
-        let mut times = self.times.as_ref().map(|_| Vec::new());
-        let mut launch = |(kernel, launch): &(CudaFunction, Launch), scan: u32| {
-            let threads = launch.threads(batch);
-            let block = self.block_of(threads);
-            let mut call = self.stream.launch_builder(kernel);
-            call.arg(&filters).arg(&scan).arg(&digest_every);
-            let begun = Instant::now();
-            // SAFETY: these are the arguments of the kernel, in its order. The buffers are those of the batch and its runs, and
-            // outlive the launches; rooms and desks are zeros. Launches of one stream run one after the other; threads beyond the
-            // last place do nothing.
-            unsafe { call.launch(grid(threads, block)) }.map_err(refused(doing))?;
-            if let Some(times) = &mut times {
-                self.stream.synchronize().map_err(refused(doing))?;
-                note(times, &launch.kernel, begun.elapsed().as_secs_f64());
-            }
-            Ok(())
-        };
-        starting.iter().try_for_each(|kernel| launch(kernel, 0))?;
-        self.stream.synchronize().map_err(refused(doing))?;
-        let (started, mut digests_s) = (Instant::now(), 0.0);
-        for scan in 0..batch.most_scans() {
-            of_scan(batch, scan, [predicting, scanning]).try_for_each(|kernel| launch(kernel, scan))?;
-            if batch.asks_for_digest(scan, digest_every) {
-                self.stream.synchronize().map_err(refused(doing))?;
-                let begun = Instant::now();
-                digest.iter().try_for_each(|kernel| launch(kernel, scan))?;
-                self.stream.synchronize().map_err(refused(doing))?;
-                digests_s += begun.elapsed().as_secs_f64();
+    fn upload(&mut self, bytes: &[u8]) -> Result<u64, DeviceError> {
+        // The driver has no empty buffers.
+        let bytes = if bytes.is_empty() { &[0; 16] } else { bytes };
+        let buffer = self.stream.clone_htod(bytes).map_err(refused("copying to the card"))?;
+        Ok(self.keep(buffer))
+    }
+
+    fn zeros(&mut self, bytes: usize) -> Result<u64, DeviceError> {
+        let buffer = self.stream.alloc_zeros(bytes.max(16)).map_err(refused("allocating memory of the card"))?;
+        Ok(self.keep(buffer))
+    }
+
+    fn download(&mut self, address: u64, to: &mut [u8]) -> Result<(), DeviceError> {
+        let buffer = self.buffers.iter().find(|buffer| buffer.device_ptr(&self.stream).0 == address);
+        if let Some(from) = buffer.filter(|_| !to.is_empty()) {
+            self.stream.memcpy_dtoh(&from.slice(..to.len()), to).map_err(refused("copying from the card"))?;
+        }
+        self.wait()
+    }
+
+    fn launch(&mut self, launch: &Launch, batch: &Batch, arguments: (u64, u32, u32)) -> Result<(), DeviceError> {
+        let (threads, block) = launch.threads(batch);
+        let block = block.unwrap_or_else(|| self.block_of(threads));
+        let (kernel, stream) = (launch.kernel.clone(), self.stream.clone());
+        let mut call = stream.launch_builder(self.kernel(&kernel)?);
+        call.arg(&arguments.0).arg(&arguments.1).arg(&arguments.2);
+        let begun = Instant::now();
+        // SAFETY: these are the arguments of the kernel, in its order. The buffers are those of the batch and its runs, and outlive the
+        // launches; rooms and desks are zeros. Launches of one stream run one after the other; threads beyond the last place do
+        // nothing.
+        unsafe { call.launch(grid(threads, block)) }.map_err(refused("running the kernels"))?;
+        if self.times.is_some() {
+            self.wait()?;
+        }
+        let seconds = begun.elapsed().as_secs_f64();
+        if let Some(times) = &mut self.times {
+            match times.iter_mut().find(|(known, _)| *known == kernel) {
+                Some((_, sum)) => *sum += seconds,
+                None => times.push((kernel, seconds)),
             }
         }
-        self.stream.synchronize().map_err(refused(doing))?;
-        outcome.launched_s = started.elapsed().as_secs_f64() - digests_s;
-        self.times = times;
-        let [statuses, results, features, movers] = &outputs;
-        self.download(statuses, &mut outcome.statuses)?;
-        self.download(results, &mut outcome.results)?;
-        self.download(features, &mut outcome.features)?;
-        self.download(movers, &mut outcome.movers)?;
-        self.stream.synchronize().map_err(refused("copying from the card"))?;
-        Ok(outcome)
+        Ok(())
+    }
+
+    fn wait(&mut self) -> Result<(), DeviceError> {
+        self.stream.synchronize().map_err(refused("running the kernels"))
     }
 
     fn report(&self) -> Option<String> {
@@ -278,13 +217,6 @@ impl Device for Cuda {
             format!("{kernel:<24}{seconds:>10.4} s {:>5.1} %", 100.0 * seconds / all)
         };
         Some(times.iter().map(line).collect::<Vec<_>>().join("\n"))
-    }
-}
-
-fn note(times: &mut Vec<(String, f64)>, kernel: &str, seconds: f64) {
-    match times.iter_mut().find(|(known, _)| known == kernel) {
-        Some((_, sum)) => *sum += seconds,
-        None => times.push((kernel.to_owned(), seconds)),
     }
 }
 

@@ -1,11 +1,11 @@
 //! The outputs of a run on a device, through the interface of a filter.
 
-use crate::batch::Batch;
+use crate::batch::{Batch, Sort};
 use crate::device::Outcome;
 use scphd::errors::Implausible;
 use scphd::{Health, Real};
 use scphd_filters::slam::{PoseAndCovariance, Refusal, ScanOutcome, Slam};
-use scphd_gpu_kernels::{Feature, Mover, Run, ScanResult, Status};
+use scphd_gpu_kernels::{Feature, Run, ScanResult, Status, joined};
 use scphd_log::dimensions::{Coordinates, Planar};
 use scphd_score::record::{MapFeature, MovingFeature, Usage};
 
@@ -18,13 +18,15 @@ pub struct Played<'o> {
     /// Number of scans replayed.
     told: usize,
     state_bytes: usize,
+    has_pages: bool,
 }
 
 impl<'o> Played<'o> {
     /// Run number `run` of a batch, by a filter with `state_bytes` bytes of state; `None` if the batch has no such run.
     pub fn of(batch: &'o Batch, outcome: &'o Outcome, run: usize, state_bytes: usize) -> Option<Self> {
         let status = *outcome.statuses.get(run)?;
-        Some(Self { run: batch.runs.get(run)?, outcome, status, told: 0, state_bytes })
+        let has_pages = batch.sort != Sort::Joint;
+        Some(Self { run: batch.runs.get(run)?, outcome, status, told: 0, state_bytes, has_pages })
     }
 
     /// The results of the processed scans.
@@ -38,14 +40,11 @@ impl<'o> Played<'o> {
         before.ok_or_else(|| Refusal("not started".into()))
     }
 
-    fn features(&self, result: &ScanResult) -> &'o [Feature] {
+    /// The estimated features of a scan, static and moving.
+    fn features(&self, result: &ScanResult) -> (&'o [Feature], &'o [Feature]) {
         let from = self.outcome.features.get((self.run.first_feature + result.first_feature) as usize..);
-        from.and_then(|from| from.get(..result.features as usize)).unwrap_or(&[])
-    }
-
-    fn movers(&self, result: &ScanResult) -> &'o [Mover] {
-        let from = self.outcome.movers.get((self.run.first_mover + result.first_mover) as usize..);
-        from.and_then(|from| from.get(..result.movers as usize)).unwrap_or(&[])
+        let both = from.and_then(|from| from.get(..(result.features + result.movers) as usize)).unwrap_or(&[]);
+        both.split_at(both.len().min(result.features as usize))
     }
 }
 
@@ -79,7 +78,7 @@ impl Slam<Planar> for Played<'_> {
             usage: Usage {
                 in_view: result.in_view as usize,
                 no_birth: result.no_birth as usize,
-                pages_used: Some(result.pages_used as usize),
+                pages_used: Some(result.pages_used as usize).filter(|_| self.has_pages),
             },
             health: health_of(result.health),
             stages_us: None,
@@ -93,10 +92,10 @@ impl Slam<Planar> for Played<'_> {
 
     fn map(&mut self) -> Result<(f64, Vec<MapFeature>), Refusal> {
         let result = self.last()?;
-        let features = self.features(result).iter().map(|feature| MapFeature {
+        let features = self.features(result).0.iter().map(|feature| MapFeature {
             id: feature.label,
             weight: f64::from(Real::exp(feature.ln_weight)),
-            mean: feature.mean.map(f64::from),
+            mean: [feature.mean[0], feature.mean[1]].map(f64::from),
             covariance: square(&feature.covariance),
         });
         Ok((f64::from(result.expected_features), features.collect()))
@@ -104,7 +103,7 @@ impl Slam<Planar> for Played<'_> {
 
     fn moving(&mut self) -> Result<Vec<MovingFeature>, Refusal> {
         let result = self.last()?;
-        let features = self.movers(result).iter().map(|mover| {
+        let features = self.features(result).1.iter().map(|mover| {
             let [x, y, east, north] = mover.mean.map(f64::from);
             MovingFeature {
                 id: mover.label,
@@ -118,7 +117,7 @@ impl Slam<Planar> for Played<'_> {
     }
 
     fn digest(&mut self) -> Option<u64> {
-        self.last().ok().map(|result| result.digest).filter(|digest| *digest != 0)
+        self.last().ok().map(|result| joined(result.digest)).filter(|digest| *digest != 0)
     }
 
     fn state_bytes(&self) -> Option<u64> {

@@ -1,7 +1,9 @@
 //! The logs of a study, from a scenario that is simulated for every seed or from a recorded log; and the settings.
 
+use crate::batch::Sort;
 use scphd_filters::settings::Settings;
 use scphd_filters::slam::Precision;
+use scphd_gpu_kernels::PARTICLES;
 use scphd_log::log::Log;
 use scphd_log::log_folder;
 use scphd_run::monte_carlo::Plan;
@@ -10,19 +12,38 @@ use scphd_score::results::json::Format;
 use scphd_worlds::scenario::{SCENARIOS, by_name, thesis_run};
 use std::path::Path;
 
-pub(crate) const FILTER: Filter = Filter::Core(Precision::F32);
+/// The filter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+pub enum FilterName {
+    /// The mixture with particles.
+    #[default]
+    Core,
+    /// The joint map.
+    Joint,
+}
 
-/// Changes to the settings of a scenario, as in `scphd-sim monte-carlo`.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+/// The filter, and changes to the settings of a scenario, as in `scphd-sim monte-carlo`.
+#[derive(Debug, Clone, PartialEq, Eq, Default, clap::Args)]
 pub struct Tuning {
-    /// Number of particles.
+    /// The filter.
+    #[arg(long, value_enum, default_value_t)]
+    pub filter: FilterName,
+    /// Number of particles; more than 32 are one large filter for each run.
+    #[arg(long, value_name = "N")]
     pub particles: Option<usize>,
     /// Number of samples of each particle.
+    #[arg(long, value_name = "M")]
     pub samples: Option<usize>,
-    /// Whether features may move.
+    /// Whether features may move: on or off.
+    #[arg(long, value_parser = clap::builder::BoolishValueParser::new())]
     pub moving: Option<bool>,
-    /// Fields in TOML that override the defaults.
+    /// Settings in TOML that replace those of the scenario.
+    #[arg(long, value_name = "FILE.toml", value_parser = text)]
     pub settings: Option<String>,
+}
+
+fn text(path: &str) -> Result<String, String> {
+    std::fs::read_to_string(path).map_err(|error| error.to_string())
 }
 
 /// A scenario, or the folder of a recorded log, and the settings.
@@ -72,11 +93,14 @@ impl Source {
     /// # Errors
     /// They are out of range.
     pub fn settings(&self, log: &Log) -> Result<Settings, SourceError> {
-        let Tuning { particles, samples, moving, settings: file } = &self.tuning;
+        let Tuning { particles, samples, moving, settings: file, .. } = &self.tuning;
         let mut settings = match self.folder() {
             Some(_) => Settings::for_log(log),
             None => Settings::for_scenario(&self.scenario, log),
         };
+        if self.is_joint() {
+            settings.set_for_joint_map(log);
+        }
         if let Some(text) = file {
             settings = settings.with_toml(text).map_err(|problem| SourceError(format!("settings: {problem}")))?;
         }
@@ -87,6 +111,24 @@ impl Source {
         }
         settings.check().map_err(|problem| SourceError(format!("settings: {problem}")))?;
         Ok(settings)
+    }
+
+    fn is_joint(&self) -> bool {
+        self.tuning.filter == FilterName::Joint
+    }
+
+    /// The filter.
+    pub fn filter(&self) -> Filter {
+        if self.is_joint() { Filter::Joint(Precision::F32) } else { Filter::Core(Precision::F32) }
+    }
+
+    /// The sort of a filter with these settings.
+    pub fn sort(&self, settings: &Settings) -> Sort {
+        match settings.filter.particles {
+            _ if self.is_joint() => Sort::Joint,
+            ..=PARTICLES => Sort::Many,
+            _ => Sort::Large,
+        }
     }
 
     /// The plan of a study of `runs` runs with seeds from `seed` on, and the given number of input sets; by default, that of the
@@ -105,7 +147,7 @@ impl Source {
         Ok(Plan {
             format: Format,
             scenario: self.scenario.clone(),
-            filters: vec![FILTER.name(settings.filter.likelihood).into()],
+            filters: vec![self.filter().name(settings.filter.likelihood).into()],
             runs,
             input_sets,
             seed,

@@ -7,7 +7,7 @@ use bytemuck::{Pod, Zeroable};
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Run {
-    /// Seed of the filter: the lower half, then the upper half.
+    /// The [halves] of the filter's seed.
     pub seed: [u32; 2],
     /// Index of its first scan, and of that scan's result.
     pub first_scan: u32,
@@ -23,27 +23,25 @@ pub struct Run {
     pub measurements: u32,
     /// Index of its first estimated feature.
     pub first_feature: u32,
-    /// Capacity for estimated features, over all scans.
+    /// Capacity for estimated features, moving ones too, over all scans.
     pub features: u32,
-    /// Index of its first estimated moving feature.
-    pub first_mover: u32,
-    /// Capacity for estimated moving features, over all scans.
-    pub movers: u32,
+    /// Number of particles; 0 of a joint map.
+    pub particles: u32,
+    /// Number of samples of each.
+    pub samples: u32,
     /// Models and tuning.
     pub setup: Setup,
 }
 
-impl Run {
-    /// The seed as one number.
-    pub fn seed(&self) -> u64 {
-        let [low, high] = self.seed.map(u64::from);
-        high << 32 | low
-    }
+/// The lower and the upper half of a number.
+pub fn halves(number: u64) -> [u32; 2] {
+    [number, number >> 32].map(|half| half as u32)
+}
 
-    /// A seed in two halves.
-    pub fn halves(seed: u64) -> [u32; 2] {
-        [seed, seed >> 32].map(|half| half as u32)
-    }
+/// The number of these halves.
+pub fn joined(halves: [u32; 2]) -> u64 {
+    let [low, high] = halves.map(u64::from);
+    high << 32 | low
 }
 
 /// One scan: the predictions before it and its measurements. Indices count from the first of the run.
@@ -64,8 +62,8 @@ pub struct Scan {
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Prediction {
-    /// Controls: speed, m/s, then steering angle, rad, or turn rate, rad/s.
-    pub control: [f32; 2],
+    /// Controls: speed, m/s, then steering angle, rad, or turn rate, rad/s, then speed to the left, m/s.
+    pub control: [f32; 3],
     /// Duration, s.
     pub dt_s: f32,
 }
@@ -74,8 +72,8 @@ pub struct Prediction {
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ScanResult {
-    /// The digest of filter and detector; 0 if none was requested.
-    pub digest: u64,
+    /// The [halves] of the digest of filter and detector; 0 if none was requested.
+    pub digest: [u32; 2],
     /// Estimated x, y, m, and heading, rad.
     pub pose: [f32; 3],
     /// Its covariance, row by row from the diagonal on: xx, xy, xh, yy, yh, hh.
@@ -106,13 +104,11 @@ pub struct ScanResult {
     pub first_feature: u32,
     /// Number of estimated features.
     pub features: u32,
-    /// Index of the first estimated moving feature, from the first of the run.
-    pub first_mover: u32,
-    /// Number of estimated moving features.
+    /// Number of estimated moving features, which follow them.
     pub movers: u32,
 }
 
-/// An estimated static feature.
+/// An estimated feature.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Feature {
@@ -120,21 +116,7 @@ pub struct Feature {
     pub label: u32,
     /// ln of its weight.
     pub ln_weight: f32,
-    /// Position, m.
-    pub mean: [f32; 2],
-    /// Covariance of the position, m²: xx, xy, yy.
-    pub covariance: [f32; 3],
-}
-
-/// An estimated moving feature.
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Mover {
-    /// Its label, which it keeps.
-    pub label: u32,
-    /// ln of its weight.
-    pub ln_weight: f32,
-    /// Position, m, and velocity, m/s.
+    /// Position, m, and the velocity of a moving one, m/s.
     pub mean: [f32; 4],
     /// Covariance of the position, m²: xx, xy, yy.
     pub covariance: [f32; 3],

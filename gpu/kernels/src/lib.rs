@@ -13,7 +13,6 @@
 )]
 
 mod buffer;
-mod motion;
 mod setup;
 mod size;
 mod slot;
@@ -21,6 +20,8 @@ mod slot;
 mod run;
 
 mod group;
+mod joint;
+mod kind;
 mod room;
 mod select;
 mod stages;
@@ -30,13 +31,12 @@ mod tell;
 #[cfg(target_arch = "nvptx64")]
 mod kernel;
 
-pub use buffer::{Feature, Mover, Prediction, Run, Scan, ScanResult, Status};
-pub use motion::Vehicle;
-pub use room::{
-    Desk, DraftPlace, Filters, Group, PartPlace, Room, Sight, StreamPlace, TOGETHER, bytes, parts, streams, words,
-};
+pub use buffer::{Feature, Prediction, Run, Scan, ScanResult, Status, halves, joined};
+pub use joint::{HELPERS, JOINT_FEATURES, Joint};
+pub use kind::{Kind, Particles};
+pub use room::{Filters, Group, PartPlace, Room, Sight, Size, TOGETHER, bytes, parts, streams, words};
 pub use run::{Inputs, Outputs, asks_for_digest, follow};
-pub use setup::{MOUNTED, Setup, extraction, vehicle};
-pub use size::{LARGE_PARTICLES, LargeMemory, Memory, PARTICLES, SAMPLES, Size};
+pub use setup::{Setup, setup_of};
+pub use size::{LARGE_PARTICLES, LargeMemory, Memory, PARTICLES, SAMPLES};
 pub use slot::{FEATURES, MEASUREMENTS, MOVERS, Slot};
-pub use stages::{Places, Stage};
+pub use stages::{Launches, Places, Stage};

@@ -1,11 +1,11 @@
 //! The device memory of a filter, and the buffers of all filters of a launch.
 
-use crate::buffer::{Feature, Mover, Prediction, Run, Scan, ScanResult, Status};
-use crate::run::{Filter, Sighted};
-use crate::setup::Models;
-use crate::size::Size;
+use crate::buffer::{Feature, Prediction, Run, Scan, ScanResult, Status};
+use crate::kind::{Kind, Particles};
+use crate::run::{Filter, Sensing, Sighted};
 use crate::slot::{MEASUREMENTS, Slot};
 use core::mem::MaybeUninit;
+use core::ops::Deref;
 use core::ptr::NonNull;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 use core::sync::atomic::AtomicU32;
@@ -15,6 +15,11 @@ use scphd::numerics::{LnSum, Noise, Symmetric};
 use scphd::storage::{
     COUNTS, Candidate, Draft, Dynamic, Lent, Lists, PART, Page, PageId, Row, Scanning, Static, TERMS, UpdateMemory,
 };
+
+/// A memory of filters with particles, as a kind of them.
+pub trait Size: Particles + Kind<Room = Room<Self>, Desk = UpdateMemory<Self, 1>> {}
+
+impl<M: Particles + Kind<Room = Room<M>, Desk = UpdateMemory<M, 1>>> Size for M {}
 
 /// A filter and its scan in progress. They stay in memory from launch to launch.
 #[derive(Debug)]
@@ -70,6 +75,16 @@ impl<T> Many<T> {
     pub(crate) const NONE: Self = Self { first: NonNull::dangling(), len: 0 };
 
     pub(crate) fn of(things: &'static mut [T]) -> Self {
+        Self::lent(things)
+    }
+
+    /// A slice that the lender does not use, nor give back, before the last thread has done with it.
+    pub(crate) fn lent(things: &mut [T]) -> Self {
+        Self { len: things.len(), first: NonNull::from(things).cast() }
+    }
+
+    /// A slice that is only read.
+    pub(crate) fn read(things: &[T]) -> Self {
         Self { len: things.len(), first: NonNull::from(things).cast() }
     }
 
@@ -104,106 +119,57 @@ impl<T> Many<T> {
     }
 }
 
-/// The arrays of candidates and particles, while they are lent.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Lending {
-    pub(crate) candidates: Many<Candidate<PlanarPose<f32>>>,
-    pub(crate) ln_likelihoods: Many<f32>,
-    pub(crate) selected: Many<Candidate<PlanarPose<f32>>>,
-    pub(crate) survivors: Many<u16>,
-    pub(crate) pose_covariances: Many<Symmetric<Vector3<f32>>>,
-    pub(crate) selected_covariances: Many<Symmetric<Vector3<f32>>>,
-}
-
-impl Lending {
-    pub(crate) const NONE: Self = Self {
-        candidates: Many::NONE,
-        ln_likelihoods: Many::NONE,
-        selected: Many::NONE,
-        survivors: Many::NONE,
-        pose_covariances: Many::NONE,
-        selected_covariances: Many::NONE,
-    };
-
-    pub(crate) fn of(lent: Lent<'static, PlanarPose<f32>>) -> Self {
-        Self {
-            candidates: Many::of(lent.candidates),
-            ln_likelihoods: Many::of(lent.ln_likelihoods),
-            selected: Many::of(lent.selected),
-            survivors: Many::of(lent.survivors),
-            pose_covariances: Many::of(lent.pose_covariances),
-            selected_covariances: Many::of(lent.selected_covariances),
+/// Slices that the library lends, as slices of which each element is lent to one thread at a time.
+macro_rules! lending {
+    ($(#[$about:meta])* $name:ident: $of:ident, $lent:ty, [$($generic:tt)*] {
+        $($slice:ident: $element:ty),+ $(; $number:ident)?
+    }) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, Copy)]
+        pub(crate) struct $name {
+            $(pub(crate) $slice: Many<$element>,)+
+            $(pub(crate) $number: usize,)?
         }
-    }
 
-    /// Returns the arrays, for the single thread that takes them back.
-    pub(crate) unsafe fn back(self) -> Lent<'static, PlanarPose<f32>> {
-        // SAFETY: the caller guarantees it.
-        unsafe {
-            Lent {
-                candidates: self.candidates.back(),
-                ln_likelihoods: self.ln_likelihoods.back(),
-                selected: self.selected.back(),
-                survivors: self.survivors.back(),
-                pose_covariances: self.pose_covariances.back(),
-                selected_covariances: self.selected_covariances.back(),
+        impl $name {
+            pub(crate) const NONE: Self = Self { $($slice: Many::NONE,)+ $($number: 0,)? };
+
+            pub(crate) fn of<$($generic)*>(lent: $lent) -> Self {
+                Self { $($slice: Many::of(lent.$slice),)+ $($number: lent.$number,)? }
+            }
+
+            /// Returns the slices, for the single thread that takes them back.
+            pub(crate) unsafe fn back<$($generic)*>(self) -> $lent {
+                // SAFETY: the caller guarantees it.
+                unsafe { $of { $($slice: self.$slice.back(),)+ $($number: self.$number,)? } }
             }
         }
-    }
-}
-
-/// The lists of the pages of one kind of maps, while they are lent.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Listed {
-    pub(crate) ids: Many<PageId>,
-    pub(crate) rows: Many<Row<Vector2<f32>>>,
-    pub(crate) row_of: Many<u16>,
-    pub(crate) references: Many<u16>,
-    pub(crate) free: Many<PageId>,
-    pub(crate) map_pages: usize,
-}
-
-impl Listed {
-    pub(crate) const NONE: Self = Self {
-        ids: Many::NONE,
-        rows: Many::NONE,
-        row_of: Many::NONE,
-        references: Many::NONE,
-        free: Many::NONE,
-        map_pages: 0,
     };
+}
 
-    pub(crate) fn of<F: scphd::storage::Feature<Position = Vector2<f32>>>(lists: Lists<'static, F>) -> Self {
-        Self {
-            ids: Many::of(lists.ids),
-            rows: Many::of(lists.rows),
-            row_of: Many::of(lists.row_of),
-            references: Many::of(lists.references),
-            free: Many::of(lists.free),
-            map_pages: lists.map_pages,
-        }
+lending! {
+    /// The arrays of candidates and particles, while they are lent.
+    Lending: Lent, Lent<'static, PlanarPose<f32>>, [] {
+        candidates: Candidate<PlanarPose<f32>>,
+        ln_likelihoods: f32,
+        selected: Candidate<PlanarPose<f32>>,
+        survivors: u16,
+        pose_covariances: Symmetric<Vector3<f32>>,
+        selected_covariances: Symmetric<Vector3<f32>>
     }
+}
 
-    /// Returns the lists, for the single thread that takes them back.
-    pub(crate) unsafe fn back<F: scphd::storage::Feature<Position = Vector2<f32>>>(self) -> Lists<'static, F> {
-        // SAFETY: the caller guarantees it.
-        unsafe {
-            Lists {
-                ids: self.ids.back(),
-                rows: self.rows.back(),
-                row_of: self.row_of.back(),
-                references: self.references.back(),
-                free: self.free.back(),
-                map_pages: self.map_pages,
-            }
-        }
+lending! {
+    /// The lists of the pages of one kind of maps, while they are lent.
+    Listed: Lists, Lists<'static, F>, [F: scphd::storage::Feature<Position = Vector2<f32>>] {
+        ids: PageId, rows: Row<Vector2<f32>>, row_of: u16, references: u16, free: PageId; map_pages
     }
 }
 
 /// The state between the launches of one scan.
 #[derive(Debug)]
 pub(crate) struct Between {
-    pub(crate) scanning: Scanning<'static, 'static, Models>,
+    pub(crate) scanning: Scanning<'static, 'static, Sensing>,
     /// Scratch of the sequential stages.
     pub(crate) eta: &'static mut [LnSum<f32>],
     pub(crate) pages: Many<Page<Static<Vector2<f32>>>>,
@@ -246,7 +212,7 @@ pub(crate) const WHOLES: usize = 4;
 pub(crate) const PAGES_TOGETHER: usize = 256;
 
 /// Number of parts of the pages of static features, and of those of moving features.
-pub const fn page_parts<M: Size>() -> [usize; 2] {
+pub const fn page_parts<M: Kind>() -> [usize; 2] {
     [M::PAGES.div_ceil(PAGES_TOGETHER), M::MOVING_PAGES.div_ceil(PAGES_TOGETHER)]
 }
 
@@ -256,7 +222,7 @@ pub const fn parts(candidates: usize) -> usize {
 }
 
 /// Words of scratch of a filter with `particles` particles and `samples` samples of each.
-pub const fn words<M: Size>(particles: usize, samples: usize) -> usize {
+pub const fn words<M: Kind>(particles: usize, samples: usize) -> usize {
     let [of_static, of_moving] = page_parts::<M>();
     particles * (samples + COLUMNS + WHOLES) + M::PAGES + M::MOVING_PAGES + of_static + of_moving
 }
@@ -276,46 +242,32 @@ pub struct PartPlace {
     pub(crate) heads: u32,
     pub(crate) heaviest: u32,
     pub(crate) heaviest_ln_weight: f32,
-    /// Number of new labels; later, the sum over the parts before this one.
+    /// What the drafts of the part claim; later, the sum over the parts before this one.
+    pub(crate) claimed: Claimed,
+}
+
+/// What some drafts claim.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Claimed {
+    /// Number of new labels.
     pub(crate) labels: u32,
-    /// Number of allocated pages of either kind; later, the sum over the parts before this one.
+    /// Number of allocated pages of either kind.
     pub(crate) pages: [u32; 2],
-    /// Number of pages that the drafts free as their only owners; later, the sum over the parts before this one.
+    /// Number of pages that the drafts free as their only owners.
     pub(crate) regained: [u32; 2],
 }
 
 /// Scratch of the thread that weighs a candidate, or that updates the maps of a survivor.
-#[derive(Debug)]
-pub struct Sight {
-    pub(crate) eta: [LnSum<f32>; MEASUREMENTS],
-}
-
-/// Memory for the update of one survivor's maps.
-#[derive(Debug)]
-pub struct Desk<M: Size> {
-    pub(crate) memory: UpdateMemory<M, 1>,
-}
+pub type Sight = [LnSum<f32>; MEASUREMENTS];
 
 /// The update of one survivor's maps.
 pub(crate) type DraftOf = Draft<'static, Vector2<f32>>;
-
-/// An element of the buffer of drafts.
-#[derive(Debug)]
-pub struct DraftPlace {
-    pub(crate) draft: MaybeUninit<DraftOf>,
-}
-
-/// The state of the random stream at the first of [`TOGETHER`] candidates.
-#[derive(Debug)]
-pub struct StreamPlace {
-    pub(crate) stream: MaybeUninit<Noise>,
-}
 
 /// The buffers of all filters of a launch, in the device's memory. In each buffer, the data of a filter is followed by that of
 /// the next, all with capacity for the particles and samples of the largest filter.
 #[derive(Debug)]
 #[repr(C)]
-pub struct Filters<M: Size> {
+pub struct Filters<M: Kind> {
     /// The runs, one for each filter.
     pub runs: *const Run,
     /// The scans of all runs.
@@ -325,15 +277,15 @@ pub struct Filters<M: Size> {
     /// The measurements of all runs.
     pub measurements: *const Vector2<f32>,
     /// The filters, which start as zeros.
-    pub rooms: *mut Room<M>,
+    pub rooms: *mut M::Room,
     /// One for each candidate.
     pub sights: *mut Sight,
     /// One for each particle. They start as zeros.
-    pub desks: *mut Desk<M>,
+    pub desks: *mut M::Desk,
     /// One for each particle.
-    pub drafts: *mut DraftPlace,
+    pub drafts: *mut MaybeUninit<Draft<'static, Vector2<f32>>>,
     /// One for each [`TOGETHER`] candidates.
-    pub streams: *mut StreamPlace,
+    pub streams: *mut MaybeUninit<Noise>,
     /// One for each [part](parts) of the candidates.
     pub parts: *mut PartPlace,
     /// Scratch, [words](words) for each filter.
@@ -344,8 +296,6 @@ pub struct Filters<M: Size> {
     pub results: *mut ScanResult,
     /// Memory for the estimated features of all runs.
     pub features: *mut Feature,
-    /// Memory for the estimated moving features of all runs.
-    pub movers: *mut Mover,
     /// Number of filters.
     pub count: u64,
     /// The greatest number of particles of a filter.
@@ -354,27 +304,18 @@ pub struct Filters<M: Size> {
     pub samples: u64,
 }
 
-impl<M: Size> Clone for Filters<M> {
+impl<M: Kind> Clone for Filters<M> {
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<M: Size> Copy for Filters<M> {}
+impl<M: Kind> Copy for Filters<M> {}
 
-/// The data of one filter of a launch.
+/// The data of one filter of a launch: its part of every buffer, and the columns of its scratch.
 #[derive(Debug)]
-pub struct Group<M: Size> {
-    pub(crate) run: *const Run,
-    pub(crate) scans: *const Scan,
-    pub(crate) predictions: *const Prediction,
-    pub(crate) measurements: *const Vector2<f32>,
-    pub(crate) room: *mut Room<M>,
-    pub(crate) sights: *mut Sight,
-    pub(crate) desks: *mut Desk<M>,
-    pub(crate) drafts: *mut DraftPlace,
-    pub(crate) streams: *mut StreamPlace,
-    pub(crate) parts: *mut PartPlace,
+pub struct Group<M: Kind> {
+    pub(crate) own: Filters<M>,
     pub(crate) cumulated: *mut f32,
     /// Distance between two columns, in numbers.
     pub(crate) stride: usize,
@@ -382,10 +323,14 @@ pub struct Group<M: Size> {
     pub(crate) wholes: *mut u32,
     pub(crate) held: *mut AtomicU32,
     pub(crate) firsts: *mut u32,
-    pub(crate) status: *mut Status,
-    pub(crate) results: *mut ScanResult,
-    pub(crate) features: *mut Feature,
-    pub(crate) movers: *mut Mover,
+}
+
+impl<M: Kind> Deref for Group<M> {
+    type Target = Filters<M>;
+
+    fn deref(&self) -> &Filters<M> {
+        &self.own
+    }
 }
 
 /// Number of positions in the random stream that a filter with `candidates` candidates stores.
@@ -394,24 +339,12 @@ pub const fn streams(candidates: usize) -> usize {
 }
 
 /// Bytes of one element of each buffer (room, sight, desk, draft, stream, part), and the greatest alignment of all of them.
-pub fn bytes<M: Size>() -> [u64; 7] {
-    let alignments = [
-        align_of::<Room<M>>(),
-        align_of::<Sight>(),
-        align_of::<Desk<M>>(),
-        align_of::<DraftPlace>(),
-        align_of::<StreamPlace>(),
-        align_of::<PartPlace>(),
-    ];
-    let alignment = alignments.into_iter().fold(1, usize::max);
-    let sizes = [
-        size_of::<Room<M>>(),
-        size_of::<Sight>(),
-        size_of::<Desk<M>>(),
-        size_of::<DraftPlace>(),
-        size_of::<StreamPlace>(),
-        size_of::<PartPlace>(),
-    ];
-    let [room, sight, desk, draft, stream, part] = sizes;
+pub fn bytes<M: Kind>() -> [u64; 7] {
+    const fn of<T>() -> [usize; 2] {
+        [size_of::<T>(), align_of::<T>()]
+    }
+    let all = [of::<M::Room>(), of::<Sight>(), of::<M::Desk>(), of::<DraftOf>(), of::<Noise>(), of::<PartPlace>()];
+    let alignment = all.iter().fold(1, |most, [_, alignment]| most.max(*alignment));
+    let [room, sight, desk, draft, stream, part] = all.map(|[size, _]| size);
     [room, sight, desk, draft, stream, part, alignment].map(|x| x as u64)
 }

@@ -5,8 +5,8 @@
 //! single thread at its place, or only read.
 
 use crate::group::{alone, between, draft, whole};
-use crate::room::{Group, Lending, PartPlace, StreamPlace, TOGETHER, parts};
-use crate::size::Size;
+use crate::room::Size;
+use crate::room::{Group, Lending, PartPlace, TOGETHER, parts};
 use core::mem::MaybeUninit;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 use core::sync::atomic::Ordering;
@@ -36,7 +36,7 @@ pub(crate) unsafe fn evidence<M: Size>(place: usize, group: &Group<M>, scan: u32
     // SAFETY: no other thread runs.
     unsafe {
         let Some(between) = alone(place, group, scan) else { return };
-        let in_view = (*group.room).in_view.load(Ordering::Relaxed);
+        let in_view = (*group.rooms).in_view.load(Ordering::Relaxed);
         let scanning = &mut between.scanning;
         let all = all_parts(group, scanning.candidates());
         scanning.weigh_up(all.iter().map(|part| part.ln), whole(in_view));
@@ -104,7 +104,7 @@ pub(crate) unsafe fn decide<M: Size>(place: usize, group: &Group<M>, scan: u32, 
         if between.uniform.is_none() && children > 1 {
             let noise = scanning.noise();
             for (place, first) in (0..particles).step_by(TOGETHER).enumerate() {
-                *group.streams.add(place) = StreamPlace { stream: MaybeUninit::new(noise.clone()) };
+                *group.streams.add(place) = MaybeUninit::new(noise.clone());
                 noise.skip((particles - first).min(TOGETHER));
             }
         }
@@ -130,7 +130,7 @@ pub(crate) unsafe fn draw<M: Size>(place: usize, group: &Group<M>, scan: u32, _d
             };
             scanning.draw(place, uniform, candidates, reached, between.last)
         } else if children > 1 {
-            let mut noise = (*group.streams.add(place / TOGETHER)).stream.assume_init_ref().clone();
+            let mut noise = (*group.streams.add(place / TOGETHER)).assume_init_ref().clone();
             noise.skip(place % TOGETHER);
             scanning.draw_own(place, candidates, Some(&mut noise))
         } else {
@@ -194,7 +194,7 @@ pub(crate) unsafe fn settle<M: Size>(place: usize, group: &Group<M>, scan: u32, 
         between.lent = Lending::NONE;
         between.scanning.selected(whole(heaviest), whole(distinct));
         between.first_fresh = between.scanning.next_label();
-        between.drafts = whole(distinct).min(whole((*group.run).setup.particles));
+        between.drafts = whole(distinct).min(whole((*group.runs).particles));
     }
 }
 

@@ -1,215 +1,83 @@
-//! Models and tuning of a run as plain numbers, and the filter's types made from them.
+//! The settings of a run as plain numbers, and the filter's types made from them.
 
-use crate::motion::Vehicle;
-use bytemuck::{Pod, Zeroable};
-use scphd::models::{
-    Ackermann, AckermannGeometry, ConstantVelocity, ControlNoise, Mounting, PlanarPose, RangeBearing,
-    RangeBearingLimits, RangeBearingWindow, Sensing, Step, Unicycle, UniformClutter,
-};
-use scphd::settings::{Extraction, Informed, MovingConfig, Plausible, Proposal};
-use scphd::{Births, Config, Detector};
+use core::array::from_fn;
+use scphd::models::{AckermannControl, HolonomicControl, PlanarControl, PlanarMotion, PlanarPose, UnicycleControl};
+use scphd_vehicle::{Description, Polar, Setting};
 
-/// Values of [`Setup::vehicle`].
-pub mod vehicle {
-    /// A car: [`scphd::models::Ackermann`].
-    pub const ACKERMANN: u32 = 0;
-    /// [`scphd::models::Unicycle`] with [`scphd::models::Step::Euler`].
-    pub const UNICYCLE: u32 = 1;
-    /// [`scphd::models::Unicycle`] with [`scphd::models::Step::Arc`].
-    pub const UNICYCLE_ARC: u32 = 2;
-}
-
-/// Values of [`Setup::extraction`].
-pub mod extraction {
-    /// [`scphd::settings::Extraction::Heaviest`].
-    pub const HEAVIEST: u32 = 0;
-    /// [`scphd::settings::Extraction::Peaks`].
-    pub const PEAKS: u32 = 1;
-    /// [`scphd::settings::Extraction::Confirmed`].
-    pub const CONFIRMED: u32 = 2;
-}
-
-/// Value of [`Setup::is_mounted`] if the sensor has its own pose on the vehicle.
-pub const MOUNTED: u32 = 1;
-
-/// Models and tuning. Every field corresponds to the field of the same name in `scphd`'s own types. There is no padding.
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-#[expect(missing_docs, reason = "the types of the library document them")]
-pub struct Setup {
-    /// The vehicle, one of [`vehicle`].
-    pub vehicle: u32,
-    pub wheelbase_m: f32,
-    pub encoder_offset_m: f32,
-    pub sensor_forward_m: f32,
-    pub sensor_left_m: f32,
-    pub speed_sigma_mps: f32,
-    pub speed_sigma_ratio: f32,
-    pub turn_sigma: f32,
-    pub turn_sigma_ratio: f32,
-    pub noise_interval_s: f32,
-    /// Pose at the start: x, y, m, and heading, rad.
-    pub start: [f32; 3],
-    pub range_sigma_m: f32,
-    pub bearing_sigma_rad: f32,
-    pub range_min_m: f32,
-    pub range_max_m: f32,
-    pub range_edge_m: f32,
-    pub bearing_center_rad: f32,
-    pub bearing_half_width_rad: f32,
-    pub bearing_edge_rad: f32,
-    pub probability_near: f32,
-    pub probability_far: f32,
-    pub clutter_per_scan: f32,
-    /// [`MOUNTED`], or 0.
-    pub is_mounted: u32,
-    /// Pose of the sensor: forward, left, m, and its rotation to the left, rad.
-    pub mounting: [f32; 3],
-    pub births_of_static: f32,
-    pub births_of_moving: f32,
-    pub particles: u32,
-    pub samples: u32,
-    /// Number of linearisations of the informed proposal; 0 for the blind proposal.
-    pub proposal_rounds: u32,
-    pub sampled_fraction: f32,
-    pub min_responsibility: f32,
-    pub resample_threshold: f32,
-    pub prune_weight: f32,
-    pub confirming_detections: f32,
-    pub unconfirmed_weight: f32,
-    pub confirmed_weight: f32,
-    pub merge_distance: f32,
-    pub max_components: u32,
-    /// The extraction, one of [`extraction`].
-    pub extraction: u32,
-    pub extraction_weight: f32,
-    pub velocity_sigma_mps: f32,
-    pub acceleration_psd: f32,
-    pub lifetime_s: f32,
-    pub spread_max_m: f32,
-    pub moving_extraction_weight: f32,
-    pub negligible: f32,
-    pub step_max_s: f32,
-    pub speed_max_mps: f32,
-    pub turn_rate_max_radps: f32,
-    pub jump_max_m: f32,
-}
+/// The number of every [`Setting`] of a description with one sensor, in the order of the list; NaN for one that it does not have.
+pub type Setup = [f32; Setting::COUNT];
 
 /// The sensor of a run.
-pub(crate) type Models = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
+pub(crate) type Sighting = Polar<PlanarPose<f32>, f32>;
 
-/// The parts of a filter.
-pub(crate) struct Made {
-    pub(crate) vehicle: Vehicle,
-    pub(crate) config: Config<f32>,
-    pub(crate) detector: Detector<Models>,
-    pub(crate) start: PlanarPose<f32>,
+/// The numbers of a description.
+pub fn setup_of(description: &Description<f32>) -> Setup {
+    from_fn(|place| {
+        let setting = u32::try_from(place + 1).ok().and_then(Setting::of_number);
+        setting.and_then(|setting| description.get(setting, 0)).unwrap_or(f32::NAN)
+    })
 }
 
-impl Setup {
-    /// The models and the tuning; `None` if one of them is out of range.
-    pub(crate) fn make(&self) -> Option<Made> {
-        let [x_m, y_m, heading_rad] = self.start;
-        Some(Made {
-            vehicle: self.motion()?,
-            config: self.config()?,
-            detector: self.detector()?,
-            start: PlanarPose::new(x_m, y_m, heading_rad),
-        })
+/// Sets these numbers of a description. Returns its motion model and its sensor; `None` if a number is out of range.
+pub(crate) fn describe(description: &mut Description<f32>, setup: &Setup) -> Option<(PlanarMotion<f32>, Sighting)> {
+    // A part is there before its settings, except for the sensor, whose model is in the list behind them all.
+    for (setting, &number) in Setting::all().zip(setup).filter(|(_, number)| !number.is_nan()) {
+        description.set(setting, 0, number).ok()?;
     }
+    let sensor = description.sensors.first()?.as_ref()?.polar::<PlanarPose<f32>>().ok()?;
+    Some((description.vehicle.drive().ok()?, sensor))
+}
 
-    fn motion(&self) -> Option<Vehicle> {
-        let noise = ControlNoise {
-            speed_sigma_mps: self.speed_sigma_mps,
-            speed_sigma_ratio: self.speed_sigma_ratio,
-            turn_sigma: self.turn_sigma,
-            turn_sigma_ratio: self.turn_sigma_ratio,
-            interval_s: self.noise_interval_s,
-        };
-        let step = match self.vehicle {
-            vehicle::ACKERMANN => {
-                let geometry = AckermannGeometry {
-                    wheelbase_m: self.wheelbase_m,
-                    encoder_offset_m: self.encoder_offset_m,
-                    sensor_forward_m: self.sensor_forward_m,
-                    sensor_left_m: self.sensor_left_m,
-                };
-                return Ackermann::new(geometry, noise).ok().map(Vehicle::Car);
-            }
-            vehicle::UNICYCLE => Step::Euler,
-            vehicle::UNICYCLE_ARC => Step::Arc,
-            _ => return None,
-        };
-        Unicycle::new(step, noise).ok().map(Vehicle::Robot)
-    }
-
-    fn detector(&self) -> Option<Detector<Models>> {
-        let limits = RangeBearingLimits {
-            range_min_m: self.range_min_m,
-            range_max_m: self.range_max_m,
-            range_edge_m: self.range_edge_m,
-            bearing_center_rad: self.bearing_center_rad,
-            bearing_half_width_rad: self.bearing_half_width_rad,
-            bearing_edge_rad: self.bearing_edge_rad,
-            probability_near: self.probability_near,
-            probability_far: self.probability_far,
-        };
-        let field_of_view = RangeBearingWindow::new(limits).ok()?;
-        let sensing = Sensing {
-            sensor: RangeBearing::new(self.range_sigma_m, self.bearing_sigma_rad).ok()?,
-            field_of_view,
-            clutter: UniformClutter::of_scan(self.clutter_per_scan, field_of_view.measure()).ok()?,
-        };
-        let births = Births { of_static: self.births_of_static, of_moving: self.births_of_moving };
-        let detector = Detector::new(sensing, births).ok()?;
-        if self.is_mounted != MOUNTED {
-            return Some(detector);
+/// The control of a vehicle from a row of odometry: speed, turn, and speed to the left.
+pub(crate) fn control_of(motion: &PlanarMotion<f32>, [speed_mps, turn, left_mps]: [f32; 3]) -> PlanarControl<f32> {
+    match motion {
+        PlanarMotion::Ackermann(_) => PlanarControl::Ackermann(AckermannControl { speed_mps, steering_rad: turn }),
+        PlanarMotion::Unicycle(_) => PlanarControl::Unicycle(UnicycleControl { speed_mps, rate_radps: turn }),
+        PlanarMotion::Holonomic(_) => {
+            PlanarControl::Holonomic(HolonomicControl { forward_mps: speed_mps, left_mps, rate_radps: turn })
         }
-        let [forward_m, left_m, yaw_rad] = self.mounting;
-        detector.mounted(Mounting::in_plane(forward_m, left_m, yaw_rad).ok()?).ok()
+    }
+}
+
+/// Random numbers that a sample of the motion uses: one for each number of the control.
+pub(crate) fn numbers_of(motion: &PlanarMotion<f32>) -> usize {
+    if matches!(motion, PlanarMotion::Holonomic(_)) { 3 } else { 2 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scphd::models::Motion;
+    use scphd::numerics::Noise;
+    use scphd_vehicle::{Filter, Sensor, VehicleKind};
+
+    #[test]
+    fn a_setup_has_everything_of_its_description() {
+        let mut description = Description::<f32>::robot();
+        description.sensors[0] = Some(Sensor::range_bearing(12.0, 0.7, [0.1, 0.03]));
+        for joint in [true, false] {
+            if !joint {
+                description.filter = Filter::Mixture(scphd::Config::default());
+            }
+            let mut found = Description::robot();
+            assert!(describe(&mut found, &setup_of(&description)).is_some());
+            assert_eq!(found, description);
+        }
+        description.sensors[0] = None;
+        assert!(describe(&mut Description::robot(), &setup_of(&description)).is_none());
     }
 
-    fn config(&self) -> Option<Config<f32>> {
-        let whole = |number: u32| usize::try_from(number).ok();
-        Some(Config {
-            particles: whole(self.particles)?,
-            samples: whole(self.samples)?,
-            proposal: match whole(self.proposal_rounds)? {
-                0 => Proposal::Blind,
-                rounds => Proposal::Informed(Informed {
-                    rounds,
-                    sampled_fraction: self.sampled_fraction,
-                    min_responsibility: self.min_responsibility,
-                }),
-            },
-            resample_threshold: self.resample_threshold,
-            prune_weight: self.prune_weight,
-            confirming_detections: self.confirming_detections,
-            unconfirmed_weight: self.unconfirmed_weight,
-            confirmed_weight: self.confirmed_weight,
-            merge_distance: self.merge_distance,
-            max_components: whole(self.max_components)?,
-            extraction: match self.extraction {
-                extraction::HEAVIEST => Extraction::Heaviest,
-                extraction::PEAKS => Extraction::Peaks,
-                extraction::CONFIRMED => Extraction::Confirmed,
-                _ => return None,
-            },
-            extraction_weight: self.extraction_weight,
-            moving: MovingConfig {
-                velocity_sigma_mps: self.velocity_sigma_mps,
-                motion: ConstantVelocity { acceleration_psd: self.acceleration_psd, lifetime_s: self.lifetime_s },
-                spread_max_m: self.spread_max_m,
-                extraction_weight: self.moving_extraction_weight,
-            },
-            negligible: self.negligible,
-            births_wait: false,
-            plausible: Plausible {
-                step_max_s: self.step_max_s,
-                speed_max_mps: self.speed_max_mps,
-                turn_rate_max_radps: self.turn_rate_max_radps,
-                jump_max_m: self.jump_max_m,
-            },
-        })
+    #[test]
+    fn a_sample_uses_the_stated_number_of_random_numbers() {
+        for kind in [VehicleKind::Ackermann, VehicleKind::Unicycle, VehicleKind::Holonomic] {
+            let mut vehicle = Description::<f32>::robot().vehicle;
+            vehicle.kind = kind;
+            let motion = vehicle.drive().unwrap();
+            let (mut drawn, mut skipped) = (Noise::seeded(3), Noise::seeded(3));
+            let control = control_of(&motion, [1.0, 0.1, 0.2]);
+            motion.sample(&PlanarPose::new(0.0, 0.0, 0.0), &control, 0.1, &mut drawn);
+            skipped.skip(numbers_of(&motion));
+            assert_eq!(drawn, skipped);
+        }
     }
 }

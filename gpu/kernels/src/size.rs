@@ -1,11 +1,10 @@
-//! The two sizes of filters on a device: one for many filters at once, one for a single large filter.
+//! The two sizes of filters with particles: one for many filters at once, one for a large one.
 
-use crate::motion::Vehicle;
-use core::fmt::Debug;
-use nalgebra::Vector2;
+use crate::kind::{Kind, Particles};
+use crate::room::Room;
 use scphd::errors::SetupError;
-use scphd::models::Unicycle;
-use scphd::storage::Capacities;
+use scphd::models::{PlanarMotion, Unicycle};
+use scphd::storage::UpdateMemory;
 use scphd::{Config, ScPhd, memory};
 
 /// Capacity for particles of each of many filters.
@@ -40,46 +39,56 @@ memory! {
     }
 }
 
-/// The memory of one filter, with its capacities.
-pub trait Size: Capacities<Position = Vector2<f32>> + Debug + Sized + 'static {
-    /// Prefix of the names of its kernels.
-    const NAME: &'static str;
-    /// Capacity for particles.
-    const PARTICLES: usize;
-    /// Number of pages of static features.
-    const PAGES: usize;
-    /// Number of pages of moving features.
-    const MOVING_PAGES: usize;
-    /// An empty memory, all zero.
-    const EMPTY: Self;
+/// Implements the traits for a memory with particles.
+macro_rules! with_particles {
+    ($memory:ty, $name:literal, $pages:expr, $moving_pages:expr) => {
+        impl Kind for $memory {
+            const NAME: &'static str = $name;
+            const PAGES: usize = $pages;
+            const MOVING_PAGES: usize = $moving_pages;
+            type Room = Room<Self>;
+            type Desk = UpdateMemory<Self, 1>;
+        }
 
-    /// A filter over this memory.
-    ///
-    /// # Errors
-    /// The memory has no capacity for the configuration, or has an invalid content.
-    fn filter(&mut self, vehicle: Vehicle, config: Config<f32>) -> Result<ScPhd<'_, Vehicle>, SetupError>;
+        impl Particles for $memory {
+            const EMPTY: Self = Self::new();
+
+            fn filter(
+                &mut self,
+                motion: PlanarMotion<f32>,
+                config: Config<f32>,
+            ) -> Result<ScPhd<'_, PlanarMotion<f32>>, SetupError> {
+                ScPhd::new(motion, config, self)
+            }
+        }
+    };
 }
 
-impl Size for Memory {
-    const NAME: &'static str = "scphd_many";
-    const PARTICLES: usize = PARTICLES;
-    const PAGES: usize = PAGES;
-    const MOVING_PAGES: usize = MOVING_PAGES;
-    const EMPTY: Self = Self::new();
+with_particles!(Memory, "scphd_many", PAGES, MOVING_PAGES);
+with_particles!(LargeMemory, "scphd_large", LARGE_PAGES, LARGE_PAGES);
 
-    fn filter(&mut self, vehicle: Vehicle, config: Config<f32>) -> Result<ScPhd<'_, Vehicle>, SetupError> {
-        ScPhd::new(vehicle, config, self)
+#[cfg(test)]
+mod tests {
+    use super::Memory;
+    use core::mem::MaybeUninit;
+
+    type Slot = crate::slot::Slot<Memory>;
+
+    #[test]
+    fn zeros_are_a_new_slot() {
+        let mut zeros: Box<MaybeUninit<Slot>> = Box::new(MaybeUninit::uninit());
+        // SAFETY: the memory has the same size; its values are compared with those of a new slot.
+        let zeros = unsafe {
+            zeros.as_mut_ptr().cast::<u8>().write_bytes(0, size_of::<Slot>());
+            zeros.assume_init_ref()
+        };
+        static NEW: Slot = Slot::new();
+        assert_eq!(format!("{zeros:?}"), format!("{NEW:?}"));
     }
-}
 
-impl Size for LargeMemory {
-    const NAME: &'static str = "scphd_large";
-    const PARTICLES: usize = LARGE_PARTICLES;
-    const PAGES: usize = LARGE_PAGES;
-    const MOVING_PAGES: usize = LARGE_PAGES;
-    const EMPTY: Self = Self::new();
-
-    fn filter(&mut self, vehicle: Vehicle, config: Config<f32>) -> Result<ScPhd<'_, Vehicle>, SetupError> {
-        ScPhd::new(vehicle, config, self)
+    #[test]
+    fn a_slot_has_at_most_the_documented_size() {
+        // docs/gpu.md has 535 096 bytes, of one compiler.
+        assert!(size_of::<Slot>() <= 536_000, "{}", size_of::<Slot>());
     }
 }

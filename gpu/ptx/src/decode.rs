@@ -5,7 +5,7 @@ use crate::declared::{bytes_of, declared, matching};
 use crate::errors::ReadError;
 use crate::flow::find_meetings;
 use crate::function::{Code, Declared, Header, Signature, aligned};
-use crate::instruction::{Action, Address, Guard, Instruction, Operand, Parameter, Register, Special};
+use crate::instruction::{Action, Address, Guard, Instruction, Operand, Register, Special};
 use crate::memory::Space;
 use crate::registers::Registers;
 use crate::token::Token;
@@ -23,7 +23,7 @@ struct Decoder<'a, 't> {
     names: &'a Names<'a, 't>,
     tokens: &'t [Token<'t>],
     at: usize,
-    registers: Registers<'t>,
+    registers: Registers,
     own: HashMap<&'t str, usize>,
     outgoing: HashMap<&'t str, usize>,
     /// Offsets of the function's own variables.
@@ -64,7 +64,7 @@ pub(crate) fn decode<'t>(header: &Header<'t>, body: &'t [Token<'t>], names: &Nam
         name: header.name.to_owned(),
         is_kernel: header.is_kernel,
         instructions,
-        registers: decoder.registers.count(),
+        registers: decoder.registers.count as usize,
         frame: aligned(decoder.frame_bytes),
         parameters: header.signature.bytes(),
         taken,
@@ -157,9 +157,9 @@ impl<'t> Decoder<'_, 't> {
             if self.peek() == "<" {
                 self.at += 1;
                 let length = self.next();
-                let length = length.parse().map_err(|_| self.wrong(format!("`{length}` registers")))?;
+                let length: u32 = length.parse().map_err(|_| self.wrong(format!("`{length}` registers")))?;
                 self.expect(">")?;
-                self.registers.declare_row(name, length);
+                (0..length).for_each(|number| self.registers.declare(format!("{name}{number}")));
             } else {
                 self.registers.declare(name);
             }
@@ -228,6 +228,10 @@ impl<'t> Decoder<'_, 't> {
                 Action::Switch { index, to: Box::default(), meet: 0 }
             }
             "ret" => Action::Return,
+            "bar" | "barrier" if self.peek() == "0" => {
+                self.at += 1;
+                Action::Barrier
+            }
             "call" => {
                 let words = self.words_until_semicolon();
                 self.at -= 1;
@@ -239,7 +243,7 @@ impl<'t> Decoder<'_, 't> {
             }
             "ld" | "st" => self.access(name == "ld", kinds)?,
             "atom" => self.change(kinds)?,
-            "mov" if self.peek() == "{" => self.split(kinds)?,
+            "mov" if self.peek() == "{" => return self.split(kinds),
             "mov" if self.tokens.get(self.at + 2).is_some_and(|token| token.text == "{") => self.join(kinds)?,
             _ => self.compute(mnemonic)?,
         };
@@ -264,38 +268,41 @@ impl<'t> Decoder<'_, 't> {
         Ok(Action::Compute { function, to, of })
     }
 
-    /// `mov.b64 {%r1, %r2}, %rd1`
-    fn split(&mut self, kinds: &str) -> Result<Action, ReadError> {
-        let half = 4 * self.bytes(kinds)? as u32;
-        self.expect("{")?;
-        let first = self.register_or_none()?;
+    /// `mov.b64 {%r1, %r2}, %rd1`, an instruction for each half.
+    fn split(&mut self, kinds: &str) -> Result<(), ReadError> {
+        let (line, bytes) = (self.line(), self.bytes(kinds)?);
+        let to = self.list(2, Self::register_or_none)?;
         self.expect(",")?;
-        let second = self.register_or_none()?;
-        self.expect("}")?;
-        self.expect(",")?;
-        Ok(Action::Split { half, to: [first, second], of: self.operand()? })
+        let value = self.operand()?;
+        self.expect(";")?;
+        let halves: [fn(u64) -> u64; 2] =
+            if bytes == 8 { [|a| a & 0xffff_ffff, |a| a >> 32] } else { [|a| a & 0xffff, |a| a >> 16 & 0xffff] };
+        for (half, to) in halves.into_iter().zip(to) {
+            let action = |to| Action::Compute { function: Function::One(half), to, of: [value; 3] };
+            self.instructions.extend(to.map(|to| Instruction { action: action(to), line }));
+        }
+        Ok(())
     }
 
     /// `mov.b64 %rd1, {%r1, %r2}`
     fn join(&mut self, kinds: &str) -> Result<Action, ReadError> {
-        let half = 4 * self.bytes(kinds)? as u32;
+        let join: fn(u64, u64) -> u64 = if self.bytes(kinds)? == 8 {
+            |low, high| high << 32 | low & 0xffff_ffff
+        } else {
+            |low, high| (high & 0xffff) << 16 | low & 0xffff
+        };
         let to = self.register()?;
         self.expect(",")?;
-        self.expect("{")?;
-        let first = self.operand()?;
-        self.expect(",")?;
-        let second = self.operand()?;
-        self.expect("}")?;
-        Ok(Action::Join { half, to, of: [first, second] })
+        let of = self.list(2, Self::operand)?;
+        Ok(Action::Compute { function: Function::Two(join), to, of: [of[0], of[1], of[1]] })
     }
 
     fn access(&mut self, loads: bool, kinds: &str) -> Result<Action, ReadError> {
-        let (mut space, mut parameters, mut count, mut kind) = (Space::Any, false, 1, "");
+        let (mut space, mut count, mut kind) = (Space::Any, 1, "");
         for part in kinds.split('.') {
             match part {
-                "param" => parameters = true,
                 "global" => space = Space::Global,
-                "local" => space = Space::Local,
+                "local" | "param" => space = Space::Local,
                 "v2" => count = 2,
                 "v4" => count = 4,
                 // The threads of one host see all accesses in order.
@@ -308,16 +315,7 @@ impl<'t> Decoder<'_, 't> {
         if loads {
             let to = self.list(count, Self::register_or_none)?;
             self.expect(",")?;
-            return Ok(if parameters {
-                Action::LoadParameter { bytes, to, from: self.parameter()? }
-            } else {
-                Action::Load { space, bytes, to, from: self.address()? }
-            });
-        }
-        if parameters {
-            let to = self.parameter()?;
-            self.expect(",")?;
-            return Ok(Action::StoreParameter { bytes, of: self.list(count, Self::operand)?, to });
+            return Ok(Action::Load { space, bytes, to, from: self.address()? });
         }
         let to = self.address()?;
         self.expect(",")?;
@@ -391,7 +389,13 @@ impl<'t> Decoder<'_, 't> {
             return Ok(Operand::Value(value));
         }
         if let Some(&offset) = self.frame.get(name) {
-            return Ok(Operand::Frame(offset));
+            return Ok(Operand::Variable(offset));
+        }
+        if let Some(&place) = self.outgoing.get(name) {
+            return Ok(Operand::Outgoing(place as u32));
+        }
+        if let Some(&place) = self.own.get(name) {
+            return Ok(Operand::Parameter(place as u32));
         }
         let found = self.names.variables.get(name).copied().map(Operand::Value);
         found.ok_or_else(|| self.wrong(format!("`{name}` is no operand")))
@@ -413,16 +417,6 @@ impl<'t> Decoder<'_, 't> {
         let offset = self.offset()?;
         self.expect("]")?;
         Ok(Address { base, offset })
-    }
-
-    fn parameter(&mut self) -> Result<Parameter, ReadError> {
-        self.expect("[")?;
-        let name = self.next();
-        let offset = self.offset()? as usize;
-        self.expect("]")?;
-        let outgoing = self.outgoing.get(name).map(|place| Parameter::Outgoing(place + offset));
-        let found = outgoing.or_else(|| self.own.get(name).map(|place| Parameter::Own(place + offset)));
-        found.ok_or_else(|| self.wrong(format!("no parameter `{name}`")))
     }
 
     /// Finds the targets of branches.

@@ -1,7 +1,5 @@
 //! Why a module cannot be read or launched.
 
-use crate::memory::AccessError;
-
 /// Why a text is no executable module.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("line {line} of the module: {what}")]
@@ -15,44 +13,45 @@ pub struct ReadError {
 /// Why a launch has failed.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum LaunchError {
-    /// The module has no such kernel.
-    #[error("no kernel {0}")]
-    NoKernel(String),
-    /// The number of arguments is wrong.
-    #[error("the kernel takes {takes} arguments, not {given}")]
-    Arguments {
-        /// Number of arguments that the kernel takes.
-        takes: usize,
-        /// Number of arguments that were given.
-        given: usize,
-    },
-    /// A grid without threads, or a warp of 0 or more than 32.
-    #[error("a grid of {0:?}")]
-    Grid(Grid),
-    /// An invalid access of a thread.
-    #[error("line {line} of the module, thread {thread}: {error}")]
-    Access {
+    /// There is no such kernel with so many arguments, or the grid has no threads.
+    #[error("no kernel {0} with {1} arguments for {2:?}")]
+    Launch(String, usize, Grid),
+    /// A thread has done something invalid.
+    #[error("line {line} of the module, thread {thread}: {fault}")]
+    Fault {
         /// The line of the instruction.
         line: usize,
         /// The thread, from 0, over all blocks.
         thread: u32,
-        /// The reason.
-        error: AccessError,
+        /// What it has done.
+        fault: Fault,
     },
+}
+
+/// Something invalid, with the address of an access, which a device might not report.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum Fault {
+    /// There is no buffer at the address, or it is too short.
+    #[error("{0:#x} is not within a buffer")]
+    Outside(u64),
+    /// The address is no multiple of the size.
+    #[error("{0:#x} is not aligned")]
+    Unaligned(u64),
+    /// The instruction is for the other space.
+    #[error("{0:#x} is not in the space that the instruction names")]
+    Space(u64),
+    /// Another thread has written there since the last barrier, or has read what this one writes.
+    #[error("{0:#x} is used by two threads of a launch")]
+    Race(u64),
     /// The index of a switch is beyond its list of targets.
-    #[error("line {line} of the module: nowhere to go for {index}")]
-    Switch {
-        /// The line of the instruction.
-        line: usize,
-        /// The index.
-        index: u64,
-    },
+    #[error("a switch leads nowhere")]
+    Switch,
+    /// Some threads of a warp wait where others do not.
+    #[error("not all threads of the warp reach the barrier together")]
+    Barrier,
     /// Nested calls need more memory than a thread has.
-    #[error("line {line} of the module: calls go too deep")]
-    TooDeep {
-        /// The line of the call.
-        line: usize,
-    },
+    #[error("calls go too deep")]
+    TooDeep,
 }
 
 /// The numbers of threads of a launch.
@@ -60,8 +59,6 @@ pub enum LaunchError {
 pub struct Grid {
     /// Number of blocks.
     pub blocks: u32,
-    /// Threads of a block.
+    /// Threads of a block, in warps of 32.
     pub block: u32,
-    /// Threads of a warp, up to 32, as on cards. With 1, no thread waits for another, and the host is fastest.
-    pub warp: u32,
 }

@@ -12,7 +12,11 @@ pub(crate) enum Operand {
     Register(Register),
     Value(u64),
     /// An offset in the memory of the function's own variables, bytes.
-    Frame(u32),
+    Variable(u32),
+    /// An offset in its own parameters and returned values, bytes.
+    Parameter(u32),
+    /// An offset in those of the function that it calls next, or called last, bytes.
+    Outgoing(u32),
     Special(Special),
 }
 
@@ -33,15 +37,6 @@ pub(crate) struct Address {
     pub(crate) offset: u64,
 }
 
-/// An offset in the parameters of a function.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Parameter {
-    /// The function's own parameters and returned values.
-    Own(usize),
-    /// Those of the function that it calls next, or called last.
-    Outgoing(usize),
-}
-
 /// The condition of a branch: whether the register must be true or false.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Guard {
@@ -56,17 +51,6 @@ pub(crate) enum Action {
         to: Register,
         of: [Operand; 3],
     },
-    /// The lower and the upper half of a value; `half` is the number of bits of each.
-    Split {
-        half: u32,
-        to: [Option<Register>; 2],
-        of: Operand,
-    },
-    Join {
-        half: u32,
-        to: Register,
-        of: [Operand; 2],
-    },
     Load {
         space: Space,
         bytes: usize,
@@ -78,16 +62,6 @@ pub(crate) enum Action {
         bytes: usize,
         of: Box<[Operand]>,
         to: Address,
-    },
-    LoadParameter {
-        bytes: usize,
-        to: Box<[Option<Register>]>,
-        from: Parameter,
-    },
-    StoreParameter {
-        bytes: usize,
-        of: Box<[Operand]>,
-        to: Parameter,
     },
     /// An atomic change.
     Change {
@@ -112,6 +86,8 @@ pub(crate) enum Action {
         callee: usize,
     },
     Return,
+    /// Waits for all threads of the block.
+    Barrier,
 }
 
 #[derive(Debug, Clone)]

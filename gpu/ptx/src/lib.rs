@@ -2,8 +2,8 @@
 //!
 //! [`Module::read`] reads the text of a module, [`Memory`] contains the buffers, and [`Module::launch`] runs a grid of threads
 //! over them, in warps whose threads run together until they [diverge](Counts). Not modelled are physical registers and cycles,
-//! which the text leaves to the device, and shared memory and barriers, which the kernels do not use. Unknown instructions are an
-//! error when the module is read.
+//! which the text leaves to the device, and shared memory, which the kernels do not use. Unknown instructions are an error when the
+//! module is read.
 //!
 //! Every access is checked, more strictly than on a device: it must lie within one buffer, be aligned to its size, and be in the
 //! space that the instruction names. With [`Memory::watch`] it is also an error if two threads of a launch use the same byte and
@@ -34,8 +34,8 @@
 //! let mut memory = Memory::new();
 //! let module = Module::read(text, &mut memory)?;
 //! let numbers = memory.allocate(&[1, 0, 0, 0, 21, 0, 0, 0]);
-//! let counts = module.launch("twice", Grid { blocks: 1, block: 2, warp: 32 }, &[numbers], &mut memory)?;
-//! assert_eq!(memory.bytes(numbers)?, [2, 0, 0, 0, 42, 0, 0, 0]);
+//! let counts = module.launch("twice", Grid { blocks: 1, block: 2 }, &[numbers], &mut memory)?;
+//! assert_eq!(memory.bytes(numbers), [2, 0, 0, 0, 42, 0, 0, 0]);
 //! assert_eq!((counts.warp_instructions, counts.instructions), (8, 16));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -64,6 +64,6 @@ mod counts;
 mod warp;
 
 pub use counts::Counts;
-pub use errors::{Grid, LaunchError, ReadError};
-pub use memory::{AccessError, Memory};
+pub use errors::{Fault, Grid, LaunchError, ReadError};
+pub use memory::Memory;
 pub use module::Module;

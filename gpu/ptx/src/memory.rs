@@ -1,46 +1,12 @@
 //! Buffers, as on a device.
 
+use crate::errors::Fault;
 use crate::races::{Touched, Who};
 
 /// log₂ of the distance between the addresses of two buffers. The first range of addresses has no buffer.
 const SPACING: u32 = 40;
 /// First address of a thread's own memory, its stack.
 pub(crate) const LOCAL: u64 = 0xffff << SPACING;
-
-/// An invalid access, which a device might not report.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum AccessError {
-    /// There is no buffer at the address, or it is too short.
-    #[error("{bytes} bytes at {address:#x} are not within a buffer")]
-    Outside {
-        /// The first byte.
-        address: u64,
-        /// Number of bytes.
-        bytes: usize,
-    },
-    /// The address is no multiple of the size.
-    #[error("{bytes} bytes at {address:#x} are not aligned")]
-    Unaligned {
-        /// The first byte.
-        address: u64,
-        /// Number of bytes.
-        bytes: usize,
-    },
-    /// The instruction is for the other space.
-    #[error("{address:#x} is not in the space that the instruction names")]
-    Space {
-        /// The first byte.
-        address: u64,
-    },
-    /// Another thread of the launch has written there, or has read what this one writes.
-    #[error("{bytes} bytes at {address:#x} are used by two threads of a launch")]
-    Race {
-        /// The first byte.
-        address: u64,
-        /// Number of bytes.
-        bytes: usize,
-    },
-}
 
 /// The address space that an instruction names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,10 +18,10 @@ pub(crate) enum Space {
 
 impl Space {
     /// Whether the address is in the thread's own memory.
-    pub(crate) fn is_local(self, address: u64) -> Result<bool, AccessError> {
+    pub(crate) fn is_local(self, address: u64) -> Result<bool, Fault> {
         let local = address >= LOCAL;
         match (self, local) {
-            (Self::Global, true) | (Self::Local, false) => Err(AccessError::Space { address }),
+            (Self::Global, true) | (Self::Local, false) => Err(Fault::Space(address)),
             _ => Ok(local),
         }
     }
@@ -103,10 +69,9 @@ impl Memory {
         (self.buffers.len() as u64) << SPACING
     }
 
-    /// All bytes of the buffer at this address.
-    pub fn bytes(&self, address: u64) -> Result<&[u8], AccessError> {
-        let found = buffer_of(address).and_then(|index| self.buffers.get(index));
-        found.map(|buffer| &buffer.bytes[..]).ok_or(AccessError::Outside { address, bytes: 0 })
+    /// All bytes of the buffer at this address; none if there is no such buffer.
+    pub fn bytes(&self, address: u64) -> &[u8] {
+        buffer_of(address).and_then(|index| self.buffers.get(index)).map_or(&[], |buffer| &buffer.bytes)
     }
 
     pub(crate) fn begin_launch(&mut self) {
@@ -117,20 +82,20 @@ impl Memory {
         Who { launch: self.launches, thread }
     }
 
-    pub(crate) fn read(&mut self, address: u64, bytes: usize, thread: u32) -> Result<u64, AccessError> {
+    pub(crate) fn read(&mut self, address: u64, bytes: usize, thread: u32) -> Result<u64, Fault> {
         let who = self.who(thread);
         let (buffer, at) = place(&mut self.buffers, address, bytes)?;
         if buffer.touched.as_mut().is_some_and(|touched| !touched.may_read(at, bytes, who)) {
-            return Err(AccessError::Race { address, bytes });
+            return Err(Fault::Race(address));
         }
         Ok(number(&buffer.bytes[at..at + bytes]))
     }
 
-    pub(crate) fn write(&mut self, address: u64, bytes: usize, value: u64, thread: u32) -> Result<(), AccessError> {
+    pub(crate) fn write(&mut self, address: u64, bytes: usize, value: u64, thread: u32) -> Result<(), Fault> {
         let who = self.who(thread);
         let (buffer, at) = place(&mut self.buffers, address, bytes)?;
         if buffer.touched.as_mut().is_some_and(|touched| !touched.may_write(at, bytes, who)) {
-            return Err(AccessError::Race { address, bytes });
+            return Err(Fault::Race(address));
         }
         put(&mut buffer.bytes[at..at + bytes], value);
         Ok(())
@@ -142,7 +107,7 @@ impl Memory {
         address: u64,
         bytes: usize,
         function: impl FnOnce(u64) -> u64,
-    ) -> Result<u64, AccessError> {
+    ) -> Result<u64, Fault> {
         let (buffer, at) = place(&mut self.buffers, address, bytes)?;
         let there = &mut buffer.bytes[at..at + bytes];
         let old = number(there);
@@ -155,8 +120,8 @@ fn buffer_of(address: u64) -> Option<usize> {
     usize::try_from(address >> SPACING).ok()?.checked_sub(1)
 }
 
-fn place(buffers: &mut [Buffer], address: u64, bytes: usize) -> Result<(&mut Buffer, usize), AccessError> {
-    let outside = AccessError::Outside { address, bytes };
+fn place(buffers: &mut [Buffer], address: u64, bytes: usize) -> Result<(&mut Buffer, usize), Fault> {
+    let outside = Fault::Outside(address);
     let buffer = buffer_of(address).and_then(|index| buffers.get_mut(index)).ok_or(outside)?;
     let at = (address & ((1 << SPACING) - 1)) as usize;
     check(at, address, bytes, buffer.bytes.len())?;
@@ -164,12 +129,12 @@ fn place(buffers: &mut [Buffer], address: u64, bytes: usize) -> Result<(&mut Buf
 }
 
 /// Checks that the bytes exist and are aligned.
-pub(crate) fn check(at: usize, address: u64, bytes: usize, end: usize) -> Result<(), AccessError> {
+pub(crate) fn check(at: usize, address: u64, bytes: usize, end: usize) -> Result<(), Fault> {
     if at > end || bytes > end - at {
-        return Err(AccessError::Outside { address, bytes });
+        return Err(Fault::Outside(address));
     }
     if !at.is_multiple_of(bytes) {
-        return Err(AccessError::Unaligned { address, bytes });
+        return Err(Fault::Unaligned(address));
     }
     Ok(())
 }

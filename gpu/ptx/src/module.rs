@@ -7,7 +7,7 @@ use crate::errors::{Grid, LaunchError, ReadError};
 use crate::function::{Code, Declared, Header, Signature};
 use crate::memory::Memory;
 use crate::token::{Token, tokens};
-use crate::warp::{Place, Warp};
+use crate::warp::{Place, WIDTH, Warp};
 use std::collections::HashMap;
 
 /// A module that was read from a text.
@@ -59,25 +59,36 @@ impl Module {
         arguments: &[u64],
         memory: &mut Memory,
     ) -> Result<Counts, LaunchError> {
-        let Grid { blocks, block, warp } = grid;
-        let number = *self.kernels.get(kernel).ok_or_else(|| LaunchError::NoKernel(kernel.to_owned()))?;
-        let takes = self.functions[number].taken.len();
-        if takes != arguments.len() {
-            return Err(LaunchError::Arguments { takes, given: arguments.len() });
-        }
-        if blocks.checked_mul(block).is_none_or(|threads| threads == 0) || !(1..=32).contains(&warp) {
-            return Err(LaunchError::Grid(grid));
-        }
+        let Grid { blocks, block } = grid;
+        let number = self.kernels.get(kernel).copied();
+        let number = number.filter(|&number| self.functions[number].taken.len() == arguments.len());
+        let number = number.filter(|_| blocks.checked_mul(block).is_some_and(|threads| threads > 0));
+        let number = number.ok_or_else(|| LaunchError::Launch(kernel.to_owned(), arguments.len(), grid))?;
         memory.begin_launch();
         let mut counts = Counts::default();
-        let mut threads = Warp::new(&self.functions, memory, warp);
         for block_number in 0..blocks {
-            for first in (0..block).step_by(warp as usize) {
-                let place = Place { block: block_number, block_threads: block, first };
-                let of_warp = threads.run(number, place, arguments)?;
-                counts =
-                    Counts { longest_warp: counts.longest_warp.max(of_warp.warp_instructions), ..counts.and(of_warp) };
+            let of_first = |first| Place { block: block_number, block_threads: block, first };
+            let warps = (0..block).step_by(WIDTH);
+            let mut warps: Vec<_> =
+                warps.map(|first| Warp::new(&self.functions, number, of_first(first), arguments)).collect();
+            let (mut longest, mut waiting) = (0, true);
+            while waiting {
+                // From one barrier to the next, or to the end.
+                let (mut slowest, mut wait) = (0, false);
+                for warp in &mut warps {
+                    let before = warp.counts.warp_instructions;
+                    wait |= warp.run(memory)?;
+                    slowest = slowest.max(warp.counts.warp_instructions - before);
+                }
+                longest += slowest;
+                waiting = wait;
+                if waiting {
+                    memory.begin_launch();
+                }
             }
+            let longest_warp = counts.longest_warp.max(longest);
+            counts = warps.iter().fold(counts, |counts, warp| counts.and(warp.counts));
+            counts.longest_warp = longest_warp;
         }
         Ok(counts)
     }

@@ -14,17 +14,18 @@ pub use module::TARGET;
 
 /// Exit code of the program without a driver or GPU.
 const NO_DEVICE: i32 = 3;
-/// Number of scans of every compared run, and number of runs of each scenario.
-const SCANS: &str = "300";
-const COMPARED_RUNS: &str = "64";
-/// Numbers of particles of large filters that are compared.
-const LARGE: [&str; 2] = ["64", "4096"];
-/// The scenario of large filters.
-const LARGE_SCENARIO: &str = "thesis-dynamic";
-/// Number of runs that are timed.
-const TIMED_RUNS: &str = "10000";
-/// Scenarios, with their arguments.
-const SCENARIOS: [&[&str]; 2] = [&["thesis-dynamic"], &["survey", "--particles", "32"]];
+/// The commands on a card.
+const ON_CARD: [&str; 9] = [
+    "check thesis-dynamic --runs 64",
+    "check survey --particles 32 --runs 64",
+    "check thesis-dynamic --filter joint --runs 64",
+    "check survey --filter joint --runs 64",
+    "check thesis-dynamic --particles 64",
+    "check thesis-dynamic --particles 4096",
+    "time thesis-dynamic --runs 10000",
+    "time survey --filter joint --runs 10000",
+    "time thesis-dynamic --particles 4096 --scans 30",
+];
 
 /// cargo, for the program that runs the kernels.
 fn cargo(command: &str) -> Command {
@@ -75,18 +76,9 @@ fn on_card(modules: &Path) -> Result<String, Stop> {
         }
     };
     of_card(&[], &["device"])?;
-    let mut commands = Vec::new();
-    for scenario in SCENARIOS {
-        commands.push([&["check"], scenario, &["--scans", SCANS, "--runs", COMPARED_RUNS]].concat());
-        commands.push([&["time"], scenario, &["--runs", TIMED_RUNS]].concat());
-    }
-    for particles in LARGE {
-        commands.push(vec!["large-check", LARGE_SCENARIO, "--scans", SCANS, "--particles", particles]);
-    }
-    commands.push(vec!["large-time", LARGE_SCENARIO]);
     let mut all = Vec::new();
-    for words in commands {
-        let said = of_card(&["--release"], &words)?;
+    for words in ON_CARD {
+        let said = of_card(&["--release"], &words.split(' ').collect::<Vec<_>>())?;
         println!("{said}");
         all.push(said);
     }

@@ -70,6 +70,7 @@ pub(super) fn function(name: &str, kinds: &str) -> Option<Function> {
         "min" => by_kind!(kinds, Two, BITS, |a, b| n(a).min(n(b))),
         "max" => by_kind!(kinds, Two, BITS, |a, b| n(a).max(n(b))),
         "neg" => by_kind!(kinds, One, BITS, |a| -n(a)),
+        "abs" => by_kind!(kinds, One, BITS, |a| n(a).abs()),
         "not" => by_kind!(kinds, One, BITS, |a| !n(a)),
         "and" => by_kind!(kinds, Two, BITS, |a, b| n(a) & n(b)),
         "or" => by_kind!(kinds, Two, BITS, |a, b| n(a) | n(b)),

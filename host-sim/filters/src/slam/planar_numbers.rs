@@ -29,7 +29,8 @@ impl<T: Real> PlanarNumbers<T> {
     }
 
     /// The parameters of a filter that multiplies the correlation time of odometry errors by `interval_margin`.
-    pub(super) fn with_margin(
+    #[must_use]
+    pub fn with_margin(
         settings: &Settings,
         interval_margin: f64,
         vehicle: &log::Vehicle,
