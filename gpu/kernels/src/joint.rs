@@ -251,9 +251,13 @@ mod tests {
 
     /// What zeros are as a value, shown.
     fn zeros<T: std::fmt::Debug>() -> String {
-        let mut zeros = Box::<T>::new_zeroed();
+        let mut zeros = Box::<T>::new_uninit();
         // SAFETY: the value is compared with a new one; numbers and arrays of numbers may be zero.
-        format!("{:?}", unsafe { zeros.assume_init_mut() })
+        let zeros = unsafe {
+            zeros.as_mut_ptr().write_bytes(0, 1);
+            zeros.assume_init_ref()
+        };
+        format!("{zeros:?}")
     }
 
     #[test]
