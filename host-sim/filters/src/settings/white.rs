@@ -28,7 +28,7 @@ pub(super) fn white_shares(log: &Log, index: usize, sensor: &Sensor, nominal: &N
     let compared: usize = scans.windows(2).map(|two| two[0].detections.len() * two[1].detections.len()).sum();
     let mut squares = [Vec::new(), Vec::new()];
     for two in scans.windows(2).step_by(compared / MOST_COMPARED + 1) {
-        let [from, to] = [two[0], two[1]].map(|scan| mounted(sensor, way.at(scan.t_s)));
+        let [from, to] = [two[0], two[1]].map(|scan| sensor.mounting.seat(way.at(scan.t_s)));
         let expected: Vec<_> = two[0].detections.iter().map(|&z| seen_from(to, from, z)).collect();
         let differences = matched(sensor, nominal, &expected, &two[1].detections);
         let count = differences.len() as f64;
@@ -42,14 +42,6 @@ pub(super) fn white_shares(log: &Log, index: usize, sensor: &Sensor, nominal: &N
         squares[1].extend(differences.iter().map(|d| (d[1] - common) * (d[1] - common) * factor));
     }
     (squares[0].len() >= LEAST_PAIRS).then(|| squares.map(median_over_expected))
-}
-
-/// The pose of the sensor, if the vehicle's is `pose`.
-fn mounted(sensor: &Sensor, [x, y, heading]: [f64; 3]) -> [f64; 3] {
-    let (sin, cos) = (libm::sin(heading), libm::cos(heading));
-    let mounting = sensor.mounting;
-    let at = [cos * mounting.forward_m - sin * mounting.left_m, sin * mounting.forward_m + cos * mounting.left_m];
-    [x + at[0], y + at[1], heading + mounting.yaw_rad]
 }
 
 /// Range and bearing from the pose `to` of what is measured from the pose `from`.
