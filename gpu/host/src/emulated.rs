@@ -32,10 +32,6 @@ impl Machine for Emulated {
         self.buffers.clear();
     }
 
-    fn free(&self) -> Result<Option<usize>, DeviceError> {
-        Ok(None)
-    }
-
     fn upload(&mut self, bytes: &[u8]) -> Result<u64, DeviceError> {
         let mut buffer = zeros(bytes.len());
         bytemuck::cast_slice_mut(&mut buffer)[..bytes.len()].copy_from_slice(bytes);
@@ -69,10 +65,6 @@ impl Machine for Emulated {
             // come in order, each with every place once.
             unsafe { launch.run(place, filters, scan, digest_every) };
         }
-        Ok(())
-    }
-
-    fn wait(&mut self) -> Result<(), DeviceError> {
         Ok(())
     }
 }

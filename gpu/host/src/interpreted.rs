@@ -61,10 +61,6 @@ impl Machine for Interpreted {
         self.taken.clear();
     }
 
-    fn free(&self) -> Result<Option<usize>, DeviceError> {
-        Ok(None)
-    }
-
     fn upload(&mut self, bytes: &[u8]) -> Result<u64, DeviceError> {
         Ok(self.memory.allocate(bytes))
     }
@@ -93,10 +89,6 @@ impl Machine for Interpreted {
             Some((_, of_kernel)) => *of_kernel = of_kernel.and(counts),
             None => self.taken.push((kernel, counts)),
         }
-        Ok(())
-    }
-
-    fn wait(&mut self) -> Result<(), DeviceError> {
         Ok(())
     }
 
