@@ -26,7 +26,7 @@ impl Interpreted {
     /// There is no module, or it contains something unknown.
     pub fn open(modules: &Modules, block: u32, watch: bool) -> Result<Self, DeviceError> {
         let (text, path) = modules.text()?;
-        let mut fresh = Memory::new();
+        let mut fresh = Memory::default();
         if watch {
             fresh.watch();
         }

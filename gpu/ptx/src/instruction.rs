@@ -1,10 +1,10 @@
-//! Decoded instructions.
+//! Decoded instructions, and the functions of them.
 
-use crate::arithmetic::Function;
 use crate::memory::Space;
+use crate::operation::Operation;
 
 /// The index of a register in its function.
-pub(crate) type Register = u32;
+pub(crate) type Register = usize;
 
 /// The source of an operand.
 #[derive(Debug, Clone, Copy)]
@@ -12,17 +12,11 @@ pub(crate) enum Operand {
     Register(Register),
     Value(u64),
     /// An offset in the memory of the function's own variables, bytes.
-    Variable(u32),
-    /// An offset in its own parameters and returned values, bytes.
-    Parameter(u32),
+    Variable(u64),
+    /// An offset in its own parameters and returned value, bytes.
+    Parameter(u64),
     /// An offset in those of the function that it calls next, or called last, bytes.
-    Outgoing(u32),
-    Special(Special),
-}
-
-/// A register with the thread's position in the grid.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Special {
+    Outgoing(u64),
     /// Index of the thread in its block.
     Thread,
     /// Index of the block.
@@ -47,7 +41,7 @@ pub(crate) struct Guard {
 #[derive(Debug, Clone)]
 pub(crate) enum Action {
     Compute {
-        function: Function,
+        operation: Operation,
         to: Register,
         of: [Operand; 3],
     },
@@ -65,7 +59,7 @@ pub(crate) enum Action {
     },
     /// An atomic change.
     Change {
-        function: fn(u64, u64) -> u64,
+        operation: Operation,
         bytes: usize,
         to: Register,
         at: Address,
@@ -95,4 +89,18 @@ pub(crate) struct Instruction {
     pub(crate) action: Action,
     /// Its line in the text.
     pub(crate) line: usize,
+}
+
+/// Bytes of a parameter or of a returned value.
+pub(crate) const SLOT: usize = 16;
+
+/// A function that can be executed. Its returned value is in the first slot, its parameters in the others.
+#[derive(Debug, Clone)]
+pub(crate) struct Code {
+    pub(crate) instructions: Vec<Instruction>,
+    pub(crate) registers: usize,
+    /// Bytes of its own variables.
+    pub(crate) frame: usize,
+    /// Number of its parameters.
+    pub(crate) parameters: usize,
 }

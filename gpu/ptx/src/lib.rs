@@ -18,11 +18,11 @@
 //!     .version 7.0
 //!     .target sm_80
 //!     .address_size 64
-//!     .visible .entry twice(.param .u64 numbers)
+//!     .visible .entry twice(.param .u64 twice_param_0)
 //!     {
 //!         .reg .b32 %r<3>;
 //!         .reg .b64 %rd<4>;
-//!         ld.param.b64 %rd1, [numbers];
+//!         ld.param.b64 %rd1, [twice_param_0];
 //!         mov.u32 %r1, %tid.x;
 //!         mul.wide.u32 %rd2, %r1, 4;
 //!         add.s64 %rd3, %rd1, %rd2;
@@ -31,7 +31,7 @@
 //!         st.global.b32 [%rd3], %r2;
 //!         ret;
 //!     }";
-//! let mut memory = Memory::new();
+//! let mut memory = Memory::default();
 //! let module = Module::read(text, &mut memory)?;
 //! let numbers = memory.allocate(&[1, 0, 0, 0, 21, 0, 0, 0]);
 //! let counts = module.launch("twice", Grid { blocks: 1, block: 2 }, &[numbers], &mut memory)?;
@@ -42,28 +42,17 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
-mod arithmetic;
-mod token;
-
-mod memory;
-mod races;
-
-mod errors;
-
-mod instruction;
-mod registers;
-
-mod declared;
 mod decode;
+mod errors;
 mod flow;
-mod function;
-
+mod instruction;
+mod memory;
 mod module;
-
-mod counts;
+mod operation;
+mod races;
+mod token;
 mod warp;
 
-pub use counts::Counts;
-pub use errors::{Fault, Grid, LaunchError, ReadError};
+pub use errors::{Counts, Fault, Grid, LaunchError, ReadError};
 pub use memory::Memory;
 pub use module::Module;

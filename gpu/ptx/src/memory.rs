@@ -42,11 +42,6 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// A memory without buffers.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// From now on, it is an error if two threads of a launch use the same byte of a buffer made later and one of them writes it.
     /// This takes 16 more bytes for each byte.
     pub fn watch(&mut self) {

@@ -1,10 +1,8 @@
 //! A module, and its launches.
 
-use crate::counts::Counts;
-use crate::declared::{declared, matching};
-use crate::decode::{Names, decode};
-use crate::errors::{Grid, LaunchError, ReadError};
-use crate::function::{Code, Declared, Header, Signature};
+use crate::decode::{Names, decode, words};
+use crate::errors::{Counts, Grid, LaunchError, ReadError};
+use crate::instruction::{Code, SLOT};
 use crate::memory::Memory;
 use crate::token::{Token, tokens};
 use crate::warp::{Place, WIDTH, Warp};
@@ -24,28 +22,41 @@ impl Module {
     /// The text contains something unknown.
     pub fn read(text: &str, memory: &mut Memory) -> Result<Self, ReadError> {
         let tokens = tokens(text);
-        let Parts { headers, variables } = parts(&tokens, memory)?;
-        let mut functions: HashMap<&str, (usize, Signature<'_>)> = HashMap::new();
-        let mut bodies = Vec::new();
-        for header in &headers {
-            if let Some(body) = header.body {
-                functions.insert(header.name, (bodies.len(), header.signature.clone()));
-                bodies.push((header, body));
-            }
+        let (mut names, mut bodies, mut kernels) = (Names::default(), Vec::new(), HashMap::new());
+        let mut rest = &tokens[..];
+        while let Some(&Token { text, line }) = rest.first() {
+            let until = |signs: &str| {
+                let end = rest.iter().position(|token| signs.contains(token.text));
+                end.ok_or_else(|| ReadError { line, what: "no end".into() })
+            };
+            let taken = match text {
+                ".version" | ".target" | ".address_size" => 2,
+                ".visible" | ".weak" | ".extern" | ";" => 1,
+                ".global" | ".const" => {
+                    let end = until(";")?;
+                    let (name, bytes) = variable(&rest[..end])?;
+                    names.variables.insert(name, memory.allocate(&bytes));
+                    end
+                }
+                ".func" | ".entry" => {
+                    let start = until(";{")?;
+                    let end = start + length(&rest[start..]);
+                    let (name, parameters) = header(&rest[..start])?;
+                    if end > start {
+                        if text == ".entry" {
+                            kernels.insert(name.to_owned(), bodies.len());
+                        }
+                        names.functions.insert(name, bodies.len());
+                        bodies.push((&rest[start..end], parameters));
+                    }
+                    end
+                }
+                _ => return Err(ReadError { line, what: format!("`{text}` is not known") }),
+            };
+            rest = rest.get(taken..).unwrap_or(&[]);
         }
-        let names = Names { functions: &functions, variables: &variables };
-        let decoded = bodies.into_iter().map(|(header, body)| decode(header, body, &names));
-        let functions = decoded.collect::<Result<Vec<_>, _>>()?;
-        let kernels = functions.iter().enumerate().filter(|(_, code)| code.is_kernel);
-        let kernels = kernels.map(|(number, code)| (code.name.clone(), number)).collect();
-        Ok(Self { functions, kernels })
-    }
-
-    /// The names of the kernels, sorted.
-    pub fn kernels(&self) -> Vec<&str> {
-        let mut names: Vec<&str> = self.kernels.keys().map(String::as_str).collect();
-        names.sort_unstable();
-        names
+        let functions = bodies.into_iter().map(|(body, parameters)| decode(body, parameters, &names));
+        Ok(Self { functions: functions.collect::<Result<_, _>>()?, kernels })
     }
 
     /// Runs a kernel with these arguments, each in the lowest bits of a number: all threads of a grid, warp by warp, in order.
@@ -61,7 +72,7 @@ impl Module {
     ) -> Result<Counts, LaunchError> {
         let Grid { blocks, block } = grid;
         let number = self.kernels.get(kernel).copied();
-        let number = number.filter(|&number| self.functions[number].taken.len() == arguments.len());
+        let number = number.filter(|&number| self.functions[number].parameters == arguments.len());
         let number = number.filter(|_| blocks.checked_mul(block).is_some_and(|threads| threads > 0));
         let number = number.ok_or_else(|| LaunchError::Launch(kernel.to_owned(), arguments.len(), grid))?;
         memory.begin_launch();
@@ -94,87 +105,41 @@ impl Module {
     }
 }
 
-/// The functions and variables of a text.
-struct Parts<'t> {
-    headers: Vec<Header<'t>>,
-    variables: HashMap<&'t str, u64>,
+/// Number of tokens of a block in braces; 0 if it does not begin here.
+fn length(tokens: &[Token<'_>]) -> usize {
+    let mut depth = 0;
+    let inside = tokens.iter().take_while(|token| {
+        depth += usize::from(token.text == "{");
+        let inside = depth > 0;
+        depth -= usize::from(inside && token.text == "}");
+        inside
+    });
+    inside.count()
 }
 
-fn parts<'t>(tokens: &'t [Token<'t>], memory: &mut Memory) -> Result<Parts<'t>, ReadError> {
-    let mut found = Parts { headers: Vec::new(), variables: HashMap::new() };
-    let mut at = 0;
-    while let Some(&Token { text, line }) = tokens.get(at) {
-        match text {
-            ".version" | ".target" | ".address_size" => at += 2,
-            ".visible" | ".weak" | ".extern" | "," => at += 1,
-            ".func" | ".entry" => {
-                let (header, end) = header(tokens, at, text == ".entry")?;
-                found.headers.push(header);
-                at = end;
-            }
-            ".global" | ".const" => {
-                let length = tokens[at..].iter().position(|token| token.text == ";");
-                let length = length.ok_or_else(|| ReadError { line, what: "no end".into() })?;
-                let (name, bytes) = variable(&tokens[at..at + length])?;
-                found.variables.insert(name, memory.allocate(&bytes));
-                at += length + 1;
-            }
-            _ => return Err(ReadError { line, what: format!("`{text}` is not known") }),
-        }
+/// The name and the number of parameters of a function.
+fn header<'t>(tokens: &[Token<'t>]) -> Result<(&'t str, usize), ReadError> {
+    let wrong = |what: &str| ReadError { line: tokens[0].line, what: what.to_owned() };
+    let mut sizes = tokens.windows(2).filter(|pair| pair[0].text == "[").map(|pair| pair[1].text.parse::<usize>());
+    if !sizes.all(|size| size.is_ok_and(|size| size <= SLOT)) {
+        return Err(wrong("a parameter is too large"));
     }
-    Ok(found)
+    // The returned value is in parentheses before the name.
+    let returned = tokens.iter().position(|token| token.text == ")").filter(|_| tokens[1].text == "(");
+    let mut words = words(&tokens[returned.unwrap_or(0) + 1..]).into_iter();
+    let name = words.next().ok_or_else(|| wrong("a function without a name"))?;
+    Ok((name, words.filter(|word| *word == ".param").count()))
 }
 
-/// A function from its name to its end, and the position after it.
-fn header<'t>(tokens: &'t [Token<'t>], at: usize, is_kernel: bool) -> Result<(Header<'t>, usize), ReadError> {
-    let line = tokens[at].line;
-    let wrong = |what: &str| ReadError { line, what: what.to_owned() };
-    let sign = |at: usize| tokens.get(at).map_or("", |token| token.text);
-    let mut next = at + 1;
-    let mut signature = Signature::default();
-    if sign(next) == "(" {
-        let end = matching(tokens, next)?;
-        signature.returned = all_declared(&tokens[next + 1..end])?;
-        next = end + 1;
-    }
-    let name = tokens.get(next).ok_or_else(|| wrong("a function without a name"))?.text;
-    next += 1;
-    if sign(next) == "(" {
-        let end = matching(tokens, next)?;
-        signature.taken = all_declared(&tokens[next + 1..end])?;
-        next = end + 1;
-    }
-    // Attributes such as `.noreturn`.
-    while sign(next).starts_with('.') {
-        next += 1;
-    }
-    let (body, end) = match sign(next) {
-        ";" => (None, next + 1),
-        "{" => {
-            let end = matching(tokens, next)?;
-            (Some(&tokens[next + 1..end]), end + 1)
-        }
-        _ => return Err(wrong("a function without a body")),
+/// A variable of the module, such as `.global .align 4 .b8 name[4] = {1, 2}`: its name and its bytes.
+fn variable<'t>(tokens: &[Token<'t>]) -> Result<(&'t str, Vec<u8>), ReadError> {
+    let wrong = |what: &str| ReadError { line: tokens[0].line, what: what.to_owned() };
+    let [_, ".align", _, ".b8", name, count, ref given @ ..] = words(tokens)[..] else {
+        return Err(wrong("no bytes with a name"));
     };
-    Ok((Header { name, is_kernel, signature, body }, end))
-}
-
-fn all_declared<'t>(tokens: &'t [Token<'t>]) -> Result<Vec<Declared<'t>>, ReadError> {
-    tokens.split(|token| token.text == ",").filter(|part| !part.is_empty()).map(declared).collect()
-}
-
-/// A variable of the module: its name and its bytes.
-fn variable<'t>(tokens: &'t [Token<'t>]) -> Result<(&'t str, Vec<u8>), ReadError> {
-    let Declared { name, bytes } = declared(tokens)?;
-    let mut value = vec![0; bytes];
-    let given = tokens.iter().position(|token| token.text == "=").map_or(&[][..], |sign| &tokens[sign + 1..]);
-    let numbers = given.iter().filter(|token| !["{", "}", ","].contains(&token.text));
-    for (place, token) in numbers.enumerate() {
-        let number = token.text.parse::<u8>().ok();
-        match (value.get_mut(place), number) {
-            (Some(byte), Some(number)) => *byte = number,
-            _ => return Err(ReadError { line: token.line, what: format!("`{}` is no byte of {name}", token.text) }),
-        }
-    }
+    let count = count.parse().map_err(|_| wrong("no number of bytes"))?;
+    let given = given.iter().skip(1).map(|byte| byte.parse());
+    let mut value: Vec<u8> = given.collect::<Result<_, _>>().map_err(|_| wrong("no bytes"))?;
+    value.resize(count, 0);
     Ok((name, value))
 }

@@ -1,10 +1,7 @@
 //! Executes the threads of a warp together.
 
-use crate::arithmetic::Function;
-use crate::counts::Counts;
-use crate::errors::{Fault, LaunchError};
-use crate::function::Code;
-use crate::instruction::{Action, Address, Guard, Instruction, Operand, Register, Special};
+use crate::errors::{Counts, Fault, LaunchError};
+use crate::instruction::{Action, Address, Code, Guard, Instruction, Operand, Register, SLOT};
 use crate::memory::{LOCAL, Memory, check, number, put};
 
 /// A set of threads, one bit each.
@@ -78,11 +75,12 @@ impl<'m> Warp<'m> {
         let (counts, calls, registers) = (Counts::default(), Vec::new(), Vec::new());
         let mut new = Self { functions, place, counts, calls, registers, local: vec![0; count * LOCAL_BYTES] };
         for local in new.local.chunks_exact_mut(LOCAL_BYTES) {
-            for (&(at, bytes), &argument) in functions[kernel].taken.iter().zip(arguments) {
-                put(&mut local[at..at + bytes], argument);
+            // The slot of the returned value comes first.
+            for (slot, &argument) in local.chunks_exact_mut(SLOT).skip(1).zip(arguments) {
+                put(&mut slot[..8], argument);
             }
         }
-        let frame = Frame { registers: 0, own: 0, outgoing: functions[kernel].parameters, stack: PARAMETERS };
+        let frame = Frame { registers: 0, own: 0, outgoing: SLOT * (1 + arguments.len()), stack: PARAMETERS };
         new.enter(kernel, Mask::MAX >> (WIDTH - count), frame);
         new
     }
@@ -148,7 +146,8 @@ impl<'m> Warp<'m> {
                     let called = &self.functions[*callee];
                     let Frame { registers, outgoing, stack, .. } = frame;
                     let (registers, stack) = (registers + code.registers * WIDTH, stack + code.frame);
-                    let frame = Frame { registers, own: outgoing, outgoing: outgoing + called.parameters, stack };
+                    let frame =
+                        Frame { registers, own: outgoing, outgoing: outgoing + SLOT * (1 + called.parameters), stack };
                     if frame.outgoing > PARAMETERS || stack + called.frame > LOCAL_BYTES {
                         return Err(self.wrong(instruction, active.trailing_zeros() as usize)(Fault::TooDeep));
                     }
@@ -180,20 +179,20 @@ impl<'m> Warp<'m> {
     }
 
     fn set(&mut self, register: Register, thread: usize, frame: Frame, value: u64) {
-        self.registers[frame.registers + register as usize * WIDTH + thread] = value;
+        self.registers[frame.registers + register * WIDTH + thread] = value;
     }
 
     fn value(&self, operand: Operand, thread: usize, frame: Frame) -> u64 {
-        let local = |base: usize, offset: u32| LOCAL + base as u64 + u64::from(offset);
+        let local = |base: usize, offset: u64| LOCAL + base as u64 + offset;
         match operand {
-            Operand::Register(register) => self.registers[frame.registers + register as usize * WIDTH + thread],
+            Operand::Register(register) => self.registers[frame.registers + register * WIDTH + thread],
             Operand::Value(value) => value,
             Operand::Variable(offset) => local(frame.stack, offset),
             Operand::Parameter(offset) => local(frame.own, offset),
             Operand::Outgoing(offset) => local(frame.outgoing, offset),
-            Operand::Special(Special::Thread) => u64::from(self.place.first) + thread as u64,
-            Operand::Special(Special::Block) => self.place.block.into(),
-            Operand::Special(Special::BlockThreads) => self.place.block_threads.into(),
+            Operand::Thread => u64::from(self.place.first) + thread as u64,
+            Operand::Block => self.place.block.into(),
+            Operand::BlockThreads => self.place.block_threads.into(),
         }
     }
 
@@ -206,14 +205,9 @@ impl<'m> Warp<'m> {
         frame: Frame,
     ) -> Result<(), Fault> {
         match action {
-            Action::Compute { function, to, of: [a, b, c] } => {
-                let of = |operand: &Operand| self.value(*operand, thread, frame);
-                let value = match function {
-                    Function::One(function) => function(of(a)),
-                    Function::Two(function) => function(of(a), of(b)),
-                    Function::Three(function) => function(of(a), of(b), of(c)),
-                };
-                self.set(*to, thread, frame, value);
+            Action::Compute { operation, to, of } => {
+                let of = of.map(|operand| self.value(operand, thread, frame));
+                self.set(*to, thread, frame, operation.value(of));
             }
             Action::Load { space, bytes, to, from } => {
                 for (address, to) in self.elements(from, *bytes, to, thread, frame)? {
@@ -237,10 +231,10 @@ impl<'m> Warp<'m> {
                     }
                 }
             }
-            Action::Change { function, bytes, to, at, of } => {
+            Action::Change { operation, bytes, to, at, of } => {
                 let value = self.value(*of, thread, frame);
                 let address = self.address(at, thread, frame);
-                let old = memory.change(address, *bytes, |old| function(old, value))?;
+                let old = memory.change(address, *bytes, |old| operation.value([old, value, 0]))?;
                 self.set(*to, thread, frame, old);
             }
             Action::Branch { .. } | Action::Switch { .. } | Action::Return | Action::Call { .. } | Action::Barrier => {}
@@ -283,7 +277,7 @@ impl<'m> Warp<'m> {
 
 /// The threads that take a branch with this guard.
 fn taking(registers: &[u64], mask: Mask, Guard { register, holds }: Guard, frame: Frame) -> Mask {
-    let first = frame.registers + register as usize * WIDTH;
+    let first = frame.registers + register * WIDTH;
     let holding = threads(mask).filter(|&thread| (registers[first + thread] != 0) == holds);
     holding.fold(0, |mask, thread| mask | 1 << thread)
 }

@@ -10,9 +10,9 @@ fn module(text: &str, memory: &mut Memory) -> Module {
 /// A kernel with one pointer. `%rd1` is the address of the thread's number, `%r1` its index, `%rd2` the pointer.
 fn kernel(body: &str) -> String {
     format!(
-        ".visible .entry k(.param .u64 .ptr .align 1 k_0) {{
+        ".visible .entry k(.param .u64 .ptr .align 1 k_param_0) {{
             .reg .pred %p<4>; .reg .b32 %r<9>; .reg .b64 %rd<9>;
-            ld.param.b64 %rd2, [k_0];
+            ld.param.b64 %rd2, [k_param_0];
             mov.u32 %r2, %ctaid.x; mov.u32 %r3, %ntid.x; mov.u32 %r4, %tid.x;
             mad.lo.s32 %r1, %r2, %r3, %r4;
             mul.wide.u32 %rd3, %r1, 4;
@@ -36,7 +36,7 @@ fn numbers(memory: &Memory, at: u64) -> Vec<u32> {
 
 /// Runs the kernel on a buffer with one number for each thread. Returns the numbers and the counts.
 fn run(text: &str, grid: Grid) -> (Vec<u32>, Counts) {
-    let mut memory = Memory::new();
+    let mut memory = Memory::default();
     memory.watch();
     let module = module(text, &mut memory);
     let at = memory.allocate_zeros(4 * (grid.blocks * grid.block) as usize);
@@ -45,7 +45,7 @@ fn run(text: &str, grid: Grid) -> (Vec<u32>, Counts) {
 }
 
 fn refused(text: &str, grid: Grid, bytes: usize) -> LaunchError {
-    let mut memory = Memory::new();
+    let mut memory = Memory::default();
     memory.watch();
     let module = module(text, &mut memory);
     let at = memory.allocate_zeros(bytes);
@@ -130,14 +130,14 @@ fn a_switch_splits_into_one_path_for_each_target() {
 
 /// n! modulo 2^32, by a recursive function that keeps its argument in its own memory.
 const FACTORIAL: &str = "
-    .func (.param .b32 func_retval0) factorial(.param .b32 factorial_0);
-    .func (.param .b32 func_retval0) factorial(.param .b32 factorial_0)
+    .func (.param .b32 func_retval0) factorial(.param .b32 factorial_param_0);
+    .func (.param .b32 func_retval0) factorial(.param .b32 factorial_param_0)
     {
         .local .align 8 .b8 __local_depot0[20];
         .reg .b64 %SP; .reg .b64 %SPL; .reg .pred %p<2>; .reg .b32 %r<6>; .reg .b64 %rd<2>;
         mov.b64 %SPL, __local_depot0;
         cvta.local.u64 %SP, %SPL;
-        ld.param.b32 %r1, [factorial_0];
+        ld.param.b32 %r1, [factorial_param_0];
         st.local.b32 [%SPL+16], %r1;
         setp.lt.u32 %p1, %r1, 2;
         mov.b32 %r5, 1;
@@ -226,9 +226,8 @@ fn warps_of_a_block_wait_for_each_other_at_a_barrier() {
 
 #[test]
 fn invalid_launches_are_refused() {
-    let mut memory = Memory::new();
+    let mut memory = Memory::default();
     let module = module(&kernel("ret;"), &mut memory);
-    assert_eq!(module.kernels(), ["k"]);
     let mut launch =
         |name: &str, grid, arguments: &[u64]| module.launch(name, grid, arguments, &mut memory).unwrap_err();
     assert!(matches!(launch("other", grid(1), &[0]), LaunchError::Launch(..)));
@@ -242,13 +241,12 @@ fn unknown_instructions_are_refused_with_their_line() {
         ("fma.rn.f32 %r5, %r5, %r5, %r5;\nret;", 12, "fma.rn.f32"),
         ("@%p1 ret;", 12, "ret"),
         ("bra $nowhere;", 12, "$nowhere"),
-        ("mov.b32 %r99, 1;", 12, "%r99"),
         ("mov.b32 %r1, somewhere;", 12, "somewhere"),
         ("{ call.uni missing, (); }", 12, "missing"),
         ("ld.global.f64x %rd1, [%rd2];", 12, "f64x"),
     ] {
         let text = format!(".version 7.0\n.target sm_80\n.address_size 64\n\n{}", kernel(body));
-        let error = Module::read(&text, &mut Memory::new()).unwrap_err();
+        let error = Module::read(&text, &mut Memory::default()).unwrap_err();
         assert_eq!(error.line, line, "{error}");
         assert!(error.what.contains(what), "{error}");
     }

@@ -1,0 +1,306 @@
+//! What arithmetic instructions compute.
+//!
+//! A register is a `u64` whose lowest bits are used: an instruction reads as many bits as its type has, and writes zeros above
+//! them. Single precision is that of IEEE 754, computed by the host.
+
+/// A type: its bits, and how they are read.
+#[derive(Debug, Clone, Copy)]
+struct Kind {
+    bits: u32,
+    signed: bool,
+    single: bool,
+}
+
+impl Kind {
+    fn of(name: &str) -> Option<Self> {
+        let bits = if name == "pred" { 1 } else { name.get(1..)?.parse().ok()? };
+        let (signed, single) = (name.starts_with('s'), name == "f32");
+        (matches!(bits, 1 | 16 | 32 | 64) && (single || !name.starts_with('f'))).then_some(Self {
+            bits,
+            signed,
+            single,
+        })
+    }
+
+    /// The number in the lowest bits of a register; of single precision, its bits.
+    fn read(self, register: u64) -> i128 {
+        let unused = u64::BITS - self.bits;
+        let high = register << unused;
+        if self.signed { i128::from(high.cast_signed() >> unused) } else { i128::from(high >> unused) }
+    }
+}
+
+type Function = fn(i128, i128, i128) -> i128;
+
+/// A function of up to three registers.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Operation {
+    function: Function,
+    of: Kind,
+    /// Bits of the result.
+    bits: u32,
+    pub(crate) operands: usize,
+}
+
+impl Operation {
+    pub(crate) fn value(&self, [a, b, c]: [u64; 3]) -> u64 {
+        let of = |register| self.of.read(register);
+        (self.function)(of(a), of(b), of(c)) as u64 & u64::MAX >> (u64::BITS - self.bits)
+    }
+
+    /// The operation of a mnemonic, if it is known.
+    pub(crate) fn of(mnemonic: &str) -> Option<Self> {
+        let (name, kind) = mnemonic.rsplit_once('.')?;
+        let of = Kind::of(kind)?;
+        let with = |operands, function, bits| Some(Self { function, of, bits, operands });
+        if let Some(to) = name.strip_prefix("cvt.") {
+            return match (to, of.single) {
+                ("rzi.s32", true) => with(1, |a, _, _| (single(a) as i32).into(), 32),
+                ("rn.f32", false) => with(1, |a, _, _| bits(a as f32), 32),
+                (_, false) => with(1, |a, _, _| a, Kind::of(to).filter(|to| !to.single)?.bits),
+                _ => None,
+            };
+        }
+        if let Some(comparison) = name.strip_prefix("setp.") {
+            return with(2, if of.single { compare_single(comparison) } else { compare(comparison) }?, 1);
+        }
+        let (operands, function) = if of.single { of_single(name) } else { of_whole(name, of.bits) }?;
+        with(operands, function, if name == "mul.wide" { 2 * of.bits } else { of.bits })
+    }
+}
+
+fn of_whole(name: &str, bits: u32) -> Option<(usize, Function)> {
+    Some(match name {
+        // All address spaces share one range of addresses.
+        "mov" | "cvta.to.local" | "cvta.local" | "cvta.to.global" | "cvta.global" => (1, |a, _, _| a),
+        "neg" => (1, |a, _, _| -a),
+        "abs" => (1, |a, _, _| a.abs()),
+        "not" => (1, |a, _, _| !a),
+        "popc" => (1, |a, _, _| a.count_ones().into()),
+        "add" => (2, |a, b, _| a + b),
+        "sub" => (2, |a, b, _| a - b),
+        "mul.lo" | "mul.wide" => (2, |a, b, _| a.wrapping_mul(b)),
+        "mul.hi" if bits == 32 => (2, |a, b, _| (a * b) >> 32),
+        "mul.hi" if bits == 64 => (2, |a, b, _| a.wrapping_mul(b) >> 64),
+        "mad.lo" => (3, |a, b, c| a.wrapping_mul(b).wrapping_add(c)),
+        // The result of a division by 0 is not defined: all ones, as on cards.
+        "div" => (2, |a, b, _| a.checked_div(b).unwrap_or(-1)),
+        "rem" => (2, |a, b, _| a.checked_rem(b).unwrap_or(a)),
+        "min" => (2, |a, b, _| a.min(b)),
+        "max" => (2, |a, b, _| a.max(b)),
+        "and" => (2, |a, b, _| a & b),
+        "or" => (2, |a, b, _| a | b),
+        "xor" => (2, |a, b, _| a ^ b),
+        // A shift by the width or more leaves zeros, or copies of the sign of a signed number.
+        "shl" => (2, |a, places, _| a << (places as u32).min(64)),
+        "shr" => (2, |a, places, _| a >> (places as u32).min(64)),
+        // The upper word of both, shifted to the left.
+        "shf.l.wrap" if bits == 32 => (3, |low, high, places| ((high << 32 | low) << (places & 31)) >> 32),
+        "selp" => (3, |a, b, first| if first != 0 { a } else { b }),
+        // `count` bits from bit `from` on, unsigned.
+        "bfe" => (3, |a, from, count| (a >> (from & 0xff).min(64)) & !(-1 << (count & 0xff).min(64))),
+        "prmt" if bits == 32 => (3, permute),
+        _ => return None,
+    })
+}
+
+/// Selects four of the eight bytes of both words. A selector with bit 3 set replaces its byte by eight copies of the byte's sign.
+fn permute(a: i128, b: i128, selectors: i128) -> i128 {
+    (0..4).fold(0, |made, place| {
+        let selector = selectors >> (4 * place) & 0xf;
+        let byte = (b << 32 | a) >> (8 * (selector & 7)) & 0xff;
+        let byte = if selector & 8 == 0 { byte } else { 0xff * (byte >> 7) };
+        made | byte << (8 * place)
+    })
+}
+
+fn compare(name: &str) -> Option<Function> {
+    Some(match name {
+        "eq" => |a, b, _| (a == b).into(),
+        "ne" => |a, b, _| (a != b).into(),
+        "lt" => |a, b, _| (a < b).into(),
+        "le" => |a, b, _| (a <= b).into(),
+        "gt" => |a, b, _| (a > b).into(),
+        "ge" => |a, b, _| (a >= b).into(),
+        _ => return None,
+    })
+}
+
+fn single(number: i128) -> f32 {
+    f32::from_bits(number as u32)
+}
+
+fn bits(x: f32) -> i128 {
+    x.to_bits().into()
+}
+
+fn of_single(name: &str) -> Option<(usize, Function)> {
+    Some(match name {
+        "mov" => (1, |a, _, _| a),
+        "selp" => (3, |a, b, first| if first != 0 { a } else { b }),
+        "add.rn" => (2, |a, b, _| bits(single(a) + single(b))),
+        "sub.rn" => (2, |a, b, _| bits(single(a) - single(b))),
+        "mul.rn" => (2, |a, b, _| bits(single(a) * single(b))),
+        "div.rn" => (2, |a, b, _| bits(single(a) / single(b))),
+        "rcp.rn" => (1, |a, _, _| bits(1.0 / single(a))),
+        "abs" => (1, |a, _, _| bits(single(a).abs())),
+        "neg" => (1, |a, _, _| bits(-single(a))),
+        // The sign of the first operand on the second.
+        "copysign" => (2, |a, b, _| bits(single(b).copysign(single(a)))),
+        "min" => (2, |a, b, _| least(a, b)),
+        // The negative of the minimum of the negatives.
+        "max" => (2, |a, b, _| least(a ^ SIGN, b ^ SIGN) ^ SIGN),
+        _ => return None,
+    })
+}
+
+/// The sign bit.
+const SIGN: i128 = 1 << 31;
+
+/// The lesser of both. -0 is less than 0, and a number is less than NaN.
+fn least(a: i128, b: i128) -> i128 {
+    let (x, y) = (single(a), single(b));
+    if y.is_nan() || x < y || x == y && x.is_sign_negative() { a } else { b }
+}
+
+/// The comparison of a name. A `u` at the end means: or one of them is NaN.
+fn compare_single(name: &str) -> Option<Function> {
+    Some(match name {
+        "eq" => |a, b, _| (single(a) == single(b)).into(),
+        "ne" => |a, b, _| (single(a) < single(b) || single(a) > single(b)).into(),
+        "lt" => |a, b, _| (single(a) < single(b)).into(),
+        "le" => |a, b, _| (single(a) <= single(b)).into(),
+        "gt" => |a, b, _| (single(a) > single(b)).into(),
+        "ge" => |a, b, _| (single(a) >= single(b)).into(),
+        "equ" => |a, b, _| (!(single(a) < single(b) || single(a) > single(b))).into(),
+        "neu" => |a, b, _| (single(a) != single(b)).into(),
+        "ltu" => |a, b, _| (!(single(a) >= single(b))).into(),
+        "leu" => |a, b, _| (!(single(a) > single(b))).into(),
+        "gtu" => |a, b, _| (!(single(a) <= single(b))).into(),
+        "geu" => |a, b, _| (!(single(a) < single(b))).into(),
+        "num" => |a, b, _| (!single(a).is_nan() && !single(b).is_nan()).into(),
+        "nan" => |a, b, _| (single(a).is_nan() || single(b).is_nan()).into(),
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Operation;
+
+    fn value(mnemonic: &str, of: &[u64]) -> u64 {
+        let operation = Operation::of(mnemonic).unwrap_or_else(|| panic!("{mnemonic}"));
+        assert_eq!(operation.operands, of.len(), "{mnemonic}");
+        operation.value(std::array::from_fn(|place| of.get(place).copied().unwrap_or(0)))
+    }
+
+    fn bits(x: f32) -> u64 {
+        x.to_bits().into()
+    }
+
+    #[test]
+    fn values_of_operations() {
+        let cases: &[(&str, &[u64], u64)] = &[
+            // Integers wrap at their width.
+            ("add.s16", &[0xffff, 2], 1),
+            ("sub.s32", &[0, 1], 0xffff_ffff),
+            ("add.u64", &[u64::MAX, 2], 1),
+            ("mul.lo.s32", &[0xffff_ffff, 3], 0xffff_fffd),
+            ("mad.lo.s64", &[2, 3, u64::MAX], 5),
+            ("neg.s32", &[1], 0xffff_ffff),
+            // Bits above the width of an operand are ignored.
+            ("add.s32", &[0xff_0000_0001, 1], 2),
+            // Products have a high and a wide form.
+            ("mul.hi.u64", &[1 << 63, 6], 3),
+            ("mul.hi.u32", &[0xffff_ffff, 0xffff_ffff], 0xffff_fffe),
+            ("mul.wide.u32", &[0xffff_ffff, 2], 0x1_ffff_fffe),
+            ("mul.wide.s32", &[0xffff_ffff, 2], u64::MAX - 1),
+            ("mul.wide.u16", &[0xffff, 2], 0x1_fffe),
+            // Comparison depends on the sign.
+            ("min.u16", &[5, 0xfffe], 5),
+            ("max.s32", &[0xffff_ffff, 0], 0),
+            ("max.u32", &[0xffff_ffff, 0], 0xffff_ffff),
+            ("setp.gt.s32", &[0xffff_ffff, 0], 0),
+            ("setp.gt.u32", &[0xffff_ffff, 0], 1),
+            ("setp.ne.b16", &[0x1_0000, 0], 0),
+            ("div.u32", &[7, 2], 3),
+            ("rem.u64", &[7, 4], 3),
+            ("div.u32", &[7, 0], 0xffff_ffff),
+            // A shift by the width or more leaves zeros or the sign.
+            ("shl.b32", &[1, 31], 1 << 31),
+            ("shl.b32", &[1, 32], 0),
+            ("shr.u64", &[u64::MAX, 64], 0),
+            ("shr.s32", &[0x8000_0000, 40], 0xffff_ffff),
+            ("shr.u32", &[0x8000_0000, 31], 1),
+            ("shl.b16", &[0xff, 12], 0xf000),
+            ("shf.l.wrap.b32", &[0x8000_0001, 0x8000_0001, 1], 3),
+            ("shf.l.wrap.b32", &[0xdead_beef, 0x1234_5678, 32], 0x1234_5678),
+            // Bit fields and byte permutations.
+            ("bfe.u32", &[0x1234_5678, 8, 12], 0x456),
+            ("bfe.u32", &[0xffff_ffff, 31, 8], 1),
+            ("bfe.u64", &[0x00ab_cd00, 8, 8], 0xcd),
+            ("bfe.u32", &[0xffff_ffff, 0, 0], 0),
+            ("prmt.b32", &[0x4433_2211, 0, 0x123], 0x1122_3344),
+            ("prmt.b32", &[0x4433_2281, 0x8877_6655, 0x48f0], 0x55ff_ff81),
+            ("popc.b32", &[0xf0f0_0001], 9),
+            ("not.b16", &[0xff], 0xff00),
+            ("not.pred", &[1], 0),
+            // Conversions of integers.
+            ("cvt.u64.u16", &[0xab_ffff], 0xffff),
+            ("cvt.u16.u64", &[0x1_0002], 2),
+            ("cvt.u64.u32", &[0x1_ffff_ffff], 0xffff_ffff),
+            // Single precision rounds to nearest and keeps subnormals.
+            ("add.rn.f32", &[bits(1.0), bits(f32::EPSILON / 2.0)], bits(1.0)),
+            ("mul.rn.f32", &[bits(f32::MIN_POSITIVE), bits(0.5)], bits(f32::MIN_POSITIVE / 2.0)),
+            ("div.rn.f32", &[bits(1.0), bits(3.0)], bits(1.0 / 3.0)),
+            ("rcp.rn.f32", &[bits(3.0)], bits(1.0 / 3.0)),
+            ("neg.f32", &[bits(0.0)], bits(-0.0)),
+            ("copysign.f32", &[bits(-1.0), bits(3.0)], bits(-3.0)),
+            ("min.f32", &[bits(0.0), bits(-0.0)], bits(-0.0)),
+            ("max.f32", &[bits(-0.0), bits(0.0)], bits(0.0)),
+            ("max.f32", &[bits(f32::NAN), bits(1.0)], bits(1.0)),
+            ("cvt.rzi.s32.f32", &[bits(-1.9)], 0xffff_ffff),
+            ("cvt.rzi.s32.f32", &[bits(f32::NAN)], 0),
+            ("cvt.rn.f32.s32", &[0xffff_ffff], bits(-1.0)),
+            ("cvt.rn.f32.u32", &[0xffff_ffff], bits(4_294_967_296.0)),
+            ("cvt.rn.f32.u64", &[1 << 40], bits(1_099_511_627_776.0)),
+        ];
+        for (mnemonic, of, expected) in cases {
+            assert_eq!(value(mnemonic, of), *expected, "{mnemonic} {of:x?}");
+        }
+    }
+
+    #[test]
+    fn comparisons_with_nan_follow_their_mnemonic() {
+        let nan = bits(f32::NAN);
+        for (name, of_nan, of_equal) in [
+            ("eq", 0, 1),
+            ("ne", 0, 0),
+            ("lt", 0, 0),
+            ("le", 0, 1),
+            ("gt", 0, 0),
+            ("ge", 0, 1),
+            ("equ", 1, 1),
+            ("neu", 1, 0),
+            ("ltu", 1, 0),
+            ("leu", 1, 1),
+            ("gtu", 1, 0),
+            ("geu", 1, 1),
+            ("num", 0, 1),
+            ("nan", 1, 0),
+        ] {
+            let mnemonic = format!("setp.{name}.f32");
+            assert_eq!(value(&mnemonic, &[nan, bits(1.0)]), of_nan, "{name}");
+            assert_eq!(value(&mnemonic, &[bits(-0.0), bits(0.0)]), of_equal, "{name}");
+        }
+    }
+
+    #[test]
+    fn unknown_mnemonics_are_refused() {
+        for mnemonic in
+            ["fma.rn.f32", "add.f32", "add.rn.ftz.f32", "div.full.f32", "add.f64", "setp.eq.and.b32", "bar.sync"]
+        {
+            assert!(Operation::of(mnemonic).is_none(), "{mnemonic}");
+        }
+    }
+}
