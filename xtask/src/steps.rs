@@ -57,6 +57,9 @@ pub const STEPS: &[Step] = &[
     step("ros2", "the node of ROS 2: another DDS, in Python, receives the poses of a replay, to the bit", |_| {
         ros2::step()
     }),
+    step("module", "the module for GPUs: its code, and its digests and outputs, executed on the host", |_| {
+        gpu::module()
+    }),
     step("budget", "flash, RAM, stack and instructions are within budgets.toml", budget::step),
     step("counts", "instructions on the host, by callgrind, are those of tests/benches/counts.toml", |_| {
         bench::counts()
@@ -99,7 +102,7 @@ pub const OTHERS: &[Step] = &[
     ),
     step(
         "gpu",
-        "the module for GPUs: its bodies on the host, its code, what NVIDIA's assembler says of it, and a card where there is one",
+        "the module for GPUs: the step `module`, more of it, what NVIDIA's assembler says of it, and a card where there is one",
         |_| gpu::step(),
     ),
     step(

@@ -1,20 +1,16 @@
 //! The inputs of a batch of runs in flat buffers, with the offsets of each run.
 
+use crate::device::Failure;
 use scphd::settings::Proposal;
 use scphd_filters::settings::Settings;
 use scphd_filters::slam::{PlanarNumbers, joint_config};
 use scphd_gpu_kernels::{
     Feature, LARGE_PARTICLES, MEASUREMENTS, PARTICLES, Prediction, Run, SAMPLES, Scan, ScanResult, Setup, Status,
-    asks_for_digest, halves, setup_of,
+    halves, setup_of,
 };
 use scphd_log::events::{Event, events};
 use scphd_log::log::Log;
 use scphd_vehicle::{Description, Filter, JointSettings, Start};
-
-/// The error for runs that the kernels cannot do: why they have no capacity or no code for it.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("not for the kernels: {0}")]
-pub struct Unfit(pub String);
 
 /// A sort of filters, by their capacities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,7 +27,7 @@ pub enum Sort {
 const SPARE_FEATURES: usize = 32;
 
 /// The inputs of several runs.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Batch {
     /// The runs.
     pub runs: Vec<Run>,
@@ -42,12 +38,16 @@ pub struct Batch {
     /// The measurements of all runs, one run after the other: range, m, and bearing, rad.
     pub measurements: Vec<[f32; 2]>,
     /// The sort of all filters.
-    pub(crate) sort: Sort,
+    pub sort: Sort,
+}
+
+fn unfit(why: impl std::fmt::Display) -> Failure {
+    Failure::of("not for the kernels", why)
 }
 
 /// An index or a number of elements in a buffer, as `u32`.
-fn number(count: usize) -> Result<u32, Unfit> {
-    u32::try_from(count).map_err(|_| Unfit(format!("{count} things in one buffer; there is room for {}", u32::MAX)))
+fn number(count: usize) -> Result<u32, Failure> {
+    u32::try_from(count).map_err(|_| unfit(format!("{count} things in one buffer; there is room for {}", u32::MAX)))
 }
 
 impl Batch {
@@ -58,10 +58,7 @@ impl Batch {
     }
 
     /// Adds a run over the log, whose filter has the seed.
-    ///
-    /// # Errors
-    /// The kernels have no capacity or no code for the run. The batch must not be used afterwards.
-    pub fn push(&mut self, log: &Log, settings: &Settings, seed: u64) -> Result<(), Unfit> {
+    pub fn push(&mut self, log: &Log, settings: &Settings, seed: u64) -> Result<(), Failure> {
         let (scans, predictions, measurements) = (self.scans.len(), self.predictions.len(), self.measurements.len());
         let mut since = 0;
         for event in events(log) {
@@ -69,12 +66,12 @@ impl Batch {
                 Event::Predict { control, dt_s, .. } => {
                     self.predictions.push(Prediction { control: control.map(|x| x as f32), dt_s: dt_s as f32 });
                 }
-                Event::Fix { .. } => return Err(Unfit("fixes of the pose".into())),
+                Event::Fix { .. } => return Err(unfit("fixes of the pose")),
                 Event::Scan { index } => {
                     let detections = &log.scans[index].detections;
                     if detections.len() > MEASUREMENTS {
                         let found = detections.len();
-                        return Err(Unfit(format!("{found} measurements in a scan; there is room for {MEASUREMENTS}")));
+                        return Err(unfit(format!("{found} measurements in a scan; there is room for {MEASUREMENTS}")));
                     }
                     let until = self.predictions.len() - predictions;
                     self.scans.push(Scan {
@@ -124,9 +121,9 @@ impl Batch {
     }
 
     /// Whether any run needs a digest after the scan: after every `every` scans, and after its last.
-    pub(crate) fn asks_for_digest(&self, scan: u32, every: u32) -> bool {
-        let taken = scan as usize + 1;
-        self.runs.iter().any(|run| asks_for_digest(every as usize, taken, taken == run.scans as usize))
+    pub fn asks_for_digest(&self, scan: u32, every: u32) -> bool {
+        let taken = scan + 1;
+        taken.checked_rem(every) == Some(0) || self.runs.iter().any(|run| taken == run.scans)
     }
 
     /// The greatest number of scans of a run.
@@ -153,26 +150,26 @@ impl Batch {
 
 impl Sort {
     /// Numbers of particles and samples of a run's filter, and its settings.
-    fn setup(self, log: &Log, settings: &Settings) -> Result<([u32; 2], Setup), Unfit> {
+    fn setup(self, log: &Log, settings: &Settings) -> Result<([u32; 2], Setup), Failure> {
         let margin = if self == Self::Joint { 1.0 } else { settings.filter.interval_margin };
         let numbers = PlanarNumbers::<f32>::with_margin(settings, margin, &log.vehicle, log.initial_pose);
         let PlanarNumbers { vehicle, sensors, config, start } = numbers;
-        let [sensor] = sensors[..] else { return Err(Unfit(format!("{} sensors; there may be one", sensors.len()))) };
+        let [sensor] = sensors[..] else { return Err(unfit(format!("{} sensors; there may be one", sensors.len()))) };
         let most = |count: usize, most: usize, of: &str| match u32::try_from(count) {
             Ok(number) if count <= most => Ok(number),
-            _ => Err(Unfit(format!("{count} {of}; there is room for {most}"))),
+            _ => Err(unfit(format!("{count} {of}; there is room for {most}"))),
         };
         let (counts, filter) = if self == Self::Joint {
             most(settings.joint.hypotheses, 1, "hypotheses")?;
             if settings.calibration.is_some() {
-                return Err(Unfit("calibration of the odometry".into()));
+                return Err(unfit("calibration of the odometry"));
             }
             let movers = (settings.moving.birth_intensity > 0.0).then_some(config.moving);
             let joint = JointSettings { config: joint_config(&settings.joint), movers, ..JointSettings::default() };
             ([0; 2], Filter::Joint(joint))
         } else {
             if config.births_wait {
-                return Err(Unfit("births that wait".into()));
+                return Err(unfit("births that wait"));
             }
             if let Proposal::Informed(informed) = config.proposal {
                 most(informed.rounds, 16, "rounds of the proposal")?;

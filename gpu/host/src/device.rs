@@ -2,15 +2,12 @@
 
 use crate::batch::{Batch, Sort};
 use bytemuck::{Pod, Zeroable};
-use scphd_gpu_kernels::{
-    Feature, Filters, HELPERS, Joint, LargeMemory, Launches, Memory, Places, ScanResult, Stage, Status, bytes, parts,
-    streams, words,
-};
-use std::path::PathBuf;
+use scphd_gpu_kernels::{Feature, HELPERS, JOINT_LAUNCHES, LAUNCHES, Layout, Lists, Places, ScanResult, Status};
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// The outputs of a batch.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Outcome {
     /// How each run ended.
     pub statuses: Vec<Status>,
@@ -22,112 +19,51 @@ pub struct Outcome {
     pub launched_s: f64,
 }
 
-impl Outcome {
-    /// The outputs before the first launch: zeros.
-    pub(crate) fn untouched(batch: &Batch) -> Self {
-        Self {
-            statuses: vec![Status::zeroed(); batch.runs.len()],
-            results: vec![ScanResult::zeroed(); batch.scans.len()],
-            features: vec![Feature::zeroed(); batch.features()],
-            launched_s: 0.0,
-        }
-    }
-}
-
-/// Why a device does not work.
+/// Why a command fails.
 #[derive(Debug, thiserror::Error)]
-pub enum DeviceError {
-    /// There is no device, because there is no driver.
-    #[error("no CUDA driver (no libcuda on this machine)")]
-    NoDriver,
-    /// The driver has found no device.
+pub enum Failure {
+    /// There is no driver, or it has found no device.
     #[error("no CUDA device: {0}")]
     NoDevice(String),
-    /// The module cannot be read.
-    #[error("{path}: {why}", path = .path.display())]
-    Module {
-        /// The file or folder of the module.
-        path: PathBuf,
-        /// The reason.
-        why: String,
-    },
-    /// The driver, or the interpreter, has refused a request.
-    #[error("{doing}: {why}")]
-    Refused {
-        /// The request.
-        doing: &'static str,
-        /// The reason.
-        why: String,
-    },
+    /// Any other reason.
+    #[error("{0}")]
+    Other(String),
 }
 
-/// A kernel: its name, its threads and its function.
-#[derive(Debug, Clone)]
-pub struct Launch {
-    pub(crate) kernel: String,
-    places: Places,
-    count: fn(Places, usize, usize) -> usize,
-    /// Where it is among the launches of its kind, and the function that runs one of them.
-    at: [usize; 2],
-    run: unsafe fn([usize; 2], usize, u64, u32, u32),
-}
-
-/// Runs the function of one thread of a launch on the host.
-///
-/// # Safety
-/// As of [`Stage::run`], with the address of the buffers of the host.
-unsafe fn run<K: Launches>([list, at]: [usize; 2], place: usize, filters: u64, scan: u32, digest_every: u32) {
-    // SAFETY: the caller guarantees it.
-    unsafe { K::LAUNCHES[list][at].run(place, &*(filters as *const Filters<K>), scan, digest_every) }
-}
-
-impl Launch {
-    fn of<K: Launches>(at: [usize; 2]) -> Self {
-        let Stage { name, places, .. } = K::LAUNCHES[at[0]][at[1]];
-        Self { kernel: format!("{}_{name}", K::NAME), places, count: Places::count::<K>, at, run: run::<K> }
-    }
-
-    /// Number of threads for a batch, and that of a block if it is fixed.
-    pub(crate) fn threads(&self, batch: &Batch) -> (usize, Option<usize>) {
-        let [particles, samples] = batch.most();
-        let places = batch.runs.len() * (self.count)(self.places, particles, samples);
-        if self.places == Places::Leader { (places * (HELPERS + 1), Some(HELPERS + 1)) } else { (places, None) }
-    }
-
-    /// Runs the function of one thread on the host.
-    ///
-    /// # Safety
-    /// As of [`Stage::run`], with the address of the buffers of the host.
-    pub(crate) unsafe fn run(&self, place: usize, filters: u64, scan: u32, digest_every: u32) {
-        // SAFETY: the caller guarantees it.
-        unsafe { (self.run)(self.at, place, filters, scan, digest_every) }
+impl Failure {
+    /// Something was refused.
+    pub fn of(doing: impl std::fmt::Display, why: impl std::fmt::Display) -> Self {
+        Self::Other(format!("{doing}: {why}"))
     }
 }
 
-/// The kernels of a sort of filters.
+/// The modules that `cargo xtask gpu` builds, in a folder.
 #[derive(Debug)]
-pub struct Kernels {
-    /// The one that writes the bytes of the buffers' elements, and what it would write on the host.
-    pub(crate) bytes: (String, [u64; 7]),
-    words: fn(usize, usize) -> usize,
-    /// Those that start the filters, those of a prediction, those of a scan, and that of a digest.
-    launches: [Vec<Launch>; 4],
+pub struct Modules(pub PathBuf);
+
+impl Modules {
+    /// File name of the module as PTX text, which the driver assembles for its card when it loads it; this takes a while.
+    pub const TEXT: &str = "scphd.ptx";
+
+    /// The module as text, and its path.
+    pub fn text(&self) -> Result<(String, PathBuf), Failure> {
+        let path = self.0.join(Self::TEXT);
+        let said = String::from_utf8(self.read(&path)?).ok().filter(|said| !said.contains('\0'));
+        said.map(|said| (said, path.clone())).ok_or_else(|| Failure::of(path.display(), "is no text"))
+    }
+
+    pub fn read(&self, path: &Path) -> Result<Vec<u8>, Failure> {
+        std::fs::read(path).map_err(|error| Failure::of(path.display(), error))
+    }
 }
 
-impl Kernels {
-    fn of<K: Launches>() -> Self {
-        let bytes = (format!("{}_bytes", K::NAME), bytes::<K>());
-        let list = |list: usize| (0..K::LAUNCHES[list].len()).map(|at| Launch::of::<K>([list, at])).collect();
-        Self { bytes, words: words::<K>, launches: std::array::from_fn(list) }
-    }
-
-    fn of_sort(sort: Sort) -> Self {
-        match sort {
-            Sort::Many => Self::of::<Memory>(),
-            Sort::Large => Self::of::<LargeMemory>(),
-            Sort::Joint => Self::of::<Joint>(),
-        }
-    }
+/// A launch of a kernel.
+#[derive(Debug)]
+pub struct Launch {
+    pub kernel: String,
+    pub threads: usize,
+    /// Number of threads of a block, if it is fixed.
+    pub block: Option<usize>,
 }
 
 /// The memory and the launches of a device. Addresses are those of the device.
@@ -135,31 +71,28 @@ pub trait Machine {
     /// Name of the device.
     fn name(&self) -> &str;
 
-    /// Bytes of one room, sight, desk, draft, stream and part, and the greatest alignment, in the layout of the device.
-    fn bytes(&mut self, kernels: &Kernels) -> Result<[u64; 7], DeviceError>;
-
     /// Frees all buffers.
     fn clear(&mut self);
 
     /// Bytes that are free, if there is a limit.
-    fn free(&self) -> Result<Option<usize>, DeviceError> {
+    fn free(&self) -> Result<Option<usize>, Failure> {
         Ok(None)
     }
 
     /// Makes a buffer with these bytes.
-    fn upload(&mut self, bytes: &[u8]) -> Result<u64, DeviceError>;
+    fn upload(&mut self, bytes: &[u8]) -> Result<u64, Failure>;
 
     /// Makes a buffer of zeros.
-    fn zeros(&mut self, bytes: usize) -> Result<u64, DeviceError>;
+    fn zeros(&mut self, bytes: usize) -> Result<u64, Failure>;
 
     /// Copies the start of a buffer back.
-    fn download(&mut self, address: u64, to: &mut [u8]) -> Result<(), DeviceError>;
+    fn download(&mut self, address: u64, to: &mut [u8]) -> Result<(), Failure>;
 
-    /// Starts a kernel, with the address of the filters, the scan and the number of scans between two digests as arguments.
-    fn launch(&mut self, launch: &Launch, batch: &Batch, arguments: (u64, u32, u32)) -> Result<(), DeviceError>;
+    /// Starts a kernel with these arguments.
+    fn launch(&mut self, launch: &Launch, arguments: (u64, u32, u32)) -> Result<(), Failure>;
 
     /// Waits for all launches, if they do not end before `launch` returns.
-    fn wait(&mut self) -> Result<(), DeviceError> {
+    fn wait(&mut self) -> Result<(), Failure> {
         Ok(())
     }
 
@@ -169,55 +102,67 @@ pub trait Machine {
     }
 }
 
+/// The entry of a kernel in a table of all that were launched.
+pub fn entry<'t, V: Default>(table: &'t mut Vec<(String, V)>, kernel: &str) -> &'t mut V {
+    let place = table.iter().position(|(known, _)| known == kernel).unwrap_or(table.len());
+    if place == table.len() {
+        table.push((kernel.to_owned(), V::default()));
+    }
+    &mut table[place].1
+}
+
 /// Greatest alignment of a buffer's elements: the least with which devices allocate memory.
 const ALIGNMENT: u64 = 256;
 
 /// Number of runs at a time if there is no limit of the memory.
 const RESIDENT: usize = 64;
 
+/// Prefix of the names of kernels, and launches.
+fn launches(sort: Sort) -> (&'static str, Lists) {
+    match sort {
+        Sort::Many => ("scphd_many", LAUNCHES),
+        Sort::Large => ("scphd_large", LAUNCHES),
+        Sort::Joint => ("scphd_joint", JOINT_LAUNCHES),
+    }
+}
+
 impl dyn Machine + '_ {
-    /// Bytes of all rooms, sights, desks, drafts, streams, parts and words of a batch.
-    fn buffers(&mut self, batch: &Batch, kernels: &Kernels) -> Result<[usize; 7], DeviceError> {
-        let [room, sight, desk, draft, stream, part, alignment] = self.bytes(kernels)?;
-        if room == 0 || alignment > ALIGNMENT {
-            let doing = "asking the module for the bytes of its buffers";
-            return Err(DeviceError::Refused { doing, why: format!("{room} bytes, alignment {alignment}") });
+    /// The memory and the threads of a filter of the batch.
+    fn layout(&mut self, batch: &Batch) -> Result<Layout, Failure> {
+        let kernel = format!("{}_layout", launches(batch.sort).0);
+        let mut layout = Layout::zeroed();
+        let [particles, samples] = batch.most().map(|most| most as u32);
+        let told = self.upload(bytemuck::bytes_of(&layout))?;
+        self.launch(&Launch { kernel, threads: 1, block: None }, (told, particles, samples))?;
+        self.download(told, bytemuck::bytes_of_mut(&mut layout))?;
+        if layout.buffers[0] == 0 || layout.alignment > ALIGNMENT {
+            return Err(Failure::of("the layout that the module reports", format!("{layout:?}")));
         }
-        let [particles, samples] = batch.most();
-        let candidates = particles * samples;
-        let of = |bytes: u64, count: usize| bytes as usize * count;
-        Ok([
-            of(room, 1),
-            of(sight, candidates),
-            of(desk, particles),
-            of(draft, particles),
-            of(stream, streams(candidates)),
-            of(part, parts(candidates)),
-            size_of::<u32>() * (kernels.words)(particles, samples),
-        ]
-        .map(|each| each * batch.runs.len()))
+        Ok(layout)
     }
 
-    /// Bytes of memory for one run of the batch, without inputs and results.
-    pub(crate) fn run_bytes(&mut self, batch: &Batch) -> Result<usize, DeviceError> {
-        Ok(self.buffers(batch, &Kernels::of_sort(batch.sort))?.iter().sum::<usize>() / batch.runs.len().max(1))
+    /// Bytes of memory for a run of the batch, without inputs and results.
+    pub fn run_bytes(&mut self, batch: &Batch) -> Result<usize, Failure> {
+        Ok(self.layout(batch)?.buffers.iter().sum::<u64>() as usize)
     }
 
     /// Number of runs at the same time, if each needs this memory: as many as fit into nine tenths of the free memory. The rest is
     /// for the stacks of all threads.
-    pub(crate) fn resident(&self, bytes_a_run: usize) -> Result<usize, DeviceError> {
+    pub fn resident(&self, bytes_a_run: usize) -> Result<usize, Failure> {
         Ok(self.free()?.map_or(RESIDENT, |free| (free / 10 * 9 / bytes_a_run.max(1)).max(1)))
     }
 
     /// Processes all scans of every run of the batch, launch by launch, with a digest after every `digest_every` scans and after the
     /// last.
-    pub fn run(&mut self, batch: &Batch, digest_every: u32) -> Result<Outcome, DeviceError> {
+    pub fn run(&mut self, batch: &Batch, digest_every: u32) -> Result<Outcome, Failure> {
         fn bytes<T: Pod>(things: &[T]) -> &[u8] {
             bytemuck::cast_slice(things)
         }
-        let mut outcome = Outcome::untouched(batch);
-        let kernels = Kernels::of_sort(batch.sort);
-        let buffers = self.buffers(batch, &kernels)?;
+        let runs = batch.runs.len();
+        let mut statuses = vec![Status::zeroed(); runs];
+        let mut results = vec![ScanResult::zeroed(); batch.scans.len()];
+        let mut features = vec![Feature::zeroed(); batch.features()];
+        let Layout { buffers, threads, .. } = self.layout(batch)?;
         self.clear();
         // The addresses of the buffers, and the counts, in the order of the fields of `Filters`.
         let mut fields = Vec::new();
@@ -225,42 +170,48 @@ impl dyn Machine + '_ {
         for input in inputs {
             fields.push(self.upload(input)?);
         }
-        let Outcome { statuses, results, features, .. } = &outcome;
-        let outputs = [bytes(statuses), bytes(results), bytes(features)].map(<[u8]>::len);
-        for bytes in buffers.into_iter().chain(outputs) {
+        let outputs = [bytes(&statuses), bytes(&results), bytes(&features)].map(<[u8]>::len);
+        for bytes in buffers.map(|each| each as usize * runs).into_iter().chain(outputs) {
             fields.push(self.zeros(bytes)?);
         }
-        let [particles, samples] = batch.most();
-        fields.extend([batch.runs.len(), particles, samples].map(|count| count as u64));
+        fields.extend([runs, batch.most()[0], batch.most()[1]].map(|count| count as u64));
         let filters = self.upload(bytes(&fields))?;
-        let [starting, predicting, scanning, digest] = &kernels.launches;
-        let start = |machine: &mut Self, launches: &[Launch], scan| {
-            launches.iter().try_for_each(|launch| machine.launch(launch, batch, (filters, scan, digest_every)))
+        let (prefix, lists) = launches(batch.sort);
+        let launch = |&(name, places): &(&str, Places)| Launch {
+            kernel: format!("{prefix}_{name}"),
+            threads: runs * threads[places as usize] as usize,
+            block: (places == Places::Leader).then_some(HELPERS + 1),
         };
-        start(self, starting, 0)?;
+        let [starting, predicting, scanning, digest] = lists.map(|list| list.iter().map(launch).collect::<Vec<_>>());
+        let start = |machine: &mut Self, launches: &[Launch], scan| {
+            launches.iter().try_for_each(|launch| machine.launch(launch, (filters, scan, digest_every)))
+        };
+        start(self, &starting, 0)?;
         self.wait()?;
         let (started, mut digests_s) = (Instant::now(), 0.0);
         for scan in 0..batch.most_scans() {
             for _ in 0..batch.predictions_before(scan) {
-                start(self, predicting, scan)?;
+                start(self, &predicting, scan)?;
             }
-            start(self, scanning, scan)?;
+            start(self, &scanning, scan)?;
             if batch.asks_for_digest(scan, digest_every) {
                 self.wait()?;
                 let begun = Instant::now();
-                start(self, digest, scan)?;
+                start(self, &digest, scan)?;
                 self.wait()?;
                 digests_s += begun.elapsed().as_secs_f64();
             }
         }
         self.wait()?;
-        outcome.launched_s = started.elapsed().as_secs_f64() - digests_s;
-        let Outcome { statuses, results, features, .. } = &mut outcome;
-        let outputs: [&mut [u8]; 3] =
-            [bytemuck::cast_slice_mut(statuses), bytemuck::cast_slice_mut(results), bytemuck::cast_slice_mut(features)];
+        let launched_s = started.elapsed().as_secs_f64() - digests_s;
+        let outputs: [&mut [u8]; 3] = [
+            bytemuck::cast_slice_mut(&mut statuses),
+            bytemuck::cast_slice_mut(&mut results),
+            bytemuck::cast_slice_mut(&mut features),
+        ];
         for (&address, to) in fields[inputs.len() + buffers.len()..].iter().zip(outputs) {
             self.download(address, to)?;
         }
-        Ok(outcome)
+        Ok(Outcome { statuses, results, features, launched_s })
     }
 }

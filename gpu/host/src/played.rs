@@ -22,17 +22,15 @@ pub struct Played<'o> {
 }
 
 impl<'o> Played<'o> {
-    /// Run number `run` of a batch, by a filter with `state_bytes` bytes of state; `None` if the batch has no such run.
-    pub fn of(batch: &'o Batch, outcome: &'o Outcome, run: usize, state_bytes: usize) -> Option<Self> {
-        let status = *outcome.statuses.get(run)?;
+    /// Run number `run` of a batch, by a filter with `state_bytes` bytes of state.
+    pub fn of(batch: &'o Batch, outcome: &'o Outcome, run: usize, state_bytes: usize) -> Self {
         let has_pages = batch.sort != Sort::Joint;
-        Some(Self { run: batch.runs.get(run)?, outcome, status, told: 0, state_bytes, has_pages })
+        Self { run: &batch.runs[run], outcome, status: outcome.statuses[run], told: 0, state_bytes, has_pages }
     }
 
     /// The results of the processed scans.
     pub fn results(&self) -> &'o [ScanResult] {
-        let from = self.outcome.results.get(self.run.first_scan as usize..).unwrap_or(&[]);
-        from.get(..self.status.scans.min(self.run.scans) as usize).unwrap_or(&[])
+        &self.outcome.results[self.run.first_scan as usize..][..self.status.scans as usize]
     }
 
     fn last(&self) -> Result<&'o ScanResult, Refusal> {

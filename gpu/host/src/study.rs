@@ -1,30 +1,23 @@
-//! A Monte Carlo study on a device: batches of runs, and the simulator's scores of each run.
+//! Runs of a plan on a device in batches: the simulator's scores of each run, or a comparison with the host.
 
-use crate::batch::Batch;
-use crate::check::{StudyError, on_host};
-use crate::device::Machine;
+use crate::batch::{Batch, Sort};
+use crate::device::{Failure, Machine};
 use crate::played::Played;
 use crate::source::Source;
 use scphd::Health;
+use scphd_filters::kind::Kind;
 use scphd_filters::settings::Settings;
-use scphd_gpu_kernels::{ScanResult, Status, joined};
+use scphd_filters::slam::{ScanOutcome, Slam};
+use scphd_gpu_kernels::{Inputs, LargeMemory, ScanResult, Slot, Status, follow};
+use scphd_log::dimensions::Planar;
+use scphd_log::events::{Event, events};
 use scphd_log::log::Log;
 use scphd_run::monte_carlo::{Job, Plan, RunResult, Study};
-use scphd_run::session;
-
-/// A study, and its cost.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Studied {
-    /// The study, as `scphd-sim monte-carlo` makes it, except for the times of scans, which a device does not measure.
-    pub study: Study,
-    /// The cost of its runs.
-    pub took: Took,
-    /// Runs whose memory was too small at some scan, so that more memory would have given other results.
-    pub short: Short,
-}
+use scphd_run::session::{SessionError, run_of, with_roomy_stack};
+use std::time::Instant;
 
 /// The cost of all runs of a plan on a device.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Default)]
 pub struct Took {
     /// Number of runs at a time.
     pub resident: usize,
@@ -32,138 +25,170 @@ pub struct Took {
     pub bytes_a_run: usize,
     /// Wall time of all launches, s.
     pub launched_s: f64,
+    /// Numbers of runs and of scans whose memory was too small, so that more memory would have given other results.
+    pub short: [usize; 2],
 }
 
-/// How often the memory of a filter was too small.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Short {
-    /// Number of runs with such a scan.
-    pub runs: usize,
-    /// Number of such scans of all runs.
-    pub scans: usize,
-}
+/// The conditions that report that memory was too small.
+const SHORT: [Health; 3] = [Health::PRUNING_TIGHTENED, Health::MAP_NOT_UPDATED, Health::COMPONENTS_LOST];
 
-impl Short {
-    /// The conditions that report it.
-    const CONDITIONS: [Health; 3] = [Health::PRUNING_TIGHTENED, Health::MAP_NOT_UPDATED, Health::COMPONENTS_LOST];
-
-    fn add(&mut self, results: &[ScanResult]) {
-        let bits = Self::CONDITIONS.iter().fold(0, |bits, condition| bits | u32::from(condition.bits()));
-        let scans = results.iter().filter(|result| result.health & bits != 0).count();
-        self.scans += scans;
-        self.runs += usize::from(scans > 0);
-    }
-}
-
-/// Processes all runs of a plan, `resident` at a time or as many as the device has memory for, and scores them.
-///
-/// # Errors
-/// The kernels cannot do a run, a run has stopped, or the device does not work.
-pub fn study(
-    device: &mut dyn Machine,
-    source: &Source,
-    plan: &Plan,
-    resident: Option<usize>,
-) -> Result<Studied, StudyError> {
-    let (mut results, mut short) = (Vec::with_capacity(plan.runs), Short::default());
-    let took = run_all(device, source, plan, resident, (usize::MAX, 0), |mut played, log, settings, job| {
-        short.add(played.results());
-        let session = session::run_of(&mut played, log, settings, source.filter(), job.filter_seed)
-            .map_err(|why| StudyError::Session { run: job.run, why })?;
+/// Processes all runs of a plan, and scores them as `scphd-sim monte-carlo` does, except for the times of scans.
+pub fn study(device: &mut dyn Machine, source: &Source, plan: &Plan) -> Result<(Study, Took), Failure> {
+    let mut results = Vec::with_capacity(plan.runs);
+    let took = run_all(device, source, plan, (usize::MAX, 0), |mut played, log, settings, job| {
+        let session = run_of(&mut played, log, settings, source.filter(), job.filter_seed);
+        let session = session.map_err(|error| Failure::of(format_args!("run {}", job.run), error))?;
         let result = RunResult::of(job, settings.filter.samples, session);
         // The measured time is that of the replay, not of the scan.
         results.push(RunResult { scan_us_mean: None, ..result });
         Ok(())
     })?;
-    Ok(Studied { study: Study { plan: plan.clone(), results }, took, short })
+    Ok((Study { plan: plan.clone(), results }, took))
 }
 
 /// The result of a comparison of several runs with the host.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Default)]
 pub struct Checked {
     /// The cost of the runs.
     pub took: Took,
-    /// Number of scans of a run.
-    pub scans: usize,
     /// Wall time of the first run on one core of the host, s.
     pub host_s: f64,
-    /// Number of digests that were compared.
-    pub digests: usize,
+    /// Number of scans that were compared.
+    pub scans: usize,
     /// The first difference of every run that has one.
-    pub differences: Vec<Difference>,
+    pub differences: Vec<String>,
     /// The greatest numbers of pages of static and of moving features that a scan has used; of a joint map, of features and tracks.
     pub peaks: [u32; 2],
-    /// Runs whose memory was too small at some scan.
-    pub short: Short,
 }
 
-/// A digest of the device that differs from the host's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Difference {
-    /// Seed of the filter.
-    pub seed: u64,
-    /// The scan, from 0.
-    pub scan: usize,
-    /// The digest of the host.
-    pub host: u64,
-    /// The digest of the device.
-    pub device: u64,
-}
-
-/// Processes the first `most_scans` scans of all runs of a plan, and compares the digests after each of them with the host's; without
-/// `every`, only that of the first run after its last scan, so that the device's time is that of the scans alone.
-///
-/// # Errors
-/// As of [`study`].
+/// Processes the first `most_scans` scans of all runs of a plan, and compares digests and outputs after each of them with the host's;
+/// without `every`, only those of the first run after its last scan, so that the device's time is that of the scans alone.
 pub fn check(
     device: &mut dyn Machine,
     source: &Source,
     plan: &Plan,
     most_scans: usize,
     every: bool,
-) -> Result<Checked, StudyError> {
-    let (mut digests, mut differences, mut peaks, mut short) = (0, Vec::new(), [0; 2], Short::default());
-    let (mut host_s, mut scans) = (0.0, 0);
-    let took = run_all(device, source, plan, None, (most_scans, u32::from(every)), |played, log, settings, job| {
-        let results = played.results();
-        short.add(results);
-        for result in results {
-            peaks = [peaks[0].max(result.peak_pages), peaks[1].max(result.peak_moving_pages)];
+) -> Result<Checked, Failure> {
+    let mut checked = Checked::default();
+    let took = run_all(device, source, plan, (most_scans, u32::from(every)), |mut played, log, settings, job| {
+        for result in played.results() {
+            let [pages, moving_pages] = checked.peaks;
+            checked.peaks = [pages.max(result.peak_pages), moving_pages.max(result.peak_moving_pages)];
         }
         if !every && job.run > 0 {
             return Ok(());
         }
-        let (host, seconds) = on_host(source, log, settings, job.filter_seed, every)?;
+        let mut first = None;
+        let mut compare = |scan: usize, same: bool| {
+            checked.scans += 1;
+            first = first.or((!same).then_some(scan));
+        };
+        let seconds = if source.sort(settings) == Sort::Large {
+            follow_large(log, settings, job.filter_seed, every, |scan, digest| {
+                compare(scan, digest == played.results().get(scan).map(ScanResult::whole_digest));
+            })?
+        } else {
+            let compared = |scan: usize, host: &mut dyn Slam<Planar>, outcome: ScanOutcome| {
+                let own = played.scan(0, &[]);
+                if every || scan + 1 == log.scans.len() {
+                    let same = own.is_ok_and(|own| own == ScanOutcome { stages_us: None, ..outcome })
+                        && host.digest() == played.digest()
+                        && host.pose().ok() == played.pose().ok()
+                        && host.map().ok() == played.map().ok()
+                        && host.moving().ok() == played.moving().ok();
+                    compare(scan, same);
+                }
+            };
+            follow_host(source, log, settings, job.filter_seed, compared)?
+        };
         if job.run == 0 {
-            (host_s, scans) = (seconds, log.scans.len());
+            checked.host_s = seconds;
         }
-        digests += host.len();
-        let of_device =
-            results.iter().map(|result| joined(result.digest)).enumerate().filter(|(_, digest)| *digest != 0);
-        let mut pairs = host.iter().zip(of_device).map(|(&host, (scan, device))| (scan, host, device));
-        differences.extend(pairs.find(|(_, host, device)| host != device).map(|(scan, host, device)| Difference {
-            seed: job.filter_seed,
-            scan,
-            host,
-            device,
-        }));
+        let difference = first.map(|scan| format!("seed {}, scan {scan}: not as on the host", job.filter_seed));
+        checked.differences.extend(difference);
         Ok(())
     })?;
-    Ok(Checked { took, scans, host_s, digests, differences, peaks, short })
+    Ok(Checked { took, ..checked })
 }
 
-/// Processes the first scans of all runs of a plan, with a digest after every so many of them, and calls `each` with every run.
+/// Runs the filter over a log on one core, as `scphd-sim` does, and calls `each` after every scan. Returns the wall time of all
+/// predictions and scans, s.
+fn follow_host(
+    source: &Source,
+    log: &Log,
+    settings: &Settings,
+    seed: u64,
+    mut each: impl FnMut(usize, &mut dyn Slam<Planar>, ScanOutcome) + Send,
+) -> Result<f64, Failure> {
+    let drive = || {
+        let mut slam = Planar::slam(source.filter(), log, settings, seed).map_err(SessionError::Start)?;
+        let (mut seconds, mut done) = (0.0, 0);
+        let mut events = events(log);
+        while let Some(event) = events.next().filter(|_| done < log.scans.len()) {
+            let refused =
+                |step| move |refusal| SessionError::Step { scan: done, t_s: log.scans[done].t_s, step, refusal };
+            let started = Instant::now();
+            match event {
+                Event::Predict { control, dt_s, .. } => {
+                    slam.predict(control, dt_s).map_err(refused("the prediction"))?;
+                    seconds += started.elapsed().as_secs_f64();
+                }
+                Event::Fix { .. } => {}
+                Event::Scan { index } => {
+                    let outcome = slam.scan(log.scans[index].sensor, &log.scans[index].detections);
+                    seconds += started.elapsed().as_secs_f64();
+                    each(index, &mut *slam, outcome.map_err(refused("the scan"))?);
+                    done += 1;
+                }
+            }
+        }
+        Ok(seconds)
+    };
+    let run = with_roomy_stack(drive).map_err(SessionError::Thread).and_then(|done| done);
+    run.map_err(|error| Failure::of("on the host", error))
+}
+
+/// Runs a filter of many particles, for which `scphd-sim` has no room, by the library's own scan. Calls `each` with the digest after
+/// every scan or, without `every`, after the last. Returns the wall time, s, with that of the digests.
+fn follow_large(
+    log: &Log,
+    settings: &Settings,
+    seed: u64,
+    every: bool,
+    mut each: impl FnMut(usize, Option<u64>),
+) -> Result<f64, Failure> {
+    let mut batch = Batch::new(Sort::Large);
+    batch.push(log, settings, seed)?;
+    let mut memory = vec![0_u64; size_of::<Slot<LargeMemory>>().div_ceil(size_of::<u64>())];
+    #[expect(unsafe_code, reason = "a slot is too large for the stack")]
+    // SAFETY: the memory is large and aligned enough, and zeros are a valid slot, which `memory.rs` of the kernels checks.
+    let slot = unsafe { &mut *memory.as_mut_ptr().cast::<Slot<LargeMemory>>() };
+    let measurements = bytemuck::cast_slice(&batch.measurements);
+    let inputs = Inputs { run: &batch.runs[0], scans: &batch.scans, predictions: &batch.predictions, measurements };
+    let (started, mut scan) = (Instant::now(), 0);
+    let followed = follow(inputs, slot, |filter| {
+        if every || scan + 1 == batch.scans.len() {
+            each(scan, Some(filter.digest()));
+        }
+        scan += 1;
+    });
+    followed.map_err(|code| Failure::of("on the host", Status::text(code)))?;
+    Ok(started.elapsed().as_secs_f64())
+}
+
+/// Processes the first scans of all runs of a plan, as many runs at a time as the device has memory for, with a digest after every
+/// so many scans, and calls `each` with every run.
 fn run_all(
     device: &mut dyn Machine,
     source: &Source,
     plan: &Plan,
-    resident: Option<usize>,
     (most_scans, digest_every): (usize, u32),
-    mut each: impl FnMut(Played<'_>, &Log, &Settings, &Job) -> Result<(), StudyError>,
-) -> Result<Took, StudyError> {
+    mut each: impl FnMut(Played<'_>, &Log, &Settings, &Job) -> Result<(), Failure>,
+) -> Result<Took, Failure> {
     let jobs = plan.jobs(None);
     let sort = source.sort(&source.settings(&source.log(plan.seed)?)?);
-    let batch_of = |jobs: &[Job]| -> Result<_, StudyError> {
+    let batch_of = |jobs: &[Job]| -> Result<_, Failure> {
         let (mut batch, mut inputs) = (Batch::new(sort), Vec::with_capacity(jobs.len()));
         for job in jobs {
             let mut log = source.log(job.scenario_seed)?;
@@ -176,20 +201,22 @@ fn run_all(
     };
     let (first, _) = batch_of(&jobs[..1])?;
     let bytes_a_run = first.bytes() + device.run_bytes(&first)?;
-    let resident = match resident {
-        Some(resident) => resident.max(1),
-        None => device.resident(bytes_a_run)?.min(jobs.len()),
-    };
-    let mut took = Took { resident, bytes_a_run, launched_s: 0.0 };
+    let resident = device.resident(bytes_a_run)?.min(jobs.len());
+    let mut took = Took { resident, bytes_a_run, ..Took::default() };
     for jobs in jobs.chunks(resident) {
         let (batch, inputs) = batch_of(jobs)?;
         let outcome = device.run(&batch, digest_every)?;
         took.launched_s += outcome.launched_s;
         for (place, (job, (log, settings))) in jobs.iter().zip(&inputs).enumerate() {
             let Status { code, scans } = outcome.statuses[place];
-            let played = Played::of(&batch, &outcome, place, bytes_a_run).filter(|_| code == Status::DONE);
-            let stopped = StudyError::Stopped { run: job.run, scan: scans, why: Status::text(code) };
-            each(played.ok_or(stopped)?, log, settings, job)?;
+            if code != Status::DONE {
+                return Err(Failure::of(format_args!("run {}, scan {scans}", job.run), Status::text(code)));
+            }
+            let played = Played::of(&batch, &outcome, place, bytes_a_run);
+            let bits = SHORT.iter().fold(0, |bits, condition| bits | u32::from(condition.bits()));
+            let short = played.results().iter().filter(|result| result.health & bits != 0).count();
+            took.short = [took.short[0] + usize::from(short > 0), took.short[1] + short];
+            each(played, log, settings, job)?;
         }
     }
     Ok(took)

@@ -1,6 +1,7 @@
 //! The elements of the buffers that host and device share: numbers of four and eight bytes, without padding.
 
-use crate::Setup;
+use crate::launches::Places;
+use crate::setup::Setup;
 use bytemuck::{Pod, Zeroable};
 
 /// One run: its filter, and the positions of its inputs and outputs in the buffers of all runs.
@@ -108,6 +109,13 @@ pub struct ScanResult {
     pub movers: u32,
 }
 
+impl ScanResult {
+    /// The digest.
+    pub fn whole_digest(&self) -> u64 {
+        joined(self.digest)
+    }
+}
+
 /// An estimated feature.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -120,6 +128,18 @@ pub struct Feature {
     pub mean: [f32; 4],
     /// Covariance of the position, m²: xx, xy, yy.
     pub covariance: [f32; 3],
+}
+
+/// The memory of a filter with certain numbers of particles and samples, as the compiler of the device laid it out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Layout {
+    /// Bytes of its part of each buffer: room, sights, desks, drafts, streams, parts and words.
+    pub buffers: [u64; 7],
+    /// The greatest alignment of their elements.
+    pub alignment: u64,
+    /// Number of threads of a launch with each of [`Places`].
+    pub threads: [u64; Places::COUNT],
 }
 
 /// How a run ended, or that it continues.

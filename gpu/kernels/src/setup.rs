@@ -39,6 +39,7 @@ pub(crate) fn control_of(motion: &PlanarMotion<f32>, [speed_mps, turn, left_mps]
     }
 }
 
+#[cfg(any(target_arch = "nvptx64", test))]
 /// Random numbers that a sample of the motion uses: one for each number of the control.
 pub(crate) fn numbers_of(motion: &PlanarMotion<f32>) -> usize {
     if matches!(motion, PlanarMotion::Holonomic(_)) { 3 } else { 2 }

@@ -33,7 +33,7 @@
 //!     }";
 //! let mut memory = Memory::default();
 //! let module = Module::read(text, &mut memory)?;
-//! let numbers = memory.allocate(&[1, 0, 0, 0, 21, 0, 0, 0]);
+//! let numbers = memory.allocate(vec![1, 0, 0, 0, 21, 0, 0, 0]);
 //! let counts = module.launch("twice", Grid { blocks: 1, block: 2 }, &[numbers], &mut memory)?;
 //! assert_eq!(memory.bytes(numbers), [2, 0, 0, 0, 42, 0, 0, 0]);
 //! assert_eq!((counts.warp_instructions, counts.instructions), (8, 16));

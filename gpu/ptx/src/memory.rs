@@ -49,16 +49,7 @@ impl Memory {
     }
 
     /// Makes a buffer with these bytes. Returns its address.
-    pub fn allocate(&mut self, bytes: &[u8]) -> u64 {
-        self.allocate_owned(bytes.to_vec())
-    }
-
-    /// Makes a buffer of zeros. Returns its address.
-    pub fn allocate_zeros(&mut self, bytes: usize) -> u64 {
-        self.allocate_owned(vec![0; bytes])
-    }
-
-    fn allocate_owned(&mut self, bytes: Vec<u8>) -> u64 {
+    pub fn allocate(&mut self, bytes: Vec<u8>) -> u64 {
         let touched = self.watched.then(|| Touched::new(bytes.len()));
         self.buffers.push(Buffer { bytes, touched });
         (self.buffers.len() as u64) << SPACING

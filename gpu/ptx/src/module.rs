@@ -35,7 +35,7 @@ impl Module {
                 ".global" | ".const" => {
                     let end = until(";")?;
                     let (name, bytes) = variable(&rest[..end])?;
-                    names.variables.insert(name, memory.allocate(&bytes));
+                    names.variables.insert(name, memory.allocate(bytes));
                     end
                 }
                 ".func" | ".entry" => {

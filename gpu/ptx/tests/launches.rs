@@ -39,7 +39,7 @@ fn run(text: &str, grid: Grid) -> (Vec<u32>, Counts) {
     let mut memory = Memory::default();
     memory.watch();
     let module = module(text, &mut memory);
-    let at = memory.allocate_zeros(4 * (grid.blocks * grid.block) as usize);
+    let at = memory.allocate(vec![0; 4 * (grid.blocks * grid.block) as usize]);
     let counts = module.launch("k", grid, &[at], &mut memory).unwrap();
     (numbers(&memory, at), counts)
 }
@@ -48,7 +48,7 @@ fn refused(text: &str, grid: Grid, bytes: usize) -> LaunchError {
     let mut memory = Memory::default();
     memory.watch();
     let module = module(text, &mut memory);
-    let at = memory.allocate_zeros(bytes);
+    let at = memory.allocate(vec![0; bytes]);
     module.launch("k", grid, &[at], &mut memory).unwrap_err()
 }
 

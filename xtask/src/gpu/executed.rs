@@ -12,7 +12,21 @@ type Limit = (usize, u64);
 const WARPS: usize = 2;
 const LONGEST: usize = 3;
 
-/// The runs: arguments of the program, and a limit of instructions.
+/// The runs of every test: all kinds of filters, other scenarios and vehicles, and one with too few pages.
+const FEW: [&str; 10] = [
+    "check thesis-dynamic --particles 16384 --scans 1",
+    "check thesis-dynamic --runs 3 --scans 30 --watch",
+    "check survey --particles 32 --scans 60 --watch",
+    "check thesis-dynamic --particles 64 --scans 8 --watch",
+    "check thesis-dynamic --filter joint --runs 2 --scans 30 --watch",
+    "check survey --filter joint --scans 30 --watch",
+    "check worlds-exact --particles 4 --scans 60",
+    "check worlds-exact --filter joint --scans 60",
+    "check thesis-compare --particles 32 --scans 60",
+    "monte-carlo survey --particles 2 --runs 1",
+];
+
+/// More runs: arguments of the program, and a limit of instructions.
 const CHECKS: [(&str, Option<Limit>); 6] = [
     ("check thesis-dynamic --runs 32 --scans 10", Some((WARPS, 137_600_000))),
     ("check survey --particles 32 --runs 2 --scans 40", None),
@@ -22,16 +36,32 @@ const CHECKS: [(&str, Option<Limit>); 6] = [
     ("check survey --filter joint --runs 2 --scans 60", Some((LONGEST, 148_500_000))),
 ];
 
-/// Executes the module in a folder and compares the results. Returns the number of comparisons.
-pub fn check(modules: &Path, cargo: impl Fn(&str) -> Command) -> Result<String, String> {
+/// Output of the program, which executes the module in a folder.
+fn read(words: &str, modules: &Path, cargo: impl Fn(&str) -> Command) -> Result<String, String> {
+    let mut command = cargo("run");
+    command.args(["--release", "--"]).args(words.split(' ')).args(["--device", "ptx", "--modules"]).arg(modules);
+    process::read(&mut command)
+}
+
+/// Executes the module in a folder, several runs at a time, and compares the results. Returns the number of comparisons.
+pub fn few(modules: &Path, cargo: impl Fn(&str) -> Command + Copy + Sync) -> Result<String, String> {
+    let mut tests = cargo("test");
+    process::run(tests.args(["--release", "--", "--ignored"]).env("SCPHD_GPU_MODULES", modules))?;
+    // The program is built before several of them run.
+    process::run(cargo("build").arg("--release"))?;
+    let said = process::side_by_side(&FEW, |words| read(words, modules, cargo))?;
+    said.iter().filter_map(|said| said.lines().last()).for_each(|line| println!("{line}"));
+    Ok(format!("executed on the host, {} comparisons with its digests: equal", FEW.len()))
+}
+
+/// The same for more runs, with counts of instructions.
+pub fn check(modules: &Path, cargo: impl Fn(&str) -> Command + Copy) -> Result<String, String> {
     for (words, limit) in CHECKS {
-        let mut command = cargo("run");
-        command.args(["--release", "--"]).args(words.split(' ')).args(["--device", "ptx", "--modules"]).arg(modules);
-        let said = process::read(&mut command)?;
+        let said = read(words, modules, cargo)?;
         println!("{said}");
         limit.map_or(Ok(()), |limit| hold(limit, &said))?;
     }
-    Ok(format!("executed on the host, {} comparisons with its digests: equal", CHECKS.len()))
+    Ok(format!("{} more", CHECKS.len()))
 }
 
 /// Checks the counts in the program's output.

@@ -1,5 +1,5 @@
-//! The filter on a GPU: tests the kernels on the host; builds, checks and assembles the module; executes it on the host, and on a
-//! GPU if there is one.
+//! The filter on a GPU: builds and checks the module and executes it on the host; assembles it, and runs it on a GPU if there is
+//! one.
 
 mod executed;
 mod module;
@@ -7,7 +7,7 @@ mod ptxas;
 
 use crate::outcome::{Outcome, Stop};
 use crate::{files, process, toolchain};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 pub use module::TARGET;
@@ -34,22 +34,37 @@ fn cargo(command: &str) -> Command {
     cargo
 }
 
-pub fn step() -> Result<Outcome, Stop> {
-    process::run(cargo("test").args(["--package", "scphd-gpu-kernels", "--package", "scphd-ptx"]))?;
+/// The step `module`.
+pub fn module() -> Result<Outcome, Stop> {
+    built().map(|(_, said, has_clippy)| if has_clippy { Outcome::Passed(said) } else { Outcome::Partly(said) })
+}
+
+/// Builds the module, checks its text, and executes it. Returns its folder, a summary, and whether clippy was there.
+fn built() -> Result<(PathBuf, String, bool), Stop> {
     let toolchain = toolchain::find_for(&[TARGET])?;
+    if toolchain.has_clippy() {
+        module::lint(&toolchain)?;
+    }
     let text = module::build(&toolchain)?;
     let lines = module::look_through(&text)?;
     println!(
         "{lines} lines of PTX: no double, nothing fused, nothing approximate, no panic, no call through a pointer"
     );
     let folder = process::own_target_dir("gpu").join("modules");
-    let file = folder.join(module::FILE);
-    files::write(&file, &text)?;
-    let executed = executed::check(&folder, cargo)?;
+    files::write(&folder.join(module::FILE), &text)?;
+    let executed = executed::few(&folder, cargo)?;
+    let linted = if toolchain.has_clippy() { "" } else { "; NOT RUN: clippy on the kernels" };
+    Ok((folder, format!("{lines} lines of PTX, {executed}{linted}"), toolchain.has_clippy()))
+}
+
+/// The step `gpu`.
+pub fn step() -> Result<Outcome, Stop> {
+    let (folder, built, _) = built()?;
+    let executed = format!("{built}, and {}", executed::check(&folder, cargo)?);
     let summary = match ptxas::Ptxas::obtain() {
-        Ok(ptxas) => ptxas.assemble(&file, &folder)?,
+        Ok(ptxas) => ptxas.assemble(&folder.join(module::FILE), &folder)?,
         Err(reason) => {
-            return Ok(Outcome::Partly(format!("{lines} lines of PTX, {executed}; NOT RUN: ptxas, {}", reason.0)));
+            return Ok(Outcome::Partly(format!("{executed}; NOT RUN: ptxas, {}", reason.0)));
         }
     };
     println!("{summary}");

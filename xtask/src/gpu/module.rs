@@ -3,7 +3,9 @@
 
 use crate::outcome::Stop;
 use crate::toolchain::Toolchain;
-use crate::{files, process};
+use crate::{files, lint, process};
+use std::path::PathBuf;
+use std::process::Command;
 
 /// Target of NVIDIA GPUs.
 pub const TARGET: &str = "nvptx64-nvidia-cuda";
@@ -12,19 +14,30 @@ const OLDEST: &str = "sm_80";
 /// File name of the text, as the program expects it.
 pub const FILE: &str = "scphd.ptx";
 
-/// Builds the text. The compiler generates it for the whole program, so that no linker is needed.
-pub fn build(toolchain: &Toolchain) -> Result<String, Stop> {
+/// cargo's command for the kernels.
+fn cargo(toolchain: &Toolchain, command: &str) -> (Command, PathBuf) {
     let folder = process::own_target_dir(&format!("gpu-{}", toolchain.key()));
-    let mut cargo = toolchain.cargo("rustc", "core");
+    let mut cargo = toolchain.cargo(command, "core");
     // Kernels are an unstable feature, and this is a stable compiler.
     cargo.env("RUSTC_BOOTSTRAP", "1");
     // Nothing is linked, but the compiler calls a linker.
     let flags = [format!("-Ctarget-cpu={OLDEST}"), "-Clinker=true".into()];
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
-    cargo.args(["--quiet", "--profile", "ptx", "--locked", "--package", "scphd-gpu-kernels"]);
-    cargo.args(["--lib", "--crate-type", "cdylib"]);
-    cargo.args(["--target", TARGET, "--target-dir"]).arg(&folder).args(["--", "--emit=asm"]);
-    process::run(&mut cargo)?;
+    cargo.args(["--quiet", "--profile", "ptx", "--locked", "--package", "scphd-gpu-kernels", "--lib"]);
+    cargo.args(["--target", TARGET, "--target-dir"]).arg(&folder);
+    (cargo, folder)
+}
+
+/// clippy on the kernels, which are not compiled for a host; warnings are errors.
+pub fn lint(toolchain: &Toolchain) -> Result<(), Stop> {
+    let (mut clippy, _) = cargo(toolchain, "clippy");
+    Ok(process::run(clippy.env("CLIPPY_CONF_DIR", lint::settings()?).args(["--", "-D", "warnings"]))?)
+}
+
+/// Builds the text. The compiler generates it for the whole program, so that no linker is needed.
+pub fn build(toolchain: &Toolchain) -> Result<String, Stop> {
+    let (mut cargo, folder) = cargo(toolchain, "rustc");
+    process::run(cargo.args(["--crate-type", "cdylib", "--", "--emit=asm"]))?;
     let path = folder.join(TARGET).join("ptx/deps/scphd_gpu_kernels.s");
     Ok(files::text(&path)?)
 }

@@ -1,82 +1,68 @@
 //! The stages from the weighed candidates to the drafts of their maps. Sums are computed in parts, and one thread adds the parts
-//! up.
-//!
-//! Every function is the body of a [`Stage`](crate::Stage), whose safety requirements apply: lent data is either written by the
-//! single thread at its place, or only read.
+//! up. Lent data is either written by the single thread at its place, or only read.
 
-use crate::group::{alone, between, draft, whole};
-use crate::room::Size;
-use crate::room::{Group, Lending, PartPlace, TOGETHER, parts};
+use super::group::{Group, part, whole};
+use super::room::{Lending, TOGETHER};
+use crate::memory::Particles;
 use core::mem::MaybeUninit;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 use core::sync::atomic::Ordering;
 use scphd::storage::{PART, PartSums};
 
-/// The parts of `things` elements, for one thread.
-unsafe fn all_parts<'r, M: Size>(group: &Group<M>, things: usize) -> &'r mut [PartPlace] {
-    // SAFETY: the buffer has this number of parts.
-    unsafe { from_raw_parts_mut(group.parts, parts(things)) }
-}
-
-pub(crate) unsafe fn products<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+pub(super) unsafe fn products<M: Particles>(place: usize, group: &Group<M>) {
     // SAFETY: the ln L are only read.
     unsafe {
-        let Some(between) = between(group, scan) else { return };
-        let (first, candidates) = (place * PART, between.scanning.candidates());
-        if first < candidates {
-            let ln_likelihoods = between.lent.ln_likelihoods.all();
-            let of_part = ln_likelihoods.get(first..candidates.min(first + PART)).unwrap_or(&[]);
-            (*group.parts.add(place)).ln = between.scanning.ln_products(first, of_part);
+        let Some(between) = group.between() else { return };
+        if let Some(part) = part(place, between.scanning.candidates()) {
+            let ln_likelihoods = between.lent.ln_likelihoods.some(part.clone());
+            (*group.parts.add(place)).ln = between.scanning.ln_products(part.start, ln_likelihoods);
         }
     }
 }
 
 /// Computes the evidence, and lends the arrays of candidates and particles.
-pub(crate) unsafe fn evidence<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+pub(super) unsafe fn evidence<M: Particles>(_place: usize, group: &Group<M>) {
     // SAFETY: no other thread runs.
     unsafe {
-        let Some(between) = alone(place, group, scan) else { return };
+        let Some(between) = group.alone() else { return };
         let in_view = (*group.rooms).in_view.load(Ordering::Relaxed);
         let scanning = &mut between.scanning;
-        let all = all_parts(group, scanning.candidates());
+        let all = group.all_parts(scanning.candidates());
         scanning.weigh_up(all.iter().map(|part| part.ln), whole(in_view));
         let ln_likelihoods = between.lent.ln_likelihoods;
         between.lent = Lending { ln_likelihoods, ..Lending::of(scanning.lend_particles()) };
     }
 }
 
-pub(crate) unsafe fn multiply<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+pub(super) unsafe fn multiply<M: Particles>(place: usize, group: &Group<M>) {
     // SAFETY: only this thread uses the candidates of the part.
     unsafe {
-        let Some(between) = between(group, scan) else { return };
-        let (first, candidates) = (place * PART, between.scanning.candidates());
-        if first < candidates {
-            let most = PART.min(candidates - first);
-            let ln_likelihoods = between.lent.ln_likelihoods.some(first, most);
+        let Some(between) = group.between() else { return };
+        if let Some(part) = part(place, between.scanning.candidates()) {
+            let ln_likelihoods = between.lent.ln_likelihoods.some(part.clone());
             (*group.parts.add(place)).ln =
-                between.scanning.multiply(between.lent.candidates.some(first, most), ln_likelihoods);
+                between.scanning.multiply(between.lent.candidates.some(part), ln_likelihoods);
         }
     }
 }
 
-pub(crate) unsafe fn rest<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+pub(super) unsafe fn rest<M: Particles>(_place: usize, group: &Group<M>) {
     // SAFETY: no other thread runs.
     unsafe {
-        let Some(between) = alone(place, group, scan) else { return };
-        let all = all_parts(group, between.scanning.candidates());
+        let Some(between) = group.alone() else { return };
+        let all = group.all_parts(between.scanning.candidates());
         between.rest = between.scanning.rest(all.iter().map(|part| part.ln));
     }
 }
 
-pub(crate) unsafe fn cumulate<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+pub(super) unsafe fn cumulate<M: Particles>(place: usize, group: &Group<M>) {
     // SAFETY: only this thread uses the candidates and the cumulative sums of the part.
     unsafe {
-        let Some(between) = between(group, scan) else { return };
-        let (first, candidates) = (place * PART, between.scanning.candidates());
-        if first < candidates {
-            let most = PART.min(candidates - first);
-            let cumulated = from_raw_parts_mut(group.cumulated.add(first), most);
-            let of_part = between.lent.candidates.some(first, most);
+        let Some(between) = group.between() else { return };
+        if let Some(part) = part(place, between.scanning.candidates()) {
+            let first = part.start;
+            let cumulated = from_raw_parts_mut(group.cumulated.add(first), part.len());
+            let of_part = between.lent.candidates.some(part);
             let PartSums { squares, weight, last } = between.scanning.sum_up(of_part, between.rest, cumulated);
             let part = &mut *group.parts.add(place);
             (part.squares, part.weight) = (squares, weight);
@@ -86,12 +72,12 @@ pub(crate) unsafe fn cumulate<M: Size>(place: usize, group: &Group<M>, scan: u32
 }
 
 /// Decides whether to resample, and finds the positions in the random stream.
-pub(crate) unsafe fn decide<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+pub(super) unsafe fn decide<M: Particles>(_place: usize, group: &Group<M>) {
     // SAFETY: no other thread runs.
     unsafe {
-        let Some(between) = alone(place, group, scan) else { return };
+        let Some(between) = group.alone() else { return };
         let scanning = &mut between.scanning;
-        let all = all_parts(group, scanning.candidates());
+        let all = group.all_parts(scanning.candidates());
         let (mut before, mut last) = (0.0, 0);
         for part in all.iter_mut() {
             part.before = before;
@@ -111,10 +97,10 @@ pub(crate) unsafe fn decide<M: Size>(place: usize, group: &Group<M>, scan: u32, 
     }
 }
 
-pub(crate) unsafe fn draw<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+pub(super) unsafe fn draw<M: Particles>(place: usize, group: &Group<M>) {
     // SAFETY: candidates are only read; each thread writes the selection at its place.
     unsafe {
-        let Some(between) = between(group, scan) else { return };
+        let Some(between) = group.between() else { return };
         let scanning = &between.scanning;
         let [particles, children] = scanning.particles();
         if place >= particles {
@@ -123,7 +109,7 @@ pub(crate) unsafe fn draw<M: Size>(place: usize, group: &Group<M>, scan: u32, _d
         let candidates = between.lent.candidates.all();
         let drawn = if let Some(uniform) = between.uniform {
             let cumulated = from_raw_parts(group.cumulated, scanning.candidates());
-            let all = all_parts(group, scanning.candidates());
+            let all = group.all_parts(scanning.candidates());
             let reached = |candidate: usize| {
                 let before = all.get(candidate / PART).map_or(0.0, |part| part.before);
                 before + cumulated.get(candidate).copied().unwrap_or(0.0)
@@ -153,20 +139,17 @@ pub(crate) unsafe fn draw<M: Size>(place: usize, group: &Group<M>, scan: u32, _d
 }
 
 /// Counts the survivors of a part that differ from the preceding one, and finds the heaviest.
-pub(crate) unsafe fn runs<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+pub(super) unsafe fn runs<M: Particles>(place: usize, group: &Group<M>) {
     // SAFETY: everything except the part itself is only read.
     unsafe {
-        let Some(between) = between(group, scan) else { return };
+        let Some(between) = group.between() else { return };
         let [particles, _] = between.scanning.particles();
         let (candidates, survivors) = (between.lent.candidates.all(), between.lent.survivors.all());
-        let first = place * PART;
-        if first >= particles {
-            return;
-        }
+        let Some(range) = part(place, particles) else { return };
         let part = &mut *group.parts.add(place);
         (part.heads, part.heaviest, part.heaviest_ln_weight) = (0, 0, f32::NEG_INFINITY);
-        let mut before = first.checked_sub(1).and_then(|before| survivors.get(before));
-        for (particle, survivor) in survivors.iter().enumerate().take(particles).skip(first).take(PART) {
+        let mut before = range.start.checked_sub(1).and_then(|before| survivors.get(before));
+        for (particle, survivor) in survivors.iter().enumerate().take(range.end).skip(range.start) {
             part.heads += u32::from(before != Some(survivor));
             before = Some(survivor);
             if let Some(candidate) = candidates.get(usize::from(*survivor))
@@ -178,13 +161,13 @@ pub(crate) unsafe fn runs<M: Size>(place: usize, group: &Group<M>, scan: u32, _d
     }
 }
 
-pub(crate) unsafe fn settle<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+pub(super) unsafe fn settle<M: Particles>(_place: usize, group: &Group<M>) {
     // SAFETY: no other thread runs; the arrays that `evidence` has lent are given back.
     unsafe {
-        let Some(between) = alone(place, group, scan) else { return };
+        let Some(between) = group.alone() else { return };
         let [particles, _] = between.scanning.particles();
         let (mut heaviest, mut ln_weight, mut distinct) = (0, f32::NEG_INFINITY, 0);
-        for part in all_parts(group, particles) {
+        for part in group.all_parts(particles) {
             if part.heaviest_ln_weight > ln_weight {
                 (heaviest, ln_weight) = (part.heaviest, part.heaviest_ln_weight);
             }
@@ -199,20 +182,17 @@ pub(crate) unsafe fn settle<M: Size>(place: usize, group: &Group<M>, scan: u32, 
 }
 
 /// Assigns a draft to each different survivor of a part, and stores the draft of every particle.
-pub(crate) unsafe fn assign<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+pub(super) unsafe fn assign<M: Particles>(place: usize, group: &Group<M>) {
     // SAFETY: each draft belongs to one survivor, and each stored index to one particle.
     unsafe {
-        let Some(between) = between(group, scan) else { return };
+        let Some(between) = group.between() else { return };
         let survivors = between.scanning.survivors();
-        let first = place * PART;
-        if first >= survivors.len() {
-            return;
-        }
+        let Some(range) = part(place, survivors.len()) else { return };
         let mut next = whole((*group.parts.add(place)).heads);
-        let mut before = first.checked_sub(1).and_then(|before| survivors.get(before));
-        for (particle, survivor) in survivors.iter().enumerate().skip(first).take(PART) {
+        let mut before = range.start.checked_sub(1).and_then(|before| survivors.get(before));
+        for (particle, survivor) in survivors.iter().enumerate().take(range.end).skip(range.start) {
             if before != Some(survivor) && next < between.drafts {
-                between.scanning.assign_one(draft(group, next), (next, particle));
+                between.scanning.assign_one(group.draft(next), (next, particle));
                 next += 1;
             }
             before = Some(survivor);

@@ -1,33 +1,30 @@
 //! The stages that update the maps of the survivors and allocate their pages. Sums are computed in parts, and one thread adds the
-//! parts up.
-//!
-//! Every function is the body of a [`Stage`](crate::Stage), whose safety requirements apply: lent data is either written by the
-//! single thread at its place, or only read.
+//! parts up. Lent data is either written by the single thread at its place, or only read.
 
-use crate::group::{all_drafts, alone, between, draft, whole};
-use crate::room::Size;
-use crate::room::{Between, COLUMNS, Claimed, DraftOf, Group, Lending, Listed, Many, PAGES_TOGETHER, page_parts};
+use super::group::{Group, page_parts, part, whole};
+use super::room::{Between, Claimed, DraftOf, Kind, Lending, Listed, Many, PAGES_TOGETHER, WEIGHT};
+use crate::memory::Particles;
 use core::mem::MaybeUninit;
 use core::ops::Range;
 use core::ptr;
 use core::sync::atomic::Ordering;
 use scphd::storage::{COUNTS, Feature, PART, Page, PageId, Placed};
 
-pub(crate) unsafe fn make<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+pub(super) unsafe fn make<M: Particles>(place: usize, group: &Group<M>) {
     // SAFETY: maps are only read; each draft, sight and number belongs to one place.
     unsafe {
-        let Some(between) = between(group, scan) else { return };
+        let Some(between) = group.between() else { return };
         if place >= between.drafts {
             return;
         }
-        let draft = draft(group, place);
+        let draft = group.draft(place);
         between.scanning.make(draft, &mut *group.sights.add(place));
         between.scanning.line_up(draft);
         let [_, copies] = draft.particles();
         let (kept, kept_moving) = draft.kept();
-        let moving = kept_moving.iter().map(|id| M::PAGES + id.index());
+        let moving = kept_moving.iter().map(|id| M::PAGES[0] + id.index());
         for page in kept.iter().map(|id| id.index()).chain(moving) {
-            if page < M::PAGES + M::MOVING_PAGES {
+            if page < M::ALL_PAGES {
                 (*group.held.add(page)).fetch_add(copies as u32, Ordering::Relaxed);
             }
         }
@@ -46,19 +43,13 @@ pub(crate) unsafe fn make<M: Size>(place: usize, group: &Group<M>, scan: u32, _d
     }
 }
 
-/// Indices of the drafts of a part.
-fn of_part(place: usize, between: &Between) -> Range<usize> {
-    let first = (place * PART).min(between.drafts);
-    first..(first + PART).min(between.drafts)
-}
-
-pub(crate) unsafe fn claim<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+pub(super) unsafe fn claim<M: Particles>(place: usize, group: &Group<M>) {
     // SAFETY: drafts are only read, and only this thread uses the sums of the part.
     unsafe {
-        let Some(between) = between(group, scan) else { return };
+        let Some(between) = group.between() else { return };
         let mut sum = Claimed::default();
-        for number in of_part(place, between) {
-            let draft = draft(group, number);
+        for number in part(place, between.drafts).unwrap_or(0..0) {
+            let draft = group.draft(number);
             if !draft.is_ready() {
                 between.crowded.store(1, Ordering::Relaxed);
             }
@@ -86,22 +77,19 @@ impl Claimed {
 }
 
 /// Indices of the pages of a part, counted from the first static one, and whether they are pages of moving features.
-fn pages_of_part<M: Size>(place: usize) -> (Range<usize>, bool) {
+fn pages_of_part<M: Particles>(place: usize) -> (Range<usize>, bool) {
     let [of_static, _] = page_parts::<M>();
-    match place.checked_sub(of_static) {
-        None => (place * PAGES_TOGETHER..M::PAGES.min((place + 1) * PAGES_TOGETHER), false),
-        Some(part) => {
-            let first = (part * PAGES_TOGETHER).min(M::MOVING_PAGES);
-            let end = M::MOVING_PAGES.min((part + 1) * PAGES_TOGETHER);
-            (M::PAGES + first..M::PAGES + end, true)
-        }
-    }
+    let is_moving = place >= of_static;
+    let (first, end, part) =
+        if is_moving { (M::PAGES[0], M::ALL_PAGES, place - of_static) } else { (0, M::PAGES[0], place) };
+    let at = |part: usize| end.min(first + part * PAGES_TOGETHER);
+    (at(part)..at(part + 1), is_moving)
 }
 
-pub(crate) unsafe fn unheld<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+pub(super) unsafe fn unheld<M: Particles>(place: usize, group: &Group<M>) {
     // SAFETY: counts are only read, and only this thread uses the sum of the part.
     unsafe {
-        if between(group, scan).is_some() {
+        if group.between().is_some() {
             let (pages, _) = pages_of_part::<M>(place);
             let free = pages.filter(|&page| (*group.held.add(page)).load(Ordering::Relaxed) == 0).count();
             *group.firsts.add(place) = free as u32;
@@ -109,10 +97,10 @@ pub(crate) unsafe fn unheld<M: Size>(place: usize, group: &Group<M>, scan: u32, 
     }
 }
 
-pub(crate) unsafe fn add_up<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+pub(super) unsafe fn add_up<M: Particles>(_place: usize, group: &Group<M>) {
     // SAFETY: no other thread runs.
     unsafe {
-        let Some(between) = alone(place, group, scan) else { return };
+        let Some(between) = group.alone() else { return };
         let mut sum = Claimed::default();
         for part in 0..between.drafts.div_ceil(PART) {
             let part = &mut *group.parts.add(part);
@@ -136,14 +124,14 @@ pub(crate) unsafe fn add_up<M: Size>(place: usize, group: &Group<M>, scan: u32, 
 
 /// Finds the positions of the labels and pages of a part's drafts, and checks that each draft would get all its pages if the
 /// drafts were stored one after the other.
-pub(crate) unsafe fn judge<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+pub(super) unsafe fn judge<M: Particles>(place: usize, group: &Group<M>) {
     // SAFETY: drafts are only read, and each position belongs to one draft.
     unsafe {
-        let Some(between) = between(group, scan) else { return };
+        let Some(between) = group.between() else { return };
         let mut before = (*group.parts.add(place)).claimed;
         let free = between.scanning.free_pages();
-        for number in of_part(place, between) {
-            let draft = draft(group, number);
+        for number in part(place, between.drafts).unwrap_or(0..0) {
+            let draft = group.draft(number);
             *group.wholes.add(group.stride + number) = before.labels;
             let kinds = free.into_iter().zip(draft.pages()).zip(before.pages.into_iter().zip(before.regained));
             for (kind, ((free, [pages, regained]), (taken, given_back))) in kinds.enumerate() {
@@ -161,33 +149,33 @@ pub(crate) unsafe fn judge<M: Size>(place: usize, group: &Group<M>, scan: u32, _
 }
 
 /// Lends the lists of pages, or stores the drafts one after the other.
-pub(crate) unsafe fn commit<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+pub(super) unsafe fn commit<M: Particles>(_place: usize, group: &Group<M>) {
     // SAFETY: no other thread runs.
     unsafe {
-        let Some(between) = alone(place, group, scan) else { return };
+        let Some(between) = group.alone() else { return };
         let scanning = &mut between.scanning;
         let enough = between.wanted.iter().zip(&between.free).all(|(wanted, free)| wanted <= free);
         between.in_turn = !(enough && scanning.stores_together()) || between.crowded.load(Ordering::Relaxed) != 0;
         if between.in_turn {
-            scanning.store_in_turn(all_drafts(group, between.drafts), between.eta);
+            scanning.store_in_turn(group.all_drafts(between.drafts), between.eta);
         } else {
             let (of_static, of_moving) = scanning.lend_lists();
             between.lists = [Listed::of(of_static), Listed::of(of_moving)];
         }
         let (pages, moving_pages) = scanning.lend_pages();
-        (between.pages, between.moving_pages) = (Many::of(pages), Many::of(moving_pages));
+        (between.pages, between.moving_pages) = (Many::lent(pages), Many::lent(moving_pages));
         between.lent = Lending::of(scanning.lend_particles());
     }
 }
 
 /// Lists the free pages of a part, and stores the numbers of maps that hold the others.
-pub(crate) unsafe fn list<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+pub(super) unsafe fn list<M: Particles>(place: usize, group: &Group<M>) {
     // SAFETY: the lists are lent, and each element belongs to one part.
     unsafe {
-        let Some(Between { lists, in_turn: false, .. }) = between(group, scan) else { return };
+        let Some(Between { lists, in_turn: false, .. }) = group.between() else { return };
         let (pages, is_moving) = pages_of_part::<M>(place);
         let [of_static, of_moving] = lists;
-        let (lists, first) = if is_moving { (of_moving, M::PAGES) } else { (of_static, 0) };
+        let (lists, first) = if is_moving { (of_moving, M::PAGES[0]) } else { (of_static, 0) };
         let mut next = whole(*group.firsts.add(place));
         for page in pages {
             let held = (*group.held.add(page)).load(Ordering::Relaxed);
@@ -205,14 +193,14 @@ pub(crate) unsafe fn list<M: Size>(place: usize, group: &Group<M>, scan: u32, _d
     }
 }
 
-pub(crate) unsafe fn take<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+pub(super) unsafe fn take<M: Particles>(place: usize, group: &Group<M>) {
     // SAFETY: the lists are lent, and no two drafts get the same page; each draft belongs to one place.
     unsafe {
-        let Some(between) = between(group, scan) else { return };
+        let Some(between) = group.between() else { return };
         if place >= between.drafts {
             return;
         }
-        let draft = draft(group, place);
+        let draft = group.draft(place);
         if !between.in_turn {
             let [_, copies] = draft.particles();
             let noted = |column: usize| *group.wholes.add(column * group.stride + place);
@@ -239,13 +227,13 @@ pub(crate) unsafe fn take<M: Size>(place: usize, group: &Group<M>, scan: u32, _d
 }
 
 /// Number of threads that write the pages of a draft together, word by word.
-pub(crate) const LANES: usize = 32;
+pub(super) const LANES: usize = 32;
 
 /// Writes the pages of one draft, together with other threads.
-pub(crate) unsafe fn fill<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+pub(super) unsafe fn fill<M: Particles>(place: usize, group: &Group<M>) {
     // SAFETY: the pages are lent, and no two drafts have the same page; each word belongs to one place.
     unsafe {
-        let Some(between) = between(group, scan) else { return };
+        let Some(between) = group.between() else { return };
         let (number, lane) = (place / LANES, place % LANES);
         if number < between.drafts {
             let (of_static, of_moving) = (*group.drafts.add(number)).assume_init_ref().placed();
@@ -270,21 +258,21 @@ unsafe fn copy_all<F: Feature>((ids, pages): Placed<'_, F>, to: Many<Page<F>>, l
 }
 
 /// Gives one particle the list of its pages, and moves its selected candidate to the particle's place.
-pub(crate) unsafe fn share<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+pub(super) unsafe fn share<M: Particles>(place: usize, group: &Group<M>) {
     // SAFETY: rows and candidates are lent, and each belongs to one place.
     unsafe {
-        let Some(between) = between(group, scan) else { return };
+        let Some(between) = group.between() else { return };
         let [particles, _] = between.scanning.particles();
         if place >= particles {
             return;
         }
         if !between.in_turn {
             let [of_static, of_moving] = &between.lists;
-            let rows = |lists: &Listed| lists.ids.some(place * lists.map_pages, lists.map_pages);
+            let rows = |lists: &Listed| lists.ids.some(place * lists.map_pages..(place + 1) * lists.map_pages);
             if let Some(head) = of_static.rows.one(place)
                 && let Some(moving_head) = of_moving.rows.one(place)
             {
-                let draft = draft(group, whole(*group.wholes.add(place)));
+                let draft = group.draft(whole(*group.wholes.add(place)));
                 draft.write_rows((rows(of_static), head), (rows(of_moving), moving_head));
             }
             for row in [of_static, of_moving].into_iter().filter_map(|lists| lists.row_of.one(place)) {
@@ -296,7 +284,7 @@ pub(crate) unsafe fn share<M: Size>(place: usize, group: &Group<M>, scan: u32, _
             && let Some(selected) = lent.selected.all().get(place)
         {
             *candidate = *selected;
-            *group.columns.add((COLUMNS - 1) * group.stride + place) = scphd::Real::exp(candidate.ln_weight);
+            *group.columns.add(WEIGHT * group.stride + place) = scphd::Real::exp(candidate.ln_weight);
         }
         if let Some(covariance) = lent.pose_covariances.one(place)
             && let Some(selected) = lent.selected_covariances.all().get(place)

@@ -1,59 +1,45 @@
 //! Joint maps on a device: one for each block of threads. The leader, which is the last thread of the block, does the scan, and
 //! the others help it with the loops over features and rows of the covariance.
 
+use super::group::{Group, whole};
+use super::outputs::of_estimate;
+use super::room::{Kind, Many};
 use crate::buffer::{ScanResult, Status, halves};
-use crate::group::{asks, goes_on, inputs, outputs, whole};
-use crate::kind::Kind;
-use crate::room::{Group, Many};
-use crate::run::{before, of_estimate};
+use crate::launches::HELPERS;
+use crate::memory::{JointMemory, JointTracks};
+use crate::run::before;
 use crate::setup::{Sighting, control_of, describe};
-use crate::slot::MEASUREMENTS;
 use core::mem::MaybeUninit;
 use nalgebra::Vector2;
+use scphd::JointSlam;
 use scphd::models::{PlanarMotion, PlanarPose};
-use scphd::storage::{
-    FeaturePass, FeatureRows, FeatureTask, JointMovers, Landmark, NoArchive, Pending, RowExecutor, Tracked,
-    joint_numbers,
-};
-use scphd::{JointSlam, JointState};
+use scphd::storage::{FeaturePass, FeatureRows, FeatureTask, Landmark, NoArchive, Pending, RowExecutor, Tracked};
 use scphd_vehicle::{Description, Filter};
-
-/// Capacity for features of a joint map.
-pub const JOINT_FEATURES: usize = 512;
-/// Capacity for moving-object tracks.
-const TRACKS: usize = 256;
-/// Number of threads that help the leader of a block.
-pub const HELPERS: usize = 32;
 
 type Pose = PlanarPose<f32>;
 type Position = Vector2<f32>;
-type State = JointState<Pose, Position, JOINT_FEATURES, { joint_numbers(3, 2, JOINT_FEATURES) }, MEASUREMENTS>;
 type Slam<'s> = JointSlam<'s, PlanarMotion<f32>, Position, NoArchive, Option<Tracked<'s, Pose>>>;
 
 /// Joint maps, one for each block of threads.
-#[derive(Debug)]
-pub struct Joint;
+pub(super) struct Joint;
 
 impl Kind for Joint {
-    const NAME: &'static str = "scphd_joint";
-    const PAGES: usize = 0;
-    const MOVING_PAGES: usize = 0;
+    const PAGES: [usize; 2] = [0; 2];
     type Room = JointRoom;
     type Desk = u32;
 }
 
 /// A joint map, and the loop in which the threads of its block help. It starts as zeros.
-#[derive(Debug)]
-pub struct JointRoom {
-    state: State,
-    movers: JointMovers<Pose, TRACKS>,
+pub(super) struct JointRoom {
+    state: JointMemory,
+    movers: JointTracks,
     slam: MaybeUninit<Slam<'static>>,
     sensor: MaybeUninit<Sighting>,
     shared: MaybeUninit<Shared>,
 }
 
 /// A loop whose passes the threads of a block share.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 enum Shared {
     Features {
         task: FeatureTask<Pose, Position>,
@@ -75,14 +61,10 @@ struct Leader(*mut MaybeUninit<Shared>);
 
 impl Leader {
     fn share(&self, shared: Shared) {
-        // SAFETY: the place is that of this block, and the helpers use it between the barriers, in which the leader waits. A host
-        // does what each of them would.
+        // SAFETY: the place is that of this block, and the helpers use it between the barriers, in which the leader waits.
         unsafe {
             self.0.write(MaybeUninit::new(shared));
             wait();
-            if cfg!(not(target_arch = "nvptx64")) {
-                (0..HELPERS).for_each(|helper| (*self.0).assume_init_ref().help(helper));
-            }
             wait();
         }
     }
@@ -107,13 +89,10 @@ impl RowExecutor<Pose, Position> for Leader {
     }
 }
 
-/// Waits until all threads of the block are here. On a host there is only the leader.
+/// Waits until all threads of the block are here.
 unsafe fn wait() {
-    #[cfg(target_arch = "nvptx64")]
     // SAFETY: leader and helpers wait equally often.
-    unsafe {
-        core::arch::nvptx::_syncthreads();
-    }
+    unsafe { core::arch::nvptx::_syncthreads() };
 }
 
 impl Shared {
@@ -134,7 +113,7 @@ impl Shared {
                 Self::Parts { pending, numbers, features } => {
                     let mut part = helper;
                     while let Some(range) = Pending::<Pose, Position>::part(*features, part) {
-                        (**pending).add_to(*features, part, numbers.some(range.start, range.len()));
+                        (**pending).add_to(*features, part, numbers.some(range));
                         part += HELPERS;
                     }
                 }
@@ -144,12 +123,8 @@ impl Shared {
     }
 }
 
-/// What a helper of a block does in a launch.
-///
-/// # Safety
-/// The leader of the block calls [`scan`] in the same launch.
-#[cfg(target_arch = "nvptx64")]
-pub(crate) unsafe fn help(helper: usize, group: &Group<Joint>) {
+/// What a helper of a block does in a launch, in which the leader scans.
+unsafe fn help(helper: usize, group: &Group<Joint>) {
     // SAFETY: the leader has written the loop before the first barrier, and waits at the second.
     unsafe {
         loop {
@@ -164,13 +139,11 @@ pub(crate) unsafe fn help(helper: usize, group: &Group<Joint>) {
 }
 
 /// Starts the filter.
-pub(crate) unsafe fn start(place: usize, group: &Group<Joint>, _scan: u32, _digest_every: u32) {
-    if place == 0 {
-        // SAFETY: no other thread runs.
-        unsafe {
-            let code = if begin(group).is_some() { Status::DONE } else { Status::SETUP };
-            *group.statuses = Status { code, scans: 0 };
-        }
+pub(super) unsafe fn start(_place: usize, group: &Group<Joint>) {
+    // SAFETY: no other thread runs.
+    unsafe {
+        let code = if begin(group).is_some() { Status::DONE } else { Status::SETUP };
+        *group.statuses = Status { code, scans: 0 };
     }
 }
 
@@ -188,15 +161,18 @@ unsafe fn begin(group: &Group<Joint>) -> Option<()> {
 }
 
 /// Does the predictions before a scan, and the scan.
-pub(crate) unsafe fn scan(_place: usize, group: &Group<Joint>, scan: u32, _digest_every: u32) {
-    // SAFETY: only the leader of the block runs this, and `start` has initialised filter and sensor.
+pub(super) unsafe fn scan(thread: usize, group: &Group<Joint>) {
+    // SAFETY: only the leader of the block uses filter and sensor, which `start` has initialised.
     unsafe {
-        if goes_on(group, scan) {
+        if thread < HELPERS {
+            return help(thread, group);
+        }
+        if group.goes_on() {
             let (slam, sensor) = ((*group.rooms).slam.assume_init_mut(), (*group.rooms).sensor.assume_init_ref());
             let rows = Leader(&raw mut (*group.rooms).shared);
-            *group.statuses = match step(slam, sensor, &rows, group, whole(scan)) {
-                Ok(()) => Status { code: Status::DONE, scans: scan + 1 },
-                Err(code) => Status { code, scans: scan },
+            *group.statuses = match step(slam, sensor, &rows, group, whole(group.scan)) {
+                Ok(()) => Status { code: Status::DONE, scans: group.scan + 1 },
+                Err(code) => Status { code, scans: group.scan },
             };
         }
         (*group.rooms).shared = MaybeUninit::new(Shared::Nothing);
@@ -212,7 +188,7 @@ unsafe fn step(
     scan: usize,
 ) -> Result<(), u32> {
     // SAFETY: the inputs and outputs are where the run says.
-    let (inputs, mut outputs) = unsafe { (inputs(group), outputs(group)) };
+    let (inputs, mut outputs) = unsafe { (group.inputs(), group.outputs()) };
     let (predictions, measurements) = before(inputs, scan)?;
     for prediction in predictions {
         let control = control_of(slam.motion(), prediction.control);
@@ -235,38 +211,11 @@ unsafe fn step(
 }
 
 /// Computes the digest of the state after a scan, if it is requested.
-pub(crate) unsafe fn digest(place: usize, group: &Group<Joint>, scan: u32, digest_every: u32) {
+pub(super) unsafe fn digest(_place: usize, group: &Group<Joint>) {
     // SAFETY: no other thread runs; there is a result for every scan.
     unsafe {
-        if place == 0 && asks(group, scan, digest_every) {
-            (*group.results.add(whole(scan))).digest = halves((*group.rooms).slam.assume_init_ref().digest());
+        if group.asks_for_digest() {
+            (*group.results.add(whole(group.scan))).digest = halves((*group.rooms).slam.assume_init_ref().digest());
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{JointMovers, State, TRACKS};
-    use scphd::models::PlanarPose;
-
-    /// What zeros are as a value, shown.
-    fn zeros<T: std::fmt::Debug>() -> String {
-        let mut zeros = Box::<T>::new_uninit();
-        // SAFETY: the value is compared with a new one; numbers and arrays of numbers may be zero.
-        let zeros = unsafe {
-            zeros.as_mut_ptr().write_bytes(0, 1);
-            zeros.assume_init_ref()
-        };
-        format!("{zeros:?}")
-    }
-
-    #[test]
-    fn zeros_are_a_new_joint_map() {
-        static NEW: State = State::new();
-        assert!(zeros::<State>() == format!("{NEW:?}"));
-        assert_eq!(
-            zeros::<JointMovers<PlanarPose<f32>, TRACKS>>(),
-            format!("{:?}", JointMovers::<PlanarPose<f32>, TRACKS>::new())
-        );
     }
 }
