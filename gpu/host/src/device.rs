@@ -2,7 +2,10 @@
 
 use crate::batch::{Batch, Sort};
 use bytemuck::{Pod, Zeroable};
-use scphd_gpu_kernels::{Feature, HELPERS, JOINT_LAUNCHES, LAUNCHES, Layout, Lists, Places, ScanResult, Status};
+use scphd_gpu_kernels::{
+    Feature, HELPERS, JOINT_LAUNCHES, LAUNCHES, LargeMemory, Layout, Lists, Memory, Particles, Places, Prediction, Run,
+    Scan, ScanResult, Status,
+};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -117,12 +120,12 @@ const ALIGNMENT: u64 = 256;
 /// Number of runs at a time if there is no limit of the memory.
 const RESIDENT: usize = 64;
 
-/// Prefix of the names of kernels, and launches.
-fn launches(sort: Sort) -> (&'static str, Lists) {
+/// Prefix of the names of kernels, launches, and numbers of pages.
+fn launches(sort: Sort) -> (&'static str, Lists, [usize; 2]) {
     match sort {
-        Sort::Many => ("scphd_many", LAUNCHES),
-        Sort::Large => ("scphd_large", LAUNCHES),
-        Sort::Joint => ("scphd_joint", JOINT_LAUNCHES),
+        Sort::Many => ("scphd_many", LAUNCHES, Memory::PAGES),
+        Sort::Large => ("scphd_large", LAUNCHES, LargeMemory::PAGES),
+        Sort::Joint => ("scphd_joint", JOINT_LAUNCHES, [0; 2]),
     }
 }
 
@@ -162,24 +165,40 @@ impl dyn Machine + '_ {
         let mut statuses = vec![Status::zeroed(); runs];
         let mut results = vec![ScanResult::zeroed(); batch.scans.len()];
         let mut features = vec![Feature::zeroed(); batch.features()];
-        let Layout { buffers, threads, .. } = self.layout(batch)?;
+        let Layout { buffers, .. } = self.layout(batch)?;
         self.clear();
-        // The addresses of the buffers, and the counts, in the order of the fields of `Filters`.
-        let mut fields = Vec::new();
-        let inputs = [bytes(&batch.runs), bytes(&batch.scans), bytes(&batch.predictions), bytes(&batch.measurements)];
-        for input in inputs {
-            fields.push(self.upload(input)?);
-        }
+        let scans = self.upload(bytes(&batch.scans))?;
+        let predictions = self.upload(bytes(&batch.predictions))?;
+        let measurements = self.upload(bytes(&batch.measurements))?;
+        let of_runs = self.upload(bytes(&batch.runs))?;
+        let own = buffers.iter().map(|each| self.zeros(*each as usize * runs)).collect::<Result<Vec<_>, _>>()?;
         let outputs = [bytes(&statuses), bytes(&results), bytes(&features)].map(<[u8]>::len);
-        for bytes in buffers.map(|each| each as usize * runs).into_iter().chain(outputs) {
-            fields.push(self.zeros(bytes)?);
+        let outputs = outputs.into_iter().map(|bytes| self.zeros(bytes)).collect::<Result<Vec<_>, _>>()?;
+        let [particles, samples] = batch.most();
+        // The data of every filter, in the order of the kernels' struct.
+        let mut places: Vec<u64> = Vec::new();
+        for (place, run) in (0..).zip(&batch.runs) {
+            let at = |address: u64, size: usize, index: u32| address + size as u64 * u64::from(index);
+            places.extend([
+                at(of_runs, size_of::<Run>(), place),
+                at(scans, size_of::<Scan>(), run.first_scan),
+                at(predictions, size_of::<Prediction>(), run.first_prediction),
+                at(measurements, size_of_val(&batch.measurements[0]), run.first_measurement),
+            ]);
+            places.extend(own.iter().zip(buffers).map(|(address, bytes)| address + bytes * u64::from(place)));
+            places.extend([
+                at(outputs[0], size_of::<Status>(), place),
+                at(outputs[1], size_of::<ScanResult>(), run.first_scan),
+                at(outputs[2], size_of::<Feature>(), run.first_feature),
+                particles as u64,
+            ]);
         }
-        fields.extend([runs, batch.most()[0], batch.most()[1]].map(|count| count as u64));
-        let filters = self.upload(bytes(&fields))?;
-        let (prefix, lists) = launches(batch.sort);
+        let first = self.upload(bytes(&places))?;
+        let filters = self.upload(bytes(&[first, runs as u64, particles as u64, samples as u64]))?;
+        let (prefix, lists, pages) = launches(batch.sort);
         let launch = |&(name, places): &(&str, Places)| Launch {
             kernel: format!("{prefix}_{name}"),
-            threads: runs * threads[places as usize] as usize,
+            threads: runs * places.count(pages, particles, samples),
             block: (places == Places::Leader).then_some(HELPERS + 1),
         };
         let [starting, predicting, scanning, digest] = lists.map(|list| list.iter().map(launch).collect::<Vec<_>>());
@@ -204,14 +223,9 @@ impl dyn Machine + '_ {
         }
         self.wait()?;
         let launched_s = started.elapsed().as_secs_f64() - digests_s;
-        let outputs: [&mut [u8]; 3] = [
-            bytemuck::cast_slice_mut(&mut statuses),
-            bytemuck::cast_slice_mut(&mut results),
-            bytemuck::cast_slice_mut(&mut features),
-        ];
-        for (&address, to) in fields[inputs.len() + buffers.len()..].iter().zip(outputs) {
-            self.download(address, to)?;
-        }
+        self.download(outputs[0], bytemuck::cast_slice_mut(&mut statuses))?;
+        self.download(outputs[1], bytemuck::cast_slice_mut(&mut results))?;
+        self.download(outputs[2], bytemuck::cast_slice_mut(&mut features))?;
         Ok(Outcome { statuses, results, features, launched_s })
     }
 }

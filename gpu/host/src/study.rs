@@ -8,7 +8,7 @@ use scphd::Health;
 use scphd_filters::kind::Kind;
 use scphd_filters::settings::Settings;
 use scphd_filters::slam::{ScanOutcome, Slam};
-use scphd_gpu_kernels::{Inputs, LargeMemory, ScanResult, Slot, Status, follow};
+use scphd_gpu_kernels::{LargeMemory, Prediction, Slot, Status, control_of, joined, over};
 use scphd_log::dimensions::Planar;
 use scphd_log::events::{Event, events};
 use scphd_log::log::Log;
@@ -86,7 +86,7 @@ pub fn check(
         };
         let seconds = if source.sort(settings) == Sort::Large {
             follow_large(log, settings, job.filter_seed, every, |scan, digest| {
-                compare(scan, digest == played.results().get(scan).map(ScanResult::whole_digest));
+                compare(scan, digest == joined(played.results()[scan].digest));
             })?
         } else {
             let compared = |scan: usize, host: &mut dyn Slam<Planar>, outcome: ScanOutcome| {
@@ -156,7 +156,7 @@ fn follow_large(
     settings: &Settings,
     seed: u64,
     every: bool,
-    mut each: impl FnMut(usize, Option<u64>),
+    mut each: impl FnMut(usize, u64),
 ) -> Result<f64, Failure> {
     let mut batch = Batch::new(Sort::Large);
     batch.push(log, settings, seed)?;
@@ -164,16 +164,23 @@ fn follow_large(
     #[expect(unsafe_code, reason = "a slot is too large for the stack")]
     // SAFETY: the memory is large and aligned enough, and zeros are a valid slot, which `memory.rs` of the kernels checks.
     let slot = unsafe { &mut *memory.as_mut_ptr().cast::<Slot<LargeMemory>>() };
-    let measurements = bytemuck::cast_slice(&batch.measurements);
-    let inputs = Inputs { run: &batch.runs[0], scans: &batch.scans, predictions: &batch.predictions, measurements };
-    let (started, mut scan) = (Instant::now(), 0);
-    let followed = follow(inputs, slot, |filter| {
-        if every || scan + 1 == batch.scans.len() {
-            each(scan, Some(filter.digest()));
+    let stopped = |code| Failure::of("on the host", Status::text(code));
+    let started = Instant::now();
+    let (mut filter, mut detector) = over(&batch.runs[0], slot).map_err(stopped)?;
+    for (place, scan) in batch.scans.iter().enumerate() {
+        for Prediction { control, dt_s } in
+            &batch.predictions[scan.first_prediction as usize..][..scan.predictions as usize]
+        {
+            let control = control_of(filter.motion(), *control);
+            filter.predict(&control, *dt_s).map_err(|_| stopped(Status::PREDICTION))?;
         }
-        scan += 1;
-    });
-    followed.map_err(|code| Failure::of("on the host", Status::text(code)))?;
+        let measurements = &batch.measurements[scan.first_measurement as usize..][..scan.measurements as usize];
+        let scanned = filter.scan(&mut detector, bytemuck::cast_slice(measurements));
+        scanned.map_err(|_| stopped(Status::SCAN))?;
+        if every || place + 1 == batch.scans.len() {
+            each(place, filter.digest());
+        }
+    }
     Ok(started.elapsed().as_secs_f64())
 }
 

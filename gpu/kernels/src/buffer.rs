@@ -1,6 +1,5 @@
 //! The elements of the buffers that host and device share: numbers of four and eight bytes, without padding.
 
-use crate::launches::Places;
 use crate::setup::Setup;
 use bytemuck::{Pod, Zeroable};
 
@@ -16,12 +15,8 @@ pub struct Run {
     pub scans: u32,
     /// Index of its first prediction.
     pub first_prediction: u32,
-    /// Number of its predictions.
-    pub predictions: u32,
     /// Index of its first measurement.
     pub first_measurement: u32,
-    /// Number of its measurements.
-    pub measurements: u32,
     /// Index of its first estimated feature.
     pub first_feature: u32,
     /// Capacity for estimated features, moving ones too, over all scans.
@@ -109,13 +104,6 @@ pub struct ScanResult {
     pub movers: u32,
 }
 
-impl ScanResult {
-    /// The digest.
-    pub fn whole_digest(&self) -> u64 {
-        joined(self.digest)
-    }
-}
-
 /// An estimated feature.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -134,12 +122,10 @@ pub struct Feature {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Layout {
-    /// Bytes of its part of each buffer: room, sights, desks, drafts, streams, parts and words.
-    pub buffers: [u64; 7],
+    /// Bytes of its part of each buffer.
+    pub buffers: [u64; 11],
     /// The greatest alignment of their elements.
     pub alignment: u64,
-    /// Number of threads of a launch with each of [`Places`].
-    pub threads: [u64; Places::COUNT],
 }
 
 /// How a run ended, or that it continues.
@@ -157,23 +143,20 @@ impl Status {
     pub const UNTOUCHED: u32 = 0;
     /// All requested scans are processed.
     pub const DONE: u32 = 1;
-    /// The inputs or outputs of the run are outside its buffers.
-    pub const BUFFERS: u32 = 2;
     /// The models or the tuning are out of range, or the memory has no capacity for the particles.
-    pub const SETUP: u32 = 3;
+    pub const SETUP: u32 = 2;
     /// The filter refused a prediction.
-    pub const PREDICTION: u32 = 4;
+    pub const PREDICTION: u32 = 3;
     /// The filter refused a scan.
-    pub const SCAN: u32 = 5;
+    pub const SCAN: u32 = 4;
     /// The capacity for estimated features is too small.
-    pub const FEATURES: u32 = 6;
+    pub const FEATURES: u32 = 5;
 
     /// The meaning of a code.
     pub fn text(code: u32) -> &'static str {
         match code {
             Self::UNTOUCHED => "no thread has worked on it",
             Self::DONE => "done",
-            Self::BUFFERS => "its places lie outside its buffers",
             Self::SETUP => "the filter refuses the settings, or has no room for as many particles",
             Self::PREDICTION => "a prediction was refused",
             Self::SCAN => "the scan was refused",

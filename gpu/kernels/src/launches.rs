@@ -1,6 +1,8 @@
 //! The launches of a scan, in their order: their names, and the number of their threads. All threads of a launch run the same stage,
 //! for all filters, so that all threads of a device execute the same code.
 
+use scphd::storage::{PART, TERMS};
+
 /// Number of threads of a launch for each filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Places {
@@ -27,22 +29,38 @@ pub enum Places {
 }
 
 impl Places {
-    /// All variants, in order.
-    #[cfg_attr(not(target_arch = "nvptx64"), expect(dead_code, reason = "the device reports what each means"))]
-    pub(crate) const ALL: [Self; Self::COUNT] = [
-        Self::One,
-        Self::Pages,
-        Self::PageParts,
-        Self::Candidates,
-        Self::Particles,
-        Self::CandidateParts,
-        Self::ParticleParts,
-        Self::Lanes,
-        Self::Columns,
-        Self::Leader,
-    ];
-    /// Number of variants.
-    pub const COUNT: usize = Self::Leader as usize + 1;
+    /// The number of threads for a filter with these numbers of pages, with `particles` particles and `samples` samples of each.
+    pub fn count(self, pages: [usize; 2], particles: usize, samples: usize) -> usize {
+        match self {
+            Self::One => 1,
+            Self::Leader => HELPERS + 1,
+            Self::Pages => pages.iter().sum(),
+            Self::PageParts => page_parts(pages).iter().sum(),
+            Self::Candidates => particles * samples,
+            Self::Particles => particles,
+            Self::Lanes => particles * LANES,
+            Self::CandidateParts => (particles * samples).div_ceil(PART),
+            Self::ParticleParts => particles.div_ceil(PART),
+            Self::Columns => COLUMNS,
+        }
+    }
+}
+
+/// Number of threads that write the pages of a draft together, word by word.
+pub(crate) const LANES: usize = 32;
+/// Number of pages that one thread counts.
+pub(crate) const PAGES_TOGETHER: usize = 256;
+/// Columns of `f32` with one number for each particle, which are summed in order: the terms of the drafts, the weight, the terms of
+/// the mean pose (x, y, sine and cosine of the heading), and those of its covariance.
+pub(crate) const WEIGHT: usize = TERMS;
+pub(crate) const CENTRE: usize = WEIGHT + 1;
+pub(crate) const SPREAD: usize = CENTRE + 4;
+/// Number of these columns.
+pub(crate) const COLUMNS: usize = SPREAD + 6;
+
+/// Numbers of parts of the pages of static features, and of those of moving ones.
+pub(crate) fn page_parts(pages: [usize; 2]) -> [usize; 2] {
+    pages.map(|pages| pages.div_ceil(PAGES_TOGETHER))
 }
 
 /// Number of threads that help the leader of a block.

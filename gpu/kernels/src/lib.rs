@@ -19,6 +19,7 @@ mod setup;
 
 #[cfg(target_arch = "nvptx64")]
 #[expect(unsafe_code, reason = "threads share buffers")]
+#[allow(unsafe_op_in_unsafe_fn, reason = "every stage has the contract of `run` in kernel.rs, for its whole body")]
 mod device {
     mod group;
     mod joint;
@@ -36,5 +37,5 @@ pub use launches::{HELPERS, JOINT_LAUNCHES, LAUNCHES, Lists, Places};
 pub use memory::{
     JointMemory, JointTracks, LARGE_PARTICLES, LargeMemory, MEASUREMENTS, Memory, PARTICLES, Particles, SAMPLES, Slot,
 };
-pub use run::{Inputs, follow};
-pub use setup::{Setup, setup_of};
+pub use run::{Filter, Sensing, Sighted, over};
+pub use setup::{Setup, control_of, setup_of};

@@ -29,7 +29,7 @@ pub(crate) fn describe(description: &mut Description<f32>, setup: &Setup) -> Opt
 }
 
 /// The control of a vehicle from a row of odometry: speed, turn, and speed to the left.
-pub(crate) fn control_of(motion: &PlanarMotion<f32>, [speed_mps, turn, left_mps]: [f32; 3]) -> PlanarControl<f32> {
+pub fn control_of(motion: &PlanarMotion<f32>, [speed_mps, turn, left_mps]: [f32; 3]) -> PlanarControl<f32> {
     match motion {
         PlanarMotion::Ackermann(_) => PlanarControl::Ackermann(AckermannControl { speed_mps, steering_rad: turn }),
         PlanarMotion::Unicycle(_) => PlanarControl::Unicycle(UnicycleControl { speed_mps, rate_radps: turn }),

@@ -1,13 +1,11 @@
-//! The buffers of all filters of a launch, the data of one of them, and what every stage needs first: whether its filter continues,
-//! and the state between the launches of a scan.
+//! The data of one filter of a launch, and what every stage needs first: whether its filter continues, and the state between the
+//! launches of a scan.
 
 use super::outputs::Outputs;
-use super::room::{Between, COLUMNS, DraftOf, Kind, PAGES_TOGETHER, PartPlace, Sight, TOGETHER, WHOLES};
-use super::store::LANES;
+use super::room::{Between, DraftOf, Kind, PartPlace, Sight, TOGETHER, WHOLES};
 use crate::buffer::{Feature, Layout, Prediction, Run, Scan, ScanResult, Status};
-use crate::launches::{HELPERS, Places};
+use crate::launches::{COLUMNS, page_parts};
 use crate::memory::Particles;
-use crate::run::Inputs;
 use core::mem::MaybeUninit;
 use core::ops::{Deref, Range};
 use core::slice::{from_raw_parts, from_raw_parts_mut};
@@ -16,20 +14,16 @@ use nalgebra::Vector2;
 use scphd::numerics::Noise;
 use scphd::storage::PART;
 
-/// The buffers of all filters of a launch, in the device's memory. In each buffer, the data of a filter is followed by that of
-/// the next, all with capacity for the particles and samples of the largest filter. The host writes it.
+/// The data of one filter in the buffers, with capacity for the particles and samples of the largest filter. The host writes it, in
+/// the order of [`Layout::buffers`].
 #[repr(C)]
-pub(super) struct Filters<M: Kind> {
-    /// The runs, one for each filter.
-    pub(super) runs: *const Run,
-    /// The scans of all runs.
-    pub(super) scans: *const Scan,
-    /// The predictions of all runs.
+pub(super) struct Places<M: Kind> {
+    pub(super) run: *const Run,
+    scans: *const Scan,
     predictions: *const Prediction,
-    /// The measurements of all runs.
     measurements: *const Vector2<f32>,
-    /// The filters, which start as zeros.
-    pub(super) rooms: *mut M::Room,
+    /// The filter, which starts as zeros.
+    pub(super) room: *mut M::Room,
     /// One for each candidate.
     pub(super) sights: *mut Sight,
     /// One for each particle. They start as zeros.
@@ -40,50 +34,35 @@ pub(super) struct Filters<M: Kind> {
     pub(super) streams: *mut MaybeUninit<Noise>,
     /// One for each part of the candidates.
     pub(super) parts: *mut PartPlace,
-    /// Scratch.
-    words: *mut u32,
-    /// The status of every run.
-    pub(super) statuses: *mut Status,
-    /// A result for each scan.
-    pub(super) results: *mut ScanResult,
-    /// Memory for the estimated features of all runs.
-    features: *mut Feature,
-    /// Number of filters.
-    pub(super) count: u64,
-    /// The greatest number of particles of a filter.
-    particles: u64,
-    /// The greatest number of samples of a particle.
-    samples: u64,
-}
-
-impl<M: Kind> Clone for Filters<M> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<M: Kind> Copy for Filters<M> {}
-
-/// The data of one filter of a launch: its part of every buffer, and the columns of its scratch.
-pub(super) struct Group<M: Kind> {
-    own: Filters<M>,
+    /// One for each candidate.
     pub(super) cumulated: *mut f32,
-    /// Distance between two columns, in numbers.
-    pub(super) stride: usize,
+    /// Columns with one number for each particle.
     pub(super) columns: *mut f32,
     pub(super) wholes: *mut u32,
+    /// One for each page, and for each part of them.
     pub(super) held: *mut AtomicU32,
     pub(super) firsts: *mut u32,
-    /// The scan, and the number of scans between two digests; 0 for one after the last scan only.
-    pub(super) scan: u32,
-    digest_every: u32,
+    pub(super) status: *mut Status,
+    /// One for each scan.
+    pub(super) results: *mut ScanResult,
+    features: *mut Feature,
+    /// Distance between two columns, in numbers.
+    pub(super) stride: usize,
 }
 
-impl<M: Kind> Deref for Group<M> {
-    type Target = Filters<M>;
+/// The data of one filter in a launch for a scan.
+pub(super) struct Group<'g, M: Kind> {
+    pub(super) places: &'g Places<M>,
+    pub(super) scan: u32,
+    /// Number of scans between two digests; 0 for one after the last scan only.
+    pub(super) digest_every: u32,
+}
 
-    fn deref(&self) -> &Filters<M> {
-        &self.own
+impl<M: Kind> Deref for Group<'_, M> {
+    type Target = Places<M>;
+
+    fn deref(&self) -> &Places<M> {
+        self.places
     }
 }
 
@@ -98,169 +77,87 @@ pub(super) fn part(place: usize, count: usize) -> Option<Range<usize>> {
     (first < count).then(|| first..count.min(first + PART))
 }
 
-/// Numbers of parts of the pages of static features, and of those of moving ones.
-pub(super) fn page_parts<M: Kind>() -> [usize; 2] {
-    M::PAGES.map(|pages| pages.div_ceil(PAGES_TOGETHER))
+/// The memory of a filter with `particles` particles and `samples` samples of each.
+pub(super) fn layout<M: Kind>(particles: usize, samples: usize) -> Layout {
+    const fn of<T>(count: usize) -> [usize; 2] {
+        [size_of::<T>() * count, align_of::<T>()]
+    }
+    let candidates = particles * samples;
+    let [of_static, of_moving] = page_parts(M::PAGES);
+    let all = [
+        of::<M::Room>(1),
+        of::<Sight>(candidates),
+        of::<M::Desk>(particles),
+        of::<DraftOf>(particles),
+        of::<Noise>(candidates.div_ceil(TOGETHER)),
+        of::<PartPlace>(candidates.div_ceil(PART)),
+        of::<f32>(candidates),
+        of::<f32>(COLUMNS * particles),
+        of::<u32>(WHOLES * particles),
+        of::<AtomicU32>(M::ALL_PAGES),
+        of::<u32>(of_static + of_moving),
+    ];
+    let alignment = all.iter().fold(1, |most, [_, alignment]| most.max(*alignment));
+    Layout { buffers: all.map(|[bytes, _]| bytes as u64), alignment: alignment as u64 }
 }
 
-/// Numbers of parts and of words of scratch of a filter.
-fn scratch<M: Kind>(particles: usize, samples: usize) -> [usize; 2] {
-    let pages = M::ALL_PAGES + page_parts::<M>().iter().sum::<usize>();
-    [(particles * samples).div_ceil(PART), particles * (samples + COLUMNS + WHOLES) + pages]
-}
-
-impl<M: Kind> Filters<M> {
-    /// Number of threads of a launch for each filter.
-    pub(super) fn threads(&self, places: Places) -> u64 {
-        Self::places(places, self.particles, self.samples)
-    }
-
-    fn places(places: Places, particles: u64, samples: u64) -> u64 {
-        match places {
-            Places::One => 1,
-            Places::Leader => HELPERS as u64 + 1,
-            Places::Pages => M::ALL_PAGES as u64,
-            Places::PageParts => page_parts::<M>().iter().sum::<usize>() as u64,
-            Places::Candidates => particles * samples,
-            Places::Particles => particles,
-            Places::Lanes => particles * LANES as u64,
-            Places::CandidateParts => (particles * samples).div_ceil(PART as u64),
-            Places::ParticleParts => particles.div_ceil(PART as u64),
-            Places::Columns => COLUMNS as u64,
-        }
-    }
-
-    /// The memory and the threads of a filter with `particles` particles and `samples` samples of each.
-    pub(super) fn layout(particles: u64, samples: u64) -> Layout {
-        const fn of<T>() -> [usize; 2] {
-            [size_of::<T>(), align_of::<T>()]
-        }
-        let all = [of::<M::Room>(), of::<Sight>(), of::<M::Desk>(), of::<DraftOf>(), of::<Noise>(), of::<PartPlace>()];
-        let alignment = all.iter().fold(1, |most, [_, alignment]| most.max(*alignment));
-        let [room, sight, desk, draft, stream, part] = all.map(|[size, _]| size);
-        let (particles, samples) = (particles as usize, samples as usize);
-        let (candidates, [parts, words]) = (particles * samples, scratch::<M>(particles, samples));
-        let (streams, words) = (stream * candidates.div_ceil(TOGETHER), size_of::<u32>() * words);
-        let buffers = [room, sight * candidates, desk * particles, draft * particles, streams, part * parts, words];
-        let threads = Places::ALL.map(|places| Self::places(places, particles as u64, samples as u64));
-        Layout { buffers: buffers.map(|bytes| bytes as u64), alignment: alignment as u64, threads }
-    }
-
-    /// The data of one filter, in a launch for a scan.
-    ///
-    /// # Safety
-    /// There is such a filter, and every pointer leads to as many values as the numbers of filters, particles and samples and the
-    /// runs require.
-    pub(super) unsafe fn group(&self, filter: usize, [scan, digest_every]: [u32; 2]) -> Group<M> {
-        let (particles, samples) = (self.particles as usize, self.samples as usize);
-        let (candidates, [parts, words]) = (particles * samples, scratch::<M>(particles, samples));
-        // SAFETY: the caller guarantees it.
-        unsafe {
-            let cumulated = self.words.add(filter * words);
-            let columns = cumulated.add(candidates);
-            let wholes = columns.add(COLUMNS * particles);
-            let held = wholes.add(WHOLES * particles);
-            let run = &*self.runs.add(filter);
-            let own = Self {
-                runs: run,
-                scans: self.scans.add(whole(run.first_scan)),
-                predictions: self.predictions.add(whole(run.first_prediction)),
-                measurements: self.measurements.add(whole(run.first_measurement)),
-                rooms: self.rooms.add(filter),
-                sights: self.sights.add(filter * candidates),
-                desks: self.desks.add(filter * particles),
-                drafts: self.drafts.add(filter * particles),
-                streams: self.streams.add(filter * candidates.div_ceil(TOGETHER)),
-                parts: self.parts.add(filter * parts),
-                statuses: self.statuses.add(filter),
-                results: self.results.add(whole(run.first_scan)),
-                features: self.features.add(whole(run.first_feature)),
-                ..*self
-            };
-            Group {
-                own,
-                cumulated: cumulated.cast(),
-                stride: particles,
-                columns: columns.cast(),
-                wholes,
-                held: held.cast(),
-                firsts: held.add(M::ALL_PAGES),
-                scan,
-                digest_every,
-            }
-        }
-    }
-}
-
-impl<M: Kind> Group<M> {
-    /// Whether the run has not stopped and has this scan.
+impl<M: Kind> Group<'_, M> {
+    /// Whether the run has not stopped and has this scan. Safety: only launches of one thread write the status.
     pub(super) unsafe fn goes_on(&self) -> bool {
-        // SAFETY: there is a status, which only single-thread launches write, and a run, which is never written.
-        unsafe { (*self.statuses).code == Status::DONE && self.scan < (*self.runs).scans }
+        (*self.status).code == Status::DONE && self.scan < (*self.run).scans
     }
 
-    /// Whether the run needs a digest after this scan.
+    /// Whether the run needs a digest after this scan. Safety: as of `goes_on`.
     pub(super) unsafe fn asks_for_digest(&self) -> bool {
         let taken = self.scan.saturating_add(1);
-        // SAFETY: as in `goes_on`.
-        unsafe { self.goes_on() && (taken.checked_rem(self.digest_every) == Some(0) || taken == (*self.runs).scans) }
+        self.goes_on() && (taken.checked_rem(self.digest_every) == Some(0) || taken == (*self.run).scans)
     }
 
-    /// The inputs of the run.
-    pub(super) unsafe fn inputs<'r>(&self) -> Inputs<'r> {
-        // SAFETY: the inputs are where the run says, and are never written.
-        unsafe {
-            let run = &*self.runs;
-            Inputs {
-                run,
-                scans: from_raw_parts(self.scans, whole(run.scans)),
-                predictions: from_raw_parts(self.predictions, whole(run.predictions)),
-                measurements: from_raw_parts(self.measurements, whole(run.measurements)),
-            }
-        }
+    /// The predictions before the scan. Safety: the run has this scan; inputs are never written.
+    pub(super) unsafe fn predictions<'r>(&self) -> &'r [Prediction] {
+        let scan = &*self.scans.add(whole(self.scan));
+        from_raw_parts(self.predictions.add(whole(scan.first_prediction)), whole(scan.predictions))
     }
 
-    /// The outputs of the run, for the only thread that writes them.
+    /// The measurements of the scan. Safety: as of `predictions`.
+    pub(super) unsafe fn measurements<'r>(&self) -> &'r [Vector2<f32>] {
+        let scan = &*self.scans.add(whole(self.scan));
+        from_raw_parts(self.measurements.add(whole(scan.first_measurement)), whole(scan.measurements))
+    }
+
+    /// The outputs of the run, for the only thread that writes them. Safety: they are where the run says.
     pub(super) unsafe fn outputs<'r>(&self) -> Outputs<'r> {
-        // SAFETY: the outputs are where the run says.
-        unsafe {
-            let run = &*self.runs;
-            Outputs {
-                results: from_raw_parts_mut(self.results, whole(run.scans)),
-                features: from_raw_parts_mut(self.features, whole(run.features)),
-            }
+        Outputs {
+            results: from_raw_parts_mut(self.results, whole((*self.run).scans)),
+            features: from_raw_parts_mut(self.features, whole((*self.run).features)),
         }
     }
 }
 
-impl<M: Particles> Group<M> {
-    /// The state between the launches of a scan; `None` if the run has stopped.
+impl<M: Particles> Group<'_, M> {
+    /// The state between the launches of a scan; `None` if the run has stopped. Safety: `open` has initialised it, or has stopped the
+    /// run.
     pub(super) unsafe fn between<'r>(&self) -> Option<&'r Between> {
-        // SAFETY: `open` has initialised it, or has stopped the run.
-        unsafe { self.goes_on().then(|| (*self.rooms).between.assume_init_ref()) }
+        self.goes_on().then(|| (*self.room).between.assume_init_ref())
     }
 
-    /// The same state, mutable, for the only thread of a launch.
+    /// The same state, mutable, for the only thread of a launch. Safety: as of `between`.
     pub(super) unsafe fn alone<'r>(&self) -> Option<&'r mut Between> {
-        // SAFETY: as in `between`, and no other thread accesses it.
-        unsafe { self.goes_on().then(|| (*self.rooms).between.assume_init_mut()) }
+        self.goes_on().then(|| (*self.room).between.assume_init_mut())
     }
 
-    /// The parts of `things` elements, for one thread.
+    /// The parts of `things` elements, for one thread. Safety: the buffer has this number of parts.
     pub(super) unsafe fn all_parts<'r>(&self, things: usize) -> &'r mut [PartPlace] {
-        // SAFETY: the buffer has this number of parts.
-        unsafe { from_raw_parts_mut(self.parts, things.div_ceil(PART)) }
+        from_raw_parts_mut(self.parts, things.div_ceil(PART))
     }
 
-    /// The first `count` drafts, for one thread.
+    /// The first `count` drafts, for one thread. Safety: `desks` has initialised one for each particle.
     pub(super) unsafe fn all_drafts<'r>(&self, count: usize) -> &'r mut [DraftOf] {
-        // SAFETY: `desks` has initialised one for each particle.
-        unsafe { from_raw_parts_mut(self.drafts.cast(), count) }
+        from_raw_parts_mut(self.drafts.cast(), count)
     }
 
-    /// The draft at this place, for its thread.
+    /// The draft at this place, for its thread. Safety: `desks` has initialised it.
     pub(super) unsafe fn draft<'r>(&self, place: usize) -> &'r mut DraftOf {
-        // SAFETY: `desks` has initialised it.
-        unsafe { (*self.drafts.add(place)).assume_init_mut() }
+        (*self.drafts.add(place)).assume_init_mut()
     }
 }

@@ -7,7 +7,6 @@ use super::room::{Kind, Many};
 use crate::buffer::{ScanResult, Status, halves};
 use crate::launches::HELPERS;
 use crate::memory::{JointMemory, JointTracks};
-use crate::run::before;
 use crate::setup::{Sighting, control_of, describe};
 use core::mem::MaybeUninit;
 use nalgebra::Vector2;
@@ -97,59 +96,53 @@ unsafe fn wait() {
 
 impl Shared {
     /// The passes of one helper.
+    /// Safety: each pass is done by one helper, and what all of them read is written by none.
     unsafe fn help(&self, helper: usize) {
-        // SAFETY: each pass is done by one helper, and what all of them read is written by none.
-        unsafe {
-            match self {
-                Self::Features { task, numbers, rows, landmarks } => {
-                    let mut feature = helper;
-                    while let Some(rows) = rows.one(feature)
-                        && let Some(landmark) = landmarks.one(feature)
-                    {
-                        task.run(numbers.all(), feature, rows, landmark);
-                        feature += HELPERS;
-                    }
+        match self {
+            Self::Features { task, numbers, rows, landmarks } => {
+                let mut feature = helper;
+                while let Some(rows) = rows.one(feature)
+                    && let Some(landmark) = landmarks.one(feature)
+                {
+                    task.run(numbers.all(), feature, rows, landmark);
+                    feature += HELPERS;
                 }
-                Self::Parts { pending, numbers, features } => {
-                    let mut part = helper;
-                    while let Some(range) = Pending::<Pose, Position>::part(*features, part) {
-                        (**pending).add_to(*features, part, numbers.some(range));
-                        part += HELPERS;
-                    }
-                }
-                Self::Nothing => {}
             }
+            Self::Parts { pending, numbers, features } => {
+                let mut part = helper;
+                while let Some(range) = Pending::<Pose, Position>::part(*features, part) {
+                    (**pending).add_to(*features, part, numbers.some(range));
+                    part += HELPERS;
+                }
+            }
+            Self::Nothing => {}
         }
     }
 }
 
 /// What a helper of a block does in a launch, in which the leader scans.
-unsafe fn help(helper: usize, group: &Group<Joint>) {
-    // SAFETY: the leader has written the loop before the first barrier, and waits at the second.
-    unsafe {
-        loop {
-            wait();
-            match (*group.rooms).shared.assume_init_ref() {
-                Shared::Nothing => return,
-                shared => shared.help(helper),
-            }
-            wait();
+/// Safety: the leader has written the loop before the first barrier, and waits at the second.
+unsafe fn help(helper: usize, group: &Group<'_, Joint>) {
+    loop {
+        wait();
+        match (*group.room).shared.assume_init_ref() {
+            Shared::Nothing => return,
+            shared => shared.help(helper),
         }
+        wait();
     }
 }
 
 /// Starts the filter.
-pub(super) unsafe fn start(_place: usize, group: &Group<Joint>) {
-    // SAFETY: no other thread runs.
-    unsafe {
-        let code = if begin(group).is_some() { Status::DONE } else { Status::SETUP };
-        *group.statuses = Status { code, scans: 0 };
-    }
+/// Safety: no other thread runs.
+pub(super) unsafe fn start(_place: usize, group: &Group<'_, Joint>) {
+    let code = if begin(group).is_some() { Status::DONE } else { Status::SETUP };
+    *group.status = Status { code, scans: 0 };
 }
 
-unsafe fn begin(group: &Group<Joint>) -> Option<()> {
+unsafe fn begin(group: &Group<'_, Joint>) -> Option<()> {
     // SAFETY: a room starts as zeros, which are a valid value, and does not move, so that it can hold pointers to its own parts.
-    let (room, run) = unsafe { (&mut *group.rooms, &*group.runs) };
+    let (room, run) = unsafe { (&mut *group.room, &*group.run) };
     let mut description = Description::robot();
     let (motion, sensor) = describe(&mut description, &run.setup)?;
     let Filter::Joint(joint) = description.filter else { return None };
@@ -161,40 +154,37 @@ unsafe fn begin(group: &Group<Joint>) -> Option<()> {
 }
 
 /// Does the predictions before a scan, and the scan.
-pub(super) unsafe fn scan(thread: usize, group: &Group<Joint>) {
-    // SAFETY: only the leader of the block uses filter and sensor, which `start` has initialised.
-    unsafe {
-        if thread < HELPERS {
-            return help(thread, group);
-        }
-        if group.goes_on() {
-            let (slam, sensor) = ((*group.rooms).slam.assume_init_mut(), (*group.rooms).sensor.assume_init_ref());
-            let rows = Leader(&raw mut (*group.rooms).shared);
-            *group.statuses = match step(slam, sensor, &rows, group, whole(group.scan)) {
-                Ok(()) => Status { code: Status::DONE, scans: group.scan + 1 },
-                Err(code) => Status { code, scans: group.scan },
-            };
-        }
-        (*group.rooms).shared = MaybeUninit::new(Shared::Nothing);
-        wait();
+/// Safety: only the leader of the block uses filter and sensor, which `start` has initialised.
+pub(super) unsafe fn scan(thread: usize, group: &Group<'_, Joint>) {
+    if thread < HELPERS {
+        return help(thread, group);
     }
+    if group.goes_on() {
+        let (slam, sensor) = ((*group.room).slam.assume_init_mut(), (*group.room).sensor.assume_init_ref());
+        let rows = Leader(&raw mut (*group.room).shared);
+        *group.status = match step(slam, sensor, &rows, group, whole(group.scan)) {
+            Ok(()) => Status { code: Status::DONE, scans: group.scan + 1 },
+            Err(code) => Status { code, scans: group.scan },
+        };
+    }
+    (*group.room).shared = MaybeUninit::new(Shared::Nothing);
+    wait();
 }
 
+/// Safety: no other thread runs; there is a result for every scan.
 unsafe fn step(
     slam: &mut Slam<'static>,
     sensor: &Sighting,
     rows: &Leader,
-    group: &Group<Joint>,
+    group: &Group<'_, Joint>,
     scan: usize,
 ) -> Result<(), u32> {
     // SAFETY: the inputs and outputs are where the run says.
-    let (inputs, mut outputs) = unsafe { (group.inputs(), group.outputs()) };
-    let (predictions, measurements) = before(inputs, scan)?;
-    for prediction in predictions {
+    for prediction in group.predictions() {
         let control = control_of(slam.motion(), prediction.control);
         slam.predict(&control, prediction.dt_s).map_err(|_| Status::PREDICTION)?;
     }
-    let report = slam.scan_on(sensor, measurements, rows).map_err(|_| Status::SCAN)?;
+    let report = slam.scan_on(sensor, group.measurements(), rows).map_err(|_| Status::SCAN)?;
     let estimate = slam.estimate_pose().ok_or(Status::SCAN)?;
     let result = ScanResult {
         n_eff: 1.0,
@@ -207,15 +197,12 @@ unsafe fn step(
         peak_moving_pages: report.movers as u32,
         ..of_estimate(&estimate, report.health)
     };
-    outputs.write(scan, result, slam.features(), slam.moving())
+    group.outputs().write(scan, result, slam.features(), slam.moving())
 }
 
 /// Computes the digest of the state after a scan, if it is requested.
-pub(super) unsafe fn digest(_place: usize, group: &Group<Joint>) {
-    // SAFETY: no other thread runs; there is a result for every scan.
-    unsafe {
-        if group.asks_for_digest() {
-            (*group.results.add(whole(group.scan))).digest = halves((*group.rooms).slam.assume_init_ref().digest());
-        }
+pub(super) unsafe fn digest(_place: usize, group: &Group<'_, Joint>) {
+    if group.asks_for_digest() {
+        (*group.results.add(whole(group.scan))).digest = halves((*group.room).slam.assume_init_ref().digest());
     }
 }

@@ -1,6 +1,6 @@
 //! The entry points of the device.
 
-use super::group::{Filters, Group};
+use super::group::{Group, Places as Of, layout, whole};
 use super::joint::Joint;
 use super::room::Kind;
 use crate::buffer::Layout;
@@ -18,22 +18,36 @@ use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x};
 /// each prediction before it in the run that has most, those of a scan and, if requested, that of a digest.
 /// Each launch has one thread for each place, and ends before the next begins.
 #[inline(always)]
-unsafe fn run<M: Kind>(places: Places, filters: &Filters<M>, body: impl FnOnce(usize, &Group<M>), now: [u32; 2]) {
-    // SAFETY: the functions read registers of the thread.
-    let [block, size, thread] = unsafe { [_block_idx_x(), _block_dim_x(), _thread_idx_x()] };
+unsafe fn run<M: Kind>(
+    places: Places,
+    Filters { first, count, particles, samples }: &Filters<M>,
+    body: impl FnOnce(usize, &Group<'_, M>),
+    [scan, digest_every]: [u32; 2],
+) {
+    let [block, size, thread] = [_block_idx_x(), _block_dim_x(), _thread_idx_x()];
     let (filter, place) = if places == Places::Leader {
         (Some(block), Some(thread))
     } else {
         // Both fit into 32 bits, for which a device divides much faster.
-        let (place, each) = (block * size + thread, filters.threads(places) as u32);
+        let place = block * size + thread;
+        let each = places.count(M::PAGES, *particles as usize, *samples as usize) as u32;
         (place.checked_div(each), place.checked_rem(each))
     };
     if let (Some(filter), Some(place)) = (filter, place)
-        && u64::from(filter) < filters.count
+        && u64::from(filter) < *count
     {
-        // SAFETY: the index is below the number of filters; the caller guarantees the rest.
-        body(place as usize, &unsafe { filters.group(filter as usize, now) });
+        body(whole(place), &Group { places: &*first.add(whole(filter)), scan, digest_every });
     }
+}
+
+/// All filters of a launch.
+#[repr(C)]
+struct Filters<M: Kind> {
+    first: *const Of<M>,
+    count: u64,
+    /// The greatest numbers of particles of a filter, and of samples of each.
+    particles: u64,
+    samples: u64,
 }
 
 /// The entry points for filters of one kind: one for each launch, and one that writes the layout of a filter's memory.
@@ -45,19 +59,14 @@ macro_rules! kernels {
             $($(
                 #[unsafe(export_name = concat!($prefix, stringify!($body)))]
                 unsafe extern "ptx-kernel" fn $body(filters: *const Filters<$kind>, scan: u32, digest_every: u32) {
-                    // SAFETY: the caller guarantees what `run` requires; every thread of a grid has its own place, and a leader
-                    // has helpers in its block.
-                    unsafe {
-                        let body = |place, group: &_| super::super::$file::$body(place, group);
-                        run(Places::$places, &*filters, body, [scan, digest_every]);
-                    }
+                    let body = |place, group: &Group<'_, _>| super::super::$file::$body(place, group);
+                    run(Places::$places, &*filters, body, [scan, digest_every]);
                 }
             )*)+
 
             #[unsafe(export_name = concat!($prefix, "layout"))]
             unsafe extern "ptx-kernel" fn write_layout(to: *mut Layout, particles: u32, samples: u32) {
-                // SAFETY: the caller guarantees that the pointer leads to a layout; there is only one thread.
-                unsafe { to.write(Filters::<$kind>::layout(particles.into(), samples.into())) };
+                to.write(layout::<$kind>(whole(particles), whole(samples)));
             }
         }
     };

@@ -62,7 +62,7 @@ impl Outputs<'_> {
     ) -> Result<(), u32> {
         let before = place.checked_sub(1).and_then(|before| self.results.get(before));
         let first_feature = before.map_or(0, |before| before.first_feature + before.features + before.movers);
-        let slot = self.results.get_mut(place).ok_or(Status::BUFFERS)?;
+        let slot = self.results.get_mut(place).ok_or(Status::SCAN)?;
         let mut room = self.features.get_mut(first_feature as usize..).unwrap_or(&mut []).iter_mut();
         let moving = |component: &Component<Vector4<f32>>| component.mean.into();
         let features = append(&mut room, features, |component| [component.mean.x, component.mean.y, 0.0, 0.0])?;

@@ -1,5 +1,6 @@
 //! The device memory of a filter.
 
+use crate::launches::COLUMNS;
 use crate::memory::{MEASUREMENTS, Particles, Slot};
 use crate::run::{Filter, Sensing, Sighted};
 use core::mem::MaybeUninit;
@@ -11,7 +12,7 @@ use nalgebra::{Vector2, Vector3};
 use scphd::models::PlanarPose;
 use scphd::numerics::{LnSum, Noise, Symmetric};
 use scphd::storage::{
-    COUNTS, Candidate, Draft, Dynamic, Feature, Lent, Lists, Page, PageId, Row, Scanning, Static, TERMS, UpdateMemory,
+    COUNTS, Candidate, Draft, Dynamic, Feature, Lent, Lists, Page, PageId, Row, Scanning, Static, UpdateMemory,
 };
 
 /// A kind of filters.
@@ -201,19 +202,9 @@ pub(super) struct Between {
     pub(super) sums: [AtomicU32; COLUMNS],
 }
 
-/// Columns of `f32` with one number for each particle, which are summed in order: the terms of the drafts, the weight, the terms of
-/// the mean pose (x, y, sine and cosine of the heading), and those of its covariance.
-pub(super) const WEIGHT: usize = TERMS;
-pub(super) const CENTRE: usize = WEIGHT + 1;
-pub(super) const SPREAD: usize = CENTRE + 4;
-/// Number of these columns.
-pub(super) const COLUMNS: usize = SPREAD + 6;
 /// Number of columns of integers: the draft of each particle, and for each draft the labels and the pages of all drafts before
 /// it.
 pub(super) const WHOLES: usize = 4;
-/// Number of pages that one thread counts.
-pub(super) const PAGES_TOGETHER: usize = 256;
-
 /// Sums over one part of the candidates or of the drafts, and over all parts before it.
 pub(super) struct PartPlace {
     pub(super) ln: f32,

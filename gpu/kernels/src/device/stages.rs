@@ -6,10 +6,11 @@
 //! The functions of stages have the safety requirements of `run` in `kernel.rs`.
 
 use super::group::{Group, whole};
-use super::room::{Between, COLUMNS, Kind, Lending, Listed, Many, Predicting, TOGETHER, give_pages_back};
+use super::room::{Between, Kind, Lending, Listed, Many, Predicting, TOGETHER, give_pages_back};
 use crate::buffer::{Prediction, Status};
+use crate::launches::COLUMNS;
 use crate::memory::Particles;
-use crate::run::{Filter, before, over};
+use crate::run::{Filter, over};
 use crate::setup::{control_of, numbers_of};
 use core::mem::MaybeUninit;
 use core::slice::from_raw_parts_mut;
@@ -17,94 +18,80 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use scphd::storage::{COUNTS, Samples};
 
 /// Starts the filter.
-pub(super) unsafe fn start<M: Particles>(_place: usize, group: &Group<M>) {
-    // SAFETY: no other thread runs. A room starts as zeros, which are a valid value, and does not move, so that it can hold
-    // pointers to its own parts.
-    unsafe {
-        let room = group.rooms;
-        let code = match over(group.inputs().run, &mut (*room).slot) {
-            Ok((filter, detector)) => {
-                (*room).filter = MaybeUninit::new(filter);
-                (*room).detector = MaybeUninit::new(detector);
-                Status::DONE
-            }
-            Err(code) => code,
-        };
-        *group.statuses = Status { code, scans: 0 };
-    }
+/// Safety: no other thread runs. A room starts as zeros, which are a valid value, and does not move, so that it can hold pointers
+/// to its own parts.
+pub(super) unsafe fn start<M: Particles>(_place: usize, group: &Group<'_, M>) {
+    let room = group.room;
+    let code = match over(&*group.run, &mut (*room).slot) {
+        Ok((filter, detector)) => {
+            (*room).filter = MaybeUninit::new(filter);
+            (*room).detector = MaybeUninit::new(detector);
+            Status::DONE
+        }
+        Err(code) => code,
+    };
+    *group.status = Status { code, scans: 0 };
 }
 
 /// Makes a draft over the desk at this place.
-pub(super) unsafe fn desks<M: Particles>(place: usize, group: &Group<M>) {
-    // SAFETY: there is a desk and a draft for each particle, and only this thread uses those at its place; the desks do not move.
-    unsafe {
-        if place < whole((*group.runs).particles) {
-            let [draft] = (*group.desks.add(place)).drafts();
-            *group.drafts.add(place) = MaybeUninit::new(draft);
-        }
+/// Safety: there is a desk and a draft for each particle, and only this thread uses those at its place; the desks do not move.
+pub(super) unsafe fn desks<M: Particles>(place: usize, group: &Group<'_, M>) {
+    if place < whole((*group.run).particles) {
+        let [draft] = (*group.desks.add(place)).drafts();
+        *group.drafts.add(place) = MaybeUninit::new(draft);
     }
 }
 
 /// Begins the next prediction before a scan, lends the candidates, and finds the positions of their numbers in the random stream.
-pub(super) unsafe fn predict<M: Particles>(_place: usize, group: &Group<M>) {
-    // SAFETY: no other thread runs; `start` has initialised filter and detector.
-    unsafe {
-        if !group.goes_on() {
-            return;
-        }
-        let filter = (*group.rooms).filter.assume_init_mut();
-        let predicting = &mut (*group.rooms).prediction;
-        give_candidates_back(filter, predicting);
-        let taken = whole(predicting.taken);
-        let begun = before(group.inputs(), whole(group.scan)).and_then(|(predictions, _)| {
-            // Another run has more predictions before this scan.
-            let Some(Prediction { control, dt_s }) = predictions.get(taken) else { return Ok(None) };
-            predicting.taken += 1;
-            let control = control_of(filter.motion(), *control);
-            filter.begin_predict(&control, *dt_s).map_err(|_| Status::PREDICTION)
-        });
-        match begun {
-            Ok(Some(Samples { candidates, in_use, selected, splits, mut noise })) => {
-                let numbers = numbers_of(filter.motion());
-                for (place, first) in (0..in_use).step_by(TOGETHER).enumerate() {
-                    *group.streams.add(place) = MaybeUninit::new(noise.clone());
-                    noise.skip((in_use - first).min(TOGETHER) * numbers);
-                }
-                predicting.after = MaybeUninit::new(noise);
-                predicting.candidates = (candidates.as_mut_ptr(), candidates.len());
-                predicting.particles = (selected.as_mut_ptr(), selected.len());
-                predicting.in_use = in_use;
-                predicting.splits = splits;
+/// Safety: no other thread runs; `start` has initialised filter and detector.
+pub(super) unsafe fn predict<M: Particles>(_place: usize, group: &Group<'_, M>) {
+    if !group.goes_on() {
+        return;
+    }
+    let filter = (*group.room).filter.assume_init_mut();
+    let predicting = &mut (*group.room).prediction;
+    give_candidates_back(filter, predicting);
+    let taken = whole(predicting.taken);
+    // Another run may have more predictions before this scan.
+    let Some(Prediction { control, dt_s }) = group.predictions().get(taken) else { return };
+    predicting.taken += 1;
+    match filter.begin_predict(&control_of(filter.motion(), *control), *dt_s) {
+        Ok(Some(Samples { candidates, in_use, selected, splits, mut noise })) => {
+            let numbers = numbers_of(filter.motion());
+            for (place, first) in (0..in_use).step_by(TOGETHER).enumerate() {
+                *group.streams.add(place) = MaybeUninit::new(noise.clone());
+                noise.skip((in_use - first).min(TOGETHER) * numbers);
             }
-            Ok(None) => {}
-            Err(code) => (*group.statuses).code = code,
+            predicting.after = MaybeUninit::new(noise);
+            predicting.candidates = (candidates.as_mut_ptr(), candidates.len());
+            predicting.particles = (selected.as_mut_ptr(), selected.len());
+            predicting.in_use = in_use;
+            predicting.splits = splits;
         }
+        Ok(None) => {}
+        Err(_) => (*group.status).code = Status::PREDICTION,
     }
 }
 
 /// Moves one candidate (5.12).
-pub(super) unsafe fn sample<M: Particles>(place: usize, group: &Group<M>) {
-    // SAFETY: the candidates are lent, and each belongs to one place.
-    unsafe {
-        if !group.goes_on() {
-            return;
+/// Safety: the candidates are lent, and each belongs to one place.
+pub(super) unsafe fn sample<M: Particles>(place: usize, group: &Group<'_, M>) {
+    if !group.goes_on() {
+        return;
+    }
+    let Predicting { taken, candidates: (candidates, len), particles, in_use, splits, .. } = &(*group.room).prediction;
+    if place < (*in_use).min(*len)
+        && let Some(Prediction { control, dt_s }) = group.predictions().get(whole(taken.wrapping_sub(1)))
+    {
+        let mut noise = (*group.streams.add(place / TOGETHER)).assume_init_ref().clone();
+        let filter = (*group.room).filter.assume_init_ref();
+        noise.skip(place % TOGETHER * numbers_of(filter.motion()));
+        let candidate = &mut *candidates.add(place);
+        let parent = place / whole((*group.run).samples).max(1);
+        if *splits && parent < particles.1 {
+            *candidate = filter.child_of(&*particles.0.add(parent));
         }
-        let Predicting { taken, candidates: (candidates, len), particles, in_use, splits, .. } =
-            &(*group.rooms).prediction;
-        if place < (*in_use).min(*len)
-            && let Ok((predictions, _)) = before(group.inputs(), whole(group.scan))
-            && let Some(Prediction { control, dt_s }) = predictions.get(whole(taken.wrapping_sub(1)))
-        {
-            let mut noise = (*group.streams.add(place / TOGETHER)).assume_init_ref().clone();
-            let filter = (*group.rooms).filter.assume_init_ref();
-            noise.skip(place % TOGETHER * numbers_of(filter.motion()));
-            let candidate = &mut *candidates.add(place);
-            let parent = place / whole((*group.runs).samples).max(1);
-            if *splits && parent < particles.1 {
-                *candidate = filter.child_of(&*particles.0.add(parent));
-            }
-            filter.sample(candidate, &control_of(filter.motion(), *control), *dt_s, &mut noise);
-        }
+        filter.sample(candidate, &control_of(filter.motion(), *control), *dt_s, &mut noise);
     }
 }
 
@@ -123,87 +110,77 @@ unsafe fn give_candidates_back(filter: &mut Filter<'static>, predicting: &mut Pr
 }
 
 /// Sorts the measurements of a scan, and lends the pages.
-pub(super) unsafe fn open<M: Particles>(_place: usize, group: &Group<M>) {
-    // SAFETY: no other thread runs; `start` has initialised filter and detector.
-    unsafe {
-        if !group.goes_on() {
-            return;
+/// Safety: no other thread runs; `start` has initialised filter and detector.
+pub(super) unsafe fn open<M: Particles>(_place: usize, group: &Group<'_, M>) {
+    if !group.goes_on() {
+        return;
+    }
+    let room = group.room;
+    let filter = (*room).filter.assume_init_mut();
+    let detector = (*room).detector.assume_init_mut();
+    let predicting = &mut (*room).prediction;
+    give_candidates_back(filter, predicting);
+    predicting.taken = 0;
+    match filter.begin_scan(detector, group.measurements()) {
+        Ok((mut scanning, eta)) => {
+            scanning.enter();
+            let (pages, moving_pages) = scanning.lend_pages();
+            (*room).between = MaybeUninit::new(Between {
+                scanning,
+                eta,
+                pages: Many::lent(pages),
+                moving_pages: Many::lent(moving_pages),
+                lent: Lending::NONE,
+                rest: 0.0,
+                uniform: None,
+                last: 0,
+                drafts: 0,
+                first_fresh: 0,
+                labels: 0,
+                free: [0; 2],
+                wanted: [0; 2],
+                lists: [Listed::NONE; 2],
+                in_turn: false,
+                crowded: AtomicU32::new(0),
+                counts: [const { AtomicU32::new(0) }; COUNTS + 4],
+                sums: [const { AtomicU32::new(0) }; COLUMNS],
+            });
         }
-        let room = group.rooms;
-        let filter = (*room).filter.assume_init_mut();
-        let detector = (*room).detector.assume_init_mut();
-        let predicting = &mut (*room).prediction;
-        give_candidates_back(filter, predicting);
-        predicting.taken = 0;
-        let begun = before(group.inputs(), whole(group.scan))
-            .and_then(|(_, measurements)| filter.begin_scan(detector, measurements).map_err(|_| Status::SCAN));
-        match begun {
-            Ok((mut scanning, eta)) => {
-                scanning.enter();
-                let (pages, moving_pages) = scanning.lend_pages();
-                (*room).between = MaybeUninit::new(Between {
-                    scanning,
-                    eta,
-                    pages: Many::lent(pages),
-                    moving_pages: Many::lent(moving_pages),
-                    lent: Lending::NONE,
-                    rest: 0.0,
-                    uniform: None,
-                    last: 0,
-                    drafts: 0,
-                    first_fresh: 0,
-                    labels: 0,
-                    free: [0; 2],
-                    wanted: [0; 2],
-                    lists: [Listed::NONE; 2],
-                    in_turn: false,
-                    crowded: AtomicU32::new(0),
-                    counts: [const { AtomicU32::new(0) }; COUNTS + 4],
-                    sums: [const { AtomicU32::new(0) }; COLUMNS],
-                });
-            }
-            Err(code) => (*group.statuses).code = code,
-        }
+        Err(_) => (*group.status).code = Status::SCAN,
     }
 }
 
 /// Predicts the moving features of one page.
-pub(super) unsafe fn drift<M: Particles>(place: usize, group: &Group<M>) {
-    // SAFETY: the pages are lent, and each page and each count belongs to one place.
-    unsafe {
-        let Some(Between { scanning, moving_pages, .. }) = group.between() else { return };
-        if place < M::ALL_PAGES {
-            (*group.held.add(place)).store(0, Ordering::Relaxed);
-        }
-        if let Some(page) = moving_pages.one(place) {
-            scanning.drift_page(place, page);
-        }
+/// Safety: the pages are lent, and each page and each count belongs to one place.
+pub(super) unsafe fn drift<M: Particles>(place: usize, group: &Group<'_, M>) {
+    let Some(Between { scanning, moving_pages, .. }) = group.between() else { return };
+    if place < M::ALL_PAGES {
+        (*group.held.add(place)).store(0, Ordering::Relaxed);
+    }
+    if let Some(page) = moving_pages.one(place) {
+        scanning.drift_page(place, page);
     }
 }
 
 /// Draws the candidates of an informed proposal, and lends their ln L.
-pub(super) unsafe fn propose<M: Particles>(_place: usize, group: &Group<M>) {
-    // SAFETY: no other thread runs; the pages that `open` has lent are given back.
-    unsafe {
-        let Some(between) = group.alone() else { return };
-        give_pages_back(between);
-        let Between { scanning, eta, lent, .. } = between;
-        scanning.propose(eta);
-        lent.ln_likelihoods = Many::lent(scanning.lend_ln_likelihoods());
-        (*group.rooms).in_view.store(0, Ordering::Relaxed);
-    }
+/// Safety: no other thread runs; the pages that `open` has lent are given back.
+pub(super) unsafe fn propose<M: Particles>(_place: usize, group: &Group<'_, M>) {
+    let Some(between) = group.alone() else { return };
+    give_pages_back(between);
+    let Between { scanning, eta, lent, .. } = between;
+    scanning.propose(eta);
+    lent.ln_likelihoods = Many::lent(scanning.lend_ln_likelihoods());
+    (*group.room).in_view.store(0, Ordering::Relaxed);
 }
 
 /// Weighs one candidate.
-pub(super) unsafe fn weigh<M: Particles>(place: usize, group: &Group<M>) {
-    // SAFETY: the ln L are lent, and each of them and of the sights belongs to one place.
-    unsafe {
-        if let Some(Between { scanning, lent, .. }) = group.between()
-            && place < scanning.candidates()
-            && let Some(ln_likelihood) = lent.ln_likelihoods.one(place)
-        {
-            let in_view = scanning.weigh(place, ln_likelihood, &mut *group.sights.add(place));
-            (*group.rooms).in_view.fetch_max(u32::try_from(in_view).unwrap_or(u32::MAX), Ordering::Relaxed);
-        }
+/// Safety: the ln L are lent, and each of them and of the sights belongs to one place.
+pub(super) unsafe fn weigh<M: Particles>(place: usize, group: &Group<'_, M>) {
+    if let Some(Between { scanning, lent, .. }) = group.between()
+        && place < scanning.candidates()
+        && let Some(ln_likelihood) = lent.ln_likelihoods.one(place)
+    {
+        let in_view = scanning.weigh(place, ln_likelihood, &mut *group.sights.add(place));
+        (*group.room).in_view.fetch_max(u32::try_from(in_view).unwrap_or(u32::MAX), Ordering::Relaxed);
     }
 }
