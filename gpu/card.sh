@@ -12,7 +12,6 @@ ask() {
 }
 
 {
-    ask device
     ask check thesis-dynamic --runs 16 --scans 100
     ask check survey --particles 32 --runs 8 --scans 60
     ask check thesis-dynamic --filter joint --runs 16 --scans 100

@@ -28,7 +28,7 @@ use study::{Checked, check, study};
 /// The exit code if there is no driver or no card.
 const NO_DEVICE: u8 = 3;
 
-/// Runs many filters at once, each over a whole scenario; or one large filter.
+/// Runs many filters at once, each over a whole scenario; or one large filter. Ends with 3 if there is no card.
 #[derive(Debug, Parser)]
 #[command(name = "scphd-gpu", version, max_term_width = 100)]
 struct Cli {
@@ -62,8 +62,6 @@ enum Command {
     },
     /// Compares state and outputs after every scan with the host's, bit for bit.
     Check(RunArgs),
-    /// Prints the device; ends with 3 if there is none, as every command does.
-    Device(DeviceArgs),
     /// Times runs without digests but that of the last state, and one run on one core of the host.
     Time(RunArgs),
 }
@@ -126,7 +124,6 @@ fn main() -> ExitCode {
         }
         Command::Check(args) => compare(args, true),
         Command::Time(args) => compare(args, false),
-        Command::Device(on) => on.open().map(|device| println!("{}", device.name())),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -122,23 +122,3 @@ impl Slam<Planar> for Played<'_> {
         Some(self.state_bytes as u64)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::{health_of, square};
-    use scphd::Health;
-
-    #[test]
-    fn upper_triangles_become_symmetric_matrices() {
-        assert_eq!(square::<2>(&[1.0, 2.0, 3.0]), [[1.0, 2.0], [2.0, 3.0]]);
-        let whole = [[1.0, 2.0, 3.0], [2.0, 4.0, 5.0], [3.0, 5.0, 6.0]];
-        assert_eq!(square::<3>(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]), whole);
-    }
-
-    #[test]
-    fn conditions_are_restored_from_their_bits() {
-        let health = Health::DEGENERATE | Health::DETECTIONS_LOW;
-        assert_eq!(health_of(u32::from(health.bits())), health);
-        assert_eq!(health_of(0), Health::GOOD);
-    }
-}

@@ -32,12 +32,6 @@ pub struct Tuning {
     /// Number of particles; more than 32 are one large filter for each run.
     #[arg(long, value_name = "N")]
     pub particles: Option<usize>,
-    /// Number of samples of each particle.
-    #[arg(long, value_name = "M")]
-    pub samples: Option<usize>,
-    /// Whether features may move: on or off.
-    #[arg(long, value_parser = clap::builder::BoolishValueParser::new())]
-    pub moving: Option<bool>,
     /// Settings in TOML that replace those of the scenario.
     #[arg(long, value_name = "FILE.toml", value_parser = text)]
     pub settings: Option<String>,
@@ -80,7 +74,7 @@ impl Source {
     /// The settings for a log of the source: those of the scenario, overridden by the file, then by the other fields of the
     /// tuning.
     pub fn settings(&self, log: &Log) -> Result<Settings, Failure> {
-        let Tuning { particles, samples, moving, settings: file, .. } = &self.tuning;
+        let Tuning { particles, settings: file, .. } = &self.tuning;
         let mut settings = match self.folder() {
             Some(_) => Settings::for_log(log),
             None => Settings::for_scenario(&self.scenario, log),
@@ -92,10 +86,6 @@ impl Source {
             settings = settings.with_toml(text).map_err(|problem| Failure::Other(format!("settings: {problem}")))?;
         }
         settings.filter.particles = particles.unwrap_or(settings.filter.particles);
-        settings.filter.samples = samples.unwrap_or(settings.filter.samples);
-        if let Some(moving) = *moving {
-            settings.set_moving(moving);
-        }
         settings.check().map_err(|problem| Failure::Other(format!("settings: {problem}")))?;
         Ok(settings)
     }

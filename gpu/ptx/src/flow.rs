@@ -87,27 +87,3 @@ fn post_dominators(successors: &[Vec<usize>]) -> Vec<usize> {
     // An endless loop has no path to the end.
     found.iter().map(|&meet| meet.min(end)).collect()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::post_dominators;
-
-    #[test]
-    fn the_paths_of_a_branch_meet_behind_it() {
-        // 0 branches to 1 and 3; 1, 2 and 3 lead to 4, which returns.
-        assert_eq!(post_dominators(&[vec![1, 3], vec![2], vec![4], vec![4], vec![5]]), [4, 2, 4, 4, 5]);
-    }
-
-    #[test]
-    fn a_loop_meets_at_its_exit() {
-        // 1 is the head of a loop of 1, 2 and 3, whose exit is 4; 2 may skip 3.
-        assert_eq!(post_dominators(&[vec![1], vec![4, 2], vec![3, 1], vec![1], vec![5]]), [1, 4, 1, 1, 5]);
-    }
-
-    #[test]
-    fn paths_that_return_meet_at_the_end() {
-        assert_eq!(post_dominators(&[vec![1, 2], vec![3], vec![3]]), [3, 3, 3]);
-        // An endless loop.
-        assert_eq!(post_dominators(&[vec![1, 2], vec![1], vec![3]]), [2, 3, 3]);
-    }
-}

@@ -78,22 +78,21 @@ pub fn step() -> Result<Outcome, Stop> {
 
 /// The result of a GPU.
 fn on_card(modules: &Path) -> Result<String, Stop> {
-    let of_card = |profile: &[&str], words: &[&str]| -> Result<String, Stop> {
+    let of_card = |words: &str| -> Result<String, Stop> {
         let mut command = cargo("run");
-        command.args(profile).arg("--").args(words).args(["--device", "cuda", "--modules"]).arg(modules);
+        command.args(["--release", "--"]).args(words.split(' ')).args(["--device", "cuda", "--modules"]).arg(modules);
         let output = command.output().map_err(|error| error.to_string())?;
         let [said, complaint] =
             [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).trim().to_owned());
         match output.status.code() {
             Some(0) => Ok(said),
             Some(NO_DEVICE) => Err(Stop::Missing(complaint)),
-            _ => Err(format!("{}: {said} {complaint}", words.join(" ")).into()),
+            _ => Err(format!("{words}: {said} {complaint}").into()),
         }
     };
-    of_card(&[], &["device"])?;
     let mut all = Vec::new();
     for words in ON_CARD {
-        let said = of_card(&["--release"], &words.split(' ').collect::<Vec<_>>())?;
+        let said = of_card(words)?;
         println!("{said}");
         all.push(said);
     }

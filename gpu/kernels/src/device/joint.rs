@@ -8,6 +8,7 @@ use crate::buffer::{ScanResult, Status, halves};
 use crate::launches::HELPERS;
 use crate::memory::{JointMemory, JointTracks};
 use crate::setup::{Sighting, control_of, describe};
+use core::arch::nvptx::_syncthreads as wait;
 use core::mem::MaybeUninit;
 use nalgebra::Vector2;
 use scphd::JointSlam;
@@ -60,7 +61,8 @@ struct Leader(*mut MaybeUninit<Shared>);
 
 impl Leader {
     fn share(&self, shared: Shared) {
-        // SAFETY: the place is that of this block, and the helpers use it between the barriers, in which the leader waits.
+        // SAFETY: the place is that of this block, and the helpers use it between the barriers, in which the leader waits. Leader and
+        // helpers wait equally often.
         unsafe {
             self.0.write(MaybeUninit::new(shared));
             wait();
@@ -86,12 +88,6 @@ impl RowExecutor<Pose, Position> for Leader {
         let pending = core::ptr::from_ref(pending).cast();
         self.share(Shared::Parts { pending, numbers: Many::lent(numbers), features });
     }
-}
-
-/// Waits until all threads of the block are here.
-unsafe fn wait() {
-    // SAFETY: leader and helpers wait equally often.
-    unsafe { core::arch::nvptx::_syncthreads() };
 }
 
 impl Shared {
@@ -140,9 +136,9 @@ pub(super) unsafe fn start(_place: usize, group: &Group<'_, Joint>) {
     *group.status = Status { code, scans: 0 };
 }
 
+/// Safety: a room starts as zeros, which are a valid value, and does not move, so that it can hold pointers to its own parts.
 unsafe fn begin(group: &Group<'_, Joint>) -> Option<()> {
-    // SAFETY: a room starts as zeros, which are a valid value, and does not move, so that it can hold pointers to its own parts.
-    let (room, run) = unsafe { (&mut *group.room, &*group.run) };
+    let (room, run) = (&mut *group.room, &*group.run);
     let mut description = Description::robot();
     let (motion, sensor) = describe(&mut description, &run.setup)?;
     let Filter::Joint(joint) = description.filter else { return None };
@@ -162,7 +158,7 @@ pub(super) unsafe fn scan(thread: usize, group: &Group<'_, Joint>) {
     if group.goes_on() {
         let (slam, sensor) = ((*group.room).slam.assume_init_mut(), (*group.room).sensor.assume_init_ref());
         let rows = Leader(&raw mut (*group.room).shared);
-        *group.status = match step(slam, sensor, &rows, group, whole(group.scan)) {
+        *group.status = match step(slam, sensor, &rows, group) {
             Ok(()) => Status { code: Status::DONE, scans: group.scan + 1 },
             Err(code) => Status { code, scans: group.scan },
         };
@@ -177,9 +173,7 @@ unsafe fn step(
     sensor: &Sighting,
     rows: &Leader,
     group: &Group<'_, Joint>,
-    scan: usize,
 ) -> Result<(), u32> {
-    // SAFETY: the inputs and outputs are where the run says.
     for prediction in group.predictions() {
         let control = control_of(slam.motion(), prediction.control);
         slam.predict(&control, prediction.dt_s).map_err(|_| Status::PREDICTION)?;
@@ -197,7 +191,7 @@ unsafe fn step(
         peak_moving_pages: report.movers as u32,
         ..of_estimate(&estimate, report.health)
     };
-    group.outputs().write(scan, result, slam.features(), slam.moving())
+    group.outputs().write(whole(group.scan), result, slam.features(), slam.moving())
 }
 
 /// Computes the digest of the state after a scan, if it is requested.

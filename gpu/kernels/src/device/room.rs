@@ -51,9 +51,8 @@ pub(super) const TOGETHER: usize = 32;
 pub(super) struct Predicting {
     /// Number of predictions since the last scan, including this one.
     pub(super) taken: u32,
-    /// The memory of all candidates while it is lent, and its length; 0 while it is not.
-    pub(super) candidates: (*mut Candidate<PlanarPose<f32>>, usize),
-    pub(super) particles: (*mut Candidate<PlanarPose<f32>>, usize),
+    /// All candidates and particles, while they are lent.
+    pub(super) lent: Option<[Many<Candidate<PlanarPose<f32>>>; 2]>,
     pub(super) in_use: usize,
     /// Whether each particle is split into several candidates.
     pub(super) splits: bool,
@@ -91,21 +90,18 @@ impl<T> Many<T> {
 
     /// Returns the whole slice, for the single thread that takes it back.
     pub(super) unsafe fn back(self) -> &'static mut [T] {
-        // SAFETY: it was lent as such a slice, and no other thread uses any element.
-        unsafe { from_raw_parts_mut(self.first.as_ptr(), self.len) }
+        from_raw_parts_mut(self.first.as_ptr(), self.len)
     }
 
     /// The whole slice, while no thread writes it.
     pub(super) unsafe fn all<'r>(self) -> &'r [T] {
-        // SAFETY: the caller guarantees it.
-        unsafe { from_raw_parts(self.first.as_ptr(), self.len) }
+        from_raw_parts(self.first.as_ptr(), self.len)
     }
 
     /// The elements of a range, as far as there are any, for the single thread that uses them.
     pub(super) unsafe fn some<'r>(self, range: Range<usize>) -> &'r mut [T] {
         let first = range.start.min(self.len);
-        // SAFETY: the range is within the slice; the caller guarantees the rest.
-        unsafe { from_raw_parts_mut(self.first.as_ptr().add(first), range.end.min(self.len).saturating_sub(first)) }
+        from_raw_parts_mut(self.first.as_ptr().add(first), range.end.min(self.len).saturating_sub(first))
     }
 
     /// Pointer to one element.
@@ -115,8 +111,7 @@ impl<T> Many<T> {
 
     /// One element, for the single thread that uses it.
     pub(super) unsafe fn one<'r>(self, place: usize) -> Option<&'r mut T> {
-        // SAFETY: the index is within the slice; the caller guarantees the rest.
-        (place < self.len).then(|| unsafe { &mut *self.first.as_ptr().add(place) })
+        (place < self.len).then(|| &mut *self.first.as_ptr().add(place))
     }
 }
 
@@ -141,8 +136,7 @@ macro_rules! lending {
 
             /// Returns the slices, for the single thread that takes them back.
             pub(super) unsafe fn back<$($generic)*>(self) -> $lent {
-                // SAFETY: the caller guarantees it.
-                unsafe { $of { $($slice: self.$slice.back(),)+ $($number: self.$number,)? } }
+                $of { $($slice: self.$slice.back(),)+ $($number: self.$number,)? }
             }
         }
     };
@@ -239,9 +233,8 @@ pub(super) type Sight = [LnSum<f32>; MEASUREMENTS];
 /// The update of one survivor's maps.
 pub(super) type DraftOf = Draft<'static, Vector2<f32>>;
 
-/// Gives the lent pages back.
+/// Gives the lent pages back. Safety: nothing else refers to them any more.
 pub(super) unsafe fn give_pages_back(between: &mut Between) {
     let Between { scanning, pages, moving_pages, .. } = between;
-    // SAFETY: these are the slices that were lent, and nothing else refers to them any more.
-    unsafe { scanning.give_pages_back((pages.back(), moving_pages.back())) };
+    scanning.give_pages_back((pages.back(), moving_pages.back()));
 }

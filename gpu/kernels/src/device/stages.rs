@@ -13,7 +13,6 @@ use crate::memory::Particles;
 use crate::run::{Filter, over};
 use crate::setup::{control_of, numbers_of};
 use core::mem::MaybeUninit;
-use core::slice::from_raw_parts_mut;
 use core::sync::atomic::{AtomicU32, Ordering};
 use scphd::storage::{COUNTS, Samples};
 
@@ -63,8 +62,7 @@ pub(super) unsafe fn predict<M: Particles>(_place: usize, group: &Group<'_, M>) 
                 noise.skip((in_use - first).min(TOGETHER) * numbers);
             }
             predicting.after = MaybeUninit::new(noise);
-            predicting.candidates = (candidates.as_mut_ptr(), candidates.len());
-            predicting.particles = (selected.as_mut_ptr(), selected.len());
+            predicting.lent = Some([Many::lent(candidates), Many::lent(selected)]);
             predicting.in_use = in_use;
             predicting.splits = splits;
         }
@@ -79,33 +77,31 @@ pub(super) unsafe fn sample<M: Particles>(place: usize, group: &Group<'_, M>) {
     if !group.goes_on() {
         return;
     }
-    let Predicting { taken, candidates: (candidates, len), particles, in_use, splits, .. } = &(*group.room).prediction;
-    if place < (*in_use).min(*len)
+    let Predicting { taken, lent: Some([candidates, particles]), in_use, splits, .. } = &(*group.room).prediction
+    else {
+        return;
+    };
+    if place < *in_use
+        && let Some(candidate) = candidates.one(place)
         && let Some(Prediction { control, dt_s }) = group.predictions().get(whole(taken.wrapping_sub(1)))
     {
         let mut noise = (*group.streams.add(place / TOGETHER)).assume_init_ref().clone();
         let filter = (*group.room).filter.assume_init_ref();
         noise.skip(place % TOGETHER * numbers_of(filter.motion()));
-        let candidate = &mut *candidates.add(place);
-        let parent = place / whole((*group.run).samples).max(1);
-        if *splits && parent < particles.1 {
-            *candidate = filter.child_of(&*particles.0.add(parent));
+        if *splits && let Some(parent) = particles.one(place / whole((*group.run).samples).max(1)) {
+            *candidate = filter.child_of(parent);
         }
         filter.sample(candidate, &control_of(filter.motion(), *control), *dt_s, &mut noise);
     }
 }
 
-/// Gives the candidates back, if they were lent.
+/// Gives the candidates back, if they were lent. Safety: nothing else refers to them any more.
 unsafe fn give_candidates_back(filter: &mut Filter<'static>, predicting: &mut Predicting) {
-    let Predicting { candidates: (candidates, len), particles, in_use, splits, after, .. } = predicting;
-    if *len > 0 {
-        // SAFETY: these are the slices that were lent, and nothing else refers to them; `after` was set when they were lent.
-        let (candidates, selected, noise) = unsafe {
-            let selected = from_raw_parts_mut(particles.0, particles.1);
-            (from_raw_parts_mut(*candidates, *len), selected, after.assume_init_ref().clone())
-        };
+    let Predicting { lent, in_use, splits, after, .. } = predicting;
+    if let Some([candidates, selected]) = lent.take() {
+        let (candidates, selected) = (candidates.back(), selected.back());
+        let noise = after.assume_init_ref().clone();
         filter.end_predict(Samples { candidates, in_use: *in_use, selected, splits: *splits, noise });
-        (*len, *in_use) = (0, 0);
     }
 }
 
