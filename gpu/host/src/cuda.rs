@@ -1,13 +1,14 @@
 //! A CUDA device: the driver, the module and the memory, all located at run time.
 #![expect(unsafe_code, reason = "the driver starts kernels with pointers")]
 
-use crate::device::{Failure, Launch, Machine, Modules, entry};
+use crate::device::{Failure, Launch, Machine, entry, module, read};
 use cudarc::driver::{
     CudaContext, CudaFunction, CudaModule, CudaSlice, CudaStream, DevicePtr, DriverError, LaunchConfig, PushKernelArg,
     sys,
 };
 use cudarc::nvrtc::Ptx;
 use std::collections::HashMap;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -39,18 +40,18 @@ pub struct Cuda {
 
 impl Cuda {
     /// Opens the first card. For a profile, the host waits for every launch and records its time.
-    pub fn open(modules: &Modules, profile: bool) -> Result<Self, Failure> {
+    pub fn open(folder: &Path, profile: bool) -> Result<Self, Failure> {
         // SAFETY: the call loads the driver's library, whose initialisation is the system's responsibility, and releases it.
         if !unsafe { sys::is_culib_present() } {
             return Err(Failure::NoDevice("no libcuda on this machine".into()));
         }
         let context = CudaContext::new(0).map_err(|DriverError(code)| Failure::NoDevice(format!("{code:?}")))?;
         let kind = context.compute_capability().map_err(refused("asking for the kind of the card"))?;
-        let assembled = modules.0.join(format!("scphd-sm_{}{}.cubin", kind.0, kind.1));
+        let assembled = folder.join(format!("scphd-sm_{}{}.cubin", kind.0, kind.1));
         let (module, path) = if assembled.is_file() {
-            (Ptx::from_binary(modules.read(&assembled)?), assembled)
+            (Ptx::from_binary(read(&assembled)?), assembled)
         } else {
-            modules.text().map(|(text, path)| (Ptx::from_src(text), path))?
+            module(folder).map(|(text, path)| (Ptx::from_src(text), path))?
         };
         let module = context.load_module(module).map_err(refused("loading the module"))?;
         let stream = context.default_stream();
@@ -161,7 +162,7 @@ mod tests {
 
     #[test]
     fn a_missing_driver_is_reported() {
-        let error = Cuda::open(&Modules("nowhere".into()), false).map(drop);
+        let error = Cuda::open(Path::new("nowhere"), false).map(drop);
         // With a driver, the module is missing.
         let said = error.unwrap_err().to_string();
         assert!(["no CUDA device", "nowhere"].iter().any(|what| said.contains(what)), "{said}");

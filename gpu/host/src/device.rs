@@ -12,11 +12,8 @@ use std::time::Instant;
 /// The outputs of a batch.
 #[derive(Debug)]
 pub struct Outcome {
-    /// How each run ended.
     pub statuses: Vec<Status>,
-    /// The results of all scans.
     pub results: Vec<ScanResult>,
-    /// The estimated features of all runs.
     pub features: Vec<Feature>,
     /// Wall time of all launches except those of digests, without copies, s.
     pub launched_s: f64,
@@ -28,7 +25,6 @@ pub enum Failure {
     /// There is no driver, or it has found no device.
     #[error("no CUDA device: {0}")]
     NoDevice(String),
-    /// Any other reason.
     #[error("{0}")]
     Other(String),
 }
@@ -40,24 +36,15 @@ impl Failure {
     }
 }
 
-/// The modules that `cargo xtask gpu` builds, in a folder.
-#[derive(Debug)]
-pub struct Modules(pub PathBuf);
+pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
+    std::fs::read(path).map_err(|error| Failure::of(path.display(), error))
+}
 
-impl Modules {
-    /// File name of the module as PTX text, which the driver assembles for its card when it loads it; this takes a while.
-    pub const TEXT: &str = "scphd.ptx";
-
-    /// The module as text, and its path.
-    pub fn text(&self) -> Result<(String, PathBuf), Failure> {
-        let path = self.0.join(Self::TEXT);
-        let said = String::from_utf8(self.read(&path)?).ok().filter(|said| !said.contains('\0'));
-        said.map(|said| (said, path.clone())).ok_or_else(|| Failure::of(path.display(), "is no text"))
-    }
-
-    pub fn read(&self, path: &Path) -> Result<Vec<u8>, Failure> {
-        std::fs::read(path).map_err(|error| Failure::of(path.display(), error))
-    }
+/// The module of a folder as PTX text, which the driver assembles for its card when it loads it; and its path.
+pub fn module(folder: &Path) -> Result<(String, PathBuf), Failure> {
+    let path = folder.join("scphd.ptx");
+    let said = String::from_utf8(read(&path)?).ok().filter(|said| !said.contains('\0'));
+    said.ok_or_else(|| Failure::of(path.display(), "is no text")).map(|said| (said, path))
 }
 
 /// A launch of a kernel.
@@ -71,10 +58,8 @@ pub struct Launch {
 
 /// The memory and the launches of a device. Addresses are those of the device.
 pub trait Machine {
-    /// Name of the device.
     fn name(&self) -> &str;
 
-    /// Frees all buffers.
     fn clear(&mut self);
 
     /// Bytes that are free, if there is a limit.
@@ -82,10 +67,8 @@ pub trait Machine {
         Ok(None)
     }
 
-    /// Makes a buffer with these bytes.
     fn upload(&mut self, bytes: &[u8]) -> Result<u64, Failure>;
 
-    /// Makes a buffer of zeros.
     fn zeros(&mut self, bytes: usize) -> Result<u64, Failure>;
 
     /// Copies the start of a buffer back.

@@ -1,7 +1,8 @@
 //! A device that interprets the module on the host, instruction by instruction, with `scphd-ptx`.
 
-use crate::device::{Failure, Launch, Machine, Modules, entry};
+use crate::device::{Failure, Launch, Machine, entry, module};
 use scphd_ptx::{Counts, Grid, Memory, Module};
+use std::path::Path;
 
 /// The module, and the counts of its launches.
 #[derive(Debug)]
@@ -20,8 +21,8 @@ const BLOCK: usize = 32;
 
 impl Interpreted {
     /// Reads the module; with `watch`, it is an error if two threads of a launch use the same byte and one of them writes it.
-    pub fn open(modules: &Modules, watch: bool) -> Result<Self, Failure> {
-        let (text, path) = modules.text()?;
+    pub fn open(folder: &Path, watch: bool) -> Result<Self, Failure> {
+        let (text, path) = module(folder)?;
         let mut fresh = Memory::default();
         if watch {
             fresh.watch();

@@ -16,7 +16,7 @@ mod tests;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use cuda::Cuda;
-use device::{Failure, Machine, Modules};
+use device::{Failure, Machine};
 use interpreted::Interpreted;
 use scphd_run::monte_carlo::overview;
 use scphd_view::output;
@@ -109,10 +109,9 @@ enum DeviceName {
 
 impl DeviceArgs {
     fn open(self) -> Result<Box<dyn Machine>, Failure> {
-        let modules = Modules(self.modules);
         Ok(match self.device {
-            DeviceName::Cuda => Box::new(Cuda::open(&modules, self.profile)?),
-            DeviceName::Ptx => Box::new(Interpreted::open(&modules, self.watch)?),
+            DeviceName::Cuda => Box::new(Cuda::open(&self.modules, self.profile)?),
+            DeviceName::Ptx => Box::new(Interpreted::open(&self.modules, self.watch)?),
         })
     }
 }

@@ -1,7 +1,7 @@
 //! Runs that the kernels refuse or stop, and a proposal that no scenario has.
 
 use crate::batch::{Batch, Sort};
-use crate::device::{Machine, Modules};
+use crate::device::Machine;
 use crate::interpreted::Interpreted;
 use crate::source::{Source, Tuning};
 use crate::study::check;
@@ -24,7 +24,7 @@ fn batch(scenario: &str, particles: Option<usize>, [runs, scans]: [usize; 2]) ->
 /// The module that `cargo xtask module` has built.
 fn device() -> Box<dyn Machine> {
     let folder = std::env::var("SCPHD_GPU_MODULES").expect("the folder of the module");
-    Box::new(Interpreted::open(&Modules(folder.into()), true).unwrap())
+    Box::new(Interpreted::open(folder.as_ref(), true).unwrap())
 }
 
 #[test]

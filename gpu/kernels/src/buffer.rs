@@ -11,19 +11,14 @@ pub struct Run {
     pub seed: [u32; 2],
     /// Index of its first scan, and of that scan's result.
     pub first_scan: u32,
-    /// Number of its scans.
     pub scans: u32,
-    /// Index of its first prediction.
     pub first_prediction: u32,
-    /// Index of its first measurement.
     pub first_measurement: u32,
-    /// Index of its first estimated feature.
     pub first_feature: u32,
     /// Capacity for estimated features, moving ones too, over all scans.
     pub features: u32,
     /// Number of particles; 0 of a joint map.
     pub particles: u32,
-    /// Number of samples of each.
     pub samples: u32,
     /// Models and tuning.
     pub setup: Setup,
@@ -46,11 +41,8 @@ pub fn joined(halves: [u32; 2]) -> u64 {
 pub struct Scan {
     /// Index of the first prediction since the previous scan.
     pub first_prediction: u32,
-    /// Number of predictions since then.
     pub predictions: u32,
-    /// Index of its first measurement.
     pub first_measurement: u32,
-    /// Number of its measurements.
     pub measurements: u32,
 }
 
@@ -82,23 +74,20 @@ pub struct ScanResult {
     pub innovation: f32,
     /// N̂, the expected number of features of the static map.
     pub expected_features: f32,
-    /// Whether the particles were resampled, 0 or 1.
+    /// 0 or 1.
     pub resampled: u32,
     /// Greatest number of components in view of a candidate.
     pub in_view: u32,
     /// Number of measurements that could not give birth to a feature.
     pub no_birth: u32,
-    /// Number of pages of static features in use.
     pub pages_used: u32,
-    /// Peak number of pages of static features in use during the scan.
+    /// Peak numbers of pages in use during the scan; of a joint map, of features and tracks.
     pub peak_pages: u32,
-    /// Peak number of pages of moving features in use during the scan.
     pub peak_moving_pages: u32,
     /// Health conditions, as bits of [`scphd::Health`].
     pub health: u32,
     /// Index of the first estimated feature, from the first of the run.
     pub first_feature: u32,
-    /// Number of estimated features.
     pub features: u32,
     /// Number of estimated moving features, which follow them.
     pub movers: u32,
@@ -108,9 +97,7 @@ pub struct ScanResult {
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Feature {
-    /// Its label, which it keeps.
     pub label: u32,
-    /// ln of its weight.
     pub ln_weight: f32,
     /// Position, m, and the velocity of a moving one, m/s.
     pub mean: [f32; 4],
@@ -132,36 +119,28 @@ pub struct Layout {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Status {
-    /// One of the constants.
     pub code: u32,
-    /// Number of processed scans.
     pub scans: u32,
 }
 
 impl Status {
-    /// No thread has processed the run. A buffer starts as zeros.
-    pub const UNTOUCHED: u32 = 0;
-    /// All requested scans are processed.
+    /// 0 is a run that no thread has processed.
     pub const DONE: u32 = 1;
-    /// The models or the tuning are out of range, or the memory has no capacity for the particles.
     pub const SETUP: u32 = 2;
-    /// The filter refused a prediction.
     pub const PREDICTION: u32 = 3;
-    /// The filter refused a scan.
     pub const SCAN: u32 = 4;
-    /// The capacity for estimated features is too small.
     pub const FEATURES: u32 = 5;
 
     /// The meaning of a code.
     pub fn text(code: u32) -> &'static str {
-        match code {
-            Self::UNTOUCHED => "no thread has worked on it",
-            Self::DONE => "done",
-            Self::SETUP => "the filter refuses the settings, or has no room for as many particles",
-            Self::PREDICTION => "a prediction was refused",
-            Self::SCAN => "the scan was refused",
-            Self::FEATURES => "no room for the estimated features",
-            _ => "an unknown code",
-        }
+        const TEXTS: [&str; 6] = [
+            "no thread has worked on it",
+            "done",
+            "the filter refuses the settings, or has no room for as many particles",
+            "a prediction was refused",
+            "the scan was refused",
+            "no room for the estimated features",
+        ];
+        TEXTS.get(code as usize).unwrap_or(&"an unknown code")
     }
 }

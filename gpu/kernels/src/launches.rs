@@ -6,15 +6,11 @@ use scphd::storage::{PART, TERMS};
 /// Number of threads of a launch for each filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Places {
-    /// One.
     One,
-    /// One for each page.
     Pages,
     /// One for each few hundred pages.
     PageParts,
-    /// One for each candidate.
     Candidates,
-    /// One for each particle.
     Particles,
     /// One for each few dozen candidates.
     CandidateParts,
@@ -73,8 +69,7 @@ macro_rules! launches {
         $then! {
             $($with)*
             {
-                stages::start One; // Starts the filters.
-                stages::desks Particles; // Makes a draft over each desk.
+                stages::start One; // Starts the filters, and makes a draft over each desk.
             }
             {
                 stages::predict One; // Begins the next prediction before a scan.

@@ -17,20 +17,6 @@ pub(crate) struct Names<'t> {
     pub(crate) variables: HashMap<&'t str, u64>,
 }
 
-/// A statement: its words without signs, and whether the first or a later operand is in braces.
-struct Statement<'t> {
-    line: usize,
-    words: Vec<&'t str>,
-    splits: bool,
-    joins: bool,
-}
-
-impl Statement<'_> {
-    fn wrong(&self, what: impl Into<String>) -> ReadError {
-        ReadError { line: self.line, what: what.into() }
-    }
-}
-
 struct Decoder<'n, 't> {
     names: &'n Names<'t>,
     registers: HashMap<&'t str, Register>,
@@ -41,12 +27,14 @@ struct Decoder<'n, 't> {
     /// Targets of branches, by the number of the instruction.
     targets: Vec<(usize, &'t str)>,
     instructions: Vec<Instruction>,
+    /// The line of the present statement.
+    line: usize,
 }
 
 /// Decodes the tokens between the braces of a function.
 pub(crate) fn decode<'t>(body: &[Token<'t>], parameters: usize, names: &Names<'t>) -> Result<Code, ReadError> {
     let (registers, depot, labels, lists, targets, instructions) = Default::default();
-    let mut decoder = Decoder { names, registers, depot, labels, lists, targets, instructions };
+    let mut decoder = Decoder { names, registers, depot, labels, lists, targets, instructions, line: 0 };
     for statement in body.split(|token| token.text == ";") {
         decoder.statement(statement)?;
     }
@@ -79,96 +67,88 @@ impl<'t> Decoder<'_, 't> {
             }
         }
         let Some(first) = tokens.first() else { return Ok(()) };
-        let braces = tokens.iter().position(|token| token.text == "{");
-        let (splits, joins) = (braces == Some(1), braces.is_some_and(|place| place > 1));
-        let statement = Statement { line: first.line, words: words(tokens), splits, joins };
-        match statement.words[..] {
+        self.line = first.line;
+        match words(tokens)[..] {
             // Other registers are those whose names begin so.
             [".reg", _, name] if !name.starts_with('%') => drop(self.register(name)),
             [".local", .., name, bytes] => {
-                self.depot = (name, bytes.parse().map_err(|_| statement.wrong(format!("`{bytes}` bytes")))?);
+                self.depot = (name, bytes.parse().map_err(|_| self.wrong(bytes))?);
             }
             [declaration, ..] if declaration.starts_with('.') => {}
-            _ => self.instruction(&statement)?,
+            ref words => self.instruction(words, tokens.iter().position(|token| token.text == "{"))?,
         }
         Ok(())
     }
 
-    fn instruction(&mut self, statement: &Statement<'t>) -> Result<(), ReadError> {
-        let unknown = || statement.wrong(format!("`{}` is not known", statement.words.join(" ")));
-        let (guard, words) = match statement.words[..] {
+    fn wrong(&self, what: &str) -> ReadError {
+        ReadError { line: self.line, what: format!("`{what}` is not known") }
+    }
+
+    /// Decodes an instruction from its words without signs, and the place of its brace.
+    fn instruction(&mut self, words: &[&'t str], brace: Option<usize>) -> Result<(), ReadError> {
+        let unknown = self.wrong(&words.join(" "));
+        let (guard, words) = match *words {
             [guard, ref words @ ..] if guard.starts_with('@') => {
                 let (name, holds) = guard[1..].strip_prefix('!').map_or((&guard[1..], true), |name| (name, false));
                 (Some(Guard { register: self.register(name), holds }), words)
             }
             ref words => (None, words),
         };
-        let [mnemonic, ref operands @ ..] = *words else { return Err(unknown()) };
+        let [mnemonic, ref operands @ ..] = *words else { return Err(unknown) };
         let (name, kinds) = mnemonic.split_once('.').unwrap_or((mnemonic, ""));
         let action = match (name, operands) {
             ("bra", &[label]) => {
                 self.targets.push((self.instructions.len(), label));
                 Action::Branch { guard, to: 0, meet: 0 }
             }
-            _ if guard.is_some() => return Err(unknown()),
+            _ if guard.is_some() => return Err(unknown),
             ("brx", &[index, list]) => {
                 self.targets.push((self.instructions.len(), list));
-                Action::Switch { index: self.operand(index, statement)?, to: Box::default(), meet: 0 }
+                Action::Switch { index: self.operand(index)?, to: Box::default(), meet: 0 }
             }
             ("ret", []) => Action::Return,
             ("bar" | "barrier", ["0"]) => Action::Barrier,
             ("call", operands) => {
                 let callee = operands.iter().find_map(|word| self.names.functions.get(word));
-                Action::Call { callee: *callee.ok_or_else(unknown)? }
+                Action::Call { callee: *callee.ok_or(unknown)? }
             }
-            ("ld" | "st", operands) => self.access(name == "ld", kinds, operands, statement)?,
+            ("ld" | "st", operands) => self.access(name == "ld", kinds, operands)?,
             ("atom", &[to, at, of]) => {
                 let kept = kinds.split('.').filter(|part| !["global", "relaxed", "sys", "gpu"].contains(part));
-                let mnemonic = kept.collect::<Vec<_>>().join(".");
-                let operation = Operation::of(&mnemonic).filter(|operation| operation.operands == 2);
-                let (at, of) = (self.address(at, statement)?, self.operand(of, statement)?);
-                let bytes = bytes_of(&mnemonic).ok_or_else(unknown)?;
-                Action::Change { operation: operation.ok_or_else(unknown)?, bytes, to: self.register(to), at, of }
+                let operation = self.operation(&kept.collect::<Vec<_>>().join("."), 2)?;
+                let (bytes, to, at) = (self.bytes(kinds)?, self.register(to), self.address(at)?);
+                Action::Change { operation, bytes, to, at, of: self.operand(of)? }
             }
             // The lower half and the upper one, an instruction for each.
-            ("mov", &[low, high, of]) if statement.splits => {
-                let (of, bits) = (self.operand(of, statement)?, 4 * bytes_of(kinds).ok_or_else(unknown)? as u64);
-                let operation = Operation::of("bfe.u64").ok_or_else(unknown)?;
+            ("mov", &[low, high, of]) if brace == Some(1) => {
+                let (operation, of, bits) = (self.operation("bfe.u64", 3)?, self.operand(of)?, 4 * self.bytes(kinds)?);
                 for (to, first) in [(low, 0), (high, bits)].into_iter().filter(|(to, _)| *to != "_") {
-                    let of = [of, Operand::Value(first), Operand::Value(bits)];
+                    let of = [of, Operand::Value(first as u64), Operand::Value(bits as u64)];
                     let action = Action::Compute { operation, to: self.register(to), of };
-                    self.instructions.push(Instruction { action, line: statement.line });
+                    self.instructions.push(Instruction { action, line: self.line });
                 }
                 return Ok(());
             }
-            ("mov", &[to, low, high]) if statement.joins => {
-                let above = Operand::Value(1 << (4 * bytes_of(kinds).ok_or_else(unknown)?));
-                let of = [self.operand(high, statement)?, above, self.operand(low, statement)?];
-                let operation = Operation::of("mad.lo.u64").ok_or_else(unknown)?;
-                Action::Compute { operation, to: self.register(to), of }
+            ("mov", &[to, low, high]) if brace.is_some() => {
+                let above = Operand::Value(1 << (4 * self.bytes(kinds)?));
+                let of = [self.operand(high)?, above, self.operand(low)?];
+                Action::Compute { operation: self.operation("mad.lo.u64", 3)?, to: self.register(to), of }
             }
             (_, &[to, ref operands @ ..]) => {
-                let operation = Operation::of(mnemonic).filter(|operation| operation.operands == operands.len());
-                let operation = operation.ok_or_else(unknown)?;
+                let operation = self.operation(mnemonic, operands.len())?;
                 let mut of = [Operand::Value(0); 3];
                 for (operand, word) in of.iter_mut().zip(operands) {
-                    *operand = self.operand(word, statement)?;
+                    *operand = self.operand(word)?;
                 }
                 Action::Compute { operation, to: self.register(to), of }
             }
-            _ => return Err(unknown()),
+            _ => return Err(unknown),
         };
-        self.instructions.push(Instruction { action, line: statement.line });
+        self.instructions.push(Instruction { action, line: self.line });
         Ok(())
     }
 
-    fn access(
-        &mut self,
-        loads: bool,
-        kinds: &str,
-        operands: &[&'t str],
-        statement: &Statement<'t>,
-    ) -> Result<Action, ReadError> {
+    fn access(&mut self, loads: bool, kinds: &str, operands: &[&'t str]) -> Result<Action, ReadError> {
         let (mut space, mut count) = (Space::Any, 1);
         for part in kinds.split('.') {
             match part {
@@ -179,17 +159,30 @@ impl<'t> Decoder<'_, 't> {
                 // The threads of one host see all accesses in order.
                 "nc" | "relaxed" | "volatile" | "weak" | "sys" | "gpu" | "cta" => {}
                 _ if kinds.ends_with(part) => {}
-                _ => return Err(statement.wrong(format!("`{kinds}` is not known"))),
+                _ => return Err(self.wrong(kinds)),
             }
         }
-        let unknown = || statement.wrong(format!("`{kinds}` is not known"));
-        let bytes = bytes_of(kinds).filter(|_| operands.len() == count + 1).ok_or_else(unknown)?;
+        let bytes = self.bytes(kinds)?;
+        if operands.len() != count + 1 {
+            return Err(self.wrong(kinds));
+        }
         if loads {
             let to = operands[..count].iter().map(|word| (*word != "_").then(|| self.register(word))).collect();
-            return Ok(Action::Load { space, bytes, to, from: self.address(operands[count], statement)? });
+            return Ok(Action::Load { space, bytes, to, from: self.address(operands[count])? });
         }
-        let of = operands[1..].iter().map(|word| self.operand(word, statement)).collect::<Result<_, _>>()?;
-        Ok(Action::Store { space, bytes, of, to: self.address(operands[0], statement)? })
+        let of = operands[1..].iter().map(|word| self.operand(word)).collect::<Result<_, _>>()?;
+        Ok(Action::Store { space, bytes, of, to: self.address(operands[0])? })
+    }
+
+    fn operation(&self, mnemonic: &str, operands: usize) -> Result<Operation, ReadError> {
+        let found = Operation::of(mnemonic).filter(|operation| operation.operands == operands);
+        found.ok_or_else(|| self.wrong(mnemonic))
+    }
+
+    /// Bytes of the type at the end of a mnemonic.
+    fn bytes(&self, mnemonic: &str) -> Result<usize, ReadError> {
+        let bits = mnemonic.rsplit('.').next().and_then(|kind| kind.strip_prefix(['b', 'u', 's', 'f'])?.parse().ok());
+        bits.filter(|bits| [8, 16, 32, 64].contains(bits)).map(|bits| bits / 8).ok_or_else(|| self.wrong(mnemonic))
     }
 
     fn register(&mut self, name: &'t str) -> Register {
@@ -197,7 +190,7 @@ impl<'t> Decoder<'_, 't> {
         *self.registers.entry(name).or_insert(next)
     }
 
-    fn operand(&mut self, word: &'t str, statement: &Statement<'t>) -> Result<Operand, ReadError> {
+    fn operand(&mut self, word: &'t str) -> Result<Operand, ReadError> {
         let numbered = |prefix: &str| word.rsplit_once(prefix)?.1.parse::<u64>().ok();
         Ok(match word {
             "%tid.x" => Operand::Thread,
@@ -212,16 +205,16 @@ impl<'t> Decoder<'_, 't> {
                 let value = value_of(word).or_else(|| self.names.variables.get(word).copied()).map(Operand::Value);
                 let own = || numbered("_param_").map(|number| Operand::Parameter(slot(number)));
                 let found = value.or_else(own).or_else(|| numbered("param").map(|of| Operand::Outgoing(slot(of))));
-                found.ok_or_else(|| statement.wrong(format!("`{word}` is no operand")))?
+                found.ok_or_else(|| self.wrong(word))?
             }
         })
     }
 
     /// The address of a word such as `%rd1+8`.
-    fn address(&mut self, word: &'t str, statement: &Statement<'t>) -> Result<Address, ReadError> {
+    fn address(&mut self, word: &'t str) -> Result<Address, ReadError> {
         let (base, offset) = word.split_once('+').unwrap_or((word, "0"));
-        let offset = value_of(offset).ok_or_else(|| statement.wrong(format!("`{word}` is no address")))?;
-        Ok(Address { base: self.operand(base, statement)?, offset })
+        let offset = value_of(offset).ok_or_else(|| self.wrong(word))?;
+        Ok(Address { base: self.operand(base)?, offset })
     }
 
     /// Finds the targets of branches.
@@ -243,13 +236,6 @@ impl<'t> Decoder<'_, 't> {
         }
         Ok(())
     }
-}
-
-/// Bytes of the type at the end of a mnemonic.
-fn bytes_of(mnemonic: &str) -> Option<usize> {
-    let kind = mnemonic.rsplit('.').next()?;
-    let bits: usize = kind.strip_prefix(['b', 'u', 's', 'f'])?.parse().ok()?;
-    [8, 16, 32, 64].contains(&bits).then_some(bits / 8)
 }
 
 /// The value of a number: decimal, hexadecimal, or the bits of one in single precision.

@@ -16,15 +16,13 @@ pub(crate) enum Space {
     Local,
 }
 
-impl Space {
-    /// Whether the address is in the thread's own memory.
-    pub(crate) fn is_local(self, address: u64) -> Result<bool, Fault> {
-        let local = address >= LOCAL;
-        match (self, local) {
-            (Self::Global, true) | (Self::Local, false) => Err(Fault::Space(address)),
-            _ => Ok(local),
-        }
-    }
+/// How an instruction uses bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Use {
+    Read,
+    Write,
+    /// In one step, which several threads may do.
+    Change,
 }
 
 #[derive(Debug, Clone)]
@@ -57,72 +55,37 @@ impl Memory {
 
     /// All bytes of the buffer at this address; none if there is no such buffer.
     pub fn bytes(&self, address: u64) -> &[u8] {
-        buffer_of(address).and_then(|index| self.buffers.get(index)).map_or(&[], |buffer| &buffer.bytes)
+        self.buffers.get(buffer_of(address)).map_or(&[], |buffer| &buffer.bytes)
     }
 
     pub(crate) fn begin_launch(&mut self) {
         self.launches += 1;
     }
 
-    fn who(&self, thread: u32) -> Who {
-        Who { launch: self.launches, thread }
-    }
-
-    pub(crate) fn read(&mut self, address: u64, bytes: usize, thread: u32) -> Result<u64, Fault> {
-        let who = self.who(thread);
-        let (buffer, at) = place(&mut self.buffers, address, bytes)?;
-        if buffer.touched.as_mut().is_some_and(|touched| !touched.may_read(at, bytes, who)) {
-            return Err(Fault::Race(address));
-        }
-        Ok(number(&buffer.bytes[at..at + bytes]))
-    }
-
-    pub(crate) fn write(&mut self, address: u64, bytes: usize, value: u64, thread: u32) -> Result<(), Fault> {
-        let who = self.who(thread);
-        let (buffer, at) = place(&mut self.buffers, address, bytes)?;
-        if buffer.touched.as_mut().is_some_and(|touched| !touched.may_write(at, bytes, who)) {
-            return Err(Fault::Race(address));
-        }
-        put(&mut buffer.bytes[at..at + bytes], value);
-        Ok(())
-    }
-
-    /// Replaces a value by a function of it, atomically. Returns the old value.
-    pub(crate) fn change(
-        &mut self,
-        address: u64,
-        bytes: usize,
-        function: impl FnOnce(u64) -> u64,
-    ) -> Result<u64, Fault> {
-        let (buffer, at) = place(&mut self.buffers, address, bytes)?;
-        let there = &mut buffer.bytes[at..at + bytes];
-        let old = number(there);
-        put(there, function(old));
-        Ok(old)
+    /// The bytes at an address, for a thread.
+    pub(crate) fn at(&mut self, address: u64, bytes: usize, used: Use, thread: u32) -> Result<&mut [u8], Fault> {
+        let who = Who { launch: self.launches, thread };
+        let Buffer { bytes: all, touched } = self.buffers.get_mut(buffer_of(address)).ok_or(Fault::Outside(address))?;
+        let at = (address & ((1 << SPACING) - 1)) as usize;
+        let found = part(all, at, bytes, address)?;
+        let is_free = match (touched, used) {
+            (Some(touched), Use::Read) => touched.may_read(at, bytes, who),
+            (Some(touched), Use::Write) => touched.may_write(at, bytes, who),
+            _ => true,
+        };
+        if is_free { Ok(found) } else { Err(Fault::Race(address)) }
     }
 }
 
-fn buffer_of(address: u64) -> Option<usize> {
-    usize::try_from(address >> SPACING).ok()?.checked_sub(1)
+/// The index of a buffer.
+fn buffer_of(address: u64) -> usize {
+    ((address >> SPACING) as usize).wrapping_sub(1)
 }
 
-fn place(buffers: &mut [Buffer], address: u64, bytes: usize) -> Result<(&mut Buffer, usize), Fault> {
-    let outside = Fault::Outside(address);
-    let buffer = buffer_of(address).and_then(|index| buffers.get_mut(index)).ok_or(outside)?;
-    let at = (address & ((1 << SPACING) - 1)) as usize;
-    check(at, address, bytes, buffer.bytes.len())?;
-    Ok((buffer, at))
-}
-
-/// Checks that the bytes exist and are aligned.
-pub(crate) fn check(at: usize, address: u64, bytes: usize, end: usize) -> Result<(), Fault> {
-    if at > end || bytes > end - at {
-        return Err(Fault::Outside(address));
-    }
-    if !at.is_multiple_of(bytes) {
-        return Err(Fault::Unaligned(address));
-    }
-    Ok(())
+/// The bytes from `at` on, which must exist and be aligned; they have this address.
+pub(crate) fn part(all: &mut [u8], at: usize, bytes: usize, address: u64) -> Result<&mut [u8], Fault> {
+    let found = all.get_mut(at..).and_then(|rest| rest.get_mut(..bytes)).ok_or(Fault::Outside(address))?;
+    if at.is_multiple_of(bytes) { Ok(found) } else { Err(Fault::Unaligned(address)) }
 }
 
 /// Up to eight bytes as a number, lowest byte first.

@@ -2,7 +2,7 @@
 
 use crate::errors::{Counts, Fault, LaunchError};
 use crate::instruction::{Action, Address, Code, Guard, Instruction, Operand, Register, SLOT};
-use crate::memory::{LOCAL, Memory, check, number, put};
+use crate::memory::{LOCAL, Memory, Space, Use, number, part as part_of, put};
 
 /// A set of threads, one bit each.
 type Mask = u32;
@@ -211,11 +211,7 @@ impl<'m> Warp<'m> {
             }
             Action::Load { space, bytes, to, from } => {
                 for (address, to) in self.elements(from, *bytes, to, thread, frame)? {
-                    let value = if space.is_local(address)? {
-                        number(self.own(address, *bytes, thread)?)
-                    } else {
-                        memory.read(address, *bytes, self.number(thread))?
-                    };
+                    let value = number(self.bytes(memory, (*space, address, *bytes), Use::Read, thread)?);
                     if let Some(to) = to {
                         self.set(*to, thread, frame, value);
                     }
@@ -224,17 +220,15 @@ impl<'m> Warp<'m> {
             Action::Store { space, bytes, of, to } => {
                 for (address, of) in self.elements(to, *bytes, of, thread, frame)? {
                     let value = self.value(*of, thread, frame);
-                    if space.is_local(address)? {
-                        put(self.own(address, *bytes, thread)?, value);
-                    } else {
-                        memory.write(address, *bytes, value, self.number(thread))?;
-                    }
+                    put(self.bytes(memory, (*space, address, *bytes), Use::Write, thread)?, value);
                 }
             }
             Action::Change { operation, bytes, to, at, of } => {
                 let value = self.value(*of, thread, frame);
                 let address = self.address(at, thread, frame);
-                let old = memory.change(address, *bytes, |old| operation.value([old, value, 0]))?;
+                let there = self.bytes(memory, (Space::Any, address, *bytes), Use::Change, thread)?;
+                let old = number(there);
+                put(there, operation.value([old, value, 0]));
                 self.set(*to, thread, frame, old);
             }
             Action::Branch { .. } | Action::Switch { .. } | Action::Return | Action::Call { .. } | Action::Barrier => {}
@@ -267,11 +261,22 @@ impl<'m> Warp<'m> {
         self.place.block * self.place.block_threads + self.place.first + thread as u32
     }
 
-    /// Bytes of a thread's own memory.
-    fn own(&mut self, address: u64, bytes: usize, thread: usize) -> Result<&mut [u8], Fault> {
-        let at = (address - LOCAL) as usize;
-        check(at, address, bytes, LOCAL_BYTES)?;
-        Ok(&mut self.local[thread * LOCAL_BYTES + at..][..bytes])
+    /// The bytes at an address of a space: of the thread's own memory, or of a buffer.
+    fn bytes<'b>(
+        &'b mut self,
+        memory: &'b mut Memory,
+        (space, address, bytes): (Space, u64, usize),
+        used: Use,
+        thread: usize,
+    ) -> Result<&'b mut [u8], Fault> {
+        match (space, address >= LOCAL) {
+            (Space::Global, true) | (Space::Local, false) => Err(Fault::Space(address)),
+            (_, true) => {
+                let own = &mut self.local[thread * LOCAL_BYTES..][..LOCAL_BYTES];
+                part_of(own, (address - LOCAL) as usize, bytes, address)
+            }
+            (_, false) => memory.at(address, bytes, used, self.number(thread)),
+        }
     }
 }
 

@@ -128,59 +128,12 @@ fn a_switch_splits_into_one_path_for_each_target() {
     assert!(matches!(refused(&beyond, grid(2), 8), LaunchError::Fault { thread: 1, fault: Fault::Switch, .. }));
 }
 
-/// n! modulo 2^32, by a recursive function that keeps its argument in its own memory.
-const FACTORIAL: &str = "
-    .func (.param .b32 func_retval0) factorial(.param .b32 factorial_param_0);
-    .func (.param .b32 func_retval0) factorial(.param .b32 factorial_param_0)
-    {
-        .local .align 8 .b8 __local_depot0[20];
-        .reg .b64 %SP; .reg .b64 %SPL; .reg .pred %p<2>; .reg .b32 %r<6>; .reg .b64 %rd<2>;
-        mov.b64 %SPL, __local_depot0;
-        cvta.local.u64 %SP, %SPL;
-        ld.param.b32 %r1, [factorial_param_0];
-        st.local.b32 [%SPL+16], %r1;
-        setp.lt.u32 %p1, %r1, 2;
-        mov.b32 %r5, 1;
-        @%p1 bra $end;
-        add.s32 %r2, %r1, -1;
-        { // callseq 0, 0
-        .param .b32 param0;
-        st.param.b32 [param0], %r2;
-        .param .b32 retval0;
-        call.uni (retval0), factorial, (param0);
-        ld.param.b32 %r3, [retval0];
-        } // callseq 0
-        ld.b32 %r4, [%SP+16];
-        mul.lo.s32 %r5, %r3, %r4;
-        $end: st.param.b32 [func_retval0], %r5;
-        ret;
-    }";
-
 #[test]
-fn functions_have_their_own_parameters_and_memory() {
-    let body = "{ .param .b32 param0; .param .b32 retval0; st.param.b32 [param0], %r1;
-          call.uni (retval0), factorial, (param0); ld.param.b32 %r5, [retval0]; }
-        st.global.b32 [%rd1], %r5; ret;";
-    let (found, _) = run(&(FACTORIAL.to_owned() + &kernel(body)), grid(13));
-    assert_eq!(found, [1, 1, 2, 6, 24, 120, 720, 5040, 40320, 362_880, 3_628_800, 39_916_800, 479_001_600]);
-    let too_deep = FACTORIAL.to_owned() + &kernel(&body.replace("[param0], %r1", "[param0], 100000"));
-    assert!(matches!(refused(&too_deep, grid(1), 4), LaunchError::Fault { fault: Fault::TooDeep, .. }));
-}
-
-#[test]
-fn vectors_halves_and_variables() {
-    let text = format!(
-        ".global .align 4 .b8 table[12] = {{1, 0, 0, 0, 2, 1}};{}",
-        kernel(
-            "mov.b64 %rd4, table; cvta.global.u64 %rd5, %rd4;
-             ld.v2.b32 {%r5, %r6}, [%rd5];
-             mov.b64 %rd6, {%r6, %r5};
-             { .reg .b32 tmp; mov.b64 {tmp, %r7}, %rd6; }
-             add.s32 %r7, %r7, %r6;
-             st.b32 [%rd1], %r7; ret;"
-        )
-    );
-    assert_eq!(run(&text, grid(1)).0, [258 + 1]);
+fn endless_calls_are_refused() {
+    let function = ".func deep(.param .b32 deep_param_0);
+        .func deep(.param .b32 deep_param_0) { { .param .b32 param0; call.uni deep, (param0); } ret; }";
+    let text = function.to_owned() + &kernel("{ .param .b32 param0; call.uni deep, (param0); } ret;");
+    assert!(matches!(refused(&text, grid(1), 4), LaunchError::Fault { fault: Fault::TooDeep, .. }));
 }
 
 #[test]

@@ -151,12 +151,12 @@ impl<M: Particles> Group<'_, M> {
         from_raw_parts_mut(self.parts, things.div_ceil(PART))
     }
 
-    /// The first `count` drafts, for one thread. Safety: `desks` has initialised one for each particle.
+    /// The first `count` drafts, for one thread. Safety: `start` has initialised one for each particle.
     pub(super) unsafe fn all_drafts<'r>(&self, count: usize) -> &'r mut [DraftOf] {
         from_raw_parts_mut(self.drafts.cast(), count)
     }
 
-    /// The draft at this place, for its thread. Safety: `desks` has initialised it.
+    /// The draft at this place, for its thread. Safety: `start` has initialised it.
     pub(super) unsafe fn draft<'r>(&self, place: usize) -> &'r mut DraftOf {
         (*self.drafts.add(place)).assume_init_mut()
     }

@@ -16,7 +16,7 @@ use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU32, Ordering};
 use scphd::storage::{COUNTS, Samples};
 
-/// Starts the filter.
+/// Starts the filter, and makes a draft over each desk.
 /// Safety: no other thread runs. A room starts as zeros, which are a valid value, and does not move, so that it can hold pointers
 /// to its own parts.
 pub(super) unsafe fn start<M: Particles>(_place: usize, group: &Group<'_, M>) {
@@ -30,12 +30,7 @@ pub(super) unsafe fn start<M: Particles>(_place: usize, group: &Group<'_, M>) {
         Err(code) => code,
     };
     *group.status = Status { code, scans: 0 };
-}
-
-/// Makes a draft over the desk at this place.
-/// Safety: there is a desk and a draft for each particle, and only this thread uses those at its place; the desks do not move.
-pub(super) unsafe fn desks<M: Particles>(place: usize, group: &Group<'_, M>) {
-    if place < whole((*group.run).particles) {
+    for place in 0..whole((*group.run).particles) {
         let [draft] = (*group.desks.add(place)).drafts();
         *group.drafts.add(place) = MaybeUninit::new(draft);
     }
