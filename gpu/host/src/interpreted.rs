@@ -69,9 +69,9 @@ impl Machine for Interpreted {
 
     /// The counts of every kernel.
     fn report(&self) -> Option<String> {
-        let mut table = format!("{:<24}{:>15}{:>15}{:>15}", "kernel", "instructions", "of warps", "longest warp");
-        for (kernel, Counts { instructions, warp_instructions, longest_warp }) in &self.taken {
-            table += &format!("\n{kernel:<24}{instructions:>15}{warp_instructions:>15}{longest_warp:>15}");
+        let mut table = format!("{:<24}{:>15}{:>15}", "instructions of", "all warps", "longest warp");
+        for (kernel, Counts { warp_instructions, longest_warp }) in &self.taken {
+            table += &format!("\n{kernel:<24}{warp_instructions:>15}{longest_warp:>15}");
         }
         Some(table)
     }

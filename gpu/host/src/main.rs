@@ -46,9 +46,6 @@ enum Command {
         /// Number of runs.
         #[arg(long, default_value_t = 100)]
         runs: usize,
-        /// Number of different inputs; by default, as many as runs, or as in the thesis.
-        #[arg(long, value_name = "M")]
-        input_sets: Option<usize>,
         /// Number that is added to all seeds.
         #[arg(long, default_value_t = 0)]
         seed: u64,
@@ -118,8 +115,8 @@ impl DeviceArgs {
 
 fn main() -> ExitCode {
     let done = match Cli::parse().command {
-        Command::MonteCarlo { scenario, runs, input_sets, seed, json, tuning, on } => {
-            Source::new(&scenario, tuning).and_then(|source| monte_carlo(&source, (runs, input_sets, seed), json, on))
+        Command::MonteCarlo { scenario, runs, seed, json, tuning, on } => {
+            Source::new(&scenario, tuning).and_then(|source| monte_carlo(&source, (runs, seed), json, on))
         }
         Command::Check(args) => compare(args, true),
         Command::Time(args) => compare(args, false),
@@ -135,11 +132,11 @@ fn main() -> ExitCode {
 
 fn monte_carlo(
     source: &Source,
-    (runs, input_sets, seed): (usize, Option<usize>, u64),
+    (runs, seed): (usize, u64),
     json: Option<PathBuf>,
     on: DeviceArgs,
 ) -> Result<(), Failure> {
-    let plan = source.plan(runs, input_sets, seed)?;
+    let plan = source.plan(runs, None, seed)?;
     let mut device = on.open()?;
     let (study, took) = study(&mut *device, source, &plan)?;
     if let Some(path) = json {

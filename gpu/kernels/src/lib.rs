@@ -13,7 +13,6 @@
 mod buffer;
 mod launches;
 mod memory;
-mod run;
 mod setup;
 
 #[cfg(target_arch = "nvptx64")]
@@ -23,7 +22,6 @@ mod device {
     mod group;
     mod joint;
     mod kernel;
-    mod outputs;
     mod room;
     mod select;
     mod stages;
@@ -36,5 +34,4 @@ pub use launches::{HELPERS, JOINT_LAUNCHES, LAUNCHES, Lists, Places};
 pub use memory::{
     JointMemory, JointTracks, LARGE_PARTICLES, LargeMemory, MEASUREMENTS, Memory, PARTICLES, Particles, SAMPLES, Slot,
 };
-pub use run::{Filter, Sensing, Sighted, over};
-pub use setup::{Setup, control_of, setup_of};
+pub use setup::{Filter, Sensing, Setup, Sighted, control_of, over, setup_of};

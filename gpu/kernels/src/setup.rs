@@ -1,8 +1,16 @@
-//! The settings of a run as plain numbers, and the filter's types made from them.
+//! The settings of a run as plain numbers, and the filter made from them.
 
+use crate::buffer::{Run, Status, joined};
+use crate::memory::{Particles, Slot};
 use core::array::from_fn;
-use scphd::models::{AckermannControl, HolonomicControl, PlanarControl, PlanarMotion, PlanarPose, UnicycleControl};
-use scphd_vehicle::{Description, Polar, Setting};
+use nalgebra::Vector2;
+use scphd::models::{
+    AckermannControl, HolonomicControl, PlanarControl, PlanarMotion, PlanarPose, RangeBearing, RangeBearingWindow,
+    RangeNoise, UnicycleControl, UniformClutter, WithNoise,
+};
+use scphd::storage::ScanRoom;
+use scphd::{Detector, ScPhd};
+use scphd_vehicle::{Description, Filter as Tuning, Polar, Setting};
 
 /// The number of every [`Setting`] of a description with one sensor, in the order of the list; NaN for one that it does not have.
 pub type Setup = [f32; Setting::COUNT];
@@ -28,6 +36,28 @@ pub(crate) fn describe(description: &mut Description<f32>, setup: &Setup) -> Opt
     Some((description.vehicle.drive().ok()?, sensor))
 }
 
+/// A filter over a slot's state, of any capacities.
+pub type Filter<'s> = ScPhd<'s, PlanarMotion<f32>>;
+/// The models of a sensor.
+pub type Sensing =
+    scphd::models::Sensing<WithNoise<RangeBearing<f32>, RangeNoise<f32>>, RangeBearingWindow<f32>, UniformClutter<f32>>;
+/// The sensor of a run.
+pub type Sighted<'s> = Detector<Sensing, ScanRoom<'s, Vector2<f32>>>;
+
+/// The started filter and the sensor over a slot, or the code of a [`Status`].
+pub fn over<'s, M: Particles>(run: &Run, slot: &'s mut Slot<M>) -> Result<(Filter<'s>, Sighted<'s>), u32> {
+    let Slot { memory, scratch, .. } = slot;
+    let refused = Status::SETUP;
+    let mut description = Description::robot();
+    let (motion, sensor) = describe(&mut description, &run.setup).ok_or(refused)?;
+    let Tuning::Mixture(config) = description.filter else { return Err(refused) };
+    let mut filter = memory.filter(motion, config).map_err(|_| refused)?;
+    let detector = Sighting::over(sensor, scratch).map_err(|_| refused)?;
+    filter.check(&detector).map_err(|_| refused)?;
+    filter.reset(description.start.pose, joined(run.seed)).map_err(|_| refused)?;
+    Ok((filter, detector))
+}
+
 /// The control of a vehicle from a row of odometry: speed, turn, and speed to the left.
 pub fn control_of(motion: &PlanarMotion<f32>, [speed_mps, turn, left_mps]: [f32; 3]) -> PlanarControl<f32> {
     match motion {
@@ -50,7 +80,7 @@ mod tests {
     use super::*;
     use scphd::models::Motion;
     use scphd::numerics::Noise;
-    use scphd_vehicle::{Filter, Sensor, VehicleKind};
+    use scphd_vehicle::{Sensor, VehicleKind};
 
     #[test]
     fn a_setup_has_everything_of_its_description() {
@@ -58,7 +88,7 @@ mod tests {
         description.sensors[0] = Some(Sensor::range_bearing(12.0, 0.7, [0.1, 0.03]));
         for joint in [true, false] {
             if !joint {
-                description.filter = Filter::Mixture(scphd::Config::default());
+                description.filter = Tuning::Mixture(scphd::Config::default());
             }
             let mut found = Description::robot();
             assert!(describe(&mut found, &setup_of(&description)).is_some());

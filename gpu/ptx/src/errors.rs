@@ -67,8 +67,6 @@ pub struct Grid {
 /// path after they have diverged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counts {
-    /// Number of instructions of all threads.
-    pub instructions: u64,
     /// Number of instructions that warps have executed.
     pub warp_instructions: u64,
     /// Number of instructions of the block with the most, in which warps wait for each other at barriers, and each barrier for the
@@ -81,7 +79,6 @@ impl Counts {
     #[must_use]
     pub fn and(self, next: Self) -> Self {
         Self {
-            instructions: self.instructions + next.instructions,
             warp_instructions: self.warp_instructions + next.warp_instructions,
             longest_warp: self.longest_warp + next.longest_warp,
         }

@@ -39,22 +39,15 @@ fn post_dominators(successors: &[Vec<usize>]) -> Vec<usize> {
     let mut number = vec![usize::MAX; end + 1];
     let mut order = Vec::with_capacity(end + 1);
     let mut seen = vec![false; end + 1];
-    let mut open = vec![(end, 0)];
-    seen[end] = true;
-    while let Some((at, next)) = open.last_mut() {
-        match predecessors[*at].get(*next) {
-            Some(&from) => {
-                *next += 1;
-                if !seen[from] {
-                    seen[from] = true;
-                    open.push((from, 0));
-                }
-            }
-            None => {
-                number[*at] = order.len();
-                order.push(*at);
-                open.pop();
-            }
+    let mut open = vec![(end, false)];
+    while let Some((at, is_done)) = open.pop() {
+        if is_done {
+            number[at] = order.len();
+            order.push(at);
+        } else if !seen[at] {
+            seen[at] = true;
+            open.push((at, true));
+            open.extend(predecessors[at].iter().map(|&from| (from, false)));
         }
     }
     let mut found = vec![usize::MAX; end + 1];

@@ -77,11 +77,10 @@ impl Module {
         let number = number.ok_or_else(|| LaunchError::Launch(kernel.to_owned(), arguments.len(), grid))?;
         memory.begin_launch();
         let mut counts = Counts::default();
-        for block_number in 0..blocks {
-            let of_first = |first| Place { block: block_number, block_threads: block, first };
-            let warps = (0..block).step_by(WIDTH);
-            let mut warps: Vec<_> =
-                warps.map(|first| Warp::new(&self.functions, number, of_first(first), arguments)).collect();
+        for at in 0..blocks {
+            let warp =
+                |first| Warp::new(&self.functions, number, Place { block: at, block_threads: block, first }, arguments);
+            let mut warps: Vec<_> = (0..block).step_by(WIDTH).map(warp).collect();
             let (mut longest, mut waiting) = (0, true);
             while waiting {
                 // From one barrier to the next, or to the end.

@@ -107,7 +107,6 @@ impl<'m> Warp<'m> {
             };
             let active = path.threads;
             self.counts.warp_instructions += 1;
-            self.counts.instructions += u64::from(active.count_ones());
             match &instruction.action {
                 Action::Branch { guard, to, meet } => {
                     let taking = guard.map_or(active, |guard| taking(&self.registers, active, guard, frame));

@@ -60,7 +60,6 @@ fn a_grid_runs_every_thread_once() {
     assert_eq!(found, expected);
     // Three blocks, each with a whole warp and one of 18 threads.
     assert_eq!(counts.warp_instructions, 6 * (BEFORE + 3));
-    assert_eq!(counts.instructions, 150 * (BEFORE + 3));
     assert_eq!(counts.longest_warp, BEFORE + 3);
 }
 
@@ -77,7 +76,6 @@ fn diverged_threads_take_both_paths_and_reconverge() {
     assert!(found.iter().zip(0..).all(|(&value, place)| value == if place % 2 == 1 { 3 * place } else { 7 + place }));
     // The path of even threads has 3 instructions, the other 1; both continue with the last two.
     assert_eq!(counts.warp_instructions, BEFORE + 3 + 3 + 1 + 2);
-    assert_eq!(counts.instructions, 32 * (BEFORE + 3 + 2) + 16 * (3 + 1));
 }
 
 #[test]
@@ -92,8 +90,6 @@ fn a_loop_takes_as_long_as_its_longest_thread() {
     let (found, counts) = run(&text, grid(20));
     assert_eq!(found, (0..20).collect::<Vec<u32>>());
     assert_eq!(counts.warp_instructions, BEFORE + 1 + 4 * 19 + 2 + 2);
-    let of_loops: u64 = (0..20).map(|place| 4 * place + 2).sum();
-    assert_eq!(counts.instructions, 20 * (BEFORE + 1 + 2) + of_loops);
 }
 
 #[test]

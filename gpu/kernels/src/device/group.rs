@@ -1,8 +1,8 @@
 //! The data of one filter of a launch, and what every stage needs first: whether its filter continues, and the state between the
 //! launches of a scan.
 
-use super::outputs::Outputs;
 use super::room::{Between, DraftOf, Kind, PartPlace, Sight, TOGETHER, WHOLES};
+use super::tell::Outputs;
 use crate::buffer::{Feature, Layout, Prediction, Run, Scan, ScanResult, Status};
 use crate::launches::{COLUMNS, page_parts};
 use crate::memory::Particles;

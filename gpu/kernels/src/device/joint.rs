@@ -2,8 +2,8 @@
 //! the others help it with the loops over features and rows of the covariance.
 
 use super::group::{Group, whole};
-use super::outputs::of_estimate;
 use super::room::{Kind, Many};
+use super::tell::of_estimate;
 use crate::buffer::{ScanResult, Status, halves};
 use crate::launches::HELPERS;
 use crate::memory::{JointMemory, JointTracks};
@@ -79,7 +79,7 @@ impl RowExecutor<Pose, Position> for Leader {
         rows: &mut [FeatureRows<Pose, Position>],
         landmarks: &mut [Landmark<Position>],
     ) {
-        let numbers = Many::read(numbers);
+        let numbers = Many::lent(numbers);
         let (rows, landmarks) = (Many::lent(rows), Many::lent(landmarks));
         self.share(Shared::Features { task: pass.to_task(), numbers, rows, landmarks });
     }

@@ -2,7 +2,7 @@
 
 use crate::launches::COLUMNS;
 use crate::memory::{MEASUREMENTS, Particles, Slot};
-use crate::run::{Filter, Sensing, Sighted};
+use crate::setup::{Filter, Sensing, Sighted};
 use core::mem::MaybeUninit;
 use core::ops::Range;
 use core::ptr::NonNull;
@@ -79,13 +79,9 @@ impl<T> Many<T> {
     pub(super) const NONE: Self = Self { first: NonNull::dangling(), len: 0 };
 
     /// A slice that the lender does not use, nor give back, before the last thread has done with it.
-    pub(super) fn lent(things: &mut [T]) -> Self {
-        Self { len: things.len(), first: NonNull::from(things).cast() }
-    }
-
-    /// A slice that is only read.
-    pub(super) fn read(things: &[T]) -> Self {
-        Self { len: things.len(), first: NonNull::from(things).cast() }
+    pub(super) fn lent(things: impl Into<NonNull<[T]>>) -> Self {
+        let things = things.into();
+        Self { first: things.cast(), len: things.len() }
     }
 
     /// Returns the whole slice, for the single thread that takes it back.

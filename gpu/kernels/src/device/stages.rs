@@ -10,8 +10,7 @@ use super::room::{Between, Kind, Lending, Listed, Many, Predicting, TOGETHER, gi
 use crate::buffer::{Prediction, Status};
 use crate::launches::COLUMNS;
 use crate::memory::Particles;
-use crate::run::{Filter, over};
-use crate::setup::{control_of, numbers_of};
+use crate::setup::{Filter, control_of, numbers_of, over};
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU32, Ordering};
 use scphd::storage::{COUNTS, Samples};
