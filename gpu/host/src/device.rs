@@ -88,15 +88,6 @@ pub trait Machine {
     }
 }
 
-/// The entry of a kernel in a table of all that were launched.
-pub fn entry<'t, V: Default>(table: &'t mut Vec<(String, V)>, kernel: &str) -> &'t mut V {
-    let place = table.iter().position(|(known, _)| known == kernel).unwrap_or(table.len());
-    if place == table.len() {
-        table.push((kernel.to_owned(), V::default()));
-    }
-    &mut table[place].1
-}
-
 /// Greatest alignment of a buffer's elements: the least with which devices allocate memory.
 const ALIGNMENT: u64 = 256;
 
@@ -166,7 +157,7 @@ impl dyn Machine + '_ {
                 at(of_runs, size_of::<Run>(), place),
                 at(scans, size_of::<Scan>(), run.first_scan),
                 at(predictions, size_of::<Prediction>(), run.first_prediction),
-                at(measurements, size_of_val(&batch.measurements[0]), run.first_measurement),
+                at(measurements, size_of::<[f32; 2]>(), run.first_measurement),
             ]);
             places.extend(own.iter().zip(buffers).map(|(address, bytes)| address + bytes * u64::from(place)));
             places.extend([

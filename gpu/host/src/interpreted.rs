@@ -1,7 +1,8 @@
 //! A device that interprets the module on the host, instruction by instruction, with `scphd-ptx`.
 
-use crate::device::{Failure, Launch, Machine, entry, module};
+use crate::device::{Failure, Launch, Machine, module};
 use scphd_ptx::{Counts, Grid, Memory, Module};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// The module, and the counts of its launches.
@@ -13,7 +14,7 @@ pub struct Interpreted {
     memory: Memory,
     name: String,
     /// The counts of every kernel since the buffers were freed.
-    taken: Vec<(String, Counts)>,
+    taken: BTreeMap<String, Counts>,
 }
 
 /// Greatest number of threads of a block.
@@ -29,7 +30,7 @@ impl Interpreted {
         }
         let module = Module::read(&text, &mut fresh).map_err(|error| Failure::of(path.display(), error))?;
         let name = format!("interpreted, {}", path.display());
-        Ok(Self { module, memory: fresh.clone(), fresh, name, taken: Vec::new() })
+        Ok(Self { module, memory: fresh.clone(), fresh, name, taken: BTreeMap::new() })
     }
 }
 
@@ -62,7 +63,7 @@ impl Machine for Interpreted {
         let arguments = [address, scan.into(), digest_every.into()];
         let counts = self.module.launch(&launch.kernel, grid, &arguments, &mut self.memory);
         let counts = counts.map_err(|error| Failure::of(&launch.kernel, error))?;
-        let taken = entry(&mut self.taken, &launch.kernel);
+        let taken = self.taken.entry(launch.kernel.clone()).or_default();
         *taken = taken.and(counts);
         Ok(())
     }

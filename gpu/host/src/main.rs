@@ -158,11 +158,11 @@ fn compare(RunArgs { scenario, runs, scans, tuning, on }: RunArgs, every: bool) 
     let plan = source.plan(runs, Some(runs), 1)?;
     let mut device = on.open()?;
     let checked = check(&mut *device, &source, &plan, scans, every)?;
-    let Checked { took, host_s, scans: compared, differences, peaks: [pages, moving_pages] } = checked;
+    let Checked { took, host_s, scans: compared, differences } = checked;
     device.report().into_iter().chain(differences.iter().cloned()).for_each(|line| println!("{line}"));
     println!(
         "{scenario} on {}: {runs} runs of {scans} scans, {} at once, in {:.3} s; {compared} scans compared, {} runs differ; \
-         at most {pages} and {moving_pages} pages, {} scans short of room",
+         {} scans short of room",
         device.name(),
         took.resident,
         took.launched_s,

@@ -1,6 +1,6 @@
 //! The outputs of a run on a device, through the interface of a filter.
 
-use crate::batch::{Batch, Sort};
+use crate::batch::Batch;
 use crate::device::Outcome;
 use scphd::errors::Implausible;
 use scphd::{Health, Real};
@@ -18,14 +18,12 @@ pub struct Played<'o> {
     /// Number of scans replayed.
     told: usize,
     state_bytes: usize,
-    has_pages: bool,
 }
 
 impl<'o> Played<'o> {
     /// Run number `run` of a batch, by a filter with `state_bytes` bytes of state.
     pub fn of(batch: &'o Batch, outcome: &'o Outcome, run: usize, state_bytes: usize) -> Self {
-        let has_pages = batch.sort != Sort::Joint;
-        Self { run: &batch.runs[run], outcome, status: outcome.statuses[run], told: 0, state_bytes, has_pages }
+        Self { run: &batch.runs[run], outcome, status: outcome.statuses[run], told: 0, state_bytes }
     }
 
     /// The results of the processed scans.
@@ -76,7 +74,7 @@ impl Slam<Planar> for Played<'_> {
             usage: Usage {
                 in_view: result.in_view as usize,
                 no_birth: result.no_birth as usize,
-                pages_used: Some(result.pages_used as usize).filter(|_| self.has_pages),
+                pages_used: Some(result.pages_used as usize).filter(|_| self.run.particles > 0),
             },
             health: health_of(result.health),
             stages_us: None,

@@ -7,13 +7,13 @@ use crate::source::Source;
 use scphd::Health;
 use scphd_filters::kind::Kind;
 use scphd_filters::settings::Settings;
-use scphd_filters::slam::{ScanOutcome, Slam};
+use scphd_filters::slam::{Refusal, ScanOutcome, Slam};
 use scphd_gpu_kernels::{LargeMemory, Prediction, Slot, Status, control_of, joined, over};
 use scphd_log::dimensions::Planar;
 use scphd_log::events::{Event, events};
 use scphd_log::log::Log;
 use scphd_run::monte_carlo::{Job, Plan, RunResult, Study};
-use scphd_run::session::{SessionError, run_of, with_roomy_stack};
+use scphd_run::session::{run_of, with_roomy_stack};
 use std::time::Instant;
 
 /// The cost of all runs of a plan on a device.
@@ -57,8 +57,6 @@ pub struct Checked {
     pub scans: usize,
     /// The first difference of every run that has one.
     pub differences: Vec<String>,
-    /// The greatest numbers of pages of static and of moving features that a scan has used; of a joint map, of features and tracks.
-    pub peaks: [u32; 2],
 }
 
 /// Processes the first `most_scans` scans of all runs of a plan, and compares digests and outputs after each of them with the host's;
@@ -72,10 +70,6 @@ pub fn check(
 ) -> Result<Checked, Failure> {
     let mut checked = Checked::default();
     let took = run_all(device, source, plan, (most_scans, u32::from(every)), |mut played, log, settings, job| {
-        for result in played.results() {
-            let [pages, moving_pages] = checked.peaks;
-            checked.peaks = [pages.max(result.peak_pages), moving_pages.max(result.peak_moving_pages)];
-        }
         if !every && job.run > 0 {
             return Ok(());
         }
@@ -122,31 +116,27 @@ fn follow_host(
     mut each: impl FnMut(usize, &mut dyn Slam<Planar>, ScanOutcome) + Send,
 ) -> Result<f64, Failure> {
     let drive = || {
-        let mut slam = Planar::slam(source.filter(), log, settings, seed).map_err(SessionError::Start)?;
-        let (mut seconds, mut done) = (0.0, 0);
-        let mut events = events(log);
-        while let Some(event) = events.next().filter(|_| done < log.scans.len()) {
-            let refused =
-                |step| move |refusal| SessionError::Step { scan: done, t_s: log.scans[done].t_s, step, refusal };
+        let mut slam = Planar::slam(source.filter(), log, settings, seed)?;
+        let mut seconds = 0.0;
+        for event in events(log) {
             let started = Instant::now();
             match event {
                 Event::Predict { control, dt_s, .. } => {
-                    slam.predict(control, dt_s).map_err(refused("the prediction"))?;
+                    slam.predict(control, dt_s)?;
                     seconds += started.elapsed().as_secs_f64();
                 }
                 Event::Fix { .. } => {}
                 Event::Scan { index } => {
-                    let outcome = slam.scan(log.scans[index].sensor, &log.scans[index].detections);
+                    let outcome = slam.scan(log.scans[index].sensor, &log.scans[index].detections)?;
                     seconds += started.elapsed().as_secs_f64();
-                    each(index, &mut *slam, outcome.map_err(refused("the scan"))?);
-                    done += 1;
+                    each(index, &mut *slam, outcome);
                 }
             }
         }
         Ok(seconds)
     };
-    let run = with_roomy_stack(drive).map_err(SessionError::Thread).and_then(|done| done);
-    run.map_err(|error| Failure::of("on the host", error))
+    let done = with_roomy_stack(drive).map_err(|error| Failure::of("on the host", error))?;
+    done.map_err(|Refusal(why)| Failure::of("on the host", why))
 }
 
 /// Runs a filter of many particles, for which `scphd-sim` has no room, by the library's own scan. Calls `each` with the digest after

@@ -81,9 +81,6 @@ pub struct ScanResult {
     /// Number of measurements that could not give birth to a feature.
     pub no_birth: u32,
     pub pages_used: u32,
-    /// Peak numbers of pages in use during the scan; of a joint map, of features and tracks.
-    pub peak_pages: u32,
-    pub peak_moving_pages: u32,
     /// Health conditions, as bits of [`scphd::Health`].
     pub health: u32,
     /// Index of the first estimated feature, from the first of the run.

@@ -2,7 +2,7 @@
 
 use crate::errors::ReadError;
 use crate::flow::find_meetings;
-use crate::instruction::{Action, Address, Code, Guard, Instruction, Operand, Register, SLOT};
+use crate::instruction::{Action, Address, Code, Instruction, Operand, Register, SLOT};
 use crate::memory::Space;
 use crate::operation::Operation;
 use crate::token::Token;
@@ -90,7 +90,7 @@ impl<'t> Decoder<'_, 't> {
         let (guard, words) = match *words {
             [guard, ref words @ ..] if guard.starts_with('@') => {
                 let (name, holds) = guard[1..].strip_prefix('!').map_or((&guard[1..], true), |name| (name, false));
-                (Some(Guard { register: self.register(name), holds }), words)
+                (Some((self.register(name), holds)), words)
             }
             ref words => (None, words),
         };
@@ -214,7 +214,7 @@ impl<'t> Decoder<'_, 't> {
     fn address(&mut self, word: &'t str) -> Result<Address, ReadError> {
         let (base, offset) = word.split_once('+').unwrap_or((word, "0"));
         let offset = value_of(offset).ok_or_else(|| self.wrong(word))?;
-        Ok(Address { base: self.operand(base)?, offset })
+        Ok((self.operand(base)?, offset))
     }
 
     /// Finds the targets of branches.

@@ -4,9 +4,7 @@
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("line {line} of the module: {what}")]
 pub struct ReadError {
-    /// The line, from 1.
     pub line: usize,
-    /// The reason.
     pub what: String,
 }
 
@@ -16,14 +14,11 @@ pub enum LaunchError {
     /// There is no such kernel with so many arguments, or the grid has no threads.
     #[error("no kernel {0} with {1} arguments for {2:?}")]
     Launch(String, usize, Grid),
-    /// A thread has done something invalid.
     #[error("line {line} of the module, thread {thread}: {fault}")]
     Fault {
-        /// The line of the instruction.
         line: usize,
         /// The thread, from 0, over all blocks.
         thread: u32,
-        /// What it has done.
         fault: Fault,
     },
 }
@@ -31,10 +26,8 @@ pub enum LaunchError {
 /// Something invalid, with the address of an access, which a device might not report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Fault {
-    /// There is no buffer at the address, or it is too short.
     #[error("{0:#x} is not within a buffer")]
     Outside(u64),
-    /// The address is no multiple of the size.
     #[error("{0:#x} is not aligned")]
     Unaligned(u64),
     /// The instruction is for the other space.
@@ -43,10 +36,8 @@ pub enum Fault {
     /// Another thread has written there since the last barrier, or has read what this one writes.
     #[error("{0:#x} is used by two threads of a launch")]
     Race(u64),
-    /// The index of a switch is beyond its list of targets.
     #[error("a switch leads nowhere")]
     Switch,
-    /// Some threads of a warp wait where others do not.
     #[error("not all threads of the warp reach the barrier together")]
     Barrier,
     /// Nested calls need more memory than a thread has.
@@ -57,7 +48,6 @@ pub enum Fault {
 /// The numbers of threads of a launch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Grid {
-    /// Number of blocks.
     pub blocks: u32,
     /// Threads of a block, in warps of 32.
     pub block: u32,

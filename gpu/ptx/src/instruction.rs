@@ -25,18 +25,8 @@ pub(crate) enum Operand {
     BlockThreads,
 }
 
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Address {
-    pub(crate) base: Operand,
-    pub(crate) offset: u64,
-}
-
-/// The condition of a branch: whether the register must be true or false.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Guard {
-    pub(crate) register: Register,
-    pub(crate) holds: bool,
-}
+/// A base and an offset.
+pub(crate) type Address = (Operand, u64);
 
 #[derive(Debug, Clone)]
 pub(crate) enum Action {
@@ -65,9 +55,10 @@ pub(crate) enum Action {
         at: Address,
         of: Operand,
     },
-    /// `meet` is where the threads that take the branch and the others reconverge.
+    /// The guard is a register, and whether it must be true or false. `meet` is where the threads that take the branch and the others
+    /// reconverge.
     Branch {
-        guard: Option<Guard>,
+        guard: Option<(Register, bool)>,
         to: usize,
         meet: usize,
     },

@@ -11,7 +11,6 @@
 //!
 //! Meaning of the instructions: NVIDIA, Parallel Thread Execution ISA, version 9.0.
 #![forbid(unsafe_code)]
-#![deny(missing_docs)]
 
 mod decode;
 mod errors;

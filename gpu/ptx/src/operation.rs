@@ -73,42 +73,58 @@ impl Operation {
             let holds = holds(comparison, of.single)?;
             return Some(Self { function: |_, _, _| 0, of, bits: 1, operands: 2, holds });
         }
-        let (operands, function) = if of.single { of_single(name) } else { of_whole(name, of.bits) }?;
+        let (operands, function) = function(name, of)?;
         with(operands, function, if name == "mul.wide" { 2 * of.bits } else { of.bits })
     }
 }
 
-fn of_whole(name: &str, bits: u32) -> Option<(usize, Function)> {
-    Some(match name {
+/// The number of operands of a name, and its function.
+fn function(name: &str, kind: Kind) -> Option<(usize, Function)> {
+    Some(match (name, kind.single) {
+        ("mov", _) => (1, |a, _, _| a),
+        ("selp", _) => (3, |a, b, first| if first != 0 { a } else { b }),
         // All address spaces share one range of addresses.
-        "mov" | "cvta.to.local" | "cvta.local" | "cvta.to.global" | "cvta.global" => (1, |a, _, _| a),
-        "neg" => (1, |a, _, _| -a),
-        "abs" => (1, |a, _, _| a.abs()),
-        "not" => (1, |a, _, _| !a),
-        "popc" => (1, |a, _, _| a.count_ones().into()),
-        "add" => (2, |a, b, _| a + b),
-        "sub" => (2, |a, b, _| a - b),
-        "mul.lo" | "mul.wide" => (2, |a, b, _| a.wrapping_mul(b)),
-        "mul.hi" if bits == 32 => (2, |a, b, _| (a * b) >> 32),
-        "mul.hi" if bits == 64 => (2, |a, b, _| a.wrapping_mul(b) >> 64),
-        "mad.lo" => (3, |a, b, c| a.wrapping_mul(b).wrapping_add(c)),
+        ("cvta.to.local" | "cvta.local" | "cvta.to.global" | "cvta.global", false) => (1, |a, _, _| a),
+        ("neg", false) => (1, |a, _, _| -a),
+        ("abs", false) => (1, |a, _, _| a.abs()),
+        ("not", false) => (1, |a, _, _| !a),
+        ("popc", false) => (1, |a, _, _| a.count_ones().into()),
+        ("add", false) => (2, |a, b, _| a + b),
+        ("sub", false) => (2, |a, b, _| a - b),
+        ("mul.lo" | "mul.wide", false) => (2, |a, b, _| a.wrapping_mul(b)),
+        ("mul.hi", false) if kind.bits == 32 => (2, |a, b, _| (a * b) >> 32),
+        ("mul.hi", false) if kind.bits == 64 => (2, |a, b, _| a.wrapping_mul(b) >> 64),
+        ("mad.lo", false) => (3, |a, b, c| a.wrapping_mul(b).wrapping_add(c)),
         // The result of a division by 0 is not defined: all ones, as on cards.
-        "div" => (2, |a, b, _| a.checked_div(b).unwrap_or(-1)),
-        "rem" => (2, |a, b, _| a.checked_rem(b).unwrap_or(a)),
-        "min" => (2, |a, b, _| a.min(b)),
-        "max" => (2, |a, b, _| a.max(b)),
-        "and" => (2, |a, b, _| a & b),
-        "or" => (2, |a, b, _| a | b),
-        "xor" => (2, |a, b, _| a ^ b),
+        ("div", false) => (2, |a, b, _| a.checked_div(b).unwrap_or(-1)),
+        ("rem", false) => (2, |a, b, _| a.checked_rem(b).unwrap_or(a)),
+        ("min", false) => (2, |a, b, _| a.min(b)),
+        ("max", false) => (2, |a, b, _| a.max(b)),
+        ("and", false) => (2, |a, b, _| a & b),
+        ("or", false) => (2, |a, b, _| a | b),
+        ("xor", false) => (2, |a, b, _| a ^ b),
         // A shift by the width or more leaves zeros, or copies of the sign of a signed number.
-        "shl" => (2, |a, places, _| a << (places as u32).min(64)),
-        "shr" => (2, |a, places, _| a >> (places as u32).min(64)),
+        ("shl", false) => (2, |a, places, _| a << (places as u32).min(64)),
+        ("shr", false) => (2, |a, places, _| a >> (places as u32).min(64)),
         // The upper word of both, shifted to the left.
-        "shf.l.wrap" if bits == 32 => (3, |low, high, places| ((high << 32 | low) << (places & 31)) >> 32),
-        "selp" => (3, |a, b, first| if first != 0 { a } else { b }),
+        ("shf.l.wrap", false) if kind.bits == 32 => {
+            (3, |low, high, places| ((high << 32 | low) << (places & 31)) >> 32)
+        }
         // `count` bits from bit `from` on, unsigned.
-        "bfe" => (3, |a, from, count| (a >> (from & 0xff).min(64)) & !(-1 << (count & 0xff).min(64))),
-        "prmt" if bits == 32 => (3, permute),
+        ("bfe", false) => (3, |a, from, count| (a >> (from & 0xff).min(64)) & !(-1 << (count & 0xff).min(64))),
+        ("prmt", false) if kind.bits == 32 => (3, permute),
+        ("add.rn", true) => (2, |a, b, _| bits(single(a) + single(b))),
+        ("sub.rn", true) => (2, |a, b, _| bits(single(a) - single(b))),
+        ("mul.rn", true) => (2, |a, b, _| bits(single(a) * single(b))),
+        ("div.rn", true) => (2, |a, b, _| bits(single(a) / single(b))),
+        ("rcp.rn", true) => (1, |a, _, _| bits(1.0 / single(a))),
+        ("abs", true) => (1, |a, _, _| bits(single(a).abs())),
+        ("neg", true) => (1, |a, _, _| bits(-single(a))),
+        // The sign of the first operand on the second.
+        ("copysign", true) => (2, |a, b, _| bits(single(b).copysign(single(a)))),
+        ("min", true) => (2, |a, b, _| least(a, b)),
+        // The negative of the minimum of the negatives.
+        ("max", true) => (2, |a, b, _| least(a ^ SIGN, b ^ SIGN) ^ SIGN),
         _ => return None,
     })
 }
@@ -129,26 +145,6 @@ fn single(number: i128) -> f32 {
 
 fn bits(x: f32) -> i128 {
     x.to_bits().into()
-}
-
-fn of_single(name: &str) -> Option<(usize, Function)> {
-    Some(match name {
-        "mov" => (1, |a, _, _| a),
-        "selp" => (3, |a, b, first| if first != 0 { a } else { b }),
-        "add.rn" => (2, |a, b, _| bits(single(a) + single(b))),
-        "sub.rn" => (2, |a, b, _| bits(single(a) - single(b))),
-        "mul.rn" => (2, |a, b, _| bits(single(a) * single(b))),
-        "div.rn" => (2, |a, b, _| bits(single(a) / single(b))),
-        "rcp.rn" => (1, |a, _, _| bits(1.0 / single(a))),
-        "abs" => (1, |a, _, _| bits(single(a).abs())),
-        "neg" => (1, |a, _, _| bits(-single(a))),
-        // The sign of the first operand on the second.
-        "copysign" => (2, |a, b, _| bits(single(b).copysign(single(a)))),
-        "min" => (2, |a, b, _| least(a, b)),
-        // The negative of the minimum of the negatives.
-        "max" => (2, |a, b, _| least(a ^ SIGN, b ^ SIGN) ^ SIGN),
-        _ => return None,
-    })
 }
 
 /// The sign bit.

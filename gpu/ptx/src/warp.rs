@@ -1,7 +1,7 @@
 //! Executes the threads of a warp together.
 
 use crate::errors::{Counts, Fault, LaunchError};
-use crate::instruction::{Action, Address, Code, Guard, Instruction, Operand, Register, SLOT};
+use crate::instruction::{Action, Address, Code, Instruction, Operand, Register, SLOT};
 use crate::memory::{LOCAL, Memory, Space, Use, number, part as part_of, put};
 
 /// A set of threads, one bit each.
@@ -235,8 +235,8 @@ impl<'m> Warp<'m> {
         Ok(())
     }
 
-    fn address(&self, address: &Address, thread: usize, frame: Frame) -> u64 {
-        self.value(address.base, thread, frame).wrapping_add(address.offset)
+    fn address(&self, &(base, offset): &Address, thread: usize, frame: Frame) -> u64 {
+        self.value(base, thread, frame).wrapping_add(offset)
     }
 
     /// The address of each element of a vector, which must be aligned to the whole.
@@ -280,7 +280,7 @@ impl<'m> Warp<'m> {
 }
 
 /// The threads that take a branch with this guard.
-fn taking(registers: &[u64], mask: Mask, Guard { register, holds }: Guard, frame: Frame) -> Mask {
+fn taking(registers: &[u64], mask: Mask, (register, holds): (Register, bool), frame: Frame) -> Mask {
     let first = frame.registers + register * WIDTH;
     let holding = threads(mask).filter(|&thread| (registers[first + thread] != 0) == holds);
     holding.fold(0, |mask, thread| mask | 1 << thread)

@@ -17,7 +17,7 @@ use scphd::storage::PART;
 /// The data of one filter in the buffers, with capacity for the particles and samples of the largest filter. The host writes it, in
 /// the order of [`Layout::buffers`].
 #[repr(C)]
-pub(super) struct Places<M: Kind> {
+pub(super) struct Buffers<M: Kind> {
     pub(super) run: *const Run,
     scans: *const Scan,
     predictions: *const Prediction,
@@ -52,17 +52,17 @@ pub(super) struct Places<M: Kind> {
 
 /// The data of one filter in a launch for a scan.
 pub(super) struct Group<'g, M: Kind> {
-    pub(super) places: &'g Places<M>,
+    pub(super) own: &'g Buffers<M>,
     pub(super) scan: u32,
     /// Number of scans between two digests; 0 for one after the last scan only.
     pub(super) digest_every: u32,
 }
 
 impl<M: Kind> Deref for Group<'_, M> {
-    type Target = Places<M>;
+    type Target = Buffers<M>;
 
-    fn deref(&self) -> &Places<M> {
-        self.places
+    fn deref(&self) -> &Buffers<M> {
+        self.own
     }
 }
 

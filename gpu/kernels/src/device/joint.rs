@@ -91,8 +91,7 @@ impl RowExecutor<Pose, Position> for Leader {
 }
 
 impl Shared {
-    /// The passes of one helper.
-    /// Safety: each pass is done by one helper, and what all of them read is written by none.
+    /// The passes of one helper. Safety: each pass is done by one helper, and what all of them read is written by none.
     unsafe fn help(&self, helper: usize) {
         match self {
             Self::Features { task, numbers, rows, landmarks } => {
@@ -116,8 +115,8 @@ impl Shared {
     }
 }
 
-/// What a helper of a block does in a launch, in which the leader scans.
-/// Safety: the leader has written the loop before the first barrier, and waits at the second.
+/// What a helper of a block does in a launch, in which the leader scans. Safety: the leader has written the loop before the first
+/// barrier, and waits at the second.
 unsafe fn help(helper: usize, group: &Group<'_, Joint>) {
     loop {
         wait();
@@ -129,8 +128,7 @@ unsafe fn help(helper: usize, group: &Group<'_, Joint>) {
     }
 }
 
-/// Starts the filter.
-/// Safety: no other thread runs.
+/// Starts the filter. Safety: no other thread runs.
 pub(super) unsafe fn start(_place: usize, group: &Group<'_, Joint>) {
     let code = if begin(group).is_some() { Status::DONE } else { Status::SETUP };
     *group.status = Status { code, scans: 0 };
@@ -149,8 +147,8 @@ unsafe fn begin(group: &Group<'_, Joint>) -> Option<()> {
     Some(())
 }
 
-/// Does the predictions before a scan, and the scan.
-/// Safety: only the leader of the block uses filter and sensor, which `start` has initialised.
+/// Does the predictions before a scan, and the scan. Safety: only the leader of the block uses filter and sensor, which `start` has
+/// initialised.
 pub(super) unsafe fn scan(thread: usize, group: &Group<'_, Joint>) {
     if thread < HELPERS {
         return help(thread, group);
@@ -187,8 +185,6 @@ unsafe fn step(
         expected_features: slam.expected_features(),
         in_view: report.in_view as u32,
         no_birth: report.no_birth as u32,
-        peak_pages: report.features as u32,
-        peak_moving_pages: report.movers as u32,
         ..of_estimate(&estimate, report.health)
     };
     group.outputs().write(whole(group.scan), result, slam.features(), slam.moving())

@@ -1,6 +1,6 @@
 //! The entry points of the device.
 
-use super::group::{Group, Places as Of, layout, whole};
+use super::group::{Buffers, Group, layout, whole};
 use super::joint::Joint;
 use super::room::Kind;
 use crate::buffer::Layout;
@@ -36,14 +36,14 @@ unsafe fn run<M: Kind>(
     if let (Some(filter), Some(place)) = (filter, place)
         && u64::from(filter) < *count
     {
-        body(whole(place), &Group { places: &*first.add(whole(filter)), scan, digest_every });
+        body(whole(place), &Group { own: &*first.add(whole(filter)), scan, digest_every });
     }
 }
 
 /// All filters of a launch.
 #[repr(C)]
 struct Filters<M: Kind> {
-    first: *const Of<M>,
+    first: *const Buffers<M>,
     count: u64,
     /// The greatest numbers of particles of a filter, and of samples of each.
     particles: u64,

@@ -18,8 +18,7 @@ pub(super) unsafe fn products<M: Particles>(place: usize, group: &Group<'_, M>) 
     }
 }
 
-/// Computes the evidence, and lends the arrays of candidates and particles.
-/// Safety: no other thread runs.
+/// Computes the evidence, and lends the arrays of candidates and particles. Safety: no other thread runs.
 pub(super) unsafe fn evidence<M: Particles>(_place: usize, group: &Group<'_, M>) {
     let Some(between) = group.alone() else { return };
     let in_view = (*group.room).in_view.load(Ordering::Relaxed);
@@ -60,8 +59,7 @@ pub(super) unsafe fn cumulate<M: Particles>(place: usize, group: &Group<'_, M>) 
     }
 }
 
-/// Decides whether to resample, and finds the positions in the random stream.
-/// Safety: no other thread runs.
+/// Decides whether to resample, and finds the positions in the random stream. Safety: no other thread runs.
 pub(super) unsafe fn decide<M: Particles>(_place: usize, group: &Group<'_, M>) {
     let Some(between) = group.alone() else { return };
     let scanning = &mut between.scanning;
@@ -101,12 +99,10 @@ pub(super) unsafe fn draw<M: Particles>(place: usize, group: &Group<'_, M>) {
             before + cumulated.get(candidate).copied().unwrap_or(0.0)
         };
         scanning.draw(place, uniform, candidates, reached, between.last)
-    } else if children > 1 {
-        let mut noise = (*group.streams.add(place / TOGETHER)).assume_init_ref().clone();
-        noise.skip(place % TOGETHER);
-        scanning.draw_own(place, candidates, Some(&mut noise))
     } else {
-        scanning.draw_own(place, candidates, None)
+        let mut noise = (children > 1).then(|| (*group.streams.add(place / TOGETHER)).assume_init_ref().clone());
+        noise.iter_mut().for_each(|noise| noise.skip(place % TOGETHER));
+        scanning.draw_own(place, candidates, noise.as_mut())
     };
     let lent = &between.lent;
     if let Some((survivor, candidate)) = drawn
@@ -123,8 +119,8 @@ pub(super) unsafe fn draw<M: Particles>(place: usize, group: &Group<'_, M>) {
     }
 }
 
-/// Counts the survivors of a part that differ from the preceding one, and finds the heaviest.
-/// Safety: everything except the part itself is only read.
+/// Counts the survivors of a part that differ from the preceding one, and finds the heaviest. Safety: everything except the part
+/// itself is only read.
 pub(super) unsafe fn runs<M: Particles>(place: usize, group: &Group<'_, M>) {
     let Some(between) = group.between() else { return };
     let [particles, _] = between.scanning.particles();
@@ -162,8 +158,8 @@ pub(super) unsafe fn settle<M: Particles>(_place: usize, group: &Group<'_, M>) {
     between.drafts = whole(distinct).min(whole((*group.run).particles));
 }
 
-/// Assigns a draft to each different survivor of a part, and stores the draft of every particle.
-/// Safety: each draft belongs to one survivor, and each stored index to one particle.
+/// Assigns a draft to each different survivor of a part, and stores the draft of every particle. Safety: each draft belongs to one
+/// survivor, and each stored index to one particle.
 pub(super) unsafe fn assign<M: Particles>(place: usize, group: &Group<'_, M>) {
     let Some(between) = group.between() else { return };
     let survivors = between.scanning.survivors();

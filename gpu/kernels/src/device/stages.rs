@@ -15,9 +15,8 @@ use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU32, Ordering};
 use scphd::storage::{COUNTS, Samples};
 
-/// Starts the filter, and makes a draft over each desk.
-/// Safety: no other thread runs. A room starts as zeros, which are a valid value, and does not move, so that it can hold pointers
-/// to its own parts.
+/// Starts the filter, and makes a draft over each desk. Safety: no other thread runs. A room starts as zeros, which are a valid
+/// value, and does not move, so that it can hold pointers to its own parts.
 pub(super) unsafe fn start<M: Particles>(_place: usize, group: &Group<'_, M>) {
     let room = group.room;
     let code = match over(&*group.run, &mut (*room).slot) {
@@ -65,8 +64,7 @@ pub(super) unsafe fn predict<M: Particles>(_place: usize, group: &Group<'_, M>) 
     }
 }
 
-/// Moves one candidate (5.12).
-/// Safety: the candidates are lent, and each belongs to one place.
+/// Moves one candidate (5.12). Safety: the candidates are lent, and each belongs to one place.
 pub(super) unsafe fn sample<M: Particles>(place: usize, group: &Group<'_, M>) {
     if !group.goes_on() {
         return;
@@ -99,8 +97,8 @@ unsafe fn give_candidates_back(filter: &mut Filter<'static>, predicting: &mut Pr
     }
 }
 
-/// Sorts the measurements of a scan, and lends the pages.
-/// Safety: no other thread runs; `start` has initialised filter and detector.
+/// Sorts the measurements of a scan, and lends the pages. Safety: no other thread runs; `start` has initialised filter and
+/// detector.
 pub(super) unsafe fn open<M: Particles>(_place: usize, group: &Group<'_, M>) {
     if !group.goes_on() {
         return;
@@ -140,8 +138,7 @@ pub(super) unsafe fn open<M: Particles>(_place: usize, group: &Group<'_, M>) {
     }
 }
 
-/// Predicts the moving features of one page.
-/// Safety: the pages are lent, and each page and each count belongs to one place.
+/// Predicts the moving features of one page. Safety: the pages are lent, and each page and each count belongs to one place.
 pub(super) unsafe fn drift<M: Particles>(place: usize, group: &Group<'_, M>) {
     let Some(Between { scanning, moving_pages, .. }) = group.between() else { return };
     if place < M::ALL_PAGES {
@@ -152,8 +149,8 @@ pub(super) unsafe fn drift<M: Particles>(place: usize, group: &Group<'_, M>) {
     }
 }
 
-/// Draws the candidates of an informed proposal, and lends their ln L.
-/// Safety: no other thread runs; the pages that `open` has lent are given back.
+/// Draws the candidates of an informed proposal, and lends their ln L. Safety: no other thread runs; the pages that `open` has lent
+/// are given back.
 pub(super) unsafe fn propose<M: Particles>(_place: usize, group: &Group<'_, M>) {
     let Some(between) = group.alone() else { return };
     give_pages_back(between);
@@ -163,8 +160,7 @@ pub(super) unsafe fn propose<M: Particles>(_place: usize, group: &Group<'_, M>) 
     (*group.room).in_view.store(0, Ordering::Relaxed);
 }
 
-/// Weighs one candidate.
-/// Safety: the ln L are lent, and each of them and of the sights belongs to one place.
+/// Weighs one candidate. Safety: the ln L are lent, and each of them and of the sights belongs to one place.
 pub(super) unsafe fn weigh<M: Particles>(place: usize, group: &Group<'_, M>) {
     if let Some(Between { scanning, lent, .. }) = group.between()
         && place < scanning.candidates()

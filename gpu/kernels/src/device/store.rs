@@ -115,9 +115,8 @@ pub(super) unsafe fn add_up<M: Particles>(_place: usize, group: &Group<'_, M>) {
     }
 }
 
-/// Finds the positions of the labels and pages of a part's drafts, and checks that each draft would get all its pages if the
-/// drafts were stored one after the other.
-/// Safety: drafts are only read, and each position belongs to one draft.
+/// Finds the positions of the labels and pages of a part's drafts, and checks that each draft would get all its pages if the drafts
+/// were stored one after the other. Safety: drafts are only read, and each position belongs to one draft.
 pub(super) unsafe fn judge<M: Particles>(place: usize, group: &Group<'_, M>) {
     let Some(between) = group.between() else { return };
     let mut before = (*group.parts.add(place)).claimed;
@@ -139,8 +138,7 @@ pub(super) unsafe fn judge<M: Particles>(place: usize, group: &Group<'_, M>) {
     }
 }
 
-/// Lends the lists of pages, or stores the drafts one after the other.
-/// Safety: no other thread runs.
+/// Lends the lists of pages, or stores the drafts one after the other. Safety: no other thread runs.
 pub(super) unsafe fn commit<M: Particles>(_place: usize, group: &Group<'_, M>) {
     let Some(between) = group.alone() else { return };
     let scanning = &mut between.scanning;
@@ -157,8 +155,8 @@ pub(super) unsafe fn commit<M: Particles>(_place: usize, group: &Group<'_, M>) {
     between.lent = Lending::of(scanning.lend_particles());
 }
 
-/// Lists the free pages of a part, and stores the numbers of maps that hold the others.
-/// Safety: the lists are lent, and each element belongs to one part.
+/// Lists the free pages of a part, and stores the numbers of maps that hold the others. Safety: the lists are lent, and each
+/// element belongs to one part.
 pub(super) unsafe fn list<M: Particles>(place: usize, group: &Group<'_, M>) {
     let Some(Between { lists, in_turn: false, .. }) = group.between() else { return };
     let (pages, is_moving) = pages_of_part::<M>(place);
@@ -190,29 +188,24 @@ pub(super) unsafe fn take<M: Particles>(place: usize, group: &Group<'_, M>) {
     if !between.in_turn {
         let [_, copies] = draft.particles();
         let noted = |column: usize| *group.wholes.add(column * group.stride + place);
-        let next = |kind: usize| {
-            let (lists, free) = if kind == 0 {
-                (between.lists.first(), between.free.first())
-            } else {
-                (between.lists.last(), between.free.last())
-            };
-            let before = whole(noted(2 + kind));
+        let next = |lists: Listed, free: usize, before: u32| {
             move |number: usize| {
                 // The page that was freed last is allocated first.
-                let last = free?.checked_sub(1 + before + number)?;
-                let lists = lists?;
+                let last = free.checked_sub(1 + whole(before) + number)?;
                 let id = *lists.free.all().get(last)?;
                 *lists.references.one(id.index())? = copies.min(usize::from(u16::MAX)) as u16;
                 Some(id)
             }
         };
-        draft.take(between.first_fresh, noted(1), next(0), next(1));
+        let ([of_static, of_moving], [free, free_moving]) = (between.lists, between.free);
+        let (next, next_moving) = (next(of_static, free, noted(2)), next(of_moving, free_moving, noted(3)));
+        draft.take(between.first_fresh, noted(1), next, next_moving);
     }
     draft.rename();
 }
 
-/// Writes the pages of one draft, together with other threads.
-/// Safety: the pages are lent, and no two drafts have the same page; each word belongs to one place.
+/// Writes the pages of one draft, together with other threads. Safety: the pages are lent, and no two drafts have the same page;
+/// each word belongs to one place.
 pub(super) unsafe fn fill<M: Particles>(place: usize, group: &Group<'_, M>) {
     let Some(between) = group.between() else { return };
     let (number, lane) = (place / LANES, place % LANES);
@@ -237,8 +230,8 @@ unsafe fn copy_all<F: Feature>((ids, pages): Placed<'_, F>, to: Many<Page<F>>, l
     }
 }
 
-/// Gives one particle the list of its pages, and moves its selected candidate to the particle's place.
-/// Safety: rows and candidates are lent, and each belongs to one place.
+/// Gives one particle the list of its pages, and moves its selected candidate to the particle's place. Safety: rows and candidates
+/// are lent, and each belongs to one place.
 pub(super) unsafe fn share<M: Particles>(place: usize, group: &Group<'_, M>) {
     let Some(between) = group.between() else { return };
     let [particles, _] = between.scanning.particles();

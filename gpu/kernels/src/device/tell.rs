@@ -27,8 +27,8 @@ fn summed(between: &Between, column: usize) -> f32 {
     f32::from_bits(between.sums.get(column).map_or(0, |sum| sum.load(Ordering::Relaxed)))
 }
 
-/// Sums a column in order. Columns that are not written yet are summed again later.
-/// Safety: nothing writes the columns now, and a column has at least this number of elements.
+/// Sums a column in order. Columns that are not written yet are summed again later. Safety: nothing writes the columns now, and a
+/// column has at least this number of elements.
 pub(super) unsafe fn sum<M: Particles>(place: usize, group: &Group<'_, M>) {
     let Some(between) = group.between() else { return };
     let [particles, _] = between.scanning.particles();
@@ -84,10 +84,8 @@ pub(super) unsafe fn close<M: Particles>(_place: usize, group: &Group<'_, M>) {
     let room = group.room;
     if !between.in_turn {
         let [of_static, of_moving] = between.lists;
-        let free = from_fn(|kind| {
-            let of = |both: &[usize; 2]| both.get(kind).copied().unwrap_or(0);
-            of(&between.free).saturating_sub(of(&between.wanted))
-        });
+        let ([free, free_moving], [wanted, wanted_moving]) = (between.free, between.wanted);
+        let free = [free.saturating_sub(wanted), free_moving.saturating_sub(wanted_moving)];
         between.scanning.give_lists_back((of_static.back(), of_moving.back()), free);
         let read = |count: &AtomicU32| whole(count.load(Ordering::Relaxed));
         let number = |place: usize| between.counts.get(place).map_or(0, read);
@@ -155,8 +153,6 @@ pub(super) fn tell(
         in_view: number(report.in_view),
         no_birth: number(report.no_birth),
         pages_used: number(report.pages_used),
-        peak_pages: number(report.peak.pages),
-        peak_moving_pages: number(report.moving_peak.pages),
         ..of_estimate(&estimate, report.health)
     };
     let (features, movers) = (features.iter().take(map.features), movers.iter().take(moving.features));
