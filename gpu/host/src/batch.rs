@@ -6,7 +6,7 @@ use scphd_filters::settings::Settings;
 use scphd_filters::slam::{PlanarNumbers, joint_config};
 use scphd_gpu_kernels::{
     Feature, LARGE_PARTICLES, MEASUREMENTS, PARTICLES, Prediction, Run, SAMPLES, Scan, ScanResult, Setup, Status,
-    halves, setup_of,
+    setup_of,
 };
 use scphd_log::events::{Event, events};
 use scphd_log::log::Log;
@@ -26,18 +26,14 @@ pub enum Sort {
 /// Capacity for estimated features per scan in addition to the landmarks of the scenario, averaged over a run.
 const SPARE_FEATURES: usize = 32;
 
-/// The inputs of several runs.
+/// The inputs of several runs with filters of a sort: everything of one run, then everything of the next.
 #[derive(Debug)]
 pub struct Batch {
-    /// The runs.
     pub runs: Vec<Run>,
-    /// The scans of all runs, one run after the other.
     pub scans: Vec<Scan>,
-    /// The predictions of all runs, one run after the other.
     pub predictions: Vec<Prediction>,
-    /// The measurements of all runs, one run after the other: range, m, and bearing, rad.
+    /// Range, m, and bearing, rad.
     pub measurements: Vec<[f32; 2]>,
-    /// The sort of all filters.
     pub sort: Sort,
 }
 
@@ -88,7 +84,7 @@ impl Batch {
         let of_run = self.scans.len() - scans;
         let ([particles, samples], setup) = self.sort.setup(log, settings)?;
         let run = Run {
-            seed: halves(seed),
+            seed: bytemuck::cast(seed),
             first_scan: number(scans)?,
             scans: number(of_run)?,
             first_prediction: number(predictions)?,
@@ -111,11 +107,8 @@ impl Batch {
 
     /// The greatest number of predictions before the scan of any run.
     pub fn predictions_before(&self, scan: u32) -> u32 {
-        let of = |run: &Run| {
-            let place = (scan < run.scans).then_some((run.first_scan + scan) as usize);
-            place.and_then(|place| self.scans.get(place)).map_or(0, |scan| scan.predictions)
-        };
-        self.runs.iter().map(of).max().unwrap_or(0)
+        let runs = self.runs.iter().filter(|run| scan < run.scans);
+        runs.map(|run| self.scans[(run.first_scan + scan) as usize].predictions).max().unwrap_or(0)
     }
 
     /// Whether any run needs a digest after the scan: after every `every` scans, and after its last.

@@ -91,9 +91,6 @@ pub trait Machine {
 /// Greatest alignment of a buffer's elements: the least with which devices allocate memory.
 const ALIGNMENT: u64 = 256;
 
-/// Number of runs at a time if there is no limit of the memory.
-const RESIDENT: usize = 64;
-
 /// Prefix of the names of kernels, launches, and numbers of pages.
 fn launches(sort: Sort) -> (&'static str, Lists, [usize; 2]) {
     match sort {
@@ -121,12 +118,6 @@ impl dyn Machine + '_ {
     /// Bytes of memory for a run of the batch, without inputs and results.
     pub fn run_bytes(&mut self, batch: &Batch) -> Result<usize, Failure> {
         Ok(self.layout(batch)?.buffers.iter().sum::<u64>() as usize)
-    }
-
-    /// Number of runs at the same time, if each needs this memory: as many as fit into nine tenths of the free memory. The rest is
-    /// for the stacks of all threads.
-    pub fn resident(&self, bytes_a_run: usize) -> Result<usize, Failure> {
-        Ok(self.free()?.map_or(RESIDENT, |free| (free / 10 * 9 / bytes_a_run.max(1)).max(1)))
     }
 
     /// Processes all scans of every run of the batch, launch by launch, with a digest after every `digest_every` scans and after the

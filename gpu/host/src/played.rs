@@ -5,7 +5,7 @@ use crate::device::Outcome;
 use scphd::errors::Implausible;
 use scphd::{Health, Real};
 use scphd_filters::slam::{PoseAndCovariance, Refusal, ScanOutcome, Slam};
-use scphd_gpu_kernels::{Feature, Run, ScanResult, Status, joined};
+use scphd_gpu_kernels::{Feature, Run, ScanResult, Status};
 use scphd_log::dimensions::{Coordinates, Planar};
 use scphd_score::record::{MapFeature, MovingFeature, Usage};
 
@@ -113,7 +113,7 @@ impl Slam<Planar> for Played<'_> {
     }
 
     fn digest(&mut self) -> Option<u64> {
-        self.last().ok().map(|result| joined(result.digest)).filter(|digest| *digest != 0)
+        self.last().ok().map(|result| bytemuck::cast(result.digest)).filter(|digest| *digest != 0)
     }
 
     fn state_bytes(&self) -> Option<u64> {

@@ -8,7 +8,7 @@ use scphd::Health;
 use scphd_filters::kind::Kind;
 use scphd_filters::settings::Settings;
 use scphd_filters::slam::{Refusal, ScanOutcome, Slam};
-use scphd_gpu_kernels::{LargeMemory, Prediction, Slot, Status, control_of, joined, over};
+use scphd_gpu_kernels::{LargeMemory, Prediction, Slot, Status, control_of, over};
 use scphd_log::dimensions::Planar;
 use scphd_log::events::{Event, events};
 use scphd_log::log::Log;
@@ -29,6 +29,8 @@ pub struct Took {
     pub short: [usize; 2],
 }
 
+/// Number of runs at a time if there is no limit of the memory.
+const RESIDENT: usize = 64;
 /// The conditions that report that memory was too small.
 const SHORT: [Health; 3] = [Health::PRUNING_TIGHTENED, Health::MAP_NOT_UPDATED, Health::COMPONENTS_LOST];
 
@@ -49,11 +51,10 @@ pub fn study(device: &mut dyn Machine, source: &Source, plan: &Plan) -> Result<(
 /// The result of a comparison of several runs with the host.
 #[derive(Debug, Default)]
 pub struct Checked {
-    /// The cost of the runs.
     pub took: Took,
     /// Wall time of the first run on one core of the host, s.
     pub host_s: f64,
-    /// Number of scans that were compared.
+    /// Number of compared scans.
     pub scans: usize,
     /// The first difference of every run that has one.
     pub differences: Vec<String>,
@@ -80,7 +81,7 @@ pub fn check(
         };
         let seconds = if source.sort(settings) == Sort::Large {
             follow_large(log, settings, job.filter_seed, every, |scan, digest| {
-                compare(scan, digest == joined(played.results()[scan].digest));
+                compare(scan, digest == bytemuck::cast::<_, u64>(played.results()[scan].digest));
             })?
         } else {
             let compared = |scan: usize, host: &mut dyn Slam<Planar>, outcome: ScanOutcome| {
@@ -198,7 +199,9 @@ fn run_all(
     };
     let (first, _) = batch_of(&jobs[..1])?;
     let bytes_a_run = first.bytes() + device.run_bytes(&first)?;
-    let resident = device.resident(bytes_a_run)?.min(jobs.len());
+    // A tenth of the free memory is for the stacks of all threads.
+    let fitting = device.free()?.map_or(RESIDENT, |free| (free / 10 * 9 / bytes_a_run).max(1));
+    let resident = fitting.min(jobs.len());
     let mut took = Took { resident, bytes_a_run, ..Took::default() };
     for jobs in jobs.chunks(resident) {
         let (batch, inputs) = batch_of(jobs)?;

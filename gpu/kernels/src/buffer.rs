@@ -7,7 +7,7 @@ use bytemuck::{Pod, Zeroable};
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Run {
-    /// The [halves] of the filter's seed.
+    /// The halves of the filter's seed, the lower one first.
     pub seed: [u32; 2],
     /// Index of its first scan, and of that scan's result.
     pub first_scan: u32,
@@ -22,17 +22,6 @@ pub struct Run {
     pub samples: u32,
     /// Models and tuning.
     pub setup: Setup,
-}
-
-/// The lower and the upper half of a number.
-pub fn halves(number: u64) -> [u32; 2] {
-    [number, number >> 32].map(|half| half as u32)
-}
-
-/// The number of these halves.
-pub fn joined(halves: [u32; 2]) -> u64 {
-    let [low, high] = halves.map(u64::from);
-    high << 32 | low
 }
 
 /// One scan: the predictions before it and its measurements. Indices count from the first of the run.
@@ -60,7 +49,7 @@ pub struct Prediction {
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ScanResult {
-    /// The [halves] of the digest of filter and detector; 0 if none was requested.
+    /// The halves of the digest of filter and detector; 0 if none was requested.
     pub digest: [u32; 2],
     /// Estimated x, y, m, and heading, rad.
     pub pose: [f32; 3],

@@ -29,7 +29,7 @@ mod device {
     mod tell;
 }
 
-pub use buffer::{Feature, Layout, Prediction, Run, Scan, ScanResult, Status, halves, joined};
+pub use buffer::{Feature, Layout, Prediction, Run, Scan, ScanResult, Status};
 pub use launches::{HELPERS, JOINT_LAUNCHES, LAUNCHES, Lists, Places};
 pub use memory::{
     JointMemory, JointTracks, LARGE_PARTICLES, LargeMemory, MEASUREMENTS, Memory, PARTICLES, Particles, SAMPLES, Slot,

@@ -1,6 +1,6 @@
 //! The settings of a run as plain numbers, and the filter made from them.
 
-use crate::buffer::{Run, Status, joined};
+use crate::buffer::{Run, Status};
 use crate::memory::{Particles, Slot};
 use core::array::from_fn;
 use nalgebra::Vector2;
@@ -54,7 +54,7 @@ pub fn over<'s, M: Particles>(run: &Run, slot: &'s mut Slot<M>) -> Result<(Filte
     let mut filter = memory.filter(motion, config).map_err(|_| refused)?;
     let detector = Sighting::over(sensor, scratch).map_err(|_| refused)?;
     filter.check(&detector).map_err(|_| refused)?;
-    filter.reset(description.start.pose, joined(run.seed)).map_err(|_| refused)?;
+    filter.reset(description.start.pose, bytemuck::cast(run.seed)).map_err(|_| refused)?;
     Ok((filter, detector))
 }
 

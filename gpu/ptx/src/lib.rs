@@ -20,7 +20,6 @@ mod memory;
 mod module;
 mod operation;
 mod races;
-mod token;
 mod warp;
 
 pub use errors::{Counts, Fault, Grid, LaunchError, ReadError};

@@ -1,10 +1,9 @@
 //! A module, and its launches.
 
-use crate::decode::{Names, decode, words};
+use crate::decode::{Names, Token, decode, tokens, words};
 use crate::errors::{Counts, Grid, LaunchError, ReadError};
 use crate::instruction::{Code, SLOT};
 use crate::memory::Memory;
-use crate::token::{Token, tokens};
 use crate::warp::{Place, WIDTH, Warp};
 use std::collections::HashMap;
 

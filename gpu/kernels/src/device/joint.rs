@@ -4,7 +4,7 @@
 use super::group::{Group, whole};
 use super::room::{Kind, Many};
 use super::tell::of_estimate;
-use crate::buffer::{ScanResult, Status, halves};
+use crate::buffer::{ScanResult, Status};
 use crate::launches::HELPERS;
 use crate::memory::{JointMemory, JointTracks};
 use crate::setup::{Sighting, control_of, describe};
@@ -193,6 +193,6 @@ unsafe fn step(
 /// Computes the digest of the state after a scan, if it is requested.
 pub(super) unsafe fn digest(_place: usize, group: &Group<'_, Joint>) {
     if group.asks_for_digest() {
-        (*group.results.add(whole(group.scan))).digest = halves((*group.room).slam.assume_init_ref().digest());
+        (*group.results.add(whole(group.scan))).digest = bytemuck::cast((*group.room).slam.assume_init_ref().digest());
     }
 }

@@ -84,12 +84,8 @@ pub(super) unsafe fn decide<M: Particles>(_place: usize, group: &Group<'_, M>) {
 
 /// Safety: candidates are only read; each thread writes the selection at its place.
 pub(super) unsafe fn draw<M: Particles>(place: usize, group: &Group<'_, M>) {
-    let Some(between) = group.between() else { return };
-    let scanning = &between.scanning;
-    let [particles, children] = scanning.particles();
-    if place >= particles {
-        return;
-    }
+    let Some(between) = group.between().filter(|between| place < between.scanning.particles()[0]) else { return };
+    let (scanning, [_, children]) = (&between.scanning, between.scanning.particles());
     let candidates = between.lent.candidates.all();
     let drawn = if let Some(uniform) = between.uniform {
         let cumulated = from_raw_parts(group.cumulated, scanning.candidates());

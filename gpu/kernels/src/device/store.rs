@@ -13,10 +13,7 @@ use scphd::storage::{COUNTS, Feature, PART, Page, PageId, Placed};
 
 /// Safety: maps are only read; each draft, sight and number belongs to one place.
 pub(super) unsafe fn make<M: Particles>(place: usize, group: &Group<'_, M>) {
-    let Some(between) = group.between() else { return };
-    if place >= between.drafts {
-        return;
-    }
+    let Some(between) = group.between().filter(|between| place < between.drafts) else { return };
     let draft = group.draft(place);
     between.scanning.make(draft, &mut *group.sights.add(place));
     between.scanning.line_up(draft);
@@ -180,10 +177,7 @@ pub(super) unsafe fn list<M: Particles>(place: usize, group: &Group<'_, M>) {
 
 /// Safety: the lists are lent, and no two drafts get the same page; each draft belongs to one place.
 pub(super) unsafe fn take<M: Particles>(place: usize, group: &Group<'_, M>) {
-    let Some(between) = group.between() else { return };
-    if place >= between.drafts {
-        return;
-    }
+    let Some(between) = group.between().filter(|between| place < between.drafts) else { return };
     let draft = group.draft(place);
     if !between.in_turn {
         let [_, copies] = draft.particles();
@@ -233,11 +227,7 @@ unsafe fn copy_all<F: Feature>((ids, pages): Placed<'_, F>, to: Many<Page<F>>, l
 /// Gives one particle the list of its pages, and moves its selected candidate to the particle's place. Safety: rows and candidates
 /// are lent, and each belongs to one place.
 pub(super) unsafe fn share<M: Particles>(place: usize, group: &Group<'_, M>) {
-    let Some(between) = group.between() else { return };
-    let [particles, _] = between.scanning.particles();
-    if place >= particles {
-        return;
-    }
+    let Some(between) = group.between().filter(|between| place < between.scanning.particles()[0]) else { return };
     if !between.in_turn {
         let [of_static, of_moving] = &between.lists;
         let rows = |lists: &Listed| lists.ids.some(place * lists.map_pages..(place + 1) * lists.map_pages);

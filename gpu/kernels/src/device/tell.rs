@@ -2,7 +2,7 @@
 
 use super::group::{Group, whole};
 use super::room::{Between, give_pages_back};
-use crate::buffer::{Feature, ScanResult, Status, halves};
+use crate::buffer::{Feature, ScanResult, Status};
 use crate::launches::{CENTRE, SPREAD, WEIGHT};
 use crate::memory::{Estimates, Particles};
 use crate::setup::{Filter, Sighted};
@@ -45,9 +45,8 @@ pub(super) use self::{sum as sum_centre, sum as sum_spread};
 
 /// Safety: the particles are lent, and only this thread writes the terms at its place.
 pub(super) unsafe fn centre<M: Particles>(place: usize, group: &Group<'_, M>) {
-    let Some(between) = group.between() else { return };
-    let [particles, _] = between.scanning.particles();
-    let Some(particle) = between.lent.candidates.all().get(place).filter(|_| place < particles) else { return };
+    let Some(between) = group.between().filter(|between| place < between.scanning.particles()[0]) else { return };
+    let Some(particle) = between.lent.candidates.all().get(place) else { return };
     let weight = Real::exp(particle.ln_weight) / summed(between, WEIGHT);
     let (sine, cosine) = Real::sin_cos(particle.pose.heading_rad);
     let terms = [weight * particle.pose.x_m, weight * particle.pose.y_m, weight * sine, weight * cosine];
@@ -64,9 +63,8 @@ fn mean(between: &Between) -> PlanarPose<f32> {
 
 /// Safety: the particles are lent, and only this thread writes the terms at its place.
 pub(super) unsafe fn spread<M: Particles>(place: usize, group: &Group<'_, M>) {
-    let Some(between) = group.between() else { return };
-    let [particles, _] = between.scanning.particles();
-    let Some(particle) = between.lent.candidates.all().get(place).filter(|_| place < particles) else { return };
+    let Some(between) = group.between().filter(|between| place < between.scanning.particles()[0]) else { return };
+    let Some(particle) = between.lent.candidates.all().get(place) else { return };
     let weight = Real::exp(particle.ln_weight) / summed(between, WEIGHT);
     let mut term = Symmetric::ZERO;
     term.add_outer(weight, &particle.pose.difference(&mean(between)));
@@ -115,7 +113,8 @@ pub(super) unsafe fn close<M: Particles>(_place: usize, group: &Group<'_, M>) {
 /// Safety: no other thread runs; there is a result for every scan.
 pub(super) unsafe fn digest<M: Particles>(_place: usize, group: &Group<'_, M>) {
     if group.asks_for_digest() {
-        (*group.results.add(whole(group.scan))).digest = halves((*group.room).filter.assume_init_ref().digest());
+        (*group.results.add(whole(group.scan))).digest =
+            bytemuck::cast((*group.room).filter.assume_init_ref().digest());
     }
 }
 
