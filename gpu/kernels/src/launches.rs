@@ -114,20 +114,8 @@ macro_rules! launches {
     };
 }
 
-/// The launches of joint maps, whose predictions are a part of the scan.
-macro_rules! joint_launches {
-    ($then:ident! { $($with:tt)* }) => {
-        $then! {
-            $($with)*
-            { joint::start One; }
-            {}
-            { joint::scan Leader; }
-            { joint::digest One; }
-        }
-    };
-}
 #[cfg(target_arch = "nvptx64")]
-pub(crate) use {joint_launches, launches};
+pub(crate) use launches;
 
 /// Lists of the launches.
 macro_rules! lists {
@@ -142,5 +130,5 @@ pub type Lists = [&'static [(&'static str, Places)]; 4];
 
 /// The launches of filters with particles.
 pub const LAUNCHES: Lists = launches!(lists! {});
-/// The launches of joint maps.
-pub const JOINT_LAUNCHES: Lists = joint_launches!(lists! {});
+/// The launches of joint maps, whose predictions are a part of the scan.
+pub const JOINT_LAUNCHES: Lists = lists! { { joint::start One; } {} { joint::scan Leader; } { joint::digest One; } };

@@ -5,12 +5,11 @@ use crate::memory::{Particles, Slot};
 use core::array::from_fn;
 use nalgebra::Vector2;
 use scphd::models::{
-    AckermannControl, HolonomicControl, PlanarControl, PlanarMotion, PlanarPose, RangeBearing, RangeBearingWindow,
-    RangeNoise, UnicycleControl, UniformClutter, WithNoise,
+    PlanarControl, PlanarMotion, PlanarPose, RangeBearing, RangeBearingWindow, RangeNoise, UniformClutter, WithNoise,
 };
 use scphd::storage::ScanRoom;
 use scphd::{Detector, ScPhd};
-use scphd_vehicle::{Description, Filter as Tuning, Polar, Setting};
+use scphd_vehicle::{Control, Description, Filter as Tuning, Polar, Setting, VehicleKind};
 
 /// The number of every [`Setting`] of a description with one sensor, in the order of the list; NaN for one that it does not have.
 pub type Setup = [f32; Setting::COUNT];
@@ -60,13 +59,12 @@ pub fn over<'s, M: Particles>(run: &Run, slot: &'s mut Slot<M>) -> Result<(Filte
 
 /// The control of a vehicle from a row of odometry: speed, turn, and speed to the left.
 pub fn control_of(motion: &PlanarMotion<f32>, [speed_mps, turn, left_mps]: [f32; 3]) -> PlanarControl<f32> {
-    match motion {
-        PlanarMotion::Ackermann(_) => PlanarControl::Ackermann(AckermannControl { speed_mps, steering_rad: turn }),
-        PlanarMotion::Unicycle(_) => PlanarControl::Unicycle(UnicycleControl { speed_mps, rate_radps: turn }),
-        PlanarMotion::Holonomic(_) => {
-            PlanarControl::Holonomic(HolonomicControl { forward_mps: speed_mps, left_mps, rate_radps: turn })
-        }
-    }
+    let kind = match motion {
+        PlanarMotion::Ackermann(_) => VehicleKind::Ackermann,
+        PlanarMotion::Unicycle(_) => VehicleKind::Unicycle,
+        PlanarMotion::Holonomic(_) => VehicleKind::Holonomic,
+    };
+    kind.control(&Control { speed_mps, left_mps, turn })
 }
 
 #[cfg(any(target_arch = "nvptx64", test))]
@@ -80,7 +78,7 @@ mod tests {
     use super::*;
     use scphd::models::Motion;
     use scphd::numerics::Noise;
-    use scphd_vehicle::{Sensor, VehicleKind};
+    use scphd_vehicle::Sensor;
 
     #[test]
     fn a_setup_has_everything_of_its_description() {
@@ -105,7 +103,7 @@ mod tests {
             vehicle.kind = kind;
             let motion = vehicle.drive().unwrap();
             let (mut drawn, mut skipped) = (Noise::seeded(3), Noise::seeded(3));
-            let control = control_of(&motion, [1.0, 0.1, 0.2]);
+            let control = control_of(&motion, [1.0, 0.1, 0.0]);
             motion.sample(&PlanarPose::new(0.0, 0.0, 0.0), &control, 0.1, &mut drawn);
             skipped.skip(numbers_of(&motion));
             assert_eq!(drawn, skipped);

@@ -19,7 +19,6 @@ mod instruction;
 mod memory;
 mod module;
 mod operation;
-mod races;
 mod warp;
 
 pub use errors::{Counts, Fault, Grid, LaunchError, ReadError};

@@ -4,7 +4,7 @@ use super::group::{Buffers, Group, layout, whole};
 use super::joint::Joint;
 use super::room::Kind;
 use crate::buffer::Layout;
-use crate::launches::{Places, joint_launches, launches};
+use crate::launches::{Places, launches};
 use crate::memory::{LargeMemory, Memory};
 use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x};
 
@@ -74,7 +74,7 @@ macro_rules! kernels {
 
 launches!(kernels! { many, Memory, "scphd_many_", });
 launches!(kernels! { large, LargeMemory, "scphd_large_", });
-joint_launches!(kernels! { joint, Joint, "scphd_joint_", });
+kernels! { joint, Joint, "scphd_joint_", { joint::start One; } { joint::scan Leader; } { joint::digest One; } }
 
 unsafe extern "C" {
     safe fn scphd_a_panic_is_reachable() -> !;

@@ -37,12 +37,7 @@ pub(super) unsafe fn start<M: Particles>(_place: usize, group: &Group<'_, M>) {
 /// Begins the next prediction before a scan, lends the candidates, and finds the positions of their numbers in the random stream.
 /// Safety: no other thread runs; `start` has initialised filter and detector.
 pub(super) unsafe fn predict<M: Particles>(_place: usize, group: &Group<'_, M>) {
-    if !group.goes_on() {
-        return;
-    }
-    let filter = (*group.room).filter.assume_init_mut();
-    let predicting = &mut (*group.room).prediction;
-    give_candidates_back(filter, predicting);
+    let Some((filter, predicting)) = with_candidates(group) else { return };
     let taken = whole(predicting.taken);
     // Another run may have more predictions before this scan.
     let Some(Prediction { control, dt_s }) = group.predictions().get(taken) else { return };
@@ -87,27 +82,28 @@ pub(super) unsafe fn sample<M: Particles>(place: usize, group: &Group<'_, M>) {
     }
 }
 
-/// Gives the candidates back, if they were lent. Safety: nothing else refers to them any more.
-unsafe fn give_candidates_back(filter: &mut Filter<'static>, predicting: &mut Predicting) {
-    let Predicting { lent, in_use, splits, after, .. } = predicting;
-    if let Some([candidates, selected]) = lent.take() {
+/// The filter, which gets its candidates back if they were lent, and the prediction; `None` if the run has stopped. Safety: no other
+/// thread runs; `start` has initialised the filter.
+unsafe fn with_candidates<'r, M: Particles>(
+    group: &Group<'_, M>,
+) -> Option<(&'r mut Filter<'static>, &'r mut Predicting)> {
+    let (filter, predicting) =
+        group.goes_on().then(|| ((*group.room).filter.assume_init_mut(), &mut (*group.room).prediction))?;
+    let &mut Predicting { in_use, splits, .. } = predicting;
+    if let Some([candidates, selected]) = predicting.lent.take() {
         let (candidates, selected) = (candidates.back(), selected.back());
-        let noise = after.assume_init_ref().clone();
-        filter.end_predict(Samples { candidates, in_use: *in_use, selected, splits: *splits, noise });
+        let noise = predicting.after.assume_init_ref().clone();
+        filter.end_predict(Samples { candidates, in_use, selected, splits, noise });
     }
+    Some((filter, predicting))
 }
 
 /// Sorts the measurements of a scan, and lends the pages. Safety: no other thread runs; `start` has initialised filter and
 /// detector.
 pub(super) unsafe fn open<M: Particles>(_place: usize, group: &Group<'_, M>) {
-    if !group.goes_on() {
-        return;
-    }
+    let Some((filter, predicting)) = with_candidates(group) else { return };
     let room = group.room;
-    let filter = (*room).filter.assume_init_mut();
     let detector = (*room).detector.assume_init_mut();
-    let predicting = &mut (*room).prediction;
-    give_candidates_back(filter, predicting);
     predicting.taken = 0;
     match filter.begin_scan(detector, group.measurements()) {
         Ok((mut scanning, eta)) => {
