@@ -47,7 +47,6 @@ fn number(count: usize) -> Result<u32, Failure> {
 }
 
 impl Batch {
-    /// A batch without runs.
     pub fn new(sort: Sort) -> Self {
         let (runs, scans, predictions, measurements) = Default::default();
         Self { runs, scans, predictions, measurements, sort }
@@ -117,7 +116,6 @@ impl Batch {
         taken.checked_rem(every) == Some(0) || self.runs.iter().any(|run| taken == run.scans)
     }
 
-    /// The greatest number of scans of a run.
     pub fn most_scans(&self) -> u32 {
         self.runs.iter().map(|run| run.scans).max().unwrap_or(0)
     }

@@ -47,7 +47,6 @@ pub fn module(folder: &Path) -> Result<(String, PathBuf), Failure> {
     said.ok_or_else(|| Failure::of(path.display(), "is no text")).map(|said| (said, path))
 }
 
-/// A launch of a kernel.
 #[derive(Debug)]
 pub struct Launch {
     pub kernel: String,
@@ -115,7 +114,7 @@ impl dyn Machine + '_ {
         Ok(layout)
     }
 
-    /// Bytes of memory for a run of the batch, without inputs and results.
+    /// Bytes of memory for a run, without inputs and results.
     pub fn run_bytes(&mut self, batch: &Batch) -> Result<usize, Failure> {
         Ok(self.layout(batch)?.buffers.iter().sum::<u64>() as usize)
     }

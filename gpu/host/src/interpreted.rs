@@ -68,7 +68,6 @@ impl Machine for Interpreted {
         Ok(())
     }
 
-    /// The counts of every kernel.
     fn report(&self) -> Option<String> {
         let mut table = format!("{:<24}{:>15}{:>15}", "instructions of", "all warps", "longest warp");
         for (kernel, Counts { warp_instructions, longest_warp }) in &self.taken {

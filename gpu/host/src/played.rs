@@ -26,7 +26,6 @@ impl<'o> Played<'o> {
         Self { run: &batch.runs[run], outcome, status: outcome.statuses[run], told: 0, state_bytes }
     }
 
-    /// The results of the processed scans.
     pub fn results(&self) -> &'o [ScanResult] {
         &self.outcome.results[self.run.first_scan as usize..][..self.status.scans as usize]
     }

@@ -13,7 +13,6 @@ use scphd_score::results::json::Format;
 use scphd_worlds::scenario::{SCENARIOS, by_name, thesis_run};
 use std::path::Path;
 
-/// The filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
 pub enum FilterName {
     /// The mixture with particles.
@@ -66,7 +65,6 @@ impl Source {
             .ok_or_else(|| Failure::Other(format!("no scenario '{}', there are {}", self.scenario, known())))
     }
 
-    /// The folder of the recorded log, if the source is one.
     fn folder(&self) -> Option<&Path> {
         Some(Path::new(&self.scenario)).filter(|path| path.is_dir())
     }
@@ -94,12 +92,10 @@ impl Source {
         self.tuning.filter == FilterName::Joint
     }
 
-    /// The filter.
     pub fn filter(&self) -> Filter {
         if self.is_joint() { Filter::Joint(Precision::F32) } else { Filter::Core(Precision::F32) }
     }
 
-    /// The sort of a filter with these settings.
     pub fn sort(&self, settings: &Settings) -> Sort {
         match settings.filter.particles {
             _ if self.is_joint() => Sort::Joint,

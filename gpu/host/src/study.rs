@@ -48,7 +48,6 @@ pub fn study(device: &mut dyn Machine, source: &Source, plan: &Plan) -> Result<(
     Ok((Study { plan: plan.clone(), results }, took))
 }
 
-/// The result of a comparison of several runs with the host.
 #[derive(Debug, Default)]
 pub struct Checked {
     pub took: Took,

@@ -16,10 +16,6 @@ pub const LARGE_PARTICLES: usize = 16_384;
 pub const SAMPLES: usize = 2;
 /// Capacity for measurements of a scan.
 pub const MEASUREMENTS: usize = 128;
-/// Capacity for estimated features of a scan.
-const FEATURES: usize = 192;
-/// Capacity for estimated moving features of a scan.
-const MOVERS: usize = 64;
 /// Numbers of pages of static and of moving features of each of many filters.
 const PAGES: usize = 640;
 const MOVING_PAGES: usize = 448;
@@ -58,10 +54,7 @@ pub trait Particles: Capacities<Position = Vector2<f32>> + core::fmt::Debug + Si
     /// Numbers of pages of static features and of moving ones.
     const PAGES: [usize; 2];
 
-    /// A filter over this memory.
-    ///
-    /// # Errors
-    /// The memory has no capacity for the configuration, or has an invalid content.
+    /// A filter over this memory; an error if it has no capacity for the configuration, or has an invalid content.
     fn filter(
         &mut self,
         motion: PlanarMotion<f32>,
@@ -89,8 +82,8 @@ macro_rules! with_particles {
 with_particles!(Memory, [PAGES, MOVING_PAGES]);
 with_particles!(LargeMemory, [LARGE_PAGES; 2]);
 
-/// Features and moving features.
-pub(crate) type Estimates = ([Component<Vector2<f32>>; FEATURES], [Component<Vector4<f32>>; MOVERS]);
+/// Estimated features and moving features of a scan.
+pub(crate) type Estimates = ([Component<Vector2<f32>>; 192], [Component<Vector4<f32>>; 64]);
 /// The scratch of the sensor.
 type Scratch = DetectorMemory<Vector2<f32>, MEASUREMENTS>;
 

@@ -171,7 +171,7 @@ pub(super) struct Between {
     pub(super) uniform: Option<f32>,
     /// The last candidate whose weight is not zero.
     pub(super) last: usize,
-    /// Number of drafts with a task.
+    /// Number of drafts.
     pub(super) drafts: usize,
     /// The first unused label before the drafts were stored.
     pub(super) first_fresh: u32,
