@@ -1,6 +1,6 @@
 //! The inputs of a batch of runs in flat buffers, with the offsets of each run.
 
-use crate::device::Failure;
+use crate::failure::Failure;
 use scphd::settings::Proposal;
 use scphd_filters::settings::Settings;
 use scphd_filters::slam::{PlanarNumbers, joint_config};

@@ -1,7 +1,8 @@
 //! A CUDA device: the driver, the module and the memory, all located at run time.
 #![expect(unsafe_code, reason = "the driver starts kernels with pointers")]
 
-use crate::device::{Failure, Launch, Machine, module, read};
+use crate::device::{Launch, Machine, module, read};
+use crate::failure::Failure;
 use cudarc::driver::{
     CudaContext, CudaFunction, CudaModule, CudaSlice, CudaStream, DevicePtr, DriverError, LaunchConfig, PushKernelArg,
     sys,

@@ -1,6 +1,7 @@
 //! Devices that run the threads of a batch: what each of them can do, and the launches of a batch in their order.
 
 use crate::batch::{Batch, Sort};
+use crate::failure::Failure;
 use bytemuck::{Pod, Zeroable};
 use scphd_gpu_kernels::{
     Feature, HELPERS, JOINT_LAUNCHES, LAUNCHES, LargeMemory, Layout, Lists, Memory, Particles, Places, Prediction, Run,
@@ -17,23 +18,6 @@ pub struct Outcome {
     pub features: Vec<Feature>,
     /// Wall time of all launches except those of digests, without copies, s.
     pub launched_s: f64,
-}
-
-/// Why a command fails.
-#[derive(Debug, thiserror::Error)]
-pub enum Failure {
-    /// There is no driver, or it has found no device.
-    #[error("no CUDA device: {0}")]
-    NoDevice(String),
-    #[error("{0}")]
-    Other(String),
-}
-
-impl Failure {
-    /// Something was refused.
-    pub fn of(doing: impl std::fmt::Display, why: impl std::fmt::Display) -> Self {
-        Self::Other(format!("{doing}: {why}"))
-    }
 }
 
 pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {

@@ -1,6 +1,7 @@
 //! A device that interprets the module on the host, instruction by instruction, with `scphd-ptx`.
 
-use crate::device::{Failure, Launch, Machine, module};
+use crate::device::{Launch, Machine, module};
+use crate::failure::Failure;
 use scphd_ptx::{Counts, Grid, Memory, Module};
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -7,6 +7,7 @@
 mod batch;
 mod cuda;
 mod device;
+mod failure;
 mod interpreted;
 mod played;
 mod source;
@@ -16,7 +17,8 @@ mod tests;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use cuda::Cuda;
-use device::{Failure, Machine};
+use device::Machine;
+use failure::Failure;
 use interpreted::Interpreted;
 use scphd_run::monte_carlo::overview;
 use scphd_view::output;

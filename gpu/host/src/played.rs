@@ -31,8 +31,7 @@ impl<'o> Played<'o> {
     }
 
     fn last(&self) -> Result<&'o ScanResult, Refusal> {
-        let before = self.told.checked_sub(1).and_then(|place| self.results().get(place));
-        before.ok_or_else(|| Refusal("not started".into()))
+        self.results()[..self.told].last().ok_or_else(|| Refusal("not started".into()))
     }
 
     /// The estimated features of a scan, static and moving.

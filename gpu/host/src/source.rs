@@ -1,7 +1,7 @@
 //! The logs of a study, from a scenario that is simulated for every seed or from a recorded log; and the settings.
 
 use crate::batch::Sort;
-use crate::device::Failure;
+use crate::failure::Failure;
 use scphd_filters::settings::Settings;
 use scphd_filters::slam::Precision;
 use scphd_gpu_kernels::PARTICLES;
@@ -32,12 +32,8 @@ pub struct Tuning {
     #[arg(long, value_name = "N")]
     pub particles: Option<usize>,
     /// Settings in TOML that replace those of the scenario.
-    #[arg(long, value_name = "FILE.toml", value_parser = text)]
+    #[arg(long, value_name = "FILE.toml", value_parser = |path: &str| std::fs::read_to_string(path))]
     pub settings: Option<String>,
-}
-
-fn text(path: &str) -> Result<String, String> {
-    std::fs::read_to_string(path).map_err(|error| error.to_string())
 }
 
 /// A scenario, or the folder of a recorded log, and the settings.

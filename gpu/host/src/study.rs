@@ -1,7 +1,8 @@
 //! Runs of a plan on a device in batches: the simulator's scores of each run, or a comparison with the host.
 
 use crate::batch::{Batch, Sort};
-use crate::device::{Failure, Machine};
+use crate::device::Machine;
+use crate::failure::Failure;
 use crate::played::Played;
 use crate::source::Source;
 use scphd::Health;

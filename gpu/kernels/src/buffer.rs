@@ -1,7 +1,10 @@
 //! The elements of the buffers that host and device share: numbers of four and eight bytes, without padding.
 
-use crate::setup::Setup;
 use bytemuck::{Pod, Zeroable};
+use scphd_vehicle::Setting;
+
+/// The number of every [`Setting`] of a description with one sensor, in the order of the list; NaN for one that it does not have.
+pub type Setup = [f32; Setting::COUNT];
 
 /// One run: its filter, and the positions of its inputs and outputs in the buffers of all runs.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]

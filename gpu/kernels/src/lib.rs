@@ -29,9 +29,9 @@ mod device {
     mod tell;
 }
 
-pub use buffer::{Feature, Layout, Prediction, Run, Scan, ScanResult, Status};
+pub use buffer::{Feature, Layout, Prediction, Run, Scan, ScanResult, Setup, Status};
 pub use launches::{HELPERS, JOINT_LAUNCHES, LAUNCHES, Lists, Places};
 pub use memory::{
     JointMemory, JointTracks, LARGE_PARTICLES, LargeMemory, MEASUREMENTS, Memory, PARTICLES, Particles, SAMPLES, Slot,
 };
-pub use setup::{Filter, Sensing, Setup, Sighted, control_of, over, setup_of};
+pub use setup::{Filter, Sensing, Sighted, control_of, over, setup_of};

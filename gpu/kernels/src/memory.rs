@@ -62,7 +62,6 @@ pub trait Particles: Capacities<Position = Vector2<f32>> + core::fmt::Debug + Si
     ) -> Result<ScPhd<'_, PlanarMotion<f32>>, SetupError>;
 }
 
-/// Implements the trait for a memory.
 macro_rules! with_particles {
     ($memory:ty, $pages:expr) => {
         impl Particles for $memory {

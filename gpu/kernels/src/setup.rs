@@ -1,6 +1,6 @@
 //! The settings of a run as plain numbers, and the filter made from them.
 
-use crate::buffer::{Run, Status};
+use crate::buffer::{Run, Setup, Status};
 use crate::memory::{Particles, Slot};
 use core::array::from_fn;
 use nalgebra::Vector2;
@@ -10,9 +10,6 @@ use scphd::models::{
 use scphd::storage::ScanRoom;
 use scphd::{Detector, ScPhd};
 use scphd_vehicle::{Control, Description, Filter as Tuning, Polar, Setting, VehicleKind};
-
-/// The number of every [`Setting`] of a description with one sensor, in the order of the list; NaN for one that it does not have.
-pub type Setup = [f32; Setting::COUNT];
 
 /// The sensor of a run.
 pub(crate) type Sighting = Polar<PlanarPose<f32>, f32>;

@@ -4,7 +4,7 @@ use crate::errors::{Counts, Fault, LaunchError};
 use crate::instruction::{Action, Address, Code, Instruction, Operand, Register, SLOT};
 use crate::memory::{LOCAL, Memory, Space, Use, number, part as part_of, put};
 
-/// A set of threads, one bit each.
+/// A set of threads of a warp, one bit each.
 type Mask = u32;
 /// Threads of a warp, as on cards.
 pub(crate) const WIDTH: usize = 32;

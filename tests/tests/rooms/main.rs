@@ -51,7 +51,7 @@ const CRATES: [(&str, usize); 30] = [
     ("bindings/web", 12),
     ("gpu/kernels", 10),
     ("gpu/host", 15),
-    ("gpu/ptx", 20),
+    ("gpu/ptx", 15),
     ("firmware", 4),
     ("firmware/rtos", 4),
 ];

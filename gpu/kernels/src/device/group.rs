@@ -2,7 +2,6 @@
 //! launches of a scan.
 
 use super::room::{Between, DraftOf, Kind, PartPlace, Sight, TOGETHER, WHOLES};
-use super::tell::Outputs;
 use crate::buffer::{Feature, Layout, Prediction, Run, Scan, ScanResult, Status};
 use crate::launches::{COLUMNS, page_parts};
 use crate::memory::Particles;
@@ -45,7 +44,7 @@ pub(super) struct Buffers<M: Kind> {
     pub(super) status: *mut Status,
     /// One for each scan.
     pub(super) results: *mut ScanResult,
-    features: *mut Feature,
+    pub(super) features: *mut Feature,
     /// Distance between two columns, in numbers.
     pub(super) stride: usize,
 }
@@ -123,14 +122,6 @@ impl<M: Kind> Group<'_, M> {
     pub(super) unsafe fn measurements<'r>(&self) -> &'r [Vector2<f32>] {
         let scan = &*self.scans.add(whole(self.scan));
         from_raw_parts(self.measurements.add(whole(scan.first_measurement)), whole(scan.measurements))
-    }
-
-    /// The outputs of the run, for the only thread that writes them. Safety: they are where the run says.
-    pub(super) unsafe fn outputs<'r>(&self) -> Outputs<'r> {
-        Outputs {
-            results: from_raw_parts_mut(self.results, whole((*self.run).scans)),
-            features: from_raw_parts_mut(self.features, whole((*self.run).features)),
-        }
     }
 }
 

@@ -3,7 +3,7 @@
 
 use super::group::{Group, whole};
 use super::room::{Kind, Many};
-use super::tell::of_estimate;
+use super::tell::{Outputs, of_estimate};
 use crate::buffer::{ScanResult, Status};
 use crate::launches::HELPERS;
 use crate::memory::{JointMemory, JointTracks};
@@ -187,7 +187,7 @@ unsafe fn step(
         no_birth: report.no_birth as u32,
         ..of_estimate(&estimate, report.health)
     };
-    group.outputs().write(whole(group.scan), result, slam.features(), slam.moving())
+    Outputs::of(group).write(whole(group.scan), result, slam.features(), slam.moving())
 }
 
 /// Computes the digest of the state after a scan, if it is requested.

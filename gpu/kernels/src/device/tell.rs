@@ -1,14 +1,14 @@
 //! The stages that compute the result of a scan: sums over the particles in their order, each by one thread; and the outputs.
 
 use super::group::{Group, whole};
-use super::room::{Between, give_pages_back};
+use super::room::{Between, Kind, give_pages_back};
 use crate::buffer::{Feature, ScanResult, Status};
 use crate::launches::{CENTRE, SPREAD, WEIGHT};
 use crate::memory::{Estimates, Particles};
 use crate::setup::{Filter, Sighted};
 use bytemuck::Zeroable;
 use core::array::from_fn;
-use core::slice::from_raw_parts;
+use core::slice::{from_raw_parts, from_raw_parts_mut};
 use core::sync::atomic::{AtomicU32, Ordering};
 use nalgebra::{Vector2, Vector4};
 use scphd::models::{PlanarPose, Pose};
@@ -19,8 +19,6 @@ use scphd::{Component, Health, PoseEstimate, Real, ScanReport};
 
 /// The elements of the covariance of the pose that are summed: the lower triangle, row by row.
 const TRIANGLE: [(usize, usize); 6] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
-/// Number of values that are read before they are summed.
-const READ: usize = 32;
 
 /// The sum of a column.
 fn summed(between: &Between, column: usize) -> f32 {
@@ -34,7 +32,8 @@ pub(super) unsafe fn sum<M: Particles>(place: usize, group: &Group<'_, M>) {
     let [particles, _] = between.scanning.particles();
     let count = if place < TERMS { between.drafts } else { particles };
     let column = from_raw_parts(group.columns.add(place * group.stride), count.min(group.stride));
-    let (some, rest) = column.as_chunks::<READ>();
+    // Several values are read before they are summed.
+    let (some, rest) = column.as_chunks::<32>();
     let sum = some.iter().fold(0.0, |sum, numbers| numbers.iter().fold(sum, |sum, number| sum + number));
     let sum: f32 = rest.iter().fold(sum, |sum, number| sum + number);
     if let Some(slot) = between.sums.get(place) {
@@ -99,7 +98,7 @@ pub(super) unsafe fn close<M: Particles>(_place: usize, group: &Group<'_, M>) {
     let estimate = PoseEstimate { mean: mean(between), covariance };
     let Between { scanning, .. } = (*room).between.assume_init_read();
     let report = scanning.finish_adopted();
-    let mut outputs = group.outputs();
+    let mut outputs = Outputs::of(group);
     let filter = (*room).filter.assume_init_ref();
     let detector = (*room).detector.assume_init_ref();
     let estimate = matches!(filter.config().proposal, Proposal::Blind).then_some(estimate);
@@ -158,7 +157,16 @@ pub(super) fn tell(
     outputs.write(place, result, features.copied(), movers.copied())
 }
 
-impl Outputs<'_> {
+impl<'r> Outputs<'r> {
+    /// Those of a filter, for the only thread that writes them. Safety: they are where the run says.
+    pub(super) unsafe fn of<M: Kind>(group: &Group<'_, M>) -> Self {
+        let run = &*group.run;
+        Self {
+            results: from_raw_parts_mut(group.results, whole(run.scans)),
+            features: from_raw_parts_mut(group.features, whole(run.features)),
+        }
+    }
+
     /// Writes the result and the estimates of a scan behind those of the scan before. The lists of earlier scans are not moved.
     pub(super) fn write(
         &mut self,
