@@ -71,7 +71,7 @@ fn lines() -> Vec<Line> {
         (soft, has_target(soft), "capi"),
         ("python3", python::interpreter().map_err(String::from), "python, logs, mavlink"),
         (web::TARGET, builds_for(web::TARGET), "web"),
-        (gpu::TARGET, builds_for(gpu::TARGET), "gpu"),
+        (gpu::TARGET, builds_for(gpu::TARGET), "module, gpu"),
         (NODE.program, tool(&NODE), "web"),
         (CHROMIUM.program, tool(&CHROMIUM), "web"),
         ("oldest Rust", oldest.ok_or_else(|| format!("no toolchain {OLDEST}")), "msrv, else by clippy"),
