@@ -2,7 +2,7 @@
 
 Both get the same scans (range and bearing from a mast whose pose is known), the same models of motion, noise, detection, clutter and
 survival, the same thresholds for pruning and merging, births where the last scan was measured, and give components of weight 0.5 and
-more. What differs is named in `docs/python.md`.
+more. scphd computes in single precision, Stone Soup in double.
 
     python stone_soup.py            # 20 runs of 100 scans each: some minutes
 """

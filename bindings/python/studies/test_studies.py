@@ -47,7 +47,7 @@ def test_the_notebook_runs(cluster, monkeypatch, tmp_path):
 
 
 def test_both_trackers_find_the_targets():
-    """Neither is far behind the other; the figures of `docs/python.md` are those of `stone_soup.py`."""
+    """Neither is far behind the other; `stone_soup.py` prints the figures."""
     rows = stone_soup.compare(range(2), scans=40)
     ours, theirs = (rows[name].mean(axis=0) for name in ("scphd", "Stone Soup"))
     print("OSPA m, number, RMSE m, seconds a scan:", ours, theirs)
