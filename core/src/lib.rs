@@ -25,7 +25,7 @@
 //! [`predict`](JointSlam::predict) with every odometry sample, [`scan`](JointSlam::scan) with every scan of any detector, and
 //! [`observe`](JointSlam::observe) with every measurement of the pose itself ([`Fix`]); read
 //! [`estimate_pose`](JointSlam::estimate_pose) and the map. [`JointSlam`] has a complete example. A [`ScPhd`] is used in the same
-//! way, with [`Config`] and [`memory!`]. `examples/` has a robot with a lidar, two radars on a car, satellite fixes, and tracking.
+//! way, with [`Config`] and [`memory!`]. `examples/` has a robot with two sensors and satellite fixes, and tracking.
 //!
 //! With one particle and [`KnownPose`] a [`ScPhd`] is a Gaussian-mixture PHD filter, which tracks objects from a known pose.
 //!
