@@ -2,7 +2,6 @@
 
 use super::failure::Failure;
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
-use clap_complete::Shell;
 use scphd_boards::hil::Port;
 use scphd_boards::stream::Recorded;
 use scphd_filters::ekf::Association;
@@ -93,12 +92,8 @@ pub enum Command {
     },
     /// Runs a filter over a built-in scenario.
     Run {
-        /// Name of the scenario; see --list.
-        #[arg(required_unless_present = "list")]
-        scenario: Option<String>,
-        /// Lists the scenarios.
-        #[arg(long, exclusive = true)]
-        list: bool,
+        /// Name of the scenario; `scphd-sim scenarios` lists them.
+        scenario: String,
         #[command(flatten)]
         run: RunArgs,
         #[command(flatten)]
@@ -139,14 +134,6 @@ pub enum Command {
     /// --html, for two pages, writes a page with both trajectories in one map and both errors in one plot. Runs over different
     /// inputs are refused.
     Diff(DiffArgs),
-    /// Prints the completions of this command line for a shell.
-    ///
-    /// For bash, for example: scphd-sim completions bash > ~/.local/share/bash-completion/completions/scphd-sim
-    Completions {
-        /// The shell.
-        #[arg(value_enum)]
-        shell: Shell,
-    },
     /// Lists the built-in scenarios.
     Scenarios,
     /// Writes a built-in scenario as a log folder, or several with consecutive seeds.

@@ -10,7 +10,6 @@ use super::outputs::{Outputs, check_file, label, write_file};
 use super::progress::Progress;
 use super::source::{Found, OfKind, Source, Sources, all_scenarios, either, scenario, settings_command, tuned, used};
 use super::{check, compare, diff, figure, hil, import, monte_carlo, recording, repeat, stream, tune, worlds};
-use clap::CommandFactory;
 use scphd::Health;
 use scphd_filters::kind::Kind;
 use scphd_filters::threads::Threads;
@@ -43,14 +42,9 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
             found.iter().for_each(Found::warn);
             either!(Sources::of(found)?, sources => runs(&sources, &names, run))
         }
-        Some(Command::Run { scenario: Some(name), run, scenario_seed, list: false }) => {
+        Some(Command::Run { scenario: name, run, scenario_seed }) => {
             let found = Found::scenario(&name, scenario_seed.scenario_seed)?;
             either!(found, source => runs(&[source], &[name], run))
-        }
-        Some(Command::Completions { shell }) => {
-            let mut text = Vec::new();
-            clap_complete::generate(shell, &mut Cli::command(), "scphd-sim", &mut text);
-            print(String::from_utf8_lossy(&text).trim_end())
         }
         Some(Command::Check(args)) => check::check(&args),
         Some(Command::Diff(args)) => diff::diff(&args),
@@ -65,7 +59,7 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
             let found = Found::find(&args.source, args.scenario_seed.scenario_seed)?;
             either!(found, source => compare::compare(&source, args))
         }
-        Some(Command::Run { .. } | Command::Scenarios) => list_scenarios(),
+        Some(Command::Scenarios) => list_scenarios(),
         Some(Command::Export { scenario: name, dir, seed, count }) => match Found::scenario(&name, None)? {
             OfKind::Planar(_) => export_all(&name, &dir, seed, count),
             OfKind::Underwater(_) => {

@@ -591,7 +591,6 @@ fn help_version_and_lists() {
     }
     let list = place.prints(&["scenarios"]);
     assert!(list.starts_with("survey "), "{list}");
-    assert_eq!(place.prints(&["run", "--list"]), list);
 }
 
 #[test]
@@ -629,16 +628,6 @@ fn a_quiet_run_writes_its_files_and_prints_nothing() {
     assert_eq!(names(&place.path("results")), ["out", "run.json"]);
     assert!(!place.prints(&["scenarios", "-q"]).is_empty());
     assert!(!place.prints(&["check", "log", "-q"]).is_empty());
-}
-
-#[test]
-fn completions_include_the_commands() {
-    let place = workplace();
-    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
-        let text = place.prints(&["completions", shell]);
-        assert!(text.contains("monte-carlo") && text.contains("html"), "{shell}");
-    }
-    assert!(place.fails(&["completions", "abacus"]).contains("abacus"));
 }
 
 #[test]
