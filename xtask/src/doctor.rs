@@ -16,7 +16,7 @@ use crate::tools::{ARM_GCC, CHROMIUM, LLD, NODE, QEMU, VALGRIND, Wanted};
 use crate::web;
 
 /// The steps that build for a Cortex-M.
-const CROSS: &str = "target, proof, firmware, budget, capi, msrv";
+const CROSS: &str = "target, proof, firmware, budget, capi";
 
 /// A tool, its version or the reason why it is missing, and the steps that need it.
 type Line = (&'static str, Result<String, String>, &'static str);

@@ -17,7 +17,7 @@ const BINDINGS: [(&str, &[&str]); 3] = [
 ];
 
 /// Fails unless the active toolchain has this subcommand of cargo.
-pub fn need(command: &str) -> Result<(), Missing> {
+fn need(command: &str) -> Result<(), Missing> {
     let said = process::read(process::cargo().args([command, "--version"]));
     said.map(drop).map_err(|_| Missing(format!("the active toolchain has no `cargo {command}`")))
 }
@@ -64,9 +64,8 @@ pub fn doc() -> Result<Outcome, Stop> {
     Ok(Outcome::PASSED)
 }
 
-/// clippy on every package of the workspace, with warnings as errors. The steps `lint` and `msrv` run it, of which the second one
-/// finds nothing left to do.
-pub fn workspace() -> Result<Command, String> {
+/// clippy on every package of the workspace, with warnings as errors.
+fn workspace() -> Result<Command, String> {
     let mut cargo = process::cargo();
     cargo.args(["clippy", "--workspace", "--all-targets", "--keep-going"]);
     cargo.args(["--features", LINT_FEATURES, "--", "-D", "warnings"]);
@@ -75,7 +74,7 @@ pub fn workspace() -> Result<Command, String> {
 }
 
 /// A folder with settings for clippy: tests must build with the oldest Rust too.
-pub fn settings() -> Result<PathBuf, String> {
+fn settings() -> Result<PathBuf, String> {
     let folder = process::own_target_dir("clippy-settings");
     files::write(&folder.join("clippy.toml"), "check-incompatible-msrv-in-tests = true\n")?;
     Ok(folder)

@@ -1,25 +1,16 @@
 //! The step `msrv`: checks that nothing needs a newer Rust than the oldest supported one.
 
-use crate::firmware::board::REFERENCE;
-use crate::outcome::{Missing, Outcome, Stop};
-use crate::toolchain::{self, OLDEST, Toolchain};
-use crate::{files, lint, process};
-use std::path::PathBuf;
+use crate::outcome::{Outcome, Stop};
+use crate::toolchain::OLDEST;
+use crate::{lint, process};
 use std::process::Command;
 
-/// The lint that knows the version of each item of the standard library.
-const LINT: &str = "clippy::incompatible_msrv";
-/// No other lint is enabled.
-const FLAGS: [&str; 4] = ["-Aclippy::all", "-Awarnings", "-D", LINT];
-
-/// Uses an item that the standard library has since 1.90, in a crate that supports 1.89: the lint must report it.
-const PLANTED: &str = "pub fn planted(a: u32, b: i32) -> Option<u32> {\n    a.checked_sub_signed(b)\n}\n";
-
-/// The step: builds with the oldest Rust if it is present; otherwise clippy looks for newer items.
+/// The step: builds with the oldest Rust if it is present; otherwise clippy's lint `incompatible_msrv`, one of those that are errors
+/// in the step `lint`, looks for newer items of the standard library.
 pub fn step() -> Result<Outcome, Stop> {
     let Some(mut check) = oldest_cargo() else {
-        println!("no toolchain {OLDEST} is at hand; clippy looks for what the standard library has only since later");
-        return by_lint();
+        lint::lint()?;
+        return Ok(Outcome::Passed(format!("by clippy's lint incompatible_msrv, for no Rust {OLDEST} is at hand")));
     };
     check.args(["check", "--workspace", "--all-targets", "--target-dir"]).arg(process::own_target_dir("msrv"));
     process::run(&mut check)?;
@@ -44,59 +35,6 @@ pub fn oldest_cargo() -> Option<Command> {
         command
     };
     is_oldest(rustup("rustc")).then(|| rustup("cargo"))
-}
-
-fn by_lint() -> Result<Outcome, Stop> {
-    lint::need("clippy")?;
-    let settings = lint::settings()?;
-    let lint = |mut clippy: Command, arguments: &[&str]| {
-        clippy.env("CLIPPY_CONF_DIR", &settings).args(arguments).arg("--").args(FLAGS);
-        clippy
-    };
-    let planted = plant()?;
-    let mut clippy = process::cargo();
-    clippy.current_dir(&planted).arg("clippy");
-    match process::read(&mut lint(clippy, &["--quiet", "--offline"])) {
-        Err(complaint) if complaint.contains("incompatible_msrv") || complaint.contains("MSRV") => {}
-        Err(complaint) => return Err(format!("clippy's planted slip fails for another reason: {complaint}").into()),
-        Ok(_) => return Err(format!("clippy does not see that {} needs a later Rust", planted.display()).into()),
-    }
-    // This lint is one of those that warn.
-    process::run(&mut lint::workspace()?)?;
-    let firmware = toolchain::find().and_then(|toolchain| firmware_clippy(&toolchain));
-    match firmware {
-        Ok(clippy) => {
-            process::run(&mut lint(clippy, &[]))?;
-            Ok(Outcome::Passed(format!("by clippy's lint incompatible_msrv, for no Rust {OLDEST} is at hand")))
-        }
-        Err(Missing(reason)) => {
-            Ok(Outcome::Partly(format!("by clippy's lint incompatible_msrv; the firmware NOT CHECKED: {reason}")))
-        }
-    }
-}
-
-/// clippy over the firmware, for the reference board.
-fn firmware_clippy(toolchain: &Toolchain) -> Result<Command, Missing> {
-    if !toolchain.has_clippy() {
-        return Err(Missing(format!("{} has no clippy", toolchain.name())));
-    }
-    let mut clippy = toolchain.cargo("clippy", "core");
-    clippy.current_dir(process::root().join("firmware"));
-    clippy.args(["--quiet", "--locked", "--bins", "--lib", "--target", REFERENCE.target, "--target-dir"]);
-    clippy.arg(process::own_target_dir(&format!("msrv-firmware-{}", toolchain.key())));
-    Ok(clippy)
-}
-
-/// A crate that needs a newer Rust than it states.
-fn plant() -> Result<PathBuf, String> {
-    let folder = process::own_target_dir("msrv-planted");
-    let manifest = format!(
-        "[package]\nname = \"planted\"\nversion = \"0.1.0\"\nedition = \"2024\"\nrust-version = \"{OLDEST}\"\n\n\
-         [lib]\npath = \"lib.rs\"\n\n[workspace]\n"
-    );
-    files::write(&folder.join("Cargo.toml"), manifest)?;
-    files::write(&folder.join("lib.rs"), PLANTED)?;
-    Ok(folder)
 }
 
 /// Whether `name` is the release `version`, a patch release of it, or a toolchain with such a name.

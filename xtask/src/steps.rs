@@ -69,11 +69,7 @@ pub const STEPS: &[Step] = &[
 
 /// Steps that are not part of `test`: the times of some depend on the machine and its load, some take long, one installs.
 pub const OTHERS: &[Step] = &[
-    step(
-        "bench",
-        "prints what a scan costs: time, growth, peers, instructions on the target; some minutes",
-        bench::step,
-    ),
+    step("bench", "prints what a scan costs on the host: time, growth, peers; some minutes", bench::step),
     step(
         "claims",
         "every figure of the documentation by the whole of its command, of which `unit` does a part; takes long",

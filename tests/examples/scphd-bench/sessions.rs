@@ -1,4 +1,4 @@
-//! Figures of whole runs: compared with the reference, on a recorded log, on several threads.
+//! Figures of whole runs: on a recorded log, and on several threads.
 
 use crate::figure::Figure;
 use scphd_filters::settings::{Proposal, Settings};
@@ -8,7 +8,6 @@ use scphd_log::dimensions::Planar;
 use scphd_log::events::{Event, events};
 use scphd_log::log::Log;
 use scphd_log::log_folder;
-use scphd_run::compare::compare;
 use scphd_run::session::{self, Filter, with_roomy_stack};
 use scphd_worlds::scenario;
 use std::path::Path;
@@ -16,8 +15,6 @@ use std::thread::available_parallelism;
 use std::time::{Duration, Instant};
 
 const SEED: u64 = 1;
-/// Number of scans of the comparison with the reference, which takes tenths of a second for each.
-const REFERENCE_SCANS: usize = 60;
 const THREADS_SCANS: usize = 40;
 const THREADS_PARTICLES: usize = 512;
 const LOG: &str = "victoria_park";
@@ -27,26 +24,17 @@ const RUNS: usize = 3;
 
 /// Prints the figures.
 pub fn run(data: &Path) -> Result<(), String> {
-    let mut figures = against_reference()?;
-    figures.extend(on_threads()?);
+    let mut figures = on_threads()?.to_vec();
     figures.extend(over_log(data)?);
     println!("{}", serde_json::to_string_pretty(&figures).map_err(|error| error.to_string())?);
     Ok(())
 }
 
-/// The first scans of the scenario of section 5.3.1, and its settings.
-fn thesis_dynamic(scans: usize) -> Result<(Log, Settings), String> {
-    const NAME: &str = "thesis-dynamic";
-    let mut log = scenario::by_name(NAME, SEED).ok_or("the scenario is gone")?;
-    log.scans.truncate(scans);
-    let settings = Settings::for_scenario(NAME, &log);
-    Ok((log, settings))
-}
-
 /// Mean time of a scan, µs: the least of several runs.
-fn scan_us(log: &Log, settings: &Settings, filter: Filter, threads: &Threads, runs: usize) -> Result<f64, String> {
+fn scan_us(log: &Log, settings: &Settings, threads: &Threads) -> Result<f64, String> {
     let mut least = f64::INFINITY;
-    for _ in 0..runs {
+    for _ in 0..RUNS {
+        let filter = Filter::Core(Precision::F32);
         let session = session::run_on::<Planar>(threads, log, settings, filter, SEED, &mut |_| ());
         let mean = session.map_err(|error| error.to_string())?.summary.scan_us_mean;
         least = least.min(mean.ok_or("no scan")?);
@@ -54,31 +42,16 @@ fn scan_us(log: &Log, settings: &Settings, filter: Filter, threads: &Threads, ru
     Ok(least)
 }
 
-fn against_reference() -> Result<Vec<Figure>, String> {
-    let (log, settings) = thesis_dynamic(REFERENCE_SCANS)?;
-    let alone = Threads::default();
-    let reference = scan_us(&log, &settings, Filter::Reference, &alone, 1)?;
-    let mut figures = Vec::new();
-    for (precision, name) in
-        [(Precision::F32, "speedup_over_reference"), (Precision::F64, "speedup_over_reference_f64")]
-    {
-        let filter = scan_us(&log, &settings, Filter::Core(precision), &alone, RUNS)?;
-        figures.push(Figure::new(name, reference / filter, "1"));
-    }
-    let compared = with_roomy_stack(|| compare::<Planar>(&log, &settings, Precision::F64, SEED, |_| ()));
-    let overall = compared.map_err(|error| error.to_string())?.map_err(|refusal| refusal.to_string())?.overall;
-    figures.push(Figure::new("reference_position_difference_m", overall.estimated_position_m, "m"));
-    Ok(figures)
-}
-
 fn on_threads() -> Result<[Figure; 2], String> {
-    let (log, mut settings) = thesis_dynamic(THREADS_SCANS)?;
+    const NAME: &str = "thesis-dynamic";
+    let mut log = scenario::by_name(NAME, SEED).ok_or("the scenario is gone")?;
+    log.scans.truncate(THREADS_SCANS);
+    let mut settings = Settings::for_scenario(NAME, &log);
     settings.filter.particles = THREADS_PARTICLES;
     let cores = available_parallelism().map_or(1, usize::from);
     let all = Threads::new(cores).map_err(|error| error.to_string())?;
-    let filter = Filter::Core(Precision::F32);
-    let alone = scan_us(&log, &settings, filter, &Threads::default(), RUNS)?;
-    let together = scan_us(&log, &settings, filter, &all, RUNS)?;
+    let alone = scan_us(&log, &settings, &Threads::default())?;
+    let together = scan_us(&log, &settings, &all)?;
     Ok([Figure::new("threads_speedup", alone / together, "1"), Figure::new("threads", cores as f64, "1")])
 }
 

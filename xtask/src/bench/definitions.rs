@@ -1,25 +1,18 @@
 //! Definitions of the figures of `cargo xtask bench`.
 
 /// Name and definition of every figure.
-const DEFINITIONS: [&str; 24] = [
+const DEFINITIONS: [&str; 10] = [
     "rfs_slam_like_scan_us: time of a scan on the host (here and below the median of criterion's samples), f32, one \
      thread: 200 particles of one sample, 50 landmarks, 9.8 measurements a scan, 37 components a particle, range and \
      bearing, known statistics; motion not included",
     "gmphd_20_targets_step_us: time of a scan on the host, f32, with the targets' motion: one particle whose pose is \
      known, 20 targets, 20 false measurements a scan, 100 to 140 components",
-    "speedup_over_reference: thesis-dynamic, 32 particles x 2 samples, first 60 scans: mean time of a scan of the f64 \
-     reference over that of the filter in f32",
-    "speedup_over_reference_f64: the same for the filter in f64",
-    "reference_position_difference_m: the same scans in lockstep with the filter in f64: the largest difference of \
-     the estimated position",
     "map_growth_ratio: time of a scan with a map of 10 000 features over that with 100, of which 20 are in view \
      either way; 32 x 2, 20 false measurements",
     "measurement_growth_ratio: time of a scan with 200 measurements over that with 20, of which 19 are of the 20 \
      features in view; 32 x 2",
     "measurement_growth_waiting_ratio: the same by a filter whose births wait (`births_wait`), which has room for all \
      of those measurements",
-    "reduction_share: share of pruning, merging and capping in the instructions of a scan, thesis-dynamic, 32 x 2, \
-     Cortex-M7",
     "victoria_park_times_real_time: time from the first to the last scan of the log victoria_park over the time that \
      all its predictions, scans and estimated poses take, 100 particles, f32, one thread",
     "victoria_park_blind_times_real_time: the same by the blind proposal",
@@ -28,17 +21,6 @@ const DEFINITIONS: [&str; 24] = [
     "threads_speedup: thesis-dynamic with 512 particles x 2, f32, first 40 scans: mean time of a scan on one thread \
      over that on all cores",
     "threads: the cores of the figure before",
-    "cortex_m7_instructions_mean: instructions of a scan, thesis-dynamic, 32 x 2, f32, mps2-an500 in QEMU: mean",
-    "cortex_m7_instructions_worst: the same: worst scan",
-    "cortex_m4f_instructions_mean: instructions of a scan, thesis-dynamic, 32 x 2, f32, mps2-an386 in QEMU: mean",
-    "cortex_m4f_instructions_worst: the same: worst scan",
-    "cortex_m7_informed_instructions_mean: the same by four informed particles, firmware/informed.toml, mps2-an500: \
-     mean",
-    "cortex_m7_informed_instructions_worst: the same: worst scan",
-    "informed_state_bytes: RAM of the filter of the two figures before, counted as state_bytes",
-    "state_bytes: RAM of the filter of 32 x 2, a scan on its way in and a map on its way out included",
-    "stack_bytes: the deepest stack of the same on the M7, by its paint",
-    "library_flash_bytes: flash of the library on the M7",
 ];
 
 /// Names of the figures, with their definitions.

@@ -1,12 +1,12 @@
-//! The steps `bench` and `counts`: the cost of a scan on the host and on the target as a table, and a comparison of instructions
-//! with the committed ones.
+//! The steps `bench` and `counts`: the cost of a scan on the host as a table, and a comparison of instructions with the committed
+//! ones.
 
 mod counts;
 mod definitions;
 
 use crate::options::Options;
 use crate::outcome::{Outcome, Stop};
-use crate::{budget, files, process};
+use crate::{files, process};
 use comfy_table::presets::ASCII_MARKDOWN;
 use comfy_table::{CellAlignment, Table};
 use serde::{Deserialize, Serialize};
@@ -61,7 +61,6 @@ pub fn step(options: &Options) -> Result<Outcome, Stop> {
     ];
     let sessions = process::capture_for(program().arg("sessions"), LIMIT)?;
     figures.extend(serde_json::from_slice::<Vec<Figure>>(&sessions).map_err(|error| error.to_string())?);
-    figures.extend(on_target()?);
 
     println!("\ntime of a scan; growth.svg and growth.png in {} show the curves\n{}", out.display(), times.table());
     println!("\nothers:\n{}", peers(&figures));
@@ -124,33 +123,6 @@ impl Times {
         }
         table
     }
-}
-
-/// Instructions and memory of the scenario of section 5.3.1 in QEMU.
-fn on_target() -> Result<Vec<Figure>, Stop> {
-    let measured = budget::measure(|budget| {
-        let wanted = [("mps2-an500", "32x2-f32"), ("mps2-an386", "32x2-f32"), ("mps2-an500", "4x1-informed-f32")];
-        budget.scenario == "thesis-dynamic" && wanted.contains(&(&*budget.board, &*budget.configuration))
-    })?;
-    let [m7, m4f, informed] = &measured[..] else {
-        return Err("budgets.toml has no thesis-dynamic for M7 and M4F, or none by informed particles".into());
-    };
-    budget::print(&measured);
-    let reduction = m7.stages.share("reduce", m7.instructions_per_scan_mean);
-    let count = |name, value: u64, unit| Figure::new(name, value as f64, unit);
-    Ok(vec![
-        Figure::new("reduction_share", reduction, "1"),
-        count("cortex_m7_instructions_mean", m7.instructions_per_scan_mean, "instructions"),
-        count("cortex_m7_instructions_worst", m7.instructions_per_scan_worst, "instructions"),
-        count("cortex_m4f_instructions_mean", m4f.instructions_per_scan_mean, "instructions"),
-        count("cortex_m4f_instructions_worst", m4f.instructions_per_scan_worst, "instructions"),
-        count("cortex_m7_informed_instructions_mean", informed.instructions_per_scan_mean, "instructions"),
-        count("cortex_m7_informed_instructions_worst", informed.instructions_per_scan_worst, "instructions"),
-        count("informed_state_bytes", informed.state_bytes, "bytes"),
-        count("state_bytes", m7.state_bytes, "bytes"),
-        count("stack_bytes", m7.stack_bytes, "bytes"),
-        count("library_flash_bytes", m7.library_flash_bytes, "bytes"),
-    ])
 }
 
 fn peers(figures: &[Figure]) -> Table {

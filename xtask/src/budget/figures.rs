@@ -70,14 +70,6 @@ pub struct Stages {
     pub worst: [u64; STAGES.len()],
 }
 
-impl Stages {
-    /// Mean instructions of a stage, divided by `whole`.
-    pub fn share(&self, stage: &str, whole: u64) -> f64 {
-        let found = STAGES.iter().zip(self.mean).find(|(name, _)| **name == stage);
-        found.map_or(0.0, |(_, instructions)| instructions as f64) / whole.max(1) as f64
-    }
-}
-
 /// Serialised as `instructions_weigh_mean`, `instructions_weigh_worst` and so on.
 impl Serialize for Stages {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
