@@ -83,20 +83,6 @@ mod tests {
     }
 
     #[test]
-    fn inverse_normal_inverts_the_distribution_function_over_the_whole_range() {
-        for k in 0..=2000 {
-            // From the smallest p of the generator, 2⁻³³, to one half, evenly in ln p.
-            let p = 2f64.powf(-33.0 + 32.0 * f64::from(k) / 2000.0);
-            let x = inverse_normal(p);
-            let back = 0.5 * libm::erfc(-x * FRAC_1_SQRT_2);
-            assert!((back / p - 1.0).abs() < 2e-14, "{p} came back as {back}");
-            if p < 0.5 {
-                assert!((inverse_normal(1.0 - p) + x).abs() < 1e-5);
-            }
-        }
-    }
-
-    #[test]
     fn words_are_converted_as_documented() {
         let mut words = Xoshiro128PlusPlus::seed_from_u64(7);
         let mut draws = OwnDraws::new(7);
@@ -109,17 +95,5 @@ mod tests {
             let uniform = f64::from(words.next_u32() >> 8) / 16_777_216.0;
             assert_eq!(draws.uniform(), uniform);
         }
-    }
-
-    #[test]
-    fn moments_of_the_generator() {
-        let mut draws = OwnDraws::new(11);
-        let count = 100_000;
-        let numbers: Vec<f64> = (0..count).map(|_| draws.normal()).collect();
-        let mean = numbers.iter().sum::<f64>() / f64::from(count);
-        let square = numbers.iter().map(|x| x * x).sum::<f64>() / f64::from(count);
-        // Five standard deviations: 1/√n of the mean, √(2/n) of the mean square.
-        assert!(mean.abs() < 5.0 / f64::from(count).sqrt(), "{mean}");
-        assert!((square - 1.0).abs() < 5.0 * (2.0 / f64::from(count)).sqrt(), "{square}");
     }
 }

@@ -136,11 +136,4 @@ mod tests {
         assert!((seen(&astern, 5.0, -PI + 0.5) - 0.7).abs() < 1e-12);
         assert_eq!(seen(&astern, 5.0, 0.0), 0.0);
     }
-
-    #[test]
-    fn clutter_is_uniform_over_the_window() {
-        assert!((VIEW.clutter_intensity(18.0) - 1.0).abs() < 1e-15);
-        let circle = FieldOfView { bearing_half_width_rad: 4.0, ..VIEW };
-        assert!((circle.clutter_intensity(18.0) - 1.0 / PI).abs() < 1e-15);
-    }
 }

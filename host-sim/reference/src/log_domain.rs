@@ -22,28 +22,3 @@ pub(super) fn normalised(ln_weights: &[f64]) -> Option<Vec<f64>> {
     let total = log_sum_exp(&relative);
     Some(relative.iter().map(|weight| weight - total).collect())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sum_beyond_the_range_of_exp() {
-        let sum = log_sum_exp(&[-5000.0, -5000.0 + 3f64.ln()]);
-        assert!((sum - (-5000.0 + 4f64.ln())).abs() < 1e-12);
-    }
-
-    #[test]
-    fn an_empty_sum_is_zero() {
-        assert_eq!(log_sum_exp(&[]), f64::NEG_INFINITY);
-        assert_eq!(normalised(&[f64::NEG_INFINITY; 3]), None);
-    }
-
-    #[test]
-    fn normalised_weights_sum_to_one() {
-        let weights = normalised(&[-900.0, -901.0, f64::NEG_INFINITY]).expect("positive weights");
-        let total: f64 = weights.iter().map(|weight| weight.exp()).sum();
-        assert!((total - 1.0).abs() < 1e-15);
-        assert_eq!(weights[2], f64::NEG_INFINITY);
-    }
-}

@@ -87,7 +87,6 @@ fn first_above(weights: &[f64], position: f64) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::super::draws::OwnDraws;
     use super::super::oracles;
     use super::*;
 
@@ -124,22 +123,6 @@ mod tests {
     }
 
     #[test]
-    fn the_threshold_is_relative_to_the_number_of_candidates() {
-        // Two particles with two children each: N_eff of these weights is 1/0.34 = 2.94.
-        let weights = ln(&[0.5, 0.2, 0.1, 0.2]);
-        let n_eff = effective_number(&weights);
-        let at = |threshold: f64, uniforms: &[f64]| select(&weights, n_eff, 2, threshold, &mut Listed(uniforms));
-        let global = at(0.74, &[0.6]);
-        assert_eq!((global.resampled, &global.survivors[..]), (true, &[0, 3][..]));
-        assert_eq!(global.ln_weights, ln(&[0.5, 0.5]));
-        let local = at(0.73, &[0.8, 0.3]);
-        assert_eq!((local.resampled, &local.survivors[..]), (false, &[1, 2][..]));
-        for (found, expected) in local.ln_weights.iter().zip(ln(&[0.7, 0.3])) {
-            assert!((found - expected).abs() < 1e-15);
-        }
-    }
-
-    #[test]
     fn single_candidates_survive_without_random_numbers() {
         let weights = ln(&[0.3, 0.7]);
         let selection = select(&weights, effective_number(&weights), 2, 0.1, &mut Listed(&[]));
@@ -160,29 +143,5 @@ mod tests {
     fn rounding_never_selects_a_weightless_candidate() {
         assert_eq!(first_above(&[0.25, 0.75 - 1e-9, 0.0], 1.0 - 1e-12), 1);
         assert_eq!(first_above(&[0.0, 1.0], 0.0), 1);
-    }
-
-    #[test]
-    fn local_selection_is_unbiased() {
-        // The mean weight that survives with a candidate, over many selections, is its weight.
-        let weights = [0.05, 0.20, 0.10, 0.02, 0.08, 0.15, 0.30, 0.01, 0.09];
-        let (particles, samples) = (3, 3);
-        let ln_weights = ln(&weights);
-        let mut carried = [0.0; 9];
-        let mut draws = OwnDraws::new(5);
-        let runs = 40_000;
-        for _ in 0..runs {
-            let selection = select(&ln_weights, 9.0, particles, 0.5, &mut draws);
-            for (survivor, weight) in selection.survivors.iter().zip(&selection.ln_weights) {
-                carried[*survivor] += weight.exp() / f64::from(runs);
-            }
-        }
-        for (c, weight) in weights.iter().enumerate() {
-            let parent = c / samples * samples;
-            let total: f64 = weights[parent..parent + samples].iter().sum();
-            // Five standard deviations of a mean of total · Bernoulli(weight / total).
-            let deviation = (weight * (total - weight) / f64::from(runs)).sqrt();
-            assert!((carried[c] - weight).abs() < 5.0 * deviation, "{c}: {}", carried[c]);
-        }
     }
 }
