@@ -2,7 +2,7 @@
 
 use crate::options::Options;
 use crate::steps::{OTHERS, STEPS, Step};
-use crate::{bench, capi, changed, debian, doctor, quick, toolchain};
+use crate::{bench, capi, debian, doctor, quick, toolchain};
 
 /// The request of the user.
 pub enum Request {
@@ -26,11 +26,9 @@ pub fn parse(words: &[String]) -> Result<Request, String> {
                 let bench = chosen.iter().any(|step| step.name == "bench");
                 return Ok(Request::Print(if bench { usage() + "\n" + &bench::definitions() + "\n" } else { usage() }));
             }
-            "test" => match words.next_if(|word| ["--all", "--changed"].contains(&word.as_str())).map(String::as_str) {
-                None => chosen.extend(quick::STEPS),
-                Some("--all") => chosen.extend(STEPS),
-                Some(_) => chosen.extend(changed::steps()?),
-            },
+            "test" => {
+                chosen.extend(if words.next_if(|word| *word == "--all").is_some() { STEPS } else { quick::STEPS })
+            }
             "install-c" if !options.place.prefix.as_os_str().is_empty() => {
                 return Err("install-c can be asked for once".into());
             }
@@ -69,7 +67,6 @@ pub fn usage() -> String {
     let mut line = |name: &str, what: &str| text.push_str(&format!("  {name:<11}{what}\n"));
     line("test", "that it works here, in eight minutes: the five steps from `libraries` on; goes on after a failure");
     line("  --all", "everything, in 40 minutes: the steps from `fmt` to `msrv`");
-    line("  --changed", "what the change since the last commit can have touched");
     for step in quick::STEPS.iter().chain(STEPS).chain(OTHERS) {
         line(step.name, step.what);
     }
@@ -117,7 +114,6 @@ mod tests {
         assert_eq!(names(&["test"]), of(quick::STEPS));
         assert_eq!(names(&["test", "--strict"]), of(quick::STEPS));
         assert_eq!(names(&["test", "--all"]), of(STEPS));
-        assert_eq!(names(&["test", "--changed"]).map(|names| names[..2].to_vec()), Some(vec!["fmt", "packages"]));
     }
 
     #[test]

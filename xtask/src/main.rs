@@ -4,7 +4,6 @@ mod args;
 mod bench;
 mod budget;
 mod capi;
-mod changed;
 mod debian;
 mod doctor;
 mod files;

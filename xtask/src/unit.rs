@@ -15,9 +15,6 @@ const QUICK: &str = "--features scphd/embedded-hal --package scphd --package scp
     --package scphd-mavlink --package scphd-sequencer --package scphd-store --package scphd-stream --package scphd-vehicle \
     --package scphd-reference --package scphd-lockstep --package scphd-digest --package scphd-documents";
 
-/// Packages that contain only tests of whole runs.
-pub const WHOLE_RUNS: [&str; 2] = ["scphd-digest", "scphd-lockstep"];
-
 /// Of these packages the tests of each library, and those of the last three, which contain only tests.
 const QUICK_TARGETS: &str = "--lib --test mixture --test joint --test laps --test digest --test links --test safety";
 
