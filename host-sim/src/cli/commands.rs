@@ -205,7 +205,7 @@ fn progress_of<K: Kind>(log: &K::Log, settings: &K::Settings, filter: Filter) ->
 /// Explanation of the rows on innovations.
 const ABOUT_INNOVATIONS: &str = "\
 innovations: how far detections lie from where they were expected, beside the standard deviations in the settings. NIS/dim is 1 where these are right, \
-less where they are too large (a recorded log's stated noise is taken 1.1 times if it is white, otherwise 1.5 times: 0.83 and 0.44 are usual), more \
+less where they are too large (a recorded log's noise is taken 1.1 times if it is white, otherwise 1.5 times: 0.83 and 0.44 are usual), more \
 where they are too small; either way fewer scans lie within 95 % of χ².";
 
 /// Prints the table and the conditions reported by the fixed-capacity filter.

@@ -5,7 +5,7 @@
 //! recorded logs, except those for drives that lose their heading, for which robots 1 to 3 of MRCLAM were used. A simulated log
 //! states its noise exactly; a data sheet states only the white part, so that a margin is added.
 
-use super::white::white_shares;
+use super::white::{AS_STATED, WhitePart};
 use super::{
     Extraction, FilterSettings, JointSettings, Likelihood, MovingSettings, Proposal, SensorSettings, Settings,
     VehicleSettings,
@@ -144,9 +144,9 @@ const CROWDED: f64 = 0.1;
 /// Number of hypotheses of data association for a drive that loses its heading.
 const LOST_HYPOTHESES: usize = 8;
 
-/// The stated noise of a sensor is white if this share of its variance is ([`white_shares`]); more is of odometry, or the data sheet
-/// is wrong.
-const WHITE: RangeInclusive<f64> = 0.7..=1.5;
+/// The stated noise of a sensor is white if this share of its variance is ([`WhitePart`]). If it is greater, also without what
+/// odometry adds, the sensor has more noise than stated.
+const WHITE: RangeInclusive<f64> = 0.7..=AS_STATED;
 /// Factor for white stated noise, instead of [`Unstated::noise_margin`].
 const WHITE_MARGIN: f64 = 1.1;
 /// Correlation time of odometry errors with such sensors, s. The usual one goes with the larger margin: both variances are about
@@ -299,15 +299,22 @@ impl Settings {
             self.vehicle = noise;
             self.joint.hypotheses = LOST_HYPOTHESES;
         }
-        if log.sensors().enumerate().all(|(index, (_, sensor, nominal))| is_white(log, index, sensor, nominal)) {
+        let margins: Vec<_> = log
+            .sensors()
+            .enumerate()
+            .map(|(index, (_, sensor, nominal))| white_margins(log, index, sensor, nominal, &self.vehicle))
+            .collect();
+        let all_white = margins.iter().flatten().all(Option::is_some);
+        if all_white {
             self.vehicle.noise_interval_s = WHITE_INTERVAL_S;
-            let others = self.others.iter_mut().map(|(_, sensor)| sensor);
-            for sensor in std::iter::once(&mut self.sensor).chain(others) {
-                let factor = WHITE_MARGIN / UNSTATED.noise_margin;
-                sensor.range_sigma_m = (factor * sensor.range_sigma_m).max(LEAST_RANGE_SIGMA_M);
-                sensor.range_sigma_ratio *= factor;
-                sensor.bearing_sigma_rad = (factor * sensor.bearing_sigma_rad).max(LEAST_BEARING_SIGMA_RAD);
-            }
+        }
+        let others = self.others.iter_mut().map(|(_, sensor)| sensor);
+        for (sensor, white) in std::iter::once(&mut self.sensor).chain(others).zip(margins) {
+            let least = if all_white { 0.0 } else { UNSTATED.noise_margin };
+            let [range, bearing] = white.map(|margin| margin.unwrap_or(least).max(least) / UNSTATED.noise_margin);
+            sensor.range_sigma_m = (range * sensor.range_sigma_m).max(LEAST_RANGE_SIGMA_M);
+            sensor.range_sigma_ratio = (range * sensor.range_sigma_ratio).min(1.0);
+            sensor.bearing_sigma_rad = (bearing * sensor.bearing_sigma_rad).max(LEAST_BEARING_SIGMA_RAD);
         }
     }
 
@@ -358,12 +365,27 @@ fn speed_mps(odometry: &[Odometry]) -> Option<f64> {
     Some(way / time).filter(|square| square.is_finite()).map(f64::sqrt).filter(|&speed| speed >= LEAST_SPEED_MPS)
 }
 
-/// Whether the log states the measurement noise of the sensor with this index, and its scans have this noise and no other.
-fn is_white(log: &Log, index: usize, sensor: &Sensor, nominal: &Nominal) -> bool {
-    nominal.range_sigma_m.is_some()
-        && nominal.bearing_sigma_rad.is_some()
-        && white_shares(log, index, sensor, nominal)
-            .is_some_and(|shares| shares.iter().all(|share| WHITE.contains(share)))
+/// Factors for the standard deviations of range and bearing of the sensor with this index, where its noise is white: as stated, or
+/// more. `None` where it is not, or less than stated.
+fn white_margins(
+    log: &Log,
+    index: usize,
+    sensor: &Sensor,
+    nominal: &Nominal,
+    vehicle: &VehicleSettings,
+) -> [Option<f64>; 2] {
+    let is_stated = nominal.range_sigma_m.is_some() && nominal.bearing_sigma_rad.is_some();
+    let Some(WhitePart { shares, of_odometry }) = WhitePart::of(log, index, sensor, nominal, vehicle) else {
+        return [None; 2];
+    };
+    std::array::from_fn(|k| {
+        let of_sensor = shares[k] - of_odometry[k];
+        if of_sensor > AS_STATED {
+            Some(WHITE_MARGIN * of_sensor.sqrt())
+        } else {
+            (is_stated && WHITE.contains(&shares[k])).then_some(WHITE_MARGIN)
+        }
+    })
 }
 
 /// The noise that the log states, or the default: constant and relative part.
@@ -587,6 +609,8 @@ mod tests {
             settings.set_for_joint_map(log);
             assert_eq!(settings.check(), Ok(()));
             usual.set_moving(!log.simulated);
+            // The noise is measured.
+            usual.sensor = settings.sensor.clone();
             (settings != usual).then_some(settings)
         };
         assert_eq!(differs(&log), None);
@@ -643,12 +667,15 @@ mod tests {
         assert_eq!(margins(&white), ([1.1; 2], 0.25));
         // The edges of the view are not of the noise alone.
         assert_eq!(joint(&white).sensor.range_edge_m, Settings::for_log(&white).sensor.range_edge_m);
-        // A data sheet that is wrong by a factor of two, or states only one of both.
-        for factor in [0.5, 2.0] {
+        // A data sheet that states half the noise, and one that states twice the noise, or only one of both.
+        let wrong = |factor: f64| {
             let mut wrong = white.clone();
             wrong.nominal.bearing_sigma_rad = wrong.nominal.bearing_sigma_rad.map(|sigma| factor * sigma);
-            assert_eq!(margins(&wrong), ([1.5; 2], 0.5));
-        }
+            margins(&wrong)
+        };
+        let ([range, bearing], interval_s) = wrong(0.5);
+        assert!((range, interval_s) == (1.1, 0.25) && (2.0..2.6).contains(&bearing), "{range} {bearing} {interval_s}");
+        assert_eq!(wrong(2.0), ([1.5; 2], 0.5));
         let mut unstated = white;
         unstated.nominal.bearing_sigma_rad = None;
         assert_eq!(margins(&unstated), ([1.5; 2], 0.5));
