@@ -74,7 +74,7 @@ fn workspace() -> Result<Command, String> {
 }
 
 /// A folder with settings for clippy: tests must build with the oldest Rust too.
-fn settings() -> Result<PathBuf, String> {
+pub fn settings() -> Result<PathBuf, String> {
     let folder = process::own_target_dir("clippy-settings");
     files::write(&folder.join("clippy.toml"), "check-incompatible-msrv-in-tests = true\n")?;
     Ok(folder)

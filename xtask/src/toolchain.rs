@@ -18,7 +18,10 @@ const DOWNLOAD_LIMIT: Duration = Duration::from_secs(120);
 /// Debian's Rust for web browsers, which is kept recent in stable releases, or its ordinary one.
 const DEBIAN: Bundle = Bundle {
     name: "rust",
-    packages: &[&["rustc-web", "cargo-web", "rust-web-src"], &["rustc", "cargo", "rust-src"]],
+    packages: &[
+        &["rustc-web", "cargo-web", "rust-web-src", "rust-web-clippy"],
+        &["rustc", "cargo", "rust-src", "rust-clippy"],
+    ],
     oldest: OLDEST,
 };
 
@@ -213,7 +216,12 @@ impl Toolchain {
         if sources.is_file() { Ok(toolchain) } else { Err(format!("{} is missing", sources.display())) }
     }
 
-    /// `cargo build` or `rustc`, only with flags of the caller. `libraries` are built by a toolchain that has none for the
+    /// Whether it has clippy; the active toolchain is asked elsewhere.
+    pub fn has_clippy(&self) -> bool {
+        matches!(self, Self::Active { .. }) || self.path("cargo-clippy").is_file()
+    }
+
+    /// `cargo build`, `rustc` or `clippy`, only with flags of the caller. `libraries` are built by a toolchain that has none for the
     /// target.
     pub fn cargo(&self, command: &str, libraries: &str) -> Command {
         if let Self::Active { .. } = self {
@@ -222,7 +230,7 @@ impl Toolchain {
             cargo.arg(command);
             return cargo;
         }
-        let mut cargo = self.program("cargo");
+        let mut cargo = self.program(if command == "clippy" { "cargo-clippy" } else { "cargo" });
         // Building `core` from its sources is an unstable feature, and this is a stable cargo.
         cargo.env("RUSTC_BOOTSTRAP", "1").env("CARGO", self.path("cargo")).env("RUSTC", self.path("rustc"));
         cargo.arg(command).arg(format!("-Zbuild-std={libraries}"));
