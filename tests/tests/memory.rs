@@ -58,10 +58,10 @@ fn every_capacity_costs_what_its_arrays_cost() {
     // pages and their bounding box; its row before and after an update, and a place in the list of free rows.
     let spread = size_of::<Symmetric<Vector3<f32>>>();
     let row = (MAP_PAGES + 2) * INDEX + size_of::<Bounds<Vector2<f32>>>();
-    // Waiting births: words of their measurements, weights, the pose of the sensor and its covariance, Σ p_D w of missed ones,
-    // and two words of associated ones.
+    // Waiting births: words of their measurements, weights, the pose of the vehicle, Σ p_D w of missed ones, and two words of
+    // associated ones.
     let (pose, word) = (3 * SCALAR, size_of::<u64>());
-    let waiting = (word + 2 * SCALAR) + (pose + spread) + SCALAR + 2 * word;
+    let waiting = (word + 2 * SCALAR) + pose + SCALAR + 2 * word;
     let particle = candidate + 2 * spread + INDEX + row + 3 * INDEX + waiting;
     assert_eq!(bytes!(8, 0, 0, 0, 0, 0) - total, 8 * particle, "particles");
 
@@ -93,11 +93,11 @@ fn a_word_of_waiting_births_costs_what_its_documentation_says() {
         NoMoving,
         WAITING,
     >;
-    // 64 measurements: four coordinates, the intensity without features, p_D w of both kinds. For every particle the measurements
-    // of its waiting births, and the associated ones of both kinds.
-    let word = 64 * 7 * SCALAR + PARTICLES * 3 * size_of::<u64>();
+    // 64 measurements: position and covariance, the intensity without features, p_D w of both kinds. For every particle the
+    // measurements of its waiting births, and the associated ones of both kinds.
+    let word = 64 * 8 * SCALAR + PARTICLES * 3 * size_of::<u64>();
     assert_eq!([size_of::<Of<2>>(), size_of::<Of<4>>()].map(|size| size - size_of::<Of<1>>()), [word, 3 * word]);
-    assert_eq!(64 * 7 * SCALAR, 1792);
+    assert_eq!(64 * 8 * SCALAR, 2048);
 }
 
 /// Size of a draft of an [`UpdateMemory`] with capacities increased by these numbers.

@@ -62,8 +62,7 @@ use std::sync::Mutex;
 /// extraction_weight : float
 ///     Minimum weight of an estimated feature.
 /// births_wait : bool
-///     Whether births of measurements that no component explains wait for the next scan: fewer components, for vehicles with one
-///     sensor.
+///     Whether births of measurements that no component explains wait for the next scan: fewer components.
 /// moving_velocity_sigma_mps : float
 ///     Moving features: standard deviation of the velocity of a new one along each axis, m/s.
 /// moving_acceleration_psd : float

@@ -3,13 +3,17 @@
 use crate::detection::view::View;
 use crate::models::noise_at;
 use crate::numerics::range::is_within_range;
-use crate::{Component, CovarianceOf, InverseOf, MeasurementModel, Place, Pose, Real, Sensor, Symmetric, Vector};
+use crate::numerics::vector::applied;
+use crate::{
+    Component, CovarianceOf, InverseOf, Linear, Matrix, MeasurementModel, Place, Pose, PositionOf, Real, ScalarOf,
+    Sensor, Symmetric, Vector,
+};
 
 /// The position of a newborn feature.
 #[derive(Debug)]
 pub(crate) struct Newborn<D: Place> {
-    position: D,
-    covariance: Symmetric<D>,
+    pub(crate) position: D,
+    pub(crate) covariance: Symmetric<D>,
     /// Whether the covariance had to be repaired.
     pub(crate) repaired: bool,
 }
@@ -54,4 +58,48 @@ impl<T: Real, D: Place<Scalar = T>> Newborn<D> {
         });
         Component { label, ln_weight, mean: D::Moving::with(|row| self.position.at(row)), covariance }
     }
+}
+
+/// The rotation and displacement that keep features where they are as seen from the vehicle, when its pose is replaced by another:
+/// about the vertical, because all particles have the same roll and pitch.
+#[derive(Debug)]
+pub(crate) struct Carried<D: Place> {
+    rotation: Linear<D, D>,
+    from: D,
+    to: D,
+}
+
+impl<T: Real, D: Place<Scalar = T>> Carried<D> {
+    pub(crate) fn between<P: Pose<Scalar = T, Position = D>>(from: &P, to: &P) -> Self {
+        let ([.., before], [.., after]) = (from.on_ground(), to.on_ground());
+        let (sine, cosine) = (after - before).sin_cos();
+        let rotation = Matrix::with(|row, column| match (row, column) {
+            (0, 0) | (1, 1) => cosine,
+            (0, 1) => -sine,
+            (1, 0) => sine,
+            _ if row == column => T::ONE,
+            _ => T::ZERO,
+        });
+        Self { rotation, from: place(from), to: place(to) }
+    }
+
+    /// The feature at the other pose; `None` if its position or covariance is then out of range.
+    pub(crate) fn newborn(&self, position: &D, covariance: &Symmetric<D>) -> Option<Newborn<D>> {
+        let position = self.to + applied::<D, D>(&self.rotation, &(*position - self.from));
+        let (covariance, repaired) = covariance.congruence::<D>(&self.rotation).kept_positive_definite()?;
+        is_within_range(&position).then_some(Newborn { position, covariance, repaired })
+    }
+}
+
+/// The position of the vehicle in its map.
+fn place<P: Pose>(pose: &P) -> PositionOf<P>
+where
+    ScalarOf<P>: Real,
+{
+    let [x, y, _] = pose.on_ground();
+    Vector::with(|k| match k {
+        0 => x,
+        1 => y,
+        _ => pose.height_m(),
+    })
 }

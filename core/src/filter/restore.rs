@@ -50,7 +50,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         self.pose_covariances.fill(Symmetric::ZERO);
         self.static_maps.clear();
         self.moving_maps.clear();
-        self.waiting.clear();
+        self.waiting.forget();
     }
 
     /// The content of a snapshot, if the memory has room for it.

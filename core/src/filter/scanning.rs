@@ -6,6 +6,7 @@ use crate::detection::weigh::weigh;
 use crate::filter::context::{ScanContext, SurvivorViews, UpdateContext};
 use crate::filter::draft::Draft;
 use crate::filter::executor::shares;
+use crate::filter::newborn::Newborn;
 use crate::filter::predict_moving::{predict_moving, predict_moving_on, predict_page};
 use crate::filter::stages::{
     Outcome, ParticleLayout, Weighing, adopt, finite_ln_likelihood, propose, report, take_selected,
@@ -21,7 +22,7 @@ use crate::particles::candidate::{effective_number, reweigh};
 use crate::particles::select::{Selection, Weighed, select};
 use crate::{
     Clutter, Config, Detector, Dynamic, Executor, LnSum, MeasurementModel, Noise, Place, Pose, PositionOf, Probe, Real,
-    ScalarOf, ScanError, ScanReport, ScanRoom, Sensor, Static, Symmetric,
+    ScalarOf, ScanError, ScanReport, ScanRoom, Sensor, Static,
 };
 
 /// A scan update in progress: what its stages read and write, and the results of the stages so far.
@@ -101,8 +102,8 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
     /// Adds the births that the last scan delayed to the maps, if this scan may have detected them; the others are missed
     /// detections.
     pub fn enter(&mut self) {
-        let ScanContext { config, births, scan, .. } = &self.context;
-        enter(config, births, &self.context.views(), scan, self.memory, &mut self.delayed_births);
+        let ScanContext { config, scan, .. } = &self.context;
+        enter(config, &self.context.views(), scan, self.memory, &mut self.delayed_births);
     }
 
     /// Predicts the moving features (5.14), in one step over the time since the last scan.
@@ -214,7 +215,7 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
     /// Assigns labels to the measurements, and sets the context of the update. `distinct` is the number of different survivors.
     pub(crate) fn open_update(&mut self, distinct: usize) {
         self.tally.survivors = distinct;
-        let ScanContext { config, sensor, scan, .. } = &self.context;
+        let ScanContext { config, births, scan, .. } = &self.context;
         let Memory { cursor, waiting, .. } = &mut *self.memory;
         let first_label = cursor.next_label;
         self.update_context = UpdateContext {
@@ -222,7 +223,7 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
             most_births: 0,
             known_below: cursor.watch.known_below,
             ln_confirmed: config.confirmed_weight.ln(),
-            births_wait: waiting.await_scan::<X>(config, sensor, scan, first_label),
+            births_wait: waiting.await_scan(config, births, scan, first_label),
         };
         let measurements = scan.len();
         let first_look = self.memory.survivors.first().and_then(|&survivor| self.survivor_views().view(survivor));
@@ -279,9 +280,9 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         (survivor_views, update)
     }
 
-    /// Number of pages kept free: one for each particle, for its delayed births.
+    /// Number of pages kept free: one for each distinct survivor, for its delayed births.
     pub(crate) fn reserved(&self) -> usize {
-        if self.update_context.births_wait > 0 { self.layout.particles } else { 0 }
+        if self.update_context.births_wait > 0 { self.tally.survivors } else { 0 }
     }
 
     /// One task for each different survivor.
@@ -376,7 +377,7 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         update.share(&task);
     }
 
-    /// Ends the update: the maps are those of the survivors, and the poses of delayed births are stored.
+    /// Ends the update: the maps are those of the survivors, and the positions of delayed births are stored.
     pub fn end_update(&mut self) {
         let particles = self.layout.particles;
         self.parts().1.finish(particles);
@@ -385,14 +386,32 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
             return;
         }
         let Memory { candidates, survivors, pose_covariances, waiting, .. } = &mut *self.memory;
-        for (particle, &survivor) in survivors.iter().take(particles).enumerate() {
-            let parent = self.layout.parent_of(usize::from(survivor));
-            let pose_covariance = pose_covariances.get(parent).filter(|_| self.layout.has_pose_covariances);
+        let survivors = survivors.get(..particles).unwrap_or(&[]);
+        for (particle, &survivor) in survivors.iter().enumerate() {
             if let Some(candidate) = candidates.get(usize::from(survivor)) {
-                let pose_covariance = pose_covariance.copied().unwrap_or(Symmetric::ZERO);
-                waiting.place(particle, candidate.pose, pose_covariance);
+                waiting.place(particle, candidate.pose);
             }
         }
+        let Some(&reference) = survivors.get(self.selection.heaviest) else { return waiting.forget() };
+        let Some(candidate) = candidates.get(usize::from(reference)) else { return waiting.forget() };
+        let pose_covariance = pose_covariances.get(self.layout.parent_of(usize::from(reference)));
+        let pose_covariance = pose_covariance.filter(|_| self.layout.has_pose_covariances);
+        let view = self.context.views().from(&candidate.pose);
+        let tally = &mut self.tally;
+        waiting.complete(
+            self.context.config,
+            &self.context.scan,
+            candidate.pose,
+            |measured| Newborn::of(&view, pose_covariance, measured),
+            |particle, kinds| {
+                let before = particle.checked_sub(1).and_then(|before| survivors.get(before));
+                // Copies of a survivor have one map.
+                if survivors.get(particle) != before {
+                    tally.births = tally.births.saturating_sub(kinds);
+                    tally.no_birth += 1;
+                }
+            },
+        );
     }
 
     /// Ends the scan: the survivors become the particles.

@@ -179,7 +179,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         pose_covariances.iter_mut().for_each(|pose_covariance| *pose_covariance = Symmetric::ZERO);
         static_maps.clear();
         moving_maps.clear();
-        waiting.clear();
+        waiting.forget();
         Ok(())
     }
 

@@ -101,6 +101,10 @@ impl<T: Real> Pose for AuvPose<T> {
         [self.x_m, self.y_m, self.yaw_rad]
     }
 
+    fn height_m(&self) -> T {
+        self.z_m
+    }
+
     fn mounted(&self, mounting: &Mounting<T>) -> (Self, Vector5<T>) {
         let (position, [roll, pitch, yaw]) = (mounting.position_m(), mounting.angles_rad());
         let BodyFrame { position: origin, rotation: of_vehicle } = BodyFrame::of(self);

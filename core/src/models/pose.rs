@@ -1,7 +1,7 @@
 //! The vehicle state (parent state).
 
 use super::{ModelError, Mounting, require};
-use crate::{Place, Real, Symmetric, Vector, wrap};
+use crate::{Place, Real, Symmetric, Vector, Zero, wrap};
 use core::fmt::Debug;
 use nalgebra::{Vector2, Vector3};
 
@@ -55,6 +55,11 @@ pub trait Pose: Copy + PartialEq + Debug + Send + Sync {
 
     /// Position and heading on the ground: x and y, m, and heading, rad.
     fn on_ground(&self) -> [Self::Scalar; 3];
+
+    /// Height, m; 0 in the plane.
+    fn height_m(&self) -> Self::Scalar {
+        Zero::ZERO
+    }
 
     /// Distance of two poses, m, without angles.
     fn distance_m(&self, from: &Self) -> Self::Scalar {

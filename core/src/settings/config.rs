@@ -50,13 +50,12 @@ pub struct Config<T> {
     /// A term of η_z (4.51) is left out if it is below this fraction of the clutter and birth terms of the measurement. The default
     /// is the precision of the scalar, so that the sum does not change.
     pub negligible: T,
-    /// Whether births are delayed: a measurement that comes from no known feature is stored until the next scan, and becomes a
-    /// component only if that scan may have detected it again. Most components in view are births from clutter; without them a
-    /// filter takes a quarter fewer instructions (docs/performance.md). In exchange, terms of η_z below
-    /// [`prune_weight`](Self::prune_weight) times the clutter and birth terms of the measurement are left out. For filters with a
-    /// single sensor: after scans of a second sensor, births are no longer delayed. Only births with a weight below 0.1 are
-    /// delayed, and only as many measurements of a scan as [`State`](crate::State) has memory for: 64, unless its type says
-    /// otherwise.
+    /// Whether births are delayed: a measurement that comes from no known feature is stored until the next scan, of this or another
+    /// sensor, and becomes a component only if that scan may have detected it again, or does not see its place. Most components in
+    /// view are births from clutter; without them a filter takes a quarter fewer instructions (docs/performance.md). In exchange,
+    /// terms of η_z below [`prune_weight`](Self::prune_weight) times the clutter and birth terms of the measurement are left out.
+    /// Only births with a weight below 0.1 are delayed, and only as many measurements of a scan as [`State`](crate::State) has
+    /// memory for: 64, unless its type says otherwise.
     pub births_wait: bool,
     /// Limits of the motion; predictions beyond them are refused.
     pub plausible: Plausible<T>,

@@ -11,7 +11,7 @@ pub(crate) type Check = Digest<'static, u32, Table<1>>;
 /// The first four bytes.
 const MAGIC: [u8; 4] = *b"SCPH";
 /// The version that is written, and the only one that is read.
-const VERSION: u16 = 4;
+const VERSION: u16 = 5;
 /// Number of words of the head before its checksum.
 pub(crate) const WORDS: usize = 8;
 /// Number of bytes of the head with its checksum.

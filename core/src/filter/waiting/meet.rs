@@ -2,7 +2,6 @@
 
 use crate::detection::scan::Scan;
 use crate::detection::view::View;
-use crate::filter::waiting::memory::Birthplace;
 use crate::numerics::vector::applied;
 use crate::numerics::work;
 use crate::particles::candidate::Candidate;
@@ -25,7 +24,7 @@ pub(super) struct Step<'a, X: MeasurementModel> {
 #[inline(never)]
 pub(super) fn compare<T: Real, P: Pose<Scalar = T>>(
     own: usize,
-    birthplaces: &[Birthplace<P>],
+    birthplaces: &[P],
     candidates: &[Candidate<P>],
     children: usize,
     steps: &mut [P::Tangent],
@@ -33,15 +32,15 @@ pub(super) fn compare<T: Real, P: Pose<Scalar = T>>(
     let heading = |pose: &P| pose.on_ground()[2];
     let mut most = P::Tangent::ZERO;
     let Some((from, to)) = birthplaces.get(own).zip(candidates.get(own.saturating_mul(children))) else { return most };
-    let (own_step, own_heading) = (to.pose.difference(&from.pose), heading(&from.pose));
+    let (own_step, own_heading) = (to.pose.difference(from), heading(from));
     let families = candidates.chunks(children.max(1)).zip(steps.chunks_mut(children.max(1)));
     for (from, (family, steps)) in birthplaces.iter().zip(families) {
         // Motions are compared in the frame of the vehicle, independent of its heading.
         let (sine, cosine) =
-            if P::HEADING.is_some() { (own_heading - heading(&from.pose)).sin_cos() } else { (T::ZERO, T::ONE) };
+            if P::HEADING.is_some() { (own_heading - heading(from)).sin_cos() } else { (T::ZERO, T::ONE) };
         for (candidate, slot) in family.iter().zip(steps) {
             work::round();
-            let step = candidate.pose.difference(&from.pose);
+            let step = candidate.pose.difference(from);
             let (x, y) = (step.at(0), step.at(1));
             let turned = P::Tangent::with(|k| match k {
                 0 => cosine * x - sine * y,

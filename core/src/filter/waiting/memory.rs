@@ -1,23 +1,24 @@
 //! Storage of delayed births.
 
 use crate::detection::scan::Scan;
-use crate::numerics::fnv::Fnv;
-use crate::{Config, CovarianceOf, MeasurementModel, Pose, Real, ScalarOf, Sensor, Symmetric, TangentOf, Vector, Zero};
+use crate::filter::newborn::{Carried, Newborn};
+use crate::{Births, Config, Place, Pose, PositionOf, Real, ScalarOf, Symmetric, TangentOf, Vector, Zero};
+use core::ops::Range;
 
 /// Number of measurements in one word of a bit set.
 pub(super) const PER_WORD: usize = u64::BITS as usize;
 /// Maximum number of words. Births of measurements beyond the words are not delayed.
 pub(crate) const MOST_WORDS: usize = 4;
-/// Maximum dimension of a measurement with delayed births.
-const COORDINATES: usize = 4;
 /// Births with at least this weight are not delayed, because they may be extracted immediately.
 const HEAVY: f64 = 0.1;
 
 /// A measurement with delayed births.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Awaited<T> {
-    /// z, padded with zeros.
-    pub(super) z: [T; COORDINATES],
+pub(crate) struct Awaited<D: Vector, T = <D as Vector>::Scalar> {
+    /// The position of its births for the pose of [`Awaiting::origin`].
+    pub(super) position: D,
+    /// Its covariance.
+    pub(super) covariance: Symmetric<D>,
     /// ln( κ(z) + Σ w_b ), the reference for the weights of its births.
     pub(super) ln_reference: T,
     /// Scratch: p_D w of the static and of the moving birth, for births that a miss removes.
@@ -25,21 +26,16 @@ pub(crate) struct Awaited<T> {
 }
 
 /// The scan with the delayed births.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Awaiting {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Awaiting<P: Pose> {
     /// Number of stored measurements; zero without delayed births.
     pub(super) len: u16,
-    /// Whether several sensors had scans since the reset. Births would then have to wait for the next scan of the same sensor; so
-    /// no birth is delayed.
-    pub(super) several: bool,
     /// The label of the births of the first measurement.
     pub(super) first_label: u32,
-    /// Identifies the sensor: a hash of the position of the first measurement, seen from the origin.
-    pub(super) sensor: u64,
-}
-
-impl Awaiting {
-    pub(super) const NOTHING: Self = Self { len: 0, several: false, first_label: 0, sensor: 0 };
+    /// ln of the intensities of static and of moving births.
+    pub(super) ln_births: [ScalarOf<P>; 2],
+    /// The pose of one particle at the scan.
+    pub(super) origin: P,
 }
 
 /// The delayed births of one particle.
@@ -73,16 +69,16 @@ impl<T: Real> Noted<T> {
     }
 }
 
+/// The bit of a measurement in its word.
+pub(super) fn bit(index: usize) -> u64 {
+    1 << (index % PER_WORD)
+}
+
 /// Sets the bit of a measurement.
 fn mark(words: &mut [u64], index: usize) {
     if let Some(word) = words.get_mut(index / PER_WORD) {
-        *word |= 1 << (index % PER_WORD);
+        *word |= bit(index);
     }
-}
-
-/// Whether the bit of a measurement is set.
-fn is_marked(words: &[u64], index: usize) -> bool {
-    words.get(index / PER_WORD).is_some_and(|word| word & (1 << (index % PER_WORD)) != 0)
 }
 
 /// Whether only bits of the first `measurements` measurements are set.
@@ -143,9 +139,22 @@ impl<T: Real> Notes<'_, T> {
         self.births.get(particle * self.words..(particle + 1) * self.words).unwrap_or(&[])
     }
 
-    /// Whether any particle has a delayed birth of a measurement.
-    pub(super) fn is_anywhere(&self, index: usize) -> bool {
-        self.births.chunks(self.words.max(1)).any(|births| is_marked(births, index))
+    /// The measurements at the index of a word with a delayed birth of any particle.
+    pub(super) fn anywhere(&self, place: usize) -> u64 {
+        self.births.chunks(self.words.max(1)).filter_map(|births| births.get(place)).fold(0, |any, word| any | word)
+    }
+
+    /// Removes the births of a measurement, which have these weights. Calls `removed` with each particle that had them.
+    fn remove(&mut self, index: usize, ln_weights: [Option<T>; 2], mut removed: impl FnMut(usize)) {
+        let of_all = self.births.chunks_mut(self.words.max(1)).zip(self.weights.iter_mut());
+        for (particle, (births, weights)) in of_all.enumerate() {
+            let Some(word) = births.get_mut(index / PER_WORD).filter(|word| **word & bit(index) != 0) else { continue };
+            *word &= !bit(index);
+            for (sum, ln_weight) in weights.iter_mut().zip(ln_weights) {
+                *sum = (*sum - ln_weight.map_or(T::ZERO, Real::exp)).at_least(T::ZERO);
+            }
+            removed(particle);
+        }
     }
 
     fn births_mut(&mut self, particle: usize) -> &mut [u64] {
@@ -183,32 +192,23 @@ impl Met<'_> {
         }
     }
 
-    /// The words of a particle, for static and for moving births.
-    pub(super) fn words(&self, particle: usize) -> impl Iterator<Item = [u64; 2]> {
-        let of = |kind| {
-            let start = self.start(particle, kind);
-            self.births.get(start..start + self.words).unwrap_or(&[]).iter()
-        };
-        of(0).zip(of(1)).map(|(&still, &moving)| [still, moving])
+    /// The births at the index of a word that any of these particles may have detected, static and moving ones.
+    pub(super) fn word(&self, particles: Range<usize>, place: usize) -> [u64; 2] {
+        particles.fold([0; 2], |met, particle| {
+            let of = |kind| self.births.get(self.start(particle, kind) + place).copied().unwrap_or(0);
+            [met[0] | of(0), met[1] | of(1)]
+        })
     }
-}
-
-/// The pose from which a particle's delayed births were measured.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Birthplace<P: Pose> {
-    pub(super) pose: P,
-    /// Covariance of the pose, or zero.
-    pub(super) covariance: CovarianceOf<P>,
 }
 
 /// Memory of the delayed births of all particles.
 #[derive(Debug)]
 pub(crate) struct WaitingMemory<P: Pose, const PARTICLES: usize, const CANDIDATES: usize, const WORDS: usize> {
-    awaiting: Awaiting,
-    awaited: [[Awaited<P::Scalar>; PER_WORD]; WORDS],
+    awaiting: Awaiting<P>,
+    awaited: [[Awaited<P::Position>; PER_WORD]; WORDS],
     births: [[u64; WORDS]; PARTICLES],
     weights: [[P::Scalar; 2]; PARTICLES],
-    birthplaces: [Birthplace<P>; PARTICLES],
+    birthplaces: [P; PARTICLES],
     missed: [P::Scalar; PARTICLES],
     met: [[[u64; WORDS]; 2]; PARTICLES],
     steps: [TangentOf<P>; CANDIDATES],
@@ -219,12 +219,11 @@ impl<T: Real, P: Pose<Scalar = T>, const PARTICLES: usize, const CANDIDATES: usi
 {
     /// All zero: no delayed births.
     pub(crate) const ZERO: Self = Self {
-        awaiting: Awaiting::NOTHING,
-        awaited: [[Awaited { z: [T::ZERO; COORDINATES], ln_reference: T::ZERO, missed: [T::ZERO; 2] }; PER_WORD];
-            WORDS],
+        awaiting: Awaiting { len: 0, first_label: 0, ln_births: [T::ZERO; 2], origin: P::ZERO },
+        awaited: [[Awaited::ZERO; PER_WORD]; WORDS],
         births: [[0; WORDS]; PARTICLES],
         weights: [[T::ZERO; 2]; PARTICLES],
-        birthplaces: [Birthplace { pose: P::ZERO, covariance: Symmetric::ZERO }; PARTICLES],
+        birthplaces: [P::ZERO; PARTICLES],
         missed: [T::ZERO; PARTICLES],
         met: [[[0; WORDS]; 2]; PARTICLES],
         steps: [TangentOf::<P>::ZERO; CANDIDATES],
@@ -248,10 +247,11 @@ impl<T: Real, P: Pose<Scalar = T>, const PARTICLES: usize, const CANDIDATES: usi
 /// The delayed births, with any capacity.
 #[derive(Debug)]
 pub(crate) struct Waiting<'s, P: Pose> {
-    pub(super) awaiting: &'s mut Awaiting,
-    pub(super) awaited: &'s mut [Awaited<ScalarOf<P>>],
+    pub(super) awaiting: &'s mut Awaiting<P>,
+    pub(super) awaited: &'s mut [Awaited<PositionOf<P>>],
     pub(crate) noted: Notes<'s, ScalarOf<P>>,
-    pub(super) birthplaces: &'s mut [Birthplace<P>],
+    /// For every particle, the pose from which its births were measured.
+    pub(super) birthplaces: &'s mut [P],
     /// For every particle, Σ p_D w of the births that the scan has missed.
     pub(crate) missed: &'s mut [ScalarOf<P>],
     /// Scratch: the births that the scan may have detected.
@@ -261,12 +261,6 @@ pub(crate) struct Waiting<'s, P: Pose> {
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
-    /// Removes all delayed births, and the record of sensors.
-    pub(crate) fn clear(&mut self) {
-        *self.awaiting = Awaiting::NOTHING;
-        self.forget();
-    }
-
     /// Removes all delayed births.
     pub(crate) fn forget(&mut self) {
         self.awaiting.len = 0;
@@ -278,41 +272,72 @@ impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
         self.noted.weights.get(particle).copied().unwrap_or([T::ZERO; 2])
     }
 
-    /// Stores the measurements of a scan, whose first label is `first_label`, after the births of the last scan [have
+    /// Prepares to delay births of a scan, whose first label is `first_label`, after the births of the last scan [have
     /// entered](super::enter) the maps. Returns the number of measurements whose births will be delayed.
-    pub(crate) fn await_scan<X: MeasurementModel<Pose = P>>(
+    pub(crate) fn await_scan<Z: Vector<Scalar = T>>(
         &mut self,
         config: &Config<T>,
-        sensor: &impl Sensor<Pose = P, Measurement = X::Measurement>,
-        scan: &Scan<'_, X::Measurement>,
+        births: &Births<T>,
+        scan: &Scan<'_, Z>,
         first_label: u32,
     ) -> usize {
-        let may_wait =
-            config.births_wait && !self.awaiting.several && const { X::Measurement::DIMENSION <= COORDINATES };
-        let first = scan.iter().next().and_then(|measurement| of_sensor(sensor, &measurement.z));
-        let Some(sensor) = first.filter(|_| may_wait) else { return 0 };
-        for (slot, measurement) in self.awaited.iter_mut().zip(scan.iter()) {
-            slot.z.iter_mut().zip(measurement.z.as_slice()).for_each(|(slot, &coordinate)| *slot = coordinate);
-            slot.ln_reference = measurement.ln_reference();
-        }
-        let len = scan.len().min(self.awaited.len());
-        *self.awaiting = Awaiting { len: len as u16, first_label, sensor, ..*self.awaiting };
+        let len = if config.births_wait { scan.len().min(self.awaited.len()) } else { 0 };
+        self.awaiting.len = len as u16;
+        self.awaiting.first_label = first_label;
+        self.awaiting.ln_births = [births.of_static, births.of_moving].map(Real::ln);
         len
     }
 
     /// Stores the pose from which a particle has seen the scan.
-    pub(crate) fn place(&mut self, particle: usize, pose: P, covariance: CovarianceOf<P>) {
+    pub(crate) fn place(&mut self, particle: usize, pose: P) {
         if let Some(slot) = self.birthplaces.get_mut(particle) {
-            *slot = Birthplace { pose, covariance };
+            *slot = pose;
+        }
+    }
+
+    /// After the updates, stores the positions of the delayed births for the pose `origin`, from where `newborn` returns that of a
+    /// measurement. Calls `without` with the particles whose birth is removed, because there is no such feature in view, and the number
+    /// of its kinds.
+    pub(crate) fn complete<Z: Vector<Scalar = T>>(
+        &mut self,
+        config: &Config<T>,
+        scan: &Scan<'_, Z>,
+        origin: P,
+        newborn: impl Fn(&Z) -> Option<Newborn<PositionOf<P>>>,
+        mut without: impl FnMut(usize, usize),
+    ) {
+        let Self { awaiting, awaited, noted, .. } = self;
+        awaiting.origin = origin;
+        let ln_floor = config.prune_weight.ln();
+        let slots = awaited.iter_mut().take(usize::from(awaiting.len));
+        let (mut anywhere, mut waits) = (0, false);
+        for (index, (slot, measurement)) in slots.zip(scan.iter()).enumerate() {
+            if index % PER_WORD == 0 {
+                anywhere = noted.anywhere(index / PER_WORD);
+                waits |= anywhere != 0;
+            }
+            // Without births, zero: digests and snapshots have all measurements.
+            *slot = Awaited { ln_reference: measurement.ln_reference(), ..Awaited::ZERO };
+            if anywhere & bit(index) == 0 {
+                continue;
+            }
+            if let Some(Newborn { position, covariance, .. }) = newborn(&measurement.z) {
+                (slot.position, slot.covariance) = (position, covariance);
+                continue;
+            }
+            let ln_weights = awaiting.ln_births.map(|ln_intensity| slot.ln_weight(ln_intensity, ln_floor));
+            noted.remove(index, ln_weights, |particle| without(particle, ln_weights.iter().flatten().count()));
+        }
+        if !waits {
+            awaiting.len = 0;
         }
     }
 }
 
-impl<T: Real> Awaited<T> {
-    /// z.
-    pub(super) fn measurement<Z: Vector<Scalar = T>>(&self) -> Z {
-        Z::with(|k| self.z.get(k).copied().unwrap_or(T::ZERO))
-    }
+impl<T: Real, D: Place<Scalar = T>> Awaited<D> {
+    /// All zero.
+    pub(super) const ZERO: Self =
+        Self { position: D::ZERO, covariance: Symmetric::ZERO, ln_reference: T::ZERO, missed: [T::ZERO; 2] };
 
     /// ln of the weight of its birth with this birth intensity; `None` if it is below the floor, or too heavy to have been delayed.
     pub(super) fn ln_weight(&self, ln_intensity: T, ln_floor: T) -> Option<T> {
@@ -321,12 +346,9 @@ impl<T: Real> Awaited<T> {
         let ln_most = T::from_f64(HEAVY).ln() + T::from_f64(0.01);
         (ln_weight >= ln_floor && ln_weight <= ln_most).then_some(ln_weight)
     }
-}
 
-/// Identifies a sensor by a hash of the position of a measurement, seen from the origin; `None` if the measurement has no inverse.
-pub(super) fn of_sensor<S: Sensor<Pose: Pose<Scalar: Real>>>(sensor: &S, measured: &S::Measurement) -> Option<u64> {
-    let inverse = sensor.invert(&sensor.frame(&S::Pose::ZERO), measured)?;
-    let mut hash = Fnv::EMPTY;
-    inverse.feature.as_slice().iter().for_each(|&coordinate| hash.take_scalar(coordinate));
-    Some(hash.value())
+    /// Its feature for another pose.
+    pub(super) fn newborn(&self, carried: &Carried<D>) -> Option<Newborn<D>> {
+        carried.newborn(&self.position, &self.covariance)
+    }
 }

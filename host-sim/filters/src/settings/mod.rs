@@ -131,7 +131,7 @@ pub struct FilterSettings {
     pub proposal_min_responsibility: f64,
     /// Factor for `vehicle.noise_interval_s` in a mixture; a joint map uses it without a factor.
     pub interval_margin: f64,
-    /// Whether unexplained measurements become births in the next scan only: fewer components, for filters with a single sensor.
+    /// Whether unexplained measurements become births in the next scan only: fewer components.
     pub births_wait: bool,
     /// The particle likelihood.
     pub likelihood: Likelihood,
