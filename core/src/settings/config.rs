@@ -55,7 +55,7 @@ pub struct Config<T> {
     /// view are births from clutter; without them a filter takes a quarter fewer instructions (docs/performance.md). In exchange,
     /// terms of η_z below [`prune_weight`](Self::prune_weight) times the clutter and birth terms of the measurement are left out.
     /// Only births with a weight below 0.1 are delayed, and only as many measurements of a scan as [`State`](crate::State) has
-    /// memory for: 64, unless its type says otherwise.
+    /// memory for: 64, unless its type says otherwise. The default is `true`; the recursion of the thesis is that with `false`.
     pub births_wait: bool,
     /// Limits of the motion; predictions beyond them are refused.
     pub plausible: Plausible<T>,
@@ -181,7 +181,7 @@ impl<T: Real> Default for Config<T> {
             extraction_weight: T::ZERO,
             moving: MovingConfig::walkers(),
             negligible: T::EPSILON,
-            births_wait: false,
+            births_wait: true,
             plausible: Plausible::default(),
         }
     }

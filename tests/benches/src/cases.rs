@@ -1,4 +1,4 @@
-//! The measured cases: two from other projects, and five curves.
+//! The measured cases: two from other projects, and four curves.
 
 use crate::rig::{Case, Rig};
 use crate::world::{Clutter, World};
@@ -30,10 +30,9 @@ pub struct Curve {
 }
 
 /// The curves.
-pub const CURVES: [Curve; 5] = [
+pub const CURVES: [Curve; 4] = [
     Curve { name: "map", what: "features in the map", points: &[100, 300, 1000, 3000, 10_000], case: map },
     Curve { name: "measurements", what: "measurements a scan", points: &[5, 10, 20, 50, 100, 200], case: measurements },
-    Curve { name: "waiting", what: "measurements a scan, births wait", points: &[20, 50, 100, 200], case: waiting },
     Curve { name: "particles", what: "particles", points: &[8, 32, 128, 512, 1024], case: particles },
     Curve { name: "clutter", what: "false measurements a scan", points: &[0, 5, 20, 50, 100], case: clutter },
 ];
@@ -128,15 +127,6 @@ fn map(features: usize) -> Box<dyn Case> {
 
 /// Twenty features in view, and clutter up to the number of measurements; if this is below twenty, as many features are detected.
 fn measurements(measurements: usize) -> Box<dyn Case> {
-    in_clutter(measurements, config(32, 2))
-}
-
-/// As `measurements`, with a filter whose births wait for the next scan.
-fn waiting(measurements: usize) -> Box<dyn Case> {
-    in_clutter(measurements, Config { births_wait: true, ..config(32, 2) })
-}
-
-fn in_clutter(measurements: usize, config: Config<f32>) -> Box<dyn Case> {
     const IN_VIEW: usize = 20;
     let world = World {
         landmarks: World::scattered(IN_VIEW, 16.0, 2.0, 6),
@@ -148,7 +138,7 @@ fn in_clutter(measurements: usize, config: Config<f32>) -> Box<dyn Case> {
         clutter: Clutter::UpTo(measurements),
     };
     let known = world.landmarks.clone();
-    Box::new(Rig::new::<Still<32, 4096, 128>, NoMoving, 32, 64>(robot(), BIRTHS, config, world, &known, 20))
+    Box::new(Rig::new::<Still<32, 4096, 128>, NoMoving, 32, 64>(robot(), BIRTHS, config(32, 2), world, &known, 20))
 }
 
 /// 45 landmarks and the clutter of section 5.3.1, one sample for each particle.
@@ -218,7 +208,7 @@ mod tests {
                 println!("{} {point}: {found:?}", curve.name);
                 let expected = match curve.name {
                     "map" => found[1] >= point as f64,
-                    "measurements" | "waiting" => (found[0] - point as f64).abs() < 1.0,
+                    "measurements" => (found[0] - point as f64).abs() < 1.0,
                     _ => found[0] > 0.0,
                 };
                 assert!(expected, "{} {point}: {found:?}", curve.name);

@@ -1,7 +1,7 @@
 //! Definitions of the figures of `cargo xtask bench`.
 
 /// Name and definition of every figure.
-const DEFINITIONS: [&str; 10] = [
+const DEFINITIONS: [&str; 9] = [
     "rfs_slam_like_scan_us: time of a scan on the host (here and below the median of criterion's samples), f32, one \
      thread: 200 particles of one sample, 50 landmarks, 9.8 measurements a scan, 37 components a particle, range and \
      bearing, known statistics; motion not included",
@@ -10,9 +10,7 @@ const DEFINITIONS: [&str; 10] = [
     "map_growth_ratio: time of a scan with a map of 10 000 features over that with 100, of which 20 are in view \
      either way; 32 x 2, 20 false measurements",
     "measurement_growth_ratio: time of a scan with 200 measurements over that with 20, of which 19 are of the 20 \
-     features in view; 32 x 2",
-    "measurement_growth_waiting_ratio: the same by a filter whose births wait (`births_wait`), which has room for all \
-     of those measurements",
+     features in view; 32 x 2, with room for the births of all to wait",
     "victoria_park_times_real_time: time from the first to the last scan of the log victoria_park over the time that \
      all its predictions, scans and estimated poses take, 100 particles, f32, one thread",
     "victoria_park_blind_times_real_time: the same by the blind proposal",

@@ -57,7 +57,6 @@ pub fn step(options: &Options) -> Result<Outcome, Stop> {
         Figure::new("gmphd_20_targets_step_us", times.of("scan", "gmphd_20_targets")?, "us"),
         Figure::new("map_growth_ratio", times.ratio("map", "10000", "100")?, "1"),
         Figure::new("measurement_growth_ratio", times.ratio("measurements", "200", "20")?, "1"),
-        Figure::new("measurement_growth_waiting_ratio", times.ratio("waiting", "200", "20")?, "1"),
     ];
     let sessions = process::capture_for(program().arg("sessions"), LIMIT)?;
     figures.extend(serde_json::from_slice::<Vec<Figure>>(&sessions).map_err(|error| error.to_string())?);

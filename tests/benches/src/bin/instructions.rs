@@ -11,15 +11,8 @@ const STEPS: usize = 10;
 /// Cases of [`NAMED`].
 const SCANS: [&str; 2] = ["rfs_slam_like", "gmphd_20_targets"];
 /// Points of [`CURVES`].
-const POINTS: [(&str, usize); 7] = [
-    ("map", 100),
-    ("map", 10_000),
-    ("measurements", 20),
-    ("measurements", 200),
-    ("waiting", 20),
-    ("waiting", 200),
-    ("clutter", 20),
-];
+const POINTS: [(&str, usize); 5] =
+    [("map", 100), ("map", 10_000), ("measurements", 20), ("measurements", 200), ("clutter", 20)];
 
 fn named(name: &str) -> Box<dyn Case> {
     let (_, case) = NAMED.iter().find(|(found, _)| *found == name).expect("a case of this name");
