@@ -44,17 +44,18 @@ impl WhitePart {
         nominal: &Nominal,
         vehicle: &VehicleSettings,
     ) -> Option<Self> {
-        let mut scale = [1.0; 2];
-        for round in 1.. {
-            let found = Self::with(log, index, sensor, nominal, vehicle, scale)?;
+        let part = |scale| Self::with(log, index, sensor, nominal, vehicle, scale);
+        let (mut scale, mut found) = ([1.0; 2], part([1.0; 2])?);
+        for _ in 1..ROUNDS {
             let greater = found.shares.map(|share| if share > AS_STATED { share.sqrt() } else { 1.0 });
-            if round == ROUNDS || greater == [1.0; 2] {
-                let stated = |shares: [f64; 2]| std::array::from_fn(|k| shares[k] * scale[k] * scale[k]);
-                return Some(Self { shares: stated(found.shares), of_odometry: stated(found.of_odometry) });
+            if greater == [1.0; 2] {
+                break;
             }
             scale = std::array::from_fn(|k| scale[k] * greater[k]);
+            found = part(scale)?;
         }
-        None
+        let stated = |shares: [f64; 2]| std::array::from_fn(|k| shares[k] * scale[k] * scale[k]);
+        Some(Self { shares: stated(found.shares), of_odometry: stated(found.of_odometry) })
     }
 
     /// The same, relative to the stated standard deviations times `scale`, which also decide which detections are of one object.
