@@ -124,6 +124,7 @@ fn recursion(config: &Config<f32>, filter: &mut FilterSettings) {
     filter.unconfirmed_weight = f64::from(config.unconfirmed_weight);
     filter.confirmed_weight = f64::from(config.confirmed_weight);
     filter.merge_distance = f64::from(config.merge_distance);
+    filter.births_wait = config.births_wait;
     filter.max_components = config.max_components.min(65_536);
     filter.proposal_rounds = informed.rounds;
     filter.proposal_sampled_fraction = f64::from(informed.sampled_fraction);

@@ -42,7 +42,8 @@ pub(crate) fn enter<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>
         let family = family(memory, first);
         first = family.end;
         enter_maps(config, family, remaining, memory, tally);
-        remaining -= 1;
+        // In damaged memory there may be more families now.
+        remaining = remaining.saturating_sub(1);
     }
     memory.waiting.forget();
 }
@@ -54,7 +55,7 @@ fn family<T: Real, P: Pose<Scalar = T>>(memory: &Memory<'_, P>, first: usize) ->
     let twin = |&other: &usize| {
         work::round();
         waiting.birthplaces.get(other) == waiting.birthplaces.get(first)
-            && waiting.noted.births(other) == waiting.noted.births(first)
+            && waiting.noted.births(other).iter().eq(waiting.noted.births(first))
             && static_maps.end_alike(first, other)
             && moving_maps.end_alike(first, other)
     };
