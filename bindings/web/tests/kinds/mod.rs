@@ -3,8 +3,8 @@
 use scphd_drive::{Event, descriptions, events};
 use scphd_vehicle::Description;
 
-/// Their places among the filters of the drive. The drive fills the pages of the library's 32 × 2 particles, of which the page has more.
-pub const HELD: [usize; 2] = [1, 10];
+/// Their places among the filters of the drive.
+pub const HELD: [usize; 3] = [0, 1, 10];
 
 /// The description of one of them.
 pub fn described(place: usize) -> Description<f32> {

@@ -44,7 +44,8 @@ impl WhitePart {
         nominal: &Nominal,
         vehicle: &VehicleSettings,
     ) -> Option<Self> {
-        let part = |scale| Self::with(log, index, sensor, nominal, vehicle, scale);
+        let (way, scans) = (Way::of(log), log.scans.iter().filter(|scan| scan.sensor == index).collect::<Vec<_>>());
+        let part = |scale| Self::with(&way, &scans, sensor, nominal, vehicle, scale);
         let (mut scale, mut found) = ([1.0; 2], part([1.0; 2])?);
         for _ in 1..ROUNDS {
             let greater = found.shares.map(|share| if share > AS_STATED { share.sqrt() } else { 1.0 });
@@ -60,15 +61,13 @@ impl WhitePart {
 
     /// The same, relative to the stated standard deviations times `scale`, which also decide which detections are of one object.
     fn with(
-        log: &Log,
-        index: usize,
+        way: &Way<'_>,
+        scans: &[&Scan],
         sensor: &Sensor,
         nominal: &Nominal,
         vehicle: &VehicleSettings,
         scale: [f64; 2],
     ) -> Option<Self> {
-        let way = Way::of(log);
-        let scans: Vec<&Scan> = log.scans.iter().filter(|scan| scan.sensor == index).collect();
         let compared: usize = scans.windows(2).map(|two| two[0].detections.len() * two[1].detections.len()).sum();
         let (mut squares, mut of_odometry) = ([Vec::new(), Vec::new()], [0.0; 2]);
         for two in scans.windows(2).step_by(compared / MOST_COMPARED + 1) {
