@@ -35,6 +35,8 @@ const IN_TURN: usize = 4;
 /// Least time for which odometry stands, s, and least time between the scans that are compared then, s.
 const STANDS_S: f64 = 3.0;
 const APART_S: f64 = 1.5;
+/// Least number of detections in each of them: a single one may be of a moving object.
+const TOGETHER: usize = 2;
 /// Odometry stands if it moves by less than this share of the range. It may turn, for example with a gyroscope and unread wheels.
 const STILL_REACH: f64 = 0.003;
 /// Least number of consecutive empty scans, and their least duration, s,
@@ -71,6 +73,14 @@ impl OfSensor<'_> {
 
     fn met(&self, from: usize, to: usize) -> Met {
         Met::of(self.log, &self.sight, self.poses, [self.scans[from], self.scans[to]])
+    }
+
+    /// Matches with the additional turn that gives the most: a vehicle that turns on the spot does so a little later than its
+    /// odometry says, or by more.
+    fn met_with_any_turn(&self, from: usize, to: usize) -> Met {
+        let pair = [self.scans[from], self.scans[to]];
+        let met = |turn_rad| Met::turned(self.log, &self.sight, self.poses, pair, 1.0, turn_rad);
+        TURNS.into_iter().map(met).max_by_key(|met| met.met).unwrap_or_default()
     }
 
     fn look_over(&self, findings: &mut Findings) {
@@ -208,8 +218,8 @@ impl OfSensor<'_> {
                 let mut met = Met::default();
                 for one in from..to {
                     let other = (one + 1..=to).find(|other| self.t_s(*other) - self.t_s(one) >= APART_S);
-                    if let Some(other) = other.filter(|other| self.count(*other) > 0) {
-                        met = met.and(self.met(one, other));
+                    if let Some(other) = other.filter(|other| self.count(one).min(self.count(*other)) >= TOGETHER) {
+                        met = met.and(self.met_with_any_turn(one, other));
                     }
                 }
                 if met.carried >= 2 * DETECTIONS && met.share() < 0.5 * usual {
