@@ -5,6 +5,7 @@
 //! recorded logs, except those for drives that lose their heading, for which robots 1 to 3 of MRCLAM were used. A simulated log
 //! states its noise exactly; a data sheet states only the white part, so that a margin is added.
 
+use super::moving_objects;
 use super::white::{AS_STATED, WhitePart};
 use super::{
     Extraction, FilterSettings, JointSettings, Likelihood, MovingSettings, Proposal, SensorSettings, Settings,
@@ -141,8 +142,9 @@ const LOST_TURN_SHARE: f64 = 0.3;
 /// Greatest expected number of other detections within three standard deviations of a detection at which several hypotheses help:
 /// in denser scans the noise itself makes landmarks ambiguous.
 const CROWDED: f64 = 0.1;
-/// Number of hypotheses of data association for a drive that loses its heading.
-const LOST_HYPOTHESES: usize = 8;
+/// Number of hypotheses of data association for a drive that loses its heading, or among moving objects, which may be taken for
+/// landmarks. With two to four the likeliest ones of some such drives are all wrong.
+const HYPOTHESES: usize = 8;
 
 /// The stated noise of a sensor is white if this share of its variance is ([`WhitePart`]). If it is greater, also without what
 /// odometry adds, the sensor has more noise than stated.
@@ -266,6 +268,14 @@ impl Settings {
         }
     }
 
+    /// Whether one of the log's sensors detects moving objects.
+    fn sees_moving_objects(&self, log: &Log) -> bool {
+        let settings = std::iter::once(&self.sensor).chain(self.others.iter().map(|(_, sensor)| sensor));
+        let mut sensors = log.sensors().zip(settings).enumerate();
+        sensors
+            .any(|(index, ((_, sensor, _), noise))| moving_objects::are_seen(log, index, sensor, noise, &self.moving))
+    }
+
     /// The default settings of a scenario: the recursion of the thesis without extensions, with the thesis's parameters of the
     /// experiment.
     #[must_use]
@@ -286,7 +296,8 @@ impl Settings {
 
     /// Changes default settings for `log` to those for a joint map. Unless the log is simulated, objects may move, and stated
     /// measurement noise has a smaller margin if it is white. If, moreover, its scans are not crowded and the drive loses its
-    /// heading, turns have more noise, unless the log states it, and there are several hypotheses of data association.
+    /// heading, turns have more noise, unless the log states it, and there are several hypotheses of data association; there are
+    /// also several if the log shows moving objects.
     pub fn set_for_joint_map(&mut self, log: &Log) {
         if log.simulated {
             return;
@@ -295,9 +306,12 @@ impl Settings {
         let turn_sigma_ratio = if stated_turn(log).is_some() { 0.0 } else { LOST_TURN_SHARE };
         let noise = VehicleSettings { turn_sigma_ratio, ..self.vehicle };
         let is_crowded = near(&self.sensor, detections_per_scan(log)) > CROWDED;
-        if !is_crowded && loses_heading(log, &noise) {
+        let is_lost = !is_crowded && loses_heading(log, &noise);
+        if is_lost || !is_crowded && self.sees_moving_objects(log) {
+            self.joint.hypotheses = HYPOTHESES;
+        }
+        if is_lost {
             self.vehicle = noise;
-            self.joint.hypotheses = LOST_HYPOTHESES;
         }
         let margins: Vec<_> = log
             .sensors()

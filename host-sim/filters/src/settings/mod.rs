@@ -3,6 +3,7 @@
 pub(crate) mod defaults;
 pub mod file;
 mod limits;
+mod moving_objects;
 mod origin;
 mod used;
 mod white;
