@@ -65,9 +65,10 @@ pub use varying_noise::{NoiseModel, ReportedNoise, WithNoise};
 pub(crate) use varying_noise::{OwnNoise, noise_at};
 
 /// A parameter of a model is out of range.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
+#[error("{field} must be {range}")]
 pub struct ModelError {
     /// The parameter, as the name of its field.
     pub field: &'static str,
@@ -81,14 +82,6 @@ impl ModelError {
         Self { field, range }
     }
 }
-
-impl core::fmt::Display for ModelError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "{} must be {}", self.field, self.range)
-    }
-}
-
-impl core::error::Error for ModelError {}
 
 /// Returns an error that names the field unless `holds`.
 pub(crate) fn require(holds: bool, field: &'static str, range: &'static str) -> Result<(), ModelError> {

@@ -2,7 +2,6 @@
 
 use super::error::{LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError};
 use crate::{ConfigError, ModelError};
-use core::fmt;
 
 /// An error of any operation of a filter, so that one function can use `?` for all of them.
 ///
@@ -14,50 +13,29 @@ use core::fmt;
 /// }
 /// assert!(models().is_ok());
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Error {
     /// Error of a model, of a configuration, or of the construction of a filter.
-    Setup(SetupError),
+    #[error(transparent)]
+    Setup(#[from] SetupError),
     /// Error of a reset, a relocation or an inflation of the covariance.
-    Reset(ResetError),
+    #[error(transparent)]
+    Reset(#[from] ResetError),
     /// Error of loading a map.
-    LoadMap(LoadMapError),
+    #[error(transparent)]
+    LoadMap(#[from] LoadMapError),
     /// Error of a prediction.
-    Predict(PredictError),
+    #[error(transparent)]
+    Predict(#[from] PredictError),
     /// Error of a scan.
-    Scan(ScanError),
+    #[error(transparent)]
+    Scan(#[from] ScanError),
     /// Error of a fix.
-    Observe(ObserveError),
+    #[error(transparent)]
+    Observe(#[from] ObserveError),
 }
-
-macro_rules! from {
-    ($($error:ident as $variant:ident),*) => {
-        $(impl From<$error> for Error {
-            fn from(error: $error) -> Self {
-                Self::$variant(error)
-            }
-        })*
-
-        impl fmt::Display for Error {
-            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                match self {
-                    $(Self::$variant(error) => error.fmt(f),)*
-                }
-            }
-        }
-    };
-}
-
-from!(
-    SetupError as Setup,
-    ResetError as Reset,
-    LoadMapError as LoadMap,
-    PredictError as Predict,
-    ScanError as Scan,
-    ObserveError as Observe
-);
 
 impl From<ModelError> for Error {
     fn from(error: ModelError) -> Self {
@@ -70,5 +48,3 @@ impl From<ConfigError> for Error {
         Self::Setup(error.into())
     }
 }
-
-impl core::error::Error for Error {}

@@ -1,19 +1,10 @@
 //! Sinks and sources of snapshots in slices.
 
-use core::fmt;
-
 /// The end of the slice was reached in writing or reading.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[error("the slice ends before the snapshot does")]
 pub struct SliceEnd;
-
-impl fmt::Display for SliceEnd {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("the slice ends before the snapshot does")
-    }
-}
-
-impl core::error::Error for SliceEnd {}
 
 /// A sink for [`ScPhd::save`](crate::ScPhd::save) that fills a slice from its start.
 pub fn into_slice(bytes: &mut [u8]) -> impl FnMut(&[u8]) -> Result<(), SliceEnd> {

@@ -1,6 +1,5 @@
 //! One packet of the lidar: twelve points, as 47 bytes.
 
-use core::fmt;
 use crc::{Algorithm, Crc};
 
 /// Number of bytes of a packet.
@@ -62,28 +61,19 @@ pub struct Packet {
 }
 
 /// Errors of reading a packet.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PacketError {
     /// The bytes do not begin with a packet header.
+    #[error("the bytes do not begin with a packet header")]
     Header,
     /// The checksum is wrong: bytes were changed on the line.
+    #[error("the packet is damaged")]
     Check,
     /// The checksum is right, but an angle is invalid, or the readings span more than 60°.
+    #[error("the packet has invalid angles")]
     Angles,
 }
-
-impl fmt::Display for PacketError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Header => "the bytes do not begin with a packet header",
-            Self::Check => "the packet is damaged",
-            Self::Angles => "the packet has invalid angles",
-        })
-    }
-}
-
-impl core::error::Error for PacketError {}
 
 impl Packet {
     /// Number of bytes of a packet.

@@ -1,7 +1,5 @@
 //! Settings of the finder.
 
-use core::fmt;
-
 /// Properties of the posts or reflectors to find.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PostSettings {
@@ -95,22 +93,15 @@ const ENOUGH_RAYS: usize = 16;
 const SHIFTS: [f32; 4] = [-0.75, -0.25, 0.25, 0.75];
 
 /// A field of the settings is out of range.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
+#[error("{field} must be {range}")]
 pub struct SettingsError {
     /// Name of the field.
     pub field: &'static str,
     /// Its valid range.
     pub range: &'static str,
 }
-
-impl fmt::Display for SettingsError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} must be {}", self.field, self.range)
-    }
-}
-
-impl core::error::Error for SettingsError {}
 
 #[cfg(test)]
 mod tests {

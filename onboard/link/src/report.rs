@@ -1,43 +1,32 @@
 //! Frames that a receiver has refused.
 
-use core::fmt;
-
 /// Why a frame was refused.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Refused {
     /// Its checksum or its byte stuffing is wrong, or a part of it is missing.
+    #[error("the frame is damaged")]
     Damaged,
     /// It has more bytes than the receiver has memory for.
+    #[error("the frame is too long")]
     TooLong,
     /// It has another version, or an unknown type.
+    #[error("the frame has another version or an unknown type")]
     Unknown,
     /// It belongs to a session that is not open.
+    #[error("the frame belongs to a session that is not open")]
     Foreign,
     /// It was received before.
+    #[error("the frame was received before")]
     Doubled,
     /// Later frames were received before it.
+    #[error("later frames were received before this one")]
     Late,
     /// A frame before it is missing, with [`Gaps::Refused`](crate::Gaps::Refused).
+    #[error("a frame before this one is missing")]
     Ahead,
 }
-
-impl fmt::Display for Refused {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Damaged => "the frame is damaged",
-            Self::TooLong => "the frame is too long",
-            Self::Unknown => "the frame has another version or an unknown type",
-            Self::Foreign => "the frame belongs to a session that is not open",
-            Self::Doubled => "the frame was received before",
-            Self::Late => "later frames were received before this one",
-            Self::Ahead => "a frame before this one is missing",
-        })
-    }
-}
-
-impl core::error::Error for Refused {}
 
 /// Counts of the accepted and refused frames of a receiver. Damage is counted between zeros: a damaged zero joins two frames to one
 /// damaged frame, and a byte that becomes zero splits one frame in two.

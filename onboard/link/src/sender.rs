@@ -5,29 +5,20 @@ use core::fmt;
 use embedded_io::Write;
 
 /// Errors of sending a frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SendError<E> {
     /// The record is too long for the sender's buffer.
+    #[error("the record is longer than a frame of the link")]
     TooLong,
     /// All frame numbers of the session are used.
+    #[error("all frame numbers of the session are used")]
     SessionFull,
     /// An error of the line.
+    #[error("{0}")]
     Line(E),
 }
-
-impl<E: fmt::Display> fmt::Display for SendError<E> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::TooLong => f.write_str("the record is longer than a frame of the link"),
-            Self::SessionFull => f.write_str("all frame numbers of the session are used"),
-            Self::Line(error) => error.fmt(f),
-        }
-    }
-}
-
-impl<E: fmt::Debug + fmt::Display> core::error::Error for SendError<E> {}
 
 /// Sends the frames of a session, each encoded in a buffer of `BYTES` bytes: [`line_bytes`](crate::line_bytes) of the longest
 /// record.

@@ -145,35 +145,26 @@ impl Report {
 }
 
 /// Errors of an input. All but the first are counted in the [`Report`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum PushError {
     /// The sequencer has not been started.
+    #[error("the sequencer has not been started")]
     NotStarted,
     /// The input arrived after its reordering window: [`Flags::LATE`].
+    #[error("the input arrived after its reordering window")]
     Late,
     /// An input with this time, source and number is already queued: [`Flags::DUPLICATE`].
+    #[error("an input with this time, source and number is already queued")]
     Duplicate,
     /// The queue is full: [`Flags::CONTROLS_FULL`] or [`Flags::EVENTS_FULL`].
+    #[error("the queue is full")]
     Full,
     /// Its time is too far from the newest: [`Flags::JUMP_FORWARD`] or [`Flags::JUMP_BACK`].
+    #[error("the time of the input is too far from the newest time")]
     Jump,
 }
-
-impl fmt::Display for PushError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::NotStarted => "the sequencer has not been started",
-            Self::Late => "the input arrived after its reordering window",
-            Self::Duplicate => "an input with this time, source and number is already queued",
-            Self::Full => "the queue is full",
-            Self::Jump => "the time of the input is too far from the newest time",
-        })
-    }
-}
-
-impl core::error::Error for PushError {}
 
 #[cfg(test)]
 mod tests {

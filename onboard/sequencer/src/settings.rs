@@ -1,7 +1,5 @@
 //! Settings of the sequencer.
 
-use core::fmt;
-
 /// Reordering window, and limits beyond which missing inputs and time stamps are faults.
 ///
 /// ```
@@ -73,23 +71,16 @@ impl Default for Settings {
 }
 
 /// A field of the settings is out of range.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
+#[error("{field} must be {range}")]
 pub struct SettingsError {
     /// Name of the field.
     pub field: &'static str,
     /// Its valid range.
     pub range: &'static str,
 }
-
-impl fmt::Display for SettingsError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} must be {}", self.field, self.range)
-    }
-}
-
-impl core::error::Error for SettingsError {}
 
 #[cfg(test)]
 mod tests {

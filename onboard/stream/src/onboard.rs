@@ -5,7 +5,6 @@ use crate::kind::Kind;
 use crate::numbers::Numbers;
 use crate::record::{Measurements, Record};
 use crate::snapshot::Snapshot;
-use core::fmt;
 use scphd::diagnostics::Probe;
 use scphd::errors::{LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError};
 use scphd::models::ModelError;
@@ -103,40 +102,51 @@ pub(crate) fn lower<K: Kind, T: Real>(numbers: &[T]) -> K::Covariance {
 }
 
 /// Errors of the filter on board: why it refused the header or a record.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Refusal {
     /// A parameter of a model is out of range.
-    Model(ModelError),
+    #[error(transparent)]
+    Model(#[from] ModelError),
     /// The configuration is out of range or does not fit the memory.
-    Setup(SetupError),
+    #[error(transparent)]
+    Setup(#[from] SetupError),
     /// The initial pose is out of range.
-    Reset(ResetError),
+    #[error(transparent)]
+    Reset(#[from] ResetError),
     /// A prediction was refused.
+    #[error(transparent)]
     Predict(PredictError),
     /// A scan was refused.
-    Scan(ScanError),
+    #[error(transparent)]
+    Scan(#[from] ScanError),
     /// A measurement of the pose was refused.
+    #[error(transparent)]
     Observe(ObserveError),
     /// A map was refused.
+    #[error(transparent)]
     Map(LoadMapError),
     /// A snapshot, or a header among the records, cannot be used.
+    #[error("{why}")]
     Unusable {
         /// The reason, as a text: with the details of the error, images without a black box would be two kilobytes larger.
         why: &'static str,
     },
     /// A setting of the description, by its number in the list, is out of range.
+    #[error("{} must be {}", of(*number).0, of(*number).1)]
     Setting {
         /// The number of the setting.
         number: u32,
     },
     /// The memory is for another filter than this setting says, or the setting cannot change while the filter runs.
+    #[error("the memory is not for what {} says", of(*number).0)]
     Part {
         /// The number of the setting.
         number: u32,
     },
     /// The filter does not support the record, or has no such detector.
+    #[error("this filter does not support the record, or has no such detector")]
     NotAboard,
 }
 
@@ -168,51 +178,10 @@ impl From<Refused<ScanError>> for Refusal {
     }
 }
 
-impl From<ScanError> for Refusal {
-    fn from(error: ScanError) -> Self {
-        Self::Scan(error)
-    }
+/// Name and range of the setting with this number.
+fn of(number: u32) -> (&'static str, &'static str) {
+    Setting::of_number(number).map_or(("?", "?"), |setting| (setting.name(), setting.range()))
 }
-
-impl From<ModelError> for Refusal {
-    fn from(error: ModelError) -> Self {
-        Self::Model(error)
-    }
-}
-
-impl From<SetupError> for Refusal {
-    fn from(error: SetupError) -> Self {
-        Self::Setup(error)
-    }
-}
-
-impl From<ResetError> for Refusal {
-    fn from(error: ResetError) -> Self {
-        Self::Reset(error)
-    }
-}
-
-impl fmt::Display for Refusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let of =
-            |number: &u32| Setting::of_number(*number).map_or(("?", "?"), |setting| (setting.name(), setting.range()));
-        match self {
-            Self::Setting { number } => write!(f, "{} must be {}", of(number).0, of(number).1),
-            Self::Part { number } => write!(f, "the memory is not for what {} says", of(number).0),
-            Self::Model(error) => error.fmt(f),
-            Self::Setup(error) => error.fmt(f),
-            Self::Reset(error) => error.fmt(f),
-            Self::Predict(error) => error.fmt(f),
-            Self::Scan(error) => error.fmt(f),
-            Self::Observe(error) => error.fmt(f),
-            Self::Map(error) => error.fmt(f),
-            Self::Unusable { why } => f.write_str(why),
-            Self::NotAboard => f.write_str("this filter does not support the record, or has no such detector"),
-        }
-    }
-}
-
-impl core::error::Error for Refusal {}
 
 /// Results of a scan for a monitor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,7 +2,6 @@
 
 use crate::numbers::Numbers;
 use crate::{Aboard, Filter, Kind, Reader, Record, Refusal, Seen, StreamError};
-use core::fmt;
 use scphd::Real;
 use scphd::diagnostics::Probe;
 
@@ -70,15 +69,18 @@ impl<K: Kind> Totals<K> {
 }
 
 /// Errors of a replay.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ReplayError {
     /// The stream cannot be read.
+    #[error(transparent)]
     Stream(StreamError),
     /// The filter cannot be constructed from the head.
+    #[error("the filter refuses the stream header: {0}")]
     Start(Refusal),
     /// The filter refused a record before or with this scan, counted from 0.
+    #[error("scan {scan}: the filter refuses: {refusal}")]
     Step {
         /// The scan.
         scan: u32,
@@ -86,18 +88,6 @@ pub enum ReplayError {
         refusal: Refusal,
     },
 }
-
-impl fmt::Display for ReplayError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Stream(error) => error.fmt(f),
-            Self::Start(refusal) => write!(f, "the filter refuses the stream header: {refusal}"),
-            Self::Step { scan, refusal } => write!(f, "scan {scan}: the filter refuses: {refusal}"),
-        }
-    }
-}
-
-impl core::error::Error for ReplayError {}
 
 /// Replays the stream in `bytes` with a filter in `memory`, up to `scans` scans. A stream that begins with a snapshot is
 /// continued from there.

@@ -4,30 +4,20 @@ use crate::black_box::Saves;
 use crate::record::Record;
 use crate::replay::{ReplayError, start};
 use crate::{Aboard, Filter, Reader, Refusal, Writer};
-use core::fmt;
 use scphd::Real;
 use scphd::snapshot::SaveError;
 
 /// Errors of recording a stream again.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RerecordError<E> {
     /// The stream cannot be replayed.
+    #[error(transparent)]
     Replay(ReplayError),
     /// A snapshot cannot be written, or the sink returned an error.
+    #[error(transparent)]
     Save(SaveError<E>),
 }
-
-impl<E: fmt::Display> fmt::Display for RerecordError<E> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Replay(error) => error.fmt(f),
-            Self::Save(error) => error.fmt(f),
-        }
-    }
-}
-
-impl<E: fmt::Debug + fmt::Display> core::error::Error for RerecordError<E> {}
 
 /// Replays the stream in `bytes`, which begins with a start, and writes it again, with a snapshot after every `every` scans.
 /// Refused records are kept, because a vehicle records all inputs of its filter, except refused changes of models or tuning. Existing

@@ -39,56 +39,33 @@ impl fmt::Display for Invalid {
 impl core::error::Error for Invalid {}
 
 /// Errors of building a filter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StartError {
     /// A setting is out of range.
-    Invalid(Invalid),
+    #[error(transparent)]
+    Invalid(#[from] Invalid),
     /// Settings do not fit each other or the memory.
-    Setup(SetupError),
+    #[error(transparent)]
+    Setup(#[from] SetupError),
     /// The memory has no room for this part of the description.
+    #[error("the memory is not for what {} says", part.name())]
     NoRoom {
         /// The setting of the part.
         part: Setting,
     },
     /// The memory has room for this part, which the description does not have.
+    #[error("the memory is for a filter with {}, which is not described", part.name())]
     NotDescribed {
         /// The setting of the part.
         part: Setting,
     },
     /// The settings of this part cannot be changed while the filter runs.
+    #[error("{} cannot change while the filter runs", part.name())]
     Fixed {
         /// The setting of the part.
         part: Setting,
     },
-}
-
-impl fmt::Display for StartError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Invalid(invalid) => invalid.fmt(f),
-            Self::Setup(error) => error.fmt(f),
-            Self::NoRoom { part } => write!(f, "the memory is not for what {} says", part.name()),
-            Self::NotDescribed { part } => {
-                write!(f, "the memory is for a filter with {}, which is not described", part.name())
-            }
-            Self::Fixed { part } => write!(f, "{} cannot change while the filter runs", part.name()),
-        }
-    }
-}
-
-impl core::error::Error for StartError {}
-
-impl From<Invalid> for StartError {
-    fn from(invalid: Invalid) -> Self {
-        Self::Invalid(invalid)
-    }
-}
-
-impl From<SetupError> for StartError {
-    fn from(error: SetupError) -> Self {
-        Self::Setup(error)
-    }
 }
 
 impl From<ModelError> for StartError {
@@ -98,31 +75,22 @@ impl From<ModelError> for StartError {
 }
 
 /// Errors of a call; it has no effect.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refused<E> {
     /// The filter refused the input.
+    #[error("{0}")]
     Filter(E),
     /// The description has no such sensor or fix, or it measures something else.
+    #[error("there is no such sensor or fix in the description")]
     NotDescribed,
     /// The fixes have a monitor: use the methods of [`Services`](crate::Services) that call it.
+    #[error("there is a watch over such fixes")]
     Watched,
     /// The filter does not support the call: a mixture cannot localise.
+    #[error("this filter cannot do that")]
     NotPossible,
 }
-
-impl<E: fmt::Display> fmt::Display for Refused<E> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Filter(error) => error.fmt(f),
-            Self::NotDescribed => f.write_str("there is no such sensor or fix in the description"),
-            Self::Watched => f.write_str("there is a watch over such fixes"),
-            Self::NotPossible => f.write_str("this filter cannot do that"),
-        }
-    }
-}
-
-impl<E: core::error::Error> core::error::Error for Refused<E> {}
 
 impl From<ScanError> for Refused<ScanError> {
     fn from(error: ScanError) -> Self {

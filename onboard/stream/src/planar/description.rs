@@ -3,25 +3,17 @@
 use super::Planar;
 use crate::header::Header;
 use crate::scalar::Scalar;
-use core::fmt;
 use scphd::Real;
 use scphd_vehicle::{Description, SensorModel};
 
 /// The error of a description with a part that streams do not record: a replay would end in another state.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[error("streams do not record {setting}")]
 pub struct NotRecorded {
     /// The setting, or the group of settings.
     pub setting: &'static str,
 }
-
-impl fmt::Display for NotRecorded {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "streams do not record {}", self.setting)
-    }
-}
-
-impl core::error::Error for NotRecorded {}
 
 impl Header<Planar> {
     /// The head for the recording of a filter that is built from a description, with numbers of type `scalar` in the records. What a
