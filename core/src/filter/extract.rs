@@ -90,31 +90,6 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         first_of(map, waiting, config.extraction, config.extraction_weight, features)
     }
 
-    /// [`estimate_map`](Self::estimate_map) for the static map expected over all particles, Σ_i ζ_i v_i: its covariances include
-    /// the uncertainty of the pose. Components with the same label are one feature; other components are merged by
-    /// [`merge_distance`](crate::Config::merge_distance). It uses the working memory of the update, whose capacity limits it.
-    pub fn estimate_expected_map<X: MeasurementModel<Pose = M::Pose>, R>(
-        &mut self,
-        detector: &Detector<X, R>,
-        features: &mut [Component<PositionOf<M::Pose>>],
-    ) -> MapEstimate<T> {
-        let Self { config, memory, .. } = self;
-        let admits = admits(detector, memory, config);
-        let Memory { cursor, candidates, static_maps, waiting, .. } = memory;
-        let (particles, children) = (cursor.particles, cursor.children);
-        let weight = |particle: usize| {
-            let family = candidates.iter().skip(particle * children).take(children);
-            family.fold(T::ZERO, |sum, candidate| sum + candidate.ln_weight.exp())
-        };
-        static_maps.expect(particles, weight, config);
-        let map = || {
-            static_maps.workspace.in_view().iter().map(|entry| entry.component).filter(|component| admits(component))
-        };
-        let waiting =
-            (0..particles).fold(T::ZERO, |sum, particle| sum + weight(particle) * waiting.weights(particle)[0]);
-        first_of(map, waiting, config.extraction, config.extraction_weight, features)
-    }
-
     /// [`estimate_map`](Self::estimate_map) for the moving features of the heaviest particle: (position, velocity), predicted to
     /// the present.
     pub fn estimate_moving(&self, features: &mut [Component<MovingOf<M::Pose>>]) -> MapEstimate<T> {

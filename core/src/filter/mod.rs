@@ -7,7 +7,6 @@ pub(crate) mod detector;
 pub(crate) mod digest;
 pub(crate) mod draft;
 pub(crate) mod executor;
-mod expected_map;
 pub(crate) mod extract;
 pub(crate) mod newborn;
 pub(crate) mod observe;

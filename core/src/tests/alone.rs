@@ -49,10 +49,6 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, X: MeasurementModel<Pose = 
     pub(crate) fn estimate_map(&self, features: &mut [Component<PositionOf<M::Pose>>]) -> MapEstimate<T> {
         self.slam.estimate_map(&self.detector, features)
     }
-
-    pub(crate) fn estimate_expected_map(&mut self, features: &mut [Component<PositionOf<M::Pose>>]) -> MapEstimate<T> {
-        self.slam.estimate_expected_map(&self.detector, features)
-    }
 }
 
 impl<'s, M: Motion, X: MeasurementModel> Deref for Alone<'s, M, X> {

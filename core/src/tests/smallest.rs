@@ -162,7 +162,6 @@ fn run<
                     assert!(peak.pages >= report.pages_used, "{peak:?}");
                     let features = &mut [Component::ZERO; 3];
                     filter.estimate_map(features);
-                    filter.estimate_expected_map(features);
                     filter.estimate_moving(&mut [Component::ZERO; 1]);
                     filter.estimate_pose().unwrap();
                     report

@@ -2,7 +2,7 @@
 
 use crate::alone::{Alone, Lidar, Models};
 use crate::*;
-use nalgebra::{Vector2, Vector3, Vector4};
+use nalgebra::{Vector2, Vector4};
 use std::collections::BTreeMap;
 
 type Tracker<'s> = Alone<'s, KnownPose<PlanarPose<f64>>, Lidar<f64>>;
@@ -312,75 +312,4 @@ fn density(z: Vector2<f64>, x: f64, sigma: f64) -> f64 {
     let s = [sigma * sigma + 0.01, sigma * sigma / (x * x) + 0.0001];
     let exponent = (z.x - x).powi(2) / s[0] + z.y * z.y / s[1];
     (-0.5 * exponent).exp() / (core::f64::consts::TAU * (s[0] * s[1]).sqrt())
-}
-
-#[test]
-fn the_expected_map_is_that_of_all_particles() {
-    let mut memory = Box::new(Memory::new());
-    let mut filter = tracker(Config { particles: 2, samples: 1, ..config() }, &mut memory);
-    let z = Vector2::new(8.0, 0.2);
-    for _ in 0..6 {
-        filter.predict(&ORIGIN, 0.1).unwrap();
-        filter.scan(&[z]).unwrap();
-    }
-    let mut of_heaviest = [Component::ZERO; 8];
-    let mut expected = [Component::ZERO; 8];
-    let heaviest_map = filter.estimate_map(&mut of_heaviest);
-    let digest = filter.digest();
-    let expected_map = filter.estimate_expected_map(&mut expected);
-    assert_eq!(filter.digest(), digest, "an estimate changes nothing");
-    // Both particles stand on the same place, so that the maps agree.
-    assert_eq!((heaviest_map.features, expected_map.features), (1, 1));
-    assert!((expected_map.expected_features - heaviest_map.expected_features).abs() < 1e-12);
-    assert!((expected[0].mean - of_heaviest[0].mean).norm() < 1e-12);
-    assert_eq!(expected[0].label, of_heaviest[0].label);
-}
-
-#[test]
-fn the_expected_map_spreads_with_the_poses() {
-    // Two particles half a metre apart see one landmark: two places for it, one feature half way between.
-    struct Apart;
-    impl Motion for Apart {
-        type Pose = PlanarPose<f64>;
-        type Control = f64;
-        fn admits(&self, _: &f64) -> bool {
-            true
-        }
-        fn rates(&self, _: &f64) -> Rates<f64> {
-            Rates::NONE
-        }
-        fn propagate(&self, pose: &PlanarPose<f64>, _: &f64, _: f64) -> PlanarPose<f64> {
-            *pose
-        }
-        fn sample(&self, _: &PlanarPose<f64>, first: &f64, _: f64, noise: &mut Noise) -> PlanarPose<f64> {
-            // The stream's first number is another for each particle.
-            PlanarPose::new(if noise.uniform::<f64>() < *first { -0.25 } else { 0.25 }, 0.0, 0.0)
-        }
-        fn linearise(&self, _: &PlanarPose<f64>, _: &f64, _: f64) -> Linearised<Vector3<f64>> {
-            Linearised { transition: nalgebra::Matrix3::identity(), noise: Symmetric::ZERO }
-        }
-    }
-    let mut memory = Box::new(Memory::new());
-    let config = Config { particles: 2, samples: 1, ..config() };
-    let models = Models { motion: Apart, sensing: models().sensing };
-    let mut filter = Alone::new(models, Births::of_static(0.1), config, &mut *memory).unwrap();
-    // A seed whose first two numbers fall on either side of the half.
-    let seed = (0..).find(|&seed| {
-        let mut noise = Noise::seeded(seed);
-        noise.uniform::<f64>() < 0.5 && noise.uniform::<f64>() >= 0.5
-    });
-    filter.reset(ORIGIN, seed.unwrap()).unwrap();
-    filter.predict(&0.5, 0.1).unwrap();
-    filter.scan(&[Vector2::new(5.0, 0.0)]).unwrap();
-    filter.scan(&[Vector2::new(5.0, 0.0)]).unwrap();
-    let places: Vec<f64> = (0..2).map(|particle| filter.map(particle).next().unwrap().mean.x).collect();
-    assert!((places[0] - places[1]).abs() > 0.49, "{places:?}");
-    let masses: f64 = (0..2).flat_map(|particle| filter.map(particle)).map(|c| 0.5 * c.ln_weight.exp()).sum();
-    let mut features = [Component::ZERO; 4];
-    let map = filter.estimate_expected_map(&mut features);
-    assert!((map.expected_features - masses).abs() < 1e-12);
-    assert_eq!(map.features, 1);
-    assert!((features[0].mean.x - 5.0).abs() < 1e-9);
-    let own = filter.map(0).next().unwrap().covariance.get(0, 0);
-    assert!((features[0].covariance.get(0, 0) - (own + 0.0625)).abs() < 1e-9, "the poses' spread is part of it");
 }

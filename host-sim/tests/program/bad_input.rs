@@ -121,7 +121,7 @@ fn an_estimate_worse_than_dead_reckoning_is_reported() {
     log_folder::write(&log, &place.path("exact")).unwrap();
     fs::write(
         place.path("loose.toml"),
-        "[filter]\nproposal = \"blind\"\nproposal_drawn = 1.0\n[vehicle]\nspeed_sigma_mps = 20\nturn_sigma = 1\n",
+        "[filter]\nproposal = \"blind\"\nproposal_sampled_fraction = 1.0\n[vehicle]\nspeed_sigma_mps = 20\nturn_sigma = 1\n",
     )
     .unwrap();
     let args = ["replay", "exact", "--particles", "2", "--settings", "loose.toml", "--json", "run.json"];

@@ -438,8 +438,6 @@ impl<T: Real, W: World<Scalar = T, Pose: Placed>> Session<W> {
         let mut features = vec![Component::ZERO; draw.below(40)];
         let map = filter.slam.estimate_map(&filter.eye, &mut features);
         sound_estimate(&map, &features)?;
-        let map = filter.slam.estimate_expected_map(&filter.eye, &mut features);
-        sound_estimate(&map, &features)?;
         let mut features = vec![Component::ZERO; draw.below(40)];
         let map = filter.slam.estimate_moving(&mut features);
         sound_estimate(&map, &features)?;

@@ -106,7 +106,6 @@ pub(crate) fn parsed(text: &str) -> Result<Table, FileProblem> {
 /// The fields in `text`, and the list of learnt fields.
 pub(crate) fn parsed_with_learnt(text: &str) -> Result<(Table, Vec<String>), FileProblem> {
     let mut over: Table = text.parse().map_err(|error| syntax(text, &error))?;
-    rename(&mut over);
     let learnt = match over.remove(LEARNT) {
         None => Vec::new(),
         Some(list) => {
@@ -119,22 +118,6 @@ pub(crate) fn parsed_with_learnt(text: &str) -> Result<(Table, Vec<String>), Fil
     };
     check(&over, FILTER)?;
     Ok((over, learnt))
-}
-
-/// Former names of keys of `[filter]`, in files of version 0.1, and their present names.
-const FORMER: [(&str, &str); 2] =
-    [("proposal_drawn", "proposal_sampled_fraction"), ("proposal_least_share", "proposal_min_responsibility")];
-
-/// Renames former keys. If a file has both names, serde reports the duplicate.
-fn rename(over: &mut Table) {
-    let Some(filter) = over.get_mut("filter").and_then(Value::as_table_mut) else { return };
-    for (former, now) in FORMER {
-        if !filter.contains_key(now)
-            && let Some(value) = filter.remove(former)
-        {
-            filter.insert(now.into(), value);
-        }
-    }
 }
 
 /// Checked before serde, which would report only a wrong type for a negative count, not its range.
@@ -215,15 +198,6 @@ mod tests {
         expected.filter.particles = 7;
         expected.sensor.range_sigma_m = 1.0;
         assert_eq!(settings, expected);
-    }
-
-    #[test]
-    fn former_keys_are_read_and_both_at_once_refused() {
-        let settings = defaults().with_toml("[filter]\nproposal_drawn = 0.25\nproposal_least_share = 0.02\n").unwrap();
-        let filter = &settings.filter;
-        assert_eq!((filter.proposal_sampled_fraction, filter.proposal_min_responsibility), (0.25, 0.02));
-        let both = "[filter]\nproposal_drawn = 0.25\nproposal_sampled_fraction = 0.3\n";
-        assert!(defaults().with_toml(both).unwrap_err().to_string().contains("proposal_drawn"));
     }
 
     #[test]
