@@ -6,20 +6,16 @@ use super::failure::{Failure, notice, print};
 use super::monte_carlo::{Extent, Inputs, plan, run};
 use super::outputs::{Outputs, make, print_beside};
 use super::progress::Progress;
-use super::source::{Source, scenario};
+use super::source::Source;
 use scphd_filters::settings::Settings;
-use scphd_log::dimensions::{Planar, Underwater};
+use scphd_log::dimensions::Planar;
 use scphd_log::log::Log;
-use scphd_run::monte_carlo::{Job, RunResult, Study};
+use scphd_run::monte_carlo::Study;
 use scphd_run::session;
-use scphd_view::figure::densities::{self, Moment};
 use scphd_view::figure::{self, FIGURES};
 use scphd_view::output::overview;
 use scphd_view::plot::Figure;
 use std::path::PathBuf;
-
-/// The update of figure 5.9: 12 s after the start, in the first curve of the second lobe, with 200 particles and 20 samples each.
-const UPDATE: Moment = Moment { scan: 120, particles: 200, samples: 20 };
 
 /// Draws a figure, or lists the figures.
 pub fn figure(args: FigureArgs) -> Result<(), Failure> {
@@ -30,10 +26,6 @@ pub fn figure(args: FigureArgs) -> Result<(), Failure> {
     let outputs = Outputs { json: None, out: Some(args.out.clone()) };
     outputs.check()?;
     let figures: Vec<(&str, Figure)> = match &number[..] {
-        "5.3" => {
-            let log = scenario::<Planar>("thesis-dynamic", args.seed)?;
-            vec![("5.3a", figure::scenario(&log)), ("5.3b", figure::measurements(&log))]
-        }
         "5.4" => {
             let (log, settings, session) = single("thesis-dynamic", &args)?;
             let tracks = figure::tracks(&log, &settings, &session.record);
@@ -43,31 +35,11 @@ pub fn figure(args: FigureArgs) -> Result<(), Failure> {
             let study = study("thesis-dynamic", &[FilterName::Core], 100, &args)?;
             vec![("5.5", figure::mean_errors(&study))]
         }
-        "5.6" => {
-            let (log, settings, session) = single("thesis-dynamic-long", &args)?;
-            let map = figure::estimate(&log, &session.record);
-            let job = Job { run: 0, input: 0, scenario_seed: args.seed, filter_seed: args.seed };
-            let result = RunResult::of(&job, settings.filter.samples, session);
-            vec![("5.6a", map), ("5.6bc", figure::long_run(&log.name, &result))]
-        }
-        "5.7" => {
-            let log = scenario::<Planar>("thesis-compare", args.seed)?;
-            vec![("5.7", figure::measurements(&log))]
-        }
         "5.8" => {
             let filters = [FilterName::Core, FilterName::RbSingle, FilterName::RbEmpty];
             let study = study("thesis-compare", &filters, 50, &args)?;
             vec![("5.8", figure::comparison(&study))]
         }
-        "5.9" => {
-            let source = Source::<Planar>::scenario("thesis-compare".into(), Some(args.seed))?;
-            let log = source.log(args.seed)?;
-            let settings = source.tuned(&log, &args.tuning, &[ComparedFilter::Core.choice()])?;
-            let weighed = densities::weigh(&log, &settings, &UPDATE, args.seed)
-                .ok_or_else(|| Failure::Internal("the scenario ends before the update".into()))?;
-            vec![("5.9", densities::figure(&log, &UPDATE, &weighed))]
-        }
-        "7.5" | "7.6" | "7.7" => in_space(&number, &args)?,
         _ => {
             let known: Vec<&str> = FIGURES.iter().map(|(number, _)| *number).collect();
             return Err(Failure::input(format_args!("no figure {number}, there are: {}", known.join(", "))));
@@ -94,26 +66,6 @@ fn single(name: &str, args: &FigureArgs) -> Result<(Log, Settings, session::Sess
     let progress = Progress::new(name.to_owned(), log.scans.len());
     let session = session::run::<Planar>(&log, &settings, choice.filter, args.seed, &mut |scans| progress.at(scans))?;
     Ok((log, settings, session))
-}
-
-/// One of the figures 7.5 to 7.7.
-fn in_space<'n>(number: &'n str, args: &FigureArgs) -> Result<Vec<(&'n str, Figure)>, Failure> {
-    let source = Source::<Underwater>::scenario("girona-tank".into(), Some(args.seed))?;
-    let log = source.log(args.seed)?;
-    let settings = source.tuned(&log, &args.tuning, &[ComparedFilter::Core.choice()])?;
-    let filter = ComparedFilter::Core.choice().filter;
-    let label = filter.name(settings.filter.likelihood);
-    let progress = Progress::new(label.into(), log.scans.len());
-    let session = session::run::<Underwater>(&log, &settings, filter, args.seed, &mut |scans| progress.at(scans))?;
-    let runs = [(label, &session.record)];
-    Ok(match number {
-        "7.5" => {
-            let section = figure::plan_and_section(&log, &runs);
-            vec![("7.5", figure::trajectories(&log, &runs)), ("7.5-section", section)]
-        }
-        "7.6" => vec![("7.6", figure::space_maps(&log, &runs))],
-        _ => vec![("7.7", figure::squared_errors(&log, &runs))],
-    })
 }
 
 /// Runs a study of a scenario, and prints its table.

@@ -36,7 +36,7 @@ pub(crate) use planar::odometry_prior;
 pub use planar::range_bearing;
 pub use planar::{core_filter, joint_config, joint_filter};
 pub use planar_numbers::PlanarNumbers;
-pub use reference_filter::{ReferenceFilter, reference_of};
+pub use reference_filter::ReferenceFilter;
 pub use reference_filter::{joint_config_of, joint_references_of, references_of};
 pub use scphd_stream::underwater::joint_config as underwater_joint_config;
 pub use stage_times::STAGES;

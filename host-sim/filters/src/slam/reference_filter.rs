@@ -29,12 +29,6 @@ impl ReferenceFilter {
     }
 }
 
-/// The reference with the models and parameters of the filter with these settings, for the only or the first sensor.
-#[must_use]
-pub fn reference_of(settings: &Settings, vehicle: &Vehicle) -> Reference {
-    of_sensor(settings, &settings.sensor, vehicle)
-}
-
 /// The references for all sensors, of which there is at least one.
 pub fn references_of(settings: &Settings, vehicle: &Vehicle) -> Vec<Reference> {
     settings.sensors().map(|sensor| of_sensor(settings, sensor, vehicle)).collect()
@@ -204,7 +198,7 @@ mod tests {
         settings.moving.birth_intensity = 0.01;
         settings.moving.spread_max_m = 7.0;
         settings.moving.extraction_weight = 0.6;
-        let config = reference_of(&settings, &Vehicle::Unicycle).config;
+        let config = of_sensor(&settings, &settings.sensor, &Vehicle::Unicycle).config;
         assert_eq!((config.likelihood, config.extraction_weight), (Likelihood::RbSingle, 0.4));
         let expected = reference::MovingConfig {
             birth_intensity: 0.01,

@@ -1,12 +1,11 @@
-//! Figures in the plane: 5.3, 5.4, 5.6a, 5.7.
+//! Figures in the plane: 5.4.
 
-use crate::plot::trajectory::{BREAK, estimated_tracks, moving_tracks, true_path};
+use crate::plot::trajectory::{BREAK, estimated_tracks, true_path};
 use crate::plot::{Chart, Colour, Figure, Gaussian, Interval, Mark};
 use scphd_filters::settings::Settings;
 use scphd_log::dimensions::Planar;
-use scphd_log::log::{Log, TruePose};
+use scphd_log::log::Log;
 use scphd_log::truth;
-use scphd_log::vehicle::dead_reckoning;
 use scphd_run::map_truth::MapTruth;
 use scphd_score::record::Record;
 use std::collections::BTreeMap;
@@ -18,31 +17,7 @@ const AIR: f64 = 0.04;
 /// Least and greatest height of a frame, px.
 const HEIGHT_PX: [f64; 2] = [420.0, 1040.0];
 
-/// 5.3a, 5.7: trajectory and landmarks.
-pub fn scenario(log: &Log) -> Figure {
-    let mut marks = Vec::new();
-    if !log.moving.is_empty() {
-        marks.push(Mark::dashed("moving landmarks", Colour::of_curve(1), moving_tracks(PLAN, &log.moving)));
-    }
-    marks.push(Mark::line("true trajectory", Colour::TRUTH, true_path(PLAN, &log.truth)));
-    marks.push(Mark::crosses("static landmarks", Colour::of_curve(0), log.landmarks.clone()));
-    marks.push(Mark::rings("start", Colour::TRUTH, vec![start(log)]));
-    plane(format!("{}: trajectory and landmarks", log.name), marks, &[])
-}
-
-/// 5.3b, 5.7: all measurements, as seen from the true poses, and dead reckoning.
-pub fn measurements(log: &Log) -> Figure {
-    let reckoned: Vec<[f64; 2]> = dead_reckoning(log).iter().map(|pose| [pose[0], pose[1]]).collect();
-    let marks = vec![
-        Mark::dots("measurements", Colour::GREY, seen(log)),
-        Mark::line("true trajectory", Colour::TRUTH, true_path(PLAN, &log.truth)),
-        Mark::dashed("dead reckoning", Colour::DEAD_RECKONING, reckoned),
-        Mark::crosses("static landmarks", Colour::of_curve(0), log.landmarks.clone()),
-    ];
-    plane(format!("{}: cumulative measurements and dead reckoning", log.name), marks, &[])
-}
-
-/// 5.4a, 5.6a: the final map and the trajectory with the true ones.
+/// 5.4a: the final map and the trajectory with the true ones.
 pub fn estimate(log: &Log, record: &Record) -> Figure {
     let path = record.scans.iter().map(|scan| [scan.pose[0], scan.pose[1]]).collect();
     let features = record.map.iter().map(|feature| Gaussian {
@@ -75,22 +50,6 @@ pub fn tracks(log: &Log, settings: &Settings, record: &Record) -> Figure {
     let mut points = truth;
     points.extend(&log.landmarks);
     plane(format!("{}: tracks of moving features", log.name), marks, &points)
-}
-
-/// Measurements in the map's frame, from the true poses.
-fn seen(log: &Log) -> Vec<[f64; 2]> {
-    let mut points = Vec::new();
-    for scan in &log.scans {
-        let Some(TruePose { position: [x, y], heading_rad: Some(heading), .. }) = truth::at(&log.truth, scan.t_s)
-        else {
-            continue;
-        };
-        points.extend(scan.detections.iter().map(|&[range, bearing]| {
-            let (s, c) = libm::sincos(heading + bearing);
-            [x + range * c, y + range * s]
-        }));
-    }
-    points
 }
 
 /// The true tracks while they are in view, with gaps elsewhere.

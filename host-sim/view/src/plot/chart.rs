@@ -122,11 +122,6 @@ impl Mark {
         self
     }
 
-    /// The greatest y.
-    pub fn highest(&self) -> Option<f64> {
-        self.extent().iter().map(|point| point[1]).reduce(f64::max)
-    }
-
     /// Points that the limits must contain; for a [`Gaussian`] its mean.
     fn extent(&self) -> Vec<[f64; 2]> {
         let points = match &self.shape {

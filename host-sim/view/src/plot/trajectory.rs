@@ -22,20 +22,13 @@ const POSES: usize = 17;
 /// A point that makes a gap in a curve.
 pub(crate) const BREAK: [f64; 2] = [f64::NAN, f64::NAN];
 
-/// Parts of a chart besides the truth.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Parts {
-    pub(crate) ways: bool,
-    pub(crate) maps: bool,
-}
-
 /// The figure of the trajectories and maps of `runs` over `log`, axes in metres with equal scales; in space from above and from
 /// the side.
 ///
 /// The view contains the truth, the estimates and the landmarks; dead reckoning may leave it. Estimated features, with their
 /// weight as opacity, and the pose at some times are drawn with ellipses of 95 % probability by the filter's covariance.
 pub fn figure<K: Kind>(log: &K::Log, runs: &[(&str, &Record<K>)]) -> Figure {
-    let charts = K::LOOKS.iter().map(|&axes| view(axes, log, runs, Parts { ways: true, maps: true }));
+    let charts = K::LOOKS.iter().map(|&axes| view(axes, log, runs));
     Figure { title: format!("{}: trajectory and map", K::name(log)), charts: charts.collect() }
 }
 
@@ -45,7 +38,7 @@ fn along(axes: [usize; 2], place: &impl AsRef<[f64]>) -> [f64; 2] {
 }
 
 /// One chart with the height of its frame.
-pub(crate) fn view<K: Kind>(axes: [usize; 2], log: &K::Log, runs: &[(&str, &Record<K>)], parts: Parts) -> (Chart, f64) {
+fn view<K: Kind>(axes: [usize; 2], log: &K::Log, runs: &[(&str, &Record<K>)]) -> (Chart, f64) {
     let truth = true_path(axes, K::truth(log));
     let landmarks: Vec<[f64; 2]> = K::landmarks(log).iter().map(|place| along(axes, place)).collect();
     let seldom: Vec<[f64; 2]> = K::seldom(log).iter().map(|place| along(axes, place)).collect();
@@ -54,29 +47,29 @@ pub(crate) fn view<K: Kind>(axes: [usize; 2], log: &K::Log, runs: &[(&str, &Reco
     let reckoned = |(_, record): &(&str, &Record<K>)| {
         record.scans.iter().map(|scan| along(axes, &scan.dead_reckoning)).collect::<Vec<_>>()
     };
-    let reckoned = runs.first().filter(|_| parts.ways).map_or_else(Vec::new, reckoned);
+    let reckoned = runs.first().map_or_else(Vec::new, reckoned);
     let mut points = vec![start];
     points.extend(truth.iter().chain(&landmarks).chain(&seldom));
     points.extend(moving.iter().map(|row| along(axes, &row.position)));
 
     let mut marks = Vec::new();
     let width = |index| run_width(index, runs.len());
-    if parts.ways && !truth.is_empty() {
+    if !truth.is_empty() {
         // A wider line is visible on both sides of an estimate that coincides with it.
         marks.push(Mark::line("truth", Colour::TRUTH, truth).wide(width(0) + 1.0));
     }
     if !reckoned.is_empty() {
         marks.push(Mark::dashed("dead reckoning", Colour::DEAD_RECKONING, reckoned.clone()));
     }
-    if parts.maps && !seldom.is_empty() {
+    if !seldom.is_empty() {
         marks.push(Mark::crosses("features seldom detected", Colour::PALE, seldom));
     }
-    for (index, (label, record)) in runs.iter().enumerate().filter(|_| parts.ways) {
+    for (index, (label, record)) in runs.iter().enumerate() {
         let path: Vec<[f64; 2]> = record.scans.iter().map(|scan| along(axes, &scan.pose)).collect();
         points.extend(&path);
         marks.push(Mark::line(*label, Colour::of_curve(index), path).wide(width(index)));
     }
-    for (index, (label, record)) in runs.iter().enumerate().filter(|_| parts.ways) {
+    for (index, (label, record)) in runs.iter().enumerate() {
         let poses = poses_at_times(axes, record);
         if !poses.is_empty() {
             // For one run a different colour is available.
@@ -84,7 +77,7 @@ pub(crate) fn view<K: Kind>(axes: [usize; 2], log: &K::Log, runs: &[(&str, &Reco
             marks.push(Mark::gaussians(format!("{label}: pose at times, 95 %"), colour, poses));
         }
     }
-    for (index, (label, record)) in runs.iter().enumerate().filter(|_| parts.maps) {
+    for (index, (label, record)) in runs.iter().enumerate() {
         if !record.map.is_empty() {
             let features = record.map.iter().map(|feature| Gaussian {
                 mean: along(axes, &feature.mean),
@@ -96,7 +89,7 @@ pub(crate) fn view<K: Kind>(axes: [usize; 2], log: &K::Log, runs: &[(&str, &Reco
             marks.push(Mark::gaussians(format!("{label}: features, 95 %"), Colour::of_curve(index), features));
         }
     }
-    for (index, (label, record)) in runs.iter().enumerate().filter(|_| parts.maps) {
+    for (index, (label, record)) in runs.iter().enumerate() {
         let (tracks, lone) = estimated_tracks(axes, record);
         if !tracks.is_empty() {
             // For one run a second colour is available.
@@ -105,7 +98,7 @@ pub(crate) fn view<K: Kind>(axes: [usize; 2], log: &K::Log, runs: &[(&str, &Reco
             marks.push(Mark::line(format!("{label}: moving features"), colour, tracks).wide(1.4));
         }
     }
-    if parts.maps && !landmarks.is_empty() {
+    if !landmarks.is_empty() {
         marks.push(Mark::crosses("true landmarks", Colour::TRUTH, landmarks));
     }
     if !moving.is_empty() {
