@@ -144,7 +144,6 @@ fn a_study() {
     let folder = Folder::new("study");
     let (_, settings) = short_survey();
     let plan = Plan {
-        format: Format,
         scenario: "survey".into(),
         filters: vec!["scphd".into()],
         runs: 1,
@@ -157,10 +156,6 @@ fn a_study() {
     let study = Study { plan, results: vec![RunResult::of(&job, 1, survey())] };
     overview::write_json(&folder.path("study.json"), &study).unwrap();
     assert_eq!(keys(&folder.path("study.json"), 1), documented("A study"));
-    studies::write(&folder.path("part.json"), &study).unwrap();
-    assert_eq!(keys(&folder.path("part.json"), 1), ["plan", "results"]);
-    assert_eq!(keys(&folder.path("part.json"), 2), documented("A part of a study"));
-    assert_eq!(keys(&folder.path("part.json"), 3), documented("The results of a part"));
     let summary = survey().summary;
     let run = WorldRun::of(&summary, "settings").unwrap();
     let standing = worlds::standing(std::slice::from_ref(&run), "scphd", "scphd", &[&run.world]).unwrap();

@@ -9,7 +9,6 @@ use scphd_log::log::Log;
 use scphd_log::log_folder;
 use scphd_run::monte_carlo::Plan;
 use scphd_run::session::Filter;
-use scphd_score::results::json::Format;
 use scphd_worlds::scenario::{SCENARIOS, by_name, thesis_run};
 use std::path::Path;
 
@@ -111,7 +110,6 @@ impl Source {
         }
         let settings = self.settings(&self.log(seed)?)?;
         Ok(Plan {
-            format: Format,
             scenario: self.scenario.clone(),
             filters: vec![self.filter().name(settings.filter.likelihood).into()],
             runs,

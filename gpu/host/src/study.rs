@@ -184,7 +184,7 @@ fn run_all(
     (most_scans, digest_every): (usize, u32),
     mut each: impl FnMut(Played<'_>, &Log, &Settings, &Job) -> Result<(), Failure>,
 ) -> Result<Took, Failure> {
-    let jobs = plan.jobs(None);
+    let jobs = plan.jobs();
     let sort = source.sort(&source.settings(&source.log(plan.seed)?)?);
     let batch_of = |jobs: &[Job]| -> Result<_, Failure> {
         let (mut batch, mut inputs) = (Batch::new(sort), Vec::with_capacity(jobs.len()));

@@ -2,7 +2,6 @@
 
 use crate::cutoff::Cutoff;
 use scphd_log::dimensions::Coordinates;
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Greatest distance of an estimate from its moving landmark, m.
@@ -27,7 +26,7 @@ pub struct ScanMatch {
 }
 
 /// Figures over the scans whose moving landmarks are known; those of several runs can be added.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct MovingScore {
     pub scans: usize,
     /// Intervals of at least [`SPELL_SCANS`] scans in which a moving landmark is in view without a gap.

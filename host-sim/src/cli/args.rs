@@ -9,7 +9,6 @@ use scphd_filters::kind::Kind;
 use scphd_filters::settings::{Likelihood, is_used_by};
 use scphd_filters::slam::Precision;
 use scphd_filters::threads::Threads;
-use scphd_run::monte_carlo::Shard;
 use scphd_run::session::Filter;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -111,8 +110,6 @@ pub enum Command {
     /// with each other one; with --variants that of every variant with the first, and of the first with the best of the others in
     /// each world. With --out FILE finished runs are stored, and not repeated.
     MonteCarlo(MonteCarloArgs),
-    /// Merges the parts of a study by `monte-carlo --shard`.
-    Merge(MergeArgs),
     /// Draws a figure of the thesis from scenarios and runs of this program, as SVG and PNG.
     ///
     /// Without a number: lists the figures.
@@ -363,27 +360,11 @@ pub struct MonteCarloArgs {
     /// Number of parallel runs [default: the number of cores].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = value_parser!(u16).range(1..))]
     pub jobs: Option<u16>,
-    /// Executes only part K of N of the runs and writes them to the file of --out, for `merge`.
-    #[arg(long, value_name = "K/N")]
-    pub shard: Option<Shard>,
     /// Writes the figures to FILE (`-`: standard output) as a JSON object, for several filters as a list.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Folder for plots (SVG and PNG) and tables (CSV); with --shard the file for the runs (JSON).
+    /// Folder for plots (SVG and PNG) and tables (CSV); for random worlds the file of the runs (CSV).
     #[arg(long, value_name = "DIR|FILE")]
-    pub out: Option<PathBuf>,
-}
-
-#[derive(Debug, Args)]
-pub struct MergeArgs {
-    /// The files of all `monte-carlo --shard` of the study, in any order.
-    #[arg(required = true, value_name = "FILE")]
-    pub files: Vec<PathBuf>,
-    /// Writes the figures to FILE (`-`: standard output) as a JSON object, for several filters as a list.
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
-    /// Folder for plots (SVG and PNG) and tables (CSV).
-    #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 }
 

@@ -53,7 +53,6 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
             Some(OfKind::Underwater(name)) => worlds::study::<Underwater>(name, args),
             None => monte_carlo::study(args),
         },
-        Some(Command::Merge(args)) => monte_carlo::merge(args),
         Some(Command::Figure(args)) => figure::figure(args),
         Some(Command::Compare(args)) => {
             let found = Found::find(&args.source, args.scenario_seed.scenario_seed)?;

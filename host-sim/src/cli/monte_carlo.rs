@@ -1,19 +1,16 @@
 //! The commands for Monte Carlo studies.
 
-use super::args::{MergeArgs, MonteCarloArgs, Tuning};
+use super::args::{MonteCarloArgs, Tuning};
 use super::contender::Contender;
 use super::failure::{Failure, notice};
 use super::offer::Offer;
-use super::outputs::{Outputs, check_file, make};
+use super::outputs::{Outputs, make};
 use super::progress::Progress;
 use super::source::{Found, Source, Sources, either};
-use scphd_run::monte_carlo::{self, Job, Plan, RunResult, Shard, Study, overview};
+use scphd_run::monte_carlo::{self, Job, Plan, RunResult, Study, overview};
 use scphd_run::session;
-use scphd_score::results::json::Format;
 use scphd_view::output::{self, studies};
 use scphd_view::plot::study;
-use std::fs;
-use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
@@ -105,7 +102,6 @@ pub fn plan<K: Offer>(
     let usual = inputs.0[0].runs_per_input().filter(|&n| runs.is_multiple_of(n)).map(|n| runs / n);
     let input_sets = input_sets(extent, inputs.sets(), usual)?;
     let mut plan = Plan {
-        format: Format,
         scenario: inputs.name(extent.seed)?,
         filters: Vec::new(),
         runs,
@@ -131,18 +127,18 @@ pub fn plan<K: Offer>(
     Ok(plan)
 }
 
-/// Executes the jobs of a plan.
+/// Executes a plan.
 pub fn run<K: Offer>(
     plan: &Plan,
-    jobs: &[Job],
     inputs: &Inputs<K>,
     contenders: &[Contender],
     tuning: &Tuning,
     threads: Option<u16>,
 ) -> Result<Study, Failure> {
     let threads = threads.map_or_else(|| thread::available_parallelism().map_or(1, usize::from), usize::from);
+    let jobs = plan.jobs();
     let mut scans = 0;
-    for job in jobs {
+    for job in &jobs {
         match inputs.source(job.input) {
             Source::Fixed(log) | Source::Frozen(_, log) => scans += K::scans(log).len(),
             // All seeds of a scenario have the same number of scans.
@@ -164,10 +160,10 @@ pub fn run<K: Offer>(
         let result = RunResult::of(job, K::recursion(&settings).samples, session);
         Ok(RunResult { filter: plan.filters[filter].clone(), ..result })
     };
-    Ok(Study { plan: plan.clone(), results: monte_carlo::execute(jobs, contenders.len(), threads, one)? })
+    Ok(Study { plan: plan.clone(), results: monte_carlo::execute(&jobs, contenders.len(), threads, one)? })
 }
 
-/// Runs a study, or a part of it.
+/// Runs a study.
 pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
     let contenders = Contender::all(&args, false)?;
     let found = args.sources.iter().map(|source| Found::find(source, None)).collect::<Result<Vec<_>, _>>()?;
@@ -179,77 +175,16 @@ pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
 }
 
 fn study_of<K: Offer>(inputs: &Inputs<K>, contenders: &[Contender], args: MonteCarloArgs) -> Result<(), Failure> {
+    let outputs = Outputs { json: args.json.clone(), out: args.out.clone() };
+    outputs.check()?;
     let extent = Extent::of(&args, inputs.sets());
     let plan = plan(inputs, contenders, &args.tuning, &extent)?;
-    let destination = Destination::of(args.shard, args.json, args.out)?;
-    let study = run(&plan, &destination.jobs(&plan), inputs, contenders, &args.tuning, args.jobs)?;
-    destination.deliver(&study)
-}
-
-/// Destination of the finished runs.
-enum Destination {
-    /// The whole study: its figures.
-    Whole(Outputs),
-    /// A part: a file for [`merge`].
-    Part(Shard, PathBuf),
-}
-
-impl Destination {
-    /// The destination that the command line requests. Checks before any run that the files can be written.
-    fn of(shard: Option<Shard>, json: Option<PathBuf>, out: Option<PathBuf>) -> Result<Self, Failure> {
-        let Some(shard) = shard else {
-            let outputs = Outputs { json, out };
-            outputs.check()?;
-            return Ok(Self::Whole(outputs));
-        };
-        let Some(file) = out else {
-            return Err(Failure::input("--shard: needs --out FILE for its runs"));
-        };
-        if json.is_some() {
-            return Err(Failure::input("--json: a part of a study has no figures; merge all parts"));
-        }
-        check_file("--out", &file)?;
-        Ok(Self::Part(shard, file))
-    }
-
-    /// The jobs to execute.
-    fn jobs(&self, plan: &Plan) -> Vec<Job> {
-        match self {
-            Self::Whole(_) => plan.jobs(None),
-            Self::Part(shard, _) => plan.jobs(Some(*shard)),
-        }
-    }
-
-    /// Writes the files and prints the table of the whole study, or writes the file of a part.
-    fn deliver(&self, study: &Study) -> Result<(), Failure> {
-        match self {
-            Self::Whole(outputs) => report(study, outputs),
-            Self::Part(_, file) => {
-                studies::write(file, study)?;
-                notice(format_args!("{} runs are in {}", study.results.len(), file.display()));
-                Ok(())
-            }
-        }
-    }
+    let study = run(&plan, inputs, contenders, &args.tuning, args.jobs)?;
+    report(&study, &outputs)
 }
 
 /// Default number of runs of a study of a scenario.
 const DEFAULT_RUNS: usize = 100;
-
-/// Merges the parts of a study.
-pub fn merge(args: MergeArgs) -> Result<(), Failure> {
-    let outputs = Outputs { json: args.json, out: args.out };
-    outputs.check()?;
-    let parts = args.files.iter().map(|file| part(file)).collect::<Result<Vec<_>, _>>()?;
-    let study = Study::merge(parts).map_err(Failure::input)?;
-    report(&study, &outputs)
-}
-
-fn part(file: &Path) -> Result<Study, Failure> {
-    let bad = |error: &dyn std::fmt::Display| Failure::input(format_args!("{}: {error}", file.display()));
-    let bytes = fs::read(file).map_err(|error| bad(&error))?;
-    serde_json::from_slice(&bytes).map_err(|error| bad(&error))
-}
 
 /// Writes the files, then prints the table.
 fn report(study: &Study, outputs: &Outputs) -> Result<(), Failure> {

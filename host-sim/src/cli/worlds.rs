@@ -32,10 +32,8 @@ pub fn asked_for(args: &MonteCarloArgs) -> Option<OfKind<&'static str, &'static 
 /// Runs every filter in every world, and prints a line for each world and the filters' standings. Runs in the file of `--out` are
 /// not repeated.
 pub fn study<K: Offer>(name: &str, args: MonteCarloArgs) -> Result<(), Failure> {
-    if args.shard.is_some() || args.input_sets.is_some() {
-        return Err(Failure::input(
-            "--shard, --input-sets: not with worlds; give parts of them different --seed and --runs",
-        ));
+    if args.input_sets.is_some() {
+        return Err(Failure::input("--input-sets: not with worlds"));
     }
     let outputs = Outputs { json: args.json.clone(), out: None };
     outputs.check()?;

@@ -392,7 +392,7 @@ fn figures(place: &Place, file: &str) -> Value {
 }
 
 #[test]
-fn a_study_is_the_same_on_any_number_of_threads_and_in_parts() {
+fn a_study_is_the_same_on_any_number_of_threads() {
     let place = workplace();
     let study = ["monte-carlo", "log", "--runs", "5", "--particles", "4"];
     let with = |more: &[&str]| place.prints(&[&study[..], more].concat());
@@ -405,10 +405,6 @@ fn a_study_is_the_same_on_any_number_of_threads_and_in_parts() {
     let whole = figures(&place, "results/one.json");
     assert_eq!(figures(&place, "results/three.json"), whole);
 
-    with(&["--shard", "1/2", "--out", "results/1"]);
-    with(&["--shard", "2/2", "--out", "results/2"]);
-    place.prints(&["merge", "results/2", "results/1", "--json", "results/merged.json"]);
-    assert_eq!(figures(&place, "results/merged.json"), whole);
     assert_eq!((&whole["runs"], &whole["samples"]), (&5.into(), &1.into()));
     assert!(whole["ospa_last_third_m"].is_number() && whole["moving_hit_rate"].is_null());
     // Run 0 has the seed of the study.
@@ -419,21 +415,13 @@ fn a_study_is_the_same_on_any_number_of_threads_and_in_parts() {
 }
 
 #[test]
-fn a_study_under_water_is_the_same_in_parts() {
+fn a_study_under_water_has_each_filter() {
     let place = workplace();
     folders::put(&place.path("stereo"), &stereo());
-    let study = ["monte-carlo", "stereo", "--runs", "2", "--particles", "1", "--filter", "core,joint"];
-    let with = |more: &[&str]| place.prints(&[&study[..], more].concat());
-    with(&["--json", "results/one.json"]);
-    with(&["--shard", "1/2", "--out", "results/1"]);
-    with(&["--shard", "2/2", "--out", "results/2"]);
-    place.prints(&["merge", "results/2", "results/1", "--json", "results/merged.json"]);
-    let whole: Value = place.json("results/one.json");
-    let merged: Value = place.json("results/merged.json");
-    let runs = |list: Value| list.as_array().unwrap().iter().cloned().map(timeless).collect::<Vec<_>>();
-    let (whole, merged) = (runs(whole), runs(merged));
-    assert_eq!(merged, whole);
-    assert_eq!((&whole[1]["filter"], &whole[1]["runs"]), (&"joint".into(), &2.into()));
+    let study = ["--runs", "2", "--particles", "1", "--filter", "core,joint", "--json", "results/study.json"];
+    place.prints(&[&["monte-carlo", "stereo"], &study[..]].concat());
+    let filters: Value = place.json("results/study.json");
+    assert_eq!((&filters[1]["filter"], &filters[1]["runs"]), (&"joint".into(), &2.into()));
 }
 
 #[test]
@@ -493,10 +481,9 @@ fn variants_of_the_settings_are_compared() {
 #[test]
 fn bad_studies_are_refused() {
     let place = workplace();
-    fs::write(place.path("part"), "{}").unwrap();
     fs::write(place.path("hopeless.toml"), "[[variant]]\nname = 'none'\nset.filter = { particles = 0 }\n").unwrap();
     fs::write(place.path("unknown.toml"), "[[variant]]\nname = 'one'\nfilter = 'kalman'\n").unwrap();
-    let cases: [(&[&str], &[&str]); 14] = [
+    let cases: [(&[&str], &[&str]); 9] = [
         (&["monte-carlo", "survey", "--variants", "no.toml"], &["no.toml", "cannot be read"]),
         (&["monte-carlo", "worlds", "--variants", "hopeless.toml"], &["hopeless.toml: none", "filter.particles"]),
         (&["monte-carlo", "survey", "--variants", "unknown.toml"], &["one", "no filter 'kalman'", "rb-multi"]),
@@ -506,11 +493,6 @@ fn bad_studies_are_refused() {
         (&["monte-carlo", "log", "log", "--runs", "3"], &["--runs 3", "2 input sets"]),
         (&["monte-carlo", "log", "--input-sets", "2"], &["--input-sets 2", "the logs make 1"]),
         (&["monte-carlo", "survey", "--filter", "core,core"], &["--filter", "scphd is there twice"]),
-        (&["monte-carlo", "survey", "--shard", "1/3"], &["--shard", "--out FILE"]),
-        (&["monte-carlo", "survey", "--shard", "4/3", "--out", "results/x"], &["--shard", "K/N"]),
-        (&["monte-carlo", "survey", "--shard", "1/3", "--out", "results"], &["results", "is a folder"]),
-        (&["merge", "nowhere"], &["nowhere"]),
-        (&["merge", "part"], &["part", "plan"]),
     ];
     place.refuses(&cases);
 }

@@ -33,8 +33,6 @@ fn a_dash_means_the_standard_output_and_tables_go_to_stderr() {
     assert!(table.contains("position error, mean (m)"), "{table}");
     let (_, table) = json(&["compare", "log", "--particles", "2", "--json", "-"]);
     assert!(table.contains("ln likelihood (relative)"), "{table}");
-    let (study, _) = json(&["monte-carlo", "log", "--particles", "2", "--shard", "1/1", "--out", "-"]);
-    assert!(study["results"].is_array());
 
     let (settings, table) = said(&place, &["tune", "log", "--particles", "2", "--rounds", "1", "--out", "-"]);
     assert!(table.contains("proposed"), "{table}");
@@ -56,11 +54,9 @@ fn destinations_that_must_not_be_replaced_are_refused_before_the_run() {
     permissions.set_readonly(true);
     fs::set_permissions(place.path("guarded"), permissions).unwrap();
     for (file, why) in [("guarded", "read-only"), ("folder", "is a folder"), ("gone/file", "no folder gone")] {
-        let shard = ["monte-carlo", "log", "--shard", "1/2", "--out", file];
-        let cases: [&[&str]; 5] = [
+        let cases: [&[&str]; 4] = [
             &[&REPLAY[..], &["--json", file]].concat(),
             &["monte-carlo", "log", "--json", file],
-            &shard,
             &["tune", "log", "--out", file],
             &["stream", "log", file],
         ];

@@ -2,7 +2,6 @@
 
 use super::{Curve, Job, Plan, RunResult, Series, Study};
 use scphd_score::moving::MovingScore;
-use scphd_score::results::json::Format;
 
 /// A result that depends only on the run and the filter.
 pub fn result(job: &Job, filter: &str, offset: f64) -> RunResult {
@@ -36,16 +35,7 @@ pub fn result(job: &Job, filter: &str, offset: f64) -> RunResult {
 pub fn plan(runs: usize, input_sets: usize) -> Plan {
     let filters = vec!["scphd".to_owned(), "rb-single".to_owned()];
     let settings = "[filter]\nlikelihood = \"single-cluster\"\n".into();
-    Plan {
-        format: Format,
-        scenario: "made up".into(),
-        filters,
-        runs,
-        input_sets,
-        seed: 5,
-        settings,
-        variants: Vec::new(),
-    }
+    Plan { scenario: "made up".into(), filters, runs, input_sets, seed: 5, settings, variants: Vec::new() }
 }
 
 /// Three runs of each of two filters, the second worse by one.

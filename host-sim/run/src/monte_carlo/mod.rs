@@ -2,8 +2,7 @@
 //!
 //! Run k of a study depends on k only, not on the number of threads or the order. Its filter seed is the study's seed plus k. Its
 //! input set has the number k / (runs an input set), and is made with the study's seed plus this number or, for logs, is the log
-//! with this number. A study can therefore be divided over machines ([`Shard`]) and merged again ([`Study::merge`]), with the
-//! same result.
+//! with this number.
 
 pub mod compare;
 pub mod made_up;
@@ -15,10 +14,10 @@ mod study;
 pub mod variants;
 pub mod worlds;
 
-pub use plan::{Job, Plan, Shard};
+pub use plan::{Job, Plan};
 pub use run::{Curve, RunResult, Series};
 pub use statistics::{Band, band, mean};
-pub use study::{MergeError, Study};
+pub use study::Study;
 
 use rayon::prelude::*;
 
@@ -42,42 +41,13 @@ mod tests {
     use super::made_up::{plan, result};
     use super::*;
 
-    fn study(plan: &Plan, shard: Option<Shard>, threads: usize) -> Study {
-        let jobs = plan.jobs(shard);
+    #[test]
+    fn a_study_does_not_depend_on_the_threads() {
+        let plan = plan(8, 4);
         let run = |job: &Job, filter: usize| -> Result<RunResult, rayon::ThreadPoolBuildError> {
             Ok(result(job, &plan.filters[filter], filter as f64))
         };
-        Study { plan: plan.clone(), results: execute(&jobs, plan.filters.len(), threads, run).unwrap() }
-    }
-
-    #[test]
-    fn shards_merge_to_the_whole_study_through_their_files() {
-        let plan = plan(8, 4);
-        let whole = study(&plan, None, 1);
-        assert_eq!(study(&plan, None, 3), whole);
-        let parts: Vec<Study> = (1..=3)
-            .map(|place| {
-                let part = study(&plan, Some(Shard { place, of: 3 }), 2);
-                serde_json::from_str(&serde_json::to_string(&part).unwrap()).unwrap()
-            })
-            .collect();
-        assert_eq!(parts.iter().map(|part| part.results.len()).collect::<Vec<_>>(), [6, 6, 4]);
-        let mut turned = parts.clone();
-        turned.reverse();
-        assert_eq!(Study::merge(parts).unwrap(), whole);
-        assert_eq!(Study::merge(turned).unwrap(), whole);
-    }
-
-    #[test]
-    fn parts_of_different_studies_are_refused() {
-        let plan = plan(8, 4);
-        let part = |place| study(&plan, Some(Shard { place, of: 2 }), 1);
-        let refused = |parts| Study::merge(parts).unwrap_err().to_string();
-        assert_eq!(refused(vec![]), "no study");
-        assert_eq!(refused(vec![part(1)]), "run 1 by scphd is missing");
-        assert_eq!(refused(vec![part(1), part(1)]), "run 0 by scphd is there twice");
-        let mut other = part(2);
-        other.plan.settings.clear();
-        assert_eq!(refused(vec![part(1), other]), "part 2 is of another study");
+        let study = |threads| execute(&plan.jobs(), plan.filters.len(), threads, run).unwrap();
+        assert_eq!(study(3), study(1));
     }
 }

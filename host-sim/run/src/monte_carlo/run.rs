@@ -8,7 +8,6 @@ use scphd_score::consistency;
 use scphd_score::moving::MovingScore;
 use scphd_score::record::ScanRecord;
 use scphd_score::results::json::worse;
-use serde::{Deserialize, Serialize};
 
 /// A figure of every scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,7 +80,7 @@ impl Curve {
 }
 
 /// The curves of a run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     /// Time of every scan since the first, s.
     pub t_s: Vec<f64>,
@@ -104,8 +103,7 @@ impl Series {
 }
 
 /// The result of a run.
-/// `docs/results.md` defines the keys.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct RunResult {
     pub run: usize,
     pub log: String,
@@ -115,9 +113,7 @@ pub struct RunResult {
     pub particles: u64,
     pub samples: u64,
     pub series: Series,
-    #[serde(default)]
     pub nees: Vec<Option<f64>>,
-    #[serde(default)]
     pub dimension: usize,
     pub moving: Option<MovingScore>,
     pub scan_us_mean: Option<f64>,

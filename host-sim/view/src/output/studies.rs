@@ -1,15 +1,10 @@
-//! A Monte Carlo study on disk: its runs as JSON, its means and standard deviations as CSV.
+//! The tables of a Monte Carlo study: its runs, and their means and standard deviations.
 
 use super::csv::{Cell, Columns, write_rows};
 use scphd_run::monte_carlo::overview::Overview;
 use scphd_run::monte_carlo::{Band, Curve, RunResult, Study, band};
-use scphd_score::results::{OutputError, json};
+use scphd_score::results::OutputError;
 use std::path::Path;
-
-/// Writes the results of all runs to `path`; the file is complete or not written. `merge` reads them exactly.
-pub fn write(path: &Path, study: &Study) -> Result<(), OutputError> {
-    json::write(path, study)
-}
 
 /// A figure of a run.
 type Figure = fn(&Overview) -> Option<f64>;
@@ -78,8 +73,7 @@ mod tests {
         let results = (0..3).map(|run| result(&plan.job(run), "scphd", 0.0)).collect();
         let study = Study { plan, results };
         write_tables(&folder.0, &study).unwrap();
-        write(&folder.0.join("study.json"), &study).unwrap();
-        assert_eq!(folder.names(), ["runs.csv", "series-scphd.csv", "study.json"]);
+        assert_eq!(folder.names(), ["runs.csv", "series-scphd.csv"]);
         let series = std::fs::read_to_string(folder.0.join("series-scphd.csv")).unwrap();
         assert!(series.starts_with("t_s,position_error_m,position_error_m_sigma,heading_error_deg,"), "{series}");
         assert_eq!(series.lines().count(), 6);
@@ -87,7 +81,5 @@ mod tests {
         assert_eq!(runs.lines().count(), 4);
         assert!(runs.starts_with("filter,run,log,scenario_seed,filter_seed,position_error_mean_m,"), "{runs}");
         assert!(runs.contains("\nscphd,2,made up,7,7,"), "{runs}");
-        let text = std::fs::read(folder.0.join("study.json")).unwrap();
-        assert_eq!(serde_json::from_slice::<Study>(&text).unwrap(), study);
     }
 }
