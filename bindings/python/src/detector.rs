@@ -1,14 +1,14 @@
 //! Sensors that detect features.
 
 use crate::array::{Number, line, rows};
-use crate::error::of_model;
+use crate::error::{InputError, Refusal, of_model};
 use crate::keywords::{Keywords, object};
 use crate::mounting::Mounting;
 use nalgebra::{Vector1, Vector2};
 use pyo3::prelude::*;
 use scphd::models::{ModelError, PlanarPose, PolarGrid, RangeBearingLimits};
 use scphd::{Births, Real};
-use scphd_vehicle::{Direction, Polar, Sensor, SensorModel};
+use scphd_vehicle::{Direction, Polar, Sensor, SensorModel, StartError};
 use std::f64::consts::PI;
 
 /// The description of a sensor, and whether its birth intensity is the default for its range.
@@ -46,40 +46,16 @@ impl Described {
     };
 
     /// The sensor in the precision of a filter.
-    pub fn sensor<T: Real>(&self) -> Sensor<T> {
-        let of = T::from_f64;
-        let Sensor { window, grid, births, .. } = &self.sensor;
-        let mut sensor = Sensor::range_bearing(
-            of(window.range_max_m),
-            of(window.probability_near),
-            [of(self.sensor.range_sigma_m), of(self.sensor.bearing_sigma_rad)],
-        );
-        sensor.model = self.sensor.model;
-        sensor.range_sigma_ratio = of(self.sensor.range_sigma_ratio);
-        sensor.window = RangeBearingLimits {
-            range_min_m: of(window.range_min_m),
-            range_edge_m: of(window.range_edge_m),
-            bearing_center_rad: of(window.bearing_center_rad),
-            bearing_half_width_rad: of(window.bearing_half_width_rad),
-            bearing_edge_rad: of(window.bearing_edge_rad),
-            probability_far: of(window.probability_far),
-            ..sensor.window
-        };
-        sensor.clutter_per_scan = of(self.sensor.clutter_per_scan);
-        if !self.usual_births {
-            sensor.births.of_static = of(births.of_static);
+    pub fn sensor<T: Real>(&self) -> PyResult<Sensor<T>> {
+        let sensor =
+            Sensor::of_numbers(&self.sensor.numbers()).map_err(|invalid| StartError::from(invalid).raised())?;
+        let mut sensor: Sensor<T> = sensor.ok_or_else(|| InputError::new_err("no sensor"))?;
+        if self.usual_births {
+            let RangeBearingLimits { range_max_m, probability_near, .. } = sensor.window;
+            let sigmas = [sensor.range_sigma_m, sensor.bearing_sigma_rad];
+            sensor.births.of_static = Sensor::range_bearing(range_max_m, probability_near, sigmas).births.of_static;
         }
-        sensor.births.of_moving = of(births.of_moving);
-        sensor.grid = PolarGrid {
-            nearest_m: of(grid.nearest_m),
-            farthest_m: of(grid.farthest_m),
-            rings: grid.rings,
-            sectors: grid.sectors,
-            weight: of(grid.weight),
-        };
-        sensor.seat_m = self.sensor.seat_m.map(of);
-        sensor.yaw_rad = of(self.sensor.yaw_rad);
-        sensor
+        Ok(sensor)
     }
 
     fn seat(&self) -> Mounting {
@@ -300,12 +276,12 @@ fn named(error: ModelError) -> PyErr {
 
 /// The range and bearing detector.
 pub fn polar(described: &Described) -> PyResult<Polar<PlanarPose<f32>, f32>> {
-    described.sensor().polar::<PlanarPose<f32>>().map_err(named)
+    described.sensor()?.polar::<PlanarPose<f32>>().map_err(named)
 }
 
 /// The bearing detector.
 pub fn direction(described: &Described) -> PyResult<Direction<PlanarPose<f32>, f32>> {
-    described.sensor().direction::<PlanarPose<f32>>().map_err(named)
+    described.sensor()?.direction::<PlanarPose<f32>>().map_err(named)
 }
 
 /// A scan of ranges and bearings, of shape (n, 2).

@@ -3,12 +3,13 @@
 use crate::array::{Number, row};
 use crate::error::{InputError, SettingError, of_model, wrong_type};
 use crate::keywords::{Keywords, object};
+use crate::tuning;
 use nalgebra::Vector2;
 use pyo3::prelude::*;
 use scphd::Real;
 use scphd::fixes::FixRule;
 use scphd::models::{HeadingFix as Compass, ModelError, PlanarPose, PositionFix as Receiver};
-use scphd_vehicle::FixSpec;
+use scphd_vehicle::{Description, FixSpec};
 
 /// A position fix: the position (x, y m) of an antenna, for example of a GNSS receiver.
 ///
@@ -51,14 +52,10 @@ fn watch(patience_s: Option<f64>, fewest: u16) -> PyResult<Option<FixRule<f64>>>
     Ok(Some(FixRule { patience_s, fewest }))
 }
 
-/// Converts a description of fixes to the precision of a filter.
-pub fn cast<T: Real>(of: &FixSpec<f64>) -> FixSpec<T> {
-    FixSpec {
-        sigma: T::from_f64(of.sigma),
-        antenna_m: of.antenna_m.map(T::from_f64),
-        gate: T::from_f64(of.gate),
-        watch: of.watch.map(|rule| FixRule { patience_s: T::from_f64(rule.patience_s), fewest: rule.fewest }),
-    }
+/// A description of fixes in the precision of a filter.
+fn cast<T: Real>(spec: &FixSpec<f64>) -> PyResult<FixSpec<T>> {
+    let description = tuning::cast(&Description { position: Some(*spec), ..Description::robot() })?;
+    description.position.ok_or_else(|| InputError::new_err("no fix"))
 }
 
 /// The model of position fixes.
@@ -93,7 +90,7 @@ impl PositionFix {
         let antenna_m = [antenna_forward_m, antenna_left_m];
         let watch = watch(watch_patience_s, watch_fewest)?;
         let spec = FixSpec { sigma: sigma_m, antenna_m, gate: gate.unwrap_or(f64::INFINITY), watch };
-        receiver(&cast(&spec)).map_err(named)?;
+        receiver(&cast(&spec)?).map_err(named)?;
         Ok(Self(spec))
     }
 }
@@ -105,7 +102,7 @@ impl HeadingFix {
     fn new(sigma_rad: f64, gate: Option<f64>, watch_patience_s: Option<f64>, watch_fewest: u16) -> PyResult<Self> {
         let watch = watch(watch_patience_s, watch_fewest)?;
         let spec = FixSpec { sigma: sigma_rad, antenna_m: [0.0; 2], gate: gate.unwrap_or(f64::INFINITY), watch };
-        compass(&cast(&spec)).map_err(named)?;
+        compass(&cast(&spec)?).map_err(named)?;
         Ok(Self(spec))
     }
 }
@@ -139,13 +136,13 @@ impl<T: Number> Measured<T> {
     pub fn of(fix: &Bound<'_, PyAny>, measurement: &Bound<'_, PyAny>) -> PyResult<Self> {
         if let Ok(position) = fix.cast::<PositionFix>() {
             let measured: [T; 2] = row("measurement (x_m, y_m)", measurement)?;
-            return Ok(Self::Position(cast(&position.get().0), measured.into()));
+            return Ok(Self::Position(cast(&position.get().0)?, measured.into()));
         }
         if let Ok(heading) = fix.cast::<HeadingFix>() {
             let measured: f64 = measurement
                 .extract()
                 .map_err(|_| InputError::new_err("measurement of a heading must be a number, rad"))?;
-            return Ok(Self::Heading(cast(&heading.get().0), T::from_f64(measured)));
+            return Ok(Self::Heading(cast(&heading.get().0)?, T::from_f64(measured)));
         }
         Err(wrong_type("fix", "a PositionFix or a HeadingFix", fix))
     }

@@ -72,7 +72,7 @@ impl<T: Number> Running<T> {
         fixed: bool,
     ) -> PyResult<Scanned<T>> {
         let measurements = polar_scan(scan)?;
-        let place = self.place(sensor.sensor())?;
+        let place = self.place(sensor.sensor()?)?;
         let scan = Measurements::RangeBearing(&measurements);
         let take = |slam: &mut dyn Services<T>| if fixed { slam.localise(place, scan) } else { slam.scan(place, scan) };
         py.detach(|| self.with(take))?.map_err(Refusal::raised)

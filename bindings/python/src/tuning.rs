@@ -1,14 +1,13 @@
 //! Settings of the filters, as keywords.
 
+use crate::array::Number;
 use crate::error::{Refusal, SettingError};
 use crate::setting_name::keyword_of;
-use crate::vehicle::{self, Driven};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use scphd::settings::{Extraction, Informed, Plausible, Proposal};
 use scphd::{Config, Real};
-use scphd_vehicle::{Description, Setting, StartError};
+use scphd_vehicle::{Description, Filter, Setting, StartError, Vehicle};
 
 /// Converts the value of a setting to a number.
 fn number<'py, T>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<T>
@@ -33,114 +32,55 @@ fn unknown(name: &str) -> PyErr {
     PyTypeError::new_err(format!("there is no setting '{name}'"))
 }
 
-/// Sets a limit of the motion. Returns whether the name is that of one.
-fn set_plausible(limits: &mut Plausible<f32>, name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
-    let field = match name {
-        "step_max_s" => &mut limits.step_max_s,
-        "speed_max_mps" => &mut limits.speed_max_mps,
-        "turn_rate_max_radps" => &mut limits.turn_rate_max_radps,
-        "jump_max_m" => &mut limits.jump_max_m,
-        _ => return Ok(false),
-    };
-    *field = number(name, value)?;
-    Ok(true)
-}
-
 /// The settings of a mixture.
 pub fn of_mixture(
     proposal: &str,
     particles: usize,
     samples: usize,
-    tuning: Option<&Bound<'_, PyDict>>,
+    keywords: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Config<f32>> {
-    let mut config = match proposal {
+    let config = match proposal {
         "blind" => Config::blind(particles, samples),
         "informed" => Config { samples, ..Config::informed(particles) },
         other => {
             return Err(SettingError::new_err(format!("proposal must be 'blind' or 'informed', not '{other}'")));
         }
     };
-    for (name, value) in tuning.iter().flat_map(|tuning| tuning.iter()) {
-        set(&mut config, &name.to_string(), &value)?;
-    }
+    let mut description = Description { filter: Filter::Mixture(config), ..Description::robot() };
+    set(&mut description, "mixture.", keywords)?;
+    let Filter::Mixture(config) = description.filter else { return Err(unknown("filter")) };
     Ok(config)
-}
-
-fn set(config: &mut Config<f32>, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
-    if set_plausible(&mut config.plausible, name, value)? {
-        return Ok(());
-    }
-    let moving = &mut config.moving;
-    match name {
-        "resample_threshold" => config.resample_threshold = number(name, value)?,
-        "prune_weight" => config.prune_weight = number(name, value)?,
-        "confirming_detections" => config.confirming_detections = number(name, value)?,
-        "unconfirmed_weight" => config.unconfirmed_weight = number(name, value)?,
-        "confirmed_weight" => config.confirmed_weight = number(name, value)?,
-        "merge_distance" => config.merge_distance = number(name, value)?,
-        "max_components" => config.max_components = number(name, value)?,
-        "extraction_weight" => config.extraction_weight = number(name, value)?,
-        "births_wait" => config.births_wait = truth(name, value)?,
-        "moving_velocity_sigma_mps" => moving.velocity_sigma_mps = number(name, value)?,
-        "moving_acceleration_psd" => moving.motion.acceleration_psd = number(name, value)?,
-        "moving_lifetime_s" => moving.motion.lifetime_s = number(name, value)?,
-        "moving_spread_max_m" => moving.spread_max_m = number(name, value)?,
-        "moving_extraction_weight" => moving.extraction_weight = number(name, value)?,
-        "extraction" => {
-            config.extraction = match &*word(name, value)? {
-                "heaviest" => Extraction::Heaviest,
-                "peaks" => Extraction::Peaks,
-                "confirmed" => Extraction::Confirmed,
-                other => {
-                    let what = format!("extraction must be 'heaviest', 'peaks' or 'confirmed', not '{other}'");
-                    return Err(SettingError::new_err(what));
-                }
-            }
-        }
-        "informed_rounds" => informed(config, name)?.rounds = number(name, value)?,
-        "informed_sampled_fraction" => informed(config, name)?.sampled_fraction = number(name, value)?,
-        "informed_min_responsibility" => informed(config, name)?.min_responsibility = number(name, value)?,
-        _ => return Err(unknown(name)),
-    }
-    Ok(())
-}
-
-fn informed<'c>(config: &'c mut Config<f32>, name: &str) -> PyResult<&'c mut Informed<f32>> {
-    match &mut config.proposal {
-        Proposal::Informed(informed) => Ok(informed),
-        Proposal::Blind => Err(SettingError::new_err(format!("{name} is of the proposal 'informed' alone"))),
-    }
 }
 
 /// The keywords of a joint map: name, range, unit and meaning.
 #[pyfunction]
 pub fn _joint_settings() -> Vec<(String, &'static str, &'static str, &'static str)> {
-    let known = |setting| keyword_of(setting).map(|name| (name, setting.range(), setting.unit(), setting.about()));
+    let known =
+        |setting| keyword_of(setting, "joint.").map(|name| (name, setting.range(), setting.unit(), setting.about()));
     Setting::all().filter_map(known).collect()
 }
 
 /// Converts the value of a keyword to the number of a setting.
-fn value(name: &str, setting: Setting, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+fn value<T: Number>(name: &str, setting: Setting, value: &Bound<'_, PyAny>) -> PyResult<T> {
     match setting.choices() {
         [] => number(name, value),
-        ["no", "yes"] => truth(name, value).map(f64::from),
+        ["no", "yes"] => truth(name, value).map(|on| T::from_usize(on.into())),
         choices => {
             let word = word(name, value)?;
             let place = choices.iter().position(|choice| *choice == word);
             place
-                .map(|place| place as f64)
+                .map(T::from_usize)
                 .ok_or_else(|| SettingError::new_err(format!("{name} must be {}, not '{word}'", setting.range())))
         }
     }
 }
 
-/// The description of a joint map with these keywords.
-pub fn of_joint_map(vehicle: Driven<f64>, keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Description<f64>> {
-    let mut description = Description { vehicle, ..Description::robot() };
+/// Sets the settings of a filter whose names begin with `group`.
+fn set<T: Number>(description: &mut Description<T>, group: &str, keywords: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
     let mut chosen = Vec::new();
     for (name, object) in keywords.iter().flat_map(|keywords| keywords.iter()) {
         let name = name.to_string();
-        let setting = Setting::all().find(|setting| keyword_of(*setting).is_some_and(|known| known == name));
+        let setting = Setting::all().find(|setting| keyword_of(*setting, group).is_some_and(|known| known == name));
         let setting = setting.ok_or_else(|| unknown(&name))?;
         chosen.push((setting, value(&name, setting, &object)?, name));
     }
@@ -148,24 +88,30 @@ pub fn of_joint_map(vehicle: Driven<f64>, keywords: Option<&Bound<'_, PyDict>>) 
     chosen.sort_by_key(|(setting, ..)| (setting.choices().is_empty(), setting.number()));
     for (setting, number, name) in chosen {
         if description.get(setting, 0).is_none() {
-            let part = name.split('_').next().unwrap_or_default();
-            let part = if part == "moving" { "movers" } else { part };
-            return Err(SettingError::new_err(format!("{name} takes {part}=True")));
+            let takes = match name.split('_').next().unwrap_or_default() {
+                "informed" => "proposal='informed'".to_owned(),
+                "moving" => "movers=True".to_owned(),
+                part => format!("{part}=True"),
+            };
+            return Err(SettingError::new_err(format!("{name} takes {takes}")));
         }
         description
             .set(setting, 0, number)
             .map_err(|invalid| SettingError::new_err(format!("{name} must be {}", invalid.setting.range())))?;
     }
+    Ok(())
+}
+
+/// The description of a joint map with these keywords.
+pub fn of_joint_map(vehicle: Vehicle<f64>, keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Description<f64>> {
+    let mut description = Description { vehicle, ..Description::robot() };
+    set(&mut description, "joint.", keywords)?;
     Ok(description)
 }
 
-/// Converts a description to the precision of a filter, without sensors and fixes.
+/// Converts a description to the precision of a filter.
 pub fn cast<T: Real>(of: &Description<f64>) -> PyResult<Description<T>> {
-    let mut description = Description { vehicle: vehicle::cast(&of.vehicle), ..Description::robot() };
-    for setting in Setting::all().filter(|setting| keyword_of(*setting).is_some()) {
-        if let Some(number) = of.get(setting, 0) {
-            description.set(setting, 0, T::from_f64(number)).map_err(|invalid| StartError::from(invalid).raised())?;
-        }
-    }
+    let mut description = Description::robot();
+    description.take_numbers(of.numbers()).map_err(|invalid| StartError::from(invalid).raised())?;
     Ok(description)
 }

@@ -3,6 +3,7 @@
 use crate::array::{Number, row};
 use crate::error::{SettingError, of_model, wrong_type};
 use crate::keywords::{Keywords, object};
+use crate::tuning;
 use nalgebra::{Matrix3, Vector3};
 use pyo3::prelude::*;
 use scphd::Real;
@@ -10,25 +11,14 @@ use scphd::models::{
     AckermannGeometry, ControlNoise, Linearised, Motion, PlanarControl, PlanarMotion, PlanarPose, Rates,
 };
 use scphd::numerics::{Noise, Symmetric};
-use scphd_vehicle::VehicleKind;
+use scphd_vehicle::{Description, VehicleKind};
 
 /// The description of a vehicle that moves by its odometry.
 pub type Driven<T> = scphd_vehicle::Vehicle<T>;
 
-/// Converts a vehicle to the precision of a filter.
-pub fn cast<T: Real>(of: &Driven<f64>) -> Driven<T> {
-    let Driven { kind, geometry, noise } = *of;
-    let [wheelbase_m, encoder_offset_m, sensor_forward_m, sensor_left_m] =
-        [geometry.wheelbase_m, geometry.encoder_offset_m, geometry.sensor_forward_m, geometry.sensor_left_m]
-            .map(T::from_f64);
-    let [speed_sigma_mps, speed_sigma_ratio, turn_sigma, turn_sigma_ratio, interval_s] =
-        [noise.speed_sigma_mps, noise.speed_sigma_ratio, noise.turn_sigma, noise.turn_sigma_ratio, noise.interval_s]
-            .map(T::from_f64);
-    Driven {
-        kind,
-        geometry: AckermannGeometry { wheelbase_m, encoder_offset_m, sensor_forward_m, sensor_left_m },
-        noise: ControlNoise { speed_sigma_mps, speed_sigma_ratio, turn_sigma, turn_sigma_ratio, interval_s },
-    }
+/// A vehicle in the precision of a filter.
+fn cast<T: Real>(vehicle: &Driven<f64>) -> PyResult<Driven<T>> {
+    Ok(tuning::cast(&Description { vehicle: *vehicle, ..Description::robot() })?.vehicle)
 }
 
 /// Lengths of vehicles other than cars.
@@ -44,7 +34,7 @@ fn checked(kind: VehicleKind, geometry: AckermannGeometry<f64>, noise: ControlNo
     let names =
         [("sensor_forward_m", "pose_forward_m"), ("sensor_left_m", "pose_left_m"), ("interval_s", "noise_interval_s")];
     let vehicle = Driven { kind, geometry, noise };
-    cast::<f32>(&vehicle).drive().map_err(|error| of_model(error, &names))?;
+    cast::<f32>(&vehicle)?.drive().map_err(|error| of_model(error, &names))?;
     Ok(vehicle)
 }
 
@@ -275,7 +265,7 @@ impl Vehicle {
     /// Converts a Python object.
     pub fn of(object: &Bound<'_, PyAny>) -> PyResult<Self> {
         if let Some(vehicle) = driven(object) {
-            let motion = cast(&vehicle).drive().map_err(|error| of_model(error, &[]))?;
+            let motion = cast(&vehicle)?.drive().map_err(|error| of_model(error, &[]))?;
             return Ok(Self::Driven(vehicle.kind, motion));
         }
         if object.cast::<KnownPose>().is_ok() {
