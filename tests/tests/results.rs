@@ -5,15 +5,12 @@ use scphd_filters::settings::Settings;
 use scphd_filters::slam::Precision;
 use scphd_log::dimensions::{Planar, Underwater};
 use scphd_log::log_folder;
-use scphd_run::compare;
 use scphd_run::monte_carlo::worlds::{self, WorldRun};
 use scphd_run::monte_carlo::{Job, Plan, RunResult, Study, overview};
 use scphd_run::session::{self, Filter, Session};
-use scphd_score::results::json::{self, Format};
-use scphd_tests::with_roomy_stack;
+use scphd_score::results::json;
 use scphd_view::difference::{Difference, Written};
-use scphd_view::output::comparison::Compared;
-use scphd_view::output::{self, comparison};
+use scphd_view::output;
 use scphd_view::output::{csv, studies};
 use scphd_worlds::{scenario, underwater};
 use std::fs;
@@ -31,12 +28,6 @@ fn documented(heading: &str) -> Vec<String> {
     }
     let cell = |row: &str| Some(row.strip_prefix("| `")?.split_once('`')?.0.to_owned());
     section.lines().filter_map(cell).collect()
-}
-
-/// Columns of the table of a comparison: the time, and the keys from `scans` to the one before `settings`.
-fn columns_of(heading: &str) -> Vec<String> {
-    let keys = documented(heading).into_iter().skip_while(|key| key != "scans").take_while(|key| key != "settings");
-    std::iter::once("t_s".to_owned()).chain(keys).collect()
 }
 
 /// Columns of a table.
@@ -167,30 +158,6 @@ fn a_study() {
 }
 
 #[test]
-fn a_comparison() {
-    let folder = Folder::new("comparison");
-    let (log, mut settings) = short_survey();
-    settings.restrict_to_reference();
-    let found = with_roomy_stack(|| compare::compare::<Planar>(&log, &settings, Precision::F64, 1, |_| ()))
-        .expect("a comparison");
-    let compared = Compared {
-        format: Format,
-        log: log.name.clone(),
-        precision: "f64".into(),
-        particles: 2,
-        samples: 1,
-        seed: 1,
-        differences: found.overall,
-        settings: Default::default(),
-    };
-    comparison::write_json(&folder.path("compare.json"), &[compared]).unwrap();
-    assert_eq!(keys(&folder.path("compare.json"), 2), documented("A comparison of filter and reference"));
-    let rows = log.scans.iter().map(|scan| scan.t_s).zip(found.scans);
-    comparison::write_csv(&folder.path("compare-f64.csv"), rows).unwrap();
-    assert_eq!(columns(&folder.path("compare-f64.csv")), columns_of("A comparison of filter and reference"));
-}
-
-#[test]
 fn a_difference() {
     let folder = Folder::new("difference");
     let path = folder.path("run.json");
@@ -198,28 +165,4 @@ fn a_difference() {
     let run = Written::read(&path).unwrap();
     output::difference::write(&folder.path("difference.json"), &Difference::of([&run, &run])).unwrap();
     assert_eq!(keys(&folder.path("difference.json"), 1), documented("A difference of two runs"));
-}
-
-#[test]
-fn a_comparison_of_joint_maps() {
-    let folder = Folder::new("comparison-joint");
-    let (log, settings) = short_survey();
-    let found = with_roomy_stack(|| compare::compare_joint::<Planar>(&log, &settings, Precision::F64, |_| ()))
-        .expect("a comparison");
-    let compared = Compared {
-        format: Format,
-        log: log.name.clone(),
-        precision: "f64".into(),
-        particles: 1,
-        samples: 1,
-        seed: 1,
-        differences: found.overall,
-        settings: Default::default(),
-    };
-    comparison::write_json(&folder.path("compare.json"), &[compared]).unwrap();
-    assert_eq!(keys(&folder.path("compare.json"), 2), documented("A comparison of the joint filter and its reference"));
-    let rows = log.scans.iter().map(|scan| scan.t_s).zip(found.scans);
-    comparison::write_csv(&folder.path("compare-f64.csv"), rows).unwrap();
-    let columns = columns(&folder.path("compare-f64.csv"));
-    assert_eq!(columns, columns_of("A comparison of the joint filter and its reference"));
 }

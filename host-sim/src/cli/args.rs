@@ -406,12 +406,6 @@ pub struct CompareArgs {
     pub seed: Seed,
     #[command(flatten)]
     pub scenario_seed: ScenarioSeed,
-    /// Writes the differences to FILE as a JSON list with an object for each precision.
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
-    /// Writes the differences for each scan to compare-f32.csv and compare-f64.csv in DIR.
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

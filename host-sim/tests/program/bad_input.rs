@@ -159,7 +159,7 @@ fn unknown_names_list_all_scenarios() {
     ];
     for args in cases {
         let error = place.fails(args);
-        let names = ["nosuch", "survey", "thesis-dynamic", "thesis-dynamic-long", "thesis-compare", "girona-tank"];
+        let names = ["nosuch", "survey", "thesis-dynamic", "thesis-compare", "girona-tank"];
         assert!(names.iter().all(|name| error.contains(name)), "{error}");
     }
     let error = place.fails(&["export", "girona-tank", "dir"]);

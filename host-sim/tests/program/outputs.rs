@@ -31,8 +31,6 @@ fn a_dash_means_the_standard_output_and_tables_go_to_stderr() {
     assert!(runs.as_array().is_some_and(|runs| runs.len() == 2) && table.contains("RMSE"), "{table}");
     let (_, table) = json(&["monte-carlo", "log", "--particles", "2", "--json", "-"]);
     assert!(table.contains("position error, mean (m)"), "{table}");
-    let (_, table) = json(&["compare", "log", "--particles", "2", "--json", "-"]);
-    assert!(table.contains("ln likelihood (relative)"), "{table}");
 
     let (settings, table) = said(&place, &["tune", "log", "--particles", "2", "--rounds", "1", "--out", "-"]);
     assert!(table.contains("proposed"), "{table}");

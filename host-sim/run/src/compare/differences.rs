@@ -1,7 +1,5 @@
 //! Differences between filter and reference.
 
-use serde::Serialize;
-
 /// Reason for refusing a log with fixes.
 pub(super) const NO_FIXES: &str = "the reference takes no fixes of the pose";
 
@@ -14,9 +12,9 @@ pub enum Figure {
 }
 
 /// The figures of a scan, or of several.
-pub trait Figures: Serialize + 'static {
-    /// The names of the figures in files, and in a table.
-    const NAMES: &'static [(&'static str, &'static str)];
+pub trait Figures {
+    /// The names of the figures in a table.
+    const NAMES: &'static [&'static str];
 
     /// The figures in this order.
     fn figures(&self) -> Vec<Figure>;
@@ -53,7 +51,7 @@ impl Field for usize {
 macro_rules! figures {
     ($(#[$about:meta])* $name:ident { $($field:ident: $kind:ty = $title:literal,)+ }) => {
         $(#[$about])*
-        #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+        #[derive(Debug, Clone, Copy, PartialEq, Default)]
         pub struct $name { $(pub $field: $kind,)+ }
 
         impl $name {
@@ -63,7 +61,7 @@ macro_rules! figures {
         }
 
         impl $crate::compare::Figures for $name {
-            const NAMES: &'static [(&'static str, &'static str)] = &[$((stringify!($field), $title)),+];
+            const NAMES: &'static [&'static str] = &[$($title),+];
 
             fn figures(&self) -> Vec<$crate::compare::Figure> {
                 vec![$($crate::compare::differences::Field::figure(&self.$field)),+]
@@ -75,7 +73,7 @@ pub(super) use figures;
 
 figures! {
     /// Largest differences between filter and reference, relative unless the name has a unit.
-    /// `docs/results.md` defines the keys.
+    /// `docs/results.md` defines them.
     Differences {
         scans: usize = "scans",
         predicted_position_m: f64 = "predicted position (m)",
@@ -101,7 +99,6 @@ figures! {
 /// A comparison over a whole log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison<D = Differences> {
-    /// One row a scan.
     pub scans: Vec<D>,
     /// The largest differences of all scans.
     pub overall: D,

@@ -20,7 +20,7 @@ pub mod worlds;
 pub use faults::faults;
 pub use survey::{survey, survey_fixes};
 pub use thesis_compare::thesis_compare;
-pub use thesis_dynamic::{thesis_dynamic, thesis_dynamic_long};
+pub use thesis_dynamic::thesis_dynamic;
 pub use two_sensors::two_sensors;
 
 use scphd_log::log::Log;
@@ -40,10 +40,6 @@ pub const SCENARIOS: &[(&str, &str)] = &[
     (
         "thesis-dynamic",
         "section 5.3.1: a loop (39 x 37 m, 30 s) among 45 landmarks and 6 that move, 20 false measurements a scan",
-    ),
-    (
-        "thesis-dynamic-long",
-        "section 5.3.1: seven loops (65 x 61 m, 350 s) among 90 landmarks and 9 that move, 20 false measurements a scan",
     ),
     (
         "thesis-compare",
@@ -71,7 +67,6 @@ pub fn by_name(name: &str, seed: u64) -> Option<Log> {
         "survey-fixes" => Some(survey_fixes(seed)),
         "two-sensors" => Some(two_sensors(seed)),
         "thesis-dynamic" => Some(thesis_dynamic(seed)),
-        "thesis-dynamic-long" => Some(thesis_dynamic_long(seed)),
         "thesis-compare" => Some(thesis_compare(seed)),
         "faults" => Some(faults(seed)),
         "worlds" => Some(world(Kind::DataSheet, seed)),
@@ -106,5 +101,5 @@ pub struct ThesisRun {
 pub fn thesis_run(name: &str) -> Option<ThesisRun> {
     let as_in_5_3_1 =
         ThesisRun { particles: 32, samples: 2, resample_threshold: 0.05, moving: true, runs_per_input: 4 };
-    matches!(name, "thesis-dynamic" | "thesis-dynamic-long" | "faults").then_some(as_in_5_3_1)
+    matches!(name, "thesis-dynamic" | "faults").then_some(as_in_5_3_1)
 }

@@ -8,14 +8,9 @@ use scphd_log::log::Log;
 
 /// A rounded triangle, 39 × 37 m: 120 m in 30 s.
 const WAY: Lobes = Lobes { rows: 600, speed_mps: 4.0, turns: 1.0, lobes: 3.0, depth: 0.9 };
-/// A larger one, 65 × 61 m: 200 m in 50 s, seven times.
-const LONG_WAY: Lobes = Lobes { rows: 1000, speed_mps: 4.0, turns: 1.0, lobes: 3.0, depth: 1.2 };
-const LAPS: usize = 7;
-
 /// At least ten standard deviations of the range from the path; distances are those that a moving landmark covers in a second or
 /// two.
 const SCATTER: Scatter = Scatter { count: 45, seed: 2, from_path_m: (2.5, 12.0), apart_m: 3.0, from_tracks_m: 1.5 };
-const LONG_SCATTER: Scatter = Scatter { count: 90, ..SCATTER };
 
 const fn mover(x_m: f64, y_m: f64, radius_m: f64, speed_mps: f64, phase_rad: f64) -> Mover {
     Mover { centre_m: [x_m, y_m], radius_m, speed_mps, phase_rad }
@@ -31,43 +26,25 @@ const MOVERS: [Mover; 6] = [
     mover(-6.0, 22.0, 18.0, 2.3, 0.5),
 ];
 
-/// Each crosses the path, meets the vehicle several times, and stays some metres from it.
-const LONG_MOVERS: [Mover; 9] = [
-    mover(10.0, 31.0, 23.0, 0.7, 4.6),
-    mover(19.0, 30.0, 14.0, 0.9, 0.9),
-    mover(-25.0, 24.0, 12.0, 1.1, 1.4),
-    mover(-30.0, 31.0, 10.0, 1.3, 4.0),
-    mover(-17.0, 53.0, 9.0, -1.5, 1.6),
-    mover(11.0, 22.0, 30.0, 1.8, 4.0),
-    mover(15.0, 24.0, 24.0, 2.0, 6.1),
-    mover(6.0, 12.0, 19.0, 2.2, 1.0),
-    mover(-16.0, 2.0, 13.0, -2.4, 6.0),
-];
-
 /// The vehicle of 5.3.1 drives a loop at 4 m/s among 45 static and 6 moving landmarks (0.8 to 2.3 m/s), with the noise, the
 /// missed detections and the clutter of 5.3.1. 301 scans.
 pub fn thesis_dynamic(seed: u64) -> Log {
-    simulation("thesis-dynamic", &WAY, 1, &SCATTER, &MOVERS).log(seed)
-}
-
-/// The same for seven laps of a larger loop among 90 static and 9 moving landmarks. 3501 scans.
-pub fn thesis_dynamic_long(seed: u64) -> Log {
-    simulation("thesis-dynamic-long", &LONG_WAY, LAPS, &LONG_SCATTER, &LONG_MOVERS).log(seed)
+    simulation("thesis-dynamic", 1).log(seed)
 }
 
 /// The loop of `thesis_dynamic` twice, with these errors of odometry and sensor.
 pub(super) fn two_laps(name: &'static str, imperfection: Imperfection) -> Simulation {
-    Simulation { imperfection, ..simulation(name, &WAY, 2, &SCATTER, &MOVERS) }
+    Simulation { imperfection, ..simulation(name, 2) }
 }
 
-fn simulation(name: &'static str, way: &Lobes, laps: usize, scatter: &Scatter, movers: &[Mover]) -> Simulation {
-    let controls = way.controls(laps);
+fn simulation(name: &'static str, laps: usize) -> Simulation {
+    let controls = WAY.controls(laps);
     let rows = 0..=controls.len();
     let tracks: Vec<[f64; 2]> = rows
         .step_by(4)
-        .flat_map(|row| movers.iter().map(move |mover| mover.at(row as f64 / ROWS_PER_SECOND)))
+        .flat_map(|row| MOVERS.iter().map(move |mover| mover.at(row as f64 / ROWS_PER_SECOND)))
         .collect();
     // All laps are the same.
-    let landmarks = scatter.around(&drive(&way.controls(1)), &tracks);
-    Simulation { name, controls, landmarks, movers: movers.to_vec(), imperfection: Imperfection::OF_5_3_1 }
+    let landmarks = SCATTER.around(&drive(&WAY.controls(1)), &tracks);
+    Simulation { name, controls, landmarks, movers: MOVERS.to_vec(), imperfection: Imperfection::OF_5_3_1 }
 }
