@@ -100,7 +100,6 @@ impl Place {
         });
     }
 
-    /// Changes the times of all files.
     fn times(&self, change: impl Fn(f64) -> f64 + Copy) {
         for file in ["odometry.csv", "scans.csv", "truth.csv", "moving.csv", "fixes.csv"] {
             if self.log().join(file).exists() {

@@ -372,7 +372,6 @@ fn damaged(good: &[Files], seed: u64) -> (Files, String) {
     (files, what)
 }
 
-/// The outcome for a folder.
 #[derive(Debug, PartialEq)]
 enum Outcome {
     /// The reader, the settings or the filter reported the error in one line: exit code 2.

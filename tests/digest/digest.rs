@@ -22,7 +22,6 @@ const SCANS: usize = 60;
 /// Number of scans: enough for different states.
 const FEW_SCANS: usize = 15;
 
-/// A case.
 struct Case {
     scenario: &'static str,
     settings: Settings,

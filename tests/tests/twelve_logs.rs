@@ -21,7 +21,6 @@ use crate::twelve_kinds::driven;
 const BIRTHS: [f64; 2] = [0.002, 0.001];
 const RADAR_BIRTHS: f64 = 1.5;
 
-/// A sensor as a log states it.
 fn stated(name: &str, of: &scphd_vehicle::Sensor<f32>) -> NamedSensor {
     let [forward_m, left_m, yaw_rad] = [of.seat_m[0], of.seat_m[1], of.yaw_rad].map(f64::from);
     let half_width_rad = f64::from(of.window.bearing_half_width_rad);

@@ -21,7 +21,6 @@ const CROSS: &str = "target, proof, firmware, budget, capi";
 /// A tool, its version or the reason why it is missing, and the steps that need it.
 type Line = (&'static str, Result<String, String>, &'static str);
 
-/// The report.
 pub fn report() -> String {
     let mut text: String = lines().iter().map(show).collect();
     text += "\nWhat is missing is had by ";

@@ -11,7 +11,6 @@ use std::time::{Duration, Instant};
 /// Number of lines of error output that an error quotes: those of a linker are long, and the last ones have the reason.
 const QUOTED: usize = 4;
 
-/// The root folder of the workspace.
 pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("xtask lies in a directory of the workspace")
 }

@@ -7,7 +7,6 @@ use std::process::Command;
 
 /// Oldest Python version, as in the wheel.
 const OLDEST: (u32, u32) = (3, 10);
-/// Packages to build and test the wheel.
 const NEEDED: [&str; 3] = ["maturin>=1.9,<2", "numpy>=1.23", "pytest>=8"];
 /// Additional packages for the studies.
 const STUDIES: [&str; 7] =
@@ -121,7 +120,6 @@ impl Environment {
             .map_err(|reason| Missing(format!("pip cannot install {}: {reason}", packages.join(", "))))
     }
 
-    /// The folder of its packages.
     pub fn packages(&self) -> Result<PathBuf, String> {
         let words = ["-c", "import sysconfig; print(sysconfig.get_path('purelib'))"];
         process::read(self.python().args(words)).map(PathBuf::from)

@@ -113,7 +113,6 @@ fn active(targets: &[&str]) -> Result<Toolchain, String> {
     }
 }
 
-/// The sysroot of the active toolchain.
 pub fn active_sysroot() -> Result<PathBuf, String> {
     process::read(process::rustc().args(["--print", "sysroot"])).map(PathBuf::from)
 }

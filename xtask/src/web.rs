@@ -18,7 +18,6 @@ use crate::process;
 use crate::toolchain::{self, Toolchain};
 use crate::tools::{CHROMIUM, NODE, Tool};
 
-/// Target of browsers.
 pub const TARGET: &str = "wasm32-unknown-unknown";
 
 /// Number of scans of the compared drive, and scans between its digests.

@@ -49,7 +49,6 @@ pub struct Estimate {
     pub stamp_ns: u64,
     /// Whether the input was a scan.
     pub of_scan: bool,
-    /// The pose.
     pub pose: PoseEstimate<PlanarPose<f32>>,
     /// The pose of odometry alone at that time.
     pub smooth: PlanarPose<f32>,
@@ -257,7 +256,6 @@ impl Engine {
         self.counts.refused += u64::from(moved.is_err()) + u64::from(loaded.is_err());
     }
 
-    /// The setup.
     #[must_use]
     pub fn setup(&self) -> &Setup {
         &self.setup

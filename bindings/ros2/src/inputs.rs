@@ -32,7 +32,6 @@ pub enum Role {
 /// A topic that a node reads.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Input {
-    /// Its role.
     pub role: Role,
     /// Topic, type and encoding.
     pub channel: Channel,
@@ -44,7 +43,6 @@ pub type Placed = (u64, [f64; 3]);
 /// Reads messages and passes them to an engine.
 #[derive(Debug)]
 pub struct Inputs {
-    /// The topics.
     pub topics: Vec<Input>,
     seats: Seats,
     base: String,
@@ -62,7 +60,6 @@ pub struct Inputs {
 pub type Refused = String;
 
 impl Inputs {
-    /// The inputs of a setup.
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
         let wiring = &setup.wiring;

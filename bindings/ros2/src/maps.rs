@@ -82,7 +82,6 @@ impl Search {
         found.map(|place| place.pose)
     }
 
-    /// The map.
     #[must_use]
     pub fn into_map(self) -> Vec<Feature> {
         self.map

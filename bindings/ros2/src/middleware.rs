@@ -62,7 +62,6 @@ pub struct Arguments {
     pub namespace: String,
     /// Remapped names of topics and services.
     pub remapped: BTreeMap<String, String>,
-    /// Parameters.
     pub parameters: Parameters,
     /// Arguments that are not of ROS 2.
     pub rest: Vec<String>,

@@ -31,7 +31,6 @@ fn placed(estimate: &Estimate) -> PoseWithCovariance {
     }
 }
 
-/// The pose in the map.
 #[must_use]
 pub fn stamped(estimate: &Estimate, [map, ..]: &[String; 3]) -> PoseWithCovarianceStamped {
     let header = Header::new(Time::from_nanoseconds(estimate.stamp_ns), map);

@@ -9,7 +9,6 @@ use std::fmt::{self, Write as _};
 pub enum Value {
     /// A truth value.
     Bool(bool),
-    /// A number.
     Number(f64),
     /// A word.
     Text(String),
@@ -18,7 +17,6 @@ pub enum Value {
 }
 
 impl fmt::Display for Value {
-    /// The text as in a file.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Bool(is) => write!(f, "{is}"),
@@ -41,19 +39,11 @@ pub enum ParameterError {
     /// The file is not a parameter file.
     #[error("{0}")]
     File(String),
-    /// An unknown parameter.
     #[error("there is no parameter '{0}'{1}")]
     Unknown(String, String),
     /// A value that the parameter cannot have.
     #[error("parameter '{name}' is {found}: it must be {range}")]
-    Invalid {
-        /// Name of the parameter.
-        name: String,
-        /// Its value.
-        found: String,
-        /// Its range.
-        range: String,
-    },
+    Invalid { name: String, found: String, range: String },
 }
 
 /// Parameters by name.

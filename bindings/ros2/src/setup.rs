@@ -23,14 +23,12 @@ pub const FIXES: [&str; 2] = ["geometry_msgs/msg/PoseWithCovarianceStamped", "se
 /// A topic and the type of its messages.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Topic {
-    /// Its name.
     pub name: String,
     /// The type, as in `nav_msgs/msg/Odometry`.
     pub kind: String,
 }
 
 impl Topic {
-    /// A topic.
     #[must_use]
     pub fn new(name: &str, kind: &str) -> Self {
         Self { name: name.to_owned(), kind: kind.to_owned() }
@@ -42,7 +40,6 @@ impl Topic {
 pub struct Source {
     /// Name of the sensor; empty if there is only one.
     pub name: String,
-    /// The topic.
     pub topic: Topic,
     /// Whether parameters give the mounting of the sensor; otherwise `/tf_static` has to.
     pub seated: bool,
@@ -76,7 +73,6 @@ pub struct Order {
 /// Topics of a node, and names of its frames.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wiring {
-    /// Odometry.
     pub odometry: Topic,
     /// The sensors, in the order of the description.
     pub sensors: Vec<Source>,

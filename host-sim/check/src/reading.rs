@@ -66,7 +66,6 @@ const fn ranges(range: f64, what: &'static str, advice: &'static str) -> Reading
     Reading { code: "range-unit", place, what, advice, range, told_by: ToldBy::MotionBesideRange, ..AS_WRITTEN }
 }
 
-/// The other readings.
 pub(super) const OTHERS: [Reading; 12] = [
     // Opposite signs of bearings or of turns give the same mirrored world: scans cannot distinguish the two.
     Reading {

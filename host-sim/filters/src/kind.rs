@@ -18,7 +18,6 @@ pub type View<'a, D> = Box<dyn Fn(&TruePose<D>, <D as Dimensions>::Position) -> 
 
 /// A kind of vehicle with its sensor.
 pub trait Kind: Dimensions {
-    /// The log.
     type Log: Debug + Clone + PartialEq + Send + Sync;
     /// The settings of a run.
     type Settings: Debug + Clone + PartialEq + Serialize + DeserializeOwned + Send + Sync;
@@ -26,7 +25,6 @@ pub trait Kind: Dimensions {
     /// The map is compared with the truth at every scan whose index is a multiple of this, and at the last.
     const SCANS_A_MAP_ERROR: usize;
 
-    /// The name of the log.
     fn name(log: &Self::Log) -> &str;
 
     /// Its scans in order of time.
@@ -97,7 +95,6 @@ pub trait Kind: Dimensions {
     /// Their noise is out of range.
     fn fix_watch(settings: &Self::Settings) -> Result<Box<dyn WatchesFixes<Self>>, Refusal>;
 
-    /// The settings of the recursion.
     fn recursion(settings: &Self::Settings) -> &FilterSettings;
 
     /// The same, mutable.

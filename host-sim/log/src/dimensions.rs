@@ -32,7 +32,6 @@ impl<const N: usize> Coordinates for [f64; N] {
     }
 }
 
-/// The covariance of coordinates.
 pub type Covariance<C> = <C as Coordinates>::Square;
 
 /// Distance of two positions, or of a position and a pose.

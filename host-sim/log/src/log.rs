@@ -159,7 +159,6 @@ pub struct TruePose<D: Dimensions = Planar> {
 /// One row of a true track of a moving landmark.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MovingLandmark<D: Dimensions = Planar> {
-    /// Number of the landmark.
     pub subject: i64,
     pub t_s: f64,
     pub position: D::Position,

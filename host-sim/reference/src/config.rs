@@ -72,7 +72,6 @@ pub struct Weighing {
     pub weights_kept: bool,
 }
 
-/// The result of a scan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScanOutcome {
     pub weighing: Weighing,

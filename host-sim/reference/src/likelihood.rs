@@ -253,7 +253,6 @@ mod tests {
         close(ln_likelihood(RbSingle, &sight), single);
     }
 
-    /// The intensity of a mixture at a point.
     fn intensity(mixture: &[Component], point: Vector) -> f64 {
         mixture.iter().map(|c| (c.ln_weight + Density::new(&c.covariance).ln(minus(point, c.mean))).exp()).sum()
     }

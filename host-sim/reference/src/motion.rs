@@ -7,7 +7,6 @@ use crate::Vehicle;
 /// Greatest turn in a step for which v/ω of the arc is replaced by its series, rad.
 const STRAIGHT_RAD: f64 = 1e-4;
 
-/// Noise on the control.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControlNoise {
     pub speed_sigma_mps: f64,

@@ -43,7 +43,6 @@ impl<const N: usize> InView<N> {
 pub(super) struct PreUpdate<const N: usize> {
     /// V: the components that may be detected.
     pub(super) in_view: Vec<InView<N>>,
-    /// The other components.
     pub(super) out_of_view: Vec<Component<N>>,
 }
 

@@ -12,7 +12,6 @@ pub enum CloudError {
     /// Rows or points need more bytes than there are.
     #[error("{height} rows of {width} points of {point_step} bytes do not fit {bytes} bytes with rows of {row_step}")]
     Size {
-        /// Number of rows.
         height: u32,
         /// Number of points in a row.
         width: u32,

@@ -23,7 +23,6 @@ pub(crate) struct Line {
     pub(crate) default: &'static str,
 }
 
-/// The type of a field.
 #[derive(Debug, Clone, Copy)]
 pub struct Kind {
     base: Base,
@@ -88,7 +87,6 @@ impl<T: Field, const N: usize> Field for [T; N] {
     };
 }
 
-/// A message type.
 pub trait Message: Serialize + DeserializeOwned {
     const DEFINITION: &'static Definition;
 }

@@ -23,7 +23,6 @@ pub struct ReadError {
     pub problem: ReadProblem,
 }
 
-/// The error of a file.
 #[derive(Debug)]
 pub enum ReadProblem {
     Io(io::Error),
@@ -62,12 +61,10 @@ pub struct Channel {
     pub encoding: String,
 }
 
-/// A record of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Record {
     Channel(u16),
     Message {
-        /// The number of its channel.
         channel: u16,
         /// Time of reception, ns.
         log_time_ns: u64,

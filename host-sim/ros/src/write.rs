@@ -69,7 +69,6 @@ impl<W: Write + Seek> Writer<W> {
         Ok(self.file.write_to_known_channel(&header, &data)?)
     }
 
-    /// Attaches a file.
     pub fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> Result<(), WriteError> {
         let (name, media_type) = (name.to_owned(), media_type.to_owned());
         let attachment = Attachment { log_time: 0, create_time: 0, name, media_type, data: Cow::Borrowed(data) };

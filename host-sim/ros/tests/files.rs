@@ -24,7 +24,6 @@ fn file(poses: u32) -> Vec<u8> {
     writer.finish().unwrap().into_inner()
 }
 
-/// Contents of a file.
 #[derive(Debug, Default, PartialEq)]
 struct Content {
     channels: Vec<(u16, Channel)>,

@@ -14,7 +14,6 @@ pub const OSPA: Cutoff = Cutoff::new(1.0, 10.0);
 /// Order 2 and cut-off 20 m of the GOSPA distance (α = 2), the figures of the published PHD-SLAM benchmark.
 pub const GOSPA: Cutoff = Cutoff::new(2.0, 20.0);
 
-/// Errors of a final map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FinalMap<P> {
     /// OSPA distance to all landmarks, m.

@@ -5,7 +5,6 @@ use crate::record::ScanRecord;
 use scphd_log::angle::wrap;
 use scphd_log::dimensions::{Coordinates, Dimensions};
 
-/// Errors of a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrajectoryScore {
     /// Number of scans with a true position; all figures are over these.

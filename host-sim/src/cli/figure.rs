@@ -17,7 +17,6 @@ use scphd_view::output::overview;
 use scphd_view::plot::Figure;
 use std::path::PathBuf;
 
-/// Draws a figure, or lists the figures.
 pub fn figure(args: FigureArgs) -> Result<(), Failure> {
     let Some(number) = args.number.clone() else {
         let lines: Vec<String> = FIGURES.iter().map(|(number, about)| format!("{number}  {about}")).collect();

@@ -24,10 +24,8 @@ pub trait Offer: Lockstep + Learn + Checked + Exported {
 
     fn scenario(name: &str, seed: u64) -> Option<Self::Log>;
 
-    /// The default settings for the log of a scenario, or of a folder.
     fn defaults(scenario: Option<&str>, log: &Self::Log) -> Self::Settings;
 
-    /// Their origins.
     fn origins(scenario: Option<&str>, log: &Self::Log) -> Origins;
 
     /// Changes default settings for a log to those for a joint map.

@@ -182,7 +182,6 @@ fn flatten(prefix: &str, value: &Value, into: &mut BTreeMap<String, Value>) {
     }
 }
 
-/// A value as text.
 pub fn plain(value: &Value) -> String {
     match value {
         Value::Null => "-".into(),

@@ -19,17 +19,14 @@ type Still<const PARTICLES: usize, const PAGES: usize, const MAP_PAGES: usize> =
 /// A curve: the time of a scan as a function of one number, with all others fixed.
 #[derive(Debug, Clone, Copy)]
 pub struct Curve {
-    /// Its name.
     pub name: &'static str,
     /// Description of the number, for the axis.
     pub what: &'static str,
-    /// Values of the number.
     pub points: &'static [usize],
     /// Constructs the case with this number.
     pub case: fn(usize) -> Box<dyn Case>,
 }
 
-/// The curves.
 pub const CURVES: [Curve; 4] = [
     Curve { name: "map", what: "features in the map", points: &[100, 300, 1000, 3000, 10_000], case: map },
     Curve { name: "measurements", what: "measurements a scan", points: &[5, 10, 20, 50, 100, 200], case: measurements },

@@ -4,7 +4,6 @@ use scphd_log::angle::wrap;
 use scphd_log::noise::Noise;
 use std::f64::consts::{PI, TAU};
 
-/// Scans per second.
 const SCANS_PER_SECOND: f64 = 10.0;
 
 /// Number of false measurements in a scan.

@@ -28,7 +28,6 @@ const FLOWN: Test = ("tests/tests/flown_box.rs", "a_strict_map_with_tracks_archi
 /// No such feature.
 const NO: Test = ("", "");
 
-/// Each feature with its test for every interface.
 const FEATURES: [(&str, [Test; 5]); 23] = [
     (
         "`JointSlam`, in the plane",

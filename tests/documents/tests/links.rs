@@ -49,7 +49,6 @@ fn links(text: &str) -> Vec<String> {
     found
 }
 
-/// Anchors of a page's headings.
 fn anchors(text: &str) -> BTreeSet<String> {
     let heading = |line: &str| {
         let title = line.strip_prefix('#')?.trim_start_matches('#').trim();

@@ -5,11 +5,8 @@ use serde::Serialize;
 /// A figure; `cargo xtask bench --help` defines them all.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figure {
-    /// Name.
     pub name: String,
-    /// Value.
     pub value: f64,
-    /// Unit.
     pub unit: String,
 }
 

@@ -26,7 +26,6 @@ enum Command {
     },
     /// Draws the curves from what `cargo bench --bench time` has left, and writes all times.
     Growth {
-        /// Folder of criterion's results.
         criterion: PathBuf,
         /// Folder for times.csv, growth.svg and growth.png.
         out: PathBuf,

@@ -14,7 +14,6 @@ pub const FOLDER: &str = "SCPHD_DATA";
 /// Environment variable with the file to which a test without its log appends a line: its package and name.
 pub const SKIPPED: &str = "SCPHD_SKIPPED";
 
-/// Folder of the oracles.
 const ORACLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../oracles");
 
 /// The folder of the logs: that of [`FOLDER`], by default `shared/data` beside the repository.

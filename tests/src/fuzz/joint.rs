@@ -548,7 +548,6 @@ macro_rules! sessions {
     }};
 }
 
-/// The kind of session of a seed.
 pub(super) fn kind_of(seed: u64) -> (String, Run) {
     let (seeded, mut draw) = Seeded::of(seed, 0x107);
     let (name, run) = sessions!(draw.below(1 << 20);

@@ -51,10 +51,8 @@ pub enum Target {
 }
 
 impl Target {
-    /// All targets.
     pub const ALL: [Self; 5] = [Self::Mixture, Self::Joint, Self::Locator, Self::Snapshots, Self::Streams];
 
-    /// Its name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Mixture => "mixture",
@@ -76,7 +74,6 @@ impl Target {
         }
     }
 
-    /// The session of a seed.
     fn session(self, seed: u64) -> (String, Run) {
         match self {
             Self::Mixture => mixture_of(seed),
@@ -91,7 +88,6 @@ impl Target {
 /// The summary of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Done {
-    /// Number of operations.
     pub operations: u64,
     /// Duration of the longest operation with the check after it.
     pub longest: Duration,
@@ -116,9 +112,7 @@ pub(crate) struct Failure {
 /// A failed session, with the data to reproduce it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Failed {
-    /// Target.
     pub target: Target,
-    /// Seed.
     pub seed: u64,
     /// Index of the operation, from 0.
     pub operation: usize,

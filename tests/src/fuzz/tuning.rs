@@ -8,11 +8,9 @@ use scphd::{Births, Config, Real};
 /// Capacities of a state.
 #[derive(Debug, Clone, Copy)]
 pub struct Room {
-    /// Particles.
     pub particles: usize,
     /// Particles times samples.
     pub candidates: usize,
-    /// Measurements.
     pub measurements: usize,
     /// Whether there is memory for moving features.
     pub moving: bool,

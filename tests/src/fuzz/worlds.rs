@@ -16,17 +16,13 @@ use std::marker::PhantomData;
 /// Models of a vehicle with one sensor.
 #[derive(Debug, Clone, Copy)]
 pub struct Models<M, X> {
-    /// Motion model.
     pub motion: M,
     /// Sensor model.
     pub sensing: X,
 }
 
-/// The models of a world.
 pub type ModelsOf<W> = Models<<W as World>::Motion, <W as World>::Sensing>;
-/// Position of a feature of a world.
 pub type FeatureOf<W> = PositionOf<<W as World>::Pose>;
-/// Measurement of a world.
 pub type MeasurementOf<W> = <<W as World>::Sensing as MeasurementModel>::Measurement;
 
 /// A vehicle with a sensor, and random inputs for it.
@@ -35,7 +31,6 @@ pub trait World: Sized {
     const NAME: &'static str;
     /// `f32` or `f64`.
     type Scalar: Real;
-    /// Type of the pose.
     type Pose: Drawn<Scalar = Self::Scalar>;
     /// Motion model.
     type Motion: Motion<Pose = Self::Pose, Control: Debug> + Copy + Debug;

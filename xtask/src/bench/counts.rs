@@ -9,9 +9,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// The committed counts.
 const FILE: &str = "tests/benches/counts.toml";
-/// Head of the file with committed counts.
 const HEAD: &str = "\
 # Instructions of a step, a motion and a scan, on the host; `cargo xtask counts` compares them, and rewrites them where
 # the environment variable SCPHD_BLESS is 1. They are of this compiler and this kind of machine. A count may rise by

@@ -26,7 +26,6 @@ pub fn all() -> impl Iterator<Item = (&'static str, &'static str)> {
     DEFINITIONS.iter().filter_map(|line| line.split_once(": "))
 }
 
-/// All definitions, as text.
 pub fn text() -> String {
     let lines = all().map(|(name, definition)| format!("  {name}\n      {definition}"));
     format!("Figures of `cargo xtask bench --json FILE`:\n{}", lines.collect::<Vec<_>>().join("\n"))

@@ -16,7 +16,6 @@ use std::time::Duration;
 pub use counts::step as counts;
 pub use definitions::text as definitions;
 
-/// The package of the benches.
 const PACKAGE: &str = "scphd-benches";
 /// Time limit; the whole runs take a minute or two.
 const LIMIT: Duration = Duration::from_secs(1800);

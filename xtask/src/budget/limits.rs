@@ -5,7 +5,6 @@ use super::figures::Figures;
 use crate::{files, process};
 use serde::Deserialize;
 
-/// The file of the limits.
 pub const FILE: &str = "budgets.toml";
 
 /// The content of the file.

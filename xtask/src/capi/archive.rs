@@ -16,7 +16,6 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Name of the archive.
 pub const NAME: &str = "libscphd.a";
 
 /// The toolchain for the build.

@@ -12,7 +12,6 @@ pub fn tools_dir() -> PathBuf {
     process::own_target_dir("capi-tools")
 }
 
-/// cargo, in the workspace of the C interface.
 pub fn cargo(command: &str) -> Command {
     process::cargo_in(command, "bindings/capi/Cargo.toml", &tools_dir())
 }

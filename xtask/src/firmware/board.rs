@@ -1,6 +1,5 @@
 //! The boards: targets, flags and names in QEMU.
 
-/// A board.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Board {
     /// Name of its memory map in `firmware/memory` and of QEMU's machine.

@@ -22,7 +22,6 @@ const SCENARIOS: [Source<'_>; 7] = [
     Source { what: DIVE, scans: 40, rig: UNDERWATER },
     Source { what: DIVE, scans: 40, rig: UNDERWATER_JOINT },
 ];
-/// Number of scans of a log.
 const LOG_SCANS: usize = 200;
 /// Greatest number of scans in double precision, which boards without such registers emulate in ten times as many instructions, and
 /// on the host without optimisation, where a scan takes thirty times as long.

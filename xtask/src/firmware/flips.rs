@@ -19,7 +19,6 @@ const FILTERS: [(Rig, &str, &str, u64); 2] =
 
 /// The output of a replay.
 struct Told {
-    /// The rounds.
     rounds: Vec<String>,
     /// Ticks of the longest scan of each round.
     worst: Vec<u64>,

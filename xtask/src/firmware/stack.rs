@@ -15,7 +15,6 @@ const INTERRUPT_FRAME: u32 = 4 * (26 + 1);
 /// NOP, which compilers use as padding to a whole word.
 const NO_OPERATION: u16 = 0xbf00;
 
-/// A function.
 #[derive(Debug, Default)]
 struct Function {
     name: String,

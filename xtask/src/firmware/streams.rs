@@ -88,7 +88,6 @@ type Build = (&'static str, &'static [&'static str]);
 /// The build of the tests, which the step `unit` has made.
 const OF_TESTS: Build = (OPTIMISED, &[]);
 
-/// The simulator.
 pub fn simulator() -> Result<Command, String> {
     program("scphd-sim", OF_TESTS).map(process::command)
 }

@@ -14,7 +14,6 @@ pub use module::TARGET;
 
 /// Exit code of the program without a driver or GPU.
 const NO_DEVICE: i32 = 3;
-/// The commands on a card.
 const ON_CARD: [&str; 9] = [
     "check thesis-dynamic --runs 64",
     "check survey --particles 32 --runs 64",

@@ -14,7 +14,6 @@ const OLDEST: &str = "sm_80";
 /// File name of the text, as the program expects it.
 pub const FILE: &str = "scphd.ptx";
 
-/// cargo's command for the kernels.
 fn cargo(toolchain: &Toolchain, command: &str) -> (Command, PathBuf) {
     let folder = process::own_target_dir(&format!("gpu-{}", toolchain.key()));
     let mut cargo = toolchain.cargo(command, "core");

@@ -58,7 +58,6 @@ pub struct Outcome<K: Kind> {
 /// Why a stream was not sent to its end.
 #[derive(Debug, Error)]
 pub enum HilError {
-    /// Error of the line.
     #[error("the line to the target: {0}")]
     Line(#[from] io::Error),
     /// There is no answer, or a wrong one.
@@ -69,7 +68,6 @@ pub enum HilError {
         /// Number of repetitions.
         repeats: u32,
     },
-    /// The target cannot set up its filter.
     #[error(
         "the target cannot set its filter up as the stream says: too little room, another filter, another version or another kind of vehicle"
     )]

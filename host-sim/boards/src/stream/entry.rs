@@ -8,11 +8,8 @@ use std::convert::Infallible;
 /// The stream of a log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stream {
-    /// The stream.
     pub bytes: Vec<u8>,
-    /// Number of predictions.
     pub predictions: u32,
-    /// Number of scans.
     pub scans: u32,
     /// Greatest number of measurements in a scan.
     pub most_measurements: u32,
@@ -24,7 +21,6 @@ pub(super) enum Entry<'a, K: Kind> {
     Predict(K::Input),
     /// A measurement of the pose.
     Fix(K::Fix),
-    /// A scan.
     Scan(Which<K>, &'a [K::Measurement]),
 }
 

@@ -46,11 +46,7 @@ pub enum ImportError {
     Head(String, LogError),
     /// Error in a file, or missing data.
     #[error("{place}: {what}")]
-    At {
-        /// The file and the place in it.
-        place: String,
-        what: String,
-    },
+    At { place: String, what: String },
 }
 
 impl ImportError {

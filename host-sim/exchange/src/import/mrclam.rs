@@ -20,7 +20,6 @@ use scphd_log::{log_folder, truth};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Numbers of the robots of a dataset.
 pub const ROBOTS: std::ops::RangeInclusive<u32> = 1..=5;
 
 const WRITING: Writing = Writing { delimiter: Delimiter::Space, header: false };

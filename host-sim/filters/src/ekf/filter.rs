@@ -51,7 +51,6 @@ pub struct Ekf {
     vehicle: Vehicle,
     odometry: OdometryNoise,
     eyes: Vec<Eye>,
-    /// Noise of fixes.
     fixes: FixNoise,
     association: Association,
     /// Labels of the detections of every scan, only for static landmarks; used for [`Association::Known`] only.
@@ -230,7 +229,6 @@ fn turned(step: &[f64]) -> Vec<f64> {
     by
 }
 
-/// A matrix row by row.
 fn entries<const N: usize>(matrix: &SMatrix<f64, N, N>) -> [[f64; N]; N] {
     std::array::from_fn(|row| std::array::from_fn(|column| matrix[(row, column)]))
 }

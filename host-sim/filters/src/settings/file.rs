@@ -13,9 +13,7 @@ use toml::{Table, Value};
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {problem}", path.display())]
 pub struct FileError {
-    /// The file.
     pub path: PathBuf,
-    /// The error.
     pub problem: FileProblem,
 }
 
@@ -37,7 +35,6 @@ pub enum FileProblem {
     /// A key that is not known, or a value of the wrong type.
     #[error("{0}")]
     Field(String),
-    /// A value out of range.
     #[error("{0}")]
     OutOfRange(#[from] OutOfRange),
 }

@@ -4,15 +4,12 @@ use super::{CalibrationSettings, FilterSettings, Settings};
 use scphd_log::log::FixNoise;
 use std::borrow::Cow;
 
-/// A field is out of its range.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{field} = {found}, must be {range}")]
 pub struct OutOfRange {
     /// The field with its section, `filter.particles`.
     pub field: Cow<'static, str>,
-    /// Its value.
     pub found: f64,
-    /// Its range.
     pub range: &'static str,
 }
 

@@ -152,11 +152,9 @@ pub enum Proposal {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Extraction {
-    /// The heaviest.
     Heaviest,
     /// The highest peaks.
     Peaks,
-    /// All confirmed ones.
     Confirmed,
 }
 
@@ -287,7 +285,6 @@ impl SensorSettings {
         libm::hypot(self.range_sigma_m, self.range_sigma_ratio * range_m)
     }
 
-    /// The mounting of the sensor.
     #[must_use]
     pub fn mounting(&self) -> Mounting {
         Mounting { forward_m: self.forward_m, left_m: self.left_m, yaw_rad: self.yaw_rad }

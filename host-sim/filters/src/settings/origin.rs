@@ -11,7 +11,6 @@ use std::fmt;
 use std::path::Path;
 use toml::{Table, Value};
 
-/// Origin of a value.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Origin {
     /// Stated in `log.toml`, or by the scenario.
@@ -64,7 +63,6 @@ impl Origins {
         Self::of(&Settings::for_log(log), stated(log))
     }
 
-    /// Sets the origin of a field.
     pub fn set(&mut self, field: &str, origin: Origin) {
         self.0.insert(field.to_owned(), origin);
     }
@@ -96,7 +94,6 @@ impl Origins {
         })
     }
 
-    /// The origin of a field.
     #[must_use]
     pub fn get(&self, field: &str) -> Option<&Origin> {
         self.0.get(field)

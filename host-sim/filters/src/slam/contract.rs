@@ -140,7 +140,6 @@ pub(super) fn left_out(outcome: Result<PredictReport, PredictError>) -> Result<O
     }
 }
 
-/// A pose and its covariance.
 pub type PoseAndCovariance<D = Planar> = (<D as Dimensions>::Pose, Covariance<<D as Dimensions>::Pose>);
 
 /// Result of a scan, as far as the filter reports it.
@@ -181,7 +180,6 @@ impl ScanOutcome {
 #[error("{0}")]
 pub struct Refusal(pub String);
 
-/// A refusal with the text of an error.
 pub fn refusal(error: impl core::fmt::Display) -> Refusal {
     Refusal(error.to_string())
 }

@@ -282,7 +282,6 @@ where
     }
 }
 
-/// A component in the types of the reference.
 fn of_core<V: Vector, const N: usize>(component: &Component<V>) -> reference::Component<N> {
     reference::Component {
         ln_weight: component.ln_weight.to_f64(),

@@ -90,7 +90,6 @@ where
 
 /// A pose type with fixes in logs of this kind.
 pub(crate) trait Fixed<D: Dimensions>: Pose {
-    /// The models of the fixes.
     type Models: Copy + Debug;
 
     /// Passes a fix to a filter. Returns whether it was within its gate.

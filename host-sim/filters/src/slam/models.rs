@@ -29,7 +29,6 @@ pub fn full<V: Vector, const N: usize>(covariance: &Symmetric<V>) -> [[f64; N]; 
     std::array::from_fn(|row| std::array::from_fn(|column| covariance.get(row, column).to_f64()))
 }
 
-/// An estimated pose with its covariance.
 pub(super) fn pose_of<D: Dimensions, P: Pose>(estimate: &PoseEstimate<P>) -> PoseAndCovariance<D> {
     let mean = estimate.mean.coordinates();
     (
@@ -63,7 +62,6 @@ pub fn moving_of<D: Dimensions, V: Vector>(feature: &Component<V>) -> MovingFeat
 
 /// A pose with a counterpart in the reference.
 pub trait Referred: Pose {
-    /// The pose type of the reference.
     type Reference: Copy;
 
     /// The pose in double precision.

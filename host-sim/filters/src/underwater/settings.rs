@@ -12,7 +12,6 @@ pub struct Settings {
     pub filter: FilterSettings,
     /// The vehicle and its instruments.
     pub vehicle: VehicleSettings,
-    /// The camera.
     pub camera: CameraSettings,
 }
 

@@ -41,7 +41,6 @@ impl Faults {
     }
 }
 
-/// An error.
 #[derive(Debug, thiserror::Error)]
 pub enum Problem {
     #[error("missing")]

@@ -51,7 +51,6 @@ const OWN_PX: [f64; 2] = [2.4, 1.3];
 /// Greatest difference of the rows of a pair, px: far less than the noise of each row, most of which is common.
 const ROW_TOLERANCE_PX: f64 = 13.0;
 
-/// Reads a folder.
 pub fn read_underwater(dir: &Path) -> Result<Log, LogError> {
     let content = text(dir, "log.toml")?.ok_or_else(|| Place::File("log.toml").error(Problem::Missing))?;
     let table: Table = content.parse().map_err(|error| syntax(&content, &error))?;

@@ -102,7 +102,6 @@ impl Series {
     }
 }
 
-/// The result of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunResult {
     pub run: usize,

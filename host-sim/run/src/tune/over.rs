@@ -16,9 +16,7 @@ pub(super) enum Step<'a, K: Kind> {
         /// Its index in the log.
         scan: usize,
         taken: &'a Scan<K>,
-        /// The pose before, and its covariance.
         before: (K::Pose, Covariance<K::Pose>),
-        /// The pose after.
         after: K::Pose,
         /// The estimated map after; empty unless asked for.
         map: Vec<MapFeature<K>>,

@@ -36,7 +36,6 @@ pub struct Expectation {
     pub detected: bool,
 }
 
-/// A covariance as a matrix.
 pub(super) fn matrix<C: Coordinates>(covariance: &Covariance<C>) -> DMatrix<f64> {
     DMatrix::from_fn(C::COUNT, C::COUNT, |row, column| covariance.as_ref()[row].as_ref()[column])
 }

@@ -27,7 +27,6 @@ const BLOCKS: usize = 16;
 pub struct Foreseen {
     /// Score of each block of time, nats.
     blocks: [f64; BLOCKS],
-    /// Number of measurements of each block.
     measurements: [usize; BLOCKS],
     /// Root mean square distance to the true position, m, if there is a truth. It is only reported.
     pub position_rmse_m: Option<f64>,

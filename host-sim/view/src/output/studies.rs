@@ -6,7 +6,6 @@ use scphd_run::monte_carlo::{Band, Curve, RunResult, Study, band};
 use scphd_score::results::OutputError;
 use std::path::Path;
 
-/// A figure of a run.
 type Figure = fn(&Overview) -> Option<f64>;
 
 /// `runs.csv`: a row for each run, with its figures.

@@ -6,7 +6,6 @@ use scphd_score::results::json::Summary;
 /// Greatest number of runs in a table; five fit a terminal of 132 columns.
 const RUNS_PER_TABLE: usize = 5;
 
-/// Text for an unknown figure.
 const UNKNOWN: &str = "–";
 
 /// Rules above, below and under the header; none between the figures.

@@ -18,7 +18,6 @@ pub fn figure(study: &Study) -> Figure {
     column(format!("{}: means of {} runs, ±1σ", study.plan.scenario, study.plan.runs), charts)
 }
 
-/// A column of charts over time.
 pub fn column(title: String, mut charts: Vec<Chart>) -> Figure {
     if let Some(last) = charts.last_mut() {
         last.x_label = "time (s)".into();

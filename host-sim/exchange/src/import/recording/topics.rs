@@ -19,7 +19,6 @@ const OF_LANDMARKS: [&str; 5] = ["detection", "landmark", "cluster", "reflector"
 /// The name that switches a role off.
 const NONE: &str = "none";
 
-/// Contents of a file.
 #[derive(Debug, Default)]
 pub(super) struct Content {
     /// For each topic, its type and number of messages.
@@ -45,7 +44,6 @@ impl Content {
         }
     }
 
-    /// The text of an attached file.
     pub(super) fn attached(&self, name: &str) -> Option<&str> {
         self.attached.get(name).and_then(|data| std::str::from_utf8(data).ok())
     }
