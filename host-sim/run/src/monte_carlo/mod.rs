@@ -16,7 +16,7 @@ pub mod worlds;
 
 pub use plan::{Job, Plan};
 pub use run::{Curve, RunResult, Series};
-pub use statistics::{Band, band, mean};
+pub use statistics::{Band, band, mean, standard_deviation};
 pub use study::Study;
 
 use rayon::prelude::*;

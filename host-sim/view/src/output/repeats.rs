@@ -2,6 +2,7 @@
 
 use super::table::{decimals, ruled};
 use comfy_table::Row;
+use scphd_run::monte_carlo::{mean, standard_deviation};
 use scphd_score::chi_squared;
 use scphd_score::results::json::Summary;
 
@@ -29,7 +30,7 @@ pub fn render(logs: &[&[Summary]]) -> String {
         .map(|(runs, figures)| row(runs.first().map_or("", |run| &run.log), &runs.len().to_string(), figures))
         .collect();
     if logs.len() > 1 {
-        let over_logs: [_; FIGURES.len()] = std::array::from_fn(|k| mean(&known(&figures, |row| row[k])));
+        let over_logs: [_; FIGURES.len()] = std::array::from_fn(|k| mean(known(&figures, |row| row[k])));
         rows.push(row("mean over logs", "", &over_logs));
     }
     let names = FIGURES.map(|(name, _)| name.to_owned());
@@ -41,7 +42,7 @@ pub fn render(logs: &[&[Summary]]) -> String {
 /// fewer than two runs with truth.
 pub fn consistency(runs: &[Summary], dimension: usize) -> Option<String> {
     let last = known(runs, |run| run.nees_final);
-    let nees = mean(&last).filter(|_| last.len() > 1)?;
+    let nees = mean(last.iter().copied()).filter(|_| last.len() > 1)?;
     let [low, high] = chi_squared::bounds_of_mean(dimension, last.len());
     let verdict = if (low..=high).contains(&nees) { "within" } else { "not within" };
     Some(format!(
@@ -56,14 +57,14 @@ pub fn consistency(runs: &[Summary], dimension: usize) -> Option<String> {
 fn figures(runs: &[Summary]) -> [Option<f64>; FIGURES.len()] {
     let position = known(runs, |run| run.position_rmse_m);
     [
-        mean(&known(runs, |run| run.dead_reckoning_rmse_m)),
-        mean(&position),
+        mean(known(runs, |run| run.dead_reckoning_rmse_m)),
+        mean(position.iter().copied()),
         standard_deviation(&position),
         position.iter().copied().reduce(f64::min),
         position.iter().copied().reduce(f64::max),
-        mean(&known(runs, |run| run.heading_rmse_deg)),
-        mean(&known(runs, |run| run.gospa_m)),
-        mean(&known(runs, |run| run.scan_us_mean)),
+        mean(known(runs, |run| run.heading_rmse_deg)),
+        mean(known(runs, |run| run.gospa_m)),
+        mean(known(runs, |run| run.scan_us_mean)),
     ]
 }
 
@@ -74,16 +75,6 @@ fn row(log: &str, runs: &str, figures: &[Option<f64>; FIGURES.len()]) -> Row {
 
 fn known<I>(items: &[I], figure: impl Fn(&I) -> Option<f64>) -> Vec<f64> {
     items.iter().filter_map(figure).collect()
-}
-
-fn mean(values: &[f64]) -> Option<f64> {
-    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
-}
-
-fn standard_deviation(values: &[f64]) -> Option<f64> {
-    let mean = mean(values).filter(|_| values.len() > 1)?;
-    let squares = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
-    Some((squares / (values.len() - 1) as f64).sqrt())
 }
 
 #[cfg(test)]
