@@ -9,12 +9,13 @@ use scphd_run::monte_carlo::worlds::{self, WorldRun};
 use scphd_run::monte_carlo::{Job, Plan, RunResult, Study, overview};
 use scphd_run::session::{self, Filter, Session};
 use scphd_score::results::json;
+use scphd_shared_data::Folder;
 use scphd_view::difference::{Difference, Written};
 use scphd_view::output;
 use scphd_view::output::{csv, studies};
 use scphd_worlds::{scenario, underwater};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 const FILTER: Filter = Filter::Core(Precision::F32);
 
@@ -48,28 +49,6 @@ fn keys(path: &Path, depth: usize) -> Vec<String> {
     keys
 }
 
-/// A folder that is deleted when this value is dropped.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("scphd-results-{name}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.join(name)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
 fn short_survey() -> (scphd_log::log::Log, Settings) {
     let mut log = scenario::survey(1);
     log.scans.truncate(9);
@@ -87,12 +66,12 @@ fn survey() -> Session {
 fn a_run_in_the_plane() {
     let folder = Folder::new("plane");
     let session = survey();
-    json::write_summary(&folder.path("run.json"), &session.summary).unwrap();
-    assert_eq!(keys(&folder.path("run.json"), 1), documented("A run\n"));
+    json::write_summary(&folder.0.join("run.json"), &session.summary).unwrap();
+    assert_eq!(keys(&folder.0.join("run.json"), 1), documented("A run\n"));
     csv::write_record(&folder.0, &session.record).unwrap();
-    assert_eq!(columns(&folder.path("scans.csv")), documented("`scans.csv` in the plane"));
-    assert_eq!(columns(&folder.path("map.csv")), documented("`map.csv` in the plane"));
-    assert_eq!(columns(&folder.path("moving.csv")), documented("`moving.csv`"));
+    assert_eq!(columns(&folder.0.join("scans.csv")), documented("`scans.csv` in the plane"));
+    assert_eq!(columns(&folder.0.join("map.csv")), documented("`map.csv` in the plane"));
+    assert_eq!(columns(&folder.0.join("moving.csv")), documented("`moving.csv`"));
     assert!(session.summary.settings["sensor"]["range_sigma_m"].is_number());
 }
 
@@ -104,11 +83,11 @@ fn a_run_in_space() {
     let mut settings = scphd_filters::underwater::settings::Settings::for_log(&log);
     settings.filter.particles = 8;
     let session = session::run::<Underwater>(&log, &settings, FILTER, 1, &mut |_| ()).unwrap();
-    json::write_summary(&folder.path("run.json"), &session.summary).unwrap();
-    assert_eq!(keys(&folder.path("run.json"), 1), documented("A run\n"));
+    json::write_summary(&folder.0.join("run.json"), &session.summary).unwrap();
+    assert_eq!(keys(&folder.0.join("run.json"), 1), documented("A run\n"));
     csv::write_record(&folder.0, &session.record).unwrap();
-    assert_eq!(columns(&folder.path("scans.csv")), documented("`scans.csv` in space"));
-    assert_eq!(columns(&folder.path("map.csv")), documented("`map.csv` in space"));
+    assert_eq!(columns(&folder.0.join("scans.csv")), documented("`scans.csv` in space"));
+    assert_eq!(columns(&folder.0.join("map.csv")), documented("`map.csv` in space"));
 
     let summary = &session.summary;
     assert!(summary.settings["camera"]["detection"].is_number());
@@ -123,11 +102,11 @@ fn a_run_in_space() {
 #[test]
 fn a_check() {
     let folder = Folder::new("check");
-    let log = folder.path("log");
+    let log = folder.0.join("log");
     log_folder::write(&scenario::survey(1), &log).unwrap();
-    check::write(&folder.path("check.json"), &[check::folder(&log)]).unwrap();
-    assert_eq!(keys(&folder.path("check.json"), 1), documented("A check of a log"));
-    assert_eq!(keys(&folder.path("check.json"), 2), documented("The facts of a check"));
+    check::write(&folder.0.join("check.json"), &[check::folder(&log)]).unwrap();
+    assert_eq!(keys(&folder.0.join("check.json"), 1), documented("A check of a log"));
+    assert_eq!(keys(&folder.0.join("check.json"), 2), documented("The facts of a check"));
 }
 
 #[test]
@@ -145,24 +124,24 @@ fn a_study() {
     };
     let job: Job = plan.job(0);
     let study = Study { plan, results: vec![RunResult::of(&job, 1, survey())] };
-    overview::write_json(&folder.path("study.json"), &study).unwrap();
-    assert_eq!(keys(&folder.path("study.json"), 1), documented("A study"));
+    overview::write_json(&folder.0.join("study.json"), &study).unwrap();
+    assert_eq!(keys(&folder.0.join("study.json"), 1), documented("A study"));
     let summary = survey().summary;
     let run = WorldRun::of(&summary, "settings").unwrap();
     let standing = worlds::standing(std::slice::from_ref(&run), "scphd", "scphd", &[&run.world]).unwrap();
-    worlds::write_json(&folder.path("worlds.json"), &[standing]).unwrap();
-    assert_eq!(keys(&folder.path("worlds.json"), 2), documented("A standing in random worlds"));
+    worlds::write_json(&folder.0.join("worlds.json"), &[standing]).unwrap();
+    assert_eq!(keys(&folder.0.join("worlds.json"), 2), documented("A standing in random worlds"));
     studies::write_tables(&folder.0, &study).unwrap();
-    assert_eq!(columns(&folder.path("runs.csv")), documented("`runs.csv`"));
-    assert_eq!(columns(&folder.path("series-scphd.csv")), documented("`series-FILTER.csv`"));
+    assert_eq!(columns(&folder.0.join("runs.csv")), documented("`runs.csv`"));
+    assert_eq!(columns(&folder.0.join("series-scphd.csv")), documented("`series-FILTER.csv`"));
 }
 
 #[test]
 fn a_difference() {
     let folder = Folder::new("difference");
-    let path = folder.path("run.json");
+    let path = folder.0.join("run.json");
     json::write_summary(&path, &survey().summary).unwrap();
     let run = Written::read(&path).unwrap();
-    output::difference::write(&folder.path("difference.json"), &Difference::of([&run, &run])).unwrap();
-    assert_eq!(keys(&folder.path("difference.json"), 1), documented("A difference of two runs"));
+    output::difference::write(&folder.0.join("difference.json"), &Difference::of([&run, &run])).unwrap();
+    assert_eq!(keys(&folder.0.join("difference.json"), 1), documented("A difference of two runs"));
 }
