@@ -1,7 +1,7 @@
 //! Invalid input is refused with exit code 2 and one line that has file, row and key.
 
 use crate::folders::{self, stereo};
-use crate::place::{Place, timeless};
+use crate::place::{Place, row, timeless};
 use scphd_log::log_folder;
 use scphd_worlds::scenario;
 use serde_json::Value;
@@ -296,13 +296,10 @@ fn studies_of_stereo_logs_work() {
 #[test]
 fn stereo_logs_are_compared_with_the_reference() {
     let place = workplace();
-    let args = ["compare", "stereo", "--precision", "f64", "--particles", "3", "--json", "compared.json"];
-    place.succeeds(&[&args[..], &["--out", "tables"]].concat());
-    let rows = fs::read_to_string(place.path("tables/compare-f64.csv")).unwrap();
-    assert_eq!(rows.lines().count(), 1 + folders::FRAMES, "{rows}");
-    let list: Value = place.json("compared.json");
-    for field in ["ln_likelihood", "component_weight", "mean"] {
-        assert!(list[0][field].as_f64().unwrap() < 1e-9, "{field}: {list}");
+    let printed = place.prints(&["compare", "stereo", "--precision", "f64", "--particles", "3"]);
+    assert_eq!(row(&printed, "scans"), [folders::FRAMES.to_string()]);
+    for name in ["ln likelihood (relative)", "component weight (relative)", "component mean (relative)"] {
+        assert!(row(&printed, name)[0].parse::<f64>().unwrap() < 1e-9, "{name}: {printed}");
     }
 }
 

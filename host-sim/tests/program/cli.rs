@@ -1,7 +1,7 @@
 //! The program as its users see it: exit codes, messages, files.
 
 use crate::folders::{self, stereo};
-use crate::place::{Place, names, timeless};
+use crate::place::{Place, names, row, timeless};
 use serde_json::Value;
 use std::fs;
 
@@ -324,10 +324,7 @@ fn filter_and_reference_agree_in_lockstep() {
     let place = workplace();
     let sizes = ["compare", "log", "--particles", "4", "--samples", "3", "--seed", "5"];
     let printed = place.prints(&sizes);
-    let row = |name: &str| -> Vec<&str> {
-        let line = printed.lines().find_map(|line| line.trim_start().strip_prefix(name));
-        line.unwrap_or_else(|| panic!("{name}: {printed}")).split_whitespace().collect()
-    };
+    let row = |name: &str| row(&printed, name);
     assert_eq!((row("log"), row("precision")), (vec!["survey"; 2], vec!["f32", "f64"]));
     assert_eq!((row("particles × samples").concat(), row("seed")), ("4×34×3".into(), vec!["5"; 2]));
     assert_eq!((row("scans"), row("scans short of room").len()), (vec!["41"; 2], 2));
@@ -564,7 +561,7 @@ fn help_version_and_lists() {
     // Line breaks depend on the terminal.
     let help = place.prints(&["--help"]).split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(help.contains("OSPA (order 1, cut-off 10 m)"), "{help}");
-    for command in ["replay", "run", "monte-carlo", "merge", "figure", "compare", "export", "settings", "tune"] {
+    for command in ["replay", "run", "monte-carlo", "figure", "compare", "export", "settings", "tune"] {
         assert!(place.prints(&[command, "--help"]).contains("Usage: scphd-sim"), "{command}");
     }
     let list = place.prints(&["scenarios"]);

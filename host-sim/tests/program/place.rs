@@ -94,6 +94,12 @@ pub fn survey_of(scans: usize) -> Log {
     log
 }
 
+/// The values in the row of a printed table with this name.
+pub fn row<'t>(table: &'t str, name: &str) -> Vec<&'t str> {
+    let row = table.lines().find_map(|line| line.trim_start().strip_prefix(name));
+    row.unwrap_or_else(|| panic!("{name}: {table}")).split_whitespace().collect()
+}
+
 /// Names in a folder, sorted.
 pub fn names(dir: &Path) -> Vec<String> {
     let mut names: Vec<String> =

@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-/// A figure; `cargo xtask bench --help` defines them all.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figure {
     pub name: String,
