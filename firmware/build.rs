@@ -6,15 +6,8 @@ use std::{env, fs};
 
 /// Images that use defmt.
 const LOGGING: [&str; 9] = [
-    "black-box",
-    "flips",
-    "replay-f32",
-    "replay-f64",
-    "replay-joint-f32",
-    "replay-underwater-f32",
-    "replay-underwater-joint-f32",
-    "robot",
-    "vehicle-loop",
+    "black-box", "flips", "replay-f32", "replay-f64", "replay-joint-f32", "replay-underwater-f32",
+    "replay-underwater-joint-f32", "robot", "vehicle-loop",
 ];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

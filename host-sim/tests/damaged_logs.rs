@@ -51,13 +51,7 @@ impl Dice {
 /// The files of an existing folder.
 fn read_folder(dir: &Path) -> Files {
     let names = [
-        "log.toml",
-        "odometry.csv",
-        "scans.csv",
-        "detections.csv",
-        "fixes.csv",
-        "truth.csv",
-        "landmarks.csv",
+        "log.toml", "odometry.csv", "scans.csv", "detections.csv", "fixes.csv", "truth.csv", "landmarks.csv",
         "moving.csv",
     ];
     names.into_iter().filter_map(|name| Some((name, fs::read(dir.join(name)).ok()?))).collect()
@@ -101,38 +95,9 @@ fn good() -> Vec<Files> {
 
 /// Unusual fields.
 const FIELDS: [&str; 32] = [
-    "",
-    " ",
-    "-",
-    "nan",
-    "NaN",
-    "inf",
-    "-inf",
-    "infinity",
-    "1e308",
-    "-1e308",
-    "1e18",
-    "-1e18",
-    "1e9",
-    "1e-320",
-    "-0",
-    "0",
-    "-1",
-    "3.5",
-    "180",
-    "9223372036854775807",
-    "9223372036854775808",
-    "-9223372036854775808",
-    "18446744073709551616",
-    "0x10",
-    "1,5",
-    "\"1\n2\"",
-    "\"",
-    "1e400",
-    "١٢",
-    "true",
-    "\u{0}",
-    "1_000",
+    "", " ", "-", "nan", "NaN", "inf", "-inf", "infinity", "1e308", "-1e308", "1e18", "-1e18", "1e9", "1e-320", "-0",
+    "0", "-1", "3.5", "180", "9223372036854775807", "9223372036854775808", "-9223372036854775808",
+    "18446744073709551616", "0x10", "1,5", "\"1\n2\"", "\"", "1e400", "١٢", "true", "\u{0}", "1_000",
 ];
 
 /// Unusual lines of a head.

@@ -6,18 +6,8 @@ use std::path::{Path, PathBuf};
 
 /// The folders of `core/src`, each after those that it may depend on. Tests are not listed.
 const ROOMS: [&str; 12] = [
-    "numerics",
-    "map",
-    "models",
-    "report",
-    "settings",
-    "detection",
-    "particles",
-    "snapshot",
-    "navigation",
-    "filter",
-    "joint",
-    "locate",
+    "numerics", "map", "models", "report", "settings", "detection", "particles", "snapshot", "navigation", "filter",
+    "joint", "locate",
 ];
 
 fn root() -> PathBuf {

@@ -45,18 +45,8 @@ macro_rules! versioned {
 
 plain!(scphd_range_bearing, scphd_sonar, scphd_feature);
 versioned!(
-    scphd_reason,
-    scphd_plane_pose,
-    scphd_odometry,
-    scphd_water_config,
-    scphd_water_control,
-    scphd_water_pose,
-    scphd_predict_report,
-    scphd_scan_report,
-    scphd_fix,
-    scphd_fix_report,
-    scphd_map,
-    scphd_sonar_config,
+    scphd_reason, scphd_plane_pose, scphd_odometry, scphd_water_config, scphd_water_control, scphd_water_pose,
+    scphd_predict_report, scphd_scan_report, scphd_fix, scphd_fix_report, scphd_map, scphd_sonar_config,
 );
 
 /// A pointer to read from, `const T *` in C.

@@ -206,21 +206,9 @@ impl From<Scanned<f32>> for scphd_scan_report {
 
 /// The names of the warnings, in the order of their bits.
 const NAMES: [&CStr; 15] = [
-    c"UNEXPLAINED_SCAN",
-    c"DEGENERATE",
-    c"PRUNING_TIGHTENED",
-    c"MAP_NOT_UPDATED",
-    c"COMPONENTS_LOST",
-    c"COVARIANCE_REPAIRED",
-    c"POSE_REJECTED",
-    c"INNOVATION_HIGH",
-    c"PREDICTION_REFUSED",
-    c"DIVERGENCE_SUSPECTED",
-    c"LOST",
-    c"INPUT_LOST",
-    c"STATE_REPAIRED",
-    c"CLUTTER_HIGH",
-    c"DETECTIONS_LOW",
+    c"UNEXPLAINED_SCAN", c"DEGENERATE", c"PRUNING_TIGHTENED", c"MAP_NOT_UPDATED", c"COMPONENTS_LOST",
+    c"COVARIANCE_REPAIRED", c"POSE_REJECTED", c"INNOVATION_HIGH", c"PREDICTION_REFUSED", c"DIVERGENCE_SUSPECTED",
+    c"LOST", c"INPUT_LOST", c"STATE_REPAIRED", c"CLUTTER_HIGH", c"DETECTIONS_LOW",
 ];
 
 /// The name of the lowest warning in `health`, as in docs/health.md; call it with each bit separately. "GOOD" if there is none.

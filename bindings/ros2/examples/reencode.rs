@@ -25,21 +25,8 @@ fn answer(kind: &str, bytes: Option<&[u8]>) -> Option<Result<String, CdrError>> 
         };
     }
     of!(
-        AckermannDriveStamped,
-        Detection3DArray,
-        DiagnosticArray,
-        Imu,
-        JointState,
-        LaserScan,
-        MarkerArray,
-        NavSatFix,
-        Odometry,
-        PointCloud2,
-        PoseArray,
-        PoseStamped,
-        PoseWithCovarianceStamped,
-        RadarScan,
-        TFMessage,
+        AckermannDriveStamped, Detection3DArray, DiagnosticArray, Imu, JointState, LaserScan, MarkerArray, NavSatFix,
+        Odometry, PointCloud2, PoseArray, PoseStamped, PoseWithCovarianceStamped, RadarScan, TFMessage,
     )
 }
 

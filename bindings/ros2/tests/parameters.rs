@@ -71,11 +71,7 @@ fn settings_are_read_by_name_in_any_order() {
 #[test]
 fn written_parameters_are_read_back() {
     let said = setup(&[
-        "sensor.model:=range_bearing",
-        "sensor.left_m:=0.5",
-        "position:=yes",
-        "order.wait_s:=0.1",
-        "joint.movers:=yes",
+        "sensor.model:=range_bearing", "sensor.left_m:=0.5", "position:=yes", "order.wait_s:=0.1", "joint.movers:=yes",
     ])
     .unwrap();
     let mut description = Description::<f64>::robot();

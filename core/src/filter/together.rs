@@ -290,14 +290,8 @@ impl<T: Real, D: Place<Scalar = T>> Draft<'_, D> {
         let tally = &self.tally;
         let ((innovation, weight), known) = (tally.innovation, tally.known);
         [
-            tally.pruned_mass,
-            innovation,
-            weight,
-            tally.expected_detections,
-            known.weight,
-            known.expected,
-            known.missed,
-            known.detected,
+            tally.pruned_mass, innovation, weight, tally.expected_detections, known.weight, known.expected,
+            known.missed, known.detected,
         ]
     }
 

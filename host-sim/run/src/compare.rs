@@ -101,14 +101,8 @@ where
                 // If the filter rejects a step, the reference does not repeat it: its next step starts from the filter's state.
                 if filter.predict(control, dt_s)?.is_none() {
                     let after = filter.snapshot()?;
-                    predictions.merge(&predict::<K, R, N, V>(
-                        &references[0],
-                        before,
-                        &after,
-                        predicted,
-                        &control,
-                        dt_s,
-                    ));
+                    predictions
+                        .merge(&predict::<K, R, N, V>(&references[0], before, &after, predicted, &control, dt_s));
                 }
                 predicted = true;
             }

@@ -7,14 +7,7 @@ use std::fs;
 
 /// Files in the folder of `--out` after a single run.
 const FILES: [&str; 9] = [
-    "error.png",
-    "error.svg",
-    "estimate.tum",
-    "map.csv",
-    "moving.csv",
-    "scans.csv",
-    "trajectory.png",
-    "trajectory.svg",
+    "error.png", "error.svg", "estimate.tum", "map.csv", "moving.csv", "scans.csv", "trajectory.png", "trajectory.svg",
     "truth.tum",
 ];
 
@@ -258,16 +251,7 @@ fn unused_options_and_settings_are_refused_with_their_name() {
     // It suffices if one of several filters uses the setting.
     fs::write(place.path("one.toml"), files[3].1).unwrap();
     place.prints(&[
-        "monte-carlo",
-        "log",
-        "--filter",
-        "joint,ekf",
-        "--settings",
-        "one.toml",
-        "--runs",
-        "1",
-        "--moving",
-        "off",
+        "monte-carlo", "log", "--filter", "joint,ekf", "--settings", "one.toml", "--runs", "1", "--moving", "off",
     ]);
 }
 
@@ -330,9 +314,7 @@ fn filter_and_reference_agree_in_lockstep() {
     assert_eq!((row("scans"), row("scans short of room").len()), (vec!["41"; 2], 2));
     assert!(row("static components compared")[1].parse::<u32>().unwrap() > 0);
     for name in [
-        "ln likelihood (relative)",
-        "particle weight (relative)",
-        "component weight (relative)",
+        "ln likelihood (relative)", "particle weight (relative)", "component weight (relative)",
         "component mean (relative)",
     ] {
         assert!(row(name)[1].parse::<f64>().unwrap() < 1e-9, "{name}: {printed}");
@@ -421,16 +403,7 @@ fn a_study_under_water_has_each_filter() {
 fn filters_are_compared_on_the_same_inputs() {
     let place = workplace();
     let printed = place.prints(&[
-        "monte-carlo",
-        "log",
-        "log",
-        "--runs",
-        "4",
-        "--particles",
-        "3",
-        "--filter",
-        "core,rb-single",
-        "--json",
+        "monte-carlo", "log", "log", "--runs", "4", "--particles", "3", "--filter", "core,rb-single", "--json",
         "results/both.json",
     ]);
     assert!(printed.contains("better than rb-single in") && printed.contains("of 4 runs"), "{printed}");

@@ -158,62 +158,28 @@ impl Head {
 const SENSOR_KEYS: &[&str] = MOUNTED_SENSOR_KEYS.split_at(12).0;
 /// Keys of one of several sensors.
 const MOUNTED_SENSOR_KEYS: &[&str] = &[
-    "model",
-    "range_min_m",
-    "range_max_m",
-    "bearing_min_rad",
-    "bearing_max_rad",
-    "range_sigma_m",
-    "range_sigma_ratio",
-    "bearing_sigma_rad",
-    "detection_probability",
-    "clutter_per_scan",
-    "no_return_m",
-    "exclude",
-    "name",
-    "forward_m",
-    "left_m",
-    "yaw_rad",
+    "model", "range_min_m", "range_max_m", "bearing_min_rad", "bearing_max_rad", "range_sigma_m", "range_sigma_ratio",
+    "bearing_sigma_rad", "detection_probability", "clutter_per_scan", "no_return_m", "exclude", "name", "forward_m",
+    "left_m", "yaw_rad",
 ];
 /// Keys of a zone that is left out.
 const ZONE_KEYS: [&str; 4] = ["range_min_m", "range_max_m", "bearing_min_rad", "bearing_max_rad"];
 const FIX_KEYS: [&str; 6] = ["position_sigma_m", "heading_sigma_rad", "gate", "patience_s", "forward_m", "left_m"];
 const ACKERMANN_KEYS: [&str; 8] = [
-    "model",
-    "wheelbase_m",
-    "encoder_offset_m",
-    "sensor_forward_m",
-    "sensor_left_m",
-    "sensor_yaw_rad",
-    "speed_sigma_mps",
-    "steering_sigma_rad",
+    "model", "wheelbase_m", "encoder_offset_m", "sensor_forward_m", "sensor_left_m", "sensor_yaw_rad",
+    "speed_sigma_mps", "steering_sigma_rad",
 ];
 const UNICYCLE_KEYS: [&str; 6] =
     ["model", "sensor_forward_m", "sensor_left_m", "sensor_yaw_rad", "speed_sigma_mps", "rate_sigma_radps"];
 /// The same if `[[sensors]]` have their mountings; the point of an Ackermann vehicle's pose is given by these keys.
 const BARE_ACKERMANN_KEYS: [&str; 7] = [
-    "model",
-    "wheelbase_m",
-    "encoder_offset_m",
-    "sensor_forward_m",
-    "sensor_left_m",
-    "speed_sigma_mps",
+    "model", "wheelbase_m", "encoder_offset_m", "sensor_forward_m", "sensor_left_m", "speed_sigma_mps",
     "steering_sigma_rad",
 ];
 const BARE_UNICYCLE_KEYS: [&str; 3] = ["model", "speed_sigma_mps", "rate_sigma_radps"];
 const TOP_KEYS: [&str; 12] = [
-    "name",
-    "kind",
-    "simulated",
-    "source",
-    "note",
-    "initial_pose",
-    "truth",
-    "truth_sigma_m",
-    "vehicle",
-    "sensor",
-    "sensors",
-    "fixes",
+    "name", "kind", "simulated", "source", "note", "initial_pose", "truth", "truth_sigma_m", "vehicle", "sensor",
+    "sensors", "fixes",
 ];
 const SENSORS: &str = "range_bearing";
 const VEHICLES: &str = "ackermann, unicycle, unicycle_arc and holonomic";

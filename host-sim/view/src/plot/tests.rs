@@ -193,12 +193,8 @@ fn a_circle_with_two_filters() {
         }
         let error = fs::read_to_string(&paths[2]).unwrap();
         for text in [
-            "position error (m)",
-            "heading error (deg)",
-            "filter f32: ±2σ",
-            "features N̂",
-            "true landmarks in view so far",
-            "N_eff",
+            "position error (m)", "heading error (deg)", "filter f32: ±2σ", "features N̂",
+            "true landmarks in view so far", "N_eff",
         ] {
             assert!(error.contains(text), "{text}");
         }
