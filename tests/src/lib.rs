@@ -12,9 +12,6 @@ pub use scphd_shared_data::find as data_folder;
 
 /// Calls `work` in a thread with a stack for any filter: a state has tens of MB, and an unoptimised build constructs it on the
 /// stack before it is moved to the heap. A panic is passed on.
-///
-/// # Panics
-/// The system cannot create a thread, or `work` panics.
 pub fn with_roomy_stack<R: Send>(work: impl FnOnce() -> R + Send) -> R {
     thread::scope(|scope| {
         // The thread has the name of the test.

@@ -6,7 +6,6 @@ use scphd_lidar::PostSettings;
 use scphd_log::log::{Log, Vehicle};
 
 /// The topics on which a log is published, and sufficient waiting times.
-#[must_use]
 pub fn wiring(log: &Log) -> Wiring {
     let (odometry, kind) = match log.vehicle {
         Vehicle::Ackermann { .. } => (topic::INPUT_WHEELS, ODOMETRY[1]),

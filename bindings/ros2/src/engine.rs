@@ -145,9 +145,6 @@ fn settings(order: &Order) -> Settings {
 
 impl Engine {
     /// An engine at its start.
-    ///
-    /// # Errors
-    /// The setup is out of range.
     pub fn new(setup: Setup) -> Result<Self, EngineError> {
         settings(&setup.wiring.order).check()?;
         let mut slam = crate::memory::start(&setup.description)?;
@@ -173,9 +170,6 @@ impl Engine {
     }
 
     /// Restarts with an empty map, and removes all waiting inputs.
-    ///
-    /// # Errors
-    /// The start pose is out of range.
     pub fn reset(&mut self) -> Result<(), EngineError> {
         self.slam.reset(&self.setup.description.start)?;
         self.smooth = SmoothOdometry::new(self.setup.description.start.pose);
@@ -188,18 +182,12 @@ impl Engine {
     }
 
     /// The number of features in the map, and the bytes of a map file.
-    ///
-    /// # Errors
-    /// A feature is out of range.
     pub fn map(&mut self) -> Result<(usize, Vec<u8>), maps::Refused> {
         let features = maps::known(&mut *self.slam);
         Ok((features.len(), maps::bytes(&features)?))
     }
 
     /// Replaces the map by that of a file, and keeps the pose. Returns the number of features.
-    ///
-    /// # Errors
-    /// The file is damaged, or the filter refuses the map.
     pub fn load_map(&mut self, bytes: &[u8]) -> Result<usize, maps::Refused> {
         let features = maps::features(bytes)?;
         self.slam.load_map(&features).map_err(|error| error.to_string())?;
@@ -208,9 +196,6 @@ impl Engine {
 
     /// Starts global localisation in the map of a file. The filter maps in its own frame until the pose is found, and then
     /// continues in the frame of the file.
-    ///
-    /// # Errors
-    /// The file is damaged, or has too few landmarks.
     pub fn locate(&mut self, bytes: &[u8]) -> Result<(), maps::Refused> {
         let search = Search::new(maps::features(bytes)?)?;
         self.slam.configure(&maps::careful(&self.setup.description)).map_err(|error| error.to_string())?;
@@ -222,13 +207,11 @@ impl Engine {
     }
 
     /// Whether global localisation is in progress.
-    #[must_use]
     pub fn is_searching(&self) -> bool {
         self.search.is_some()
     }
 
     /// Time until the next waiting scan or fix is processed without odometry; `None` if none waits.
-    #[must_use]
     pub fn patience(&self) -> Option<Duration> {
         let window = Duration::from_secs_f64(self.setup.wiring.order.window_s);
         let left = self.pending.iter().map(|(_, since)| window.saturating_sub(since.elapsed())).min();
@@ -238,7 +221,6 @@ impl Engine {
 
     /// The present speed, m/s, and turn rate, rad/s. The turn rate of a car is given as 0, because its control is a steering
     /// angle.
-    #[must_use]
     pub fn motion(&self) -> [f32; 2] {
         let is_car = self.setup.description.vehicle.kind == VehicleKind::Ackermann;
         [self.control.speed_mps, if is_car { 0.0 } else { self.control.turn }]
@@ -256,15 +238,11 @@ impl Engine {
         self.counts.refused += u64::from(moved.is_err()) + u64::from(loaded.is_err());
     }
 
-    #[must_use]
     pub fn setup(&self) -> &Setup {
         &self.setup
     }
 
     /// Changes the mounting of a sensor: position ahead and to the left of the pose, m, and rotation to the left, rad.
-    ///
-    /// # Errors
-    /// A number is out of range, or there is no such sensor.
     pub fn seat(&mut self, sensor: usize, [forward_m, left_m, yaw_rad]: [f32; 3]) -> Result<(), StartError> {
         let mut description = self.setup.description;
         if let Some(sensor) = description.sensors.get_mut(sensor).and_then(Option::as_mut) {
@@ -281,7 +259,6 @@ impl Engine {
     }
 
     /// Numbers of inputs since the start.
-    #[must_use]
     pub fn counts(&self) -> Counts {
         self.counts
     }

@@ -60,7 +60,6 @@ pub struct Inputs {
 pub type Refused = String;
 
 impl Inputs {
-    #[must_use]
     pub fn new(setup: &Setup) -> Self {
         let wiring = &setup.wiring;
         let channel = |Topic { name, kind }: &Topic| {
@@ -92,9 +91,6 @@ impl Inputs {
     }
 
     /// Reads a message of the topic with this index. Returns the pose, if it is odometry with a pose.
-    ///
-    /// # Errors
-    /// The message is rejected.
     pub fn take(&mut self, place: usize, data: &[u8], engine: &mut Engine) -> Result<Option<Placed>, Refused> {
         let Some(Input { role, channel }) = self.topics.get(place) else { return Err("no such topic".into()) };
         let count = self.counts.get_mut(place);

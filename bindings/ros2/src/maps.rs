@@ -29,9 +29,6 @@ pub fn known(slam: &mut dyn Services<f32>) -> Vec<Feature> {
 }
 
 /// The bytes of a file with these features.
-///
-/// # Errors
-/// A feature is out of range.
 pub fn bytes(features: &[Feature]) -> Result<Vec<u8>, Refused> {
     let mut bytes = vec![0; BYTES];
     let length = save_map(KIND, features.iter().copied(), into_slice(&mut bytes));
@@ -40,9 +37,6 @@ pub fn bytes(features: &[Feature]) -> Result<Vec<u8>, Refused> {
 }
 
 /// The features of a file.
-///
-/// # Errors
-/// It is damaged, or not in single precision.
 pub fn features(bytes: &[u8]) -> Result<Vec<Feature>, Refused> {
     let mut room = vec![Feature::ZERO; FEATURES];
     let count = restore_map(KIND, &mut room, from_slice(bytes)).map_err(|error| error.to_string())?;
@@ -59,9 +53,6 @@ pub struct Search {
 
 impl Search {
     /// Starts in a map.
-    ///
-    /// # Errors
-    /// The map has too few landmarks.
     pub fn new(map: Vec<Feature>) -> Result<Self, Refused> {
         let mut memory = Box::new(LocatorState::new());
         let locator = Locator::new(LocatorConfig::default(), &mut memory);
@@ -82,14 +73,12 @@ impl Search {
         found.map(|place| place.pose)
     }
 
-    #[must_use]
     pub fn into_map(self) -> Vec<Feature> {
         self.map
     }
 }
 
 /// The description with stricter thresholds for removing landmarks, which global localisation needs.
-#[must_use]
 pub fn careful(description: &Description<f32>) -> Description<f32> {
     let mut careful = *description;
     if let Filter::Joint(joint) = &mut careful.filter {

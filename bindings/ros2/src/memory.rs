@@ -29,9 +29,6 @@ joint_backing! {
 }
 
 /// Starts the described filter, in memory that lasts as long as the program.
-///
-/// # Errors
-/// The description is out of range, or no variant has memory for all its parts.
 pub fn start(description: &Description<f32>) -> Result<Box<dyn Services<f32>>, StartError> {
     fn over<B: Backing<f32, Slam<'static>: Services<f32> + 'static> + 'static>(
         memory: Box<B>,

@@ -25,27 +25,21 @@ pub(crate) const IN: usize = 1024;
 const OUT: usize = 64;
 
 /// Quality of service for sensors: lost messages are not repeated (REP 2003).
-#[must_use]
 pub fn sensor_data() -> QosProfile {
     QosProfile::subscription_default().reliability_best_effort().history(History::KeepLast { depth: IN })
 }
 
 /// Lost messages are repeated.
-#[must_use]
 pub fn reliable() -> QosProfile {
     QosProfile::publisher_default().reliability_reliable(WhenFull::DEFAULT).history(History::KeepLast { depth: OUT })
 }
 
 /// As `reliable`; late readers receive the last message.
-#[must_use]
 pub fn latched() -> QosProfile {
     reliable().durability(Durability::TransientLocal).history(History::KeepLast { depth: 1 })
 }
 
 /// The name of a message type, such as `nav_msgs/msg/Odometry`.
-///
-/// # Errors
-/// It is not a message type.
 pub fn type_name(kind: &str) -> Result<MessageTypeName, Failure> {
     match kind.split('/').collect::<Vec<_>>()[..] {
         [package, "msg", name] => Ok(MessageTypeName::new(package, name)),
@@ -69,9 +63,6 @@ pub struct Arguments {
 
 impl Arguments {
     /// Reads a command line.
-    ///
-    /// # Errors
-    /// The value of an argument is missing, or a file cannot be read.
     pub fn of(words: impl Iterator<Item = String>, name: &str) -> Result<Self, Failure> {
         let mut found = Self {
             name: name.to_owned(),
@@ -112,7 +103,6 @@ impl Arguments {
 
     /// The full name of a topic or service: `~/pose` is in the node's private namespace, `scan` in the node's namespace, `/scan`
     /// is absolute.
-    #[must_use]
     pub fn resolved(&self, name: &str) -> String {
         let name = self.remapped.get(name).map_or(name, String::as_str);
         let namespace = self.namespace.trim_end_matches('/');
@@ -128,9 +118,6 @@ impl Arguments {
 }
 
 /// A node in the domain of `ROS_DOMAIN_ID`.
-///
-/// # Errors
-/// An error of the middleware.
 pub fn node(arguments: &Arguments, options: NodeOptions) -> Result<Node, Failure> {
     let domain = match env::var("ROS_DOMAIN_ID") {
         Ok(text) if !text.is_empty() => {
@@ -146,9 +133,6 @@ pub fn node(arguments: &Arguments, options: NodeOptions) -> Result<Node, Failure
 }
 
 /// Splits a name into namespace and name.
-///
-/// # Errors
-/// It is not a valid name.
 pub fn parted(whole: &str) -> Result<Name, Failure> {
     let bad = |error: &dyn Display| Failure(format!("the name '{whole}': {error}"));
     let (space, name) = whole.rsplit_once('/').ok_or_else(|| bad(&"it has no /"))?;
@@ -156,9 +140,6 @@ pub fn parted(whole: &str) -> Result<Name, Failure> {
 }
 
 /// A publisher of a message type.
-///
-/// # Errors
-/// An error of the middleware.
 pub fn publisher<M: Message>(
     node: &mut Node,
     name: &str,
@@ -168,9 +149,6 @@ pub fn publisher<M: Message>(
 }
 
 /// A publisher of values that serialise as messages of a type.
-///
-/// # Errors
-/// An error of the middleware.
 pub fn any_publisher<M: serde::Serialize>(
     node: &mut Node,
     name: &str,

@@ -56,9 +56,6 @@ fn sent<E: Debug>(name: &str, result: Result<(), E>) {
 }
 
 /// Runs a node until the program ends.
-///
-/// # Errors
-/// An error of the parameters or of the middleware.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(word) = arguments.rest.first() {
         return Err(Failure(format!(

@@ -31,14 +31,12 @@ fn placed(estimate: &Estimate) -> PoseWithCovariance {
     }
 }
 
-#[must_use]
 pub fn stamped(estimate: &Estimate, [map, ..]: &[String; 3]) -> PoseWithCovarianceStamped {
     let header = Header::new(Time::from_nanoseconds(estimate.stamp_ns), map);
     PoseWithCovarianceStamped { header, pose: placed(estimate) }
 }
 
 /// The pose in the map and the present motion.
-#[must_use]
 pub fn odometry(estimate: &Estimate, [map, _, base]: &[String; 3], kind: VehicleKind) -> Odometry {
     let control = estimate.control;
     let linear = Vector3 { x: f64::from(control.speed_mps), y: f64::from(control.left_mps), z: 0.0 };
@@ -57,7 +55,6 @@ pub fn odometry(estimate: &Estimate, [map, _, base]: &[String; 3], kind: Vehicle
 
 /// The transform from the odometry frame to the map. If odometry messages have poses, it is their frame; otherwise it is a frame
 /// of the node, and the transform of the vehicle in it is added.
-#[must_use]
 pub fn transforms(estimate: &Estimate, [map, odom, base]: &[String; 3], placed: Option<Placed>) -> TFMessage {
     let at = Time::from_nanoseconds(estimate.stamp_ns);
     let of = |parent: &str, child: &str, [x, y, heading_rad]: [f64; 3]| TransformStamped {
@@ -74,7 +71,6 @@ pub fn transforms(estimate: &Estimate, [map, odom, base]: &[String; 3], placed: 
 }
 
 /// Features and movers as ellipses.
-#[must_use]
 pub fn features(slam: &mut dyn Services<f32>, at_ns: u64, map: &str) -> MarkerArray {
     let mut room = vec![Component::<Vector2<f32>>::ZERO; SHOWN];
     let still = slam.features(&mut room).features;
@@ -86,7 +82,6 @@ pub fn features(slam: &mut dyn Services<f32>, at_ns: u64, map: &str) -> MarkerAr
 }
 
 /// Diagnostics: warnings of the filter and of stamps, counts since the start, and the last reason why a message was rejected.
-#[must_use]
 pub fn diagnostics(
     node: &str,
     at: Time,

@@ -52,9 +52,6 @@ pub struct Parameters(pub BTreeMap<String, Value>);
 
 impl Parameters {
     /// Reads the parameters of a node from a file, those of `/**` and of the node's name, and replaces earlier values.
-    ///
-    /// # Errors
-    /// The text is not a parameter file.
     pub fn read(&mut self, text: &str, node: &str) -> Result<(), ParameterError> {
         let root: Yaml = serde_yaml_ng::from_str(text).map_err(|error| ParameterError::File(error.to_string()))?;
         let Yaml::Mapping(nodes) = root else {
@@ -76,9 +73,6 @@ impl Parameters {
     }
 
     /// Reads an argument of the command line, `name:=value`.
-    ///
-    /// # Errors
-    /// It is not of this form.
     pub fn assign(&mut self, word: &str) -> Result<(), ParameterError> {
         let Some((name, value)) = word.split_once(":=") else {
             return Err(ParameterError::File(format!("'{word}' is not NAME:=VALUE")));
@@ -116,7 +110,6 @@ impl Parameters {
     }
 
     /// The text of a parameter file for this node.
-    #[must_use]
     pub fn text(&self, node: &str) -> String {
         let mut text = format!("{node}:\n  ros__parameters:\n");
         for (name, value) in &self.0 {

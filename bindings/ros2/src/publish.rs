@@ -92,9 +92,6 @@ struct Message {
 }
 
 /// Runs the program.
-///
-/// # Errors
-/// An error of a file, the log, or the middleware.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let task = Task::of(&arguments.rest)?;
     let path = Path::new(&task.source);

@@ -56,9 +56,6 @@ pub struct Services(Vec<Server<Request, Response>>);
 
 impl Services {
     /// Starts the services, with event tokens from `first` on.
-    ///
-    /// # Errors
-    /// An error of the middleware.
     pub fn new(node: &mut Node, arguments: &Arguments, registry: &Registry, first: usize) -> Result<Self, Failure> {
         // Middlewares of ROS 2 associate responses with requests in different ways.
         let cyclone = env::var("RMW_IMPLEMENTATION").is_ok_and(|name| name == "rmw_cyclonedds_cpp");

@@ -29,7 +29,6 @@ pub struct Topic {
 }
 
 impl Topic {
-    #[must_use]
     pub fn new(name: &str, kind: &str) -> Self {
         Self { name: name.to_owned(), kind: kind.to_owned() }
     }
@@ -220,9 +219,6 @@ fn number_of(setting: Setting, name: &str, value: &Value) -> Result<f64, Paramet
 
 impl Setup {
     /// Reads all parameters; defaults are those of a robot without sensors.
-    ///
-    /// # Errors
-    /// A parameter is unknown, or its value is out of range.
     pub fn of(parameters: &Parameters) -> Result<Self, ParameterError> {
         let mut rest = Rest(parameters.clone());
         let (mut description, mut wiring) = (Description::robot(), Wiring::default());
@@ -304,7 +300,6 @@ impl Setup {
     }
 
     /// Writes the parameters of a wiring, and of a description in double precision, whose numbers have shorter texts.
-    #[must_use]
     pub fn parameters(description: &Description<f64>, wiring: &Wiring) -> Parameters {
         let mut all = Parameters::default();
         let mut put = |name: String, value: Value| drop(all.0.insert(name, value));

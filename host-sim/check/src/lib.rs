@@ -74,9 +74,6 @@ pub fn write(path: &Path, reports: &[Report]) -> Result<(), OutputError> {
 /// The parts of a check that depend on the kind of vehicle.
 pub trait Checked: Kind {
     /// Reads a folder.
-    ///
-    /// # Errors
-    /// All errors of the folder, at least one.
     fn read(dir: &Path) -> Result<Self::Log, Vec<LogError>>;
 
     /// Settings that fit the log.

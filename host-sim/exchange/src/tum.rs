@@ -15,9 +15,6 @@ const HEAD: &str = "# timestamp tx ty tz qx qy qz qw\n";
 
 /// Writes `estimate.tum`, and `truth.tum` with the scans whose true position is known, into the existing folder `dir`; only the
 /// first without truth. Returns their paths.
-///
-/// # Errors
-/// [`OutputError`] if a file cannot be written; complete files remain.
 pub fn write<D: Dimensions>(dir: &Path, scans: &[ScanRecord<D>]) -> Result<Vec<PathBuf>, OutputError> {
     let scans = last_of_each_time(scans);
     let estimate = scans.iter().map(|scan| (scan.t_s, D::position(&scan.pose), Some(D::heading(&scan.pose))));

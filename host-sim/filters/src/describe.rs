@@ -8,7 +8,6 @@ use scphd_log::log::{FixNoise, Log};
 use scphd_vehicle::{Description, Filter, FixSpec, JointSettings, Sensor};
 
 /// The joint map with the settings of a log; the number of sensors is limited.
-#[must_use]
 pub fn description(log: &Log, settings: &Settings) -> Description<f64> {
     let numbers = PlanarNumbers::<f64>::of(settings, &log.vehicle, log.initial_pose);
     let mut description = Description::robot();
@@ -39,7 +38,6 @@ pub fn description(log: &Log, settings: &Settings) -> Description<f64> {
 }
 
 /// The same vehicle with the mixture of the settings, whose random numbers have this seed.
-#[must_use]
 pub fn mixture(log: &Log, settings: &Settings, seed: u64) -> Description<f64> {
     let numbers = PlanarNumbers::<f64>::of(settings, &log.vehicle, log.initial_pose);
     let mut description = description(log, settings);
@@ -50,7 +48,6 @@ pub fn mixture(log: &Log, settings: &Settings, seed: u64) -> Description<f64> {
 }
 
 /// The filter under water, and the births of its camera; a description has no other models of such a vehicle.
-#[must_use]
 pub fn under_water(filter: &FilterSettings, is_joint: bool, seed: u64) -> Description<f64> {
     let mut description = Description::robot();
     description.filter = if is_joint {

@@ -64,24 +64,15 @@ pub trait Kind: Dimensions {
     ) -> Option<(Self::Position, f64)>;
 
     /// Motion, fixes and scans in the order for a filter.
-    ///
-    /// # Errors
-    /// The log or the settings cannot be used by a filter.
     fn events(log: &Self::Log, settings: &Self::Settings) -> Result<Vec<Event<Self>>, Refusal>;
 
     /// The time of a row of odometry, s.
     fn row_t_s(log: &Self::Log, row: usize) -> f64;
 
     /// The position at every scan by dead reckoning, with odometry or instruments.
-    ///
-    /// # Errors
-    /// As for [`events`](Self::events).
     fn dead_reckoning(log: &Self::Log, settings: &Self::Settings) -> Result<Vec<Self::Reckoned>, Refusal>;
 
     /// Starts a filter.
-    ///
-    /// # Errors
-    /// This kind has no such filter, or the filter refuses the settings.
     fn slam(
         filter: Filter,
         log: &Self::Log,
@@ -90,9 +81,6 @@ pub trait Kind: Dimensions {
     ) -> Result<Box<dyn Slam<Self>>, Refusal>;
 
     /// The monitor of fixes that a filter refuses.
-    ///
-    /// # Errors
-    /// Their noise is out of range.
     fn fix_watch(settings: &Self::Settings) -> Result<Box<dyn WatchesFixes<Self>>, Refusal>;
 
     fn recursion(settings: &Self::Settings) -> &FilterSettings;
@@ -107,14 +95,8 @@ pub trait Kind: Dimensions {
     fn of_reference(log: &Self::Log) -> Self::Settings;
 
     /// These settings, overridden by the fields in `text`.
-    ///
-    /// # Errors
-    /// `text` is not a settings file.
     fn with_toml(settings: &Self::Settings, text: &str) -> Result<Self::Settings, FileProblem>;
 
     /// The first field that is out of range for runs over this log, if any.
-    ///
-    /// # Errors
-    /// The first field out of range, with its range.
     fn check(log: &Self::Log, settings: &Self::Settings) -> Result<(), OutOfRange>;
 }

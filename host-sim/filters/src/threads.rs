@@ -16,16 +16,12 @@ pub struct Threads(Option<Arc<ThreadPool>>);
 
 impl Threads {
     /// A pool with this number of threads, including the calling one.
-    ///
-    /// # Errors
-    /// The system cannot start them.
     pub fn new(threads: usize) -> Result<Self, ThreadPoolBuildError> {
         let pool = (threads > 1).then(|| ThreadPoolBuilder::new().num_threads(threads - 1).build());
         pool.transpose().map(|pool| Self(pool.map(Arc::new)))
     }
 
     /// Whether there is more than one.
-    #[must_use]
     pub fn are_several(&self) -> bool {
         self.0.is_some()
     }

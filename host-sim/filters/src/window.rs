@@ -15,7 +15,6 @@ pub struct Window {
 
 impl Window {
     /// The view of a filter's settings, without the soft edges.
-    #[must_use]
     pub fn of_settings(sensor: &SensorSettings) -> Self {
         Self {
             range_m: [sensor.range_min_m, sensor.range_max_m],
@@ -26,7 +25,6 @@ impl Window {
 
     /// Whether `point` (m) is in the view of the sensor of a vehicle at `pose`; `None` if this needs the heading and it is not
     /// known.
-    #[must_use]
     pub fn holds(&self, pose: &TruePose, point: [f64; 2]) -> Option<bool> {
         let ([x, y], heading) = (pose.position, pose.heading_rad);
         let at_the_pose = self.mounting.forward_m == 0.0 && self.mounting.left_m == 0.0;

@@ -17,9 +17,6 @@ pub enum CdrError {
 }
 
 /// Encodes a message.
-///
-/// # Errors
-/// A string or sequence is longer than 2³² − 1.
 pub fn encode<M: Message>(message: &M) -> Result<Vec<u8>, CdrError> {
     let body = to_vec::<M, byteorder::LittleEndian>(message).map_err(|error| CdrError::Content(error.to_string()))?;
     Ok([&LITTLE, &body[..]].concat())

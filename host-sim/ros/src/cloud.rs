@@ -100,9 +100,6 @@ impl<'c> Cloud<'c> {
     }
 
     /// The field with this name, if the points have it.
-    ///
-    /// # Errors
-    /// It has an unknown type, or is outside its point.
     pub fn column(&self, name: &str) -> Result<Option<Column>, CloudError> {
         let Some(field) = self.0.fields.iter().find(|field| field.name == name) else { return Ok(None) };
         let size = match field.datatype {

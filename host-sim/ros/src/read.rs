@@ -128,9 +128,6 @@ impl<R: Read> Reader<R> {
     }
 
     /// The next topic, message or attached file; `None` at the end.
-    ///
-    /// # Errors
-    /// [`ReadError`]; reading cannot be continued after it.
     #[expect(clippy::should_implement_trait, reason = "an iterator would go on after an error")]
     pub fn next(&mut self) -> Result<Option<Record>, ReadError> {
         loop {
@@ -261,9 +258,6 @@ impl<R: Read> Reader<R> {
 
 impl Channel {
     /// Decodes a message, which may be compressed separately with zstd or lz4.
-    ///
-    /// # Errors
-    /// The channel has another message type or encoding, or the bytes are invalid.
     pub fn decode<M: Message>(&self, data: &[u8]) -> Result<M, CdrError> {
         if self.encoding != "cdr" {
             let what = format!("messages are encoded as '{}', where ROS 2 has 'cdr'", self.encoding);

@@ -129,9 +129,6 @@ pub struct MapOutcome {
 }
 
 /// [`run_on`] with the use of maps of earlier drives. `film` records maps and particles for the HTML page and for MCAP.
-///
-/// # Errors
-/// As for `run`, or the filter cannot use or save such maps.
 #[expect(clippy::too_many_arguments, reason = "every parameter is a part of a run")]
 pub fn run_in_map<K: Kind>(
     threads: &Threads,

@@ -71,9 +71,6 @@ pub struct Rig<M: Drive> {
 impl<M: Drive> Rig<M> {
     /// A filter with models of the world, which starts with the map `known`, after this number of scans. Its maps have the memory
     /// types `S` and `V`.
-    ///
-    /// # Panics
-    /// The filter refuses the world.
     pub fn new<S, V, const PARTICLES: usize, const CANDIDATES: usize>(
         motion: M,
         births: Births<f32>,
@@ -110,9 +107,6 @@ impl<M: Drive> Rig<M> {
     }
 
     /// Processes the prepared scan, with a probe.
-    ///
-    /// # Panics
-    /// The filter refuses the scan.
     pub fn scan_with(&mut self, probe: &mut impl Probe) -> ScanReport<f32> {
         self.slam.scan_with(&mut self.detector, &self.measurements, probe).expect("a scan that fits")
     }

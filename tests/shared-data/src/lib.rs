@@ -28,9 +28,6 @@ fn beside() -> PathBuf {
 }
 
 /// The path of the log or file `name`. If it is missing, the calling test is recorded as skipped.
-///
-/// # Panics
-/// The file of [`SKIPPED`] cannot be written: a skipped test that is not counted would look like one that ran.
 pub fn find(name: &str) -> Option<PathBuf> {
     let path = folder().join(name);
     if path.exists() {
@@ -47,9 +44,6 @@ pub fn find(name: &str) -> Option<PathBuf> {
 }
 
 /// A file with results of independent implementations; `tests/oracles/README.md` has their sources.
-///
-/// # Panics
-/// It is missing or not JSON; it is part of this repository.
 pub fn oracle(name: &str) -> serde_json::Value {
     let path = Path::new(ORACLES).join(name);
     let text = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
@@ -57,9 +51,6 @@ pub fn oracle(name: &str) -> serde_json::Value {
 }
 
 /// The numbers of a list in an oracle.
-///
-/// # Panics
-/// It is not a list of numbers.
 pub fn numbers(value: &serde_json::Value) -> Vec<f64> {
     let list = value.as_array().expect("a list");
     list.iter().map(|number| number.as_f64().expect("a number")).collect()
@@ -71,9 +62,6 @@ pub struct Folder(pub PathBuf);
 
 impl Folder {
     /// A folder with this word in its name.
-    ///
-    /// # Panics
-    /// It cannot be created.
     pub fn new(name: &str) -> Self {
         let path = env::temp_dir().join(format!("scphd-{name}-{}", process::id()));
         let _ = fs::remove_dir_all(&path);
@@ -82,9 +70,6 @@ impl Folder {
     }
 
     /// The sorted names of its files.
-    ///
-    /// # Panics
-    /// The folder cannot be read.
     pub fn names(&self) -> Vec<String> {
         let files = fs::read_dir(&self.0).expect("a folder");
         let name = |file: io::Result<fs::DirEntry>| file.expect("a file").file_name().to_string_lossy().into_owned();

@@ -189,9 +189,6 @@ impl Watch {
 
 /// Runs `operations` operations from `seed` on; calls `progress` with the number of finished ones. Outcomes are
 /// [counted](counts::take).
-///
-/// # Errors
-/// The first session that failed, reduced. An operation that does not return ends the process.
 pub fn run(target: Target, operations: u64, seed: u64, progress: &mut dyn FnMut(u64)) -> Result<Done, Box<Failed>> {
     guarded(target, |watch| {
         let mut done = 0;
@@ -209,9 +206,6 @@ pub fn run(target: Target, operations: u64, seed: u64, progress: &mut dyn FnMut(
 }
 
 /// Repeats a session and prints its operations: all, or those with these indices.
-///
-/// # Errors
-/// The failure.
 pub fn replay(target: Target, seed: u64, operations: &[usize]) -> Result<(), Box<Failed>> {
     let all: Vec<usize> = (0..SESSION).collect();
     let indices = if operations.is_empty() { &all } else { operations };

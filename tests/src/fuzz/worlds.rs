@@ -38,9 +38,6 @@ pub trait World: Sized {
     type Sensing: MeasurementModel<Pose = Self::Pose, Sensor: Copy> + Copy + Debug;
 
     /// Random models.
-    ///
-    /// # Errors
-    /// The random models are refused.
     fn models(draw: &mut Draw) -> Result<ModelsOf<Self>, ModelError>;
     /// A random control from a pose.
     fn control(draw: &mut Draw, from: &Self::Pose) -> <Self::Motion as Motion>::Control;
@@ -62,9 +59,6 @@ pub trait Drawn: Pose {
     /// A random start pose.
     fn drawn(draw: &mut Draw) -> Self;
     /// A random mounting of a sensor.
-    ///
-    /// # Errors
-    /// The random mounting is refused.
     fn mounting(draw: &mut Draw) -> Result<Mounting<Self::Scalar>, ModelError>;
     /// A random feature near this pose, at most this far below it, m.
     fn feature(&self, draw: &mut Draw, depth_m: f64) -> Self::Position;

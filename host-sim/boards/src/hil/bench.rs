@@ -105,7 +105,6 @@ pub struct Bench {
 
 impl Bench {
     /// A bench at this line, with simulated faults at these rates; the session number must be different each time.
-    #[must_use]
     pub fn new(line: Line, session: u16, limits: Limits, rates: Rates, seed: u64) -> Self {
         Self {
             line,
@@ -123,9 +122,6 @@ impl Bench {
     }
 
     /// Sends a stream to its end; `on` is called for every answered scan.
-    ///
-    /// # Errors
-    /// The target does not answer, or cannot set up the filter.
     pub fn run<K: Kind>(&mut self, stream: &[u8], mut on: impl FnMut(&Scanned<K>)) -> Result<Outcome<K>, HilError> {
         let pieces: Vec<&[u8]> = pieces::<K>(stream).collect();
         let begun = self.deliver::<K>(&pieces, 0..=0)?;

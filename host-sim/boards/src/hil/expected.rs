@@ -10,9 +10,6 @@ use crate::stream::replaying;
 pub type Expected = Option<u64>;
 
 /// The digest after every scan, by the same filter as on the target, in single precision.
-///
-/// # Errors
-/// The filter cannot be set up as in the header, or the stream is damaged.
 pub fn expected(stream: &[u8]) -> Result<Vec<Expected>, Refusal> {
     if Reader::<Planar>::open(stream).map_err(refusal)?.is_of_joint_map() {
         replaying(|| digests::<BlackBoxJoint>(stream))

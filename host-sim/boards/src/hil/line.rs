@@ -48,9 +48,6 @@ pub struct Line {
 
 impl Line {
     /// Opens the port; waits for a listener for a limited time.
-    ///
-    /// # Errors
-    /// There is no listener, or no such device.
     pub fn open(port: &Port) -> io::Result<Self> {
         match port {
             Port::Device(path) => {
@@ -71,9 +68,6 @@ impl Line {
     }
 
     /// A line over a TCP connection.
-    ///
-    /// # Errors
-    /// Errors of the system.
     pub fn over_tcp(stream: TcpStream) -> io::Result<Self> {
         // Frames are small, and must not be delayed.
         stream.set_nodelay(true)?;
@@ -102,18 +96,12 @@ impl Line {
     }
 
     /// Sends bytes.
-    ///
-    /// # Errors
-    /// Errors of the line.
     pub fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.out.write_all(bytes)?;
         self.out.flush()
     }
 
     /// The next byte; `None` if none arrives in time.
-    ///
-    /// # Errors
-    /// The line has ended.
     pub fn byte(&mut self, until: Instant) -> io::Result<Option<u8>> {
         if self.bytes.is_empty() {
             match self.pieces.recv_timeout(until.saturating_duration_since(Instant::now())) {

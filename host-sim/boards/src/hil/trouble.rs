@@ -30,7 +30,6 @@ pub struct Trouble {
 
 impl Trouble {
     /// A line with these rates.
-    #[must_use]
     pub fn new(rates: Rates, seed: u64) -> Self {
         Self { rates, noise: Noise::new(seed), held: VecDeque::new() }
     }

@@ -21,9 +21,6 @@ pub enum Recorded {
 
 impl Stream {
     /// The stream of a vehicle in the plane with a snapshot after every `every` scans, in numbers of this type.
-    ///
-    /// # Errors
-    /// The filter refuses the stream, or its state cannot be saved.
     pub fn with_snapshots(self, scalar: Scalar, every: u32) -> Result<Self, Refusal> {
         match scalar {
             Scalar::F32 => by_filter::<f32>(self, every),
@@ -35,9 +32,6 @@ impl Stream {
     }
 
     /// The same for a vehicle under water.
-    ///
-    /// # Errors
-    /// As in the plane.
     pub fn with_snapshots_under_water(self, scalar: Scalar, every: u32) -> Result<Self, Refusal> {
         match scalar {
             Scalar::F32 => recorded::<underwater::BlackBox, f32>(self, every),

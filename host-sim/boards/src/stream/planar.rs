@@ -11,9 +11,6 @@ use scphd_stream::planar::{Fix, Odometry, Planar};
 use scphd_stream::{Header, Kind, Scalar, Which};
 
 /// The first `scans` scans of `log` with all motion and fixes before them; the parameters of the filter are in the header.
-///
-/// # Errors
-/// The log has more sensors than a stream can have, or fixes without stated noise.
 pub fn write(
     log: &Log,
     settings: &Settings,

@@ -13,9 +13,6 @@ use scphd_stream::{Header, Scalar, Which};
 
 /// The first `scans` frames of `log` with all readings of the instruments before them; the parameters of the filter are in the
 /// header.
-///
-/// # Errors
-/// The log has no instruments.
 pub fn write(
     log: &Log,
     settings: &Settings,

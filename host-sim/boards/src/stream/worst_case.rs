@@ -15,7 +15,6 @@ const SCANS_PER_SECOND: f64 = 10.0;
 ///
 /// The particles and samples in the settings are the capacities of the caller's memory; the map grows until all pages are in use
 /// and every update exceeds its capacity.
-#[must_use]
 pub fn worst_case(particles: usize, samples: usize, measurements: usize) -> (Log, Settings) {
     let mut noise = Noise::new(1);
     let scans: Vec<Scan> = (0..SCANS)
@@ -86,7 +85,6 @@ pub fn worst_case(particles: usize, samples: usize, measurements: usize) -> (Log
 /// each measurement, with narrower ones nothing is merged: the noise was chosen by trials, for the longest scan on a Cortex-M7.
 /// With moving-object tracks every birth also starts a track, and tracks are never removed for their uncertainty; with a higher
 /// birth intensity of moving objects the features would have a smaller share.
-#[must_use]
 pub fn worst_case_joint(measurements: usize) -> (Log, Settings) {
     let (mut log, _) = worst_case(1, 1, measurements);
     let seen = log.scans.first().map(|scan| scan.detections.clone()).unwrap_or_default();

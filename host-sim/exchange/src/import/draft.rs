@@ -41,9 +41,6 @@ pub struct Draft {
 
 impl Draft {
     /// Makes the log.
-    ///
-    /// # Errors
-    /// The head has other sensors.
     pub fn finish(mut self) -> Result<Imported, ImportError> {
         let Self { odometry, scans, truth, fixes, told, .. } = &mut self;
         told.extend(sort("odometry", odometry, |row| row.t_s));

@@ -76,9 +76,6 @@ struct Pairing {
 
 impl Ekf {
     /// Starts at the log's initial pose, which is certain, with an empty map.
-    ///
-    /// # Errors
-    /// The association is to be known, but the log has no labels.
     pub fn start(log: &Log, association: Association) -> Result<Self, Refusal> {
         let labels = match association {
             Association::NearestNeighbour => Vec::new(),

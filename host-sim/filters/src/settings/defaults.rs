@@ -180,9 +180,6 @@ const LEAST_BEARING_SIGMA_RAD: f64 = 1e-4;
 
 impl FilterSettings {
     /// Whether the reference has all parts of these settings; it has those after [`Settings::restrict_to_reference`].
-    ///
-    /// # Errors
-    /// The necessary changes of the settings.
     pub fn check_reference_has_all(&self) -> Result<(), String> {
         let forgets = || Some("filter.unconfirmed_weight = 0".to_owned()).filter(|_| self.unconfirmed_weight > 0.0);
         let waits = || Some("filter.births_wait = false".to_owned()).filter(|_| self.births_wait);
@@ -195,7 +192,6 @@ impl FilterSettings {
 
 impl Settings {
     /// Default settings for `log`.
-    #[must_use]
     pub fn for_log(log: &Log) -> Self {
         let sensor = sensor(log.simulated, &log.sensor, &log.nominal);
         let measure = sensor.measure();
@@ -278,7 +274,6 @@ impl Settings {
 
     /// The default settings of a scenario: the recursion of the thesis without extensions, with the thesis's parameters of the
     /// experiment.
-    #[must_use]
     pub fn for_scenario(name: &str, log: &Log) -> Self {
         let mut settings = Self::for_log(log);
         if !is_of_thesis(name) {

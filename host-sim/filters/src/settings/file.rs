@@ -41,9 +41,6 @@ pub enum FileProblem {
 
 impl Settings {
     /// These settings, overridden by the fields in `text`.
-    ///
-    /// # Errors
-    /// `text` is not a settings file.
     pub fn with_toml(&self, text: &str) -> Result<Self, FileProblem> {
         let over = parsed(text)?;
         check(&over, LIMITS)?;
@@ -77,9 +74,6 @@ impl Settings {
     }
 
     /// The settings as TOML; [`Settings::with_toml`] restores them exactly.
-    ///
-    /// # Errors
-    /// A number is greater than TOML permits, which cannot happen within the limits.
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
         toml::to_string(self)
     }

@@ -159,18 +159,12 @@ const ARM: &str = "-1000 to 1000 m";
 
 impl FilterSettings {
     /// Checks that all fields are in range.
-    ///
-    /// # Errors
-    /// The first field out of range, with its range. NaN is out of every range.
     pub fn check(&self) -> Result<(), OutOfRange> {
         FILTER.iter().try_for_each(|limit| limit.check_in(self))
     }
 
     /// Whether a feature can be born: an unexplained measurement gives one of weight w_b / (κ + w_b + w_m), with `clutter` for κ
     /// and `moving` for w_m, which must not be pruned immediately.
-    ///
-    /// # Errors
-    /// It would be pruned; or there are no births at all, static or moving.
     pub(crate) fn check_births(&self, clutter: f64, moving: f64) -> Result<(), OutOfRange> {
         let all = clutter + self.birth_intensity + moving;
         let intensities = [("filter.birth_intensity", self.birth_intensity), ("moving.birth_intensity", moving)];
@@ -189,9 +183,6 @@ impl FilterSettings {
 
 impl Settings {
     /// Checks that all fields are in range.
-    ///
-    /// # Errors
-    /// The first field out of range, with its range. NaN is out of every range.
     pub fn check(&self) -> Result<(), OutOfRange> {
         self.filter.check()?;
         for (name, sensor) in &self.others {

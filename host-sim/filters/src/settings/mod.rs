@@ -280,30 +280,25 @@ fn is_zero(ratio: &f64) -> bool {
 
 impl SensorSettings {
     /// Standard deviation of a range, m.
-    #[must_use]
     pub fn range_sigma_at(&self, range_m: f64) -> f64 {
         libm::hypot(self.range_sigma_m, self.range_sigma_ratio * range_m)
     }
 
-    #[must_use]
     pub fn mounting(&self) -> Mounting {
         Mounting { forward_m: self.forward_m, left_m: self.left_m, yaw_rad: self.yaw_rad }
     }
 
     /// Middle of the bearing window, rad.
-    #[must_use]
     pub fn bearing_center_rad(&self) -> f64 {
         0.5 * (self.bearing_min_rad + self.bearing_max_rad)
     }
 
     /// Half width of the bearing window, rad; π and above is a full circle.
-    #[must_use]
     pub fn bearing_half_width_rad(&self) -> f64 {
         0.5 * (self.bearing_max_rad - self.bearing_min_rad)
     }
 
     /// Measure of the window in measurement space, m·rad: an intensity times it is a number a scan.
-    #[must_use]
     pub fn measure(&self) -> f64 {
         (self.range_max_m - self.range_min_m) * 2.0 * self.bearing_half_width_rad().min(std::f64::consts::PI)
     }

@@ -49,7 +49,6 @@ pub struct Origins(BTreeMap<String, Origin>);
 
 impl Origins {
     /// Creates the origins for settings of a log: the fields in `stated` have theirs, the others are defaults.
-    #[must_use]
     pub fn of<S: Serialize>(settings: &S, stated: Vec<(impl AsRef<str>, Origin)>) -> Self {
         let all = table(settings);
         let mut origins = Self(fields(&all).into_iter().map(|(field, _)| (field, Origin::Scheme)).collect());
@@ -58,7 +57,6 @@ impl Origins {
     }
 
     /// Creates the origins for the default settings of `log` in the plane.
-    #[must_use]
     pub fn of_log(log: &Log) -> Self {
         Self::of(&Settings::for_log(log), stated(log))
     }
@@ -74,9 +72,6 @@ impl Origins {
 
     /// Applies `with` to the settings file at `path`. Sets the origin of its fields to the file, or to "learnt" if the file says
     /// so.
-    ///
-    /// # Errors
-    /// The file cannot be read, is not a settings file, or is refused by `with`.
     pub fn with_file<S>(
         &mut self,
         path: &Path,
@@ -94,24 +89,17 @@ impl Origins {
         })
     }
 
-    #[must_use]
     pub fn get(&self, field: &str) -> Option<&Origin> {
         self.0.get(field)
     }
 
     /// The settings as a TOML file in which each line has the origin of its value. Reading it restores the settings and the list
     /// of learnt ones. With a given filter, unused settings are marked.
-    ///
-    /// # Errors
-    /// A number is greater than TOML permits, which cannot happen within the limits.
     pub fn annotated<S: Serialize>(&self, settings: &S, filter: Option<Filter>) -> Result<String, toml::ser::Error> {
         self.file(settings, filter, |_| true)
     }
 
     /// As [`annotated`](Self::annotated), but without defaults and what a log states: other filters have their own defaults.
-    ///
-    /// # Errors
-    /// As [`annotated`](Self::annotated).
     pub fn overrides<S: Serialize>(&self, settings: &S) -> Result<String, toml::ser::Error> {
         let is_override = |origin: &Origin| matches!(origin, Origin::File(_) | Origin::CommandLine(_) | Origin::Learnt);
         self.file(settings, None, is_override)

@@ -55,7 +55,6 @@ fn users(what: &str) -> Option<&'static [Family]> {
 }
 
 /// Whether `filter` uses the setting `section.key`, or the option.
-#[must_use]
 pub fn is_used_by(filter: Filter, what: &str) -> bool {
     let family = match filter {
         Filter::Core(_) => Core,
@@ -67,7 +66,6 @@ pub fn is_used_by(filter: Filter, what: &str) -> bool {
 }
 
 /// The values of `--filter` that use it, as text.
-#[must_use]
 pub fn users_of(what: &str) -> String {
     let name = |family: &Family| match family {
         Core => "core",

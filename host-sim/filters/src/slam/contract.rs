@@ -10,65 +10,38 @@ use scphd_score::record::{MapFeature, MovingFeature, Usage};
 /// A filter that processes logs.
 pub trait Slam<D: Dimensions = Planar> {
     /// Predicts the motion. An implausible motion is left out, and the reason returned.
-    ///
-    /// # Errors
-    /// The filter refused it.
     fn predict(&mut self, control: D::Control, dt_s: f64) -> Result<Option<Implausible>, Refusal>;
 
     /// Processes a measurement of the pose. Returns whether it was within its gate.
-    ///
-    /// # Errors
-    /// The filter refused it; a filter without fixes always does.
     fn observe(&mut self, _fix: &D::Fix) -> Result<bool, Refusal> {
         Err(refusal("it takes no fixes of the pose; core, joint and ekf do"))
     }
 
     /// Sets the pose by fixes, with its covariance; the map is not changed.
-    ///
-    /// # Errors
-    /// The filter refused it; a filter without fixes always does.
     fn relocate(&mut self, _pose: &D::Pose, _covariance: &Covariance<D::Pose>) -> Result<(), Refusal> {
         Err(refusal("it takes no fixes of the pose; core, joint and ekf do"))
     }
 
     /// Starts again at a pose by fixes, with its covariance and an empty map, because the map was in a wrong frame.
-    ///
-    /// # Errors
-    /// As for [`relocate`](Self::relocate).
     fn restart(&mut self, _pose: &D::Pose, _covariance: &Covariance<D::Pose>) -> Result<(), Refusal> {
         Err(refusal("it takes no fixes of the pose; core, joint and ekf do"))
     }
 
     /// Processes a scan of the sensor with this index.
-    ///
-    /// # Errors
-    /// The filter refused it.
     fn scan(&mut self, sensor: usize, detections: &[D::Measurement]) -> Result<ScanOutcome, Refusal>;
 
     /// Estimated pose and its covariance.
-    ///
-    /// # Errors
-    /// The filter refused it.
     fn pose(&mut self) -> Result<PoseAndCovariance<D>, Refusal>;
 
     /// N̂ and the estimated features.
-    ///
-    /// # Errors
-    /// The filter refused it.
     fn map(&mut self) -> Result<(f64, Vec<MapFeature<D>>), Refusal>;
 
     /// The estimated moving features, at the time of the last prediction; none for a filter without moving features.
-    ///
-    /// # Errors
-    /// The filter refused it.
     fn moving(&mut self) -> Result<Vec<MovingFeature<D>>, Refusal> {
         Ok(Vec::new())
     }
 
     /// Poses and weights of the particles; none for a filter without particles.
-    ///
-    /// # Errors
-    /// The filter refused it.
     fn particles(&mut self) -> Result<Vec<(D::Pose, f64)>, Refusal> {
         Ok(Vec::new())
     }
@@ -78,17 +51,11 @@ pub trait Slam<D: Dimensions = Planar> {
 
     /// Starts in a map made by [`map_file`](Self::map_file): with the pose of the log, or with global localisation if it is not
     /// known.
-    ///
-    /// # Errors
-    /// The filter has no such maps, or the file is not one of its own.
     fn start_in(&mut self, _file: &[u8], _pose_is_known: bool) -> Result<(), Refusal> {
         Err(refusal("only a joint map in the plane starts in a map"))
     }
 
     /// The estimated map in bytes, for the next drive.
-    ///
-    /// # Errors
-    /// The filter has no such maps.
     fn map_file(&mut self) -> Result<Vec<u8>, Refusal> {
         Err(refusal("only a joint map in the plane can be saved"))
     }
@@ -185,7 +152,6 @@ pub fn refusal(error: impl core::fmt::Display) -> Refusal {
 }
 
 /// The refusal of a precision for which the filters are not compiled.
-#[must_use]
 pub fn not_built() -> Refusal {
     Refusal("double precision is not compiled: build the program with `--features f64`".to_owned())
 }

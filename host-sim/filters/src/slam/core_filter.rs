@@ -62,9 +62,6 @@ where
 /// A filter whose whole state can be read, for the comparison with the reference after every step.
 pub trait Transparent<D: Dimensions, P, const N: usize, const V: usize>: Slam<D> {
     /// The present state.
-    ///
-    /// # Errors
-    /// The filter cannot be constructed, or was not started.
     fn snapshot(&mut self) -> Result<Snapshot<P, N, V>, Refusal>;
 }
 
@@ -117,9 +114,6 @@ pub(crate) type Core<D, M, const N: usize, const V: usize> =
     Box<dyn Transparent<D, <<M as Motion>::Pose as Referred>::Reference, N, V>>;
 
 /// Starts the filter of a log.
-///
-/// # Errors
-/// The first setting that is out of range.
 pub(crate) fn start<D, M, X, const N: usize, const V: usize>(
     models: Models<D, M, X>,
     config: Config<ScalarOf<M::Pose>>,

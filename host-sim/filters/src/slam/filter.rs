@@ -14,7 +14,6 @@ pub enum Precision {
 
 impl Precision {
     /// Whether the filters are compiled for it.
-    #[must_use]
     pub const fn is_built(self) -> bool {
         match self {
             Self::F32 => true,
@@ -59,7 +58,6 @@ pub enum Filter {
 impl Filter {
     /// Name in tables and files: `scphd`, `joint`, `ekf` or `ekf-known`, or that of the reference with this particle likelihood:
     /// `reference`, `rb-empty`, `rb-single` or `rb-multi`.
-    #[must_use]
     pub fn name(self, likelihood: Likelihood) -> &'static str {
         match (self, likelihood) {
             (Self::Core(_), _) => "scphd",
@@ -74,7 +72,6 @@ impl Filter {
     }
 
     /// Its scalar: `f32` or `f64`.
-    #[must_use]
     pub fn precision(self) -> &'static str {
         match self {
             Self::Core(Precision::F32) | Self::Joint(Precision::F32) => "f32",

@@ -28,9 +28,6 @@ pub trait WatchesFixes<D: Dimensions> {
     fn wait(&mut self, dt_s: f64);
 
     /// Passes on a fix.
-    ///
-    /// # Errors
-    /// The filter refused it with an error.
     fn show(&mut self, slam: &mut dyn Slam<D>, fix: &D::Fix) -> Result<Taken, Refusal>;
 }
 

@@ -19,9 +19,6 @@ use std::convert::Infallible;
 /// A joint filter that shows its whole state, for lockstep with the reference.
 pub trait OpenJoint<D: Dimensions>: Slam<D> {
     /// The present state.
-    ///
-    /// # Errors
-    /// The filter refused it.
     fn snapshot(&mut self) -> Result<joint::State, Refusal>;
 }
 
@@ -45,9 +42,6 @@ where
 }
 
 /// Starts the filter of a log, with the covariance of its initial state; `None`: the state is certain.
-///
-/// # Errors
-/// The first setting that is out of range.
 pub(super) fn start<D, M, X, R>(
     models: Models<D, M, X>,
     config: JointConfig<ScalarOf<M::Pose>>,

@@ -38,7 +38,6 @@ pub(super) fn pose_of<D: Dimensions, P: Pose>(estimate: &PoseEstimate<P>) -> Pos
 }
 
 /// An estimated static feature.
-#[must_use]
 pub fn feature_of<D: Dimensions, V: Vector>(feature: &Component<V>) -> MapFeature<D> {
     MapFeature {
         id: feature.label,
@@ -49,7 +48,6 @@ pub fn feature_of<D: Dimensions, V: Vector>(feature: &Component<V>) -> MapFeatur
 }
 
 /// An estimated moving feature.
-#[must_use]
 pub fn moving_of<D: Dimensions, V: Vector>(feature: &Component<V>) -> MovingFeature<D> {
     MovingFeature {
         id: feature.label,

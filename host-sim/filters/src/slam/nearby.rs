@@ -48,9 +48,6 @@ impl Origin {
 }
 
 /// The filter that `start` makes of an initial pose, with coordinates of the log at any distance.
-///
-/// # Errors
-/// As for `start`.
 pub(crate) fn started_nearby(
     precision: Precision,
     initial_pose: [f64; 3],

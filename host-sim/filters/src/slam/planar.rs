@@ -57,9 +57,6 @@ type PlanarModels<P> = Models<Planar, <P as PlanarState>::Moves, PlanarSensing<P
 type Core = Box<dyn Transparent<Planar, [f64; 3], 2, 4>>;
 
 /// `ScPhd` for a log's vehicle, with its state on the heap.
-///
-/// # Errors
-/// The first setting that is out of range.
 pub fn core_filter(
     settings: &Settings,
     vehicle: &Vehicle,
@@ -80,9 +77,6 @@ pub fn core_filter(
 }
 
 /// The joint filter for a log's vehicle.
-///
-/// # Errors
-/// The first setting that is out of range.
 pub fn joint_filter(
     settings: &Settings,
     vehicle: &Vehicle,
@@ -185,9 +179,6 @@ fn control<T: Real>(row: [f64; 3]) -> Control<T> {
 }
 
 /// The sensor of these settings.
-///
-/// # Errors
-/// The noise is out of range.
 pub fn range_bearing<T: Real>(sensor: &SensorSettings) -> Result<Ranging<T>, Refusal> {
     let [range_sigma_m, ratio, bearing_sigma_rad] =
         [sensor.range_sigma_m, sensor.range_sigma_ratio, sensor.bearing_sigma_rad].map(T::from_f64);

@@ -23,13 +23,11 @@ pub struct PlanarNumbers<T> {
 
 impl<T: Real> PlanarNumbers<T> {
     /// The parameters of the filter with a mixture for each particle.
-    #[must_use]
     pub fn of(settings: &Settings, vehicle: &log::Vehicle, initial_pose: [f64; 3]) -> Self {
         Self::with_margin(settings, settings.filter.interval_margin, vehicle, initial_pose)
     }
 
     /// The parameters of a filter that multiplies the correlation time of odometry errors by `interval_margin`.
-    #[must_use]
     pub fn with_margin(
         settings: &Settings,
         interval_margin: f64,

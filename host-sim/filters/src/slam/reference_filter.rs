@@ -21,7 +21,6 @@ pub struct ReferenceFilter {
 
 impl ReferenceFilter {
     /// Starts the reference for a log's vehicle at `initial_pose`.
-    #[must_use]
     pub fn start(settings: &Settings, vehicle: &Vehicle, initial_pose: [f64; 3], seed: u64) -> Self {
         let references = references_of(settings, vehicle);
         let state = references[0].initial(initial_pose);

@@ -37,9 +37,6 @@ type AuvSensing<T> = Sensing<StereoCamera<T>, StereoFrustum<T>, UniformClutter<T
 type Core = Box<dyn Transparent<Underwater, space::Pose, 3, 6>>;
 
 /// The fixed-capacity filter with these settings.
-///
-/// # Errors
-/// The filter refuses the settings.
 pub fn core_filter(log: &Log, settings: &Settings, precision: Precision, seed: u64) -> Result<Core, Refusal> {
     in_precision!(precision, T => start::<T>(log, settings, seed))
 }
@@ -49,9 +46,6 @@ fn start<T: Real>(log: &Log, settings: &Settings, seed: u64) -> Result<Core, Ref
 }
 
 /// The joint filter with these settings. Features are never occluded or removed under water.
-///
-/// # Errors
-/// The filter refuses the settings.
 pub fn joint_filter(
     log: &Log,
     settings: &Settings,

@@ -6,9 +6,6 @@ use scphd_log::underwater::Log;
 use scphd_stream::underwater::Models;
 
 /// Initial state of a log's vehicle with its uncertainty, instruments and camera.
-///
-/// # Errors
-/// The log has no instruments.
 pub fn models(log: &Log, settings: &Settings) -> Result<Models, Refusal> {
     let first = log.instruments.first().ok_or_else(|| Refusal("the log has no instruments".into()))?;
     let Settings { vehicle, camera, .. } = settings;

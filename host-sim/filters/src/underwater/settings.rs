@@ -63,7 +63,6 @@ pub struct CameraSettings {
 
 /// The fields with values stated by a log folder or a scenario: all of instruments and camera for a simulated log, otherwise
 /// those of data sheets.
-#[must_use]
 pub fn stated(scenario: bool, log: &Log) -> Vec<(&'static str, Origin)> {
     let by_both =
         ["camera.pixel_sigmas", "camera.common_sigmas", "vehicle.velocity_sigma_mps", "vehicle.yaw_rate_sigma_radps"];
@@ -81,7 +80,6 @@ const CLUTTER_OVER_BIRTH: f64 = 400.0;
 
 impl Settings {
     /// Table 7.1 with the noise that the log states.
-    #[must_use]
     pub fn for_log(log: &Log) -> Self {
         let nominal = &log.nominal;
         let camera = CameraSettings {
@@ -137,7 +135,6 @@ impl Settings {
     /// Default settings for a log of a real vehicle: one particle whose pose is the Gaussian of motion and scan. If few landmarks
     /// are in view for long, blind particles spread over the uncertainty of the instruments at random and resampling keeps one of
     /// them; the mean of all is nearer the truth.
-    #[must_use]
     pub fn for_real_log(log: &Log) -> Self {
         let mut settings = Self::for_log(log);
         settings.filter.particles = 1;
@@ -160,14 +157,12 @@ impl Settings {
     }
 
     /// Disparities at the bounds of the depths, px, the smaller first.
-    #[must_use]
     pub fn disparities_px(&self, log: &Log) -> [f64; 2] {
         [self.camera.far_m, self.camera.near_m].map(|depth| log.camera.focal_baseline / depth)
     }
 
     /// κ, 1/px⁴: false pairs are uniform over the left image, the disparities, and the row differences within the matcher's
     /// tolerance.
-    #[must_use]
     pub fn clutter_intensity(&self, log: &Log) -> f64 {
         let [least, greatest] = self.disparities_px(log);
         let [width, height] = log.camera.size_px;
@@ -175,9 +170,6 @@ impl Settings {
     }
 
     /// These settings, overridden by the fields in `text`.
-    ///
-    /// # Errors
-    /// `text` is not TOML, has an unknown key, or a value with a wrong type or out of range.
     pub fn with_toml(&self, text: &str) -> Result<Self, FileProblem> {
         let settings: Self = file::laid_over(self, file::parsed(text)?)?;
         settings.check()?;
@@ -185,17 +177,11 @@ impl Settings {
     }
 
     /// The settings as TOML.
-    ///
-    /// # Errors
-    /// A number is greater than TOML permits, which cannot happen within the limits.
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
         toml::to_string(self)
     }
 
     /// Checks that all fields are in range.
-    ///
-    /// # Errors
-    /// The first field out of range, with its range. NaN is out of every range.
     pub fn check(&self) -> Result<(), OutOfRange> {
         let Self { filter, vehicle, camera } = self;
         let require = |field: &'static str, found: f64, range, holds: bool| {
@@ -232,9 +218,6 @@ impl Settings {
     }
 
     /// Checks that a feature can be born from this log's pairs of keypoints.
-    ///
-    /// # Errors
-    /// The birth of an unexplained pair would be pruned immediately.
     pub fn check_births(&self, log: &Log) -> Result<(), OutOfRange> {
         self.filter.check_births(self.clutter_intensity(log), 0.0)
     }

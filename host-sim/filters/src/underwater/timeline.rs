@@ -25,14 +25,12 @@ pub struct Step<'a> {
 impl<'a> Timeline<'a> {
     /// Starts at the first row of the instruments. The yaw rate has this standard deviation, rad/s, if the log does not state
     /// one.
-    #[must_use]
     pub fn new(log: &'a Log, yaw_rate_sigma_radps: f64) -> Self {
         let now_s = log.instruments.first().map_or(0.0, |row| row.t_s);
         Self { instruments: &log.instruments, next: 0, now_s, yaw_rate_sigma_radps }
     }
 
     /// Index of the last row that was read.
-    #[must_use]
     pub fn row(&self) -> usize {
         self.next.saturating_sub(1)
     }

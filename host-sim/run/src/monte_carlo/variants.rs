@@ -52,9 +52,6 @@ pub struct VariantsError {
 }
 
 /// The variants in the file at `path`, in its order.
-///
-/// # Errors
-/// The file cannot be read, or is not a list of variants with different names.
 pub fn read(path: &Path) -> Result<Vec<Variant>, VariantsError> {
     let bad = |problem: String| {
         let problem = problem.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -83,9 +80,6 @@ fn parse(text: &str) -> Result<Vec<Variant>, String> {
 
 impl Variant {
     /// Applies the changes to settings.
-    ///
-    /// # Errors
-    /// A field does not exist, a factor is for a value that is not a number, or a value is out of range.
     pub fn applied<K: Kind>(&self, settings: &K::Settings) -> Result<K::Settings, FileProblem> {
         let base = Table::try_from(settings).map_err(|error| FileProblem::Field(error.to_string()))?;
         let mut over = self.set.clone();

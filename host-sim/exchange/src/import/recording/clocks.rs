@@ -191,9 +191,6 @@ impl Topic {
 
 impl Pieces {
     /// The requested piece, if there are several.
-    ///
-    /// # Errors
-    /// Clocks go back, and no piece or one that does not exist is requested.
     pub(super) fn chosen(&self, part: Option<usize>, header: bool) -> Result<usize, String> {
         let count = self.lasts_s.len().max(1);
         let seconds: Vec<String> = self.lasts_s.iter().map(|lasts_s| format!("{lasts_s:.1} s")).collect();

@@ -32,9 +32,6 @@ pub struct Moved {
 }
 
 /// Reads a message of odometry: `Odometry`, `JointState` or `AckermannDriveStamped`.
-///
-/// # Errors
-/// The bytes are not such a message, or a number is not finite.
 pub fn moved(told: &Told) -> Result<Moved, ImportError> {
     match told.channel.kind.as_str() {
         "nav_msgs/msg/Odometry" => {

@@ -52,9 +52,6 @@ impl Sight {
 }
 
 /// The scan in a message.
-///
-/// # Errors
-/// The bytes are not such a message, or points have no position.
 pub fn of(told: &Told) -> Result<Sight, ImportError> {
     match told.channel.kind.as_str() {
         "radar_msgs/msg/RadarScan" => {

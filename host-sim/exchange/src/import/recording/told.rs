@@ -18,9 +18,6 @@ pub struct Told<'m> {
 
 impl Told<'_> {
     /// Decodes the message.
-    ///
-    /// # Errors
-    /// The bytes are not of this type.
     pub fn decode<M: Message>(&self) -> Result<M, ImportError> {
         self.channel.decode(self.data).map_err(|error| self.error(error))
     }
@@ -30,9 +27,6 @@ impl Told<'_> {
     }
 
     /// Checks that a number is finite.
-    ///
-    /// # Errors
-    /// It is infinite or NaN.
     pub fn finite(&self, name: &str, number: f64) -> Result<f64, ImportError> {
         if number.is_finite() { Ok(number) } else { Err(self.error(format_args!("{name} is {number}"))) }
     }
