@@ -13,7 +13,6 @@ use tempfile::TempDir;
 
 mod folders;
 
-/// A folder with a log.
 struct Place(TempDir);
 
 impl Place {

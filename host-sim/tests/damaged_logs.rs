@@ -24,7 +24,6 @@ use folders::Files;
 const FOLDERS: u64 = 2000;
 /// Number of those that are given to the program, too.
 const THROUGH_THE_PROGRAM: u64 = 48;
-/// Number of scans in a run.
 const SCANS: usize = 4;
 
 /// SplitMix64 (Steele, Lea and Flood 2014): a sequence of numbers for a seed.
@@ -48,7 +47,6 @@ impl Dice {
     }
 }
 
-/// The files of an existing folder.
 fn read_folder(dir: &Path) -> Files {
     let names = [
         "log.toml", "odometry.csv", "scans.csv", "detections.csv", "fixes.csv", "truth.csv", "landmarks.csv",
@@ -93,7 +91,6 @@ fn good() -> Vec<Files> {
     vec![written(&car), written(&robot), written(&two), stereo.clone(), stereo]
 }
 
-/// Unusual fields.
 const FIELDS: [&str; 32] = [
     "", " ", "-", "nan", "NaN", "inf", "-inf", "infinity", "1e308", "-1e308", "1e18", "-1e18", "1e9", "1e-320", "-0",
     "0", "-1", "3.5", "180", "9223372036854775807", "9223372036854775808", "-9223372036854775808",
@@ -126,7 +123,6 @@ const LINES: [&str; 22] = [
     "fu = inf",
 ];
 
-/// Whether the file is a table.
 fn is_table(name: &str) -> bool {
     name.ends_with(".csv")
 }

@@ -23,7 +23,6 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 const SEED: u64 = 5;
 
-/// The results of a replay.
 #[derive(Debug, Default, PartialEq)]
 pub(crate) struct Told {
     /// Index of the scan and digest.
@@ -395,7 +394,6 @@ fn small() -> (Vec<u8>, Told) {
     (bytes, told)
 }
 
-/// Positions of the snapshots.
 fn snapshots<K: Kind>(bytes: &[u8]) -> Vec<usize> {
     let mut places = Vec::new();
     let mut from = 0;

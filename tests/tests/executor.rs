@@ -29,11 +29,9 @@ type Moving<T, const N: usize, const PAGES: usize, const MAP_PAGES: usize, const
 /// Executors. A single type, so that the filter is compiled only once.
 #[derive(Clone, Copy)]
 enum Hands<'t> {
-    /// In order.
     Serial,
     /// In reverse order.
     Backwards,
-    /// Threads of a pool.
     Threads(&'t Threads),
     /// Omits every other job.
     Careless,

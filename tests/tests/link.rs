@@ -190,7 +190,6 @@ impl Monitor for Digests {
     }
 }
 
-/// A survey as a stream.
 fn survey(seed: u64, filter: Recorded) -> Vec<u8> {
     let log = scenario::survey(seed);
     let mut settings = Settings::for_log(&log);

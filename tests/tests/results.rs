@@ -31,7 +31,6 @@ fn documented(heading: &str) -> Vec<String> {
     section.lines().filter_map(cell).collect()
 }
 
-/// Columns of a table.
 fn columns(path: &Path) -> Vec<String> {
     fs::read_to_string(path).unwrap().lines().next().unwrap().split(',').map(str::to_owned).collect()
 }

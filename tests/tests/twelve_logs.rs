@@ -44,7 +44,6 @@ fn stated(name: &str, of: &scphd_vehicle::Sensor<f32>) -> NamedSensor {
     }
 }
 
-/// The drive of the described vehicle.
 fn log(described: &Description<f32>, events: &[Event]) -> Log {
     let [Some(lidar), Some(radar), ..] = &described.sensors else { panic!("a lidar and a radar") };
     let lidar = stated("lidar", lidar);

@@ -4,7 +4,6 @@ use crate::options::Options;
 use crate::steps::{OTHERS, STEPS, Step};
 use crate::{capi, debian, doctor, quick, toolchain};
 
-/// The request of the user.
 pub enum Request {
     Print(String),
     /// Run these steps in order.

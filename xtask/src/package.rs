@@ -16,7 +16,6 @@ const LIBRARIES: [(&str, &str); 8] = [
     ("scphd-vehicle", "onboard/vehicle"),
 ];
 
-/// Files of every package.
 const FILES: [&str; 5] = ["Cargo.toml", "README.md", "LICENSE-MIT", "LICENSE-APACHE", "src/lib.rs"];
 
 /// Expected warnings: the project has no address yet, and tests remain in the repository, because they need its logs and oracles.

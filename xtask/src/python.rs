@@ -8,7 +8,6 @@ use std::process::Command;
 /// Oldest Python version, as in the wheel.
 const OLDEST: (u32, u32) = (3, 10);
 const NEEDED: [&str; 3] = ["maturin>=1.9,<2", "numpy>=1.23", "pytest>=8"];
-/// Additional packages for the studies.
 const STUDIES: [&str; 7] =
     ["dask[distributed]", "ipykernel", "matplotlib", "mypy", "nbclient", "nbformat", "stonesoup>=1.7"];
 
@@ -80,7 +79,6 @@ impl Environment {
         process::run(process::command("python3").args(["-m", "venv", "--clear"]).arg(&self.folder))
     }
 
-    /// The path of its Python.
     pub fn program(&self) -> PathBuf {
         self.folder.join("bin").join("python")
     }

@@ -7,7 +7,6 @@ use std::time::{Duration, Instant};
 
 /// A step, which can also be run by its name.
 pub struct Step {
-    /// Name on the command line.
     pub name: &'static str,
     /// Description for the headline and the help.
     pub what: &'static str,

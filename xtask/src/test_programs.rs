@@ -21,7 +21,6 @@ struct Target {
     kind: Vec<String>,
 }
 
-/// A test program.
 struct Program {
     path: PathBuf,
     /// Folder and name of its package, which cargo tells the programs that it runs.

@@ -28,7 +28,6 @@ const DEBIAN: Bundle = Bundle {
 /// The oldest supported compiler.
 pub const OLDEST: &str = env!("CARGO_PKG_RUST_VERSION");
 
-/// The kinds of toolchains.
 const RUSTUP: &str = "rustup";
 const DEBIANS: &str = "debian";
 

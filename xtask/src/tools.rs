@@ -40,7 +40,6 @@ pub const OBJCOPY: Wanted = Wanted::packaged("llvm-objcopy", "llvm", &[&["llvm"]
 pub const ARM_GCC: Wanted =
     Wanted::packaged("arm-none-eabi-gcc", "gcc-arm", &[&["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"]]);
 
-/// Browser.
 pub const CHROMIUM: Wanted = Wanted::packaged("chromium", "chromium", &[&["chromium"]]);
 
 /// Runs WebAssembly without a browser.
@@ -82,7 +81,6 @@ impl Tool {
         }
     }
 
-    /// Description of its place.
     pub fn place(&self) -> String {
         self.tree.as_ref().map_or_else(|| "installed".into(), |tree| format!("unpacked: {}", tree.what()))
     }

@@ -24,7 +24,6 @@ pub const TARGET: &str = "wasm32-unknown-unknown";
 const DRIVE: [u32; 2] = [1000, 100];
 /// Duration of the measurement of the frame rate, s.
 const MEASURED_S: u32 = 5;
-/// Time limit of the browser.
 const LIMIT: Duration = Duration::from_secs(60);
 
 fn cargo(command: &str) -> Command {

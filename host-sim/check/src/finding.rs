@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-/// Severity of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
@@ -87,7 +86,6 @@ pub(super) fn short(number: f64) -> String {
     format!("{number:.*}", (2.0 - size).max(0.0) as usize)
 }
 
-/// A share as a percentage.
 pub(super) fn percent(share: f64) -> String {
     format!("{} %", short(100.0 * share))
 }

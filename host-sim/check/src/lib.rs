@@ -76,7 +76,6 @@ pub trait Checked: Kind {
     /// Reads a folder.
     fn read(dir: &Path) -> Result<Self::Log, Vec<LogError>>;
 
-    /// Settings that fit the log.
     fn settings(log: &Self::Log) -> Self::Settings;
 
     /// Corrects obvious errors before a run. Returns a description of each correction.

@@ -19,7 +19,6 @@ pub type View<'a, D> = Box<dyn Fn(&TruePose<D>, <D as Dimensions>::Position) -> 
 /// A kind of vehicle with its sensor.
 pub trait Kind: Dimensions {
     type Log: Debug + Clone + PartialEq + Send + Sync;
-    /// The settings of a run.
     type Settings: Debug + Clone + PartialEq + Serialize + DeserializeOwned + Send + Sync;
 
     /// The map is compared with the truth at every scan whose index is a multiple of this, and at the last.

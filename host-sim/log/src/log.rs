@@ -147,7 +147,6 @@ pub struct Scan<D: Dimensions = Planar> {
     pub labels: Vec<i64>,
 }
 
-/// One row of the true trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TruePose<D: Dimensions = Planar> {
     pub t_s: f64,
@@ -164,7 +163,6 @@ pub struct MovingLandmark<D: Dimensions = Planar> {
     pub position: D::Position,
 }
 
-/// One fix of the pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fix {
     pub t_s: f64,
@@ -217,7 +215,6 @@ pub struct NamedSensor {
     pub nominal: Nominal,
 }
 
-/// A whole log.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Log {
     pub name: String,

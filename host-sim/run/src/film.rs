@@ -25,7 +25,6 @@ pub struct Frame<D: Dimensions> {
     pub scan: usize,
     pub map: Vec<MapFeature<D>>,
     pub moving: Vec<MovingFeature<D>>,
-    /// Pose and weight.
     pub particles: Vec<(D::Pose, f64)>,
     /// True moving landmarks in view, m; `None` if the log does not have them.
     pub movers: Option<Vec<D::Position>>,

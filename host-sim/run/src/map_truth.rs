@@ -5,7 +5,6 @@ use scphd_log::dimensions::{Dimensions, Planar};
 use scphd_log::log::TruePose;
 use scphd_log::truth::tracks::Tracks;
 
-/// The true map at a scan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrueMap<D: Dimensions = Planar> {
     /// Static landmarks that are or have been in view, m.

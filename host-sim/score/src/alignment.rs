@@ -25,7 +25,6 @@ pub struct Motion<P> {
 }
 
 impl<P: Coordinates> Motion<P> {
-    /// The identity.
     pub fn rest() -> Self {
         Self { turn_rad: 0.0, shift_m: P::with(|_| 0.0) }
     }

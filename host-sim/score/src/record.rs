@@ -27,7 +27,6 @@ pub struct MovingFeature<D: Dimensions = Planar> {
     pub covariance: Covariance<D::Position>,
 }
 
-/// One scan of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScanRecord<D: Dimensions = Planar> {
     pub t_s: f64,

@@ -176,7 +176,6 @@ impl Sums {
     }
 }
 
-/// The counts of a receiver.
 fn counts(report: &Report) -> String {
     let Report { accepted, damaged, too_long, unknown, foreign, doubled, late, ahead, lost } = report;
     let refused = [

@@ -7,7 +7,6 @@ use scphd_run::session::{MapOutcome, MapUse};
 use std::fs;
 use std::path::PathBuf;
 
-/// The options for maps.
 #[derive(Debug)]
 pub struct Maps {
     pub map: Option<PathBuf>,

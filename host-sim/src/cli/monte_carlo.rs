@@ -163,7 +163,6 @@ pub fn run<K: Offer>(
     Ok(Study { plan: plan.clone(), results: monte_carlo::execute(&jobs, contenders.len(), threads, one)? })
 }
 
-/// Runs a study.
 pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
     let contenders = Contender::all(&args, false)?;
     let found = args.sources.iter().map(|source| Found::find(source, None)).collect::<Result<Vec<_>, _>>()?;

@@ -38,7 +38,6 @@ impl<K: Offer> Source<K> {
         })
     }
 
-    /// The log of a folder.
     pub fn folder(dir: &Path) -> Result<Self, Failure> {
         let mut log = K::read(dir).map_err(|errors| Failure::of_log(dir, &errors))?;
         let done = K::mend(&mut log);
@@ -138,7 +137,6 @@ macro_rules! either {
 }
 pub(super) use either;
 
-/// The source with a name.
 pub type Found = OfKind<Source<Planar>, Source<Underwater>>;
 
 fn is_of<K: Offer>(name: &str) -> bool {

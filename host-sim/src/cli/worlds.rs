@@ -105,7 +105,6 @@ pub fn study<K: Offer>(name: &str, args: MonteCarloArgs) -> Result<(), Failure> 
     outputs.print(&format!("{}\n\n{}", report.lines.join("\n\n"), told.join("\n")))
 }
 
-/// The report of the runs.
 struct Report<'r> {
     /// Dimension of a position.
     dimension: usize,

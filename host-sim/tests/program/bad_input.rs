@@ -14,7 +14,6 @@ fn workplace() -> Place {
     place
 }
 
-/// Changes a file of a log.
 fn change(place: &Place, file: &str, change: impl FnOnce(String) -> String) {
     let old = fs::read_to_string(place.path(file)).unwrap();
     let new = change(old.clone());

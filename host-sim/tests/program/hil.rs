@@ -11,7 +11,6 @@ use std::thread;
 /// An unoptimised build creates the memory on the stack first.
 const STACK_BYTES: usize = 64 << 20;
 
-/// A connection as a line.
 struct Line(BufReader<TcpStream>);
 
 impl embedded_io::ErrorType for Line {

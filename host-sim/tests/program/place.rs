@@ -13,7 +13,6 @@ use tempfile::TempDir;
 pub struct Place(TempDir);
 
 impl Place {
-    /// An empty folder.
     pub fn new() -> Self {
         Self(TempDir::new().unwrap())
     }
@@ -85,7 +84,6 @@ impl Place {
     }
 }
 
-/// The first scans of the survey.
 pub fn survey_of(scans: usize) -> Log {
     let mut log = scenario::survey(3);
     log.scans.truncate(scans);

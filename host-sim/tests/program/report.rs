@@ -9,7 +9,6 @@ use std::path::Path;
 /// A page and the other outputs of the same run.
 struct Written {
     page: String,
-    /// The data in the page.
     data: Value,
     /// The JSON output.
     summary: Value,

@@ -32,7 +32,6 @@ pub struct Difference {
     pub figures: Vec<Figure>,
 }
 
-/// A setting that differs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Setting {
     pub setting: String,

@@ -7,7 +7,6 @@ const RESULTS: &str = include_str!("../../../docs/results.md");
 /// Columns `condition`, `cause` and `what to do`.
 const HEALTH: &str = include_str!("../../../docs/health.md");
 
-/// A health condition.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub(crate) struct Condition {
     pub(crate) cause: String,

@@ -34,7 +34,6 @@ pub const CURVES: [Curve; 4] = [
     Curve { name: "clutter", what: "false measurements a scan", points: &[0, 5, 20, 50, 100], case: clutter },
 ];
 
-/// Constructs a case.
 pub type Make = fn() -> Box<dyn Case>;
 
 /// The cases that are not on a curve.

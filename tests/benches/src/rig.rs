@@ -48,7 +48,6 @@ pub trait Case {
     fn prepare(&mut self);
     /// Processes the prepared scan, with a probe.
     fn scan(&mut self) -> ScanReport<f32>;
-    /// The next inputs.
     fn record(&mut self, scans: usize) -> Vec<Input>;
     /// Processes inputs, with motion and scans.
     fn play(&mut self, inputs: &[Input]);

@@ -106,12 +106,10 @@ impl Course {
         Self { world, noise: Noise::new(seed), scans: 0 }
     }
 
-    /// The present world.
     pub fn world(&self) -> &World {
         &self.world
     }
 
-    /// The start pose.
     pub fn start(&self) -> [f64; 3] {
         self.world.pose(0)
     }

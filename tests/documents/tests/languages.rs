@@ -3,7 +3,6 @@
 use std::fs;
 use std::path::Path;
 
-/// Columns of the table.
 const INTERFACES: [&str; 5] = ["Rust", "C", "Python", "streams", "simulator"];
 
 const VEHICLE: &str = "onboard/vehicle/tests/assembled.rs";

@@ -38,7 +38,6 @@ fn prose(text: &str) -> String {
     kept
 }
 
-/// Targets of a page's links.
 fn links(text: &str) -> Vec<String> {
     let mut found = Vec::new();
     for (place, _) in text.match_indices("](") {

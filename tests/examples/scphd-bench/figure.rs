@@ -10,7 +10,6 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// A figure of this name.
     pub fn new(name: &str, value: f64, unit: &str) -> Self {
         Self { name: name.into(), value, unit: unit.into() }
     }

@@ -22,7 +22,6 @@ const LOG_PARTICLES: usize = 100;
 /// Number of runs. The fastest one counts, because other load of the machine only increases times.
 const RUNS: usize = 3;
 
-/// Prints the figures.
 pub fn run(data: &Path) -> Result<(), String> {
     let mut figures = on_threads()?.to_vec();
     figures.extend(over_log(data)?);

@@ -39,7 +39,6 @@ const HOSTILE: [f64; 24] = [
 ];
 
 impl Draw {
-    /// The stream of a seed.
     pub fn new(seed: u64, hostility: f64) -> Self {
         Self { state: seed.wrapping_mul(0x9e37_79b9_7f4a_7c15), hostility }
     }

@@ -28,7 +28,6 @@ use std::thread;
 use std::time::{Duration, Instant};
 use worlds::{Car, Diver, FeatureOf, Listener, Rover, Tracker, World};
 
-/// Number of operations in a session.
 pub const SESSION: usize = 250;
 
 /// Greatest duration of an operation and the check after it. Every loop of the library is bounded by capacities, and the longest
@@ -101,7 +100,6 @@ pub(crate) struct Operations<'a> {
     pub(crate) tell: bool,
 }
 
-/// The failure of a session.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Failure {
     /// Index of the operation that failed.

@@ -58,7 +58,6 @@ impl Executor for Backwards {
 
 type Eye<W, R> = Detector<<W as World>::Sensing, R>;
 
-/// A filter and its detector.
 struct Filter<'s, W: World> {
     slam: ScPhd<'s, W::Motion>,
     eye: Eye<W, ScanRoom<'s, MeasurementOf<W>>>,
@@ -120,7 +119,6 @@ impl<W: World> Design<W> {
     }
 }
 
-/// State of a session.
 struct Session<W: World> {
     room: Room,
     /// Landmarks that can be detected again.
@@ -134,7 +132,6 @@ struct Session<W: World> {
 
 /// The continuation after an operation.
 enum Next {
-    /// The next operation.
     Go,
     /// Another filter continues with the same state.
     TakeOver,

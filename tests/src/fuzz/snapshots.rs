@@ -42,7 +42,6 @@ struct Source {
 }
 
 impl Source {
-    /// A source of these bytes.
     fn over(self, bytes: &[u8]) -> impl FnMut(usize, &mut [u8]) -> Result<(), SliceEnd> {
         let (mut readings, mut source) = (0, from_slice(bytes));
         move |at, into: &mut [u8]| {
@@ -238,7 +237,6 @@ impl<T: Real, const F: usize, const NUMBERS: usize, const ARCHIVE: usize> Joint<
     }
 }
 
-/// The features of a map.
 struct Map<T, const ROOM: usize>(std::marker::PhantomData<T>);
 
 impl<T: Real, const ROOM: usize> Kind for Map<T, ROOM> {
@@ -521,7 +519,6 @@ fn run(seeded: Seeded, operations: &Operations<'_>, watch: &Watch) -> Result<(),
     Ok(())
 }
 
-/// The session of a seed.
 pub(super) fn kind_of(seed: u64) -> (String, Run) {
     let (seeded, _) = Seeded::of(seed, 0x54a9);
     ("snapshots".into(), Box::new(move |operations, watch| run(seeded, operations, watch)))

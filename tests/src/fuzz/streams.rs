@@ -28,7 +28,6 @@ use std::convert::Infallible;
 /// Maximum number of scans in a stream.
 const SCANS: usize = 12;
 
-/// The results of a replay.
 #[derive(Debug, Default, PartialEq)]
 struct Told {
     /// Index of the scan and digest.

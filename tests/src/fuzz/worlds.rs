@@ -17,7 +17,6 @@ use std::marker::PhantomData;
 #[derive(Debug, Clone, Copy)]
 pub struct Models<M, X> {
     pub motion: M,
-    /// Sensor model.
     pub sensing: X,
 }
 
@@ -32,12 +31,10 @@ pub trait World: Sized {
     /// `f32` or `f64`.
     type Scalar: Real;
     type Pose: Drawn<Scalar = Self::Scalar>;
-    /// Motion model.
     type Motion: Motion<Pose = Self::Pose, Control: Debug> + Copy + Debug;
     /// Models of measurement, field of view and clutter.
     type Sensing: MeasurementModel<Pose = Self::Pose, Sensor: Copy> + Copy + Debug;
 
-    /// Random models.
     fn models(draw: &mut Draw) -> Result<ModelsOf<Self>, ModelError>;
     /// A random control from a pose.
     fn control(draw: &mut Draw, from: &Self::Pose) -> <Self::Motion as Motion>::Control;

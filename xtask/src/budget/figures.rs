@@ -84,7 +84,6 @@ impl Serialize for Stages {
 }
 
 impl Figures {
-    /// The figures of a replay.
     pub fn of(
         budget: &Budget,
         board: &Board,

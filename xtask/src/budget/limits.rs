@@ -7,7 +7,6 @@ use serde::Deserialize;
 
 pub const FILE: &str = "budgets.toml";
 
-/// The content of the file.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Budgets {
@@ -154,7 +153,6 @@ mod tests {
         budgets
     }
 
-    /// Figures equal to the limits.
     fn at_the_limits(budget: &Budget) -> Figures {
         Figures {
             flash_bytes: budget.flash_bytes,

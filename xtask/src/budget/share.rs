@@ -1,7 +1,6 @@
 //! Share of the time of a real microcontroller that a filter takes, from the instructions counted on the most similar
 //! emulated board.
 
-/// A microcontroller.
 pub struct Chip {
     pub name: &'static str,
     /// The emulated board whose instructions are taken as those of the chip.
@@ -12,7 +11,6 @@ pub struct Chip {
     pub cycles_per_instruction: f64,
 }
 
-/// The chips of the table.
 pub const CHIPS: [Chip; 5] = [
     Chip { name: "STM32F427", like: "mps2-an386", clock_hz: 168e6, cycles_per_instruction: 1.5 },
     Chip { name: "STM32F765", like: "mps2-an500", clock_hz: 216e6, cycles_per_instruction: 1.0 },

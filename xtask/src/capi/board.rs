@@ -10,7 +10,6 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-/// Time limit of a run.
 const LIMIT: Duration = Duration::from_secs(600);
 
 /// A processor, and the number of scans that it replays.

@@ -13,7 +13,6 @@ pub fn text() -> Result<String, String> {
     files::text(&path())
 }
 
-/// The functions that the header declares.
 pub fn functions() -> Result<BTreeSet<String>, String> {
     Ok(declared(&text()?))
 }

@@ -5,14 +5,12 @@ use crate::{process, tools};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A compiler and its language.
 pub struct Compiler {
     program: String,
     standard: &'static str,
     language: &'static str,
 }
 
-/// All warnings are errors.
 const WARNINGS: [&str; 5] = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"];
 
 impl Compiler {
@@ -37,7 +35,6 @@ impl Compiler {
         Ok(Self { program, standard, language })
     }
 
-    /// Its name and version.
     pub fn version(&self) -> String {
         let said = process::read(process::command(&self.program).arg("--version")).unwrap_or_default();
         said.lines().next().unwrap_or_default().to_owned()

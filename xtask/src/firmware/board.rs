@@ -5,7 +5,6 @@ pub struct Board {
     /// Name of its memory map in `firmware/memory` and of QEMU's machine.
     pub name: &'static str,
     pub core: &'static str,
-    /// The compiler's target.
     pub target: &'static str,
     /// The compiler's flags for the processor.
     pub flags: &'static [&'static str],

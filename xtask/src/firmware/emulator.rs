@@ -12,7 +12,6 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Duration;
 
-/// Time limit of a run.
 const LIMIT: Duration = Duration::from_secs(1800);
 
 /// QEMU, if it is present or can be obtained; looked for once in a run.

@@ -7,7 +7,6 @@ use super::streams::{self, Source};
 use super::{emulator, image, output};
 use crate::budget;
 
-/// The features of the image.
 const FEATURES: [&str; 2] = ["few-particles", "flips"];
 /// 60 scans without a flip and 20 rounds of 10.
 const SCANS: usize = 260;

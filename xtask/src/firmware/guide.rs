@@ -7,7 +7,6 @@ use crate::{files, process};
 const CHAPTER: &str = include_str!("../../../docs/guide/embedding.md");
 /// Path of the library in the chapter, relative to the project.
 const LIBRARY: &str = "../scphd/core";
-/// Number of files in the chapter.
 const FILES: usize = 4;
 
 /// The files of the chapter: the names from its headings, and the code below them.

@@ -10,7 +10,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A built image.
 pub struct Image {
     pub path: PathBuf,
     pub elf: Vec<u8>,

@@ -47,7 +47,6 @@ pub struct Scan {
 pub const STAGES: [&str; 5] = ["predict", "weigh", "resample", "update", "reduce"];
 
 impl Replay {
-    /// Parses the lines of a replay.
     pub fn parse(text: &str) -> Result<Self, String> {
         let mut replay = Self::default();
         for line in text.lines() {

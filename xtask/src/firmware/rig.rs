@@ -43,7 +43,6 @@ pub struct Rig {
     pub settings: Option<&'static str>,
     /// Further arguments of the simulator for its streams.
     pub more: &'static [&'static str],
-    /// Precisions with images.
     pub precisions: &'static [Precision],
     /// Boards that replay its streams in the step `firmware`.
     pub boards: &'static [Board],

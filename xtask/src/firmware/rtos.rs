@@ -13,7 +13,6 @@ const FOLDER: &str = "firmware/rtos";
 /// The operating systems, which are also the names of the images.
 const RTIC: &str = "rtic";
 const EMBASSY: &str = "embassy";
-/// The scenario.
 const DRIVE: Source<'_> = Source { what: "survey", scans: 200, rig: PLANAR };
 /// A feature by which the vehicle is too fast for the processor.
 const TOO_FAST: &str = "too-fast";

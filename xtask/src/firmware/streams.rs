@@ -14,14 +14,12 @@ use std::sync::{Mutex, PoisonError};
 /// The program that replays streams on the host.
 const REPLAY: &str = "scphd-replay";
 
-/// The source of a stream.
 #[derive(Debug, Clone, Copy)]
 pub struct Source<'a> {
     /// A scenario, `worst-case`, or the folder of a log.
     pub what: &'a str,
     /// Number of scans, from the first one on.
     pub scans: usize,
-    /// The filter for it.
     pub rig: Rig,
 }
 

@@ -1,6 +1,5 @@
 //! Effects of a Thumb-2 instruction on the stack and on control flow.
 
-/// The effect of an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effect {
     /// No relevant effect.

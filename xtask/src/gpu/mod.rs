@@ -75,7 +75,6 @@ pub fn step() -> Result<Outcome, Stop> {
     }
 }
 
-/// The result of a GPU.
 fn on_card(modules: &Path) -> Result<String, Stop> {
     let of_card = |words: &str| -> Result<String, Stop> {
         let mut command = cargo("run");

@@ -7,7 +7,6 @@ use crate::{files, lint, process};
 use std::path::PathBuf;
 use std::process::Command;
 
-/// Target of NVIDIA GPUs.
 pub const TARGET: &str = "nvptx64-nvidia-cuda";
 /// Oldest supported architecture; newer GPUs run the module too.
 const OLDEST: &str = "sm_80";

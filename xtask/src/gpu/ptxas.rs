@@ -27,7 +27,6 @@ const LIMITS: [(u64, &str); 6] = [
 /// Greatest usage of any kernel of a module, in the order of [`LIMITS`].
 type Usage = [u64; LIMITS.len()];
 
-/// The assembler.
 pub struct Ptxas {
     program: PathBuf,
     version: String,
@@ -72,7 +71,6 @@ impl Ptxas {
     }
 }
 
-/// The usage in a line.
 fn shown(usage: &Usage) -> String {
     let figures = LIMITS.iter().zip(usage).map(|((_, name), used)| format!("{used} {name}"));
     figures.collect::<Vec<_>>().join(", ")

@@ -34,7 +34,6 @@ impl Default for Limits {
 pub struct Scanned<K: Kind> {
     /// Its index.
     pub scan: usize,
-    /// The answer of the target.
     pub answer: Answer<K>,
     /// Time from the first transmission of the scan's frame to the answer.
     pub round_trip: Duration,
@@ -42,12 +41,10 @@ pub struct Scanned<K: Kind> {
     pub repeats: u32,
 }
 
-/// The result of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct Outcome<K: Kind> {
     /// The last answer, to the end of the stream.
     pub last: Answer<K>,
-    /// Number of frames sent.
     pub frames: u32,
     /// Number of repeated records and of queries among them.
     pub repeats: u32,
@@ -62,22 +59,14 @@ pub enum HilError {
     Line(#[from] io::Error),
     /// There is no answer, or a wrong one.
     #[error("no answer from the target to frame {number} after {repeats} repeats")]
-    NoAnswer {
-        /// Number of the frame.
-        number: u32,
-        /// Number of repetitions.
-        repeats: u32,
-    },
+    NoAnswer { number: u32, repeats: u32 },
     #[error(
         "the target cannot set its filter up as the stream says: too little room, another filter, another version or another kind of vehicle"
     )]
     NotSetUp,
     /// A record is too long.
     #[error("record {number} is too long for a frame")]
-    TooLong {
-        /// Number of the record.
-        number: u32,
-    },
+    TooLong { number: u32 },
     /// The stream is invalid.
     #[error("the stream is damaged or has no end")]
     Stream,

@@ -67,7 +67,6 @@ impl Line {
         }
     }
 
-    /// A line over a TCP connection.
     pub fn over_tcp(stream: TcpStream) -> io::Result<Self> {
         // Frames are small, and must not be delayed.
         stream.set_nodelay(true)?;

@@ -6,7 +6,6 @@ use std::collections::VecDeque;
 /// Number of frames that pass before a late one.
 const LATE_BY: usize = 3;
 
-/// Rates of the faults.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Rates {
     /// Share of lost frames.

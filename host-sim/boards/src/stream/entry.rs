@@ -5,7 +5,6 @@ use scphd_stream::{Header, Kind, Scalar, Which, Writer};
 use scphd_vehicle::{Description, Filter};
 use std::convert::Infallible;
 
-/// The stream of a log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stream {
     pub bytes: Vec<u8>,
@@ -17,7 +16,6 @@ pub struct Stream {
 
 /// A record to be written.
 pub(super) enum Entry<'a, K: Kind> {
-    /// A prediction.
     Predict(K::Input),
     /// A measurement of the pose.
     Fix(K::Fix),

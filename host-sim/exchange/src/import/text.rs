@@ -27,7 +27,6 @@ pub(super) enum Delimiter {
     Guessed,
 }
 
-/// A table.
 #[derive(Debug)]
 pub(super) struct Text {
     file: String,

@@ -95,7 +95,6 @@ pub fn read(dir: &Path, head: Option<Log>) -> Result<Imported, ImportError> {
     Draft { head: Some(head), sensors, odometry, scans, truth, told, ..Draft::default() }.finish()
 }
 
-/// A file and its matrices.
 struct File {
     place: String,
     all: BTreeMap<String, Matrix>,

@@ -23,7 +23,6 @@ pub trait Exported: Kind {
     /// The pose by dead reckoning, if it has a heading of its own: x m, y m, heading rad.
     fn smooth(reckoned: &Self::Reckoned) -> Option<[f64; 3]>;
 
-    /// The topic of a scan's detections.
     fn topic(log: &Self::Log, scan: usize) -> String;
 
     /// The detections of a scan; `pose` is the estimate.

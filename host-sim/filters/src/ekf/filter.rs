@@ -108,7 +108,6 @@ impl Ekf {
         })
     }
 
-    /// Number of landmarks in the state.
     #[cfg(test)]
     pub(super) fn landmarks(&self) -> usize {
         self.landmarks.len()

@@ -9,7 +9,6 @@ const UNSTATED_CONSTANT: f64 = 0.02;
 const UNSTATED_SHARE: f64 = 0.1;
 const UNSTATED_LASTS_S: f64 = 0.5;
 
-/// Noise of the controls.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct OdometryNoise {
     speed: Option<f64>,

@@ -17,7 +17,6 @@ pub struct FileError {
     pub problem: FileProblem,
 }
 
-/// Error in a settings file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FileProblem {
@@ -29,7 +28,6 @@ pub enum FileProblem {
     Syntax {
         /// Line of the file, counted from 1.
         row: usize,
-        /// The message of the parser.
         message: String,
     },
     /// A key that is not known, or a value of the wrong type.

@@ -16,7 +16,6 @@ pub struct OutOfRange {
 /// The range of a birth intensity.
 const BORN: &str = "great enough for births to weigh filter.prune_weight or more: otherwise no feature is ever born";
 
-/// The range of one field.
 pub(super) struct Limit<S> {
     pub(super) field: &'static str,
     value: fn(&S) -> f64,

@@ -22,9 +22,7 @@ use std::collections::BTreeMap;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "InFile", into = "InFile")]
 pub struct Settings {
-    /// The recursion.
     pub filter: FilterSettings,
-    /// The vehicle's noise.
     pub vehicle: VehicleSettings,
     /// The sensor's noise and view, or the first sensor's.
     pub sensor: SensorSettings,
@@ -32,9 +30,7 @@ pub struct Settings {
     pub sensor_name: String,
     /// The other sensors, in order of their names.
     pub others: Vec<(String, SensorSettings)>,
-    /// Moving features.
     pub moving: MovingSettings,
-    /// The joint map.
     pub joint: JointSettings,
     /// Fixes of the pose, if the log has some.
     pub fixes: Option<FixNoise>,
@@ -134,7 +130,6 @@ pub struct FilterSettings {
     pub interval_margin: f64,
     /// Whether unexplained measurements become births in the next scan only: fewer components.
     pub births_wait: bool,
-    /// The particle likelihood.
     pub likelihood: Likelihood,
 }
 

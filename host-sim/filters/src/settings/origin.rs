@@ -21,9 +21,7 @@ pub enum Origin {
     Scheme,
     /// The experiment of the thesis that the scenario reproduces.
     Experiment,
-    /// A settings file.
     File(String),
-    /// An option of the command line.
     CommandLine(&'static str),
     /// Learnt from a log by `tune`.
     Learnt,

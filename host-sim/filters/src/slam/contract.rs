@@ -30,7 +30,6 @@ pub trait Slam<D: Dimensions = Planar> {
     /// Processes a scan of the sensor with this index.
     fn scan(&mut self, sensor: usize, detections: &[D::Measurement]) -> Result<ScanOutcome, Refusal>;
 
-    /// Estimated pose and its covariance.
     fn pose(&mut self) -> Result<PoseAndCovariance<D>, Refusal>;
 
     /// N̂ and the estimated features.
@@ -87,7 +86,6 @@ pub struct Search {
     pub elsewhere: f64,
 }
 
-/// A place in a map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FoundPlace {
     /// x and y, m, and heading, rad.

@@ -6,7 +6,6 @@ use crate::settings::{FilterSettings, Likelihood};
 /// Scalar of the fixed-capacity filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Precision {
-    /// Single precision.
     F32,
     /// Double precision, if the Cargo feature `f64` is on.
     F64,
@@ -42,12 +41,10 @@ macro_rules! in_precision {
 }
 pub(super) use in_precision;
 
-/// The filter of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Filter {
     /// The fixed-capacity filter.
     Core(Precision),
-    /// The filter with a joint map.
     Joint(Precision),
     /// The brute-force reference, in double precision.
     Reference,

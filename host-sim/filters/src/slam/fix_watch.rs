@@ -11,12 +11,10 @@ use scphd_log::dimensions::{Dimensions, Planar, Underwater};
 use scphd_log::log::{FixNoise, PoseFix};
 use std::convert::Infallible;
 
-/// Result of a fix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Taken {
     /// It was within its gate.
     In,
-    /// It was left out.
     LeftOut,
     /// It was left out like several before it; they are consistent with each other, and the filter was relocated to them.
     Relocated,
@@ -27,7 +25,6 @@ pub trait WatchesFixes<D: Dimensions> {
     /// Adds elapsed time, s.
     fn wait(&mut self, dt_s: f64);
 
-    /// Passes on a fix.
     fn show(&mut self, slam: &mut dyn Slam<D>, fix: &D::Fix) -> Result<Taken, Refusal>;
 }
 
@@ -67,7 +64,6 @@ impl PlanarWatch {
         })
     }
 
-    /// Adds an accepted fix.
     fn accepted(&mut self, fix: &PoseFix) {
         match fix {
             PoseFix::Position(place) => {

@@ -17,9 +17,7 @@ use std::fmt::Debug;
 /// What a relocation does with the map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Map {
-    /// Keeps it.
     Kept,
-    /// Removes it.
     Dropped,
 }
 

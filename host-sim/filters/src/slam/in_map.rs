@@ -32,7 +32,6 @@ pub(crate) trait Mapped<P: Pose> {
     /// The estimated pose, if the filter has been started.
     fn here(&self) -> Option<PoseEstimate<P>>;
 
-    /// The estimated map.
     fn map(&self) -> Vec<Component<PositionOf<P>>>;
 }
 
@@ -68,7 +67,6 @@ pub(crate) trait InMap<X: MeasurementModel> {
     /// Continues the localisation after a scan, and starts in the map when the place is found.
     fn look(&mut self, slam: &mut dyn Mapped<X::Pose>, detector: &Detector<X>) -> Result<(), Refusal>;
 
-    /// Result of the localisation.
     fn search(&self) -> Option<Search>;
 
     /// The estimated map as bytes.

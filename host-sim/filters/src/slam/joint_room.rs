@@ -49,7 +49,6 @@ impl<M: Motion, Z: Vector<Scalar = Numbers<M>>, const FEATURES: usize, const NUM
     }
 }
 
-/// One joint map.
 type Single<'s, M, Z> = JointSlam<'s, M, Z, NoArchive, Option<Tracked<'s, <M as Motion>::Pose>>>;
 
 impl<M: Motion + 'static, Z: Vector<Scalar = Numbers<M>>, const FEATURES: usize, const NUMBERS: usize> JointRoom<M>

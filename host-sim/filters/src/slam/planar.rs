@@ -178,7 +178,6 @@ fn control<T: Real>(row: [f64; 3]) -> Control<T> {
     Control { speed_mps, left_mps, turn }
 }
 
-/// The sensor of these settings.
 pub fn range_bearing<T: Real>(sensor: &SensorSettings) -> Result<Ranging<T>, Refusal> {
     let [range_sigma_m, ratio, bearing_sigma_rad] =
         [sensor.range_sigma_m, sensor.range_sigma_ratio, sensor.bearing_sigma_rad].map(T::from_f64);

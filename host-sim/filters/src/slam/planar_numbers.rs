@@ -17,7 +17,6 @@ pub struct PlanarNumbers<T> {
     pub sensors: Vec<Sensor<T>>,
     /// The configuration of `ScPhd`.
     pub config: Config<T>,
-    /// The initial pose.
     pub start: PlanarPose<T>,
 }
 

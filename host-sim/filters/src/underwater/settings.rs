@@ -10,7 +10,6 @@ use serde::{Deserialize, Serialize};
 pub struct Settings {
     /// The recursion; the birth intensity is per px⁴.
     pub filter: FilterSettings,
-    /// The vehicle and its instruments.
     pub vehicle: VehicleSettings,
     pub camera: CameraSettings,
 }

@@ -16,7 +16,6 @@ pub struct Timeline<'a> {
 /// An input of a filter, and its row of the log.
 #[derive(Debug, Clone, Copy)]
 pub struct Step<'a> {
-    /// The input.
     pub navigation: Navigation,
     /// The row at the end of the step, if there is one.
     pub row: Option<&'a Instruments>,

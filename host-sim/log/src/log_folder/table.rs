@@ -90,7 +90,6 @@ impl Row<'_> {
         Place::Cell(self.file, self.line, column)
     }
 
-    /// A finite number.
     pub(super) fn number(&self, column: &Column) -> Result<f64, LogError> {
         let text = &self.fields[column.index];
         match text.parse::<f64>() {

@@ -3,10 +3,8 @@
 /// Reason for refusing a log with fixes.
 pub(super) const NO_FIXES: &str = "the reference takes no fixes of the pose";
 
-/// A figure of a comparison.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Figure {
-    /// The greatest difference.
     Greatest(f64),
     Count(usize),
 }

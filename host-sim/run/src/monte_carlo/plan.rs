@@ -7,7 +7,6 @@ pub struct Plan {
     pub scenario: String,
     /// The filters, which all get the same inputs and seeds.
     pub filters: Vec<String>,
-    /// Number of runs of each filter.
     pub runs: usize,
     /// Number of different inputs; divides the number of runs.
     pub input_sets: usize,

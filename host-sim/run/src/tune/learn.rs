@@ -108,7 +108,6 @@ pub(super) type Inside<'a, D> = Box<dyn Fn(&<D as Dimensions>::Measurement) -> O
 
 /// A sensor of the core as an [`Eye`].
 pub(super) struct CoreEye<'a, D: Dimensions, S: Sensor> {
-    /// The model.
     pub(super) sensor: S,
     /// Its pose at a scan, from the vehicle's pose.
     pub(super) seat: SeatAt<'a, D, S::Pose>,

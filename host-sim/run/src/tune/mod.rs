@@ -32,12 +32,10 @@ use crate::session::SessionError;
 use scphd_filters::kind::Kind;
 use std::ops::Range;
 
-/// The result of learning.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tuned<S> {
     /// The estimates from the innovations, in the order of the settings file.
     pub said: Vec<Said>,
-    /// The result of the search.
     pub outcome: Outcome<S>,
 }
 

@@ -7,7 +7,6 @@ use scphd_log::events::Event;
 use scphd_log::log::Scan;
 use scphd_score::record::MapFeature;
 
-/// One step of a run.
 pub(super) enum Step<'a, K: Kind> {
     /// A motion that the filter did not reject.
     Moved { scan: usize, control: &'a K::Control, dt_s: f64 },

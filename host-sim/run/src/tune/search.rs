@@ -100,7 +100,6 @@ impl Gain {
     }
 }
 
-/// A candidate and its result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tried {
     pub candidate: Candidate,
@@ -111,7 +110,6 @@ pub struct Tried {
     pub wins: bool,
 }
 
-/// The outcome of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome<S> {
     /// The proposed settings, or the present ones.
@@ -149,7 +147,6 @@ impl<S> Outcome<S> {
 /// Number of runs, and their seeds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
-    /// The first seed.
     pub seed: u64,
     /// Number of runs of each candidate, and of the best one to confirm it.
     pub runs: u64,

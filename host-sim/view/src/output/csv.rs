@@ -10,17 +10,13 @@ use scphd_score::results::{OutputError, sink};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// The content of a cell.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub(crate) enum Cell {
     /// A count or an index.
     Count(usize),
-    /// A figure.
     Number(f64),
-    /// A name.
     Text(String),
-    /// An empty cell.
     Unknown,
 }
 

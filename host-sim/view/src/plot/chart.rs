@@ -71,7 +71,6 @@ pub struct Mark {
     /// Its name in the legend; empty: not in the legend.
     pub label: String,
     pub colour: Colour,
-    /// Its shape and data.
     pub shape: Shape,
 }
 

@@ -118,7 +118,6 @@ mod tests {
     use super::*;
     use scphd_log::log::Scan;
 
-    /// The scans of a fault.
     fn of(fault: Fault) -> Range<usize> {
         PLAN.into_iter().find(|(other, _)| *other == fault).unwrap().1
     }

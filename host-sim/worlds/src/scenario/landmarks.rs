@@ -6,7 +6,6 @@ use scphd_log::noise::Noise;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Scatter {
     pub count: usize,
-    /// Seed of the positions.
     pub seed: u64,
     /// Least and greatest distance from the path of the sensor, m.
     pub from_path_m: (f64, f64),

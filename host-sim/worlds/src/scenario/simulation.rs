@@ -66,7 +66,6 @@ impl Imperfection {
     }
 }
 
-/// The parts of a simulation.
 #[derive(Debug)]
 pub(super) struct Simulation {
     pub name: &'static str,

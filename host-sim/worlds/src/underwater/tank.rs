@@ -171,7 +171,6 @@ fn pull(vehicle: &Vehicle) -> f64 {
     PULL_RAD * pull.clamp(-1.0, 1.0)
 }
 
-/// The stereo camera.
 fn camera() -> Projections {
     let calibration = Matrix3::new(FOCAL_PX, 0.0, 400.0, 0.0, FOCAL_PX, 300.0, 0.0, 0.0, 1.0);
     // The top of the image is ahead.

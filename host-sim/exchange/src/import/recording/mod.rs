@@ -437,7 +437,6 @@ impl<'c> Gathered<'c> {
     }
 }
 
-/// The axes of points.
 enum Axes {
     OfSensor(View),
     /// The axes of a world frame with this name.

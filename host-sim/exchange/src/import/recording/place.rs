@@ -135,7 +135,6 @@ pub(super) struct Known<'k> {
     pub(super) reckoned: &'k dyn Fn(f64) -> ([f64; 2], f64),
 }
 
-/// The imported fixes.
 #[derive(Debug, Default)]
 pub(super) struct OfFixes {
     pub(super) fixes: Vec<Fix>,

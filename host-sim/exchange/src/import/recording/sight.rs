@@ -8,7 +8,6 @@ use scphd_ros::{Cloud, Time};
 #[derive(Debug)]
 pub struct Sight {
     pub stamp: Time,
-    /// The frame of its detections.
     pub frame: String,
     pub seen: Vec<Seen>,
     /// Labels of the detections, if the message has them.

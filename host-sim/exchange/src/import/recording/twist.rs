@@ -99,7 +99,6 @@ pub(super) fn moves(poses: &[(f64, [f64; 3])]) -> bool {
     })
 }
 
-/// The result of the comparison.
 enum Verdict {
     Same,
     /// They agree, except for a sideways speed that the poses do not have.

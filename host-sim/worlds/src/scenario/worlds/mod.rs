@@ -41,7 +41,6 @@ pub enum Kind {
     Moving,
 }
 
-/// The world with this seed.
 pub fn world(kind: Kind, seed: u64) -> Log {
     match kind {
         Kind::DataSheet => misbehaving(seed, Misbehaviour::ALL),

@@ -8,12 +8,10 @@ use scphd_log::log::{Mounting, Sensor, Vehicle};
 use scphd_log::noise::Noise;
 use std::f64::consts::PI;
 
-/// Odometry rows a second.
 const ROWS_PER_SECOND: f64 = 10.0;
 /// Side of the square that contains a world, m.
 const EXTENTS_M: [f64; 3] = [12.0, 36.0, 96.0];
 
-/// A world.
 #[derive(Debug, Clone)]
 pub(super) struct Plan {
     pub extent_m: f64,

@@ -11,7 +11,6 @@ const ON_THE_FLOOR: f64 = 0.25;
 /// Waves of the floor, each with its height (m), its wave numbers along x and y (rad/m) and its phase (rad).
 type Waves = [(f64, [f64; 2], f64); 3];
 
-/// A true feature.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Feature {
     pub position: Vector3<f64>,

@@ -38,7 +38,6 @@ pub(super) struct Iron {
     pub pull_rad: f64,
 }
 
-/// A world.
 #[derive(Debug, Clone)]
 pub(super) struct Plan {
     pub size_m: f64,
