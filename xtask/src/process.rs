@@ -78,7 +78,7 @@ pub fn side_by_side<T: Sync, R: Send>(
     items: &[T],
     work: impl Fn(&T) -> Result<R, String> + Sync,
 ) -> Result<Vec<R>, String> {
-    let results: Vec<_> = items.par_iter().map(work).collect();
+    let results: Vec<_> = items.par_iter().map(&work).collect();
     results.into_iter().collect()
 }
 
