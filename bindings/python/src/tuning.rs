@@ -88,12 +88,11 @@ fn set<T: Number>(description: &mut Description<T>, group: &str, keywords: Optio
     chosen.sort_by_key(|(setting, ..)| (setting.choices().is_empty(), setting.number()));
     for (setting, number, name) in chosen {
         if description.get(setting, 0).is_none() {
-            let takes = match name.split('_').next().unwrap_or_default() {
-                "informed" => "proposal='informed'".to_owned(),
-                "moving" => "movers=True".to_owned(),
-                part => format!("{part}=True"),
-            };
-            return Err(SettingError::new_err(format!("{name} takes {takes}")));
+            return Err(SettingError::new_err(match name.split('_').next().unwrap_or_default() {
+                "informed" => format!("{name} is of the proposal 'informed' alone"),
+                "moving" => format!("{name} takes movers=True"),
+                part => format!("{name} takes {part}=True"),
+            }));
         }
         description
             .set(setting, 0, number)
