@@ -540,8 +540,8 @@ pub struct Tuning {
     /// scenarios of 5.3.1 and for a joint map of a recorded log, otherwise off]. Overrides the settings file.
     #[arg(long, value_enum)]
     pub moving: Option<Switch>,
-    /// Hypotheses of data association of a joint map in the plane, 16 at most [default: 8 for a drive that loses its heading,
-    /// otherwise 1]. Overrides the settings file.
+    /// Hypotheses of data association of a joint map in the plane, 16 at most [default: 8 for a drive that loses its heading
+    /// and for a log that shows moving objects, otherwise 1]. Overrides the settings file.
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     pub hypotheses: Option<usize>,
     /// TOML file whose fields override the defaults for the log; all are optional. `scphd-sim settings` prints all with their
