@@ -135,7 +135,7 @@ impl Claim {
 impl Command {
     /// The arguments of a command with the folders of its logs; `None` if a folder is missing.
     fn words(command: &str) -> Option<Vec<String>> {
-        let logs = ["victoria_park", "car_park", "mrclam_ds6_", "phd_slam3_", "thesis_cmp_", "starry_night"];
+        let logs = ["victoria_park", "car_park", "mrclam_", "phd_slam3_", "thesis_cmp_", "starry_night"];
         let word = |word: &str| match logs.iter().any(|log| word.starts_with(log)) {
             true => Some(scphd_shared_data::find(word)?.to_str().expect("a name of a folder").to_owned()),
             false => Some(word.to_owned()),
