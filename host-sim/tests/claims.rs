@@ -144,12 +144,31 @@ impl Command {
     }
 }
 
-/// Runs the program. Returns its JSON, and its output on stderr.
+/// The columns of a printed table, whose first one has the names of the rows, as JSON.
+fn columns(table: &str) -> Value {
+    let mut columns = [Map::new(), Map::new()];
+    for line in table.lines() {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let Some((name, values)) = words.split_last_chunk::<2>() else { continue };
+        for (column, value) in columns.iter_mut().zip(values) {
+            let value = value.parse::<f64>().map_or_else(|_| Value::from(*value), Value::from);
+            column.insert(name.join(" "), value);
+        }
+    }
+    columns.map(Value::from).into_iter().collect()
+}
+
+/// Runs the program. Returns its JSON, and its output on stderr. `compare` only prints a table, for both precisions.
 fn output(words: &[String]) -> (Value, String) {
     let mut process = Process::new(env!("CARGO_BIN_EXE_scphd-sim"));
-    let output = process.args(words).args(["--json", "-"]).current_dir(ROOT).output().expect("the program");
+    let is_printed = words[0] == "compare";
+    let json: &[&str] = if is_printed { &[] } else { &["--json", "-"] };
+    let output = process.args(words).args(json).current_dir(ROOT).output().expect("the program");
     assert!(output.status.success(), "{words:?}: {}", String::from_utf8_lossy(&output.stderr));
-    let json = serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{words:?}: {error}"));
+    let json = match is_printed {
+        true => columns(&String::from_utf8_lossy(&output.stdout)),
+        false => serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{words:?}: {error}")),
+    };
     (json, String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
