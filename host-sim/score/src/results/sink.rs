@@ -1,42 +1,53 @@
 //! Output of results: every file that the program writes goes through [`write()`].
 //!
 //! A regular file is replaced completely or not at all: the bytes go to a file beside it, which is renamed when it is complete.
-//! A link to one remains, and its target is replaced. FIFOs and devices are written through.
+//! Anything but a regular file is never replaced:
+//!
+//! | path | what happens |
+//! |---|---|
+//! | `-`, or the target of the standard output (also `/dev/stdout`) | written to the standard output |
+//! | nothing there | a new file, complete or none |
+//! | regular file | replaced by a new one with the same permissions |
+//! | link to a regular file | its target is replaced, the link remains |
+//! | FIFO, character device, links to them | written through; a FIFO waits for its reader |
+//! | folder, block device, broken link, no write permission | refused |
+//!
+//! Write permission is that of the mode, also for the superuser, for whom the system does not check it.
 
-use std::fs;
+use std::fs::{self, File, Metadata, OpenOptions, Permissions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// The path that stands for the standard output.
 pub const STDOUT: &str = "-";
 
-/// Writes `bytes` to `path`.
+/// How a path is written.
+#[derive(Debug)]
+enum Way {
+    Stdout,
+    /// A file that is not there yet.
+    New,
+    /// A regular file, without any link in its name, and its permissions.
+    Replace(PathBuf, Permissions),
+    /// Not a regular file, but one that can be opened and written to.
+    Through,
+}
+
+/// Writes `bytes` to `path` as in the table above.
 ///
 /// # Errors
 ///
 /// Errors of the file system, or a refusal with its reason. Existing files are not changed in either case.
 pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    if is_stdout(path) {
-        let mut stdout = io::stdout().lock();
-        return stdout.write_all(bytes).and_then(|()| stdout.flush());
+    match way(path)? {
+        Way::Stdout => {
+            let mut stdout = io::stdout().lock();
+            stdout.write_all(bytes).and_then(|()| stdout.flush())
+        }
+        Way::New => replace(path, bytes, None),
+        Way::Replace(file, permissions) => replace(&file, bytes, Some(permissions)),
+        Way::Through => OpenOptions::new().write(true).truncate(true).open(path)?.write_all(bytes),
     }
-    let path = destination(path)?;
-    let there = fs::metadata(&path).ok();
-    if there.as_ref().is_some_and(|there| !there.is_file()) {
-        return fs::OpenOptions::new().write(true).open(path)?.write_all(bytes);
-    }
-    let mut beside = tempfile::Builder::new();
-    #[cfg(unix)]
-    beside.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = beside.tempfile_in(folder(&path))?;
-    file.write_all(bytes)?;
-    if let Some(there) = there {
-        file.as_file().set_permissions(there.permissions())?;
-    }
-    // Stored before the rename, of which the same is not certain.
-    file.as_file().sync_all()?;
-    file.persist(path)?;
-    Ok(())
 }
 
 /// Whether `path` can be written to, as far as this can be checked without writing.
@@ -45,39 +56,120 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
 ///
 /// The reason why [`write()`] would refuse it.
 pub fn check(path: &Path) -> io::Result<()> {
-    if is_stdout(path) { Ok(()) } else { destination(path).map(drop) }
+    if matches!(way(path)?, Way::New) {
+        let folder = folder(path);
+        if !folder.is_dir() {
+            return Err(refused(io::ErrorKind::NotFound, &format!("no folder {}", folder.display())));
+        }
+    }
+    Ok(())
 }
 
 pub fn is_stdout(path: &Path) -> bool {
-    path == Path::new(STDOUT) || path == Path::new("/dev/stdout")
+    matches!(way(path), Ok(Way::Stdout))
 }
 
-/// The file to write: of a link to a regular file its target.
-fn destination(path: &Path) -> io::Result<PathBuf> {
-    let refused = |why: &str| Err(io::Error::other(why));
-    if fs::symlink_metadata(path).is_err() {
-        let folder = folder(path);
-        return if folder.is_dir() { Ok(path.to_owned()) } else { refused(&format!("no folder {}", folder.display())) };
+fn way(path: &Path) -> io::Result<Way> {
+    if path.as_os_str() == STDOUT {
+        return Ok(Way::Stdout);
     }
-    match fs::metadata(path) {
-        Err(_) => refused("is a link that leads nowhere"),
-        Ok(there) if there.is_dir() => refused("is a folder"),
-        // Also for the superuser, for whom the system does not check it.
-        Ok(there) if there.permissions().readonly() => refused("is read-only"),
-        Ok(there) if there.is_file() => fs::canonicalize(path),
-        Ok(_) => Ok(path.to_owned()),
+    if path.file_name().is_none() {
+        return Err(refused(io::ErrorKind::InvalidInput, "not the name of a file"));
     }
+    let itself = match fs::symlink_metadata(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Way::New),
+        other => other?,
+    };
+    let there = match fs::metadata(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            return Err(refused(io::ErrorKind::NotFound, "is a link that leads nowhere"));
+        }
+        other => other?,
+    };
+    if there.is_dir() {
+        return Err(refused(io::ErrorKind::IsADirectory, "is a folder"));
+    }
+    if is_standard_output(&there) {
+        return Ok(Way::Stdout);
+    }
+    if there.permissions().readonly() {
+        return Err(refused(io::ErrorKind::PermissionDenied, "is read-only"));
+    }
+    if is_block_device(&there) {
+        return Err(refused(io::ErrorKind::InvalidInput, "is a block device"));
+    }
+    if !there.is_file() {
+        return Ok(Way::Through);
+    }
+    // The folder may permit a replacement although the file is not writable.
+    OpenOptions::new().write(true).open(path)?;
+    let file = if itself.is_symlink() { fs::canonicalize(path)? } else { path.to_owned() };
+    Ok(Way::Replace(file, there.permissions()))
 }
 
+/// Writes a hidden file in the same folder and renames it: a reader sees the old or the new file, never a part. After an error
+/// the hidden file is removed.
+fn replace(path: &Path, bytes: &[u8], permissions: Option<Permissions>) -> io::Result<()> {
+    let mut hidden = tempfile::Builder::new();
+    // Less what the user's mask takes away; the crate's own default is a file that nobody else can read.
+    #[cfg(unix)]
+    hidden.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = hidden.tempfile_in(folder(path))?;
+    if let Some(permissions) = permissions {
+        file.as_file().set_permissions(permissions)?;
+    }
+    file.write_all(bytes)?;
+    // Stored before the rename, of which the same is not certain.
+    file.as_file().sync_all()?;
+    file.persist(path)?;
+    Ok(())
+}
+
+/// The folder that a file is in.
 fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+fn refused(kind: io::ErrorKind, why: &str) -> io::Error {
+    io::Error::new(kind, why)
+}
+
+/// Whether it is the file or pipe of the standard output. A terminal or `/dev/null` is written through like any other device,
+/// because other output there does no harm.
+#[cfg(unix)]
+fn is_standard_output(there: &Metadata) -> bool {
+    use std::os::fd::AsFd;
+    use std::os::unix::fs::{FileTypeExt, MetadataExt};
+
+    if there.file_type().is_char_device() {
+        return false;
+    }
+    let Ok(stdout) = io::stdout().as_fd().try_clone_to_owned() else { return false };
+    let stdout = File::from(stdout).metadata();
+    stdout.is_ok_and(|stdout| (stdout.dev(), stdout.ino()) == (there.dev(), there.ino()))
+}
+
+#[cfg(not(unix))]
+fn is_standard_output(_: &Metadata) -> bool {
+    false
+}
+
+#[cfg(unix)]
+fn is_block_device(there: &Metadata) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+
+    there.file_type().is_block_device()
+}
+
+#[cfg(not(unix))]
+fn is_block_device(_: &Metadata) -> bool {
+    false
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use scphd_shared_data::Folder;
-    use std::fs::Permissions;
     use std::process;
 
     #[test]
@@ -100,7 +192,7 @@ mod tests {
         let mut permissions = fs::metadata(&guarded).unwrap().permissions();
         permissions.set_readonly(true);
         fs::set_permissions(&guarded, permissions).unwrap();
-        for (path, why) in [(&taken, "is a folder"), (&guarded, "read-only"), (&PathBuf::from("/"), "is a folder")] {
+        for (path, why) in [(&taken, "is a folder"), (&guarded, "read-only"), (&PathBuf::from("/"), "not the name")] {
             let refusals = [check(path), write(path, b"x")].map(|refusal| refusal.unwrap_err().to_string());
             assert!(refusals.iter().all(|refusal| refusal.contains(why)), "{refusals:?}");
         }
@@ -191,6 +283,12 @@ mod tests {
         }
         assert!(fs::symlink_metadata(&device).unwrap().file_type().is_char_device());
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        // A block device is never written to. No device has this number.
+        let disk = folder.0.join("disk");
+        if made("mknod", &disk, &["b", "240", "77"]) {
+            assert!(write(&disk, b"x").unwrap_err().to_string().contains("block device"));
+            assert!(fs::symlink_metadata(&disk).unwrap().file_type().is_block_device());
+        }
     }
 
     #[test]
