@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use std::ffi::OsStr;
 use std::io::Read;
+use std::panic::{self, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread;
@@ -78,7 +79,8 @@ pub fn side_by_side<T: Sync, R: Send>(
     items: &[T],
     work: impl Fn(&T) -> Result<R, String> + Sync,
 ) -> Result<Vec<R>, String> {
-    let results: Vec<_> = items.par_iter().map(&work).collect();
+    let all = || items.par_iter().map(&work).collect::<Vec<_>>();
+    let results = panic::catch_unwind(AssertUnwindSafe(all)).map_err(|_| "a run ended with a panic")?;
     results.into_iter().collect()
 }
 
@@ -216,6 +218,21 @@ mod tests {
         let message = run_for(command("sleep").arg("60"), Duration::from_millis(100)).unwrap_err();
         assert!(message.contains("longer than"), "{message}");
         assert!(started.elapsed() < Duration::from_secs(30));
+    }
+
+    #[test]
+    fn results_have_the_order_of_the_items() {
+        let items: Vec<u64> = (0..20).collect();
+        let slow_first = |&item: &u64| {
+            thread::sleep(Duration::from_millis(20 - item));
+            Ok(item * item)
+        };
+        let expected: Vec<u64> = items.iter().map(|item| item * item).collect();
+        assert_eq!(side_by_side(&items, slow_first), Ok(expected));
+        let message = |result: Result<Vec<u64>, String>| result.unwrap_err();
+        assert_eq!(message(side_by_side(&items, |&item| if item > 6 { Err(item.to_string()) } else { Ok(item) })), "7");
+        let panics = |&item: &u64| if item == 7 { panic!("on purpose") } else { Ok(item) };
+        assert!(message(side_by_side(&items, panics)).contains("panic"));
     }
 
     #[test]
