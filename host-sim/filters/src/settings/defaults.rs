@@ -16,7 +16,7 @@ use scphd::JointConfig;
 use scphd::models::ControlNoise;
 use scphd_log::angle::wrap;
 use scphd_log::log::{FixNoise, Log, Nominal, Odometry, Sensor, Vehicle};
-use scphd_log::vehicle::FASTEST_MPS;
+use scphd_log::vehicle::{FASTEST_MPS, Way};
 use scphd_worlds::scenario::{is_of_thesis, thesis_run};
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
@@ -274,10 +274,11 @@ impl Settings {
 
     /// Whether one of the log's sensors detects moving objects.
     fn sees_moving_objects(&self, log: &Log) -> bool {
-        let settings = std::iter::once(&self.sensor).chain(self.others.iter().map(|(_, sensor)| sensor));
-        let mut sensors = log.sensors().zip(settings).enumerate();
-        sensors
-            .any(|(index, ((_, sensor, _), noise))| moving_objects::are_seen(log, index, sensor, noise, &self.moving))
+        let way = Way::of(log);
+        let mut sensors = log.sensors().zip(self.sensors()).enumerate();
+        sensors.any(|(index, ((_, sensor, _), noise))| {
+            moving_objects::are_seen(log, &way, index, sensor, noise, &self.moving)
+        })
     }
 
     /// The default settings of a scenario: the recursion of the thesis without extensions, with the thesis's parameters of the
@@ -315,8 +316,7 @@ impl Settings {
         }
         if is_lost {
             self.vehicle = noise;
-            let others = self.others.iter_mut().map(|(_, sensor)| sensor);
-            for (sensor, (_, _, nominal)) in std::iter::once(&mut self.sensor).chain(others).zip(log.sensors()) {
+            for (sensor, (_, _, nominal)) in self.sensors_mut().zip(log.sensors()) {
                 if nominal.detection_probability.is_none() {
                     sensor.detection_far = LOST_DETECTION_FAR;
                 }
@@ -334,8 +334,7 @@ impl Settings {
         if all_white {
             self.vehicle.noise_interval_s = WHITE_INTERVAL_S;
         }
-        let others = self.others.iter_mut().map(|(_, sensor)| sensor);
-        for (sensor, white) in std::iter::once(&mut self.sensor).chain(others).zip(margins) {
+        for (sensor, white) in self.sensors_mut().zip(margins) {
             let least = if all_white { 0.0 } else { UNSTATED.noise_margin };
             let [range, bearing] = white.map(|margin| margin.unwrap_or(least).max(least) / UNSTATED.noise_margin);
             sensor.range_sigma_m = (range * sensor.range_sigma_m).max(LEAST_RANGE_SIGMA_M);

@@ -88,6 +88,10 @@ impl Settings {
     pub fn sensors(&self) -> impl Iterator<Item = &SensorSettings> {
         std::iter::once(&self.sensor).chain(self.others.iter().map(|(_, sensor)| sensor))
     }
+
+    fn sensors_mut(&mut self) -> impl Iterator<Item = &mut SensorSettings> {
+        std::iter::once(&mut self.sensor).chain(self.others.iter_mut().map(|(_, sensor)| sensor))
+    }
 }
 
 /// `[filter]`: see [`scphd::Config`].

@@ -41,14 +41,14 @@ struct Count {
 /// Whether objects that move are detected by the sensor with this index.
 pub(super) fn are_seen(
     log: &Log,
+    way: &Way<'_>,
     index: usize,
     sensor: &Sensor,
     noise: &SensorSettings,
     prior: &MovingSettings,
 ) -> bool {
-    let way = Way::of(log);
     let scans: Vec<_> = log.scans.iter().filter(|scan| scan.sensor == index).collect();
-    let places: Vec<_> = scans.iter().map(|scan| places(&way, scan, sensor, noise)).collect();
+    let places: Vec<_> = scans.iter().map(|scan| places(way, scan, sensor, noise)).collect();
     APART_S.into_iter().any(|apart_s| {
         let mut count = Count::default();
         let after = |scan: usize| {
@@ -72,10 +72,9 @@ fn places(way: &Way<'_>, scan: &Scan, sensor: &Sensor, noise: &SensorSettings) -
     let [x, y, heading] = sensor.mounting.seat(way.at(scan.t_s));
     let place = |&[range, bearing]: &[f64; 2]| {
         let angle = heading + bearing;
-        let range_sigma_m = libm::hypot(noise.range_sigma_m, noise.range_sigma_ratio * range);
         Place {
             at: [x + range * libm::cos(angle), y + range * libm::sin(angle)],
-            sigma_m: range_sigma_m.max(range * noise.bearing_sigma_rad),
+            sigma_m: noise.range_sigma_at(range).max(range * noise.bearing_sigma_rad),
         }
     };
     scan.detections.iter().map(place).collect()
@@ -93,16 +92,17 @@ impl Count {
     fn add(&mut self, [first, second, third]: [&[Place]; 3], reach_m: f64, ratio: f64) {
         // The variance of a difference, and that of an extrapolation by the difference.
         let (same, ahead) = (2.0_f64.sqrt() * GATE, (1.0 + ratio * ratio + (1.0 + ratio).powi(2)).sqrt() * GATE);
+        let is_new = |place: &&Place| ![first, third].into_iter().any(|places| Place::is_any(places, place.at, same));
+        let new: Vec<_> = second.iter().filter(is_new).collect();
         for from in first {
             self.all += 1;
             if [second, third].into_iter().any(|places| Place::is_any(places, from.at, same)) {
                 self.still += 1;
                 continue;
             }
-            for to in second {
+            for to in &new {
                 let [x, y] = [to.at[0] - from.at[0], to.at[1] - from.at[1]];
-                let is_new = ![first, third].into_iter().any(|places| Place::is_any(places, to.at, same));
-                if is_new && libm::hypot(x, y) < reach_m {
+                if libm::hypot(x, y) < reach_m {
                     let leads = |[x, y]: [f64; 2]| {
                         usize::from(Place::is_any(third, [to.at[0] + ratio * x, to.at[1] + ratio * y], ahead))
                     };
@@ -128,7 +128,7 @@ mod tests {
 
     fn shows(log: &Log) -> bool {
         let settings = Settings::for_log(log);
-        are_seen(log, 0, &log.sensor, &settings.sensor, &settings.moving)
+        are_seen(log, &Way::of(log), 0, &log.sensor, &settings.sensor, &settings.moving)
     }
 
     #[test]
