@@ -135,6 +135,65 @@ fn an_offset_of_the_turn_rate_is_a_note_and_not_a_wrong_unit() {
     }
 }
 
+/// The world with this seed, in which the vehicle pauses for 20 s at a scan. `turn_rate` is that of the odometry at a time of the
+/// pause, s, and `seen` are the detections then, for the true pose before the pause.
+fn pausing(seed: u64, turn_rate: impl Fn(f64) -> f64, seen: impl Fn(&Log, [f64; 3], f64) -> Vec<[f64; 2]>) -> Log {
+    const PAUSE_S: f64 = 20.0;
+    let mut log = world(seed);
+    let from_s = log.scans[log.scans.len() / 2].t_s;
+    let pose = truth::at(&log.truth, from_s).unwrap();
+    let pose = [pose.position[0], pose.position[1], pose.heading_rad.unwrap()];
+    let held = log.odometry.iter().rfind(|row| row.t_s <= from_s).unwrap().control;
+    let times = |step_s: f64| (0..(PAUSE_S / step_s) as usize).map(move |place| place as f64 * step_s);
+    let rows = times(0.1).map(|after_s| Odometry { t_s: from_s + after_s, control: [0.0, turn_rate(after_s), 0.0] });
+    let rows: Vec<_> = rows.chain([Odometry { t_s: from_s + PAUSE_S, control: held }]).collect();
+    let scans = times(0.2).skip(1).map(|after_s| {
+        let detections = seen(&log, pose, after_s);
+        Scan { t_s: from_s + after_s, sensor: 0, labels: vec![-1; detections.len()], detections }
+    });
+    let scans: Vec<_> = scans.collect();
+    log.odometry.iter_mut().filter(|row| row.t_s > from_s).for_each(|row| row.t_s += PAUSE_S);
+    log.scans.iter_mut().filter(|scan| scan.t_s > from_s).for_each(|scan| scan.t_s += PAUSE_S);
+    log.odometry.extend(rows);
+    log.scans.extend(scans);
+    log.odometry.retain(|row| row.t_s != from_s || row.control[0] == 0.0);
+    log.odometry.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
+    log.scans.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
+    log.truth.clear();
+    log
+}
+
+#[test]
+fn a_moving_object_before_a_standing_vehicle_is_not_odometry_that_stands() {
+    for seed in SEEDS {
+        // A second for a third of the range, to and fro.
+        let range = |after_s: f64| 0.3 + 0.4 * (after_s / 2.4 - (after_s / 2.4).floor() - 0.5).abs() * 2.0;
+        let log = pausing(seed, |_| 0.0, |log, _, after_s| vec![[range(after_s) * log.sensor.range_max_m, 0.1]]);
+        assert_eq!(found(&log), [""; 0], "{seed}");
+    }
+}
+
+#[test]
+fn a_turn_on_the_spot_by_more_than_odometry_says_is_not_odometry_that_stands() {
+    // To the left and back, twice; by 0.1 rad more in the 1.6 s between compared scans.
+    let is_left = |after_s: f64| after_s % 10.0 < 5.0;
+    let turn_rate = |after_s: f64| if is_left(after_s) { 0.4 } else { -0.4 };
+    let turned = |after_s: f64| (0.4 + 0.1 / 1.6) * if is_left(after_s) { after_s % 5.0 } else { 5.0 - after_s % 5.0 };
+    let seen = |log: &Log, [x, y, heading]: [f64; 3], after_s: f64| {
+        let heading = heading + turned(after_s);
+        let detection = |place: &[f64; 2]| {
+            let [x, y] = [place[0] - x, place[1] - y];
+            [hypot(x, y), wrap(atan2(y, x) - heading)]
+        };
+        let all = log.landmarks.iter().map(detection);
+        all.filter(|&[range, bearing]| log.sensor.sees(range, bearing)).collect()
+    };
+    let can_turn = |seed: &u64| matches!(world(*seed).vehicle, Vehicle::Unicycle | Vehicle::UnicycleArc);
+    for seed in SEEDS.filter(can_turn) {
+        assert_eq!(found(&pausing(seed, turn_rate, seen)), [""; 0], "{seed}");
+    }
+}
+
 /// A log, its damage with a seed, and the only finding that it must have.
 type Damage = (&'static str, fn(u64) -> Log, fn(&mut Log, u64), &'static str);
 
