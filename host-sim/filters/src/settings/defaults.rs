@@ -2,9 +2,8 @@
 //!
 //! Stated values are used as stated. Others are from a table of physical figures ([`UNSTATED`]), the same for every vehicle,
 //! sensor and place. These are round; they were chosen on the random worlds of the seeds 100 to 199 (`scenario::worlds`), not on
-//! recorded logs, except those for drives that lose their heading, for which MRCLAM was used: its data sets 1 to 4, and robots 1
-//! to 3 of data set 6. A simulated log states its noise exactly; a data sheet states only the white part, so that a margin is
-//! added.
+//! recorded logs, except those for drives that lose their heading, for which robots 1 to 3 of MRCLAM were used. A simulated log
+//! states its noise exactly; a data sheet states only the white part, so that a margin is added.
 
 use super::moving_objects;
 use super::white::{AS_STATED, WhitePart};
@@ -146,13 +145,6 @@ const CROWDED: f64 = 0.1;
 /// Number of hypotheses of data association for a drive that loses its heading, or among moving objects, which may be taken for
 /// landmarks. With two to four the likeliest ones of some such drives are all wrong.
 const HYPOTHESES: usize = 8;
-/// p_D at the greatest range for a drive that loses its heading. Every landmark that is expected in view and missed counts against
-/// the hypothesis that has it there, and far ones are missed often: in the data sets 1 to 4 of MRCLAM a landmark is detected in 63 %
-/// of the scans at 1 to 2 m, in 15 % at 7 to 8 m.
-const LOST_DETECTION_FAR: f64 = 0.2;
-/// Number of false measurements a scan for a drive that loses its heading. With the usual one, which is most of the detections of
-/// such a scan, a landmark is taken for clutter until it has been detected several times.
-const LOST_CLUTTER_PER_SCAN: f64 = 0.2;
 
 /// The stated noise of a sensor is white if this share of its variance is ([`WhitePart`]). If it is greater, also without what
 /// odometry adds, the sensor has more noise than stated.
@@ -300,8 +292,8 @@ impl Settings {
 
     /// Changes default settings for `log` to those for a joint map. Unless the log is simulated, objects may move, and stated
     /// measurement noise has a smaller margin if it is white. If, moreover, its scans are not crowded and the drive loses its
-    /// heading, turns have more noise, distant landmarks are detected less often and there is less clutter, unless the log states it,
-    /// and there are several hypotheses of data association; there are also several if the log shows moving objects.
+    /// heading, turns have more noise, unless the log states it, and there are several hypotheses of data association; there are
+    /// also several if the log shows moving objects.
     pub fn set_for_joint_map(&mut self, log: &Log) {
         if log.simulated {
             return;
@@ -316,14 +308,6 @@ impl Settings {
         }
         if is_lost {
             self.vehicle = noise;
-            for (sensor, (_, _, nominal)) in self.sensors_mut().zip(log.sensors()) {
-                if nominal.detection_probability.is_none() {
-                    sensor.detection_far = LOST_DETECTION_FAR;
-                }
-                if nominal.clutter_per_scan.is_none() {
-                    sensor.clutter_per_scan = LOST_CLUTTER_PER_SCAN;
-                }
-            }
         }
         let margins: Vec<_> = log
             .sensors()
@@ -623,7 +607,7 @@ mod tests {
     }
 
     #[test]
-    fn a_recorded_drive_has_tracks_and_one_that_loses_its_heading_other_defaults() {
+    fn a_recorded_drive_has_tracks_and_one_that_loses_its_heading_also_hypotheses_and_more_noise_of_turns() {
         let mut log = scenario::survey(1);
         (log.simulated, log.nominal) = (false, Nominal::default());
         (log.sensor.bearing_min_rad, log.sensor.bearing_max_rad) = (-0.4, 0.4);
@@ -644,13 +628,6 @@ mod tests {
         let lost = differs(&log).unwrap();
         assert_eq!((lost.vehicle.turn_sigma_ratio, lost.joint.hypotheses), (0.3, 8));
         assert_eq!(lost.moving.birth_intensity, 0.5 * lost.filter.birth_intensity);
-        let of = |sensor: &SensorSettings| (sensor.detection_near, sensor.detection_far, sensor.clutter_per_scan);
-        assert_eq!(of(&lost.sensor), (0.7, 0.2, 0.2));
-        // As many features are born, and what the log states is used.
-        assert_eq!(lost.filter.birth_intensity, Settings::for_log(&log).filter.birth_intensity);
-        let mut stated = log.clone();
-        (stated.nominal.detection_probability, stated.nominal.clutter_per_scan) = (Some(0.9), Some(0.5));
-        assert_eq!(of(&differs(&stated).unwrap().sensor), (0.9, 0.9, 0.5));
         assert!(Settings::for_log(&log).moving.birth_intensity == 0.0);
         // After the last detection nothing returns, and before the first there is nothing to lose.
         for scans in [back..log.scans.len(), 0..1] {
