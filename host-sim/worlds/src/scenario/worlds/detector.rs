@@ -71,12 +71,6 @@ impl<'a> Detector<'a> {
                 detections.push((measured, label as i64));
             }
         }
-        for mover in &self.plan.movers {
-            let detected = self.moving.happens(self.plan.detection_probability);
-            let noise = [self.moving.normal(), self.moving.normal()];
-            let measured = self.with_noise(pose, mover.at(t_s), 1.0, noise);
-            detections.extend(measured.filter(|_| detected).map(|measured| (measured, -1)));
-        }
         for ghost in self.ghosts.clone() {
             if let Some(measured) = self.measure(pose, ghost.place) {
                 detections.push((measured, -1));
@@ -86,6 +80,15 @@ impl<'a> Detector<'a> {
             detections.push((self.anywhere(), -1));
         }
         self.clutter.shuffle(&mut detections);
+        // Among the others, which are the same without moving objects.
+        for mover in &self.plan.movers {
+            let detected = self.moving.happens(self.plan.detection_probability);
+            let noise = [self.moving.normal(), self.moving.normal()];
+            let index = self.moving.between(0.0, (detections.len() + 1) as f64) as usize;
+            if let Some(measured) = self.with_noise(pose, mover.at(t_s), 1.0, noise).filter(|_| detected) {
+                detections.insert(index, (measured, -1));
+            }
+        }
         detections
     }
 
