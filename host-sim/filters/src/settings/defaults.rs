@@ -81,6 +81,8 @@ const SPARSE: Memory = Memory {
 
 /// w_m / w_b: most new features are static.
 const MOVING_BIRTH_SHARE: f64 = 0.5;
+/// The same for a log that shows moving objects: until the scans have decided whether a feature moves, it corrects the pose less.
+const SEEN_MOVING_BIRTH_SHARE: f64 = 2.0;
 /// For a simulation, or a vehicle that stands: somewhat more than walking pace.
 const MOVING_VELOCITY_SIGMA_MPS: f64 = 1.0;
 /// Time after which the speed of a moving feature has changed completely, s: for pedestrians, by half a metre a second after
@@ -293,7 +295,7 @@ impl Settings {
     /// Changes default settings for `log` to those for a joint map. Unless the log is simulated, objects may move, and stated
     /// measurement noise has a smaller margin if it is white. If, moreover, its scans are not crowded and the drive loses its
     /// heading, turns have more noise, unless the log states it, and there are several hypotheses of data association; there are
-    /// also several if the log shows moving objects.
+    /// also several, and more births of moving features, if the log shows moving objects.
     pub fn set_for_joint_map(&mut self, log: &Log) {
         if log.simulated {
             return;
@@ -303,11 +305,12 @@ impl Settings {
         let noise = VehicleSettings { turn_sigma_ratio, ..self.vehicle };
         let is_crowded = near(&self.sensor, detections_per_scan(log)) > CROWDED;
         let is_lost = !is_crowded && loses_heading(log, &noise);
-        if is_lost || !is_crowded && self.sees_moving_objects(log) {
-            self.joint.hypotheses = HYPOTHESES;
-        }
         if is_lost {
+            self.joint.hypotheses = HYPOTHESES;
             self.vehicle = noise;
+        } else if !is_crowded && self.sees_moving_objects(log) {
+            self.joint.hypotheses = HYPOTHESES;
+            self.moving.birth_intensity = SEEN_MOVING_BIRTH_SHARE * self.filter.birth_intensity;
         }
         let margins: Vec<_> = log
             .sensors()
