@@ -83,8 +83,8 @@ impl<'s, T: Real, Z: Vector<Scalar = T>> Scan<'s, Z> {
             // Insertion sort keeps measurements with equal keys in the caller's order. Scans are short and mostly sorted already.
             let mut place = Measurement { z, ln_unexplained };
             let position = memory.get(..len).unwrap_or(&[]).partition_point(|held| key(held) <= key(&place));
-            for slot in memory.iter_mut().take(len + 1).skip(position) {
-                core::mem::swap(slot, &mut place);
+            for slot in memory.get_mut(position..=len).unwrap_or(&mut []) {
+                place = core::mem::replace(slot, place);
             }
             len += 1;
         }
@@ -93,14 +93,13 @@ impl<'s, T: Real, Z: Vector<Scalar = T>> Scan<'s, Z> {
         let extent = measurements.last().map_or(T::ZERO, key) - first;
         let buckets_per_unit = if extent > T::ZERO { T::from_usize(BUCKETS) / extent } else { T::ZERO };
         let mut scan = Self { measurements, starts: [0; BUCKETS], first, buckets_per_unit, ln_least_unexplained };
-        let mut place = 0;
-        for bucket in 0..BUCKETS {
-            let before = |measurement: &&Measurement<Z>| scan.bucket(key(measurement)) < bucket;
-            place += measurements.iter().skip(place).take_while(before).count();
-            if let Some(start) = scan.starts.get_mut(bucket) {
-                *start = place as u16;
-            }
+        let mut begun = 0;
+        for (place, measurement) in measurements.iter().enumerate() {
+            let end = scan.bucket(key(measurement)) + 1;
+            scan.starts.get_mut(begun..end).unwrap_or(&mut []).fill(place as u16);
+            begun = begun.max(end);
         }
+        scan.starts.get_mut(begun..).unwrap_or(&mut []).fill(len as u16);
         scan
     }
 

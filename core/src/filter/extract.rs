@@ -168,7 +168,9 @@ fn first_of<T: Real, N: Vector<Scalar = T>, I: Iterator<Item = Component<N>>>(
         });
         held = (held + 1).min(buffer);
         let mut carried = component;
-        features.iter_mut().take(held).skip(place).for_each(|slot| core::mem::swap(&mut carried, slot));
+        for slot in features.get_mut(place..held).unwrap_or(&mut []) {
+            carried = core::mem::replace(slot, carried);
+        }
     }
     MapEstimate { expected_features, features: held, left_out: wanted - held }
 }

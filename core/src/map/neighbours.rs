@@ -14,7 +14,10 @@ const FEW: usize = 80;
 /// A grid that covers all components.
 #[derive(Debug)]
 pub(crate) struct Cells<T> {
-    first: [[u16; CELLS]; CELLS],
+    /// The first component of each cell in the first row.
+    first: [u16; CELLS],
+    /// The other rows, if the first axis is divided.
+    more: Option<[[u16; CELLS]; CELLS - 1]>,
     axes: [Axis<T>; 2],
 }
 
@@ -45,20 +48,26 @@ impl<T: Real> Axis<T> {
 
 impl<T: Real> Cells<T> {
     /// An empty grid.
-    pub(crate) const EMPTY: Self =
-        Self { first: [[NONE; CELLS]; CELLS], axes: [Axis { low: T::ZERO, per_unit: T::ZERO }; 2] };
+    pub(crate) fn empty() -> Self {
+        Self { first: [NONE; CELLS], more: None, axes: [Axis { low: T::ZERO, per_unit: T::ZERO }; 2] }
+    }
 
     /// Adds all components to the lists of their cells, in `links`, which must be as long as `entries`. The grid must be empty.
     pub(crate) fn fill<N: Vector<Scalar = T>>(&mut self, entries: &[Entry<N>], links: &mut [Linked]) {
         let coordinates = |axis| entries.iter().map(move |entry| along(&entry.component, axis));
         if entries.len() > FEW {
             self.axes[0] = Axis::over(coordinates(0));
+            self.more = Some([[NONE; CELLS]; CELLS - 1]);
         }
         self.axes[1] = Axis::over(coordinates(1));
         for (index, (entry, link)) in entries.iter().zip(links).enumerate() {
             *link = Linked { next: NONE, head: NONE, first_member: NONE };
             let [row, column] = [0, 1].map(|axis| self.axis(axis).cell(along(&entry.component, axis)));
-            if let Some(first) = self.first.get_mut(row).and_then(|row| row.get_mut(column)) {
+            let row = match row.checked_sub(1) {
+                None => Some(&mut self.first),
+                Some(row) => self.more.as_mut().and_then(|rows| rows.get_mut(row)),
+            };
+            if let Some(first) = row.and_then(|row| row.get_mut(column)) {
                 link.next = *first;
                 *first = index as u16;
             }
@@ -92,8 +101,12 @@ impl<T: Real> Cells<T> {
         };
         let (rows, columns) = (reached(0), reached(1));
         for row in rows {
+            let of_row = match row.checked_sub(1) {
+                None => Some(&self.first),
+                Some(row) => self.more.as_ref().and_then(|rows| rows.get(row)),
+            };
             for column in columns.clone() {
-                let first = self.first.get(row).and_then(|row| row.get(column));
+                let first = of_row.and_then(|row| row.get(column));
                 let mut place = first.map_or(links.len(), |&first| usize::from(first));
                 while let Some(link) = links.get(place) {
                     work::round();
@@ -144,7 +157,7 @@ mod tests {
                 })
                 .collect();
             let mut links = vec![Linked { next: 0, head: 0, first_member: 0 }; count];
-            let mut cells = Cells::EMPTY;
+            let mut cells = Cells::empty();
             cells.fill(&entries, &mut links);
             for Entry { component, .. } in &entries {
                 let mut reached = Vec::new();

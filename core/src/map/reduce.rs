@@ -107,7 +107,7 @@ fn merge_near<T: Real, N: Vector<Scalar = T>>(
     links: &mut [Linked],
     merge_distance: T,
 ) {
-    let mut cells = Cells::EMPTY;
+    let mut cells = Cells::empty();
     cells.fill(entries, links);
     for index in 0..entries.len() {
         let leader = leader(index, entries, links, &cells, merge_distance);

@@ -333,7 +333,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         let places = (0..self.in_view).chain(capacity.saturating_sub(self.outside)..capacity);
         // The lists of the reduction are no longer needed; their memory now holds those of the buckets. Insertion in reverse
         // order keeps the order within a bucket.
-        let mut buckets = Buckets::EMPTY;
+        let mut buckets = Buckets::empty();
         for place in places.rev() {
             if let Some((entry, link)) = self.entries.get(place).zip(self.links.get_mut(place)) {
                 link.next = buckets.push(bucket(&entry.component), place as u16).unwrap_or(NONE);

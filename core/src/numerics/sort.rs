@@ -1,6 +1,7 @@
 //! Sorting in bounded time without recursion, additional memory or panics.
 
 use crate::numerics::work;
+use core::array::from_fn;
 
 /// Gaps between compared items, largest first (M. Ciura 2001).
 const GAPS: [usize; 10] = [3690, 1636, 701, 301, 132, 57, 23, 10, 4, 1];
@@ -35,32 +36,40 @@ pub(crate) fn shell_sort<I: Copy>(items: &mut [I], comes_before: impl Fn(&I, &I)
 
 /// Number of buckets.
 pub(crate) const BUCKETS: usize = 256;
-const PER_WORD: usize = u32::BITS as usize;
+const PER_ROW: usize = u32::BITS as usize;
 
 /// A list of indices for every bucket, linked in the caller's memory. The cost is linear in the number of indices, independent of
 /// empty buckets.
 #[derive(Debug)]
 pub(crate) struct Buckets {
-    /// The first index of every occupied bucket.
-    first: [u16; BUCKETS],
+    /// `None` without an occupied bucket.
+    rows: [Option<Row>; BUCKETS / PER_ROW],
+}
+
+/// Consecutive buckets.
+#[derive(Debug)]
+struct Row {
     /// A bit for each bucket: whether it is occupied.
-    occupied: [u32; BUCKETS / PER_WORD],
-    /// Number of words up to the last one with an occupied bucket.
-    words: usize,
+    occupied: u32,
+    /// The first index of every occupied bucket.
+    first: [u16; PER_ROW],
 }
 
 impl Buckets {
-    pub(crate) const EMPTY: Self = Self { first: [0; BUCKETS], occupied: [0; BUCKETS / PER_WORD], words: 0 };
+    #[inline]
+    pub(crate) fn empty() -> Self {
+        Self { rows: from_fn(|_| None) }
+    }
 
     /// Inserts an index at the head of a bucket's list. Returns the next index in that list, if any.
     #[inline]
     pub(crate) fn push(&mut self, bucket: usize, place: u16) -> Option<u16> {
-        let word = self.occupied.get_mut(bucket / PER_WORD)?;
-        let first = self.first.get_mut(bucket)?;
-        let bit = 1 << (bucket % PER_WORD);
-        let next = (*word & bit != 0).then_some(*first);
-        *word |= bit;
-        self.words = self.words.max(bucket / PER_WORD + 1);
+        let row = self.rows.get_mut(bucket / PER_ROW)?;
+        let row = row.get_or_insert_with(|| Row { occupied: 0, first: [0; PER_ROW] });
+        let first = row.first.get_mut(bucket % PER_ROW)?;
+        let bit = 1 << (bucket % PER_ROW);
+        let next = (row.occupied & bit != 0).then_some(*first);
+        row.occupied |= bit;
         *first = place;
         next
     }
@@ -68,14 +77,13 @@ impl Buckets {
     /// Calls `visit` with the heads of all lists, in the order of the buckets.
     #[inline]
     pub(crate) fn heads(&self, mut visit: impl FnMut(u16)) {
-        for (word, &occupied) in self.occupied.iter().take(self.words).enumerate() {
-            let mut left = occupied;
+        for row in self.rows.iter().flatten() {
+            let mut left = row.occupied;
             while left != 0 {
-                let bucket = word * PER_WORD + left.trailing_zeros() as usize;
-                left &= left - 1;
-                if let Some(&first) = self.first.get(bucket) {
+                if let Some(&first) = row.first.get(left.trailing_zeros() as usize) {
                     visit(first);
                 }
+                left &= left - 1;
             }
         }
     }
@@ -107,7 +115,7 @@ mod tests {
     fn buckets_are_in_order_and_keep_the_order_of_insertion() {
         for count in [0, 1, 40, 300_usize] {
             let bucket = |place: usize| place * 7919 % BUCKETS;
-            let mut buckets = Buckets::EMPTY;
+            let mut buckets = Buckets::empty();
             let mut next = std::vec![None; count];
             for place in (0..count).rev() {
                 next[place] = buckets.push(bucket(place), place as u16);

@@ -8,7 +8,7 @@ use scphd::storage::{PART, TERMS};
 pub enum Places {
     One,
     Pages,
-    /// One for each few hundred pages.
+    /// One for some pages.
     PageParts,
     Candidates,
     Particles,
@@ -44,8 +44,6 @@ impl Places {
 
 /// Number of threads that write the pages of a draft together, word by word.
 pub(crate) const LANES: usize = 32;
-/// Number of pages that one thread counts.
-pub(crate) const PAGES_TOGETHER: usize = 256;
 /// Columns of `f32` with one number for each particle, which are summed in order: the terms of the drafts, the weight, the terms of
 /// the mean pose (x, y, sine and cosine of the heading), and those of its covariance.
 pub(crate) const WEIGHT: usize = TERMS;
@@ -56,7 +54,12 @@ pub(crate) const COLUMNS: usize = SPREAD + 6;
 
 /// Numbers of parts of the pages of static features, and of those of moving ones.
 pub(crate) fn page_parts(pages: [usize; 2]) -> [usize; 2] {
-    pages.map(|pages| pages.div_ceil(PAGES_TOGETHER))
+    pages.map(|pages| pages.div_ceil(pages_together(pages)))
+}
+
+/// Number of pages that one thread counts: about the square root, so that there are as many of these threads.
+pub(crate) fn pages_together(pages: usize) -> usize {
+    1 << (pages.max(1).ilog2() / 2)
 }
 
 /// Number of threads that help the leader of a block.

@@ -18,8 +18,9 @@ fn cargo(toolchain: &Toolchain, command: &str) -> (Command, PathBuf) {
     let mut cargo = toolchain.cargo(command, "core");
     // Kernels are an unstable feature, and this is a stable compiler.
     cargo.env("RUSTC_BOOTSTRAP", "1");
-    // Nothing is linked, but the compiler calls a linker.
-    let flags = [format!("-Ctarget-cpu={OLDEST}"), "-Clinker=true".into()];
+    // Nothing is linked, but the compiler calls a linker. It copies small values byte by byte unless it is told their size.
+    let copies = "-Cllvm-args=-mem-intrinsic-expand-size=128";
+    let flags = [&format!("-Ctarget-cpu={OLDEST}"), "-Clinker=true", copies];
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
     cargo.args(["--quiet", "--profile", "ptx", "--locked", "--package", "scphd-gpu-kernels", "--lib"]);
     cargo.args(["--target", TARGET, "--target-dir"]).arg(&folder);

@@ -45,7 +45,7 @@ pub(super) struct Room<M> {
 }
 
 /// Number of consecutive candidates for which one position in the random stream is stored.
-pub(super) const TOGETHER: usize = 32;
+pub(super) const TOGETHER: usize = 1024;
 
 /// The prediction in progress. It starts as zeros.
 pub(super) struct Predicting {

@@ -106,14 +106,12 @@ pub(super) unsafe fn open<M: Particles>(_place: usize, group: &Group<'_, M>) {
     let detector = (*room).detector.assume_init_mut();
     predicting.taken = 0;
     match filter.begin_scan(detector, group.measurements()) {
-        Ok((mut scanning, eta)) => {
-            scanning.enter();
-            let (pages, moving_pages) = scanning.lend_pages();
-            (*room).between = MaybeUninit::new(Between {
+        Ok((scanning, eta)) => {
+            let between = (*room).between.write(Between {
                 scanning,
                 eta,
-                pages: Many::lent(pages),
-                moving_pages: Many::lent(moving_pages),
+                pages: Many::NONE,
+                moving_pages: Many::NONE,
                 lent: Lending::NONE,
                 rest: 0.0,
                 uniform: None,
@@ -129,6 +127,9 @@ pub(super) unsafe fn open<M: Particles>(_place: usize, group: &Group<'_, M>) {
                 counts: [const { AtomicU32::new(0) }; COUNTS + 4],
                 sums: [const { AtomicU32::new(0) }; COLUMNS],
             });
+            between.scanning.enter();
+            let (pages, moving_pages) = between.scanning.lend_pages();
+            (between.pages, between.moving_pages) = (Many::lent(pages), Many::lent(moving_pages));
         }
         Err(_) => (*group.status).code = Status::SCAN,
     }

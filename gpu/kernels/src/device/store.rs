@@ -3,7 +3,7 @@
 
 use super::group::{Group, part, whole};
 use super::room::{Between, Claimed, DraftOf, Kind, Lending, Listed, Many};
-use crate::launches::{LANES, PAGES_TOGETHER, WEIGHT, page_parts};
+use crate::launches::{LANES, WEIGHT, page_parts, pages_together};
 use crate::memory::Particles;
 use core::mem::MaybeUninit;
 use core::ops::Range;
@@ -76,7 +76,7 @@ fn pages_of_part<M: Particles>(place: usize) -> (Range<usize>, bool) {
     let is_moving = place >= of_static;
     let (first, end, part) =
         if is_moving { (M::PAGES[0], M::ALL_PAGES, place - of_static) } else { (0, M::PAGES[0], place) };
-    let at = |part: usize| end.min(first + part * PAGES_TOGETHER);
+    let at = |part: usize| end.min(first + part * pages_together(end - first));
     (at(part)..at(part + 1), is_moving)
 }
 
@@ -121,13 +121,14 @@ pub(super) unsafe fn judge<M: Particles>(place: usize, group: &Group<'_, M>) {
     for number in part(place, between.drafts).unwrap_or(0..0) {
         let draft = group.draft(number);
         *group.wholes.add(group.stride + number) = before.labels;
-        let kinds = free.into_iter().zip(draft.pages()).zip(before.pages.into_iter().zip(before.regained));
-        for (kind, ((free, [pages, regained]), (taken, given_back))) in kinds.enumerate() {
+        let claims = draft.pages();
+        let kinds = free.iter().zip(&claims).zip(before.pages.iter().zip(&before.regained));
+        for (kind, ((free, [pages, regained]), (&taken, &given_back))) in kinds.enumerate() {
             *group.wholes.add((2 + kind) * group.stride + number) = taken;
             // At least this number of pages is free then, and this share of them is for this draft.
             let left = (free + whole(given_back)).saturating_sub(whole(taken));
             let share = left.checked_div(draft.remaining()).unwrap_or(0) + regained;
-            if pages > share {
+            if *pages > share {
                 between.crowded.store(1, Ordering::Relaxed);
             }
         }
