@@ -21,7 +21,8 @@ pub struct Outcome {
 }
 
 pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
-    std::fs::read(path).map_err(|error| Failure::of(path.display(), error))
+    let built = "`cargo xtask module` builds the module";
+    std::fs::read(path).map_err(|error| Failure::of(path.display(), format_args!("{error}; {built}")))
 }
 
 /// The module of a folder as PTX text, which the driver assembles for its card when it loads it; and its path.
@@ -71,9 +72,6 @@ pub trait Machine {
     }
 }
 
-/// Greatest alignment of a buffer's elements: the least with which devices allocate memory.
-const ALIGNMENT: u64 = 256;
-
 /// Prefix of the names of kernels, launches, and numbers of pages.
 fn launches(sort: Sort) -> (&'static str, Lists, [usize; 2]) {
     match sort {
@@ -92,7 +90,7 @@ impl dyn Machine + '_ {
         let told = self.upload(bytemuck::bytes_of(&layout))?;
         self.launch(&Launch { kernel, threads: 1, block: None }, (told, particles, samples))?;
         self.download(told, bytemuck::bytes_of_mut(&mut layout))?;
-        if layout.buffers[0] == 0 || layout.alignment > ALIGNMENT {
+        if layout.buffers[0] == 0 {
             return Err(Failure::of("the layout that the module reports", format!("{layout:?}")));
         }
         Ok(layout)

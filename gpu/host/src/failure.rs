@@ -3,7 +3,7 @@
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
     /// There is no driver, or it has found no device.
-    #[error("no CUDA device: {0}")]
+    #[error("no CUDA device: {0}; --device ptx interprets the module on this machine")]
     NoDevice(String),
     #[error("{0}")]
     Other(String),

@@ -43,7 +43,7 @@ enum Command {
     /// Runs a scenario many times and prints means over the runs: those of `scphd-sim monte-carlo SCENARIO --filter core` or `joint`,
     /// except for the times of scans.
     MonteCarlo {
-        /// Name of the scenario, in the plane and with one sensor.
+        /// Name of the scenario, in the plane and with one sensor, or the folder of a recorded log.
         scenario: String,
         /// Number of runs.
         #[arg(long, default_value_t = 100)]
@@ -86,7 +86,7 @@ struct DeviceArgs {
     /// The device that runs the threads.
     #[arg(long, value_enum, default_value_t = DeviceName::Cuda)]
     device: DeviceName,
-    /// Folder with the modules that `cargo xtask gpu` has built.
+    /// Folder of the module that `cargo xtask module` has built.
     #[arg(long, value_name = "DIR", default_value = "target/xtask/gpu/modules")]
     modules: PathBuf,
     /// On a card, waits for every launch and prints the time of every kernel; the total time is longer then.

@@ -100,8 +100,6 @@ pub struct Feature {
 pub struct Layout {
     /// Bytes of its part of each buffer.
     pub buffers: [u64; 11],
-    /// The greatest alignment of their elements.
-    pub alignment: u64,
 }
 
 /// How a run ended, or that it continues.

@@ -78,12 +78,13 @@ pub(super) fn part(place: usize, count: usize) -> Option<Range<usize>> {
 
 /// The memory of a filter with `particles` particles and `samples` samples of each.
 pub(super) fn layout<M: Kind>(particles: usize, samples: usize) -> Layout {
-    const fn of<T>(count: usize) -> [usize; 2] {
-        [size_of::<T>() * count, align_of::<T>()]
+    const fn of<T>(count: usize) -> u64 {
+        const { assert!(align_of::<T>() <= 256, "devices allocate memory with this alignment") };
+        (size_of::<T>() * count) as u64
     }
     let candidates = particles * samples;
     let [of_static, of_moving] = page_parts(M::PAGES);
-    let all = [
+    let buffers = [
         of::<M::Room>(1),
         of::<Sight>(candidates),
         of::<M::Desk>(particles),
@@ -96,8 +97,7 @@ pub(super) fn layout<M: Kind>(particles: usize, samples: usize) -> Layout {
         of::<AtomicU32>(M::ALL_PAGES),
         of::<u32>(of_static + of_moving),
     ];
-    let alignment = all.iter().fold(1, |most, [_, alignment]| most.max(*alignment));
-    Layout { buffers: all.map(|[bytes, _]| bytes as u64), alignment: alignment as u64 }
+    Layout { buffers }
 }
 
 impl<M: Kind> Group<'_, M> {
