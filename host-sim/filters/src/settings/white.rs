@@ -136,7 +136,7 @@ fn difference(sigmas: &impl Fn(f64) -> [f64; 2], of: &[f64; 2], z: &[f64; 2]) ->
     [(z[0] - of[0]) / range_sigma_m, wrap(z[1] - of[1]) / bearing_sigma_rad]
 }
 
-/// Its square.
+/// The squared length of that difference.
 fn distance(sigmas: &impl Fn(f64) -> [f64; 2], of: &[f64; 2], z: &[f64; 2]) -> f64 {
     difference(sigmas, of, z).iter().map(|d| d * d).sum::<f64>()
 }
