@@ -537,7 +537,8 @@ pub struct Tuning {
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = count)]
     pub samples: Option<usize>,
     /// Whether features may move; on: births of moving features are half as frequent as those of static ones [default: on for the
-    /// scenarios of 5.3.1 and for a joint map of a recorded log, otherwise off]. Overrides the settings file.
+    /// scenarios of 5.3.1 and for a joint map of a recorded log, there with twice as many births as of static ones if the log shows
+    /// moving objects; otherwise off]. Overrides the settings file.
     #[arg(long, value_enum)]
     pub moving: Option<Switch>,
     /// Hypotheses of data association of a joint map in the plane, 16 at most [default: 8 for a drive that loses its heading

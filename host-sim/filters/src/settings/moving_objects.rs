@@ -52,9 +52,7 @@ pub(super) fn are_seen(
     APART_S.into_iter().any(|apart_s| {
         let mut count = Count::default();
         let after = |scan: usize| {
-            let t_s = scans[scan].t_s;
-            let next = scan + 1 + scans[scan + 1..].iter().position(|later| later.t_s >= t_s + apart_s)?;
-            (scans[next].t_s < t_s + AT_MOST * apart_s).then_some(next)
+            first_after(&scans, scan, apart_s).filter(|&next| scans[next].t_s < scans[scan].t_s + AT_MOST * apart_s)
         };
         for first in (0..scans.len()).step_by(scans.len() / SCANS + 1) {
             let Some((second, third)) = after(first).and_then(|second| Some((second, after(second)?))) else {
@@ -66,6 +64,12 @@ pub(super) fn are_seen(
         }
         count.is_of_moving()
     })
+}
+
+/// The index of the first scan at least `apart_s` after the one with the index `scan`.
+pub(super) fn first_after(scans: &[&Scan], scan: usize, apart_s: f64) -> Option<usize> {
+    let later = |later: &&Scan| later.t_s >= scans[scan].t_s + apart_s;
+    scans[scan + 1..].iter().position(later).map(|next| scan + 1 + next)
 }
 
 fn places(way: &Way<'_>, scan: &Scan, sensor: &Sensor, noise: &SensorSettings) -> Vec<Place> {

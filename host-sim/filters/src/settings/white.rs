@@ -1,5 +1,6 @@
 //! The white part of the measurement noise, from a log's successive scans.
 
+use super::moving_objects::first_after;
 use crate::settings::VehicleSettings;
 use scphd_log::angle::wrap;
 use scphd_log::log::{Log, Nominal, Scan, Sensor};
@@ -73,7 +74,7 @@ impl WhitePart {
     ) -> Option<Self> {
         let compared: usize = scans.windows(2).map(|two| two[0].detections.len() * two[1].detections.len()).sum();
         let (mut squares, mut of_odometry) = ([Vec::new(), Vec::new()], [0.0; 2]);
-        for first in (1..scans.len()).map(|second| second - 1).step_by(compared / MOST_COMPARED + 1) {
+        for first in (0..scans.len().saturating_sub(1)).step_by(compared / MOST_COMPARED + 1) {
             let two = &scans[first..first + 2];
             let seat = |scan: &Scan| sensor.mounting.seat(way.at(scan.t_s));
             let [from, to] = [two[0], two[1]].map(seat);
@@ -81,7 +82,7 @@ impl WhitePart {
                 let stated = nominal.sigmas_at(sensor, range_m);
                 std::array::from_fn(|k| SQRT_2 * stated[k] * scale[k])
             };
-            let later = scans[first + 1..].iter().find(|later| later.t_s >= two[0].t_s + STANDS_S);
+            let later = first_after(scans, first, STANDS_S).map(|later| scans[later]);
             let stands = |&&z: &&[f64; 2]| {
                 later.is_none_or(|later| {
                     let place = seen_from(seat(later), from, z);
