@@ -6,6 +6,7 @@
 //! states its noise exactly; a data sheet states only the white part, so that a margin is added.
 
 use super::moving_objects;
+use super::odometry_noise;
 use super::white::{AS_STATED, WhitePart};
 use super::{
     Extraction, FilterSettings, JointSettings, Likelihood, MovingSettings, Proposal, SensorSettings, Settings,
@@ -328,6 +329,32 @@ impl Settings {
             sensor.range_sigma_ratio = (range * sensor.range_sigma_ratio).min(1.0);
             sensor.bearing_sigma_rad = (bearing * sensor.bearing_sigma_rad).max(LEAST_BEARING_SIGMA_RAD);
         }
+        if all_white && !is_lost {
+            self.measure_odometry_noise(log);
+        }
+    }
+
+    /// Changes the standard deviations of odometry that the log states to those that have the measured effect with the settings'
+    /// correlation time.
+    fn measure_odometry_noise(&mut self, log: &Log) {
+        let is_stated = [log.nominal.speed_sigma_mps.is_some(), stated_turn(log).is_some()];
+        if is_stated == [false; 2] {
+            return;
+        }
+        let sensors: Vec<_> = self.sensors().collect();
+        let sigmas = |index: usize, range_m| {
+            let sensor: &SensorSettings = sensors[index];
+            [sensor.range_sigma_at(range_m), sensor.bearing_sigma_rad].map(|sigma| sigma / WHITE_MARGIN)
+        };
+        let times_s = odometry_noise::correlation_times(log, &self.vehicle, sigmas);
+        let noise = &mut self.vehicle;
+        for ((is_stated, time_s), sigma) in
+            is_stated.into_iter().zip(times_s).zip([&mut noise.speed_sigma_mps, &mut noise.turn_sigma])
+        {
+            if is_stated {
+                *sigma *= (time_s / noise.noise_interval_s).sqrt();
+            }
+        }
     }
 
     /// Switches off extensions of the recursion of the thesis, which the reference does not have.
@@ -340,9 +367,13 @@ impl Settings {
         self.filter.births_wait = false;
     }
 
-    /// Switches moving features on or off.
+    /// Switches moving features on or off; births of moving features that are on already stay as frequent as they are.
     pub fn set_moving(&mut self, moving: bool) {
-        self.moving.birth_intensity = if moving { MOVING_BIRTH_SHARE * self.filter.birth_intensity } else { 0.0 };
+        if !moving {
+            self.moving.birth_intensity = 0.0;
+        } else if self.moving.birth_intensity == 0.0 {
+            self.moving.birth_intensity = MOVING_BIRTH_SHARE * self.filter.birth_intensity;
+        }
     }
 }
 
@@ -459,7 +490,7 @@ fn loses_heading(log: &Log, noise: &VehicleSettings) -> bool {
 }
 
 /// Variance of the vehicle's turn rate by the noise of the second control, rad²/s².
-fn turn_rate_variance(vehicle: Vehicle, [speed, turn, left]: [f64; 3], noise: &VehicleSettings) -> f64 {
+pub(super) fn turn_rate_variance(vehicle: Vehicle, [speed, turn, left]: [f64; 3], noise: &VehicleSettings) -> f64 {
     const STEP: f64 = 1e-3;
     let heading = |turn| vehicle.step([0.0; 3], [speed, turn, left], STEP)[2];
     let by_turn = wrap(heading(turn + STEP) - heading(turn - STEP)) / (2.0 * STEP * STEP);
@@ -518,6 +549,7 @@ mod tests {
     use scphd_log::dimensions::PoseFix;
     use scphd_log::log::{Fix, Scan};
     use scphd_worlds::scenario;
+    use scphd_worlds::scenario::worlds::{self, Misbehaviour};
 
     #[test]
     fn the_stated_noise_of_a_simulation_is_used() {
@@ -610,6 +642,27 @@ mod tests {
     }
 
     #[test]
+    fn of_odometry_only_stated_noise_is_measured() {
+        let mut log = worlds::misbehaving(3, Misbehaviour::NONE);
+        let noise = |log: &Log| {
+            let mut settings = Settings::for_log(log);
+            settings.set_for_joint_map(log);
+            assert_eq!(settings.vehicle.noise_interval_s, WHITE_INTERVAL_S);
+            [settings.vehicle.speed_sigma_mps, settings.vehicle.turn_sigma]
+        };
+        let unstated = noise(&log);
+        log.nominal.speed_sigma_mps = Some(0.02 * log.sensor.range_max_m);
+        let [speed, turn] = noise(&log);
+        assert!(speed < 0.5 * 0.02 * log.sensor.range_max_m, "{speed}");
+        assert_eq!(turn, unstated[1]);
+        // Nor if the noise of the sensor is not white.
+        log.nominal.range_sigma_m = log.nominal.range_sigma_m.map(|sigma| 3.0 * sigma);
+        let mut settings = Settings::for_log(&log);
+        settings.set_for_joint_map(&log);
+        assert_eq!(settings.vehicle.speed_sigma_mps, 0.02 * log.sensor.range_max_m);
+    }
+
+    #[test]
     fn a_recorded_drive_has_tracks_and_one_that_loses_its_heading_also_hypotheses_and_more_noise_of_turns() {
         let mut log = scenario::survey(1);
         (log.simulated, log.nominal) = (false, Nominal::default());
@@ -664,7 +717,7 @@ mod tests {
 
     #[test]
     fn white_stated_noise_has_a_smaller_margin_in_a_joint_map() {
-        let white = scenario::worlds::world(scenario::worlds::Kind::DataSheet, 900_000);
+        let white = worlds::world(worlds::Kind::DataSheet, 900_000);
         let joint = |log: &Log| {
             let mut settings = Settings::for_log(log);
             settings.set_for_joint_map(log);

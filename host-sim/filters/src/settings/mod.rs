@@ -4,6 +4,7 @@ pub(crate) mod defaults;
 pub mod file;
 mod limits;
 mod moving_objects;
+mod odometry_noise;
 mod origin;
 mod used;
 mod white;

@@ -137,7 +137,10 @@ impl Origins {
             };
             text += &format!("{line:width$}  # {origin}");
             if let (Origin::WithMargin(stated), Ok(value)) = (origin, value.parse::<f64>()) {
-                text += &format!(", × {} by default", (100.0 * value / stated).round() / 100.0);
+                let factor = (100.0 * value / stated).round() / 100.0;
+                if factor != 1.0 {
+                    text += &format!(", × {factor} by default");
+                }
             }
             if filter.is_some_and(|filter| !is_used_by(filter, &field)) {
                 text += &format!("; for --filter {} alone", users_of(&field));
@@ -159,11 +162,11 @@ fn stated(log: &Log) -> Vec<(String, Origin)> {
         Vehicle::Ackermann { .. } => nominal.steering_sigma_rad,
         Vehicle::Unicycle | Vehicle::UnicycleArc | Vehicle::Holonomic => nominal.rate_sigma_radps,
     };
-    let speed = nominal.speed_sigma_mps.is_some();
-    add(speed, "vehicle", &["speed_sigma_mps", "speed_sigma_ratio"]);
-    add(turn.is_some(), "vehicle", &["turn_sigma", "turn_sigma_ratio"]);
-    add(log.simulated && speed && turn.is_some(), "vehicle", &["noise_interval_s"]);
-    let mut noises = Vec::new();
+    let speed = nominal.speed_sigma_mps;
+    add(speed.is_some(), "vehicle", &["speed_sigma_ratio"]);
+    add(turn.is_some(), "vehicle", &["turn_sigma_ratio"]);
+    add(log.simulated && speed.is_some() && turn.is_some(), "vehicle", &["noise_interval_s"]);
+    let mut noises = vec![("vehicle.speed_sigma_mps".to_owned(), speed), ("vehicle.turn_sigma".to_owned(), turn)];
     for (name, sensor, nominal) in log.sensors() {
         let section = if name.is_empty() { "sensor".to_owned() } else { format!("sensors.{name}") };
         add(true, &section, &["range_max_m", "bearing_min_rad", "bearing_max_rad"]);

@@ -101,7 +101,7 @@ impl WhitePart {
             let dt_s = two[1].t_s - two[0].t_s;
             let way_m = libm::hypot(to[0] - from[0], to[1] - from[1]);
             let moved_m = vehicle.speed_sigma_mps * dt_s + vehicle.speed_sigma_ratio * way_m;
-            for Pair { range_m, difference: [range, bearing] } in pairs {
+            for Pair { expected: [range_m, _], difference: [range, bearing] } in pairs {
                 squares[0].push(range * range);
                 squares[1].push((bearing - common) * (bearing - common) * factor);
                 let of = sigmas(range_m);
@@ -118,17 +118,17 @@ impl WhitePart {
 }
 
 /// Range and bearing from the pose `to` of what is measured from the pose `from`.
-fn seen_from(to: [f64; 3], from: [f64; 3], [range, bearing]: [f64; 2]) -> [f64; 2] {
+pub(super) fn seen_from(to: [f64; 3], from: [f64; 3], [range, bearing]: [f64; 2]) -> [f64; 2] {
     let direction = from[2] + bearing;
     let ahead = [from[0] + range * libm::cos(direction) - to[0], from[1] + range * libm::sin(direction) - to[1]];
     [libm::hypot(ahead[0], ahead[1]), wrap(libm::atan2(ahead[1], ahead[0]) - to[2])]
 }
 
 /// A detection, as expected from the last scan, and one of the same object.
-struct Pair {
-    range_m: f64,
+pub(super) struct Pair {
+    pub(super) expected: [f64; 2],
     /// The differences of range and bearing, in standard deviations of a difference.
-    difference: [f64; 2],
+    pub(super) difference: [f64; 2],
 }
 
 /// The difference of a detection from what is expected. `sigmas` are the standard deviations of the differences at a range.
@@ -143,13 +143,13 @@ fn distance(sigmas: &impl Fn(f64) -> [f64; 2], of: &[f64; 2], z: &[f64; 2]) -> f
 }
 
 /// The pairs of mutually nearest detections.
-fn matched(sigmas: &impl Fn(f64) -> [f64; 2], expected: &[[f64; 2]], detections: &[[f64; 2]]) -> Vec<Pair> {
+pub(super) fn matched(sigmas: &impl Fn(f64) -> [f64; 2], expected: &[[f64; 2]], detections: &[[f64; 2]]) -> Vec<Pair> {
     let distance = |of: &[f64; 2], z: &[f64; 2]| distance(sigmas, of, z);
     let nearest = |of: &[f64; 2]| detections.iter().min_by(|a, b| distance(of, a).total_cmp(&distance(of, b)));
     let mutual = |of: &[f64; 2], z: &[f64; 2]| expected.iter().all(|other| distance(other, z) >= distance(of, z));
     let pairs = expected.iter().filter_map(|of| Some((of, nearest(of)?)));
     let same = pairs.filter(|(of, z)| distance(of, z) <= GATE * GATE && mutual(of, z));
-    same.map(|(of, z)| Pair { range_m: of[0], difference: difference(sigmas, of, z) }).collect()
+    same.map(|(of, z)| Pair { expected: *of, difference: difference(sigmas, of, z) }).collect()
 }
 
 /// The median of squares over that of normal variables with variance 1.
