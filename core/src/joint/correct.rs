@@ -1,7 +1,7 @@
 //! Correction of the joint Gaussian: one feature after the other, each with all measurements that are associated with it.
 
 use super::associations::detected;
-use super::covariance::symmetric;
+use super::covariance::{RowsOf, symmetric};
 use super::existence::MovingHypothesis;
 use super::innovation_statistics::{InnovationStatistics, innovation_statistics, is_informative_for_pose};
 use super::movers::Movers;
@@ -11,7 +11,7 @@ use super::rows::RowExecutor;
 use super::state::Memory;
 use super::track::moving_hypothesis;
 use crate::report::watch::Recognised;
-use crate::{Matrix, Pose, Real, Sensor, Vector};
+use crate::{Linear, Matrix, Pose, Real, Sensor, TangentOf, Vector};
 
 /// Corrects pose and map with a scan: one feature after the other in the order of their indices, each linearised at the mean that
 /// the corrections before it have left. The existence probabilities of a feature are updated after its correction.
@@ -75,25 +75,50 @@ pub(super) fn move_by<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Vector<Scal
     tally: &mut Tally<T>,
     rows: &impl RowExecutor<S::Pose, Z>,
 ) {
-    let Some(statistics) = innovation_statistics(sensor, memory, index, measurements, T::ONE, gate, tally, rows) else {
+    let Some(PoseCorrection { pose, step, by }) = correction(sensor, memory, index, measurements, gate, tally, rows)
+    else {
         return;
     };
+    memory.inject_correction(&pose, &step, rows);
+    memory.pending.push(&by);
+}
+
+/// A correction of pose and map that is valid.
+pub(super) struct PoseCorrection<P: Pose, Z: Vector> {
+    /// The rows of P Hᵀ of the pose. Those of the features are those of the next pending term.
+    pub(super) pose: RowsOf<TangentOf<P>, Z>,
+    /// S⁻¹ ν̄.
+    pub(super) step: Z,
+    /// B of P⁺ = P + (P Hᵀ) B (P Hᵀ)ᵀ.
+    pub(super) by: Linear<Z, Z>,
+}
+
+/// The correction with the measurements that are associated with one feature; `None` without one, or if its result would be
+/// invalid. Both `step` and `by` are padded with zeros to the dimension of `Z`, the measurement with the most dimensions.
+pub(super) fn correction<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>>(
+    sensor: &S,
+    memory: &mut Memory<'_, S::Pose, Z>,
+    index: usize,
+    measurements: &[S::Measurement],
+    gate: T,
+    tally: &mut Tally<T>,
+    rows: &impl RowExecutor<S::Pose, Z>,
+) -> Option<PoseCorrection<S::Pose, Z>> {
+    let statistics = innovation_statistics(sensor, memory, index, measurements, T::ONE, gate, tally, rows)?;
     let InnovationStatistics { pose, inverse, step, spread, detected } = statistics;
     // P⁺ = P − β K S Kᵀ + K (Σ s ν νᵀ − ν̄ ν̄ᵀ) Kᵀ = P + (P Hᵀ) B (P Hᵀ)ᵀ.
     let by = Matrix::with(|row, column| spread.at(row, column) - inverse.at(row, column) * detected);
     let by = symmetric::<S::Measurement>(&by);
     if !(by.is_finite() && step.as_slice().iter().all(|x| x.is_finite())) {
         tally.left_out += 1;
-        return;
+        return None;
     }
     let Memory { header, joint, pending, .. } = memory;
-    // Both are padded with zeros to the dimension of `Z`, the measurement with the most dimensions.
     let by = Matrix::with(|row, column| by.get(row, column));
     let step = Z::with(|z| step.at(z));
     if !(pending.may_push(joint, &by) && header.may_move::<Z>(&pose, &step)) {
         tally.left_out += 1;
-        return;
+        return None;
     }
-    memory.inject_correction(&pose, &step, rows);
-    memory.pending.push(&by);
+    Some(PoseCorrection { pose, step, by })
 }

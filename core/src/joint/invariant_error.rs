@@ -8,12 +8,13 @@
 //! stored with every position, and derivatives and corrections are transformed; at its end
 //! [`reset_error_frame`](Memory::reset_error_frame) transforms the covariance to that of the actual errors, with Δ = 0.
 
-use super::covariance::RowsOf;
+use super::correct::PoseCorrection;
+use super::covariance::{RowsOf, row_start};
 use super::landmark::Landmark;
 use super::rows::{RowExecutor, lever, turned};
 use super::state::{Header, Memory};
 use crate::numerics::range::is_within_range;
-use crate::{Linear, Matrix, Pose, PositionOf, Real, TangentOf, Vector, Zero};
+use crate::{Linear, Matrix, Pose, PoseEstimate, PositionOf, Real, Serial, Symmetric, TangentOf, Vector, Zero};
 
 impl<T: Real, P: Pose<Scalar = T>> Header<P> {
     /// ∂h/∂ξ with respect to the pose, from Hx = ∂h/∂x and Hm = ∂h/∂m: the column of the heading becomes Hx,θ + Hx (ê ×
@@ -63,6 +64,25 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         pending.inject(joint, landmarks.get_mut(..header.len).unwrap_or(&mut []), (step, turn), rows);
     }
 
+    /// The pose and its covariance after one correction and [`reset_error_frame`](Self::reset_error_frame), if no other
+    /// correction was made before. Nothing is changed.
+    pub(super) fn pose_after(&mut self, PoseCorrection { pose, step, by }: &PoseCorrection<P, Z>) -> PoseEstimate<P> {
+        let Self { header, joint, pending, .. } = self;
+        let moves = header.step_of(pose, step, turn_of::<P, Z>(pose, step));
+        let mut numbers = <P::Tangent as Vector>::Lower::ZERO;
+        numbers.as_mut().iter_mut().zip(joint.used(0)).for_each(|(to, &from)| *to = from);
+        pending.push(by);
+        if let Some(heading) = P::HEADING {
+            let mut moved = header.moved;
+            moved.iter_mut().zip(moves.as_slice()).for_each(|(moved, &by)| *moved += by);
+            pending.push_turn(joint, &mut [], heading, &levers_of::<P>(&moved), &Serial);
+        }
+        pending.add_to_all(numbers.as_mut(), 0);
+        pending.count = 0;
+        let of = |row, column| numbers.as_ref().get(row_start(row) + column).copied().unwrap_or(T::ZERO);
+        PoseEstimate { mean: header.pose.displaced(&moves), covariance: Symmetric::from_fn(of) }
+    }
+
     /// Applies the pending terms to the covariance if there is no room for another one.
     pub(super) fn make_room(&mut self, rows: &impl RowExecutor<P, Z>) {
         if self.pending.is_full() {
@@ -83,13 +103,18 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
             joint.apply(pending, header.len, rows);
             return;
         };
-        let levers = lever(&header.moved);
-        let of_pose = P::Tangent::with(|k| levers.get(k).copied().unwrap_or(T::ZERO));
+        let of_pose = levers_of::<P>(&header.moved);
         let landmarks = landmarks.get_mut(..header.len).unwrap_or(&mut []);
         pending.push_turn(joint, landmarks, heading, &of_pose, rows);
         joint.apply(pending, header.len, rows);
         header.moved = [T::ZERO; 2];
     }
+}
+
+/// The levers of a pose, whose position corrections have moved: 0 of its other coordinates.
+fn levers_of<P: Pose>(moved: &[P::Scalar]) -> P::Tangent {
+    let levers = lever(moved);
+    P::Tangent::with(|k| levers.get(k).copied().unwrap_or(P::Scalar::ZERO))
 }
 
 /// δθ of a correction.

@@ -42,6 +42,30 @@ impl<P: Pose, Z: Vector<Scalar = ScalarOf<P>>> RowExecutor<P, Z> for Serial {
     }
 }
 
+/// Executes the passes for one feature alone, whose index it is, so that only this feature and the pose are corrected.
+#[derive(Debug)]
+pub(super) struct OneFeature(pub(super) usize);
+
+impl<P: Pose, Z: Vector<Scalar = ScalarOf<P>>> RowExecutor<P, Z> for OneFeature {
+    #[inline]
+    fn each_feature(
+        &self,
+        pass: &impl FeaturePass<P, Z>,
+        numbers: &[ScalarOf<P>],
+        rows: &mut [FeatureRows<P, Z>],
+        landmarks: &mut [Landmark<PositionOf<P>>],
+    ) {
+        if let (Some(rows), Some(landmark)) = (rows.get_mut(self.0), landmarks.get_mut(self.0)) {
+            pass.run(numbers, self.0, rows, landmark);
+        }
+    }
+
+    #[inline]
+    fn each_part(&self, pending: &Pending<'_, P, Z>, numbers: &mut [ScalarOf<P>], features: usize) {
+        pending.add_to_all(numbers, features);
+    }
+}
+
 /// The pass of a loop over the features.
 pub trait FeaturePass<P: Pose, Z: Vector<Scalar = ScalarOf<P>>> {
     /// The pass for one feature.

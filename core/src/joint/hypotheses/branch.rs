@@ -2,15 +2,14 @@
 
 use super::super::correct::move_by;
 use super::super::filter::JointSlam;
-use super::super::innovation_statistics::LEAST_DETECTED;
-use super::super::movers::{Movers, NONE};
+use super::super::movers::Movers;
+use super::MOST;
 use super::causes::{Cause, causes_of};
 use super::children::{Child, Children};
 use super::filter::MultiHypothesisSlam;
-use super::scan::{Branch, Branches};
-use super::{MOST, joining};
+use super::scan::Branches;
 use crate::models::OnVehicle;
-use crate::{LnSum, MeasurementModel, Motion, Pose, Real, Serial, Vector};
+use crate::{MeasurementModel, Motion, Pose, Real, Serial, Vector};
 
 impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Movers<M::Pose>, const OTHERS: usize>
     MultiHypothesisSlam<'s, M, Z, V, OTHERS>
@@ -27,10 +26,10 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: M
         let ln_new = self.slam.memory.association_table.get(index).map_or(T::NEG_INFINITY, |row| row.ln_lambda);
         let mut children = Children::new(self.places());
         for (place, ln_weight) in branches.alive() {
-            children.add(Child { place, cause: Cause::NEW }, ln_weight + ln_new);
+            children.add(Child::new(place, Cause::NEW), ln_weight + ln_new);
             let causes = self.with(place, |slam| causes_of(models, &slam.config, &slam.memory, &slam.movers, z));
             for &(cause, ln_odds) in causes.all() {
-                children.add(Child { place, cause }, ln_weight + ln_odds);
+                children.add(Child::new(place, cause), ln_weight + ln_odds);
             }
         }
         branches.saturated += usize::from(children.prune(self.config.least_ratio));
@@ -38,35 +37,25 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: M
             // No hypothesis explains the measurement.
             return;
         }
+        let measurement = measurements.get(index..=index).unwrap_or(&[]);
+        branches.joined += self.join(models, measurement, &mut children);
         self.place(&mut children, branches);
-        let mut kept: [Option<usize>; MOST] = [None; MOST];
-        for (&(Child { place, cause }, ln_weight), number) in children.all().iter().zip(0..) {
+        for &(Child { place, cause, joined }, ln_weight) in children.all() {
             let Some(branch) = branches.list.get_mut(place) else { continue };
-            branch.ln_weight = ln_weight;
+            (branch.alive, branch.ln_weight) = (!joined, ln_weight);
+            if joined || cause == Cause::NEW {
+                continue;
+            }
             let tally = &mut branch.tally;
             self.with(place, |slam| {
                 cause.store(index, &mut slam.memory, &mut slam.movers);
-                slam.correct_by(cause, models, measurements.get(index..=index).unwrap_or(&[]), tally);
+                slam.correct_by(cause, models, measurement, tally);
             });
-            let earlier = kept.iter().flatten().copied();
-            let alike = self.estimate_of(place).and_then(|estimate| {
-                let mut earlier = earlier.filter_map(|other| Some((other, self.estimate_of(other)?)));
-                earlier.find(|(_, other)| joining::are_alike(other, &estimate, self.config.joined_sigmas))
-            });
-            match alike {
-                // The earlier child is the likelier one.
-                Some((other, _)) => branches.join(place, other),
-                None => {
-                    if let Some(slot) = kept.get_mut(number) {
-                        *slot = Some(place);
-                    }
-                }
-            }
         }
     }
 
     /// Gives every child a place. The likeliest child of each parent gets the place of the parent; for each of the
-    /// others the parent is copied to a free place.
+    /// others the parent is copied to a free place, unless it was joined.
     fn place(&mut self, children: &mut Children<T>, branches: &mut Branches<T>) {
         let places = self.places();
         let mut used = [false; MOST];
@@ -83,7 +72,9 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: M
             }
             let Some(free) = used.iter().take(places).position(|&used| !used) else { continue };
             mark(&mut used, free);
-            self.copy(child.place, free);
+            if !child.joined {
+                self.copy(child.place, free);
+            }
             if let Some(&parent) = branches.list.get(child.place)
                 && let Some(branch) = branches.list.get_mut(free)
             {
@@ -93,21 +84,6 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: M
         }
         for (branch, used) in branches.list.iter_mut().zip(used) {
             branch.alive = used;
-        }
-    }
-}
-
-impl<T: Real> Branches<T> {
-    /// Drops a hypothesis, and adds its weight to another one.
-    fn join(&mut self, place: usize, other: usize) {
-        self.joined += 1;
-        let Some(branch) = self.list.get_mut(place) else { return };
-        let Branch { ln_weight, .. } = *branch;
-        branch.alive = false;
-        if let Some(other) = self.list.get_mut(other) {
-            let mut sum = LnSum::of(other.ln_weight);
-            sum.add(ln_weight);
-            other.ln_weight = sum.ln();
         }
     }
 }
@@ -123,14 +99,11 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Mover
         measurement: &[X::Measurement],
         tally: &mut super::super::report::Tally<T>,
     ) {
-        if cause.landmark == NONE || !(cause.share >= T::from_f64(LEAST_DETECTED)) {
+        if !cause.corrects() {
             return;
         }
         let Self { config, memory, .. } = self;
-        if let Some(row) = memory.association_table.first_mut() {
-            row.clear();
-            row.add_certain(cause.landmark, cause.share);
-        }
+        cause.associate(memory);
         move_by(models.sensor(), memory, usize::from(cause.landmark), measurement, config.gate, tally, &Serial);
         memory.reset_error_frame(&Serial);
     }

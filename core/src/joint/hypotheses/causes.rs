@@ -2,6 +2,7 @@
 
 use super::super::associate::{Predicted, in_view_of, is_beyond};
 use super::super::config::JointConfig;
+use super::super::innovation_statistics::LEAST_DETECTED;
 use super::super::movers::{MOVES, Movers, NONE};
 use super::super::state::Memory;
 use super::super::track::ln_density;
@@ -26,6 +27,19 @@ pub(super) struct Cause<T> {
 impl<T: Real> Cause<T> {
     /// Clutter, or a new landmark.
     pub(super) const NEW: Self = Self { landmark: NONE, mover: NONE, share: T::ZERO };
+
+    /// Whether pose and map are corrected.
+    pub(super) fn corrects(&self) -> bool {
+        self.landmark != NONE && self.share >= T::from_f64(LEAST_DETECTED)
+    }
+
+    /// Associates the landmark with the first measurement.
+    pub(super) fn associate<P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(&self, memory: &mut Memory<'_, P, Z>) {
+        if let Some(row) = memory.association_table.first_mut() {
+            row.clear();
+            row.add_certain(self.landmark, self.share);
+        }
+    }
 
     /// Stores this cause of a measurement of the present scan in the landmark and the track.
     pub(super) fn store<P: Pose<Scalar = T>, Z: Vector<Scalar = T>, V: Movers<P>>(

@@ -3,7 +3,7 @@
 use super::MOST;
 use super::best::Best;
 use super::causes::Cause;
-use crate::Real;
+use crate::{LnSum, Real};
 
 /// A hypothesis with a cause of the measurement.
 #[derive(Debug, Clone, Copy)]
@@ -11,6 +11,14 @@ pub(super) struct Child<T> {
     /// Place of its parent, later its own.
     pub(super) place: usize,
     pub(super) cause: Cause<T>,
+    /// Whether it was joined with a likelier child.
+    pub(super) joined: bool,
+}
+
+impl<T: Real> Child<T> {
+    pub(super) fn new(place: usize, cause: Cause<T>) -> Self {
+        Self { place, cause, joined: false }
+    }
 }
 
 /// The likeliest children with ln of their weights, in descending order.
@@ -23,7 +31,7 @@ pub(super) struct Children<T> {
 impl<T: Real> Children<T> {
     /// An empty list for at most `most` children.
     pub(super) fn new(most: usize) -> Self {
-        Self { list: Best::new(most, Child { place: 0, cause: Cause::NEW }), ln_left_out: T::NEG_INFINITY }
+        Self { list: Best::new(most, Child::new(0, Cause::NEW)), ln_left_out: T::NEG_INFINITY }
     }
 
     pub(super) fn add(&mut self, child: Child<T>, ln_weight: T) {
@@ -39,6 +47,19 @@ impl<T: Real> Children<T> {
         let least = ln_likeliest + least_ratio.ln();
         self.list.shorten(self.all().iter().take_while(|&&(_, ln_weight)| ln_weight >= least).count());
         self.ln_left_out >= least && self.ln_left_out > T::NEG_INFINITY
+    }
+
+    /// Joins a child with another one, which gets its weight in addition.
+    pub(super) fn join(&mut self, number: usize, other: usize) {
+        let children = self.list.all_mut();
+        let Some((child, ln_weight)) = children.get_mut(number) else { return };
+        child.joined = true;
+        let ln_weight = *ln_weight;
+        if let Some((_, of_other)) = children.get_mut(other) {
+            let mut sum = LnSum::of(*of_other);
+            sum.add(ln_weight);
+            *of_other = sum.ln();
+        }
     }
 
     pub(super) fn all(&self) -> &[(Child<T>, T)] {
