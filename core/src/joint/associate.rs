@@ -65,7 +65,13 @@ impl<T: Real, P: Pose<Scalar = T>, Y: Vector<Scalar = T>> Predicted<P, Y> {
 /// last factor exceeds rounding errors.
 #[inline]
 pub(super) fn is_beyond<T: Real>(innovation: T, variance: T, gate: T) -> bool {
-    innovation * innovation > gate * variance * (T::ONE + T::EPSILON * T::from_f64(16.0))
+    innovation * innovation > greatest_square(variance, gate)
+}
+
+/// The greatest ν² for which this is not so.
+#[inline]
+pub(super) fn greatest_square<T: Real>(variance: T, gate: T) -> T {
+    gate * variance * (T::ONE + T::EPSILON * T::from_f64(16.0))
 }
 
 /// Results of the data association of a scan.

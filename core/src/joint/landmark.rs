@@ -30,6 +30,11 @@ pub struct Landmark<D: Vector> {
 }
 
 impl<T: Real, D: Vector<Scalar = T>> Landmark<D> {
+    /// With several hypotheses: whether it, or the track of the same object, may have caused one of the next measurements.
+    pub(super) fn may_be_cause(&self) -> bool {
+        self.measurement == super::movers::NONE && self.scratch < T::ZERO
+    }
+
     pub(super) const ZERO: Self = Self {
         label: 0,
         mean: D::ZERO,

@@ -190,6 +190,11 @@ impl<T: Real, P: Pose<Scalar = T>> Mover<P> {
         Some(self.static_index).filter(|&index| index != NONE)
     }
 
+    /// With several hypotheses: whether it may have caused one of the next measurements.
+    pub(super) fn may_be_cause(&self) -> bool {
+        self.measurement == NONE && self.detection > T::ZERO
+    }
+
     /// w: the probability that the object exists and moves.
     pub(super) fn weight(&self) -> T {
         self.component.ln_weight.exp()

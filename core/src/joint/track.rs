@@ -266,6 +266,27 @@ where
     moment_match(&head, core::iter::once(unseen).chain(others))
 }
 
+/// A track in one coordinate of the measurement at a time.
+pub(super) struct Along<'a, P: Pose, Y: Vector> {
+    pub(super) predicted: &'a Predicted<P, Y>,
+    /// Covariance of its position.
+    pub(super) place: &'a Symmetric<PositionOf<P>>,
+    /// R.
+    pub(super) noise: &'a Symmetric<Y>,
+    /// Q.
+    pub(super) process_noise: &'a CovarianceOf<P>,
+}
+
+impl<T: Real, P: Pose<Scalar = T>, Y: Vector<Scalar = T>> Along<'_, P, Y> {
+    /// The variance of the innovation.
+    pub(super) fn variance(&self, k: usize) -> T {
+        let Predicted { by_pose, by_feature, .. } = self.predicted.along(k);
+        let of_pose = self.process_noise.congruence::<SVector<T, 1>>(&by_pose).get(0, 0);
+        let of_place = self.place.congruence::<SVector<T, 1>>(&by_feature).get(0, 0);
+        of_place + (self.noise.get(k, k) + of_pose)
+    }
+}
+
 /// The log-likelihood of a measurement of this moving object; `None` beyond the gate.
 pub(super) fn ln_density<T: Real, S: Sensor<Pose: Pose<Scalar = T>>>(
     sensor: &S,
@@ -280,12 +301,8 @@ pub(super) fn ln_density<T: Real, S: Sensor<Pose: Pose<Scalar = T>>>(
     // One coordinate alone excludes most tracks, at a fraction of the cost.
     let (noise, place) =
         (noise_at(sensor, &predicted.measurement), component.covariance.leading::<PositionOf<S::Pose>>());
-    let is_far = |k| {
-        let Predicted { by_pose, by_feature, .. } = predicted.along(k);
-        let of_pose = process_noise.congruence::<SVector<T, 1>>(&by_pose).get(0, 0);
-        let of_place = place.congruence::<SVector<T, 1>>(&by_feature).get(0, 0);
-        is_beyond(innovation.at(k), of_place + (noise.get(k, k) + of_pose), gate)
-    };
+    let along = Along { predicted: &predicted, place: &place, noise: &noise, process_noise };
+    let is_far = |k| is_beyond(innovation.at(k), along.variance(k), gate);
     if (0..S::Measurement::DIMENSION).any(is_far) {
         return None;
     }

@@ -7,6 +7,7 @@ use super::MOST;
 use super::causes::{Cause, causes_of};
 use super::children::{Child, Children};
 use super::filter::MultiHypothesisSlam;
+use super::gated::Gated;
 use super::scan::Branches;
 use crate::models::OnVehicle;
 use crate::{MeasurementModel, Motion, Pose, Real, Serial, Vector};
@@ -25,9 +26,19 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: M
         let Some(z) = measurements.get(index) else { return };
         let ln_new = self.slam.memory.association_table.get(index).map_or(T::NEG_INFINITY, |row| row.ln_lambda);
         let mut children = Children::new(self.places());
-        for (place, ln_weight) in branches.alive() {
+        for (place, branch) in branches.list.iter_mut().enumerate().filter(|(_, branch)| branch.alive) {
+            let ln_weight = branch.ln_weight;
             children.add(Child::new(place, Cause::NEW), ln_weight + ln_new);
-            let causes = self.with(place, |slam| causes_of(models, &slam.config, &slam.memory, &slam.movers, z));
+            let gated = *branch.gated.get_or_insert_with(|| {
+                self.with(place, |JointSlam { config, memory, movers, .. }| {
+                    Gated::of(models, config.gate, memory, movers, measurements, index)
+                })
+            });
+            if !gated.has_measurement(index) {
+                continue;
+            }
+            let causes =
+                self.with(place, |slam| causes_of(models, &slam.config, &slam.memory, &slam.movers, &gated, z));
             for &(cause, ln_odds) in causes.all() {
                 children.add(Child::new(place, cause), ln_weight + ln_odds);
             }
@@ -47,6 +58,9 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: M
                 continue;
             }
             let tally = &mut branch.tally;
+            if cause.corrects() {
+                branch.gated = None;
+            }
             self.with(place, |slam| {
                 cause.store(index, &mut slam.memory, &mut slam.movers);
                 slam.correct_by(cause, models, measurement, tally);

@@ -7,6 +7,7 @@ use super::super::movers::{MOVES, Movers, NONE};
 use super::super::state::Memory;
 use super::super::track::ln_density;
 use super::best::Best;
+use super::gated::Gated;
 use crate::models::OwnNoise;
 use crate::{LnSum, MeasurementModel, Pose, Real, ScalarOf, Sensor, Vector};
 
@@ -113,7 +114,7 @@ pub(super) fn fill<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>, V: Mover
 
 /// The likeliest causes of a measurement among old landmarks and tracks, with ln( p_D v N(z; ẑ, S) / (1 − p_D v) ), without those
 /// that caused earlier measurements: a landmark causes at most one measurement. p_D of all landmarks and tracks must be that of
-/// this scan.
+/// this scan; only the landmarks and tracks in `gated` are examined.
 pub(super) fn causes_of<
     T: Real,
     X: MeasurementModel<Pose: Pose<Scalar = T>>,
@@ -124,6 +125,7 @@ pub(super) fn causes_of<
     config: &JointConfig<T>,
     memory: &Memory<'_, X::Pose, Z>,
     movers: &V,
+    gated: &Gated,
     z: &X::Measurement,
 ) -> Best<Cause<T>, T, CAUSES> {
     let mut causes = Best::new(CAUSES, Cause::NEW);
@@ -137,10 +139,10 @@ pub(super) fn causes_of<
         (expected > T::ZERO).then(|| expected.ln() + ln_density)
     };
     for (index, landmark) in memory.landmarks.iter().enumerate().take(memory.header.len) {
-        let ln_not_detected = landmark.scratch;
-        if landmark.measurement != NONE || !(ln_not_detected < T::ZERO) {
+        if !(gated.has_landmark(index) && landmark.may_be_cause()) {
             continue;
         }
+        let ln_not_detected = landmark.scratch;
         let mover = track_of(movers, index);
         if movers.kept().get(usize::from(mover)).is_some_and(|mover| mover.measurement != NONE) {
             continue;
@@ -167,7 +169,8 @@ pub(super) fn causes_of<
     }
     for (index, mover) in movers.kept().iter().enumerate().filter(|(_, mover)| mover.static_index == NONE) {
         let cause = Cause { landmark: NONE, mover: index as u16, share: T::ZERO };
-        if mover.measurement == NONE
+        if gated.has_mover(index)
+            && mover.may_be_cause()
             && let Some(ln) = ln_moving(cause.mover)
         {
             causes.add(cause, ln - mover.not_detected.ln());

@@ -18,6 +18,7 @@ mod children;
 mod config;
 mod filter;
 mod finish;
+mod gated;
 mod joining;
 mod localise;
 mod pruning;

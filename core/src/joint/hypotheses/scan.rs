@@ -8,6 +8,7 @@ use super::super::scan::advance;
 use super::MOST;
 use super::causes::start;
 use super::filter::MultiHypothesisSlam;
+use super::gated::Gated;
 use crate::{Detector, Health, LnSum, MeasurementModel, Motion, Pose, Real, ScanError, Vector};
 
 /// A hypothesis during a scan.
@@ -19,6 +20,13 @@ pub(super) struct Branch<T> {
     /// Features in view.
     pub(super) in_view: usize,
     pub(super) tally: Tally<T>,
+    /// The measurements in its gates; `None` after a correction.
+    pub(super) gated: Option<Gated>,
+}
+
+impl<T: Real> Branch<T> {
+    const NONE: Self =
+        Self { alive: false, ln_weight: T::NEG_INFINITY, in_view: 0, tally: Tally::NOTHING, gated: None };
 }
 
 /// All places during a scan.
@@ -29,11 +37,7 @@ pub(super) struct Branches<T> {
 }
 
 impl<T: Real> Branches<T> {
-    pub(super) const NONE: Self = Self {
-        list: [Branch { alive: false, ln_weight: T::NEG_INFINITY, in_view: 0, tally: Tally::NOTHING }; MOST],
-        joined: 0,
-        saturated: 0,
-    };
+    pub(super) const NONE: Self = Self { list: [Branch::NONE; MOST], joined: 0, saturated: 0 };
 
     pub(super) fn at(&self, place: usize) -> Option<&Branch<T>> {
         self.list.get(place).filter(|branch| branch.alive)
@@ -96,7 +100,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: M
                 start(&models, config.occlusion_factor, memory, movers, measurements)
             });
             let ln_weight = self.ln_weight(place) + ln_missed;
-            *branch = Branch { alive: true, ln_weight, in_view, tally: Tally::NOTHING };
+            *branch = Branch { alive: true, ln_weight, in_view, ..Branch::NONE };
         }
         // λ is the same for all hypotheses.
         let (ln_birth, are_tracked) = (births.of_static.ln(), self.slam.movers.are_tracked());

@@ -1,0 +1,122 @@
+//! Which measurements of a scan are within a gate of a hypothesis: those of clutter, most of a scan, are within none.
+
+use super::super::associate::{Predicted, greatest_square};
+use super::super::movers::Movers;
+use super::super::state::Memory;
+use super::super::track::Along;
+use crate::models::{OwnNoise, noise_at};
+use crate::{MeasurementModel, Pose, PositionOf, Real, Sensor, Symmetric, Vector};
+
+/// The measurements that landmarks or tracks of a hypothesis may have caused, and these landmarks and tracks, as long as the
+/// hypothesis is not corrected. Each is the bit of its index modulo 64, so that one without a bit is in no gate.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Gated {
+    measurements: u64,
+    landmarks: u64,
+    movers: u64,
+}
+
+impl Gated {
+    /// Those of the measurements from index `first` on. A measurement counts as within a gate if it is in every coordinate.
+    pub(super) fn of<
+        T: Real,
+        X: MeasurementModel<Pose: Pose<Scalar = T>>,
+        Z: Vector<Scalar = T>,
+        V: Movers<X::Pose>,
+    >(
+        models: &X,
+        gate: T,
+        memory: &Memory<'_, X::Pose, Z>,
+        movers: &V,
+        measurements: &[X::Measurement],
+        first: usize,
+    ) -> Self {
+        let sensor = models.sensor();
+        let frame = sensor.frame(&memory.header.pose);
+        let mut gated = Self { measurements: 0, landmarks: 0, movers: 0 };
+        let rest = || measurements.iter().enumerate().skip(first);
+        for (index, landmark) in memory.landmarks.iter().enumerate().take(memory.header.len) {
+            if !landmark.may_be_cause() {
+                continue;
+            }
+            let Some(predicted) = Predicted::of(sensor, &frame, &landmark.mean) else { continue };
+            let blocks = memory.joint.blocks(index);
+            let of_state = X::Measurement::with(|k| predicted.along(k).covariance(&blocks).get(0, 0));
+            let greatest = |noise: &Symmetric<X::Measurement>| {
+                X::Measurement::with(|k| greatest_square(of_state.at(k) + noise.get(k, k), gate))
+            };
+            let usual = greatest(sensor.noise());
+            let expected = &predicted.measurement;
+            let is_within = |z: &X::Measurement| match OwnNoise::of(sensor, z, expected) {
+                Some(own) => is_within(sensor, z, expected, &greatest(&own.covariance)),
+                None => is_within(sensor, z, expected, &usual),
+            };
+            if gated.mark(rest(), is_within) {
+                gated.landmarks |= bit(index);
+            }
+        }
+        let process_noise = movers.common().map_or(Symmetric::ZERO, |(common, _)| common.process_noise);
+        for (index, mover) in movers.kept().iter().enumerate() {
+            let free =
+                memory.landmarks.get(usize::from(mover.static_index)).is_none_or(|landmark| landmark.may_be_cause());
+            if !(mover.may_be_cause() && free) {
+                continue;
+            }
+            let Some(predicted) = Predicted::of(sensor, &frame, &mover.component.position()) else { continue };
+            let place = mover.component.covariance.leading::<PositionOf<X::Pose>>();
+            let along = Along {
+                predicted: &predicted,
+                place: &place,
+                noise: &noise_at(sensor, &predicted.measurement),
+                process_noise: &process_noise,
+            };
+            let greatest = X::Measurement::with(|k| greatest_square(along.variance(k), gate));
+            if gated.mark(rest(), |z| is_within(sensor, z, &predicted.measurement, &greatest)) {
+                gated.movers |= bit(index);
+                gated.landmarks |= mover.static_index().map_or(0, |index| bit(usize::from(index)));
+            }
+        }
+        gated
+    }
+
+    /// Adds the measurements within a gate. Returns whether there is one.
+    #[inline(always)]
+    fn mark<'m, Y: 'm>(&mut self, rest: impl Iterator<Item = (usize, &'m Y)>, is_within: impl Fn(&Y) -> bool) -> bool {
+        let mut any = false;
+        for (index, z) in rest {
+            if is_within(z) {
+                self.measurements |= bit(index);
+                any = true;
+            }
+        }
+        any
+    }
+
+    pub(super) fn has_measurement(&self, index: usize) -> bool {
+        self.measurements & bit(index) != 0
+    }
+
+    pub(super) fn has_landmark(&self, index: usize) -> bool {
+        self.landmarks & bit(index) != 0
+    }
+
+    pub(super) fn has_mover(&self, index: usize) -> bool {
+        self.movers & bit(index) != 0
+    }
+}
+
+fn bit(index: usize) -> u64 {
+    1 << (index % 64)
+}
+
+/// Whether the squared innovation is at most the greatest one along every coordinate.
+#[inline(always)]
+fn is_within<S: Sensor>(sensor: &S, z: &S::Measurement, expected: &S::Measurement, greatest: &S::Measurement) -> bool {
+    let is_far = |k: usize, apart| apart * apart > greatest.at(k);
+    // Without wrapping, the innovation is the difference.
+    if S::SIFTED_BY.is_some_and(|k| is_far(k, z.at(k) - expected.at(k))) {
+        return false;
+    }
+    let innovation = sensor.innovation(z, expected);
+    !(0..S::Measurement::DIMENSION).any(|k| is_far(k, innovation.at(k)))
+}
