@@ -75,7 +75,8 @@ pub(super) fn move_by<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Vector<Scal
     tally: &mut Tally<T>,
     rows: &impl RowExecutor<S::Pose, Z>,
 ) {
-    let Some(PoseCorrection { pose, step, by }) = correction(sensor, memory, index, measurements, gate, tally, rows)
+    let Some(PoseCorrection { pose, step, by }) =
+        correction(sensor, memory, index, measurements, false, gate, tally, rows)
     else {
         return;
     };
@@ -94,17 +95,20 @@ pub(super) struct PoseCorrection<P: Pose, Z: Vector> {
 }
 
 /// The correction with the measurements that are associated with one feature; `None` without one, or if its result would be
-/// invalid. Both `step` and `by` are padded with zeros to the dimension of `Z`, the measurement with the most dimensions.
+/// invalid. With `pose_alone` the rows of the other features are not set. Both `step` and `by` are padded with zeros to the dimension of `Z`, the measurement with the most dimensions.
+#[expect(clippy::too_many_arguments, reason = "every parameter is a part of a correction")]
 pub(super) fn correction<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
     index: usize,
     measurements: &[S::Measurement],
+    pose_alone: bool,
     gate: T,
     tally: &mut Tally<T>,
     rows: &impl RowExecutor<S::Pose, Z>,
 ) -> Option<PoseCorrection<S::Pose, Z>> {
-    let statistics = innovation_statistics(sensor, memory, index, measurements, T::ONE, gate, tally, rows)?;
+    let statistics =
+        innovation_statistics(sensor, memory, index, measurements, (T::ONE, pose_alone), gate, tally, rows)?;
     let InnovationStatistics { pose, inverse, step, spread, detected } = statistics;
     // P⁺ = P − β K S Kᵀ + K (Σ s ν νᵀ − ν̄ ν̄ᵀ) Kᵀ = P + (P Hᵀ) B (P Hᵀ)ᵀ.
     let by = Matrix::with(|row, column| spread.at(row, column) - inverse.at(row, column) * detected);

@@ -6,7 +6,7 @@ use super::associations::{AssociationRow, probabilities};
 use super::covariance::{RowsOf, symmetric};
 use super::pending::h_times;
 use super::report::Tally;
-use super::rows::RowExecutor;
+use super::rows::{OneFeature, RowExecutor};
 use super::state::Memory;
 use crate::models::OwnNoise;
 use crate::numerics::vector::{applied, product};
@@ -46,7 +46,7 @@ pub(super) struct InnovationStatistics<P: Pose, Y: Vector, Z: Vector> {
 }
 
 /// The terms of the update by one landmark, linearised at the present means, with its association probabilities
-/// multiplied by `times`. `None` if the landmark cannot be measured from here, if its measurements contradict the
+/// multiplied by `times`. With `pose_alone` the rows of the other features are not set. `None` if the landmark cannot be measured from here, if its measurements contradict the
 /// corrections before, or if rounding errors have made the covariance of the innovation invalid.
 #[expect(clippy::too_many_arguments, reason = "every parameter is a part of a correction")]
 pub(super) fn innovation_statistics<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>>(
@@ -54,7 +54,7 @@ pub(super) fn innovation_statistics<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, 
     memory: &mut Memory<'_, S::Pose, Z>,
     index: usize,
     measurements: &[S::Measurement],
-    times: T,
+    (times, pose_alone): (T, bool),
     gate: T,
     tally: &mut Tally<T>,
     rows: &impl RowExecutor<S::Pose, Z>,
@@ -66,7 +66,11 @@ pub(super) fn innovation_statistics<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, 
     let Predicted { measurement, by_pose, by_feature } =
         Predicted::of(sensor, &sensor.frame(&header.pose), &landmark.mean)?;
     let by_pose = header.in_invariant_error::<S::Measurement>(&by_pose, &by_feature, landmark);
-    pending.measure::<S::Measurement>(joint, landmarks, index, &by_pose, &by_feature, rows);
+    if pose_alone {
+        pending.measure::<S::Measurement>(joint, landmarks, index, &by_pose, &by_feature, &OneFeature(index));
+    } else {
+        pending.measure::<S::Measurement>(joint, landmarks, index, &by_pose, &by_feature, rows);
+    }
     let (pose, own) = (pending.pose(), pending.feature(index).map_or(&[][..], |rows| rows.as_ref()));
     let full = h_times::<S::Measurement, TangentOf<S::Pose>, Z>(&by_pose, pose.as_ref())
         + h_times::<S::Measurement, PositionOf<S::Pose>, Z>(&by_feature, own);

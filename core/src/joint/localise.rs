@@ -70,7 +70,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
         tally.left_out += memory.joint.repair_pose(memory.header.len);
         let (mut merged, mut born) = (0, Initiated::default());
         if let Some(mut tracks) = movers.tracks() {
-            tracks.correct(models.sensor(), memory.header, memory.association_table, measurements);
+            tracks.correct(models.sensor(), memory.header, memory.association_table, measurements, None);
             merged = tracks.merge_and_prune(config);
             let births = Births { of_static: T::ZERO, ..*births };
             born = initiate(&models, &births, config, memory, movers, measurements);
@@ -92,7 +92,8 @@ fn move_pose_by<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T
     gate: T,
     tally: &mut Tally<T>,
 ) {
-    let Some(statistics) = innovation_statistics(sensor, memory, index, measurements, T::ONE, gate, tally, &Serial)
+    let Some(statistics) =
+        innovation_statistics(sensor, memory, index, measurements, (T::ONE, false), gate, tally, &Serial)
     else {
         return;
     };

@@ -48,6 +48,8 @@ pub(super) fn initiate<
     let mut initiated = Initiated::default();
     let (ln_birth, ln_moving) = (births.of_static.ln(), births.of_moving.ln());
     let frame = models.sensor().frame(&memory.header.pose);
+    // The least likely landmark of a full map, until one is dropped.
+    let mut least = None;
     for (z_index, z) in measurements.iter().enumerate() {
         let Some(row) = memory.association_table.get(z_index) else { break };
         let no_feature_probability = row.no_feature_probability;
@@ -73,8 +75,10 @@ pub(super) fn initiate<
             continue;
         }
         if memory.header.len == memory.landmarks.len() {
-            match least_likely(memory) {
+            least = least.or_else(|| least_likely(memory));
+            match least {
                 Some((index, total)) if total < existence => {
+                    least = None;
                     initiated.lost += usize::from(total >= T::from_f64(NEGLIGIBLE_EXISTENCE));
                     memory.drop_feature(index);
                 }

@@ -35,7 +35,8 @@ pub(super) fn correct_position<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Ve
     memory.reset_error_frame(rows);
     // The innovations were counted with the first correction.
     let mut counted = Tally::NOTHING;
-    let statistics = innovation_statistics(sensor, memory, index, measurements, rest, gate, &mut counted, rows);
+    let statistics =
+        innovation_statistics(sensor, memory, index, measurements, (rest, false), gate, &mut counted, rows);
     let Some(InnovationStatistics { inverse, step, spread, detected, .. }) = statistics else { return };
     let spread = symmetric::<S::Measurement>(&spread);
     if !(spread.is_finite() && step.as_slice().iter().all(|x| x.is_finite())) {

@@ -67,7 +67,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
         let mut tally = correct(sensor, memory, movers, measurements, config.gate, rows);
         tally.expected_of_weak = expected_of_weak;
         let merged_tracks = movers.tracks().map_or(0, |mut tracks| {
-            tracks.correct(sensor, memory.header, memory.association_table, measurements);
+            tracks.correct(sensor, memory.header, memory.association_table, measurements, None);
             tracks.merge_and_prune(config)
         });
         memory.reset_error_frame(rows);

@@ -152,13 +152,15 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
     }
 
     /// Corrects the tracks in view with a scan: a track becomes one Gaussian for all outcomes, corrected by each
-    /// associated measurement or missed, and its probability w is updated. The process noise is then zero.
+    /// associated measurement or missed, and its probability w is updated. The process noise is then zero. With several
+    /// hypotheses `causes` are the landmarks; landmarks and tracks then have the only measurement that they caused.
     pub(super) fn correct<S: Sensor<Pose = P>>(
         &mut self,
         sensor: &S,
         header: &Header<P>,
         table: &[AssociationRow<T>],
         measurements: &[S::Measurement],
+        causes: Option<&[Landmark<PositionOf<P>>]>,
     ) {
         let frame = sensor.frame(&header.pose);
         let process_noise = self.common.process_noise;
@@ -166,6 +168,13 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
             if !(mover.not_detected < T::ONE) {
                 continue;
             }
+            let (table, measurements) = match causes {
+                Some(landmarks) => {
+                    let landmark = landmarks.get(usize::from(mover.static_index));
+                    of_cause(table, measurements, landmark, Some(mover))
+                }
+                None => (table, measurements),
+            };
             let own = usize::from(MOVES) | index;
             let of_static = detected(table, usize::from(mover.static_index), measurements);
             let seen = detected(table, own, measurements);
@@ -309,6 +318,20 @@ pub(super) fn ln_density<T: Real, S: Sensor<Pose: Pose<Scalar = T>>>(
     let PredictedTrack { factor, .. } = PredictedTrack::with(predicted, noise, &place, process_noise)?;
     let distance = factor.mahalanobis(&innovation);
     (distance <= gate).then(|| factor.ln_peak() - distance * T::from_f64(0.5))
+}
+
+/// Of the associations and measurements of a scan those of the measurement that a landmark or its track caused, if there is one;
+/// only with several hypotheses.
+pub(super) fn of_cause<'m, T: Real, P: Pose<Scalar = T>, Y>(
+    table: &'m [AssociationRow<T>],
+    measurements: &'m [Y],
+    landmark: Option<&Landmark<PositionOf<P>>>,
+    mover: Option<&Mover<P>>,
+) -> (&'m [AssociationRow<T>], &'m [Y]) {
+    // If both have one it is the same.
+    let of_landmark = landmark.map_or(NONE, |landmark| landmark.measurement);
+    let index = usize::from(mover.map_or(of_landmark, |mover| mover.measurement.min(of_landmark)));
+    (table.get(index..=index).unwrap_or(&[]), measurements.get(index..=index).unwrap_or(&[]))
 }
 
 /// The hypothesis that the object of a static feature moves, after the association of a scan.

@@ -8,7 +8,7 @@ use super::super::map_management::{drop_degenerate, drop_unlikely, initiate, mer
 use super::super::movers::Movers;
 use super::super::position_update::correct_position;
 use super::super::report::{JointReport, Tally};
-use super::super::track::moving_hypothesis;
+use super::super::track::{moving_hypothesis, of_cause};
 use super::causes::fill;
 use crate::models::OnVehicle;
 use crate::{Births, Clutter, Health, MeasurementModel, Motion, Pose, Real, Serial, Vector};
@@ -28,19 +28,23 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Mover
         memory.association_table.iter_mut().take(measurements.len()).for_each(AssociationRow::clear);
         fill(memory, movers);
         for index in 0..memory.header.len {
-            let Some(detection) = memory.landmarks.get(index).map(|landmark| landmark.detection) else { break };
-            let moving = moving_hypothesis::<T, M::Pose, V, _>(movers, index, memory.association_table, measurements);
+            let Some(landmark) = memory.landmarks.get(index) else { break };
+            let detection = landmark.detection;
+            let mover = movers.kept().iter().find(|mover| usize::from(mover.static_index) == index);
+            let (table, own) = of_cause(memory.association_table, measurements, Some(landmark), mover);
+            let moving = moving_hypothesis::<T, M::Pose, V, _>(movers, index, table, own);
             if !(detection + moving.expected > T::ZERO) {
                 continue;
             }
-            let detected = detected(memory.association_table, index, measurements);
+            let detected = detected(table, index, own);
             let position_factor = update_existence(memory, index, detected, &moving, &mut tally);
             if let Some(times) = position_factor.filter(|_| movers.are_tracked()) {
                 correct_position(sensor, memory, index, measurements, detected, times, config.gate, &Serial);
             }
         }
         let merged_tracks = movers.tracks().map_or(0, |mut tracks| {
-            tracks.correct(sensor, memory.header, memory.association_table, measurements);
+            let landmarks = memory.landmarks.get(..memory.header.len);
+            tracks.correct(sensor, memory.header, memory.association_table, measurements, landmarks);
             tracks.merge_and_prune(config)
         });
         memory.reset_error_frame(&Serial);

@@ -8,12 +8,12 @@ use crate::models::{OwnNoise, noise_at};
 use crate::{MeasurementModel, Pose, PositionOf, Real, Sensor, Symmetric, Vector};
 
 /// The measurements that landmarks or tracks of a hypothesis may have caused, and these landmarks and tracks, as long as the
-/// hypothesis is not corrected. Each is the bit of its index modulo 64, so that one without a bit is in no gate.
+/// hypothesis is not corrected. Each is the bit of its index modulo 32, so that one without a bit is in no gate.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Gated {
-    measurements: u64,
-    landmarks: u64,
-    movers: u64,
+    measurements: u32,
+    landmarks: u32,
+    movers: u32,
 }
 
 impl Gated {
@@ -105,8 +105,8 @@ impl Gated {
     }
 }
 
-fn bit(index: usize) -> u64 {
-    1 << (index % 64)
+fn bit(index: usize) -> u32 {
+    1 << (index % 32)
 }
 
 /// Whether the squared innovation is at most the greatest one along every coordinate.

@@ -7,14 +7,13 @@ use super::super::covariance::row_start;
 use super::super::filter::JointSlam;
 use super::super::movers::Movers;
 use super::super::report::Tally;
-use super::super::rows::OneFeature;
 use super::super::walk::Estimate;
 use super::MOST;
 use super::causes::Cause;
 use super::children::{Child, Children};
 use super::filter::MultiHypothesisSlam;
 use crate::models::OnVehicle;
-use crate::{CovarianceOf, MeasurementModel, Motion, Pose, PoseEstimate, Real, Symmetric, TangentOf, Vector};
+use crate::{CovarianceOf, MeasurementModel, Motion, Pose, PoseEstimate, Real, Serial, Symmetric, TangentOf, Vector};
 
 impl<T: Real, P: Pose<Scalar = T>> Estimate<'_, P> {
     pub(super) fn pose_covariance(&self) -> CovarianceOf<P> {
@@ -75,7 +74,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Mover
         cause.associate(memory);
         let (index, mut tally) = (usize::from(cause.landmark), Tally::NOTHING);
         let correction =
-            correction(models.sensor(), memory, index, measurement, config.gate, &mut tally, &OneFeature(index));
+            correction(models.sensor(), memory, index, measurement, true, config.gate, &mut tally, &Serial);
         correction.map_or(before, |correction| memory.pose_after(&correction))
     }
 }
