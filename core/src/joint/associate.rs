@@ -5,9 +5,10 @@ use super::associations::Association;
 use super::config::JointConfig;
 use super::covariance::{Blocks, sandwiched, symmetric};
 use super::data_association::marginals;
+use super::landmark::Landmark;
 use super::loop_closure::{exclude_weakly_determined, least_of};
 use super::movers::Movers;
-use super::state::Memory;
+use super::state::{Header, Memory};
 use crate::models::OwnNoise;
 use crate::{
     Births, Clutter, FieldOfView, Linear, LnSum, Matrix, MeasurementModel, Pose, PositionOf, Real, ScalarOf, Sensor,
@@ -38,6 +39,22 @@ impl<T: Real, P: Pose<Scalar = T>, Y: Vector<Scalar = T>> Predicted<P, Y> {
         let mut numbers = measurement.as_slice().iter().chain(by_pose.as_slice()).chain(by_feature.as_slice());
         let finite = numbers.all(|x| x.is_finite());
         finite.then_some(Self { measurement, by_pose, by_feature })
+    }
+
+    /// The prediction for a landmark that corrections may have moved, with the derivatives by the errors of which P is the
+    /// covariance.
+    pub(super) fn of_corrected<S>(
+        sensor: &S,
+        frame: &S::Frame,
+        header: &Header<P>,
+        landmark: &Landmark<P::Position>,
+    ) -> Option<Self>
+    where
+        S: Sensor<Pose = P, Measurement = Y>,
+    {
+        let Self { measurement, by_pose, by_feature } = Self::of(sensor, frame, &landmark.mean)?;
+        let by_pose = header.in_invariant_error::<Y>(&by_pose, &by_feature, landmark);
+        Some(Self { measurement, by_pose, by_feature })
     }
 
     /// S − R = Hx P_xx Hxᵀ + Hx P_xm Hmᵀ + Hm P_mx Hxᵀ + Hm P_mm Hmᵀ.

@@ -37,7 +37,7 @@ pub(super) fn correct<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Vector<Scal
         }
         let position_factor = update_existence(memory, index, detected, &moving, &mut tally);
         if let Some(times) = position_factor.filter(|_| movers.are_tracked()) {
-            correct_position(sensor, memory, index, measurements, detected, times, gate, rows);
+            correct_position(sensor, memory, index, measurements, detected, (times, true), gate, rows);
         }
     }
     tally

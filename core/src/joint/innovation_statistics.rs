@@ -64,8 +64,7 @@ pub(super) fn innovation_statistics<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, 
     let landmarks = landmarks.get_mut(..header.len)?;
     let landmark = landmarks.get(index)?;
     let Predicted { measurement, by_pose, by_feature } =
-        Predicted::of(sensor, &sensor.frame(&header.pose), &landmark.mean)?;
-    let by_pose = header.in_invariant_error::<S::Measurement>(&by_pose, &by_feature, landmark);
+        Predicted::of_corrected(sensor, &sensor.frame(&header.pose), header, landmark)?;
     if pose_alone {
         pending.measure::<S::Measurement>(joint, landmarks, index, &by_pose, &by_feature, &OneFeature(index));
     } else {

@@ -64,23 +64,35 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         pending.inject(joint, landmarks.get_mut(..header.len).unwrap_or(&mut []), (step, turn), rows);
     }
 
-    /// The pose and its covariance after one correction and [`reset_error_frame`](Self::reset_error_frame), if no other
-    /// correction was made before. Nothing is changed.
-    pub(super) fn pose_after(&mut self, PoseCorrection { pose, step, by }: &PoseCorrection<P, Z>) -> PoseEstimate<P> {
+    /// The pose and its covariance after a correction, if there is one, and [`reset_error_frame`](Self::reset_error_frame).
+    /// Nothing may be pending, and nothing is changed.
+    pub(super) fn pose_after(&mut self, correction: Option<&PoseCorrection<P, Z>>) -> PoseEstimate<P> {
         let Self { header, joint, pending, .. } = self;
-        let moves = header.step_of(pose, step, turn_of::<P, Z>(pose, step));
+        let moves = correction.map_or(Zero::ZERO, |PoseCorrection { pose, step, .. }| {
+            header.step_of(pose, step, turn_of::<P, Z>(pose, step))
+        });
         let mut numbers = <P::Tangent as Vector>::Lower::ZERO;
         numbers.as_mut().iter_mut().zip(joint.used(0)).for_each(|(to, &from)| *to = from);
-        pending.push(by);
-        if let Some(heading) = P::HEADING {
-            let mut moved = header.moved;
-            moved.iter_mut().zip(moves.as_slice()).for_each(|(moved, &by)| *moved += by);
+        if let Some(PoseCorrection { by, .. }) = correction {
+            pending.push(by);
+        }
+        let mut moved = header.moved;
+        moved.iter_mut().zip(moves.as_slice()).for_each(|(moved, &by)| *moved += by);
+        if let Some(heading) = P::HEADING.filter(|_| !unmoved(&moved)) {
             pending.push_turn(joint, &mut [], heading, &levers_of::<P>(&moved), &Serial);
         }
-        pending.add_to_all(numbers.as_mut(), 0);
+        if pending.count > 0 {
+            pending.add_to_all(numbers.as_mut(), 0);
+        }
         pending.count = 0;
         let of = |row, column| numbers.as_ref().get(row_start(row) + column).copied().unwrap_or(T::ZERO);
         PoseEstimate { mean: header.pose.displaced(&moves), covariance: Symmetric::from_fn(of) }
+    }
+
+    /// Whether corrections have moved the pose or this landmark since the covariance was last transformed.
+    pub(super) fn is_moved(&self, index: usize) -> bool {
+        let landmark = self.landmarks.get(index);
+        !(unmoved(&self.header.moved) && landmark.is_none_or(|landmark| unmoved(landmark.moved.as_slice())))
     }
 
     /// Applies the pending terms to the covariance if there is no room for another one.
@@ -95,7 +107,6 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     pub(super) fn reset_error_frame(&mut self, rows: &impl RowExecutor<P, Z>) {
         self.make_room(rows);
         let Self { header, landmarks, joint, pending, .. } = self;
-        let unmoved = |moved: &[T]| moved.iter().all(|&by| by == T::ZERO);
         let all = || landmarks.iter().take(header.len);
         let Some(heading) = P::HEADING
             .filter(|_| !(unmoved(&header.moved) && all().all(|landmark| unmoved(landmark.moved.as_slice()))))
@@ -115,6 +126,10 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
 fn levers_of<P: Pose>(moved: &[P::Scalar]) -> P::Tangent {
     let levers = lever(moved);
     P::Tangent::with(|k| levers.get(k).copied().unwrap_or(P::Scalar::ZERO))
+}
+
+fn unmoved<T: Real>(moved: &[T]) -> bool {
+    moved.iter().all(|&by| by == T::ZERO)
 }
 
 /// δθ of a correction.

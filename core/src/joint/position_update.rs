@@ -15,7 +15,8 @@ use crate::numerics::range::is_within_range;
 use crate::numerics::vector::applied;
 use crate::{Linear, Matrix, Pose, Real, Sensor, Vector};
 
-/// Corrects the position of a landmark, and nothing else, with `rest` times its association probabilities.
+/// Corrects the position of a landmark, and nothing else, with `rest` times its association probabilities. Corrections of the
+/// pose and of this landmark must be in the present error frame; with `reset` they are transformed to it.
 #[expect(clippy::too_many_arguments, reason = "every parameter is a part of a correction")]
 pub(super) fn correct_position<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>>(
     sensor: &S,
@@ -23,7 +24,7 @@ pub(super) fn correct_position<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Ve
     index: usize,
     measurements: &[S::Measurement],
     detected: T,
-    rest: T,
+    (rest, reset): (T, bool),
     gate: T,
     rows: &impl RowExecutor<S::Pose, Z>,
 ) {
@@ -32,7 +33,9 @@ pub(super) fn correct_position<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Ve
         return;
     }
     // Only this position may change, so that the error frame must be the present one.
-    memory.reset_error_frame(rows);
+    if reset {
+        memory.reset_error_frame(rows);
+    }
     // The innovations were counted with the first correction.
     let mut counted = Tally::NOTHING;
     let statistics =

@@ -34,11 +34,11 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: M
                     Gated::of(models, config.gate, memory, movers, measurements, index)
                 })
             });
-            if !gated.has_measurement(index) {
+            if !gated.has(index) {
                 continue;
             }
             let causes =
-                self.with(place, |slam| causes_of(models, &slam.config, &slam.memory, &slam.movers, &gated, z));
+                self.with(place, |slam| causes_of(models, &slam.config, &slam.memory, &slam.movers, &gated, index, z));
             for &(cause, ln_odds) in causes.all() {
                 children.add(Child::new(place, cause), ln_weight + ln_odds);
             }
@@ -119,6 +119,6 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Mover
         let Self { config, memory, .. } = self;
         cause.associate(memory);
         move_by(models.sensor(), memory, usize::from(cause.landmark), measurement, config.gate, tally, &Serial);
-        memory.reset_error_frame(&Serial);
+        memory.joint.apply(&mut memory.pending, memory.header.len, &Serial);
     }
 }

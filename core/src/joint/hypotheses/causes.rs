@@ -114,7 +114,7 @@ pub(super) fn fill<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>, V: Mover
 
 /// The likeliest causes of a measurement among old landmarks and tracks, with ln( p_D v N(z; ẑ, S) / (1 − p_D v) ), without those
 /// that caused earlier measurements: a landmark causes at most one measurement. p_D of all landmarks and tracks must be that of
-/// this scan; only the landmarks and tracks in `gated` are examined.
+/// this scan; only the pairs in `gated` are examined.
 pub(super) fn causes_of<
     T: Real,
     X: MeasurementModel<Pose: Pose<Scalar = T>>,
@@ -126,6 +126,7 @@ pub(super) fn causes_of<
     memory: &Memory<'_, X::Pose, Z>,
     movers: &V,
     gated: &Gated,
+    measurement: usize,
     z: &X::Measurement,
 ) -> Best<Cause<T>, T, CAUSES> {
     let mut causes = Best::new(CAUSES, Cause::NEW);
@@ -139,7 +140,7 @@ pub(super) fn causes_of<
         (expected > T::ZERO).then(|| expected.ln() + ln_density)
     };
     for (index, landmark) in memory.landmarks.iter().enumerate().take(memory.header.len) {
-        if !(gated.has_landmark(index) && landmark.may_be_cause()) {
+        if !(gated.has_pair(index, measurement) && landmark.may_be_cause()) {
             continue;
         }
         let ln_not_detected = landmark.scratch;
@@ -169,7 +170,7 @@ pub(super) fn causes_of<
     }
     for (index, mover) in movers.kept().iter().enumerate().filter(|(_, mover)| mover.static_index == NONE) {
         let cause = Cause { landmark: NONE, mover: index as u16, share: T::ZERO };
-        if gated.has_mover(index)
+        if gated.has_pair(index, measurement)
             && mover.may_be_cause()
             && let Some(ln) = ln_moving(cause.mover)
         {
@@ -195,7 +196,7 @@ fn of_static<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>, Z: Vector<Sca
     gate: ScalarOf<X::Pose>,
 ) -> Option<T> {
     let landmark = memory.landmarks.get(index)?;
-    let predicted = Predicted::of(sensor, frame, &landmark.mean)?;
+    let predicted = Predicted::of_corrected(sensor, frame, memory.header, landmark)?;
     let innovation = sensor.innovation(z, &predicted.measurement);
     let own = OwnNoise::of(sensor, z, &predicted.measurement);
     let noise = own.as_ref().map_or(sensor.noise(), |own| &own.covariance);

@@ -160,6 +160,8 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: M
         result
     }
 
+    // Not inlined, so that its code exists once.
+    #[inline(never)]
     fn exchange(&mut self, place: usize) {
         let Self { slam, others, .. } = self;
         if let Some(other) = place.checked_sub(1).and_then(|index| others.get_mut(index)) {

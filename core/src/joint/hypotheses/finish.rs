@@ -39,7 +39,8 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Mover
             let detected = detected(table, index, own);
             let position_factor = update_existence(memory, index, detected, &moving, &mut tally);
             if let Some(times) = position_factor.filter(|_| movers.are_tracked()) {
-                correct_position(sensor, memory, index, measurements, detected, times, config.gate, &Serial);
+                let reset = memory.is_moved(index);
+                correct_position(sensor, memory, index, measurements, detected, (times, reset), config.gate, &Serial);
             }
         }
         let merged_tracks = movers.tracks().map_or(0, |mut tracks| {

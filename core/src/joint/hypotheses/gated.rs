@@ -7,17 +7,16 @@ use super::super::track::Along;
 use crate::models::{OwnNoise, noise_at};
 use crate::{MeasurementModel, Pose, PositionOf, Real, Sensor, Symmetric, Vector};
 
-/// The measurements that landmarks or tracks of a hypothesis may have caused, and these landmarks and tracks, as long as the
-/// hypothesis is not corrected. Each is the bit of its index modulo 32, so that one without a bit is in no gate.
+/// The measurements in a gate of a hypothesis, and the pairs of a landmark, or a track, and a measurement in its gate. It is valid
+/// as long as the hypothesis is not corrected. Both are sets of bits that several may share: what has no bit is in no gate.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Gated {
     measurements: u32,
-    landmarks: u32,
-    movers: u32,
+    pairs: u64,
 }
 
 impl Gated {
-    /// Those of the measurements from index `first` on. A measurement counts as within a gate if it is in every coordinate.
+    /// Those of the measurements from index `first` on. A measurement counts as in a gate if it is along every coordinate.
     pub(super) fn of<
         T: Real,
         X: MeasurementModel<Pose: Pose<Scalar = T>>,
@@ -33,13 +32,13 @@ impl Gated {
     ) -> Self {
         let sensor = models.sensor();
         let frame = sensor.frame(&memory.header.pose);
-        let mut gated = Self { measurements: 0, landmarks: 0, movers: 0 };
+        let mut gated = Self { measurements: 0, pairs: 0 };
         let rest = || measurements.iter().enumerate().skip(first);
         for (index, landmark) in memory.landmarks.iter().enumerate().take(memory.header.len) {
             if !landmark.may_be_cause() {
                 continue;
             }
-            let Some(predicted) = Predicted::of(sensor, &frame, &landmark.mean) else { continue };
+            let Some(predicted) = Predicted::of_corrected(sensor, &frame, memory.header, landmark) else { continue };
             let blocks = memory.joint.blocks(index);
             let of_state = X::Measurement::with(|k| predicted.along(k).covariance(&blocks).get(0, 0));
             let greatest = |noise: &Symmetric<X::Measurement>| {
@@ -51,9 +50,7 @@ impl Gated {
                 Some(own) => is_within(sensor, z, expected, &greatest(&own.covariance)),
                 None => is_within(sensor, z, expected, &usual),
             };
-            if gated.mark(rest(), is_within) {
-                gated.landmarks |= bit(index);
-            }
+            gated.mark(index, rest(), is_within);
         }
         let process_noise = movers.common().map_or(Symmetric::ZERO, |(common, _)| common.process_noise);
         for (index, mover) in movers.kept().iter().enumerate() {
@@ -71,42 +68,41 @@ impl Gated {
                 process_noise: &process_noise,
             };
             let greatest = X::Measurement::with(|k| greatest_square(along.variance(k), gate));
-            if gated.mark(rest(), |z| is_within(sensor, z, &predicted.measurement, &greatest)) {
-                gated.movers |= bit(index);
-                gated.landmarks |= mover.static_index().map_or(0, |index| bit(usize::from(index)));
-            }
+            // A landmark and its track are one cause.
+            let index = mover.static_index().map_or(index, usize::from);
+            gated.mark(index, rest(), |z| is_within(sensor, z, &predicted.measurement, &greatest));
         }
         gated
     }
 
-    /// Adds the measurements within a gate. Returns whether there is one.
+    /// Adds the measurements in the gate of the landmark, or of the track without one, that has this index.
     #[inline(always)]
-    fn mark<'m, Y: 'm>(&mut self, rest: impl Iterator<Item = (usize, &'m Y)>, is_within: impl Fn(&Y) -> bool) -> bool {
-        let mut any = false;
-        for (index, z) in rest {
+    fn mark<'m, Y: 'm>(
+        &mut self,
+        feature: usize,
+        rest: impl Iterator<Item = (usize, &'m Y)>,
+        is_within: impl Fn(&Y) -> bool,
+    ) {
+        for (measurement, z) in rest {
             if is_within(z) {
-                self.measurements |= bit(index);
-                any = true;
+                self.measurements |= 1 << (measurement % 32);
+                self.pairs |= pair(feature, measurement);
             }
         }
-        any
     }
 
-    pub(super) fn has_measurement(&self, index: usize) -> bool {
-        self.measurements & bit(index) != 0
+    pub(super) fn has(&self, measurement: usize) -> bool {
+        self.measurements & (1 << (measurement % 32)) != 0
     }
 
-    pub(super) fn has_landmark(&self, index: usize) -> bool {
-        self.landmarks & bit(index) != 0
-    }
-
-    pub(super) fn has_mover(&self, index: usize) -> bool {
-        self.movers & bit(index) != 0
+    pub(super) fn has_pair(&self, feature: usize, measurement: usize) -> bool {
+        self.pairs & pair(feature, measurement) != 0
     }
 }
 
-fn bit(index: usize) -> u32 {
-    1 << (index % 32)
+/// The bit of a pair. That of one feature's neighbour is far from its own, so that few of those in a gate share one.
+fn pair(feature: usize, measurement: usize) -> u64 {
+    1 << (feature.wrapping_mul(13).wrapping_add(measurement) % 64)
 }
 
 /// Whether the squared innovation is at most the greatest one along every coordinate.

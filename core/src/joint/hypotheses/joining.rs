@@ -32,7 +32,8 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: M
         children: &mut Children<T>,
     ) -> usize {
         let mut joined = 0;
-        if children.all().len() == 1 {
+        // Without a cause no pose changes.
+        if children.all().len() == 1 || children.all().iter().all(|(child, _)| child.cause == Cause::NEW) {
             return joined;
         }
         let mut kept: [Option<PoseEstimate<M::Pose>>; MOST] = [None; MOST];
@@ -67,15 +68,14 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Mover
         measurement: &[X::Measurement],
     ) -> PoseEstimate<M::Pose> {
         let Self { config, memory, .. } = self;
-        let before = PoseEstimate { mean: memory.header.pose, covariance: memory.estimate().pose_covariance() };
         if !cause.corrects() {
-            return before;
+            return memory.pose_after(None);
         }
         cause.associate(memory);
         let (index, mut tally) = (usize::from(cause.landmark), Tally::NOTHING);
         let correction =
             correction(models.sensor(), memory, index, measurement, true, config.gate, &mut tally, &Serial);
-        correction.map_or(before, |correction| memory.pose_after(&correction))
+        memory.pose_after(correction.as_ref())
     }
 }
 
