@@ -21,7 +21,7 @@ pub struct HypothesesConfig<T> {
 impl<T: Real> Default for HypothesesConfig<T> {
     fn default() -> Self {
         let real = T::from_f64;
-        Self { most: 8, joined_sigmas: real(0.25), least_ratio: real(1e-4), least_share: real(1e-4) }
+        Self { most: 8, joined_sigmas: real(0.25), least_ratio: real(1e-3), least_share: real(1e-4) }
     }
 }
 
