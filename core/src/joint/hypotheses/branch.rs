@@ -106,7 +106,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Mover
     JointSlam<'_, M, Z, super::super::archive::NoArchive, V>
 {
     /// Corrects pose and landmarks with one measurement of known cause.
-    fn correct_by<X: MeasurementModel<Pose = M::Pose>>(
+    pub(super) fn correct_by<X: MeasurementModel<Pose = M::Pose>>(
         &mut self,
         cause: Cause<T>,
         models: &OnVehicle<'_, X>,

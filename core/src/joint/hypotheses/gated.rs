@@ -16,6 +16,10 @@ pub(super) struct Gated {
 }
 
 impl Gated {
+    /// Everything is in a gate.
+    #[cfg(test)]
+    pub(super) const ALL: Self = Self { measurements: u32::MAX, pairs: u64::MAX };
+
     /// Those of the measurements from index `first` on. A measurement counts as in a gate if it is along every coordinate.
     pub(super) fn of<
         T: Real,

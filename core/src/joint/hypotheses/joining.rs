@@ -60,8 +60,8 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: M
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V: Movers<M::Pose>>
     JointSlam<'_, M, Z, NoArchive, V>
 {
-    /// Pose and covariance after [`correct_by`](Self::correct_by), at a fraction of its cost. Nothing is changed.
-    fn pose_after<X: MeasurementModel<Pose = M::Pose>>(
+    /// Pose and covariance after [`correct_by`](Self::correct_by), at a fraction of its cost. The state is unchanged.
+    pub(super) fn pose_after<X: MeasurementModel<Pose = M::Pose>>(
         &mut self,
         cause: Cause<T>,
         models: &OnVehicle<'_, X>,

@@ -4,9 +4,10 @@
 //! With several hypotheses each likely cause is a hypothesis, and later scans decide between them.
 //!
 //! A [`scan`](MultiHypothesisSlam::scan) processes its measurements one after the other. Each hypothesis has a child for
-//! every likely cause of the measurement: an old landmark, or clutter or a new landmark ([`causes`]). The likeliest
-//! children are kept and corrected ([`branch`]); children with practically the same pose are joined ([`joining`]). At the
-//! end of the scan unlikely hypotheses are dropped ([`pruning`]).
+//! every likely cause of the measurement: an old landmark, or clutter or a new landmark ([`causes`]). Most
+//! measurements are in no gate, which is found for all at once ([`gated`]). The likeliest children are kept; those that would have
+//! practically the same pose are joined ([`joining`]); the others are copied and corrected ([`branch`]). At the end of the scan
+//! unlikely hypotheses are dropped ([`pruning`]).
 //!
 //! The memory of a hypothesis is its *place*: number 0 is the state of the filter, which has the likeliest hypothesis
 //! between scans; the others are [`slot`]s.

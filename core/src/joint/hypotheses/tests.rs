@@ -1,6 +1,9 @@
 //! Several hypotheses: against closed forms, against one, and where they must not break.
 
+use super::super::report::Tally;
 use super::super::state::Header;
+use super::causes::{Cause, causes_of, start};
+use super::gated::Gated;
 use super::slot::Weight;
 use crate::tests::linear::{Drift, Everywhere, Offset, linear_sensing};
 use crate::*;
@@ -200,6 +203,63 @@ fn localisation_weighs_the_hypotheses_as_a_scan_does() {
     assert!(report.share > 0.9 && report.share == slam.share(), "{report:?}");
     assert!((slam.likeliest().estimate_pose().unwrap().mean.x_m - 3.0).abs() < 0.3);
     assert!(labels(&slam) == [0, 1, 2] && slam.audit().is_ok());
+}
+
+/// Two estimates of the pose agree but for rounding errors.
+fn agree(one: &PoseEstimate<Pose32>, other: &PoseEstimate<Pose32>) {
+    let off = one.mean.difference(&other.mean);
+    let sigma = |k| one.covariance.get(k, k).max(1e-12).sqrt();
+    for row in 0..3 {
+        assert!(off[row].abs() <= 1e-4 * sigma(row), "{one:?} {other:?}");
+        for column in 0..3 {
+            let off = one.covariance.get(row, column) - other.covariance.get(row, column);
+            assert!(off.abs() <= 1e-4 * sigma(row) * sigma(column), "{one:?} {other:?}");
+        }
+    }
+}
+
+/// What is computed before a measurement is used must be what its use gives: the pose after a correction, by which children are
+/// joined, and that a measurement in no gate has no cause.
+#[test]
+fn what_is_foreseen_comes_true() {
+    let (mut causes, mut without) = (0, 0);
+    for seed in 0..4 {
+        let mut room = Room::new();
+        let mut slam = room.several(8);
+        slam.reset(PlanarPose::ZERO).unwrap();
+        let (mut world, eyes) = (World::new(seed), eyes());
+        let models = eyes.on_vehicle();
+        for _ in 0..120 {
+            step(&mut slam, &mut world);
+            let (control, scan) = world.next();
+            slam.predict(&control, 0.2).unwrap();
+            let before = saved(&slam);
+            let JointSlam { config, memory, movers, .. } = &mut slam.slam;
+            start(&models, config.occlusion_factor, memory, movers, &scan);
+            for (index, z) in scan.iter().enumerate() {
+                let JointSlam { config, memory, movers, .. } = &slam.slam;
+                let gated = Gated::of(&models, config.gate, memory, movers, &scan, index);
+                let [found, all] = [gated, Gated::ALL]
+                    .map(|gated| causes_of(&models, config, memory, movers, &gated, index, z).all().to_vec());
+                assert_eq!(found, all);
+                assert!(gated.has(index) || all.is_empty());
+                without += usize::from(!gated.has(index));
+                let Some(&(cause, _)) = all.first() else { continue };
+                let measurement = &scan[index..=index];
+                let foreseen = slam.slam.pose_after(cause, &models, measurement);
+                cause.store(index, &mut slam.slam.memory, &mut slam.slam.movers);
+                let mut tally = Tally::NOTHING;
+                slam.slam.correct_by(cause, &models, measurement, &mut tally);
+                agree(&slam.slam.pose_after(Cause::NEW, &models, measurement), &foreseen);
+                causes += 1;
+            }
+            let foreseen = slam.slam.pose_after(Cause::NEW, &models, &[]);
+            slam.slam.memory.reset_error_frame(&Serial);
+            agree(&slam.slam.estimate_pose().unwrap(), &foreseen);
+            slam.restore(7, from_slice(&before)).unwrap();
+        }
+    }
+    assert!(causes > 500 && without > 20, "{causes} {without}");
 }
 
 #[test]
