@@ -147,6 +147,8 @@ pub mod storage {
     pub use crate::particles::candidate::Candidate;
     #[doc(hidden)]
     pub use crate::particles::candidate::{PART, PartSums};
+    #[doc(hidden)]
+    pub use crate::particles::propose::Family;
 }
 
 // Names that the files of the library import from the root of the crate.

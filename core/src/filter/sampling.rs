@@ -1,9 +1,10 @@
 //! A prediction whose candidates are sampled one by one, by any number of threads.
 
 use crate::filter::state::Memory;
-use crate::particles::predict::{child_of, sample};
+use crate::particles::predict::{child_of, grow, sample};
 use crate::particles::short::short_beyond;
-use crate::{Candidate, Motion, Noise, Pose, PredictError, Proposal, Real, ScPhd};
+use crate::{Candidate, CovarianceOf, Motion, Noise, Pose, PredictError, Proposal, Real, ScPhd};
+use core::mem::take;
 
 /// The data of a prediction that is in progress. Until it is [returned](ScPhd::end_predict) the filter has no candidates.
 #[derive(Debug)]
@@ -14,6 +15,8 @@ pub struct Samples<'s, P: Pose> {
     pub in_use: usize,
     /// The particles.
     pub selected: &'s mut [Candidate<P>],
+    /// The covariance of every particle's pose.
+    pub pose_covariances: &'s mut [CovarianceOf<P>],
     /// Whether each candidate must first be made a [child](ScPhd::child_of) of its particle.
     pub splits: bool,
     /// The random stream at the numbers of the first candidate.
@@ -21,20 +24,21 @@ pub struct Samples<'s, P: Pose> {
 }
 
 impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
-    /// [`predict`](Self::predict) without the sampling, which the caller does; `None` if there is nothing to sample. Since the last
-    /// scan, only predictions may have changed the particles.
+    /// [`predict`](Self::predict) without the [sampling](Self::sample) or, for an informed proposal, the motion of the
+    /// [particles](Self::grow), which the caller does; `None` if there is no motion. Since the last scan, only predictions may have
+    /// changed the particles.
     ///
     /// # Errors
     /// As for `predict`.
     #[doc(hidden)]
     pub fn begin_predict(&mut self, control: &M::Control, dt: T) -> Result<Option<Samples<'s, M::Pose>>, PredictError> {
-        if !(self.config.proposal == Proposal::Blind && dt > T::ZERO) {
-            return self.predict(control, dt).map(|_| None);
-        }
         self.check_prediction(control, dt)?;
-        let Memory { cursor, candidates, selected, .. } = &mut self.memory;
+        let Memory { cursor, candidates, selected, pose_covariances, .. } = &mut self.memory;
         let Some(noise) = cursor.noise.clone() else { return Err(PredictError::NotStarted) };
-        let splits = !cursor.predicted;
+        if !(dt > T::ZERO) {
+            return Ok(None);
+        }
+        let splits = self.config.proposal == Proposal::Blind && !cursor.predicted;
         if splits {
             // After a scan the particles are also in `selected`.
             if cursor.weighed == 0 {
@@ -42,11 +46,11 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
                 selected.iter_mut().zip(particles).for_each(|(slot, particle)| *slot = *particle);
             }
             cursor.children = self.config.samples;
-            cursor.predicted = true;
         }
+        cursor.predicted = true;
         cursor.wait(dt);
-        let (candidates, selected) = (core::mem::take(candidates), core::mem::take(selected));
-        Ok(Some(Samples { in_use: cursor.candidates(), candidates, selected, splits, noise }))
+        let (candidates, selected, pose_covariances) = (take(candidates), take(selected), take(pose_covariances));
+        Ok(Some(Samples { in_use: cursor.candidates(), candidates, selected, pose_covariances, splits, noise }))
     }
 
     /// One of the candidates that a particle is split into (5.13).
@@ -61,11 +65,24 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         sample(&self.motion, candidate, control, dt, short_beyond(&self.motion, control, dt), noise);
     }
 
+    /// Moves one particle without noise and increases the covariance of its pose, for an informed proposal.
+    #[doc(hidden)]
+    pub fn grow(
+        &self,
+        particle: &mut Candidate<M::Pose>,
+        pose_covariance: &mut CovarianceOf<M::Pose>,
+        control: &M::Control,
+        dt: T,
+    ) {
+        grow(&self.motion, particle, pose_covariance, control, dt, short_beyond(&self.motion, control, dt));
+    }
+
     /// Takes the candidates back, with the random stream behind the numbers of the last one.
     #[doc(hidden)]
     pub fn end_predict(&mut self, samples: Samples<'s, M::Pose>) {
         self.memory.candidates = samples.candidates;
         self.memory.selected = samples.selected;
+        self.memory.pose_covariances = samples.pose_covariances;
         self.memory.cursor.noise = Some(samples.noise);
     }
 }

@@ -18,7 +18,7 @@ use crate::filter::update::Update;
 use crate::filter::waiting::enter::enter;
 use crate::map::Page;
 use crate::models::OnVehicle;
-use crate::particles::candidate::{effective_number, reweigh};
+use crate::particles::candidate::{Candidate, effective_number, reweigh};
 use crate::particles::select::{Selection, Weighed, select};
 use crate::{
     Clutter, Config, Detector, Dynamic, Executor, LnSum, MeasurementModel, Noise, Place, Pose, PositionOf, Probe, Real,
@@ -36,7 +36,7 @@ pub struct Scanning<'a, 's, X: MeasurementModel> {
     /// Counts of the births that the last scan had delayed.
     pub(crate) delayed_births: Tally<ScalarOf<X::Pose>>,
     /// Number of particles whose proposal had too little working memory.
-    crowded: usize,
+    pub(crate) crowded: usize,
     pub(crate) layout: ParticleLayout,
     pub(crate) weighing: Weighing<ScalarOf<X::Pose>>,
     pub(crate) selection: Selection,
@@ -154,11 +154,11 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         self.layout.single_candidate
     }
 
-    /// Adds ln of the likelihood of the scan for a candidate, given its predicted map (4.52), to its ln L. Returns |V|.
-    pub fn weigh(&self, candidate: usize, ln_likelihood: &mut T, eta: &mut [LnSum<T>]) -> usize {
-        let Memory { candidates, static_maps, moving_maps, waiting, .. } = &*self.memory;
-        let parent = self.layout.parent_of(candidate);
-        let Some(candidate) = candidates.get(candidate) else { return 0 };
+    /// Adds ln of the likelihood of the scan for the candidate with this index, given its predicted map (4.52), to its ln L. Returns
+    /// |V|.
+    pub fn weigh(&self, index: usize, candidate: &Candidate<P>, ln_likelihood: &mut T, eta: &mut [LnSum<T>]) -> usize {
+        let Memory { static_maps, moving_maps, waiting, .. } = &*self.memory;
+        let parent = self.layout.parent_of(index);
         let missed = waiting.missed.get(parent).copied().unwrap_or(T::ZERO);
         let view = View { missed, ..self.context.views().from(&candidate.pose) };
         let weighed = weigh(&view, parent, (static_maps, moving_maps), &self.context.scan, eta);
@@ -173,8 +173,9 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         let of_candidates = ln_likelihoods.get_mut(..in_question).unwrap_or(&mut []);
         most_in_view.fill(0);
         executor.run(shares(of_candidates, eta, most_in_view), |share| {
-            let each = share.ln_likelihoods.iter_mut().enumerate();
-            let in_view = each.map(|(offset, ln_l)| self.weigh(share.first + offset, ln_l, share.eta)).max();
+            let candidates = self.memory.candidates.get(share.first..).unwrap_or(&[]);
+            let each = (share.first..).zip(candidates.iter().zip(share.ln_likelihoods));
+            let in_view = each.map(|(index, (candidate, ln_l))| self.weigh(index, candidate, ln_l, share.eta)).max();
             *share.most_in_view = in_view.unwrap_or(0).min(usize::from(u16::MAX)) as u16;
         });
         let in_view = most_in_view.iter().copied().max().map_or(0, usize::from);

@@ -8,7 +8,8 @@ use crate::particles::cursor::Cursor;
 use crate::particles::propose::Proposer;
 use crate::particles::select::Selection;
 use crate::{
-    Config, Health, LnSum, MeasurementModel, Noise, Pose, Proposal, Real, ScalarOf, ScanReport, Symmetric, Vector,
+    Config, Health, Informed, LnSum, MeasurementModel, Noise, Pose, Proposal, Real, ScalarOf, ScanReport, Symmetric,
+    Vector,
 };
 
 /// Numbers of particles and candidates of a scan.
@@ -59,13 +60,24 @@ pub(crate) fn propose<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P
     let Memory { cursor, pose_covariances, candidates, ln_likelihoods, static_maps, moving_maps, .. } = memory;
     let most = cursor.particles.saturating_mul(config.samples.max(cursor.children));
     ln_likelihoods.iter_mut().take(most).for_each(|ln_correction| *ln_correction = T::ZERO);
+    let Some(informed) = informed(config, cursor.predicted) else { return 0 };
+    let proposer = Proposer {
+        informed,
+        ln_floor: config.prune_weight.ln(),
+        views,
+        of_static: (&static_maps.table, &static_maps.pool),
+        of_moving: (&moving_maps.table, &moving_maps.pool),
+        scan,
+    };
+    let scratch = (&mut static_maps.workspace, &mut moving_maps.workspace, eta);
+    proposer.all(scratch, config.samples, cursor, (candidates, ln_likelihoods), pose_covariances, noise)
+}
+
+/// The informed proposal, if it samples candidates at a scan, which follows predictions or not.
+pub(crate) fn informed<T: Real>(config: &Config<T>, predicted: bool) -> Option<Informed<T>> {
     match config.proposal {
-        Proposal::Informed(informed) if cursor.predicted || informed.sampled_fraction < T::ONE => {
-            let ln_floor = config.prune_weight.ln();
-            let proposer = Proposer { informed, ln_floor, views, static_maps, moving_maps, scan, eta };
-            proposer.all(config.samples, cursor, candidates, pose_covariances, ln_likelihoods, noise)
-        }
-        _ => 0,
+        Proposal::Informed(informed) if predicted || informed.sampled_fraction < T::ONE => Some(informed),
+        _ => None,
     }
 }
 

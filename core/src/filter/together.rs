@@ -3,19 +3,22 @@
 //! Each thread writes its own elements of the [lent](Scanning::lend_particles) arrays, and reads the others. All sums have the
 //! order of [`ScPhd::scan`](crate::ScPhd::scan), so that the results have the same bits.
 
+use crate::filter::context::ScanContext;
 use crate::filter::draft::{Draft, Renaming};
 use crate::filter::scanning::Scanning;
-use crate::filter::stages::Weighing;
+use crate::filter::stages::{ParticleLayout, Weighing, informed};
 use crate::filter::state::Memory;
 use crate::filter::task::Task;
 use crate::map::{Lists, Row};
 use crate::numerics::ln_sum::ln_sum;
 use crate::numerics::work;
 use crate::particles::candidate::{Candidate, PartSums, ln_products, ln_rest, multiply, sum_up};
+use crate::particles::predict::child_of;
+use crate::particles::propose::{Family, Proposer};
 use crate::particles::resample::{one_child, position};
 use crate::{
     CovarianceOf, Dynamic, LnSum, MeasurementModel, Noise, Page, PageId, Place, Pose, PositionOf, Real, ScalarOf,
-    Static,
+    Static, Vector,
 };
 
 /// The arrays of all candidates and particles.
@@ -47,7 +50,7 @@ pub const TERMS: usize = 8;
 pub const COUNTS: usize = 6;
 
 impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> Scanning<'a, 's, X> {
-    /// Hands over the arrays of candidates and particles, without the ln L if they are [lent](Self::lend_ln_likelihoods) already.
+    /// Hands over the arrays of candidates and particles.
     pub fn lend_particles(&mut self) -> Lent<'s, P> {
         use core::mem::take;
         let memory = &mut *self.memory;
@@ -77,10 +80,52 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         [self.layout.particles, self.layout.children]
     }
 
-    /// ln Σ ζ L over a range of candidates that begins at `first`, with these ln L.
+    /// Begins the informed proposal, whose candidates [`propose_one`](Self::propose_one) samples. Returns how many random numbers those
+    /// of a particle take; 0 if there is no such proposal.
+    pub fn begin_proposal(&mut self) -> usize {
+        let config = self.context.config;
+        if informed(config, self.memory.cursor.predicted).is_none() {
+            return 0;
+        }
+        self.memory.cursor.children = config.samples;
+        self.layout = ParticleLayout::of(config, self.memory.cursor);
+        config.samples * P::Tangent::DIMENSION
+    }
+
+    /// Samples the candidates of one particle, and sets the term of each ln L that corrects for the proposal density, which is zero
+    /// before. `noise` is the random stream at their numbers. Returns whether the draft's memory was too small.
+    pub fn propose_one(
+        &self,
+        particle: &Candidate<P>,
+        family: Family<'_, P>,
+        draft: &mut Draft<'_, PositionOf<P>>,
+        eta: &mut [LnSum<T>],
+        noise: &mut Noise,
+    ) -> bool {
+        let ScanContext { config, scan, .. } = &self.context;
+        let Memory { cursor, static_maps, moving_maps, .. } = &*self.memory;
+        let Some(informed) = informed(config, cursor.predicted) else { return false };
+        family.candidates.fill(child_of(particle, T::from_usize(config.samples).ln()));
+        let proposer = Proposer {
+            informed,
+            ln_floor: config.prune_weight.ln(),
+            views: &self.context.views(),
+            of_static: (&static_maps.table, &static_maps.pool),
+            of_moving: (&moving_maps.table, &moving_maps.pool),
+            scan,
+        };
+        proposer.one(family, (&mut draft.of_static.workspace, &mut draft.of_moving.workspace, eta), noise)
+    }
+
+    /// Stores the number of particles whose proposal had too little memory.
+    pub fn proposed(&mut self, crowded: usize) {
+        self.crowded = crowded;
+    }
+
+    /// ln Σ ζ L over a range of candidates with these ln L.
     #[must_use]
-    pub fn ln_products(&self, first: usize, ln_likelihoods: &[T]) -> T {
-        ln_products(self.memory.candidates.get(first..).unwrap_or(&[]), ln_likelihoods)
+    pub fn ln_products(&self, candidates: &[Candidate<P>], ln_likelihoods: &[T]) -> T {
+        ln_products(candidates, ln_likelihoods)
     }
 
     /// Stores the evidence, the sum over all parts (5.23), and the greatest |V| of all candidates.

@@ -85,26 +85,40 @@ pub(crate) fn predict_gaussians<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
         let short_beyond = short_beyond(motion, control, dt);
         for (particle, pose_covariance) in particles.iter_mut().zip(pose_covariances.iter_mut()).take(cursor.particles)
         {
-            let Candidate { pose, remainder, .. } = particle;
-            let mut left = *remainder;
-            let (moved, Linearised { transition, noise }) = if is_short(pose, short_beyond) {
-                propagated(motion, pose, &mut left, control, dt)
-            } else {
-                (motion.propagate(pose, control, dt), motion.linearise(pose, control, dt))
-            };
-            let grown = pose_covariance.congruence::<TangentOf<M::Pose>>(&transition).plus(&noise);
-            if is_within_range(&moved.coordinates()) && is_within_square(&grown) {
-                *pose = moved;
-                *remainder = left;
-                *pose_covariance = grown;
-            } else {
-                rejected += 1;
-            }
+            rejected += usize::from(!grow(motion, particle, pose_covariance, control, dt, short_beyond));
         }
         cursor.predicted = true;
         cursor.wait(dt);
     }
     Ok(report(cursor, rejected))
+}
+
+/// Moves one particle without noise and increases the covariance of its pose; `false`, without a change, if one of them would leave
+/// the range.
+#[inline]
+pub(crate) fn grow<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
+    motion: &M,
+    particle: &mut Candidate<M::Pose>,
+    pose_covariance: &mut CovarianceOf<M::Pose>,
+    control: &M::Control,
+    dt: T,
+    short_beyond: T,
+) -> bool {
+    let Candidate { pose, remainder, .. } = particle;
+    let mut left = *remainder;
+    let (moved, Linearised { transition, noise }) = if is_short(pose, short_beyond) {
+        propagated(motion, pose, &mut left, control, dt)
+    } else {
+        (motion.propagate(pose, control, dt), motion.linearise(pose, control, dt))
+    };
+    let grown = pose_covariance.congruence::<TangentOf<M::Pose>>(&transition).plus(&noise);
+    let stays_in_range = is_within_range(&moved.coordinates()) && is_within_square(&grown);
+    if stays_in_range {
+        *pose = moved;
+        *remainder = left;
+        *pose_covariance = grown;
+    }
+    stays_in_range
 }
 
 fn report<T: Real>(cursor: &Cursor<T>, rejected: usize) -> PredictReport {

@@ -7,20 +7,19 @@
 //! resulting Gaussian, with importance weights prior over proposal, so that they represent the same density as samples of the blind
 //! proposal.
 
-use crate::detection::maps::{DynamicMaps, StaticMaps};
 use crate::detection::scan::Scan;
 use crate::detection::seen::reset_eta;
 use crate::detection::view::{ExpectationOf, View, Views};
 use crate::map::workspace::{Entry, Origin, Workspace};
-use crate::map::{Maps, on_pages_within};
+use crate::map::{MapTable, Pool, on_pages_within};
 use crate::numerics::range::{is_within_range, is_within_square};
 use crate::numerics::vector::{applied, product, transposed};
 use crate::particles::candidate::Candidate;
 use crate::particles::cursor::Cursor;
 use crate::particles::predict::split;
 use crate::{
-    Bounds, Component, CovarianceOf, Factor, Feature, Informed, Linear, LnSum, MeasurementModel, Noise, Pose, Real,
-    ScalarOf, Sensor, Symmetric, TangentOf, Vector, Zero,
+    Bounds, Component, CovarianceOf, Dynamic, Factor, Feature, Informed, Linear, LnSum, MeasurementModel, MovingOf,
+    Noise, Pose, PositionOf, Real, ScalarOf, Sensor, Static, Symmetric, TangentOf, Vector, Zero,
 };
 
 /// The Gaussian of one particle's ξ: N(ξ̂, Λ⁻¹).
@@ -55,6 +54,26 @@ fn identity<T: Real, K: Vector<Scalar = T>>() -> Symmetric<K> {
     Symmetric::from_fn(|row, column| if row == column { T::ONE } else { T::ZERO })
 }
 
+/// A particle with its candidates.
+#[derive(Debug)]
+pub struct Family<'f, P: Pose> {
+    /// Its index.
+    pub particle: usize,
+    /// The candidates, which are copies of the particle before they are sampled.
+    pub candidates: &'f mut [Candidate<P>],
+    /// The terms of their ln L that correct for the proposal density.
+    pub ln_corrections: &'f mut [ScalarOf<P>],
+    /// The covariance of the particle's pose.
+    pub pose_covariance: &'f mut CovarianceOf<P>,
+}
+
+/// Working memory for one particle: for its components near measurements, and for η.
+pub(crate) type Scratch<'a, 'w, P> =
+    (&'a mut Workspace<'w, PositionOf<P>>, &'a mut Workspace<'w, MovingOf<P>>, &'a mut [LnSum<ScalarOf<P>>]);
+
+/// The maps of one kind of features.
+type MapsOf<'a, 's, F> = (&'a MapTable<'s, <F as Feature>::Position>, &'a Pool<'s, F>);
+
 /// The data that the proposal needs besides the particles.
 pub(crate) struct Proposer<'a, 's, 'v, X: MeasurementModel> {
     pub(crate) informed: Informed<ScalarOf<X::Pose>>,
@@ -62,81 +81,93 @@ pub(crate) struct Proposer<'a, 's, 'v, X: MeasurementModel> {
     pub(crate) ln_floor: ScalarOf<X::Pose>,
     /// Data for views from any pose.
     pub(crate) views: &'a Views<'v, X>,
-    pub(crate) static_maps: &'a mut StaticMaps<'s, X::Pose>,
-    pub(crate) moving_maps: &'a mut DynamicMaps<'s, X::Pose>,
+    pub(crate) of_static: MapsOf<'a, 's, Static<PositionOf<X::Pose>>>,
+    pub(crate) of_moving: MapsOf<'a, 's, Dynamic<PositionOf<X::Pose>>>,
     pub(crate) scan: &'a Scan<'a, X::Measurement>,
-    pub(crate) eta: &'a mut [LnSum<ScalarOf<X::Pose>>],
 }
 
 impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '_, '_, X> {
-    /// Replaces every particle by `samples` candidates, and sets ln p(ξ) − ln q(ξ) for each, the term of its weight that corrects
-    /// for the proposal density. The covariances keep the part that is not sampled. Returns the number of particles with more
-    /// components near measurements than the workspaces hold: then only the heaviest components are used, and of equal ones the
-    /// first.
+    /// Replaces every particle by `samples` candidates, [one](Self::one) after the other. Returns the number of particles for which
+    /// the workspaces were too small.
     pub(crate) fn all(
-        mut self,
+        &self,
+        (static_workspace, moving_workspace, eta): Scratch<'_, '_, P>,
         samples: usize,
         cursor: &mut Cursor<T>,
-        candidates: &mut [Candidate<P>],
+        (candidates, ln_corrections): (&mut [Candidate<P>], &mut [T]),
         pose_covariances: &mut [Symmetric<P::Tangent>],
-        ln_corrections: &mut [T],
         noise: &mut Noise,
     ) -> usize {
         split(candidates, cursor.particles, samples);
         cursor.children = samples;
         let mut crowded = 0;
         let families = candidates.chunks_mut(samples.max(1)).zip(ln_corrections.chunks_mut(samples.max(1)));
-        for (particle, ((family, ln_corrections), pose_covariance)) in
+        for (particle, ((candidates, ln_corrections), pose_covariance)) in
             families.zip(pose_covariances).take(cursor.particles).enumerate()
         {
-            let Some(parent) = family.first().map(|candidate| candidate.pose) else { continue };
-            let root = pose_covariance.root();
-            let posterior = self.posterior(particle, &parent, &root);
-            crowded += usize::from(self.static_maps.workspace.is_short() || self.moving_maps.workspace.is_short());
-            let Some(posterior) = posterior else { continue };
-            let left =
-                posterior.covariance.congruence::<P::Tangent>(&root).scaled(T::ONE - self.informed.sampled_fraction);
-            // Rounding may have made the posterior covariance invalid. Then the particle keeps its prior, whose covariance the
-            // next predictions increase.
-            if !is_within_square(&left) {
-                continue;
-            }
-            let half = T::from_f64(0.5);
-            let ln_scale = half * posterior.information.ln_determinant();
-            let share = self.informed.sampled_fraction.sqrt();
-            for (candidate, ln_correction) in family.iter_mut().zip(ln_corrections) {
-                let drawn = P::Tangent::with(|_| share * noise.normal());
-                let xi = posterior.mean + posterior.information.spread_inverse(&drawn);
-                let pose = parent.displaced(&applied::<P::Tangent, P::Tangent>(&root, &xi));
-                if is_within_range(&pose.coordinates()) {
-                    candidate.pose = pose;
-                    *ln_correction = half * (drawn.dot(&drawn) - xi.dot(&xi)) - ln_scale;
-                }
-            }
-            *pose_covariance = left;
+            let family = Family { particle, candidates, ln_corrections, pose_covariance };
+            let scratch = (&mut *static_workspace, &mut *moving_workspace, &mut *eta);
+            crowded += usize::from(self.one(family, scratch, noise));
         }
+        crowded
+    }
+
+    /// Samples the candidates of a particle, and sets ln p(ξ) − ln q(ξ) for each, the term of its weight that corrects for the
+    /// proposal density. The covariance keeps the part that is not sampled. Returns whether there are more components near
+    /// measurements than the workspaces hold: then only the heaviest components are used, and of equal ones the first.
+    pub(crate) fn one(&self, family: Family<'_, P>, mut scratch: Scratch<'_, '_, P>, noise: &mut Noise) -> bool {
+        let Family { particle, candidates, ln_corrections, pose_covariance } = family;
+        let Some(parent) = candidates.first().map(|candidate| candidate.pose) else { return false };
+        let root = pose_covariance.root();
+        let posterior = self.posterior(particle, &parent, &root, &mut scratch);
+        let crowded = scratch.0.is_short() || scratch.1.is_short();
+        let left = posterior.as_ref().map(|posterior| {
+            posterior.covariance.congruence::<P::Tangent>(&root).scaled(T::ONE - self.informed.sampled_fraction)
+        });
+        // Rounding may have made the posterior covariance invalid. Then the particle keeps its prior, whose covariance the next
+        // predictions increase. Each particle has its place in the random stream.
+        let (Some(posterior), Some(left)) = (posterior, left.filter(is_within_square)) else {
+            noise.skip(candidates.len() * P::Tangent::DIMENSION);
+            return crowded;
+        };
+        let half = T::from_f64(0.5);
+        let ln_scale = half * posterior.information.ln_determinant();
+        let share = self.informed.sampled_fraction.sqrt();
+        for (candidate, ln_correction) in candidates.iter_mut().zip(ln_corrections) {
+            let drawn = P::Tangent::with(|_| share * noise.normal());
+            let xi = posterior.mean + posterior.information.spread_inverse(&drawn);
+            let pose = parent.displaced(&applied::<P::Tangent, P::Tangent>(&root, &xi));
+            if is_within_range(&pose.coordinates()) {
+                candidate.pose = pose;
+                *ln_correction = half * (drawn.dot(&drawn) - xi.dot(&xi)) - ln_scale;
+            }
+        }
+        *pose_covariance = left;
         crowded
     }
 
     /// The Gaussian of ξ given the scan and the particle's map.
     fn posterior(
-        &mut self,
+        &self,
         particle: usize,
         parent: &P,
         root: &Linear<P::Tangent, P::Tangent>,
+        (static_workspace, moving_workspace, eta): &mut Scratch<'_, '_, P>,
     ) -> Option<Posterior<P::Tangent>> {
-        let Self { informed, ln_floor, views, static_maps, moving_maps, scan, eta } = self;
+        let Self { informed, ln_floor, views, of_static, of_moving, scan } = self;
         let views = Views { ln_negligible: informed.min_responsibility.ln(), ..**views };
         let mut posterior = Posterior::prior()?;
         let mut uncertain = UncertainView { view: views.from(parent), root, covariance: posterior.covariance, scan };
         let bounds = uncertain.view.bounds();
         // The first iteration selects the components: those without an association are not used in later iterations.
         reset_eta(eta, scan);
-        uncertain.gather(static_maps, particle, &bounds, *ln_floor, eta);
-        if static_maps.workspace.in_view().is_empty() {
+        static_workspace.clear(*ln_floor);
+        moving_workspace.clear(*ln_floor);
+        uncertain.gather(*of_static, static_workspace, particle, &bounds, eta);
+        if static_workspace.in_view().is_empty() {
             return Some(posterior);
         }
-        uncertain.gather(moving_maps, particle, &bounds, *ln_floor, eta);
+        uncertain.gather(*of_moving, moving_workspace, particle, &bounds, eta);
         for round in 0..informed.rounds {
             if round > 0 {
                 let xi = applied::<P::Tangent, P::Tangent>(root, &posterior.mean);
@@ -146,10 +177,10 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '
                     ..uncertain
                 };
                 reset_eta(eta, scan);
-                uncertain.claim(&static_maps.workspace, eta);
-                uncertain.claim(&moving_maps.workspace, eta);
+                uncertain.claim(static_workspace, eta);
+                uncertain.claim(moving_workspace, eta);
             }
-            let components = static_maps.workspace.in_view().iter().map(|Entry { component, .. }| component);
+            let components = static_workspace.in_view().iter().map(|Entry { component, .. }| component);
             let steered = uncertain.steered(components, &posterior.mean, informed.min_responsibility, eta)?;
             let moved = steered.mean - posterior.mean;
             posterior = steered;
@@ -202,15 +233,13 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> UncertainView<
     /// Fills the workspace with the components of a map that may explain a measurement, and adds their terms to η_z.
     fn gather<F: Feature<Position = P::Position>>(
         &self,
-        maps: &mut Maps<'_, F>,
+        maps: MapsOf<'_, '_, F>,
+        workspace: &mut Workspace<'_, F::State>,
         particle: usize,
         bounds: &Bounds<P::Position>,
-        ln_floor: T,
         eta: &mut [LnSum<T>],
     ) {
-        let Maps { table, pool, workspace } = maps;
-        workspace.clear(ln_floor);
-        for component in on_pages_within((table, pool), particle, bounds) {
+        for component in on_pages_within(maps, particle, bounds) {
             if self.claims(component, eta) {
                 workspace.push(component, Origin::Missed);
             }

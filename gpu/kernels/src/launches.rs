@@ -45,12 +45,13 @@ impl Places {
 /// Number of threads that write the pages of a draft together, word by word.
 pub(crate) const LANES: usize = 32;
 /// Columns of `f32` with one number for each particle, which are summed in order: the terms of the drafts, the weight, the terms of
-/// the mean pose (x, y, sine and cosine of the heading), and those of its covariance.
+/// the mean pose (x, y, sine and cosine of the heading), those of its covariance, and those of the particles' own covariances.
 pub(crate) const WEIGHT: usize = TERMS;
 pub(crate) const CENTRE: usize = WEIGHT + 1;
 pub(crate) const SPREAD: usize = CENTRE + 4;
+pub(crate) const BLUR: usize = SPREAD + 6;
 /// Number of these columns.
-pub(crate) const COLUMNS: usize = SPREAD + 6;
+pub(crate) const COLUMNS: usize = BLUR + 6;
 
 /// Numbers of parts of the pages of static features, and of those of moving ones.
 pub(crate) fn page_parts(pages: [usize; 2]) -> [usize; 2] {
@@ -72,16 +73,18 @@ macro_rules! launches {
         $then! {
             $($with)*
             {
-                stages::start One; // Starts the filters, and makes a draft over each desk.
+                stages::start One; // Starts the filters.
+                stages::furnish Particles; // Makes a draft over each desk.
             }
             {
                 stages::predict One; // Begins the next prediction before a scan.
-                stages::sample Candidates; // Moves the candidates (5.12).
+                stages::sample Candidates; // Moves the candidates (5.12), or the particles of an informed proposal.
             }
             {
                 stages::open One; // Sorts the measurements.
-                stages::drift Pages; // Predicts the moving features (5.14), and resets the numbers of maps that hold a page.
-                stages::propose One; // Draws the candidates of an informed proposal.
+                stages::drift Pages; // Predicts the moving features (5.14), resets the numbers of maps that hold a page, and copies the particles.
+                stages::line_up One; // Finds the positions of an informed proposal's numbers in the random stream.
+                stages::propose Particles; // Draws the candidates of an informed proposal.
                 stages::weigh Candidates; // Weighs the candidates (4.52).
                 select::products CandidateParts; // Sums ζ L over parts of the candidates.
                 select::evidence One; // Adds these sums up.

@@ -21,6 +21,7 @@ const PAGES: usize = 640;
 const MOVING_PAGES: usize = 448;
 /// Number of pages of a large filter, of static and of moving features each: the greatest that a `u16` can count.
 const LARGE_PAGES: usize = 65_535;
+const _: () = assert!(PAGES >= PARTICLES && LARGE_PAGES >= LARGE_PARTICLES, "a thread for a page copies a particle");
 
 memory! {
     /// The memory of one of many filters, for any vehicle: a state depends only on the pose, which all vehicles in the plane

@@ -142,12 +142,28 @@ impl<M: Particles> Group<'_, M> {
         from_raw_parts_mut(self.parts, things.div_ceil(PART))
     }
 
-    /// The first `count` drafts, for one thread. Safety: `start` has initialised one for each particle.
+    /// The first `count` drafts, for one thread. Safety: `furnish` has initialised one for each particle.
     pub(super) unsafe fn all_drafts<'r>(&self, count: usize) -> &'r mut [DraftOf] {
         from_raw_parts_mut(self.drafts.cast(), count)
     }
 
-    /// The draft at this place, for its thread. Safety: `start` has initialised it.
+    /// Stores the position in the random stream of every [`TOGETHER`]th of `things` elements that take `numbers` random numbers each,
+    /// and moves the stream behind the last. Safety: no other thread runs.
+    pub(super) unsafe fn note_streams(&self, noise: &mut Noise, things: usize, numbers: usize) {
+        for (place, first) in (0..things).step_by(TOGETHER).enumerate() {
+            *self.streams.add(place) = MaybeUninit::new(noise.clone());
+            noise.skip((things - first).min(TOGETHER) * numbers);
+        }
+    }
+
+    /// The random stream at the numbers of the element at this place. Safety: its position was stored.
+    pub(super) unsafe fn stream(&self, place: usize, numbers: usize) -> Noise {
+        let mut noise = (*self.streams.add(place / TOGETHER)).assume_init_ref().clone();
+        noise.skip(place % TOGETHER * numbers);
+        noise
+    }
+
+    /// The draft at this place, for its thread. Safety: `furnish` has initialised it.
     pub(super) unsafe fn draft<'r>(&self, place: usize) -> &'r mut DraftOf {
         (*self.drafts.add(place)).assume_init_mut()
     }

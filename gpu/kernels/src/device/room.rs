@@ -44,15 +44,23 @@ pub(super) struct Room<M> {
     pub(super) in_view: AtomicU32,
 }
 
-/// Number of consecutive candidates for which one position in the random stream is stored.
+/// Number of consecutive candidates or particles for which one position in the random stream is stored.
 pub(super) const TOGETHER: usize = 1024;
+
+/// All candidates and particles, and the covariances of the latter.
+#[derive(Clone, Copy)]
+pub(super) struct Predicted {
+    pub(super) candidates: Many<Candidate<PlanarPose<f32>>>,
+    pub(super) particles: Many<Candidate<PlanarPose<f32>>>,
+    pub(super) covariances: Many<Symmetric<Vector3<f32>>>,
+}
 
 /// The prediction in progress. It starts as zeros.
 pub(super) struct Predicting {
     /// Number of predictions since the last scan, including this one.
     pub(super) taken: u32,
     /// All candidates and particles, while they are lent.
-    pub(super) lent: Option<[Many<Candidate<PlanarPose<f32>>>; 2]>,
+    pub(super) lent: Option<Predicted>,
     pub(super) in_use: usize,
     /// Whether each particle is split into several candidates.
     pub(super) splits: bool,
@@ -165,6 +173,10 @@ pub(super) struct Between {
     pub(super) pages: Many<Page<Static<Vector2<f32>>>>,
     pub(super) moving_pages: Many<Page<Dynamic<Vector2<f32>>>>,
     pub(super) lent: Lending,
+    /// Number of random numbers that the candidates of each particle take in an informed proposal; 0 if the prediction has sampled them.
+    pub(super) numbers: usize,
+    /// Number of particles whose proposal had too little memory.
+    pub(super) short: AtomicU32,
     /// ln of the divisor that all weights still need.
     pub(super) rest: f32,
     /// The uniform random number of the resampling; `None` without resampling.

@@ -2,9 +2,8 @@
 //! up. Lent data is either written by the single thread at its place, or only read.
 
 use super::group::{Group, part, whole};
-use super::room::{Lending, TOGETHER};
+use super::room::Lending;
 use crate::memory::Particles;
-use core::mem::MaybeUninit;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 use core::sync::atomic::Ordering;
 use scphd::storage::{PART, PartSums};
@@ -14,19 +13,18 @@ pub(super) unsafe fn products<M: Particles>(place: usize, group: &Group<'_, M>) 
     let Some(between) = group.between() else { return };
     if let Some(part) = part(place, between.scanning.candidates()) {
         let ln_likelihoods = between.lent.ln_likelihoods.some(part.clone());
-        (*group.parts.add(place)).ln = between.scanning.ln_products(part.start, ln_likelihoods);
+        (*group.parts.add(place)).ln = between.scanning.ln_products(between.lent.candidates.some(part), ln_likelihoods);
     }
 }
 
-/// Computes the evidence, and lends the arrays of candidates and particles. Safety: no other thread runs.
+/// Computes the evidence. Safety: no other thread runs.
 pub(super) unsafe fn evidence<M: Particles>(_place: usize, group: &Group<'_, M>) {
     let Some(between) = group.alone() else { return };
     let in_view = (*group.room).in_view.load(Ordering::Relaxed);
     let scanning = &mut between.scanning;
     let all = group.all_parts(scanning.candidates());
+    scanning.proposed(whole(between.short.load(Ordering::Relaxed)));
     scanning.weigh_up(all.iter().map(|part| part.ln), whole(in_view));
-    let ln_likelihoods = between.lent.ln_likelihoods;
-    between.lent = Lending { ln_likelihoods, ..Lending::of(scanning.lend_particles()) };
 }
 
 /// Safety: only this thread uses the candidates of the part.
@@ -74,11 +72,7 @@ pub(super) unsafe fn decide<M: Particles>(_place: usize, group: &Group<'_, M>) {
     between.uniform = scanning.decide(all.iter().map(|part| part.squares));
     let [particles, children] = scanning.particles();
     if between.uniform.is_none() && children > 1 {
-        let noise = scanning.noise();
-        for (place, first) in (0..particles).step_by(TOGETHER).enumerate() {
-            *group.streams.add(place) = MaybeUninit::new(noise.clone());
-            noise.skip((particles - first).min(TOGETHER));
-        }
+        group.note_streams(scanning.noise(), particles, 1);
     }
 }
 
@@ -96,8 +90,7 @@ pub(super) unsafe fn draw<M: Particles>(place: usize, group: &Group<'_, M>) {
         };
         scanning.draw(place, uniform, candidates, reached, between.last)
     } else {
-        let mut noise = (children > 1).then(|| (*group.streams.add(place / TOGETHER)).assume_init_ref().clone());
-        noise.iter_mut().for_each(|noise| noise.skip(place % TOGETHER));
+        let mut noise = (children > 1).then(|| group.stream(place, 1));
         scanning.draw_own(place, candidates, noise.as_mut())
     };
     let lent = &between.lent;
@@ -136,7 +129,7 @@ pub(super) unsafe fn runs<M: Particles>(place: usize, group: &Group<'_, M>) {
     }
 }
 
-/// Safety: no other thread runs; the arrays that `evidence` has lent are given back.
+/// Safety: no other thread runs; the arrays that `open` has lent are given back.
 pub(super) unsafe fn settle<M: Particles>(_place: usize, group: &Group<'_, M>) {
     let Some(between) = group.alone() else { return };
     let [particles, _] = between.scanning.particles();

@@ -2,8 +2,9 @@
 
 use super::group::{Group, whole};
 use super::room::{Between, Kind, give_pages_back};
+use super::stages::is_informed;
 use crate::buffer::{Feature, ScanResult, Status};
-use crate::launches::{CENTRE, SPREAD, WEIGHT};
+use crate::launches::{BLUR, CENTRE, SPREAD, WEIGHT};
 use crate::memory::{Estimates, Particles};
 use crate::setup::{Filter, Sighted};
 use bytemuck::Zeroable;
@@ -13,7 +14,6 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use nalgebra::{Vector2, Vector4};
 use scphd::models::{PlanarPose, Pose};
 use scphd::numerics::{Symmetric, Vector};
-use scphd::settings::Proposal;
 use scphd::storage::{COUNTS, TERMS};
 use scphd::{Component, Health, PoseEstimate, Real, ScanReport};
 
@@ -25,17 +25,23 @@ fn summed(between: &Between, column: usize) -> f32 {
     f32::from_bits(between.sums.get(column).map_or(0, |sum| sum.load(Ordering::Relaxed)))
 }
 
-/// Sums a column in order. Columns that are not written yet are summed again later. Safety: nothing writes the columns now, and a
+/// Sums a column in order; after the terms of the covariance those of the particles' own covariances. Columns that are not written yet are summed again later. Safety: nothing writes the columns now, and a
 /// column has at least this number of elements.
 pub(super) unsafe fn sum<M: Particles>(place: usize, group: &Group<'_, M>) {
     let Some(between) = group.between() else { return };
     let [particles, _] = between.scanning.particles();
     let count = if place < TERMS { between.drafts } else { particles };
-    let column = from_raw_parts(group.columns.add(place * group.stride), count.min(group.stride));
-    // Several values are read before they are summed.
-    let (some, rest) = column.as_chunks::<32>();
-    let sum = some.iter().fold(0.0, |sum, numbers| numbers.iter().fold(sum, |sum, number| sum + number));
-    let sum: f32 = rest.iter().fold(sum, |sum, number| sum + number);
+    let add = |sum: f32, column: usize| {
+        let column = from_raw_parts(group.columns.add(column * group.stride), count.min(group.stride));
+        // Several values are read before they are summed.
+        let (some, rest) = column.as_chunks::<32>();
+        let sum = some.iter().fold(sum, |sum, numbers| numbers.iter().fold(sum, |sum, number| sum + number));
+        rest.iter().fold(sum, |sum, number| sum + number)
+    };
+    let mut sum = add(0.0, place);
+    if (SPREAD..BLUR).contains(&place) && is_informed((*group.room).filter.assume_init_ref()) {
+        sum = add(sum, place - SPREAD + BLUR);
+    }
     if let Some(slot) = between.sums.get(place) {
         slot.store(sum.to_bits(), Ordering::Relaxed);
     }
@@ -70,6 +76,13 @@ pub(super) unsafe fn spread<M: Particles>(place: usize, group: &Group<'_, M>) {
     for (column, (row, of_row)) in (SPREAD..).zip(TRIANGLE) {
         *group.columns.add(column * group.stride + place) = term.get(row, of_row);
     }
+    if is_informed((*group.room).filter.assume_init_ref())
+        && let Some(covariance) = between.lent.pose_covariances.all().get(place)
+    {
+        for (column, (row, of_row)) in (BLUR..).zip(TRIANGLE) {
+            *group.columns.add(column * group.stride + place) = covariance.get(row, of_row) * weight;
+        }
+    }
 }
 
 /// Safety: no other thread runs; lent data is given back. The state between the launches ends with the scan, before the filter is
@@ -101,8 +114,7 @@ pub(super) unsafe fn close<M: Particles>(_place: usize, group: &Group<'_, M>) {
     let mut outputs = Outputs::of(group);
     let filter = (*room).filter.assume_init_ref();
     let detector = (*room).detector.assume_init_ref();
-    let estimate = matches!(filter.config().proposal, Proposal::Blind).then_some(estimate);
-    let told = tell(filter, detector, &report, &mut (*room).slot.estimates, &mut outputs, whole(group.scan), estimate);
+    let told = tell(filter, detector, &report, &mut (*room).slot.estimates, &mut outputs, whole(group.scan), &estimate);
     *group.status = match told {
         Ok(()) => Status { code: Status::DONE, scans: group.scan + 1 },
         Err(code) => Status { code, scans: group.scan },
@@ -125,7 +137,7 @@ pub(super) struct Outputs<'a> {
     pub(super) features: &'a mut [Feature],
 }
 
-/// Writes the result of a scan, with the pose if it is already estimated.
+/// Writes the result of a scan with this pose.
 pub(super) fn tell(
     filter: &Filter<'_>,
     detector: &Sighted<'_>,
@@ -133,9 +145,8 @@ pub(super) fn tell(
     (features, movers): &mut Estimates,
     outputs: &mut Outputs<'_>,
     place: usize,
-    estimate: Option<PoseEstimate<PlanarPose<f32>>>,
+    estimate: &PoseEstimate<PlanarPose<f32>>,
 ) -> Result<(), u32> {
-    let estimate = estimate.or_else(|| filter.estimate_pose()).ok_or(Status::SCAN)?;
     let map = filter.estimate_map(detector, features);
     let moving = filter.estimate_moving(movers);
     if map.left_out + moving.left_out > 0 {
@@ -151,7 +162,7 @@ pub(super) fn tell(
         in_view: number(report.in_view),
         no_birth: number(report.no_birth),
         pages_used: number(report.pages_used),
-        ..of_estimate(&estimate, report.health)
+        ..of_estimate(estimate, report.health)
     };
     let (features, movers) = (features.iter().take(map.features), movers.iter().take(moving.features));
     outputs.write(place, result, features.copied(), movers.copied())
