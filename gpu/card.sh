@@ -21,20 +21,20 @@ ask() {
             device=ptx
             ask check thesis-dynamic --runs 2 --scans 20
             ask check survey --particles 32 --scans 20
-            for scenario in thesis-dynamic survey; do ask check $scenario --filter joint --scans 20; done
+            for scenario in thesis-dynamic survey; do ask check $scenario --joint --scans 20; done
             ask check thesis-dynamic --particles 64 --scans 10
         fi
         exit $code
     }
     ask check survey --particles 32 --runs 8 --scans 60
-    ask check thesis-dynamic --filter joint --runs 16 --scans 100
-    ask check survey --filter joint --runs 16 --scans 100
+    ask check thesis-dynamic --joint --runs 16 --scans 100
+    ask check survey --joint --runs 16 --scans 100
     ask check thesis-dynamic --particles 64 --scans 60
     ask check thesis-dynamic --particles 4096 --scans 4
     ask time thesis-dynamic --runs 10000
     ask time thesis-dynamic --runs 4096 --profile
-    for runs in 256 2048 10000; do ask time survey --filter joint --runs "$runs"; done
-    ask time thesis-dynamic --filter joint --runs 10000
+    for runs in 256 2048 10000; do ask time survey --joint --runs "$runs"; done
+    ask time thesis-dynamic --joint --runs 10000
     for particles in 256 1024 4096; do ask time thesis-dynamic --particles "$particles" --scans 16; done
     ask time thesis-dynamic --particles 4096 --scans 16 --profile
     if [ -d "$folder/thesis_cmp_a00" ]; then

@@ -5,9 +5,8 @@ use crate::{files, process};
 use std::path::PathBuf;
 use std::process::Command;
 
-/// Features of the workspace that are only enabled by the firmware or not at all.
-const LINT_FEATURES: &str =
-    "scphd/defmt,scphd/embedded-hal,scphd-link/defmt,scphd-sequencer/defmt,scphd-store/defmt,scphd-stream/defmt";
+/// Features of the workspace that are only enabled by the firmware, or by tests, or not at all.
+const LINT_FEATURES: &str = "scphd/defmt,scphd/embedded-hal,scphd-link/defmt,scphd-sequencer/defmt,scphd-sim/gpu,scphd-store/defmt,scphd-stream/defmt";
 
 /// The separate workspaces of bindings, and the targets that clippy checks in them.
 const BINDINGS: [(&str, &[&str]); 3] = [

@@ -7,7 +7,7 @@ use std::path::Path;
 
 /// Arguments of the build: all packages except this program, which is tested without optimisation. Other steps that use this
 /// build must have the same packages and features.
-pub const PACKAGES: [&str; 5] = ["--workspace", "--exclude", "xtask", "--features", "scphd/embedded-hal"];
+pub const PACKAGES: [&str; 5] = ["--workspace", "--exclude", "xtask", "--features", "scphd/embedded-hal,scphd-sim/gpu"];
 
 /// Tests of the quick run: the libraries of vehicles, filters in lockstep with their references, digests, and documents. The rest
 /// of the simulator, GPU studies and measurements are only in the whole run.

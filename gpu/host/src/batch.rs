@@ -1,16 +1,17 @@
 //! The inputs of a batch of runs in flat buffers, with the offsets of each run.
 
 use crate::failure::Failure;
+use crate::runs::Input;
 use scphd::settings::Proposal;
 use scphd_filters::settings::Settings;
-use scphd_filters::slam::{PlanarNumbers, joint_config};
+use scphd_filters::slam::{Filter, PlanarNumbers, Precision, joint_config};
 use scphd_gpu_kernels::{
     Feature, LARGE_PARTICLES, MEASUREMENTS, PARTICLES, Prediction, Run, SAMPLES, Scan, ScanResult, Setup, Status,
     setup_of,
 };
 use scphd_log::events::{Event, events};
 use scphd_log::log::Log;
-use scphd_vehicle::{Description, Filter, JointSettings, Start};
+use scphd_vehicle::{Description, Filter as Tuning, JointSettings, Start};
 
 /// A sort of filters, by their capacities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,13 +48,16 @@ fn number(count: usize) -> Result<u32, Failure> {
 }
 
 impl Batch {
-    pub fn new(sort: Sort) -> Self {
+    /// A run for each of the inputs.
+    pub fn of(sort: Sort, inputs: &[Input<'_>]) -> Result<Self, Failure> {
         let (runs, scans, predictions, measurements) = Default::default();
-        Self { runs, scans, predictions, measurements, sort }
+        let mut batch = Self { runs, scans, predictions, measurements, sort };
+        inputs.iter().try_for_each(|(log, settings, seed)| batch.push(log, settings, *seed))?;
+        Ok(batch)
     }
 
     /// Adds a run over the log, whose filter has the seed.
-    pub fn push(&mut self, log: &Log, settings: &Settings, seed: u64) -> Result<(), Failure> {
+    fn push(&mut self, log: &Log, settings: &Settings, seed: u64) -> Result<(), Failure> {
         let (scans, predictions, measurements) = (self.scans.len(), self.predictions.len(), self.measurements.len());
         let mut since = 0;
         for event in events(log) {
@@ -138,6 +142,16 @@ impl Batch {
 }
 
 impl Sort {
+    /// The sort of a filter with these settings.
+    pub fn of(filter: Filter, settings: &Settings) -> Result<Self, Failure> {
+        match filter {
+            Filter::Joint(Precision::F32) => Ok(Self::Joint),
+            Filter::Core(Precision::F32) if settings.filter.particles <= PARTICLES => Ok(Self::Many),
+            Filter::Core(Precision::F32) => Ok(Self::Large),
+            _ => Err(unfit(format!("the filter {}, or its precision", filter.name(settings.filter.likelihood)))),
+        }
+    }
+
     /// Numbers of particles and samples of a run's filter, and its settings.
     fn setup(self, log: &Log, settings: &Settings) -> Result<([u32; 2], Setup), Failure> {
         let margin = if self == Self::Joint { 1.0 } else { settings.filter.interval_margin };
@@ -155,7 +169,7 @@ impl Sort {
             }
             let movers = (settings.moving.birth_intensity > 0.0).then_some(config.moving);
             let joint = JointSettings { config: joint_config(&settings.joint), movers, ..JointSettings::default() };
-            ([0; 2], Filter::Joint(joint))
+            ([0; 2], Tuning::Joint(joint))
         } else {
             if config.births_wait {
                 return Err(unfit("births that wait"));
@@ -165,7 +179,7 @@ impl Sort {
             }
             let particles = if self == Self::Large { LARGE_PARTICLES } else { PARTICLES };
             let particles = most(config.particles, particles, "particles")?;
-            ([particles, most(config.samples, SAMPLES, "samples of a particle")?], Filter::Mixture(config))
+            ([particles, most(config.samples, SAMPLES, "samples of a particle")?], Tuning::Mixture(config))
         };
         let robot = Description::robot();
         let start = Start { pose: start, ..robot.start };

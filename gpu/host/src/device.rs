@@ -20,6 +20,15 @@ pub struct Outcome {
     pub launched_s: f64,
 }
 
+/// What is computed besides the outputs of all scans.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Asked {
+    /// Number of scans between two digests; 0 for one after the last scan only.
+    pub digest_every: u32,
+    /// Whether the predicted poses are estimated.
+    pub predicted: bool,
+}
+
 pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     let built = "`cargo xtask module` builds the module";
     std::fs::read(path).map_err(|error| Failure::of(path.display(), format_args!("{error}; {built}")))
@@ -97,13 +106,12 @@ impl dyn Machine + '_ {
     }
 
     /// Bytes of memory for a run, without inputs and results.
-    pub fn run_bytes(&mut self, batch: &Batch) -> Result<usize, Failure> {
+    pub(crate) fn run_bytes(&mut self, batch: &Batch) -> Result<usize, Failure> {
         Ok(self.layout(batch)?.buffers.iter().sum::<u64>() as usize)
     }
 
-    /// Processes all scans of every run of the batch, launch by launch, with a digest after every `digest_every` scans and after the
-    /// last.
-    pub fn run(&mut self, batch: &Batch, digest_every: u32) -> Result<Outcome, Failure> {
+    /// Processes all scans of every run of the batch, launch by launch.
+    pub fn run(&mut self, batch: &Batch, Asked { digest_every, predicted }: Asked) -> Result<Outcome, Failure> {
         fn bytes<T: Pod>(things: &[T]) -> &[u8] {
             bytemuck::cast_slice(things)
         }
@@ -147,7 +155,8 @@ impl dyn Machine + '_ {
             threads: runs * places.count(pages, particles, samples),
             block: (places == Places::Leader).then_some(HELPERS + 1),
         };
-        let [starting, predicting, scanning, digest] = lists.map(|list| list.iter().map(launch).collect::<Vec<_>>());
+        let [starting, predicting, forecasting, scanning, digest] =
+            lists.map(|list| list.iter().map(launch).collect::<Vec<_>>());
         let start = |machine: &mut Self, launches: &[Launch], scan| {
             launches.iter().try_for_each(|launch| machine.launch(launch, (filters, scan, digest_every)))
         };
@@ -157,6 +166,9 @@ impl dyn Machine + '_ {
         for scan in 0..batch.most_scans() {
             for _ in 0..batch.predictions_before(scan) {
                 start(self, &predicting, scan)?;
+            }
+            if predicted {
+                start(self, &forecasting, scan)?;
             }
             start(self, &scanning, scan)?;
             if batch.asks_for_digest(scan, digest_every) {

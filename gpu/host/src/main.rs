@@ -1,73 +1,27 @@
-//! `scphd-gpu`: Monte Carlo studies with one thread for each candidate or map of many filters, or one block for each of many joint
-//! maps, and single large filters, on a GPU or by an interpreter of the same module.
-//!
-//! The measurements of all runs are simulated here and stored in flat buffers ([`batch`]). A device processes all scans. Its outputs
-//! are replayed ([`played`]) to the simulator's scores as if a filter had produced them. `docs/gpu.md` describes the layout.
+//! `scphd-gpu`: compares runs on a GPU, or by an interpreter of the same module, with the host.
 
-mod batch;
-mod cuda;
-mod device;
-mod failure;
-mod interpreted;
-mod played;
+mod check;
 mod source;
-mod study;
 #[cfg(test)]
 mod tests;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
-use cuda::Cuda;
-use device::Machine;
-use failure::Failure;
-use interpreted::Interpreted;
-use scphd_run::monte_carlo::overview;
-use scphd_view::output;
+use check::check;
+use clap::{Parser, ValueEnum};
+use scphd_gpu::{Cuda, Failure, Interpreted, MODULES, Machine};
 use source::{Source, Tuning};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use study::{Checked, check, study};
 
 /// The exit code if there is no driver or no card.
 const NO_DEVICE: u8 = 3;
 
-/// Runs many filters at once, each over a whole scenario; or one large filter. Ends with 3 if there is no card.
+/// Compares runs on a GPU with the host. Ends with 3 if there is no card.
 #[derive(Debug, Parser)]
 #[command(name = "scphd-gpu", version, max_term_width = 100)]
 struct Cli {
-    #[command(subcommand)]
-    command: Command,
-}
-
-#[derive(Debug, Subcommand)]
-enum Command {
-    /// Runs a scenario many times and prints means over the runs: those of `scphd-sim monte-carlo SCENARIO --filter core` or `joint`,
-    /// except for the times of scans.
-    MonteCarlo {
-        /// Name of the scenario, in the plane and with one sensor, or the folder of a recorded log.
-        scenario: String,
-        /// Number of runs.
-        #[arg(long, default_value_t = 100)]
-        runs: usize,
-        /// Number that is added to all seeds.
-        #[arg(long, default_value_t = 0)]
-        seed: u64,
-        /// Writes the figures as JSON.
-        #[arg(long, value_name = "FILE")]
-        json: Option<PathBuf>,
-        #[command(flatten)]
-        tuning: Tuning,
-        #[command(flatten)]
-        on: DeviceArgs,
-    },
-    /// Compares state and outputs after every scan with the host's, bit for bit.
-    Check(RunArgs),
-    /// Times runs without digests but that of the last state, and one run on one core of the host.
-    Time(RunArgs),
-}
-
-#[derive(Debug, Args)]
-struct RunArgs {
-    /// Name of the scenario, or the folder of a recorded log.
+    /// What is compared.
+    what: What,
+    /// Name of the scenario, in the plane and with one sensor, or the folder of a recorded log.
     scenario: String,
     /// Number of runs, with seeds from 1 on.
     #[arg(long, default_value_t = 1)]
@@ -77,17 +31,11 @@ struct RunArgs {
     scans: usize,
     #[command(flatten)]
     tuning: Tuning,
-    #[command(flatten)]
-    on: DeviceArgs,
-}
-
-#[derive(Debug, Args)]
-struct DeviceArgs {
     /// The device that runs the threads.
     #[arg(long, value_enum, default_value_t = DeviceName::Cuda)]
     device: DeviceName,
     /// Folder of the module that `cargo xtask module` has built.
-    #[arg(long, value_name = "DIR", default_value = "target/xtask/gpu/modules")]
+    #[arg(long, value_name = "DIR", default_value = MODULES)]
     modules: PathBuf,
     /// On a card, waits for every launch and prints the time of every kernel; the total time is longer then.
     #[arg(long)]
@@ -99,6 +47,14 @@ struct DeviceArgs {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum What {
+    /// State and outputs after every scan with the host's, bit for bit.
+    Check,
+    /// The time of runs without digests but that of the last state with that of one run on one core of the host.
+    Time,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum DeviceName {
     /// An NVIDIA card.
     Cuda,
@@ -106,24 +62,8 @@ enum DeviceName {
     Ptx,
 }
 
-impl DeviceArgs {
-    fn open(self) -> Result<Box<dyn Machine>, Failure> {
-        Ok(match self.device {
-            DeviceName::Cuda => Box::new(Cuda::open(&self.modules, self.profile)?),
-            DeviceName::Ptx => Box::new(Interpreted::open(&self.modules, self.watch)?),
-        })
-    }
-}
-
 fn main() -> ExitCode {
-    let done = match Cli::parse().command {
-        Command::MonteCarlo { scenario, runs, seed, json, tuning, on } => {
-            Source::new(&scenario, tuning).and_then(|source| monte_carlo(&source, (runs, seed), json, on))
-        }
-        Command::Check(args) => compare(args, true),
-        Command::Time(args) => compare(args, false),
-    };
-    match done {
+    match compare(Cli::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             eprintln!("{failure}");
@@ -132,46 +72,29 @@ fn main() -> ExitCode {
     }
 }
 
-fn monte_carlo(
-    source: &Source,
-    (runs, seed): (usize, u64),
-    json: Option<PathBuf>,
-    on: DeviceArgs,
-) -> Result<(), Failure> {
-    let plan = source.plan(runs, None, seed)?;
-    let mut device = on.open()?;
-    let (study, took) = study(&mut *device, source, &plan)?;
-    if let Some(path) = json {
-        overview::write_json(&path, &study).map_err(|error| Failure::Other(error.to_string()))?;
-    }
-    println!("{}", output::overview::render(&study));
-    let (name, resident, seconds, bytes) = (device.name(), took.resident, took.launched_s, took.bytes_a_run);
-    println!("{name}: {runs} runs, {resident} at once, in {seconds:.3} s; a run takes {bytes} bytes");
-    let [runs, scans] = took.short;
-    if runs > 0 {
-        println!("{runs} runs had too little memory at {scans} scans: their results are not those of larger memory");
-    }
-    Ok(())
-}
-
-/// Compares runs on a device with those on the host: the state after every scan, or the time.
-fn compare(RunArgs { scenario, runs, scans, tuning, on }: RunArgs, every: bool) -> Result<(), Failure> {
-    let source = Source::new(&scenario, tuning)?;
-    let plan = source.plan(runs, Some(runs), 1)?;
-    let mut device = on.open()?;
-    let checked = check(&mut *device, &source, &plan, scans, every)?;
-    let Checked { took, host_s, scans: compared, differences } = checked;
-    device.report().into_iter().chain(differences.iter().cloned()).for_each(|line| println!("{line}"));
+fn compare(Cli { what, scenario, runs, scans, tuning, device, modules, profile, watch }: Cli) -> Result<(), Failure> {
+    let source = Source { scenario, tuning };
+    source.input(1, 1)?;
+    let mut device: Box<dyn Machine> = match device {
+        DeviceName::Cuda => Box::new(Cuda::open(&modules, profile)?),
+        DeviceName::Ptx => Box::new(Interpreted::open(&modules, watch)?),
+    };
+    let (took, all) = check(&mut *device, &source, (runs, 1), scans, what == What::Check)?;
+    let (host_s, compared): (f64, usize) =
+        (all.first().map_or(0.0, |first| first.0), all.iter().map(|(_, scans, _)| scans).sum());
+    let differences: Vec<String> = all.into_iter().filter_map(|(.., difference)| difference).collect();
+    device.report().iter().chain(&differences).for_each(|line| println!("{line}"));
     println!(
-        "{scenario} on {}: {runs} runs of {scans} scans, {} at once, in {:.3} s; {compared} scans compared, {} runs differ; \
-         {} scans short of room",
+        "{} on {}: {runs} runs of {scans} scans, {} at once, in {:.3} s; {compared} scans compared, {} runs differ; {} scans \
+         short of room",
+        source.scenario,
         device.name(),
         took.resident,
         took.launched_s,
         differences.len(),
         took.short[1]
     );
-    if !every {
+    if what == What::Time {
         let (each_ms, host_ms) = (1e3 * took.launched_s / runs as f64, 1e3 * host_s);
         let times = host_ms / each_ms;
         println!("{each_ms:.3} ms a run; one core of the host: {host_ms:.3} ms a run, {times:.1} times as much");

@@ -15,19 +15,25 @@ pub struct Played<'o> {
     run: &'o Run,
     outcome: &'o Outcome,
     status: Status,
-    /// Number of scans replayed.
+    /// Number of scans replayed, and whether a prediction has followed.
     told: usize,
+    predicted: bool,
     state_bytes: usize,
 }
 
 impl<'o> Played<'o> {
     /// Run number `run` of a batch, by a filter with `state_bytes` bytes of state.
     pub fn of(batch: &'o Batch, outcome: &'o Outcome, run: usize, state_bytes: usize) -> Self {
-        Self { run: &batch.runs[run], outcome, status: outcome.statuses[run], told: 0, state_bytes }
+        Self { run: &batch.runs[run], outcome, status: outcome.statuses[run], told: 0, predicted: true, state_bytes }
     }
 
     pub fn results(&self) -> &'o [ScanResult] {
         &self.outcome.results[self.run.first_scan as usize..][..self.status.scans as usize]
+    }
+
+    /// The pose before the next scan, if it was requested.
+    pub fn predicted_pose(&self) -> Option<[f64; 3]> {
+        self.results().get(self.told).map(|next| next.predicted.map(f64::from))
     }
 
     fn last(&self) -> Result<&'o ScanResult, Refusal> {
@@ -57,13 +63,14 @@ fn square<const N: usize>(triangle: &[f32]) -> [[f64; N]; N] {
 
 impl Slam<Planar> for Played<'_> {
     fn predict(&mut self, _control: [f64; 3], _dt_s: f64) -> Result<Option<Implausible>, Refusal> {
+        self.predicted = true;
         Ok(None)
     }
 
     fn scan(&mut self, _sensor: usize, _detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {
         let refused = || Refusal(format!("on the device: {}", Status::text(self.status.code)));
         let result = self.results().get(self.told).ok_or_else(refused)?;
-        self.told += 1;
+        (self.told, self.predicted) = (self.told + 1, false);
         Ok(ScanOutcome {
             n_eff: f64::from(result.n_eff),
             resampled: result.resampled != 0,
@@ -79,7 +86,11 @@ impl Slam<Planar> for Played<'_> {
         })
     }
 
+    /// Before a scan without a covariance.
     fn pose(&mut self) -> Result<PoseAndCovariance<Planar>, Refusal> {
+        if let Some(pose) = self.predicted_pose().filter(|_| self.predicted) {
+            return Ok((pose, [[0.0; 3]; 3]));
+        }
         let result = self.last()?;
         Ok((result.pose.map(f64::from), square(&result.covariance)))
     }

@@ -1,24 +1,16 @@
 //! Runs that the kernels refuse or stop, and a proposal that no scenario has.
 
-use crate::batch::{Batch, Sort};
-use crate::device::Machine;
-use crate::interpreted::Interpreted;
+use crate::check::check;
 use crate::source::{Source, Tuning};
-use crate::study::check;
+use scphd_gpu::{Asked, Batch, Interpreted, Machine, Sort};
 use scphd_gpu_kernels::{Prediction, Status};
 use scphd_vehicle::Setting;
 
 /// The batch of a scenario's first scans with the seeds up to `runs`.
 fn batch(scenario: &str, particles: Option<usize>, [runs, scans]: [usize; 2]) -> Result<Batch, String> {
-    let source = Source::new(scenario, Tuning { particles, ..Tuning::default() }).unwrap();
-    let mut batch = Batch::new(Sort::Many);
-    for seed in 1..=runs as u64 {
-        let mut log = source.log(seed).unwrap();
-        log.scans.truncate(scans);
-        let settings = source.settings(&log).unwrap();
-        batch.push(&log, &settings, seed).map_err(|error| error.to_string())?;
-    }
-    Ok(batch)
+    let source = Source { scenario: scenario.into(), tuning: Tuning { particles, ..Tuning::default() } };
+    let inputs: Vec<_> = (1..=runs as u64).map(|seed| source.input(seed, scans).unwrap()).collect();
+    Batch::of(Sort::Many, &inputs).map_err(|error| error.to_string())
 }
 
 /// The module that `cargo xtask module` has built.
@@ -40,7 +32,7 @@ fn unfit_runs_are_refused() {
 fn a_stopped_run_reports_a_code_and_does_not_affect_the_others() {
     let mut batch = batch("thesis-dynamic", None, [5, 6]).unwrap();
     let mut device = device();
-    let whole = device.run(&batch, 0).unwrap();
+    let whole = device.run(&batch, Asked::default()).unwrap();
     assert!(whole.statuses.iter().all(|status| *status == Status { code: Status::DONE, scans: 6 }));
     let first = |batch: &Batch, run: usize, scan: usize| batch.scans[batch.runs[run].first_scan as usize + scan];
     batch.runs[0].setup[Setting::of_name("sensor.range_sigma_m").unwrap().place()] = -1.0;
@@ -49,7 +41,7 @@ fn a_stopped_run_reports_a_code_and_does_not_affect_the_others() {
     let measurement = batch.runs[2].first_measurement + first(&batch, 2, 3).first_measurement;
     batch.measurements[measurement as usize][0] = f32::NAN;
     batch.runs[3].features = 1;
-    let outcome = device.run(&batch, 0).unwrap();
+    let outcome = device.run(&batch, Asked::default()).unwrap();
     let statuses: Vec<[u32; 2]> = outcome.statuses.iter().map(|status| [status.code, status.scans]).collect();
     assert_eq!(statuses[..3], [[Status::SETUP, 0], [Status::PREDICTION, 5], [Status::SCAN, 3]]);
     assert_eq!((statuses[3][0], statuses[4]), (Status::FEATURES, [Status::DONE, 6]));
@@ -61,7 +53,8 @@ fn a_stopped_run_reports_a_code_and_does_not_affect_the_others() {
 #[ignore = "needs the module: cargo xtask module"]
 fn informed_particles_are_those_of_the_host() {
     let settings = Some("[filter]\nproposal = \"informed\"\nproposal_sampled_fraction = 0.2\n".to_owned());
-    let source = Source::new("survey", Tuning { settings, particles: Some(16), ..Tuning::default() }).unwrap();
-    let checked = check(&mut *device(), &source, &source.plan(1, None, 3).unwrap(), 12, true).unwrap();
-    assert_eq!((checked.scans, &checked.differences[..]), (12, &[][..]));
+    let tuning = Tuning { settings, particles: Some(16), ..Tuning::default() };
+    let source = Source { scenario: "survey".into(), tuning };
+    let (_, compared) = check(&mut *device(), &source, (1, 3), 12, true).unwrap();
+    assert!(matches!(compared[..], [(_, 12, None)]), "{compared:?}");
 }

@@ -56,6 +56,8 @@ pub struct ScanResult {
     pub digest: [u32; 2],
     /// Estimated x, y, m, and heading, rad.
     pub pose: [f32; 3],
+    /// The same before the scan, for a mixture only if it was requested.
+    pub predicted: [f32; 3],
     /// Its covariance, row by row from the diagonal on: xx, xy, xh, yy, yh, hh.
     pub covariance: [f32; 6],
     /// Effective number of particles before resampling.

@@ -66,8 +66,8 @@ pub(crate) fn pages_together(pages: usize) -> usize {
 /// Number of threads that help the leader of a block.
 pub const HELPERS: usize = 32;
 
-/// Passes the launches to another macro: those that start the filters, those of each prediction before a scan, those of a scan, and
-/// that of a requested digest. Each has its function, after which its kernel is named, and its threads for each filter.
+/// Passes the launches to another macro: those that start the filters, those of each prediction before a scan, that of a requested
+/// predicted pose, those of a scan, and that of a requested digest. Each has its function, after which its kernel is named, and its threads for each filter.
 macro_rules! launches {
     ($then:ident! { $($with:tt)* }) => {
         $then! {
@@ -79,6 +79,9 @@ macro_rules! launches {
             {
                 stages::predict One; // Begins the next prediction before a scan.
                 stages::sample Candidates; // Moves the candidates (5.12), or the particles of an informed proposal.
+            }
+            {
+                stages::forecast One; // Estimates the predicted pose.
             }
             {
                 stages::open One; // Sorts the measurements.
@@ -130,11 +133,11 @@ macro_rules! lists {
     };
 }
 
-/// Names and threads of the launches: those that start the filters, those of each prediction, those of a scan, and that of a digest.
-/// The name of a kernel has the prefix `scphd_many_`, `scphd_large_` or `scphd_joint_`.
-pub type Lists = [&'static [(&'static str, Places)]; 4];
+/// Names and threads of the launches: those that start the filters, those of each prediction, that of a predicted pose, those of a
+/// scan, and that of a digest. The name of a kernel has the prefix `scphd_many_`, `scphd_large_` or `scphd_joint_`.
+pub type Lists = [&'static [(&'static str, Places)]; 5];
 
 /// The launches of filters with particles.
 pub const LAUNCHES: Lists = launches!(lists! {});
 /// The launches of joint maps, whose predictions are a part of the scan.
-pub const JOINT_LAUNCHES: Lists = lists! { { joint::start One; } {} { joint::scan Leader; } { joint::digest One; } };
+pub const JOINT_LAUNCHES: Lists = lists! { { joint::start One; } {} {} { joint::scan Leader; } { joint::digest One; } };

@@ -360,6 +360,9 @@ pub struct MonteCarloArgs {
     /// Number of parallel runs [default: the number of cores].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = value_parser!(u16).range(1..))]
     pub jobs: Option<u16>,
+    /// Runs the filters on a GPU, with the same results; docs/gpu.md says for which filters and logs, and how to build it.
+    #[arg(long, value_enum)]
+    pub device: Option<DeviceName>,
     /// Writes the figures to FILE (`-`: standard output) as a JSON object, for several filters as a list.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
@@ -500,6 +503,10 @@ pub struct TuneArgs {
     /// Number of parallel runs [default: the number of cores].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = value_parser!(u16).range(1..))]
     pub jobs: Option<u16>,
+    /// Does the runs of the candidates on a GPU, with the same results; docs/gpu.md says for which filters and logs, and how to build
+    /// it.
+    #[arg(long, value_enum)]
+    pub device: Option<DeviceName>,
     /// Learns from the scans from this time, s since the first scan.
     #[arg(long, value_name = "S", allow_negative_numbers = true, default_value_t = 0.0)]
     pub from: f64,
@@ -584,6 +591,14 @@ pub enum FilterName {
     Ekf,
     /// The same with the associations of the log's label columns: a bound, not an estimate.
     EkfKnown,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum DeviceName {
+    /// An NVIDIA card.
+    Cuda,
+    /// The card's program on this machine, instruction by instruction, which is slow.
+    Ptx,
 }
 
 /// A programming language for printed settings.

@@ -52,6 +52,14 @@ impl Failure {
         }
     }
 
+    /// What it says; empty for a closed output.
+    pub fn message(self) -> String {
+        match self {
+            Self::Input(message) | Self::Internal(message) => message,
+            Self::PipeClosed => String::new(),
+        }
+    }
+
     /// Prints the failure. Returns its exit code.
     pub fn report(self) -> ExitCode {
         let (message, code) = match self {

@@ -76,7 +76,7 @@ fn study(name: &str, filters: &[FilterName], runs: usize, args: &FigureArgs) -> 
     let inputs = Inputs::<Planar>::of_scenario(name)?;
     let runs = args.runs.map_or(runs, |runs| runs as usize);
     let plan = plan(&inputs, &contenders, &args.tuning, &Extent { runs, input_sets: None, seed: args.seed })?;
-    let study = run(&plan, &inputs, &contenders, &args.tuning, args.jobs)?;
+    let study = run(&plan, &inputs, &contenders, &args.tuning, (args.jobs, None))?;
     print_beside(None, &overview::render(&study))?;
     Ok(study)
 }

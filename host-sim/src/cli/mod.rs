@@ -6,6 +6,7 @@ mod commands;
 mod compare;
 mod constants;
 mod contender;
+mod device;
 mod diff;
 mod failure;
 mod figure;

@@ -1,12 +1,14 @@
 //! The commands for Monte Carlo studies.
 
-use super::args::{MonteCarloArgs, Tuning};
+use super::args::{DeviceName, MonteCarloArgs, Tuning};
 use super::contender::Contender;
+use super::device::{self, Input, On};
 use super::failure::{Failure, notice};
 use super::offer::Offer;
 use super::outputs::{Outputs, make};
 use super::progress::Progress;
 use super::source::{Found, Source, Sources, either};
+use scphd_filters::slam::Slam;
 use scphd_run::monte_carlo::{self, Job, Plan, RunResult, Study, overview};
 use scphd_run::session;
 use scphd_view::output::{self, studies};
@@ -133,7 +135,7 @@ pub fn run<K: Offer>(
     inputs: &Inputs<K>,
     contenders: &[Contender],
     tuning: &Tuning,
-    threads: Option<u16>,
+    (threads, device): (Option<u16>, Option<DeviceName>),
 ) -> Result<Study, Failure> {
     let threads = threads.map_or_else(|| thread::available_parallelism().map_or(1, usize::from), usize::from);
     let jobs = plan.jobs();
@@ -151,16 +153,37 @@ pub fn run<K: Offer>(
     let label = format!("{} runs of {}", jobs.len() * contenders.len(), plan.filters.join(", "));
     let progress = Progress::new(label, scans * contenders.len());
     let done = AtomicUsize::new(0);
-    let one = |job: &Job, filter: usize| -> Result<RunResult, Failure> {
-        let contender = &contenders[filter];
+    let advance = |scans| progress.at(done.fetch_add(scans, Ordering::Relaxed) + scans);
+    let input = |job: &Job, filter: usize| -> Result<Input<'_, K>, Failure> {
         let log = inputs.source(job.input).log(job.scenario_seed)?;
-        let settings = contender.settings::<K>(inputs.settings(job, tuning, contenders)?)?;
-        let mut advance = |_| progress.at(done.fetch_add(1, Ordering::Relaxed) + 1);
-        let session = session::run::<K>(&log, &settings, contender.filter(), job.filter_seed, &mut advance)?;
-        let result = RunResult::of(job, K::recursion(&settings).samples, session);
-        Ok(RunResult { filter: plan.filters[filter].clone(), ..result })
+        let settings = contenders[filter].settings::<K>(inputs.settings(job, tuning, contenders)?)?;
+        Ok((log, settings, job.filter_seed))
     };
-    Ok(Study { plan: plan.clone(), results: monte_carlo::execute(&jobs, contenders.len(), threads, one)? })
+    let result = |job: &Job, filter: usize, settings: &K::Settings, session| {
+        let result = RunResult::of(job, K::recursion(settings).samples, session);
+        RunResult { filter: plan.filters[filter].clone(), ..result }
+    };
+    let results = if let Some(device) = device {
+        let mut all = Vec::with_capacity(jobs.len() * contenders.len());
+        for (filter, contender) in contenders.iter().enumerate() {
+            let finish = |run: usize, slam: &mut dyn Slam<K>, input: &Input<'_, K>| {
+                let session = device::session(slam, contender.filter(), input)?;
+                advance(K::scans(&input.0).len());
+                Ok(result(&jobs[run], filter, &input.1, session))
+            };
+            let on = On { filter: contender.filter(), threads, predicted: false };
+            all.extend(K::run_on(device, on, jobs.len(), |run| input(&jobs[run], filter), finish)?);
+        }
+        all
+    } else {
+        let one = |job: &Job, filter: usize| -> Result<RunResult, Failure> {
+            let (log, settings, seed) = input(job, filter)?;
+            let session = session::run::<K>(&log, &settings, contenders[filter].filter(), seed, &mut |_| advance(1))?;
+            Ok(result(job, filter, &settings, session))
+        };
+        monte_carlo::execute(&jobs, contenders.len(), threads, one)?
+    };
+    Ok(Study { plan: plan.clone(), results })
 }
 
 pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
@@ -178,7 +201,7 @@ fn study_of<K: Offer>(inputs: &Inputs<K>, contenders: &[Contender], args: MonteC
     outputs.check()?;
     let extent = Extent::of(&args, inputs.sets());
     let plan = plan(inputs, contenders, &args.tuning, &extent)?;
-    let study = run(&plan, inputs, contenders, &args.tuning, args.jobs)?;
+    let study = run(&plan, inputs, contenders, &args.tuning, (args.jobs, args.device))?;
     report(&study, &outputs)
 }
 

@@ -1,10 +1,13 @@
 //! The scenarios, log folders and default settings of each kind of vehicle.
 
+use super::args::DeviceName;
+use super::device::{self, Input, On};
+use super::failure::Failure;
 use scphd_boards::stream::{self, Recorded, Stream};
 use scphd_check::Checked;
 use scphd_exchange::mcap::Exported;
 use scphd_filters::settings::{Origin, Origins, Settings};
-use scphd_filters::slam::Refusal;
+use scphd_filters::slam::{Refusal, Slam};
 use scphd_filters::underwater::settings as in_space;
 use scphd_log::dimensions::{Planar, Underwater};
 use scphd_log::log::Log;
@@ -54,6 +57,20 @@ pub trait Offer: Lockstep + Learn + Checked + Exported {
     /// Number of runs with each input, if the thesis states it.
     fn runs_per_input(_scenario: &str) -> Option<usize> {
         None
+    }
+
+    /// Runs a filter with all inputs on a [device](super::device), and passes each run as a filter to `finish`.
+    fn run_on<'l, R: Send>(
+        _device: DeviceName,
+        _on: On,
+        _runs: usize,
+        _input: impl Fn(usize) -> Result<Input<'l, Self>, Failure> + Sync,
+        _finish: impl Fn(usize, &mut dyn Slam<Self>, &Input<'l, Self>) -> Result<R, Failure> + Sync,
+    ) -> Result<Vec<R>, Failure>
+    where
+        Self::Log: 'l,
+    {
+        Err(Failure::input("--device: for vehicles in the plane only"))
     }
 }
 
@@ -113,6 +130,16 @@ impl Offer for Planar {
 
     fn runs_per_input(scenario: &str) -> Option<usize> {
         thesis_run(scenario).map(|run| run.runs_per_input)
+    }
+
+    fn run_on<'l, R: Send>(
+        device: DeviceName,
+        on: On,
+        runs: usize,
+        input: impl Fn(usize) -> Result<Input<'l, Self>, Failure> + Sync,
+        finish: impl Fn(usize, &mut dyn Slam<Self>, &Input<'l, Self>) -> Result<R, Failure> + Sync,
+    ) -> Result<Vec<R>, Failure> {
+        device::run(device, on, runs, input, finish)
     }
 }
 

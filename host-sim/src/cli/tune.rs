@@ -1,6 +1,7 @@
 //! `scphd-sim tune`.
 
 use super::args::{Choice, TuneArgs};
+use super::device::{Input, On};
 use super::failure::{Failure, notice};
 use super::offer::Offer;
 use super::outputs::{check_file, print_beside, write_file};
@@ -8,10 +9,12 @@ use super::progress::Progress;
 use super::source::{Found, Source, either};
 use scphd_filters::kind::Kind;
 use scphd_filters::settings::{Origin, Origins};
+use scphd_filters::slam::Slam;
 use scphd_log::log::Scan;
 use scphd_run::session::Filter;
-use scphd_run::tune::{self, Effort, Plan, TuneError, Tuned};
+use scphd_run::tune::{self, Effort, Plan, Trials, TuneError, Tuned};
 use scphd_view::output::tuning;
+use std::borrow::Cow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
@@ -88,7 +91,22 @@ fn one<K: Offer>(source: &Source<K>, log: &K::Log, args: &TuneArgs, choice: Choi
     };
     let most = tune::most_runs(&plan);
     let (progress, done) = (Progress::new(format!("tune {}, runs", K::name(log)), most), AtomicUsize::new(0));
-    let tuned = tune::tune::<K>(log, &settings, &plan, &|| progress.at(done.fetch_add(1, Ordering::Relaxed) + 1));
+    let advance = || progress.at(done.fetch_add(1, Ordering::Relaxed) + 1);
+    let on_device = |tasks: &[(&K::Settings, u64)]| {
+        if tasks.is_empty() {
+            return Ok(Vec::new());
+        }
+        let device = args.device.ok_or_else(|| TuneError::Unfit("no device".into()))?;
+        let input = |run: usize| Ok((Cow::Borrowed(log), tasks[run].0.clone(), tasks[run].1));
+        let finish = |_, slam: &mut dyn Slam<K>, (log, settings, _): &Input<'_, K>| {
+            advance();
+            Ok(tune::trial_of::<K>(slam, log, settings, &plan.learn).map_err(TuneError::from))
+        };
+        let on = On { filter: plan.filter, threads: jobs, predicted: true };
+        K::run_on(device, on, tasks.len(), input, finish).map_err(|failure| TuneError::Unfit(failure.message()))
+    };
+    let trials: Option<Trials<'_, K::Settings>> = args.device.is_some().then_some(&on_device);
+    let tuned = tune::tune::<K>(log, &settings, &plan, &advance, trials);
     drop(progress);
     let tuned = tuned.map_err(|error| match error {
         TuneError::Session(error) => error.into(),

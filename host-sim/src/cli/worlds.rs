@@ -2,6 +2,7 @@
 
 use super::args::MonteCarloArgs;
 use super::contender::Contender;
+use super::device::{self, Input, On};
 use super::failure::{Failure, notice};
 use super::monte_carlo::distinct;
 use super::offer::Offer;
@@ -9,10 +10,14 @@ use super::outputs::{Outputs, check_file};
 use super::progress::Progress;
 use super::repeat::in_parallel;
 use super::source::{OfKind, Source};
+use scphd_filters::kind::Kind;
+use scphd_filters::slam::Slam;
 use scphd_log::dimensions::{Coordinates, Dimensions, Planar, Underwater};
 use scphd_run::monte_carlo::variants::best_of;
 use scphd_run::monte_carlo::worlds::{Standing, WorldRun, lines, standing, told, write_json};
 use scphd_run::session;
+use scphd_score::results::json::Summary;
+use std::collections::VecDeque;
 use std::fs::{File, OpenOptions};
 use std::path::Path;
 use std::sync::Mutex;
@@ -56,28 +61,56 @@ pub fn study<K: Offer>(name: &str, args: MonteCarloArgs) -> Result<(), Failure> 
     let threads = args.jobs.map_or_else(|| thread::available_parallelism().map_or(1, usize::from), usize::from);
     let progress = Progress::new(format!("{} runs", jobs.len()), jobs.len());
     let done = AtomicUsize::new(0);
-    let runs = in_parallel(&jobs, threads, |&(seed, place)| {
-        let (contender, name) = (&contenders[place], &names[place]);
-        let log = &*source.log(seed)?;
-        let settings = contender.settings::<K>(source.tuned(log, &args.tuning, &choices)?)?;
-        let fingerprint = fingerprint(&toml::to_string(&settings)?);
-        let known = journal.as_ref().and_then(|journal| journal.find(K::name(log), name, &fingerprint));
-        let run = match known {
-            Some(run) => run,
-            None => {
-                let summary = session::run::<K>(log, &settings, contender.filter(), seed, &mut |_| ())?.summary;
-                let run = WorldRun::of(&summary, &fingerprint)
-                    .ok_or_else(|| Failure::Internal(format!("{}: a world without truth", K::name(log))))?;
-                let run = WorldRun { filter: name.clone(), ..run };
-                if let Some(journal) = &journal {
-                    journal.add(&run)?;
-                }
-                run
-            }
-        };
-        progress.at(done.fetch_add(1, Ordering::Relaxed) + 1);
+    let input = |&(seed, place): &(u64, usize)| -> Result<Input<'_, K>, Failure> {
+        let log = source.log(seed)?;
+        let settings = contenders[place].settings::<K>(source.tuned(&log, &args.tuning, &choices)?)?;
+        Ok((log, settings, seed))
+    };
+    let advance = || progress.at(done.fetch_add(1, Ordering::Relaxed) + 1);
+    let finish = |place: usize, settings: &K::Settings, summary: &Summary| {
+        let run = WorldRun::of(summary, &fingerprint::<K>(settings)?)
+            .ok_or_else(|| Failure::Internal(format!("{}: a world without truth", summary.log)))?;
+        let run = WorldRun { filter: names[place].clone(), ..run };
+        journal.as_ref().map_or(Ok(()), |journal| journal.add(&run))?;
+        advance();
         Ok(run)
+    };
+    // On a device all runs of a filter follow these, which are in the file already, or are done here.
+    let runs = in_parallel(&jobs, threads, |job| {
+        if args.device.is_some() && journal.is_none() {
+            return Ok(None);
+        }
+        let (log, settings, seed) = input(job)?;
+        let name = &names[job.1];
+        if let Some(journal) = &journal
+            && let Some(run) = journal.find(K::name(&log), name, &fingerprint::<K>(&settings)?)
+        {
+            advance();
+            return Ok(Some(run));
+        }
+        if args.device.is_some() {
+            return Ok(None);
+        }
+        let session = session::run::<K>(&log, &settings, contenders[job.1].filter(), seed, &mut |_| ())?;
+        finish(job.1, &settings, &session.summary).map(Some)
     })?;
+    let mut of_device: Vec<VecDeque<WorldRun>> = Vec::new();
+    for (place, contender) in contenders.iter().enumerate() {
+        let missing = jobs.iter().zip(&runs).filter(|(job, run)| job.1 == place && run.is_none());
+        let missing: Vec<_> = missing.map(|(job, _)| job).collect();
+        of_device.push(match args.device {
+            Some(device) if !missing.is_empty() => {
+                let finish = |_, slam: &mut dyn Slam<K>, input: &Input<'_, K>| {
+                    finish(place, &input.1, &device::session(slam, contender.filter(), input)?.summary)
+                };
+                let on = On { filter: contender.filter(), threads, predicted: false };
+                K::run_on(device, on, missing.len(), |run| input(missing[run]), finish)?.into()
+            }
+            _ => VecDeque::new(),
+        });
+    }
+    let runs = jobs.iter().zip(runs).filter_map(|(job, run)| run.or_else(|| of_device[job.1].pop_front()));
+    let runs: Vec<WorldRun> = runs.collect();
     drop(progress);
 
     let worlds: Vec<&str> = runs.iter().step_by(contenders.len()).map(|run| run.world.as_str()).collect();
@@ -138,11 +171,11 @@ impl Report<'_> {
 }
 
 /// A fingerprint of the settings (FNV-1a), which tells whether two runs have the same ones.
-fn fingerprint(settings: &str) -> String {
-    let hash = settings
+fn fingerprint<K: Kind>(settings: &K::Settings) -> Result<String, Failure> {
+    let hash = toml::to_string(settings)?
         .bytes()
         .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
-    format!("{hash:016x}")
+    Ok(format!("{hash:016x}"))
 }
 
 /// The file of finished runs, with a row for each, written when it ends.

@@ -322,3 +322,15 @@ fn stereo_logs_are_tuned_and_studied_in_variants() {
     assert_eq!((&list[0]["filter"], &list[1]["filter"]), (&"as it is".into(), &"coarse".into()));
     assert_eq!(list[1]["settings"]["camera"]["detection"], 0.5);
 }
+
+/// A folder without the module for a GPU, or a build without that feature.
+#[test]
+fn runs_on_a_device_say_what_they_need() {
+    let place = workplace();
+    let needs: &[&str] = if cfg!(feature = "gpu") { &["cargo xtask module"] } else { &["--features gpu"] };
+    place.refuses(&[
+        (&["monte-carlo", "survey", "--device", "ptx"], needs),
+        (&["monte-carlo", "worlds", "--device", "ptx"], needs),
+        (&["monte-carlo", "girona-tank", "--device", "ptx"], &["in the plane"]),
+    ]);
+}

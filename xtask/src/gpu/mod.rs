@@ -17,12 +17,12 @@ const NO_DEVICE: i32 = 3;
 const ON_CARD: [&str; 9] = [
     "check thesis-dynamic --runs 64",
     "check survey --particles 32 --runs 64",
-    "check thesis-dynamic --filter joint --runs 64",
-    "check survey --filter joint --runs 64",
+    "check thesis-dynamic --joint --runs 64",
+    "check survey --joint --runs 64",
     "check thesis-dynamic --particles 64",
     "check thesis-dynamic --particles 4096",
     "time thesis-dynamic --runs 10000",
-    "time survey --filter joint --runs 10000",
+    "time survey --joint --runs 10000",
     "time thesis-dynamic --particles 4096 --scans 30",
 ];
 

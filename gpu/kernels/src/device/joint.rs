@@ -176,6 +176,8 @@ unsafe fn step(
         let control = control_of(slam.motion(), prediction.control);
         slam.predict(&control, prediction.dt_s).map_err(|_| Status::PREDICTION)?;
     }
+    let mean = slam.estimate_pose().ok_or(Status::SCAN)?.mean;
+    (*group.results.add(whole(group.scan))).predicted = [mean.x_m, mean.y_m, mean.heading_rad];
     let report = slam.scan_on(sensor, group.measurements(), rows).map_err(|_| Status::SCAN)?;
     let estimate = slam.estimate_pose().ok_or(Status::SCAN)?;
     let result = ScanResult {

@@ -13,6 +13,7 @@ use crate::memory::Particles;
 use crate::setup::{Filter, control_of, numbers_of, over};
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU32, Ordering};
+use scphd::PoseEstimate;
 use scphd::settings::Proposal;
 use scphd::storage::{COUNTS, Family, Samples};
 
@@ -105,6 +106,15 @@ unsafe fn with_candidates<'r, M: Particles>(
         filter.end_predict(Samples { candidates, in_use, selected, pose_covariances, splits, noise });
     }
     Some((filter, predicting))
+}
+
+/// Estimates the predicted pose. Safety: no other thread runs; there is a result for every scan.
+pub(super) unsafe fn forecast<M: Particles>(_place: usize, group: &Group<'_, M>) {
+    if let Some((filter, _)) = with_candidates(group)
+        && let Some(PoseEstimate { mean, .. }) = filter.estimate_pose()
+    {
+        (*group.results.add(whole(group.scan))).predicted = [mean.x_m, mean.y_m, mean.heading_rad];
+    }
 }
 
 /// Sorts the measurements of a scan, and lends pages, candidates and particles. Safety: no other thread runs; `start` has initialised filter and

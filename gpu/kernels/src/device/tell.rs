@@ -5,8 +5,7 @@ use super::room::{Between, Kind, give_pages_back};
 use super::stages::is_informed;
 use crate::buffer::{Feature, ScanResult, Status};
 use crate::launches::{BLUR, CENTRE, SPREAD, WEIGHT};
-use crate::memory::{Estimates, Particles};
-use crate::setup::{Filter, Sighted};
+use crate::memory::Particles;
 use bytemuck::Zeroable;
 use core::array::from_fn;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
@@ -15,7 +14,7 @@ use nalgebra::{Vector2, Vector4};
 use scphd::models::{PlanarPose, Pose};
 use scphd::numerics::{Symmetric, Vector};
 use scphd::storage::{COUNTS, TERMS};
-use scphd::{Component, Health, PoseEstimate, Real, ScanReport};
+use scphd::{Component, Health, PoseEstimate, Real};
 
 /// The elements of the covariance of the pose that are summed: the lower triangle, row by row.
 const TRIANGLE: [(usize, usize); 6] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
@@ -111,12 +110,26 @@ pub(super) unsafe fn close<M: Particles>(_place: usize, group: &Group<'_, M>) {
     let estimate = PoseEstimate { mean: mean(between), covariance };
     let Between { scanning, .. } = (*room).between.assume_init_read();
     let report = scanning.finish_adopted();
-    let mut outputs = Outputs::of(group);
-    let filter = (*room).filter.assume_init_ref();
-    let detector = (*room).detector.assume_init_ref();
-    let told = tell(filter, detector, &report, &mut (*room).slot.estimates, &mut outputs, whole(group.scan), &estimate);
+    let (filter, detector) = ((*room).filter.assume_init_ref(), (*room).detector.assume_init_ref());
+    let (features, movers) = &mut (*room).slot.estimates;
+    let (map, moving) = (filter.estimate_map(detector, features), filter.estimate_moving(movers));
+    let number = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
+    let result = ScanResult {
+        n_eff: report.n_eff,
+        ln_evidence: report.ln_evidence,
+        innovation: report.innovation,
+        expected_features: map.expected_features,
+        resampled: u32::from(report.resampled),
+        in_view: number(report.in_view),
+        no_birth: number(report.no_birth),
+        pages_used: number(report.pages_used),
+        ..of_estimate(&estimate, report.health)
+    };
+    let (features, movers) = (features.iter().take(map.features), movers.iter().take(moving.features));
+    let told = Outputs::of(group).write(whole(group.scan), result, features.copied(), movers.copied());
     *group.status = match told {
-        Ok(()) => Status { code: Status::DONE, scans: group.scan + 1 },
+        Ok(()) if map.left_out + moving.left_out == 0 => Status { code: Status::DONE, scans: group.scan + 1 },
+        Ok(()) => Status { code: Status::FEATURES, scans: group.scan },
         Err(code) => Status { code, scans: group.scan },
     };
 }
@@ -135,37 +148,6 @@ pub(super) struct Outputs<'a> {
     pub(super) results: &'a mut [ScanResult],
     /// Memory for the estimated features of all scans.
     pub(super) features: &'a mut [Feature],
-}
-
-/// Writes the result of a scan with this pose.
-pub(super) fn tell(
-    filter: &Filter<'_>,
-    detector: &Sighted<'_>,
-    report: &ScanReport<f32>,
-    (features, movers): &mut Estimates,
-    outputs: &mut Outputs<'_>,
-    place: usize,
-    estimate: &PoseEstimate<PlanarPose<f32>>,
-) -> Result<(), u32> {
-    let map = filter.estimate_map(detector, features);
-    let moving = filter.estimate_moving(movers);
-    if map.left_out + moving.left_out > 0 {
-        return Err(Status::FEATURES);
-    }
-    let number = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
-    let result = ScanResult {
-        n_eff: report.n_eff,
-        ln_evidence: report.ln_evidence,
-        innovation: report.innovation,
-        expected_features: map.expected_features,
-        resampled: u32::from(report.resampled),
-        in_view: number(report.in_view),
-        no_birth: number(report.no_birth),
-        pages_used: number(report.pages_used),
-        ..of_estimate(estimate, report.health)
-    };
-    let (features, movers) = (features.iter().take(map.features), movers.iter().take(moving.features));
-    outputs.write(place, result, features.copied(), movers.copied())
 }
 
 impl<'r> Outputs<'r> {
@@ -193,7 +175,7 @@ impl<'r> Outputs<'r> {
         let moving = |component: &Component<Vector4<f32>>| component.mean.into();
         let features = append(&mut room, features, |component| [component.mean.x, component.mean.y, 0.0, 0.0])?;
         let movers = append(&mut room, movers, moving)?;
-        *slot = ScanResult { first_feature, features, movers, ..result };
+        *slot = ScanResult { first_feature, features, movers, predicted: slot.predicted, ..result };
         Ok(())
     }
 }

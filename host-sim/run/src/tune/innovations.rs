@@ -124,7 +124,8 @@ fn observe<K: Learn>(log: &K::Log, settings: &K::Settings, plan: &Plan) -> Resul
         Statistics { detections: Detections::over(K::reach_m(log, settings)), ..Statistics::default() };
     let mut map: Vec<MapFeature<K>> = Vec::new();
     let mut left_over = Vec::new();
-    over::<K>(log, settings, (plan.filter, plan.effort.seed), learn.end, true, |step| match step {
+    let mut slam = K::slam(plan.filter, log, settings, plan.effort.seed).map_err(SessionError::Start)?;
+    over::<K>(&mut *slam, log, settings, learn.end, true, |step| match step {
         Step::Moved { scan, control, dt_s } if learn.contains(&scan) => {
             statistics.odometry.predict(K::added(log, settings, control, dt_s));
         }

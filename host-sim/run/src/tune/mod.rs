@@ -27,10 +27,15 @@ pub use change::{Candidate, Change, Group, Said};
 pub use learn::{Added, Expected, Eye, Learn, NoiseOf};
 pub use plan::Plan;
 pub use search::{Best, Effort, Foreseen, Gain, Outcome, Tried, position_rmse_m, score};
+pub use trial::trial_of;
 
 use crate::session::SessionError;
+use rayon::prelude::*;
 use scphd_filters::kind::Kind;
 use std::ops::Range;
+
+/// Runs with settings and seeds, each with its result.
+pub type Trials<'t, S, E = TuneError> = &'t dyn Fn(&[(&S, u64)]) -> Result<Vec<Result<Foreseen, E>>, E>;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tuned<S> {
@@ -61,12 +66,14 @@ pub fn scans_between<K: Kind>(log: &K::Log, from_s: f64, until_s: f64) -> Range<
     from..place(until_s).max(from)
 }
 
-/// Learns, tries and judges settings. `progress` is called after each run; there are at most [`most_runs`].
+/// Learns, tries and judges settings. `progress` is called after each run; there are at most [`most_runs`]. `trials` does the runs that
+/// judge, with these settings and seeds, by [`trial_of`]; if absent, threads do them.
 pub fn tune<K: Learn>(
     log: &K::Log,
     settings: &K::Settings,
     plan: &Plan,
     progress: &(dyn Fn() + Sync),
+    trials: Option<Trials<'_, K::Settings>>,
 ) -> Result<Tuned<K::Settings>, TuneError> {
     if plan.learn.is_empty() || plan.learn.len() >= K::scans(log).len() {
         return Err(TuneError::EmptyPart);
@@ -76,13 +83,16 @@ pub fn tune<K: Learn>(
     }
     let said = innovations::innovations::<K>(log, settings, plan, progress)?;
     let candidates = candidates::candidates::<K>(log, settings, &said);
-    let trial = |settings: &K::Settings, seed| {
+    let trial = |&(settings, seed): &(&K::Settings, u64)| {
         let foreseen = trial::trial::<K>(log, settings, (plan.filter, seed), &plan.learn);
         progress();
         Ok::<_, TuneError>(foreseen?)
     };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(plan.effort.jobs).build()?;
+    let by_threads =
+        |tasks: &[(&K::Settings, u64)]| Ok(pool.install(|| tasks.par_iter().map(trial).collect::<Vec<_>>()));
     let is_valid = |settings: &K::Settings| K::check(log, settings).is_ok();
-    let outcome = search::search(settings, candidates, plan.effort, is_valid, trial)?;
+    let outcome = search::search(settings, candidates, plan.effort, is_valid, trials.unwrap_or(&by_threads))?;
     Ok(Tuned { said, outcome })
 }
 

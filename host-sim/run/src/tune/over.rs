@@ -1,7 +1,8 @@
 //! A run over a log, observed step by step.
 
-use crate::session::{Filter, SessionError};
+use crate::session::SessionError;
 use scphd_filters::kind::Kind;
+use scphd_filters::slam::Slam;
 use scphd_log::dimensions::Covariance;
 use scphd_log::events::Event;
 use scphd_log::log::Scan;
@@ -24,14 +25,13 @@ pub(super) enum Step<'a, K: Kind> {
 
 /// Processes the first `scans` scans of a log with a filter, and passes on each step.
 pub(super) fn over<K: Kind>(
+    slam: &mut dyn Slam<K>,
     log: &K::Log,
     settings: &K::Settings,
-    (filter, seed): (Filter, u64),
     scans: usize,
     with_maps: bool,
     mut tell: impl FnMut(Step<'_, K>),
 ) -> Result<(), SessionError> {
-    let mut slam = K::slam(filter, log, settings, seed).map_err(SessionError::Start)?;
     let mut watch = K::fix_watch(settings).map_err(SessionError::Start)?;
     let (all, mut scan) = (K::scans(log), 0);
     for event in K::events(log, settings).map_err(SessionError::Start)? {
@@ -47,7 +47,7 @@ pub(super) fn over<K: Kind>(
                 }
             }
             Event::Fix { fix } => {
-                watch.show(&mut *slam, &fix).map_err(refused("the fix"))?;
+                watch.show(slam, &fix).map_err(refused("the fix"))?;
             }
             Event::Scan { index } => {
                 let before = slam.pose().map_err(refused("the pose"))?;

@@ -7,8 +7,8 @@
 //! The scores of [`super::foresight`] are compared. The filter's likelihood of each scan (its evidence) is not suitable: it
 //! predicts one scan ahead, where small noise is always better, and would choose settings with which maps become inconsistent.
 
+use super::Trials;
 use super::change::{Candidate, changed};
-use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
@@ -153,37 +153,33 @@ pub struct Effort {
     pub jobs: usize,
 }
 
-/// Compares all candidates with `now`. `trial` runs valid settings with a seed; `is_valid` tells whether settings are within
-/// their limits.
+/// Compares all candidates with `now`. `trials` runs valid settings with seeds; `is_valid` tells whether settings are within their
+/// limits.
 pub fn search<S, E>(
     now: &S,
     candidates: Vec<Candidate>,
     effort: Effort,
     is_valid: impl Fn(&S) -> bool,
-    trial: impl Fn(&S, u64) -> Result<Foreseen, E> + Sync,
+    trials: Trials<'_, S, E>,
 ) -> Result<Outcome<S>, E>
 where
-    S: Clone + Serialize + DeserializeOwned + Sync + Send,
-    E: Send + From<rayon::ThreadPoolBuildError>,
+    S: Clone + Serialize + DeserializeOwned,
 {
-    let Effort { seed, runs, jobs } = effort;
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build()?;
+    let Effort { seed, runs, .. } = effort;
     let fresh = seed.saturating_add(runs);
-    let execute = |all: &[&S], seeds: Range<u64>| -> Vec<Result<Vec<Foreseen>, E>> {
+    let execute = |all: &[&S], seeds: Range<u64>| -> Result<Vec<Result<Vec<Foreseen>, E>>, E> {
         let tasks: Vec<(&S, u64)> = all.iter().flat_map(|&s| seeds.clone().map(move |seed| (s, seed))).collect();
-        let results: Vec<Result<Foreseen, E>> =
-            pool.install(|| tasks.par_iter().map(|&(settings, seed)| trial(settings, seed)).collect());
-        let mut results = results.into_iter();
+        let mut results = trials(&tasks)?.into_iter();
         let each = (seeds.end - seeds.start) as usize;
         let mut of_one = || results.by_ref().take(each).collect::<Vec<_>>();
         // All results of a candidate are taken before looking for failures, because the next results are those of another one.
-        all.iter().map(|_| of_one().into_iter().collect()).collect()
+        Ok(all.iter().map(|_| of_one().into_iter().collect()).collect())
     };
 
     let with = |candidate: &Candidate| changed(now, &candidate.changes).ok().filter(&is_valid);
     let settings: Vec<Option<S>> = candidates.iter().map(with).collect();
     let all: Vec<&S> = std::iter::once(now).chain(settings.iter().flatten()).collect();
-    let mut results = execute(&all, seed..seed.saturating_add(1)).into_iter();
+    let mut results = execute(&all, seed..seed.saturating_add(1))?.into_iter();
     let mut base = results.next().transpose()?.unwrap_or_default();
     let tried = candidates.into_iter().zip(&settings).map(|(candidate, settings)| {
         let runs = settings.as_ref().and_then(|_| results.next()).and_then(Result::ok).unwrap_or_default();
@@ -197,7 +193,7 @@ where
     order.truncate(SHORTLIST);
     let short: Vec<&S> = std::iter::once(now).chain(order.iter().filter_map(|&k| settings[k].as_ref())).collect();
     if !order.is_empty() {
-        let mut results = execute(&short, seed.saturating_add(1)..fresh).into_iter();
+        let mut results = execute(&short, seed.saturating_add(1)..fresh)?.into_iter();
         base.extend(results.next().transpose()?.unwrap_or_default());
         for (&k, more) in order.iter().zip(results) {
             let tried = &mut tried[k];
@@ -214,7 +210,7 @@ where
     let winners = order.into_iter().filter(|&k| outcome.tried[k].wins);
     let winner = winners.max_by(|&a, &b| outcome.tried[a].mean().total_cmp(&outcome.tried[b].mean()));
     if let Some((winner, settings)) = winner.and_then(|winner| Some((winner, settings[winner].as_ref()?))) {
-        let mut both = execute(&[now, settings], fresh..fresh.saturating_add(runs)).into_iter();
+        let mut both = execute(&[now, settings], fresh..fresh.saturating_add(runs))?.into_iter();
         let now = both.next().transpose()?.unwrap_or_default();
         let Some(then) = both.next().and_then(Result::ok) else {
             outcome.tried[winner].gain = None;
@@ -260,12 +256,6 @@ mod tests {
     #[derive(Debug)]
     struct Failed;
 
-    impl From<rayon::ThreadPoolBuildError> for Failed {
-        fn from(_: rayon::ThreadPoolBuildError) -> Self {
-            Self
-        }
-    }
-
     const NOW: Made = Made { up: Knob { x: 1.0 } };
 
     /// A candidate for each of these values.
@@ -281,9 +271,10 @@ mod tests {
         Foreseen::of(&scans, None)
     }
 
-    fn outcome(values: &[f64], trial: impl Fn(&Made, u64) -> Result<Foreseen, Failed> + Sync) -> Outcome<Made> {
+    fn outcome(values: &[f64], trial: impl Fn(&Made, u64) -> Result<Foreseen, Failed>) -> Outcome<Made> {
         let effort = Effort { seed: 10, runs: 3, jobs: 2 };
-        search(&NOW, candidates(values), effort, |made| made.up.x < 100.0, trial).unwrap()
+        let trials = |all: &[(&Made, u64)]| Ok(all.iter().map(|&(made, seed)| trial(made, seed)).collect());
+        search(&NOW, candidates(values), effort, |made| made.up.x < 100.0, &trials).unwrap()
     }
 
     #[test]
@@ -350,6 +341,7 @@ mod tests {
         assert_eq!(outcome(&[5.0, 3.0], late).proposed(), None);
         // The present settings must run.
         let effort = Effort { seed: 1, runs: 1, jobs: 1 };
-        assert!(search(&NOW, candidates(&[2.0]), effort, |_| true, |_, _| Err::<Foreseen, _>(Failed)).is_err());
+        let fails = |all: &[(&Made, u64)]| Ok(all.iter().map(|_| Err(Failed)).collect());
+        assert!(search(&NOW, candidates(&[2.0]), effort, |_| true, &fails).is_err());
     }
 }

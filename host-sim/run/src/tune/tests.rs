@@ -100,7 +100,7 @@ fn plan(log: &Log, runs: u64) -> Plan {
 fn settings_that_are_worse_on_the_rest_are_refused() {
     let log = changing();
     let settings = misjudged(&log, 1.0);
-    let tuned = tune::<Planar>(&log, &settings, &plan(&log, 2), &|| ()).unwrap();
+    let tuned = tune::<Planar>(&log, &settings, &plan(&log, 2), &|| (), None).unwrap();
     let clutter = tuned.said.iter().find(|said| said.field == "sensor.clutter_per_scan").unwrap();
     assert!(clutter.to.is_some(), "something is proposed: {:#?}", tuned.said);
     assert_eq!(tuned.outcome.proposed(), None);
@@ -136,13 +136,13 @@ fn wrong_settings_are_corrected_without_the_truth() {
     let mut far_off = misjudged(&log, 1.0);
     far_off.vehicle.speed_sigma_mps = 0.05;
     far_off.vehicle.turn_sigma = 0.002;
-    let tuned = tune::<Planar>(&log, &far_off, &plan(&log, 1), &|| ()).unwrap();
+    let tuned = tune::<Planar>(&log, &far_off, &plan(&log, 1), &|| (), None).unwrap();
     let best = tuned.outcome.best.as_ref().unwrap();
     assert!(best.confirmed, "{:#?}", tuned.outcome.tried);
     let error = |runs| super::position_rmse_m(runs).unwrap();
     assert!(error(&best.then) < error(&best.now), "{} {}", error(&best.then), error(&best.now));
     let blind = Log { truth: Vec::new(), landmarks: Vec::new(), ..log.clone() };
-    let again = tune::<Planar>(&blind, &far_off, &plan(&blind, 1), &|| ()).unwrap();
+    let again = tune::<Planar>(&blind, &far_off, &plan(&blind, 1), &|| (), None).unwrap();
     assert_eq!(again.outcome.settings, tuned.outcome.settings);
     assert_eq!(again.outcome.best.unwrap().gain, best.gain);
 }
@@ -157,7 +157,7 @@ fn a_part_of_the_log_is_held_out() {
     assert!(two.clone().all(|k| (0.05..0.25).contains(&(log.scans[k].t_s - log.scans[0].t_s))) && !two.is_empty());
     for learn in [0..0, 0..log.scans.len()] {
         let plan = Plan { learn, ..plan(&log, 1) };
-        let refused = tune::<Planar>(&log, &Settings::for_log(&log), &plan, &|| ());
+        let refused = tune::<Planar>(&log, &Settings::for_log(&log), &plan, &|| (), None);
         assert!(matches!(refused, Err(TuneError::EmptyPart)));
     }
 }
@@ -246,7 +246,7 @@ fn settings_that_are_worse_on_the_rest_are_refused_in_space() {
         scan.detections.truncate(1);
     }
     let plan = Plan { filter: FILTER, learn: 0..100, rounds: 1, effort: Effort { seed: 1, runs: 1, jobs: 2 } };
-    let tuned = tune::<Underwater>(&log, &settings, &plan, &|| ()).unwrap();
+    let tuned = tune::<Underwater>(&log, &settings, &plan, &|| (), None).unwrap();
     assert_eq!((tuned.outcome.proposed(), &tuned.outcome.settings), (None, &settings));
     assert!(tuned.said.iter().any(|said| said.to.is_some()), "{:#?}", tuned.said);
 }
@@ -257,7 +257,7 @@ fn a_log_with_ranges_of_no_return_is_refused() {
     let mut log = scenario::survey(3);
     let settings = Settings::for_log(&log);
     log.scans.iter_mut().for_each(|scan| scan.detections.push([14.96, 0.3]));
-    let refused = tune::<Planar>(&log, &settings, &plan(&log, 1), &|| ()).unwrap_err();
+    let refused = tune::<Planar>(&log, &settings, &plan(&log, 1), &|| (), None).unwrap_err();
     assert!(matches!(&refused, TuneError::Unfit(why) if why.contains("14.96")), "{refused}");
     // A sensor with few digits repeats many ranges.
     let mut coarse = scenario::survey(3);

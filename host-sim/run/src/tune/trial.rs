@@ -5,6 +5,7 @@ use super::learn::Learn;
 use super::over::{Step, over};
 use super::search::Foreseen;
 use crate::session::{Filter, SessionError, with_roomy_stack};
+use scphd_filters::slam::Slam;
 use scphd_log::dimensions::distance;
 use scphd_log::truth;
 use std::ops::Range;
@@ -16,7 +17,22 @@ pub fn trial<K: Learn>(
     filter: (Filter, u64),
     learn: &Range<usize>,
 ) -> Result<Foreseen, SessionError> {
-    let (looks, poses) = with_roomy_stack(|| run::<K>(log, settings, filter)).map_err(SessionError::Thread)??;
+    let (filter, seed) = filter;
+    let run = || {
+        let mut slam = K::slam(filter, log, settings, seed).map_err(SessionError::Start)?;
+        trial_of::<K>(&mut *slam, log, settings, learn)
+    };
+    with_roomy_stack(run).map_err(SessionError::Thread)?
+}
+
+/// [`trial`] with an existing filter that has processed nothing of the log.
+pub fn trial_of<K: Learn>(
+    slam: &mut dyn Slam<K>,
+    log: &K::Log,
+    settings: &K::Settings,
+    learn: &Range<usize>,
+) -> Result<Foreseen, SessionError> {
+    let (looks, poses) = run::<K>(slam, log, settings)?;
     let scores = scores(&looks, K::view_measure(log));
     let scans = scores.into_iter().zip(&looks).map(|(score, look)| (score, look.predicted.len()));
     let held_out = |index: &usize| !learn.contains(index);
@@ -38,12 +54,12 @@ type Looks<K> = (
     Vec<<K as scphd_log::dimensions::Dimensions>::Pose>,
 );
 
-fn run<K: Learn>(log: &K::Log, settings: &K::Settings, filter: (Filter, u64)) -> Result<Looks<K>, SessionError> {
+fn run<K: Learn>(slam: &mut dyn Slam<K>, log: &K::Log, settings: &K::Settings) -> Result<Looks<K>, SessionError> {
     // The noise is the same for all settings, so that none has an advantage.
     let scheme = K::scheme(log);
     let eye = &*K::eye(log, &scheme).map_err(SessionError::Start)?;
     let (mut looks, mut poses) = (Vec::new(), Vec::new());
-    over::<K>(log, settings, filter, usize::MAX, false, |step| {
+    over::<K>(slam, log, settings, usize::MAX, false, |step| {
         let Step::Seen { scan, taken, before: (before, _), after, .. } = step else { return };
         let places = |pose| taken.detections.iter().filter_map(move |z| eye.place(scan, &pose, z));
         let predicted = places(before).map(|(place, covariance)| Sighting { place, covariance });
