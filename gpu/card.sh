@@ -40,5 +40,7 @@ ask() {
     if [ -d "$folder/thesis_cmp_a00" ]; then
         printf '[filter]\nproposal = "blind"\nprune_weight = 1e-5\n' > "$folder/blind.toml"
         ask time "$folder/thesis_cmp_a00" --particles 4096 --scans 60 --settings "$folder/blind.toml"
+        ask check "$folder/thesis_cmp_a00" --particles 4096 --scans 4
+        ask time "$folder/thesis_cmp_a00" --particles 4096 --scans 60 --profile
     fi
 } 2>&1 | tee "$log"

@@ -25,8 +25,10 @@ pub struct Took {
     pub short: [usize; 2],
 }
 
-/// Number of runs at a time if there is no limit of the memory.
+/// Number of runs at a time if there is no limit of the memory, and the greatest one: more would not be faster, and outputs take
+/// memory of the host too.
 const RESIDENT: usize = 64;
+const MOST: usize = 4096;
 /// The conditions that report that memory was too small.
 const SHORT: [Health; 3] = [Health::PRUNING_TIGHTENED, Health::MAP_NOT_UPDATED, Health::COMPONENTS_LOST];
 
@@ -39,20 +41,24 @@ pub fn run_all<'l, R: Send, E: From<Failure> + Send>(
     input: impl Fn(usize) -> Result<Input<'l>, E> + Sync,
     each: impl Fn(usize, Played<'_>, &Input<'l>) -> Result<R, E> + Sync,
 ) -> Result<(Took, Vec<R>), E> {
-    let (mut took, mut done) = (Took::default(), Vec::with_capacity(runs));
+    let mut took = Took { resident: runs.min(MOST), ..Took::default() };
+    let mut done = Vec::with_capacity(runs);
     let batch_of = |inputs: &[Input<'l>]| Batch::of(Sort::of(filter, &inputs[0].1)?, inputs);
+    let free = device.free()?;
+    // A tenth of the free memory is for the stacks of all threads.
+    let fitting = |bytes: usize| free.map_or(RESIDENT, |free| (free / 10 * 9 / bytes).max(1));
     while done.len() < runs {
         let first = done.len();
-        if first == 0 {
-            let batch = batch_of(&[input(0)?])?;
-            let bytes = batch.bytes() + device.run_bytes(&batch)?;
-            // A tenth of the free memory is for the stacks of all threads.
-            took.resident = device.free()?.map_or(RESIDENT, |free| (free / 10 * 9 / bytes).max(1)).min(runs);
-        }
         let places = first..runs.min(first + took.resident);
-        let inputs: Vec<Input<'l>> = pool.install(|| places.into_par_iter().map(&input).collect::<Result<_, E>>())?;
-        let batch = batch_of(&inputs)?;
+        let mut inputs: Vec<Input<'l>> =
+            pool.install(|| places.into_par_iter().map(&input).collect::<Result<_, E>>())?;
+        let mut batch = batch_of(&inputs)?;
         let bytes = batch.bytes() / inputs.len() + device.run_bytes(&batch)?;
+        if fitting(bytes) < inputs.len() {
+            took.resident = fitting(bytes);
+            inputs.truncate(took.resident);
+            batch = batch_of(&inputs)?;
+        }
         let outcome = device.run(&batch, asked)?;
         took.launched_s += outcome.launched_s;
         let of_one = |(place, input): (usize, &Input<'l>)| {
