@@ -25,8 +25,16 @@ pub struct Noise {
 
 /// How many numbers the stream skips at once: more than take as long one by one.
 const JUMPED: usize = 1024;
-/// The coefficients of x¹⁰²⁴ modulo the characteristic polynomial of a step of xoshiro128, from the lowest power.
-const JUMP: u128 = 0x5f7a_a4ff_503a_9ae6_94b5_4ba1_845a_09b1;
+/// The coefficients of x¹⁰²⁴, x²⁰⁴⁸, … modulo the characteristic polynomial of a step of xoshiro128, from the lowest power.
+const JUMPS: [u128; 7] = [
+    0x5f7a_a4ff_503a_9ae6_94b5_4ba1_845a_09b1,
+    0x780f_1aed_9ab5_cf0e_ece7_bc8e_0a1f_06b6,
+    0xeb3e_4975_07ee_277a_d66b_4f59_8fcf_f8d3,
+    0xc9d1_ce32_8b01_ce7b_60e1_6970_8a29_79a9,
+    0xee62_62e1_3853_473d_57b8_e99a_d4fd_7b86,
+    0x6681_40b3_a232_7f56_a1ea_4d71_7f08_61fd,
+    0x4e27_1317_6d91_6ade_2fb4_4195_08a2_4926,
+];
 
 impl Noise {
     /// The stream of a seed.
@@ -46,17 +54,21 @@ impl Noise {
 
     /// Skips this many numbers.
     pub fn skip(&mut self, numbers: usize) {
-        for _ in 0..numbers / JUMPED {
-            self.jump();
+        let mut left = numbers;
+        for (place, &jump) in JUMPS.iter().enumerate().rev() {
+            while left >= JUMPED << place {
+                self.jump(jump);
+                left -= JUMPED << place;
+            }
         }
-        for _ in 0..numbers % JUMPED {
+        for _ in 0..left {
             self.stream.next_u32();
         }
     }
 
-    /// Skips [`JUMPED`] numbers. Every step is linear in the state, so that this many are a polynomial of one step.
-    fn jump(&mut self) {
-        let (mut sum, mut left) = (0, JUMP);
+    /// Skips a power of two of numbers. Every step is linear in the state, so that this many are a polynomial of one step.
+    fn jump(&mut self, polynomial: u128) {
+        let (mut sum, mut left) = (0, polynomial);
         for _ in 0..u128::BITS {
             if left & 1 == 1 {
                 sum ^= u128::from_le_bytes(self.bytes());
@@ -169,7 +181,7 @@ mod tests {
 
     #[test]
     fn skipping_has_the_effect_of_drawing() {
-        for numbers in [0, 5, 1024, 3000] {
+        for numbers in [0, 5, 1024, 3000, 300_000] {
             let mut noise = Noise::seeded(3);
             let mut other = noise.clone();
             for k in 0..numbers {

@@ -127,7 +127,9 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '
         // Rounding may have made the posterior covariance invalid. Then the particle keeps its prior, whose covariance the next
         // predictions increase. Each particle has its place in the random stream.
         let (Some(posterior), Some(left)) = (posterior, left.filter(is_within_square)) else {
-            noise.skip(candidates.len() * P::Tangent::DIMENSION);
+            for _ in 0..candidates.len() * P::Tangent::DIMENSION {
+                let _: T = noise.uniform();
+            }
             return crowded;
         };
         let half = T::from_f64(0.5);

@@ -101,7 +101,7 @@ pub struct Feature {
 #[repr(C)]
 pub struct Layout {
     /// Bytes of its part of each buffer.
-    pub buffers: [u64; 11],
+    pub buffers: [u64; 10],
 }
 
 /// How a run ended, or that it continues.

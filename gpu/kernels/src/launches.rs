@@ -86,7 +86,7 @@ macro_rules! launches {
             {
                 stages::open One; // Sorts the measurements.
                 stages::drift Pages; // Predicts the moving features (5.14), resets the numbers of maps that hold a page, and copies the particles.
-                stages::line_up One; // Finds the positions of an informed proposal's numbers in the random stream.
+                stages::line_up One; // Moves the random stream behind the numbers of an informed proposal.
                 stages::propose Particles; // Draws the candidates of an informed proposal.
                 stages::weigh Candidates; // Weighs the candidates (4.52).
                 select::products CandidateParts; // Sums ζ L over parts of the candidates.

@@ -41,7 +41,7 @@ const CHECKS: [(&str, Option<Limit>); 8] = [
     ("check survey --particles 32 --runs 2 --scans 40", None),
     ("check thesis-dynamic --particles 64 --scans 20 --watch", Some((LONGEST, 8_300_000))),
     ("check thesis-dynamic --particles 1024 --scans 2 --watch", None),
-    ("check thesis-dynamic --particles 4096 --scans 6", Some((LONGEST, 3_760_000))),
+    ("check thesis-dynamic --particles 4096 --scans 6", Some((LONGEST, 3_140_000))),
     ("check thesis-dynamic --joint --runs 2 --scans 60 --watch", Some((LONGEST, 173_000_000))),
     ("check survey --joint --runs 2 --scans 60", Some((LONGEST, 120_000_000))),
 ];

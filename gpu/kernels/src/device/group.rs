@@ -1,7 +1,7 @@
 //! The data of one filter of a launch, and what every stage needs first: whether its filter continues, and the state between the
 //! launches of a scan.
 
-use super::room::{Between, DraftOf, Kind, PartPlace, Sight, TOGETHER, WHOLES};
+use super::room::{Between, DraftOf, Kind, PartPlace, Sight, WHOLES};
 use crate::buffer::{Feature, Layout, Prediction, Run, Scan, ScanResult, Status};
 use crate::launches::{COLUMNS, page_parts};
 use crate::memory::Particles;
@@ -10,7 +10,6 @@ use core::ops::{Deref, Range};
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 use core::sync::atomic::AtomicU32;
 use nalgebra::Vector2;
-use scphd::numerics::Noise;
 use scphd::storage::PART;
 
 /// The data of one filter in the buffers, with capacity for the particles and samples of the largest filter. The host writes it, in
@@ -29,8 +28,6 @@ pub(super) struct Buffers<M: Kind> {
     pub(super) desks: *mut M::Desk,
     /// One for each particle.
     pub(super) drafts: *mut MaybeUninit<DraftOf>,
-    /// One for each [`TOGETHER`] candidates.
-    pub(super) streams: *mut MaybeUninit<Noise>,
     /// One for each part of the candidates.
     pub(super) parts: *mut PartPlace,
     /// One for each candidate.
@@ -89,7 +86,6 @@ pub(super) fn layout<M: Kind>(particles: usize, samples: usize) -> Layout {
         of::<Sight>(candidates),
         of::<M::Desk>(particles),
         of::<DraftOf>(particles),
-        of::<Noise>(candidates.div_ceil(TOGETHER)),
         of::<PartPlace>(candidates.div_ceil(PART)),
         of::<f32>(candidates),
         of::<f32>(COLUMNS * particles),
@@ -145,22 +141,6 @@ impl<M: Particles> Group<'_, M> {
     /// The first `count` drafts, for one thread. Safety: `furnish` has initialised one for each particle.
     pub(super) unsafe fn all_drafts<'r>(&self, count: usize) -> &'r mut [DraftOf] {
         from_raw_parts_mut(self.drafts.cast(), count)
-    }
-
-    /// Stores the position in the random stream of every [`TOGETHER`]th of `things` elements that take `numbers` random numbers each,
-    /// and moves the stream behind the last. Safety: no other thread runs.
-    pub(super) unsafe fn note_streams(&self, noise: &mut Noise, things: usize, numbers: usize) {
-        for (place, first) in (0..things).step_by(TOGETHER).enumerate() {
-            *self.streams.add(place) = MaybeUninit::new(noise.clone());
-            noise.skip((things - first).min(TOGETHER) * numbers);
-        }
-    }
-
-    /// The random stream at the numbers of the element at this place. Safety: its position was stored.
-    pub(super) unsafe fn stream(&self, place: usize, numbers: usize) -> Noise {
-        let mut noise = (*self.streams.add(place / TOGETHER)).assume_init_ref().clone();
-        noise.skip(place % TOGETHER * numbers);
-        noise
     }
 
     /// The draft at this place, for its thread. Safety: `furnish` has initialised it.

@@ -44,15 +44,13 @@ pub(super) struct Room<M> {
     pub(super) in_view: AtomicU32,
 }
 
-/// Number of consecutive candidates or particles for which one position in the random stream is stored.
-pub(super) const TOGETHER: usize = 1024;
-
 /// All candidates and particles, and the covariances of the latter.
-#[derive(Clone, Copy)]
 pub(super) struct Predicted {
     pub(super) candidates: Many<Candidate<PlanarPose<f32>>>,
     pub(super) particles: Many<Candidate<PlanarPose<f32>>>,
     pub(super) covariances: Many<Symmetric<Vector3<f32>>>,
+    /// The random stream at the numbers of the first candidate, and behind the last.
+    pub(super) noise: [Noise; 2],
 }
 
 /// The prediction in progress. It starts as zeros.
@@ -64,8 +62,6 @@ pub(super) struct Predicting {
     pub(super) in_use: usize,
     /// Whether each particle is split into several candidates.
     pub(super) splits: bool,
-    /// The random stream after the last candidate.
-    pub(super) after: MaybeUninit<Noise>,
 }
 
 /// A slice that is lent, each element to one thread at a time.
@@ -175,6 +171,8 @@ pub(super) struct Between {
     pub(super) lent: Lending,
     /// Number of random numbers that the candidates of each particle take in an informed proposal; 0 if the prediction has sampled them.
     pub(super) numbers: usize,
+    /// The random stream at the numbers of the first particle, for the proposal and for a selection without resampling.
+    pub(super) noise: Option<Noise>,
     /// Number of particles whose proposal had too little memory.
     pub(super) short: AtomicU32,
     /// ln of the divisor that all weights still need.

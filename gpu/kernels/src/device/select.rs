@@ -57,7 +57,7 @@ pub(super) unsafe fn cumulate<M: Particles>(place: usize, group: &Group<'_, M>) 
     }
 }
 
-/// Decides whether to resample, and finds the positions in the random stream. Safety: no other thread runs.
+/// Decides whether to resample. Safety: no other thread runs.
 pub(super) unsafe fn decide<M: Particles>(_place: usize, group: &Group<'_, M>) {
     let Some(between) = group.alone() else { return };
     let scanning = &mut between.scanning;
@@ -72,7 +72,8 @@ pub(super) unsafe fn decide<M: Particles>(_place: usize, group: &Group<'_, M>) {
     between.uniform = scanning.decide(all.iter().map(|part| part.squares));
     let [particles, children] = scanning.particles();
     if between.uniform.is_none() && children > 1 {
-        group.note_streams(scanning.noise(), particles, 1);
+        between.noise = Some(scanning.noise().clone());
+        scanning.noise().skip(particles);
     }
 }
 
@@ -90,7 +91,8 @@ pub(super) unsafe fn draw<M: Particles>(place: usize, group: &Group<'_, M>) {
         };
         scanning.draw(place, uniform, candidates, reached, between.last)
     } else {
-        let mut noise = (children > 1).then(|| group.stream(place, 1));
+        let mut noise = between.noise.clone().filter(|_| children > 1);
+        noise.iter_mut().for_each(|noise| noise.skip(place));
         scanning.draw_own(place, candidates, noise.as_mut())
     };
     let lent = &between.lent;

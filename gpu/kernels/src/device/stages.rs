@@ -49,10 +49,15 @@ pub(super) unsafe fn predict<M: Particles>(_place: usize, group: &Group<'_, M>) 
     match filter.begin_predict(&control_of(filter.motion(), *control), *dt_s) {
         Ok(Some(Samples { candidates, in_use, selected, pose_covariances, splits, mut noise })) => {
             let numbers = if is_informed(filter) { 0 } else { numbers_of(filter.motion()) };
-            group.note_streams(&mut noise, in_use, numbers);
-            predicting.after = MaybeUninit::new(noise);
+            let first = noise.clone();
+            noise.skip(in_use * numbers);
             let (candidates, particles) = (Many::lent(candidates), Many::lent(selected));
-            predicting.lent = Some(Predicted { candidates, particles, covariances: Many::lent(pose_covariances) });
+            predicting.lent = Some(Predicted {
+                candidates,
+                particles,
+                covariances: Many::lent(pose_covariances),
+                noise: [first, noise],
+            });
             predicting.in_use = in_use;
             predicting.splits = splits;
         }
@@ -84,7 +89,8 @@ pub(super) unsafe fn sample<M: Particles>(place: usize, group: &Group<'_, M>) {
             }
             return;
         }
-        let mut noise = group.stream(place, numbers_of(filter.motion()));
+        let [mut noise, _] = lent.noise.clone();
+        noise.skip(place * numbers_of(filter.motion()));
         if *splits && let Some(parent) = lent.particles.one(place / whole((*group.run).samples).max(1)) {
             *candidate = filter.child_of(parent);
         }
@@ -100,9 +106,8 @@ unsafe fn with_candidates<'r, M: Particles>(
     let (filter, predicting) =
         group.goes_on().then(|| ((*group.room).filter.assume_init_mut(), &mut (*group.room).prediction))?;
     let &mut Predicting { in_use, splits, .. } = predicting;
-    if let Some(Predicted { candidates, particles, covariances }) = predicting.lent.take() {
+    if let Some(Predicted { candidates, particles, covariances, noise: [_, noise] }) = predicting.lent.take() {
         let (candidates, selected, pose_covariances) = (candidates.back(), particles.back(), covariances.back());
-        let noise = predicting.after.assume_init_ref().clone();
         filter.end_predict(Samples { candidates, in_use, selected, pose_covariances, splits, noise });
     }
     Some((filter, predicting))
@@ -133,6 +138,7 @@ pub(super) unsafe fn open<M: Particles>(_place: usize, group: &Group<'_, M>) {
                 moving_pages: Many::NONE,
                 lent: Lending::NONE,
                 numbers: 0,
+                noise: None,
                 short: AtomicU32::new(0),
                 rest: 0.0,
                 uniform: None,
@@ -177,21 +183,22 @@ pub(super) unsafe fn drift<M: Particles>(place: usize, group: &Group<'_, M>) {
     }
 }
 
-/// Finds the positions of the proposal's numbers in the random stream. Safety: no other thread runs; the pages that `open` has lent
+/// Moves the random stream behind the proposal's numbers. Safety: no other thread runs; the pages that `open` has lent
 /// are given back.
 pub(super) unsafe fn line_up<M: Particles>(_place: usize, group: &Group<'_, M>) {
     let Some(between) = group.alone() else { return };
     give_pages_back(between);
-    let Between { scanning, numbers, .. } = between;
+    let Between { scanning, numbers, noise, .. } = between;
     let [particles, _] = scanning.particles();
-    group.note_streams(scanning.noise(), if *numbers > 0 { particles } else { 0 }, *numbers);
+    *noise = Some(scanning.noise().clone());
+    scanning.noise().skip(particles * *numbers);
     (*group.room).in_view.store(0, Ordering::Relaxed);
 }
 
 /// Draws the candidates of one particle, for an informed proposal. Safety: candidates and particles are lent, and each particle with
 /// its candidates, draft and sight belongs to one place.
 pub(super) unsafe fn propose<M: Particles>(place: usize, group: &Group<'_, M>) {
-    let Some(Between { scanning, lent, numbers, short, .. }) = group.between() else { return };
+    let Some(Between { scanning, lent, numbers, noise: Some(noise), short, .. }) = group.between() else { return };
     let [particles, children] = scanning.particles();
     if place < particles
         && let Some(parent) = lent.selected.all().get(place)
@@ -205,7 +212,8 @@ pub(super) unsafe fn propose<M: Particles>(place: usize, group: &Group<'_, M>) {
         }
         let candidates = lent.candidates.some(candidates);
         let family = Family { particle: place, candidates, ln_corrections, pose_covariance };
-        let mut noise = group.stream(place, *numbers);
+        let mut noise = noise.clone();
+        noise.skip(place * *numbers);
         let (draft, eta) = (group.draft(place), &mut *group.sights.add(place));
         short.fetch_add(scanning.propose_one(parent, family, draft, eta, &mut noise).into(), Ordering::Relaxed);
     }
