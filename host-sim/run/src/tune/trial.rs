@@ -5,8 +5,9 @@ use super::learn::Learn;
 use super::over::{Step, over};
 use super::search::Foreseen;
 use crate::session::{Filter, SessionError, with_roomy_stack};
+use scphd_filters::kind::Kind;
 use scphd_filters::slam::Slam;
-use scphd_log::dimensions::distance;
+use scphd_log::dimensions::{Planar, distance};
 use scphd_log::truth;
 use std::ops::Range;
 
@@ -72,3 +73,10 @@ fn run<K: Learn>(slam: &mut dyn Slam<K>, log: &K::Log, settings: &K::Settings) -
     })?;
     Ok((looks, poses))
 }
+
+type OfLog<K> =
+    fn(&mut dyn Slam<K>, &<K as Kind>::Log, &<K as Kind>::Settings, &Range<usize>) -> Result<Foreseen, SessionError>;
+
+/// Compiled here, with optimisation: the crate of the command line, which would compile it otherwise, has none.
+#[used]
+static IN_THE_PLANE: OfLog<Planar> = trial_of::<Planar>;
