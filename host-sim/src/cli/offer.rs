@@ -59,7 +59,7 @@ pub trait Offer: Lockstep + Learn + Checked + Exported {
         None
     }
 
-    /// Runs a filter with all inputs on a [device](super::device), and passes each run as a filter to `finish`.
+    /// Runs a filter with all inputs on a [device], and passes each run as a filter to `finish`.
     fn run_on<'l, R: Send>(
         _device: DeviceName,
         _on: On,

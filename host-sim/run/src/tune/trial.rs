@@ -26,7 +26,7 @@ pub fn trial<K: Learn>(
     with_roomy_stack(run).map_err(SessionError::Thread)?
 }
 
-/// [`trial`] with an existing filter that has processed nothing of the log.
+/// Runs the whole log with a filter that has processed nothing of it.
 pub fn trial_of<K: Learn>(
     slam: &mut dyn Slam<K>,
     log: &K::Log,
