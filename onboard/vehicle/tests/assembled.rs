@@ -185,7 +185,8 @@ fn a_joint_map_with_several_hypotheses() {
     let motion = Unicycle::new(Step::Arc, noise).unwrap();
     let slam = JointSlam::new(motion, JointConfig::default(), &mut *state).unwrap();
     let slam = slam.with_movers(&mut movers, MovingConfig::walkers()).unwrap();
-    let mut slam = slam.with_hypotheses(&mut others, HypothesesConfig::default()).unwrap();
+    let config = HypothesesConfig { least_ratio: 1e-4, ..HypothesesConfig::default() };
+    let mut slam = slam.with_hypotheses(&mut others, config).unwrap();
     slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
     let detector = Detector::new(sensing(lidar()), births(1e-4)).unwrap().mounted(seat()).unwrap();
     let (mut expected, mut most) = (Vec::new(), 1);
@@ -198,7 +199,7 @@ fn a_joint_map_with_several_hypotheses() {
     let mut robot = described();
     robot.vehicle.noise = noise;
     let Filter::Joint(joint) = &mut robot.filter else { panic!() };
-    (joint.movers, joint.hypotheses) = (Some(MovingConfig::walkers()), Some(HypothesesConfig::default()));
+    (joint.movers, joint.hypotheses) = (Some(MovingConfig::walkers()), Some(config));
     robot.sensors[1].as_mut().unwrap().births = births(1e-4);
     let mut memory = Box::new(Joint24Hypotheses::new());
     assert_eq!(digests(&mut memory.start(&robot).unwrap(), &robot), expected);
