@@ -95,7 +95,8 @@ pub(super) struct PoseCorrection<P: Pose, Z: Vector> {
 }
 
 /// The correction with the measurements that are associated with one feature; `None` without one, or if its result would be
-/// invalid. With `pose_alone` the rows of the other features are not set. Both `step` and `by` are padded with zeros to the dimension of `Z`, the measurement with the most dimensions.
+/// invalid. With `pose_alone` the rows of the other features are not set. Both `step` and `by` are padded with zeros to the dimension
+/// of `Z`, the measurement with the most dimensions.
 #[expect(clippy::too_many_arguments, reason = "every parameter is a part of a correction")]
 pub(super) fn correction<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>>(
     sensor: &S,

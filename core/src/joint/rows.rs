@@ -19,7 +19,10 @@ pub trait RowExecutor<P: Pose, Z: Vector<Scalar = ScalarOf<P>>> {
     );
 
     /// Calls [`Pending::add_to`] for every [part](Pending::part) of a covariance with so many features.
-    fn each_part(&self, pending: &Pending<'_, P, Z>, numbers: &mut [ScalarOf<P>], features: usize);
+    #[inline]
+    fn each_part(&self, pending: &Pending<'_, P, Z>, numbers: &mut [ScalarOf<P>], features: usize) {
+        pending.add_to_all(numbers, features);
+    }
 }
 
 impl<P: Pose, Z: Vector<Scalar = ScalarOf<P>>> RowExecutor<P, Z> for Serial {
@@ -34,11 +37,6 @@ impl<P: Pose, Z: Vector<Scalar = ScalarOf<P>>> RowExecutor<P, Z> for Serial {
         for (feature, (rows, landmark)) in rows.iter_mut().zip(landmarks).enumerate() {
             pass.run(numbers, feature, rows, landmark);
         }
-    }
-
-    #[inline]
-    fn each_part(&self, pending: &Pending<'_, P, Z>, numbers: &mut [ScalarOf<P>], features: usize) {
-        pending.add_to_all(numbers, features);
     }
 }
 
@@ -58,11 +56,6 @@ impl<P: Pose, Z: Vector<Scalar = ScalarOf<P>>> RowExecutor<P, Z> for OneFeature 
         if let (Some(rows), Some(landmark)) = (rows.get_mut(self.0), landmarks.get_mut(self.0)) {
             pass.run(numbers, self.0, rows, landmark);
         }
-    }
-
-    #[inline]
-    fn each_part(&self, pending: &Pending<'_, P, Z>, numbers: &mut [ScalarOf<P>], features: usize) {
-        pending.add_to_all(numbers, features);
     }
 }
 

@@ -70,8 +70,8 @@ pub fn check(
     run_all(device, &pool, (source.filter(), asked), runs, input, compare)
 }
 
-/// Runs the filter over a log on one core, as `scphd-sim` does, and calls `each` before every scan and with its outcome. Returns the wall time of all
-/// predictions and scans, s.
+/// Runs the filter over a log on one core, as `scphd-sim` does, and calls `each` before every scan and with its outcome. Returns the
+/// wall time of all predictions and scans, s.
 fn follow_host(
     source: &Source,
     log: &Log,

@@ -448,7 +448,7 @@ fn vehicle(log: &Log) -> VehicleSettings {
 }
 
 /// The noise of the second control that the log states.
-fn stated_turn(log: &Log) -> Option<f64> {
+pub(super) fn stated_turn(log: &Log) -> Option<f64> {
     match log.vehicle {
         Vehicle::Ackermann { .. } => log.nominal.steering_sigma_rad,
         Vehicle::Unicycle | Vehicle::UnicycleArc | Vehicle::Holonomic => log.nominal.rate_sigma_radps,

@@ -3,7 +3,7 @@
 use super::VehicleSettings;
 use super::defaults::turn_rate_variance;
 use super::moving_objects::first_after;
-use super::white::{Pair, matched, seen_from};
+use super::white::{MOST_COMPARED, Pair, matched, seen_from};
 use nalgebra::{Matrix2x3, Matrix3, Vector3};
 use scphd_log::log::{Log, Mounting, Odometry, Scan};
 use scphd_log::vehicle::Way;
@@ -12,8 +12,6 @@ use scphd_log::vehicle::Way;
 const APART_S: f64 = 4.0;
 /// Greatest time between two scans, relative to that asked.
 const AT_MOST: f64 = 3.0;
-/// Greatest number of compared detections; of longer logs every n-th scan counts.
-const MOST_COMPARED: usize = 10_000_000;
 /// Least number of detections of the same landmarks in both scans.
 const LEAST_PAIRS: usize = 3;
 /// Fits to the detections of two scans.

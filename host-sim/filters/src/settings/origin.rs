@@ -1,10 +1,11 @@
 //! Origin of each setting.
 
 use super::Settings;
+use super::defaults::stated_turn;
 use super::file::{self, FileError, FileProblem, LEARNT, lookup};
 use super::used::{is_used_by, users_of};
 use crate::slam::Filter;
-use scphd_log::log::{Log, Mounting, Vehicle};
+use scphd_log::log::{Log, Mounting};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -158,10 +159,7 @@ fn stated(log: &Log) -> Vec<(String, Origin)> {
     let mut add = |known: bool, section: &str, keys: &[&str]| {
         stated.extend(keys.iter().filter(|_| known).map(|key| (format!("{section}.{key}"), Origin::Stated)));
     };
-    let turn = match log.vehicle {
-        Vehicle::Ackermann { .. } => nominal.steering_sigma_rad,
-        Vehicle::Unicycle | Vehicle::UnicycleArc | Vehicle::Holonomic => nominal.rate_sigma_radps,
-    };
+    let turn = stated_turn(log);
     let speed = nominal.speed_sigma_mps;
     add(speed.is_some(), "vehicle", &["speed_sigma_ratio"]);
     add(turn.is_some(), "vehicle", &["turn_sigma_ratio"]);

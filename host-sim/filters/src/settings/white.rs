@@ -16,7 +16,7 @@ const STANDS_S: f64 = 1.0;
 /// Least number of pairs of detections.
 const LEAST_PAIRS: usize = 100;
 /// Greatest number of compared pairs of detections in all scans; of longer logs every n-th scan counts.
-const MOST_COMPARED: usize = 10_000_000;
+pub(super) const MOST_COMPARED: usize = 10_000_000;
 /// Least number of pairs in a scan from which their common error of the bearing, which is odometry's, is estimated.
 const LEAST_COMMON: usize = 3;
 
